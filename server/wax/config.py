@@ -1,0 +1,230 @@
+"""The configuration: every key with its range and default; `config/wax.toml` is its manual."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from wax.errors import ConfigError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from pydantic_core import ErrorDetails
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+class ServerSettings(_Section):
+    """`[server]`: where the page is served and to how many."""
+
+    host: str = "localhost"
+    port: Annotated[int, Field(ge=0, le=65535)] = 8080
+    max_viewers: Annotated[int, Field(ge=1, le=1000)] = 100
+
+
+class LogSettings(_Section):
+    """`[log]`."""
+
+    format: Literal["text", "json"] = "text"
+    level: Literal["debug", "info", "warning", "error"] = "info"
+
+
+class IceServer(_Section):
+    """One STUN or TURN server, told to both ends."""
+
+    urls: Annotated[str, Field(pattern=r"^(stun|turns?):\S+$")]
+    username: str | None = None
+    credential: str | None = None
+
+
+class IceSettings(_Section):
+    """`[ice]`: none by default, so no outside host is ever contacted."""
+
+    servers: list[IceServer] = []
+
+
+class RenditionSettings(_Section):
+    """One size of the picture, encoded once for everybody who wants it."""
+
+    width: Annotated[int, Field(ge=32, le=3840, multiple_of=2)]
+    height: Annotated[int, Field(ge=32, le=2160, multiple_of=2)]
+    fps: Annotated[float, Field(ge=1, le=60)]
+    bitrate_bps: Annotated[int, Field(ge=10_000, le=20_000_000)]
+
+    @property
+    def name(self) -> str:
+        return f"{self.width}x{self.height}"
+
+
+class VideoSettings(_Section):
+    """`[video]`."""
+
+    source: Annotated[str, Field(min_length=1)] = "robot"
+    width: Annotated[int, Field(ge=32, le=3840, multiple_of=2)] = 640
+    height: Annotated[int, Field(ge=32, le=2160, multiple_of=2)] = 480
+    fps: Annotated[float, Field(ge=1, le=60)] = 30.0
+    codec: Literal["vp8", "h264"] = "vp8"
+    keyframe_interval_s: Annotated[float, Field(ge=0.5, le=60)] = 10.0
+    imprint: bool = False
+    retry_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
+    renditions: Annotated[list[RenditionSettings], Field(min_length=1, max_length=6)] = [
+        RenditionSettings(width=640, height=480, fps=30.0, bitrate_bps=1_000_000),
+        RenditionSettings(width=320, height=240, fps=30.0, bitrate_bps=350_000),
+        RenditionSettings(width=160, height=120, fps=15.0, bitrate_bps=80_000),
+    ]
+
+    @model_validator(mode="after")
+    def _names_differ(self) -> VideoSettings:
+        names = [rendition.name for rendition in self.renditions]
+        if len(set(names)) != len(names):
+            raise ValueError("two renditions have the same size")
+        return self
+
+
+class AudioSettings(_Section):
+    """`[audio]`."""
+
+    source: Annotated[str, Field(min_length=1)] = "robot"
+    bitrate_bps: Annotated[int, Field(ge=6_000, le=256_000)] = 32_000
+    retry_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
+
+
+class SyncSettings(_Section):
+    """`[sync.operator]` and `[sync.observer]`: which stream waits for which, and how long."""
+
+    policy: Literal["audio-master", "video-first"] = "audio-master"
+    audio_mu_ms: Literal[20, 40, 60] = 20
+    audio_delay_ms: Literal["auto"] | Annotated[float, Field(ge=20, le=500)] = "auto"
+    max_holdback_ms: Annotated[float, Field(ge=0, le=2000)] = 500.0
+    max_skew_ms: Annotated[float, Field(ge=0, le=500)] = 20.0
+
+
+class RoleSyncSettings(_Section):
+    """`[sync]`."""
+
+    operator: SyncSettings = SyncSettings(max_holdback_ms=50.0, max_skew_ms=100.0)
+    observer: SyncSettings = SyncSettings()
+
+
+class TurnSettings(_Section):
+    """`[turns]`: who drives, and for how long."""
+
+    turn_s: Annotated[float, Field(ge=1, le=86_400)] = 60.0
+    grace_s: Annotated[float, Field(ge=0, le=60)] = 3.0
+    join: Literal["ask", "auto"] = "ask"
+
+
+class DriveSettings(_Section):
+    """`[drive]`: how commands become motion."""
+
+    command_rate_hz: Annotated[float, Field(ge=20, le=50)] = 30.0
+    loop_hz: Annotated[float, Field(ge=20, le=100)] = 50.0
+    max_age_ms: Annotated[float, Field(ge=50, le=1000)] = 150.0
+    fine_fraction: Annotated[float, Field(gt=0, le=1)] = 0.3
+
+
+class BytesDialectSettings(_Section):
+    """`[robot.serial.bytes]`: the thesis's one byte a command; each value is that byte."""
+
+    forward: Annotated[int, Field(ge=0, le=255)] = ord("F")
+    back: Annotated[int, Field(ge=0, le=255)] = ord("B")
+    left: Annotated[int, Field(ge=0, le=255)] = ord("L")
+    right: Annotated[int, Field(ge=0, le=255)] = ord("R")
+    forward_left: Annotated[int, Field(ge=0, le=255)] = ord("G")
+    forward_right: Annotated[int, Field(ge=0, le=255)] = ord("I")
+    back_left: Annotated[int, Field(ge=0, le=255)] = ord("H")
+    back_right: Annotated[int, Field(ge=0, le=255)] = ord("J")
+    stop: Annotated[int, Field(ge=0, le=255)] = ord("S")
+    fine: Annotated[int, Field(ge=0, le=255)] | None = ord("1")
+    gross: Annotated[int, Field(ge=0, le=255)] | None = ord("2")
+
+
+class SerialSettings(_Section):
+    """`[robot.serial]`."""
+
+    url: Annotated[str, Field(min_length=1)] = "/dev/ttyACM0"
+    baud: Annotated[int, Field(ge=300, le=4_000_000)] = 115_200
+    dialect: Literal["frames", "bytes"] = "frames"
+    ttl_ms: Annotated[int, Field(ge=20, le=1000)] = 200
+    reopen_s: Annotated[float, Field(ge=0.05, le=60)] = 0.5
+    bytes: BytesDialectSettings = BytesDialectSettings()
+
+
+class RobotSettings(_Section):
+    """`[robot]`."""
+
+    driver: Annotated[str, Field(min_length=1)] = "simulated"
+    max_linear_mps: Annotated[float, Field(gt=0, le=10)] = 0.6
+    max_angular_rps: Annotated[float, Field(gt=0, le=20)] = 1.5
+    wheel_base_m: Annotated[float, Field(gt=0, le=5)] = 0.3
+    left_trim: Annotated[float, Field(ge=0.1, le=1)] = 1.0
+    right_trim: Annotated[float, Field(ge=0.1, le=1)] = 1.0
+    invert_left: bool = False
+    invert_right: bool = False
+    serial: SerialSettings = SerialSettings()
+
+
+class Settings(_Section):
+    """The whole configuration."""
+
+    server: ServerSettings = ServerSettings()
+    log: LogSettings = LogSettings()
+    ice: IceSettings = IceSettings()
+    video: VideoSettings = VideoSettings()
+    audio: AudioSettings = AudioSettings()
+    sync: RoleSyncSettings = RoleSyncSettings()
+    turns: TurnSettings = TurnSettings()
+    drive: DriveSettings = DriveSettings()
+    robot: RobotSettings = RobotSettings()
+
+
+def load(path: Path | None) -> Settings:
+    """Read a TOML file; the built-in defaults where it is silent or `path` is None.
+
+    Raises `ConfigError` naming the file and all problems at once.
+    """
+    if path is None:
+        return Settings()
+    try:
+        tree = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{path}: is not UTF-8 text; is it the right file?") from error
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"{path}: is not valid TOML: {error}") from error
+    return parse(tree, str(path))
+
+
+def parse(tree: dict[str, Any], name: str) -> Settings:
+    """Check a parsed TOML tree; `name` is how the problems call the file."""
+    try:
+        return Settings.model_validate(tree)
+    except ValidationError as error:
+        lines = [_sentence(problem) for problem in error.errors()]
+        count = f"{len(lines)} problem" + ("s" if len(lines) > 1 else "")
+        raise ConfigError("\n  ".join([f"{name}: {count}:", *dict.fromkeys(lines)])) from error
+
+
+def _sentence(problem: ErrorDetails) -> str:
+    parts = [part for part in problem["loc"] if not _is_branch(part)]
+    key = ".".join(str(part) for part in parts)
+    if problem["type"] == "extra_forbidden":
+        return f"{key}: there is no such key"
+    if problem["type"] == "missing":
+        return f"{key}: is missing"
+    got = problem["input"]
+    message = problem["msg"].removeprefix("Value error, ")
+    if isinstance(got, dict | list) or "input should" not in message.lower():
+        return f"{key}: {message}"
+    return f"{key}: got {got!r}; {message[0].lower()}{message[1:]}"
+
+
+def _is_branch(part: int | str) -> bool:
+    """Pydantic names the branch of a union in the path; a person does not want it."""
+    return isinstance(part, str) and (part.startswith(("literal", "constrained", "function")))

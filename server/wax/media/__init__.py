@@ -1,0 +1,1 @@
+"""source → newest-frame slot → encoder (one per rendition) → fan-out → lane (one per viewer)."""

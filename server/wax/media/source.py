@@ -1,0 +1,93 @@
+"""What a camera or a microphone is to WAX: three methods, called from one thread.
+
+Anybody's device fits: write a class with these methods and name it in the configuration as
+``package.module:Class``. It is built as ``Class(settings, clock)`` with the `VideoSettings` or
+`AudioSettings` of the configuration, then `open`, `read` again and again, and `close` are
+called from a thread of its own, so `read` may block. A `SourceError` from `open` or `read`
+is shown on the page and the source is closed and opened again after a pause.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import cv2
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+SAMPLE_RATE_HZ = 48_000
+"""All sound inside WAX is 48 kHz mono signed 16 bit, the native form of Opus."""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """One picture, planar YUV 4:2:0 (I420).
+
+    `i420` has shape ``(height * 3 // 2, width)``, dtype uint8: the luma plane on top, below it
+    the two chroma planes. Width and height are even. Nobody writes into it after it was made.
+    `captured_s` is the moment of capture on the server's monotonic clock.
+    """
+
+    i420: NDArray[np.uint8]
+    captured_s: float
+
+    @property
+    def width(self) -> int:
+        return int(self.i420.shape[1])
+
+    @property
+    def height(self) -> int:
+        return int(self.i420.shape[0]) * 2 // 3
+
+    @classmethod
+    def from_bgr(cls, bgr: NDArray[np.uint8], captured_s: float) -> Picture:
+        """Make a picture of an OpenCV image ``(height, width, 3)``; an odd edge is cut off."""
+        height, width = bgr.shape[0] & ~1, bgr.shape[1] & ~1
+        i420 = cv2.cvtColor(bgr[:height, :width], cv2.COLOR_BGR2YUV_I420)
+        return cls(i420=i420, captured_s=captured_s)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True, slots=True)
+class Sound:
+    """A piece of sound: `samples` int16 mono at 48 kHz, shape ``(n,)``, n ≥ 1.
+
+    `captured_s` is when the first sample was captured, on the server's monotonic clock.
+    """
+
+    samples: NDArray[np.int16]
+    captured_s: float
+
+
+class VideoSource(Protocol):
+    """Delivers pictures at its own speed."""
+
+    def open(self) -> None:
+        """Get ready; raises `SourceError` with a sentence for a person."""
+        ...
+
+    def read(self) -> Picture:
+        """Block until the next picture (at most 2 s); raises `SourceError`."""
+        ...
+
+    def close(self) -> None:
+        """Release the device. Safe to call twice and without `open`."""
+        ...
+
+
+class AudioSource(Protocol):
+    """Delivers sound at its own speed; pieces of 5 to 40 ms keep the delay low."""
+
+    def open(self) -> None:
+        """Get ready; raises `SourceError` with a sentence for a person."""
+        ...
+
+    def read(self) -> Sound:
+        """Block until the next piece (at most 2 s); raises `SourceError`."""
+        ...
+
+    def close(self) -> None:
+        """Release the device. Safe to call twice and without `open`."""
+        ...

@@ -1,0 +1,271 @@
+"""Every message between page and server, defined once; the page's types are made from these.
+
+Two data channels, both opened by the page: ``drive`` (unordered, no retransmits) carries what is
+worthless when late, ``state`` (reliable, ordered) the rest. All are JSON objects with a
+``type``. Times named ``…server_ms`` are on the server's monotonic clock.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from wax.errors import ProtocolError
+
+MAX_DRIVE_BYTES = 512
+MAX_STATE_BYTES = 2048
+MAX_NAME_CHARS = 24
+
+Ms = Annotated[float, Field(ge=-1e15, le=1e15)]
+Counter = Annotated[int, Field(ge=0, le=2**53)]
+Unit = Annotated[float, Field(ge=-1, le=1)]
+Role = Literal["operator", "queued", "observer"]
+Speed = Literal["fine", "gross"]
+
+
+class _Incoming(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+class _Outgoing(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+# --- drive channel, page → server ---------------------------------------------------------
+
+
+class Drive(_Incoming):
+    """A complete set-point: what the operator's hands say now.
+
+    `linear` and `angular` are shares of the robot's limits (ahead and left are positive).
+    `seen_server_ms` is the capture time of the newest presented picture, null when unknown.
+    """
+
+    type: Literal["drive"]
+    seq: Counter
+    turn: Counter
+    sent_server_ms: Ms
+    linear: Unit
+    angular: Unit
+    speed: Speed
+    seen_server_ms: Ms | None
+    axes: Annotated[dict[Annotated[str, Field(max_length=16)], Unit], Field(max_length=4)] = {}
+
+
+class Ping(_Incoming):
+    """The page's heartbeat, and one half of the clock alignment.
+
+    `sent_page_ms` is the page's own clock, returned in the pong. `pong_id` is the newest pong
+    received and `pong_held_ms` how long ago, from which the server learns the round trip.
+    """
+
+    type: Literal["ping"]
+    id: Counter
+    sent_page_ms: Ms
+    pong_id: Counter | None
+    pong_held_ms: Ms | None
+
+
+class StreamReport(_Incoming):
+    """How one stream plays: `age_ms` capture to presentation, `delay_ms` in the jitter buffer."""
+
+    age_ms: Ms | None
+    delay_ms: Ms | None
+    rate_hz: Annotated[float, Field(ge=0, le=1e6)] | None
+
+
+class Report(_Incoming):
+    """What the page measures, a few times a second; a stream that is off is null."""
+
+    type: Literal["report"]
+    sound: StreamReport | None
+    picture: StreamReport | None
+    clock_error_ms: Ms | None
+
+
+# --- state channel, page → server ---------------------------------------------------------
+
+
+class SetName(_Incoming):
+    """The name that others see; trimmed and cut by the server."""
+
+    type: Literal["name"]
+    name: Annotated[str, Field(max_length=200)]
+
+
+class Join(_Incoming):
+    """Take a place at the end of the queue."""
+
+    type: Literal["join"]
+
+
+class Leave(_Incoming):
+    """Leave the queue, or end one's turn."""
+
+    type: Literal["leave"]
+
+
+class Stop(_Incoming):
+    """Stand still now. Commands older than this do not move the robot again."""
+
+    type: Literal["stop"]
+
+
+class Want(_Incoming):
+    """Which streams this viewer wants and which size of the picture; unknown sizes are refused."""
+
+    type: Literal["want"]
+    sound: bool
+    picture: bool
+    size: Annotated[str, Field(max_length=16)]
+
+
+# --- server → page ------------------------------------------------------------------------
+
+
+class Pong(_Outgoing):
+    """Answer to a ping, on the drive channel."""
+
+    type: Literal["pong"] = "pong"
+    id: int
+    sent_page_ms: float
+    server_ms: float
+
+
+class RobotInfo(_Outgoing):
+    """What the robot can do, disclosed at connect."""
+
+    kind: str
+    max_linear_mps: float
+    max_angular_rps: float
+    fine_fraction: float
+    axes: list[str]
+
+
+class Hello(_Outgoing):
+    """The first message on the state channel."""
+
+    type: Literal["hello"] = "hello"
+    version: str
+    viewer: int
+    robot: RobotInfo
+    sizes: list[str]
+    turn_s: float
+    grace_s: float
+    command_rate_hz: float
+    max_age_ms: float
+
+
+class ViewerInfo(_Outgoing):
+    """One line of the queue. `place` is 0 for the operator, 1… for those waiting, null else."""
+
+    id: int
+    name: str
+    role: Role
+    place: int | None
+    wait_s: float | None
+    lost: bool
+
+
+class TurnInfo(_Outgoing):
+    """The turn that runs; `ends_server_ms` is null only when nobody drives."""
+
+    number: int
+    operator: int | None
+    ends_server_ms: float | None
+
+
+class RobotStatus(_Outgoing):
+    """`problem` is a sentence, null when all is well."""
+
+    connected: bool
+    problem: str | None
+
+
+class SourceStatus(_Outgoing):
+    """`problem` is a sentence, null when pictures or sound arrive."""
+
+    problem: str | None
+
+
+class Room(_Outgoing):
+    """What everybody sees, sent on every change."""
+
+    type: Literal["room"] = "room"
+    viewers: list[ViewerInfo]
+    turn: TurnInfo
+    robot: RobotStatus
+    video: SourceStatus
+    audio: SourceStatus
+
+
+class Playout(_Outgoing):
+    """What the synchronisation policy wants of this page's two jitter buffers.
+
+    null leaves a buffer to the browser. `reason` is a sentence for a person.
+    """
+
+    type: Literal["playout"] = "playout"
+    policy: str
+    sound_target_ms: float | None
+    picture_target_ms: float | None
+    reason: str
+
+
+class RtpClock(_Outgoing):
+    """How RTP time maps to capture time: captured = origin + (rtp - rtp_origin) / rate."""
+
+    type: Literal["rtp_clock"] = "rtp_clock"
+    kind: Literal["audio", "video"]
+    rtp_origin: int
+    rate_hz: int
+    origin_server_ms: float
+
+
+class DriveStatus(_Outgoing):
+    """What becomes of the operator's commands; sent when `reason` changes."""
+
+    type: Literal["drive_status"] = "drive_status"
+    moving: bool
+    reason: str | None
+
+
+class Notice(_Outgoing):
+    """A sentence for this viewer, such as why a request was refused."""
+
+    type: Literal["notice"] = "notice"
+    text: str
+
+
+DriveIn = Annotated[Drive | Ping | Report, Field(discriminator="type")]
+StateIn = Annotated[SetName | Join | Leave | Stop | Want, Field(discriminator="type")]
+DriveOut = Pong
+StateOut = Hello | Room | Playout | RtpClock | DriveStatus | Notice
+
+_DRIVE: TypeAdapter[Drive | Ping | Report] = TypeAdapter(DriveIn)
+_STATE: TypeAdapter[SetName | Join | Leave | Stop | Want] = TypeAdapter(StateIn)
+
+
+def parse_drive(data: str | bytes) -> Drive | Ping | Report:
+    """Bytes of the drive channel become a value; raises `ProtocolError`."""
+    return _parse(_DRIVE, data, MAX_DRIVE_BYTES)
+
+
+def parse_state(data: str | bytes) -> SetName | Join | Leave | Stop | Want:
+    """Bytes of the state channel become a value; raises `ProtocolError`."""
+    return _parse(_STATE, data, MAX_STATE_BYTES)
+
+
+_T = TypeVar("_T")
+
+
+def _parse(adapter: TypeAdapter[_T], data: str | bytes, limit: int) -> _T:
+    if len(data) > limit:
+        raise ProtocolError(f"a message of {len(data)} is longer than {limit}")
+    try:
+        return adapter.validate_json(data)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise ProtocolError(f"{where}: {first['msg']}") from error

@@ -1,0 +1,1 @@
+"""The robot: one driver interface, and the robots that speak it."""
