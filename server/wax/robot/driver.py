@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.config import VideoSettings
     from wax.media.source import AudioSource, VideoSource
 
 
@@ -109,11 +111,15 @@ class Driver(Protocol):
 class HasCamera(Protocol):
     """A robot that brings its own eye: `[video] source = "robot"`."""
 
-    def camera(self) -> VideoSource: ...
+    def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
+        """Make a source of the wanted size and rate; it may outlive a closed robot."""
+        ...
 
 
 @runtime_checkable
 class HasMicrophone(Protocol):
     """A robot that brings its own ear: `[audio] source = "robot"`."""
 
-    def microphone(self) -> AudioSource: ...
+    def microphone(self, clock: Clock) -> AudioSource:
+        """Make a source of what the robot hears; it may outlive a closed robot."""
+        ...
