@@ -1,0 +1,43 @@
+"""What leaves an encoder: a packet for the wire with what a lane must know about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from av.packet import Packet
+
+VIDEO_RATE_HZ = 90_000
+"""RTP clock of every video codec (RFC 3551, section 5)."""
+
+VIDEO_TIME_BASE = Fraction(1, VIDEO_RATE_HZ)
+
+
+@dataclass(frozen=True, slots=True)
+class EncodedPicture:
+    """One encoded picture. `packet.pts` is its capture time at 90 kHz on the server's clock.
+
+    `layer` is the temporal layer: pictures of a layer depend only on pictures of the same or a
+    lower one, and pictures of the highest layer are depended on by none.
+    """
+
+    packet: Packet[Any]
+    rendition: str
+    keyframe: bool
+    layer: int
+    captured_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class EncodedSound:
+    """One Opus packet. `packet.pts` counts samples at 48 kHz without a seam."""
+
+    packet: Packet[Any]
+    captured_s: float
+    duration_samples: int
+
+    @property
+    def pts(self) -> int:
+        return self.packet.pts or 0

@@ -1,0 +1,122 @@
+"""One rendition: a thread that encodes the newest picture while somebody wants it."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Final
+
+import structlog
+
+from wax.media.video_encoder import VideoEncoder
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.clock import Clock
+    from wax.config import RenditionSettings, VideoSettings
+    from wax.media.encoded import EncodedPicture
+    from wax.media.slot import NewestSlot
+    from wax.media.source import Picture
+
+_LOG = structlog.get_logger(__name__)
+
+_KEYFRAME_SPACING_S: Final = 0.3
+"""Requests are coalesced to this: N viewers who lost a packet must not make it all keyframes."""
+
+_POLL_S: Final = 0.5
+
+
+class Rendition:
+    """Encodes one size for everybody; `deliver` is called from the thread with each packet."""
+
+    def __init__(
+        self,
+        *,
+        settings: RenditionSettings,
+        video: VideoSettings,
+        slot: NewestSlot[Picture],
+        clock: Clock,
+        deliver: Callable[[EncodedPicture], None],
+    ) -> None:
+        self.settings = settings
+        self._video = video
+        self._slot = slot
+        self._clock = clock
+        self._deliver = deliver
+        self._wanted = threading.Event()
+        self._keyframe = threading.Event()
+        self._stopping = threading.Event()
+        self._thread: threading.Thread | None = None
+        self.encoded = 0
+
+    @property
+    def wanted(self) -> bool:
+        return self._wanted.is_set()
+
+    def want(self, wanted: bool) -> None:
+        """Encode from now on, or rest; the first picture after a rest is a keyframe."""
+        if wanted and not self._wanted.is_set():
+            self._keyframe.set()
+            self._wanted.set()
+        elif not wanted:
+            self._wanted.clear()
+
+    def request_keyframe(self) -> None:
+        """Make the next picture a keyframe, as soon as the spacing allows."""
+        self._keyframe.set()
+
+    def start(self) -> None:
+        name = f"encode {self.settings.name}"
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread; bounded, safe to call twice."""
+        self._stopping.set()
+        self._wanted.set()
+        self._slot.wake()
+        if self._thread is not None:
+            self._thread.join(timeout=2)
+
+    def _run(self) -> None:
+        while not self._stopping.is_set():
+            self._wanted.wait()
+            try:
+                self._encode_while_wanted()
+            except Exception:
+                # A picture that an encoder chokes on must not end the stream for good.
+                _LOG.exception("encoder failed, starting it anew", rendition=self.settings.name)
+                self._keyframe.set()
+                self._stopping.wait(1.0)
+
+    def _encode_while_wanted(self) -> None:
+        encoder = VideoEncoder(codec=self._video.codec, rendition=self.settings)
+        number = self._slot.count - 1
+        spacing_s = 1.0 / self.settings.fps
+        due_s = 0.0
+        last_keyframe_s = float("-inf")
+        while self._wanted.is_set() and not self._stopping.is_set():
+            found = self._slot.newer_than(number, _POLL_S)
+            if found is None:
+                continue
+            number, picture = found
+            # Half a frame of tolerance: a camera's own jitter must not halve the rate.
+            if picture.captured_s < due_s - spacing_s / 2:
+                continue
+            due_s = max(due_s + spacing_s, picture.captured_s)
+            keyframe = self._keyframe_due(self._clock.now_s() - last_keyframe_s)
+            encoded = encoder.encode(picture, keyframe=keyframe)
+            if encoded is None:
+                continue
+            if encoded.keyframe:
+                last_keyframe_s = self._clock.now_s()
+            self.encoded += 1
+            self._deliver(encoded)
+
+    def _keyframe_due(self, since_s: float) -> bool:
+        if since_s >= self._video.keyframe_interval_s:
+            return True
+        if self._keyframe.is_set() and since_s >= _KEYFRAME_SPACING_S:
+            self._keyframe.clear()
+            return True
+        return False

@@ -1,0 +1,46 @@
+"""The newest-frame slot: a writer that never waits, readers that see only the newest item."""
+
+from __future__ import annotations
+
+import threading
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+
+class NewestSlot(Generic[T]):
+    """Holds one item; a newer one replaces it (source preventive skipping, thesis 2.9.3).
+
+    Any thread may put and any number of threads may wait, each at its own pace.
+    """
+
+    def __init__(self) -> None:
+        self._condition = threading.Condition()
+        self._item: T | None = None
+        self._number = 0
+
+    @property
+    def count(self) -> int:
+        """How many items were ever put."""
+        return self._number
+
+    def put(self, item: T) -> None:
+        """Replace the item and wake everybody who waits for a newer one."""
+        with self._condition:
+            self._item = item
+            self._number += 1
+            self._condition.notify_all()
+
+    def wake(self) -> None:
+        """Let everybody who waits return without an item, to look whether to go on."""
+        with self._condition:
+            self._condition.notify_all()
+
+    def newer_than(self, number: int, timeout_s: float) -> tuple[int, T] | None:
+        """Wait for an item newer than the one with `number`; None after `timeout_s` or `wake`."""
+        with self._condition:
+            if self._number <= number:
+                self._condition.wait(timeout_s)
+            if self._number <= number or self._item is None:
+                return None
+            return self._number, self._item

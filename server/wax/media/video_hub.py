@@ -1,0 +1,92 @@
+"""The fan-out of the picture: from the slot through the renditions to every viewer's lane."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+from wax.media.lane import VideoLane
+from wax.media.rendition import Rendition
+from wax.media.slot import NewestSlot
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.config import VideoSettings
+    from wax.media.encoded import EncodedPicture
+    from wax.media.source import Picture
+
+
+class VideoHub:
+    """Encodes each rendition once and gives the packets to all lanes that want them."""
+
+    def __init__(self, *, settings: VideoSettings, clock: Clock) -> None:
+        self.slot: NewestSlot[Picture] = NewestSlot()
+        self._lanes: set[VideoLane] = set()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._renditions = {
+            one.name: Rendition(
+                settings=one, video=settings, slot=self.slot, clock=clock, deliver=self._from_thread
+            )
+            for one in settings.renditions
+        }
+
+    @property
+    def sizes(self) -> list[str]:
+        """The names of the renditions, the default first."""
+        return list(self._renditions)
+
+    def start(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        for rendition in self._renditions.values():
+            rendition.start()
+
+    def stop(self) -> None:
+        for rendition in self._renditions.values():
+            rendition.stop()
+
+    def add(self) -> VideoLane:
+        """Make a lane; nothing is sent to it until `choose`."""
+        lane = VideoLane()
+        self._lanes.add(lane)
+        return lane
+
+    def remove(self, lane: VideoLane) -> None:
+        self._lanes.discard(lane)
+        self._refresh()
+
+    def choose(self, lane: VideoLane, rendition: str | None) -> None:
+        """Send this rendition to this lane from its next keyframe on, which is asked for."""
+        if rendition == lane.rendition:
+            return
+        lane.choose(rendition)
+        self._refresh()
+        if rendition is not None:
+            self._renditions[rendition].request_keyframe()
+
+    def request_keyframe(self, lane: VideoLane) -> None:
+        """Help a viewer who cannot decode what he got (PLI, RFC 4585; FIR, RFC 5104)."""
+        if lane.rendition is not None:
+            self._renditions[lane.rendition].request_keyframe()
+
+    def statistics(self) -> dict[str, object]:
+        """Counters since the start, by rendition, for the status page."""
+        return {
+            "captured": self.slot.count,
+            "encoded": {name: one.encoded for name, one in self._renditions.items()},
+            "wanted": [name for name, one in self._renditions.items() if one.wanted],
+            "dropped": sum(lane.dropped for lane in self._lanes),
+        }
+
+    def _refresh(self) -> None:
+        for name, rendition in self._renditions.items():
+            rendition.want(any(lane.takes(name) for lane in self._lanes))
+
+    def _from_thread(self, picture: EncodedPicture) -> None:
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._fan_out, picture)
+
+    def _fan_out(self, picture: EncodedPicture) -> None:
+        for lane in self._lanes:
+            lane.put(picture)
+        if picture.keyframe:
+            self._refresh()

@@ -1,0 +1,57 @@
+"""The values between a page's measurements and what a policy makes of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+
+@dataclass(frozen=True, slots=True)
+class StreamPlayout:
+    """How one stream plays at a viewer's; None where his browser does not tell.
+
+    `age_ms` is from capture to presentation, `delay_ms` the part of it in the jitter buffer.
+    """
+
+    age_ms: float | None = None
+    delay_ms: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PlayoutReport:
+    """What a viewer measured last; a stream that is switched off is None."""
+
+    sound: StreamPlayout | None
+    picture: StreamPlayout | None
+
+
+@dataclass(frozen=True, slots=True)
+class PlayoutTargets:
+    """The least delay that each jitter buffer shall keep, in ms; None leaves it to the browser.
+
+    `reason` says in plain words why.
+    """
+
+    sound_ms: float | None
+    picture_ms: float | None
+    reason: str
+
+
+class PlayoutPolicy(Protocol):
+    """Decides for one viewer; holds no clock and does no input or output."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def preroll_ms(self) -> float:
+        """How much past sound to begin with, so that its buffer is full at once."""
+        ...
+
+    def start(self) -> PlayoutTargets:
+        """Return the targets before anything has been measured."""
+        ...
+
+    def decide(self, report: PlayoutReport, now_s: float) -> PlayoutTargets:
+        """Return the targets after a report; `now_s` never falls."""
+        ...
