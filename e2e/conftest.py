@@ -1,0 +1,102 @@
+"""Browsers and servers for the tests; when one fails, the logs of both are shown with it."""
+
+from __future__ import annotations
+
+from contextlib import AsyncExitStack, asynccontextmanager
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import pytest_asyncio
+from playwright.async_api import async_playwright
+
+from e2e.harness.chromium import launch_chromium
+from e2e.harness.server import Server
+from e2e.harness.viewer import Viewer
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Awaitable, Callable, Generator
+    from contextlib import AbstractAsyncContextManager
+    from pathlib import Path
+
+    from playwright.async_api import Browser
+
+    OpenViewer = Callable[..., Awaitable[Viewer]]
+    Serve = Callable[..., AbstractAsyncContextManager[Server]]
+
+SERVERS = pytest.StashKey[list[Server]]()
+VIEWERS = pytest.StashKey[list[Viewer]]()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.stash[SERVERS] = []
+    config.stash[VIEWERS] = []
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """One event loop for the session, because the browser lives on it."""
+    here = str(__file__).removesuffix("conftest.py")
+    for item in items:
+        if str(item.path).startswith(here) and pytest_asyncio.is_async_test(item):
+            item.add_marker(pytest.mark.asyncio(loop_scope="session"), append=False)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, Any, Any]:
+    report = yield
+    if report.failed:
+        for server in item.config.stash[SERVERS]:
+            report.sections.append((f"server {server.url}", server.log[-6000:]))
+        for viewer in item.config.stash[VIEWERS]:
+            lines = "\n".join([*viewer.console[-40:], *viewer.errors])
+            report.sections.append((f"page {viewer.url}", lines))
+    return report
+
+
+@pytest_asyncio.fixture(scope="session", loop_scope="session")
+async def chromium() -> AsyncIterator[Browser]:
+    async with async_playwright() as playwright:
+        browser = await launch_chromium(playwright)
+        yield browser
+        await browser.close()
+
+
+@pytest.fixture(scope="session")
+def serve(pytestconfig: pytest.Config) -> Serve:
+    """Run a server around a block: it serves inside and has stopped well afterwards."""
+
+    @asynccontextmanager
+    async def serving(folder: Path, toml: str) -> AsyncIterator[Server]:
+        server = Server(folder, toml)
+        pytestconfig.stash[SERVERS].append(server)
+        try:
+            await server.start()
+            yield server
+            await server.stop()
+        finally:
+            await server.kill()
+            pytestconfig.stash[SERVERS].remove(server)
+
+    return serving
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def open_viewer(chromium: Browser, pytestconfig: pytest.Config) -> AsyncIterator[OpenViewer]:
+    """Open a person's own browser on a server; he leaves at the end of the test."""
+    viewers = pytestconfig.stash[VIEWERS]
+    async with AsyncExitStack() as leaving:
+
+        async def open_one(server: Server, **options: Any) -> Viewer:
+            context = await chromium.new_context(**options)
+            leaving.push_async_callback(context.close)
+            viewer = await Viewer.prepare(context, server.url)
+            viewers.append(viewer)
+            await viewer.page.goto(server.url)
+            await viewer.sees_picture()
+            return viewer
+
+        yield open_one
+    errors = [error for viewer in viewers for error in viewer.errors]
+    viewers.clear()
+    assert not errors, f"uncaught errors in a page: {errors}"

@@ -1,0 +1,44 @@
+"""Find and launch the system's Chromium, so that no browser is downloaded."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from typing import TYPE_CHECKING
+
+from e2e.harness.missing import missing
+
+if TYPE_CHECKING:
+    from playwright.async_api import Browser, Playwright
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+MAC_PATH = "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome"
+FLAGS = (
+    "--autoplay-policy=no-user-gesture-required",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+    "--disable-quic",
+)
+
+
+def find_chromium() -> str:
+    """Path of the browser: ``WAX_CHROMIUM``, else one of the usual names."""
+    named = os.environ.get("WAX_CHROMIUM")
+    if named:
+        return named
+    path = next(filter(None, map(shutil.which, (*NAMES, MAC_PATH))), None)
+    return path or missing(
+        "no Chromium found: install the package chromium, or set WAX_CHROMIUM to its path"
+    )
+
+
+async def launch_chromium(playwright: Playwright) -> Browser:
+    """Launch it headless; it may play sound without a touch, for the instruments' sake."""
+    root = hasattr(os, "geteuid") and os.geteuid() == 0
+    return await playwright.chromium.launch(
+        executable_path=find_chromium(),
+        headless=True,
+        args=[*FLAGS, *(["--no-sandbox"] if root else [])],
+    )

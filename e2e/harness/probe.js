@@ -1,0 +1,126 @@
+// Runs in the page before the page's own script: keeps hold of every peer connection and reads
+// what is presented. It changes nothing that the page sees.
+(() => {
+  const peers = [];
+  const Native = window.RTCPeerConnection;
+  window.RTCPeerConnection = class extends Native {
+    constructor(...args) {
+      super(...args);
+      peers.push(this);
+    }
+  };
+
+  const peer = () => peers.filter((p) => p.connectionState !== "closed").at(-1) ?? null;
+  const media = () => [...document.querySelectorAll("video, audio")];
+  const video = () => media().find((m) => m.tagName === "VIDEO") ?? null;
+
+  // --- the test card: 3 rows of 16 cells, 40 bits of Unix ms and CRC-8 -------------------
+  const canvas = document.createElement("canvas");
+  const context = canvas.getContext("2d", { willReadFrequently: true });
+
+  const crc8 = (bytes) => {
+    let crc = 0;
+    for (const byte of bytes) {
+      crc ^= byte;
+      for (let i = 0; i < 8; i++) crc = crc & 0x80 ? ((crc << 1) ^ 0x07) & 0xff : (crc << 1) & 0xff;
+    }
+    return crc;
+  };
+
+  const readCells = (element, width, height) => {
+    const cellWidth = width / 16;
+    const cellHeight = height / 15;
+    canvas.width = width;
+    canvas.height = Math.ceil(cellHeight * 3);
+    context.drawImage(element, 0, 0);
+    const bytes = [0, 0, 0, 0, 0, 0];
+    for (let cell = 0; cell < 48; cell++) {
+      const left = Math.round(((cell % 16) + 0.25) * cellWidth);
+      const top = Math.round((Math.floor(cell / 16) + 0.25) * cellHeight);
+      const wide = Math.max(1, Math.round(cellWidth / 2));
+      const high = Math.max(1, Math.round(cellHeight / 2));
+      const { data } = context.getImageData(left, top, wide, high);
+      let sum = 0;
+      for (let i = 0; i < data.length; i += 4) sum += data[i] + data[i + 1] + data[i + 2];
+      if (sum / (data.length / 4) / 3 > 127) bytes[cell >> 3] |= 0x80 >> (cell & 7);
+    }
+    let stamp_ms = 0;
+    for (const byte of bytes.slice(0, 5)) stamp_ms = stamp_ms * 256 + byte;
+    return { stamp_ms, valid: crc8(bytes.slice(0, 5)) === bytes[5] };
+  };
+
+  // The next `count` presented frames: what the card says and how old it is by the wall clock.
+  const cards = (count) =>
+    new Promise((resolve) => {
+      const found = [];
+      const element = video();
+      const onFrame = (_now, metadata) => {
+        const now_ms = Date.now();
+        const { width, height } = metadata;
+        const read = readCells(element, width, height);
+        const age_ms = (now_ms % 2 ** 40) - read.stamp_ms;
+        found.push({ ...read, age_ms, now_ms, width, height });
+        if (found.length >= count) resolve(found);
+        else element.requestVideoFrameCallback(onFrame);
+      };
+      element.requestVideoFrameCallback(onFrame);
+    });
+
+  // --- sound -----------------------------------------------------------------------------
+  // The element that a person would hear now: it has a live sound track, plays and is not muted.
+  const audible = () =>
+    media().find(
+      (m) =>
+        !m.paused &&
+        !m.muted &&
+        m.volume > 0 &&
+        m.srcObject?.getAudioTracks().some((t) => t.readyState === "live" && t.enabled),
+    ) ?? null;
+
+  const blocks = [];
+  let listening = null;
+  // `module` is the text of the worklet that measures blocks of 10 ms.
+  const listen = async (module) => {
+    const element = audible();
+    if (!element || listening) return element !== null;
+    listening = new AudioContext();
+    const moduleUrl = URL.createObjectURL(new Blob([module], { type: "text/javascript" }));
+    await listening.audioWorklet.addModule(moduleUrl);
+    const source = listening.createMediaStreamSource(
+      new MediaStream(element.srcObject.getAudioTracks()),
+    );
+    const meter = new AudioWorkletNode(listening, "wax-meter", { numberOfOutputs: 0 });
+    meter.port.onmessage = ({ data }) => {
+      blocks.push(...data);
+      if (blocks.length > 6000) blocks.splice(0, blocks.length - 6000);
+    };
+    source.connect(meter);
+    await listening.resume();
+    return true;
+  };
+
+  // --- what the browser itself counts ----------------------------------------------------
+  const inbound = async (kind) => {
+    const found = peer();
+    if (!found) return null;
+    for (const report of (await found.getStats()).values()) {
+      if (report.type === "inbound-rtp" && report.kind === kind) return { ...report };
+    }
+    return null;
+  };
+
+  window.waxProbe = {
+    cards,
+    inbound,
+    listen,
+    heard: () => blocks.slice(),
+    forget: () => void blocks.splice(0),
+    audible: () => audible() !== null,
+    playing: () => {
+      const v = video();
+      return v !== null && !v.paused && v.readyState >= 2 && v.videoWidth > 0;
+    },
+    state: () => peer()?.connectionState ?? "none",
+    peers: () => peers.length,
+  };
+})();

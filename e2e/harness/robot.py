@@ -1,0 +1,51 @@
+"""Where the robot is, by the server's own account, and whether it moves."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from e2e.harness.server import Server
+
+STILL_M = 0.002
+STILL_RAD = 0.004
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+    def moved(self, since: Pose) -> bool:
+        """Tell a motion from the noise of reading it."""
+        return self.distance_m(since) > STILL_M or abs(self.turned_rad(since)) > STILL_RAD
+
+    def distance_m(self, since: Pose) -> float:
+        return math.hypot(self.x_m - since.x_m, self.y_m - since.y_m)
+
+    def turned_rad(self, since: Pose) -> float:
+        """Counter-clockwise, -pi…pi."""
+        turn = self.heading_rad - since.heading_rad
+        return math.atan2(math.sin(turn), math.cos(turn))
+
+
+async def pose(server: Server) -> Pose:
+    robot = (await server.status())["robot"]
+    return Pose(**robot["pose"])
+
+
+async def moves(server: Server, during_s: float = 0.5) -> bool:
+    """Tell whether the pose changes during the next `during_s`."""
+    before = await pose(server)
+    await asyncio.sleep(during_s)
+    return (await pose(server)).moved(before)
+
+
+async def stands_still(server: Server, after_s: float = 0.5) -> bool:
+    """Tell whether the robot stands `after_s` from now and stays so for a while."""
+    await asyncio.sleep(after_s)
+    return not await moves(server, during_s=0.6)

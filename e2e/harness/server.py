@@ -1,0 +1,127 @@
+"""One real server: its own process, started as a person starts it and stopped the same way."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import socket
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import aiohttp
+
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from asyncio.subprocess import Process
+
+COMMAND = Path(sys.executable).with_name("wax")
+STOP_WITHIN_S = 3.0
+"""The issue's promise: Ctrl-C and SIGTERM exit within it."""
+
+
+def free_port() -> int:
+    """Return a TCP port of the loopback interface that nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+class Server:
+    """`toml` is its whole configuration, `folder` takes that and the log."""
+
+    def __init__(self, folder: Path, toml: str, *, port: int | None = None) -> None:
+        self.port = port or free_port()
+        self.url = f"http://127.0.0.1:{self.port}"
+        self.log_path = folder / "server.log"
+        self._config_path = folder / "wax.toml"
+        self._config_path.write_text(toml, encoding="utf-8")
+        self._process: Process | None = None
+
+    @property
+    def log(self) -> str:
+        if not self.log_path.exists():
+            return ""
+        return self.log_path.read_text(encoding="utf-8", errors="replace")
+
+    @property
+    def pid(self) -> int:
+        assert self._process is not None, "the server was not started"
+        return self._process.pid
+
+    async def launch(self) -> None:
+        """Start the process and return at once."""
+        arguments = ["--config", str(self._config_path)]
+        arguments += ["--host", "127.0.0.1", "--port", str(self.port)]
+        with self.log_path.open("ab") as log:
+            self._process = await asyncio.create_subprocess_exec(
+                str(COMMAND), *arguments, stdin=asyncio.subprocess.DEVNULL, stdout=log, stderr=log
+            )
+
+    async def start(self) -> None:
+        """Start the process and wait until it serves."""
+        await self.launch()
+        await eventually(self._serves_or_ended, "the server serves", within_s=20)
+        code = self._process.returncode if self._process else None
+        assert code is None, f"the server ended with {code} at start:\n{self.log}"
+
+    async def exit_code(self, within_s: float) -> int:
+        """Wait for the process to end by itself."""
+        assert self._process is not None, "the server was not started"
+        return await asyncio.wait_for(self._process.wait(), within_s)
+
+    async def stop(self, how: signal.Signals = signal.SIGTERM) -> None:
+        """Ask it to end; raises `AssertionError` when it is late, fails or complained."""
+        if self._process is None or self._process.returncode is not None:
+            return
+        asked_s = time.monotonic()
+        self._process.send_signal(how)
+        try:
+            code = await self.exit_code(10)
+        except TimeoutError:
+            self._process.kill()
+            await self._process.wait()
+            raise AssertionError(f"still running 10 s after {how.name}") from None
+        took_s = time.monotonic() - asked_s
+        assert code == 0, f"exit status {code} after {how.name}"
+        assert took_s <= STOP_WITHIN_S, f"{took_s:.1f} s from {how.name} to the end"
+        assert "Traceback" not in self.log, "the server's log holds a traceback"
+
+    async def kill(self) -> None:
+        """End it without a chance to say goodbye."""
+        if self._process is not None and self._process.returncode is None:
+            self._process.kill()
+            await self._process.wait()
+
+    async def get(self, path: str) -> tuple[int, Any]:
+        """HTTP status and parsed JSON (text where it is none)."""
+        async with aiohttp.ClientSession() as http, http.get(self.url + path) as response:
+            if response.content_type == "application/json":
+                return response.status, await response.json()
+            return response.status, await response.text()
+
+    async def post(self, path: str, body: bytes, content_type: str) -> tuple[int, str]:
+        headers = {"Content-Type": content_type}
+        async with (
+            aiohttp.ClientSession() as http,
+            http.post(self.url + path, data=body, headers=headers) as response,
+        ):
+            return response.status, await response.text()
+
+    async def status(self) -> dict[str, Any]:
+        """`GET /api/status`."""
+        code, body = await self.get("/api/status")
+        assert code == 200, f"/api/status says {code}: {body}"
+        assert isinstance(body, dict)
+        return body
+
+    async def _serves_or_ended(self) -> bool:
+        if self._process is not None and self._process.returncode is not None:
+            return True
+        try:
+            code, _ = await self.get("/healthz")
+        except aiohttp.ClientError:
+            return False
+        return code == 200

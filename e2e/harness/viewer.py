@@ -1,0 +1,143 @@
+"""One person at one browser window: eyes, ears and hands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from playwright.async_api import BrowserContext, Locator, Page
+
+HERE = Path(__file__).parent
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """What one presented frame of the test card says; `age_ms` by the wall clock."""
+
+    stamp_ms: int
+    valid: bool
+    age_ms: float
+    now_ms: float
+    width: int
+    height: int
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """10 ms of sound as heard: when (Unix ms), how loud, and the card's two tones' amplitudes."""
+
+    start_ms: float
+    rms: float
+    tone: float
+    burst: float
+
+
+class Viewer:
+    """A page with the probe in it; controls are found by role and accessible name only."""
+
+    def __init__(self, page: Page, url: str) -> None:
+        self.page = page
+        self.url = url
+        self.console: list[str] = []
+        self.errors: list[str] = []
+        page.on("console", lambda message: self.console.append(f"{message.type}: {message.text}"))
+        page.on("pageerror", lambda error: self.errors.append(str(error)))
+
+    @classmethod
+    async def prepare(cls, context: BrowserContext, url: str) -> Viewer:
+        """Make a page with the instruments in it, still empty."""
+        await context.add_init_script(path=HERE / "probe.js")
+        return cls(await context.new_page(), url)
+
+    # --- the controls ---------------------------------------------------------------------
+
+    def button(self, name: str) -> Locator:
+        return self.page.get_by_role("button", name=name, exact=True)
+
+    def switch(self, name: str) -> Locator:
+        return self.page.get_by_role("switch", name=name, exact=True)
+
+    def radio(self, name: str) -> Locator:
+        group = self.page.get_by_role("radiogroup", name="Speed", exact=True)
+        return group.or_(self.page.get_by_role("group", name="Speed", exact=True)).get_by_role(
+            "radio", name=name, exact=True
+        )
+
+    @property
+    def size(self) -> Locator:
+        return self.page.get_by_role("combobox", name="Picture size", exact=True)
+
+    @property
+    def name(self) -> Locator:
+        return self.page.get_by_role("textbox", name="Your name", exact=True)
+
+    @property
+    def queue(self) -> Locator:
+        return self.page.get_by_role("list", name="Queue", exact=True)
+
+    @property
+    def timer(self) -> Locator:
+        return self.page.get_by_role("timer")
+
+    async def call_oneself(self, name: str) -> None:
+        await self.name.fill(name)
+        await self.name.press("Enter")
+
+    async def join(self) -> None:
+        await self.button("Join the queue").click()
+
+    async def leave(self) -> None:
+        await self.button("Leave the queue").click()
+
+    async def drives(self, within_s: float = 10) -> None:
+        """Wait until the page says that this viewer drives."""
+        await self.page.get_by_text("You are driving").first.wait_for(
+            state="visible", timeout=within_s * 1000
+        )
+
+    # --- the eyes -------------------------------------------------------------------------
+
+    async def probe(self, expression: str) -> Any:
+        return await self.page.evaluate(f"window.waxProbe.{expression}")
+
+    async def sees_picture(self, within_s: float = 15) -> None:
+        async def playing() -> bool:
+            return bool(await self.probe("playing()"))
+
+        await eventually(playing, "the picture plays", within_s=within_s)
+
+    async def cards(self, count: int = 10) -> list[Card]:
+        """Read the test card off the next `count` presented frames."""
+        return [Card(**card) for card in await self.probe(f"cards({count})")]
+
+    async def inbound(self, kind: str) -> dict[str, Any]:
+        """Return the browser's own count of one incoming stream, empty when there is none."""
+        return await self.probe(f"inbound('{kind}')") or {}
+
+    async def packets(self, kind: str) -> int:
+        return int((await self.inbound(kind)).get("packetsReceived", 0))
+
+    # --- the ears -------------------------------------------------------------------------
+
+    async def listen(self) -> None:
+        """Press Start where it is still offered and put the meter on what is heard."""
+        if await self.button("Start").is_visible():
+            await self.button("Start").click()
+
+        meter = (HERE / "meter.js").read_text(encoding="utf-8")
+
+        async def hears() -> bool:
+            return bool(await self.page.evaluate("window.waxProbe.listen", meter))
+
+        await eventually(hears, "the page plays sound", within_s=10)
+
+    async def heard(self) -> list[Block]:
+        """Everything that was heard since `listen` or `forget`, at most a minute."""
+        return [Block(**block) for block in await self.probe("heard()")]
+
+    async def forget(self) -> None:
+        await self.probe("forget()")

@@ -1,0 +1,33 @@
+"""Wait for what another process or a page will do, bounded, and say what did not happen."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
+T = TypeVar("T")
+
+
+async def eventually(
+    ask: Callable[[], Awaitable[T]],
+    what: str,
+    *,
+    within_s: float = 10.0,
+    every_s: float = 0.1,
+) -> T:
+    """Ask again and again until the answer is true, and return it.
+
+    Raises `AssertionError` with `what` and the last answer when `within_s` have passed.
+    """
+    deadline_s = time.monotonic() + within_s
+    while True:
+        answer = await ask()
+        if answer:
+            return answer
+        if time.monotonic() > deadline_s:
+            raise AssertionError(f"not within {within_s:g} s: {what} (last answer: {answer!r})")
+        await asyncio.sleep(every_s)
