@@ -88,14 +88,19 @@ class SoundHub:
                 lane.put_all(_last(past, preroll_ms))
         self._forget_unwanted()
 
-    def statistics(self) -> dict[str, object]:
-        """Counters since the start, for the status page."""
-        return {
-            "captured": self._captured,
-            "encoded": self._encoded,
-            "wanted": sorted(self._units),
-            "dropped": sum(lane.dropped for lane in self._lanes),
-        }
+    @property
+    def wanted(self) -> list[int]:
+        """The media units, in ms, that somebody hears now; no other is encoded."""
+        return sorted(self._units)
+
+    @property
+    def dropped(self) -> int:
+        """Packets that lanes had no room for, of all who are here."""
+        return sum(lane.dropped for lane in self._lanes)
+
+    def counts(self) -> dict[str, int]:
+        """Count 20 ms blocks captured and packets encoded since the start."""
+        return {"captured": self._captured, "encoded": self._encoded}
 
     def _ready(self, mu_ms: int) -> list[EncodedSound]:
         unit = self._units.get(mu_ms)

@@ -68,14 +68,20 @@ class VideoHub:
         if lane.rendition is not None:
             self._renditions[lane.rendition].request_keyframe()
 
-    def statistics(self) -> dict[str, object]:
-        """Counters since the start, by rendition, for the status page."""
-        return {
-            "captured": self.slot.count,
-            "encoded": {name: one.encoded for name, one in self._renditions.items()},
-            "wanted": [name for name, one in self._renditions.items() if one.wanted],
-            "dropped": sum(lane.dropped for lane in self._lanes),
-        }
+    @property
+    def wanted(self) -> list[str]:
+        """The renditions that somebody watches now; no other is encoded."""
+        return [name for name, one in self._renditions.items() if one.wanted]
+
+    @property
+    def dropped(self) -> int:
+        """Pictures that lanes had no room for, of all who are here."""
+        return sum(lane.dropped for lane in self._lanes)
+
+    def counts(self) -> dict[str, int]:
+        """Count pictures since the start: captured, and encoded by rendition."""
+        encoded = {name: one.encoded for name, one in self._renditions.items()}
+        return {"captured": self.slot.count} | encoded
 
     def _refresh(self) -> None:
         for name, rendition in self._renditions.items():

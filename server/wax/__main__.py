@@ -1,0 +1,91 @@
+"""The `wax` command: arguments → configuration → run."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from wax import __version__, config
+from wax.clock import SystemClock
+from wax.errors import ConfigError, WaxError
+from wax.telemetry import configure_logs
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wax.config import Settings
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command; the exit status is 0 for well, 1 for could not, 2 for wrong use."""
+    arguments = _parser().parse_args(argv)
+    try:
+        if arguments.command == "devices":
+            return _devices()
+        return _serve(_settings(arguments))
+    except ConfigError as error:
+        print(f"wax: {error}", file=sys.stderr)
+        return 2
+    except WaxError as error:
+        print(f"wax: {error}", file=sys.stderr)
+        return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="wax", description="Serve a robot to browsers: picture, sound, and turns to drive."
+    )
+    parser.add_argument("--version", action="version", version=f"wax {__version__}")
+    parser.add_argument("--config", type=Path, metavar="FILE", help="a TOML file; see wax.toml")
+    parser.add_argument("--host", help="where to listen; 0.0.0.0 lets other devices in")
+    parser.add_argument("--port", type=int, help="the port of the page (8080)")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+    commands.add_parser("run", help="serve (also without a command)")
+    commands.add_parser("devices", help="list cameras, microphones and serial ports")
+    return parser
+
+
+def _settings(arguments: argparse.Namespace) -> Settings:
+    settings = config.load(arguments.config)
+    given = {"host": arguments.host, "port": arguments.port}
+    server = settings.server.model_dump() | {k: v for k, v in given.items() if v is not None}
+    checked = config.parse({"server": server}, "the command line")
+    return settings.model_copy(update={"server": checked.server})
+
+
+def _serve(settings: Settings) -> int:
+    # Only here: `wax devices` and a wrong option shall not wait for the media libraries.
+    from wax.app import App
+    from wax.web.addresses import page_urls
+
+    configure_logs(settings.log)
+
+    def ready(port: int) -> None:
+        first, *others = page_urls(settings.server.host, port)
+        print(f"\n  WAX is serving the {settings.robot.driver} robot.\n\n  Here:   {first}")
+        for url in others:
+            print(f"  Phone:  {url}")
+        if not others and settings.server.host == "localhost":
+            print("  Phone:  start with --host 0.0.0.0 to let other devices in")
+        print("\n  Ctrl-C stops the robot and the server.\n", flush=True)
+
+    async def run() -> None:
+        await App(settings=settings, clock=SystemClock()).run(ready)
+
+    asyncio.run(run())
+    return 0
+
+
+def _devices() -> int:
+    from wax.media.devices import list_devices
+    from wax.robot.serial.ports import list_ports
+
+    print("\n".join([*list_devices(), *list_ports()]))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,200 @@
+"""The composition root: builds every part, wires it, starts and stops it in order.
+
+picture: source → capture → slot → rendition → lane → track → browser
+sound:   source → capture → blocks → encoder → lane → track → browser
+command: browser → data channel → viewer → gate → control loop → driver
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+import signal
+from typing import TYPE_CHECKING, Final
+
+import structlog
+from aiohttp import web
+
+from wax.control.loop import ControlLoop
+from wax.control.turns import Turns
+from wax.errors import StartError
+from wax.media.blocks import Blocks
+from wax.media.capture import Capture
+from wax.media.find import make_sources
+from wax.media.imprint import imprint
+from wax.media.sound_hub import SoundHub
+from wax.media.video_hub import VideoHub
+from wax.robot.find import make_driver
+from wax.room import Room
+from wax.rtc import private
+from wax.status import Status
+from wax.tasks import TaskSupervisor
+from wax.telemetry import Counters, Rates
+from wax.web.routes import Routes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.clock import Clock
+    from wax.config import Settings
+    from wax.media.source import Picture, Sound
+
+_LOG = structlog.get_logger(__name__)
+
+_STOP_S: Final = 2.5
+"""Everything after the robot stands: peers, sockets and threads get this long together."""
+
+
+class App:
+    """One robot, one server. Built outside the event loop, `run` once inside it."""
+
+    def __init__(self, *, settings: Settings, clock: Clock) -> None:
+        self._settings = settings
+        self._clock = clock
+        self._stopping = asyncio.Event()
+        self._died: str | None = None
+        self._supervisor = TaskSupervisor(self._task_died)
+        counters = Counters()
+
+        self._driver = make_driver(settings.robot, clock)
+        sources = make_sources(settings.video, settings.audio, clock, self._driver)
+        self._video = VideoHub(settings=settings.video, clock=clock)
+        self._audio = SoundHub(settings=settings.audio)
+        self._video_capture = sources.video and Capture(
+            name="camera",
+            source=sources.video,
+            sink=self._take_picture,
+            retry_s=settings.video.retry_s,
+            clock=clock,
+        )
+        self._audio_capture = sources.audio and Capture(
+            name="microphone",
+            source=sources.audio,
+            sink=self._take_sound,
+            retry_s=settings.audio.retry_s,
+            clock=clock,
+        )
+        self._blocks = Blocks()
+        turns = Turns(settings.turns)
+        self._room = Room(
+            settings=settings,
+            clock=clock,
+            counters=counters,
+            video=self._video,
+            audio=self._audio,
+            driver=self._driver,
+            turns=turns,
+            captures={"video": self._video_capture, "audio": self._audio_capture},
+        )
+        self._control = ControlLoop(
+            clock=clock,
+            turns=turns,
+            driver=self._driver,
+            settings=settings.drive,
+            link_delay_s=self._room.link_delay_s,
+            on_events=self._room.turn_events,
+            on_status=self._room.drive_status,
+        )
+        self._room.steer(self._control)
+        self._status = Status(
+            clock=clock,
+            room=self._room,
+            turns=turns,
+            driver=self._driver,
+            video=self._video,
+            audio=self._audio,
+            counters=counters,
+            rates=Rates(),
+        )
+        routes = Routes(room=self._room, ice=settings.ice, status=self._status)
+        self._runner = web.AppRunner(
+            routes.application(), access_log=None, shutdown_timeout=0.5, handle_signals=False
+        )
+
+    async def run(self, on_ready: Callable[[int], None]) -> None:
+        """Serve until a signal or a death; the robot stands still before anything else ends.
+
+        `on_ready` gets the port once the page can be opened. Raises `StartError`.
+        """
+        private.install()
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            with contextlib.suppress(NotImplementedError):  # Windows: Ctrl-C raises instead
+                loop.add_signal_handler(number, self.stop)
+        try:
+            await self._start()
+            on_ready(self._runner.addresses[0][1])
+            await self._stopping.wait()
+        finally:
+            await self._shut_down()
+        if self._died is not None:
+            raise StartError(f"the server stopped: its part '{self._died}' died; see the log")
+
+    def stop(self) -> None:
+        """Stop the robot at once, then let `run` end."""
+        self._control.stop()
+        self._stopping.set()
+
+    async def _start(self) -> None:
+        # The port first: a server that is already running keeps the robot and the camera.
+        await self._runner.setup()
+        await self._listen()
+        self._driver.open()
+        self._video.start()
+        self._audio.start()
+        for capture in (self._video_capture, self._audio_capture):
+            if capture is not None:
+                capture.start()
+        self._supervisor.spawn("control loop", self._control.run())
+        self._supervisor.spawn("room", self._room.run())
+        self._supervisor.spawn("status", self._status.run())
+
+    async def _listen(self) -> None:
+        host, port = self._settings.server.host, self._settings.server.port
+        try:
+            await web.TCPSite(self._runner, host, port).start()
+        except OSError as error:
+            if error.errno == errno.EADDRINUSE:
+                raise StartError(
+                    f"port {port} is taken by another program; end it, or choose another port"
+                    " with --port"
+                ) from error
+            raise StartError(
+                f"cannot listen on {host}:{port}: {error.strerror or error}; check --host and --port"
+            ) from error
+
+    async def _shut_down(self) -> None:
+        self._control.stop()
+        try:
+            async with asyncio.timeout(_STOP_S):
+                await self._room.close()
+                await self._supervisor.stop()
+                await self._runner.cleanup()
+                await asyncio.to_thread(self._stop_threads)
+        except TimeoutError:
+            _LOG.warning("not everything ended in time; leaving it behind")
+        finally:
+            self._driver.close()
+
+    def _stop_threads(self) -> None:
+        for capture in (self._video_capture, self._audio_capture):
+            if capture is not None:
+                capture.stop()
+        self._video.stop()
+
+    def _task_died(self, name: str) -> None:
+        self._died = name
+        self.stop()
+
+    def _take_picture(self, picture: Picture) -> None:
+        """Take a picture, in the camera's thread."""
+        if self._settings.video.imprint:
+            behind_ms = (self._clock.now_s() - picture.captured_s) * 1000
+            picture = imprint(picture, self._clock.wall_ms() - round(behind_ms))
+        self._video.slot.put(picture)
+
+    def _take_sound(self, sound: Sound) -> None:
+        """Take sound, in the microphone's thread."""
+        for block in self._blocks.push(sound):
+            self._audio.push(block)

@@ -1,0 +1,300 @@
+"""Everybody who is here: admits viewers, notices who has gone, and tells all what all may see."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Final
+
+import structlog
+
+from wax import __version__, messages
+from wax.errors import FullError
+from wax.rtc.peer import Peer
+from wax.viewer import Viewer
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.config import Settings, SyncSettings
+    from wax.control.gate import Command
+    from wax.control.loop import ControlLoop
+    from wax.control.turns import TurnEvent, Turns
+    from wax.media.capture import Capture
+    from wax.media.sound_hub import SoundHub
+    from wax.media.source import Picture, Sound
+    from wax.media.video_hub import VideoHub
+    from wax.robot.driver import Driver
+    from wax.telemetry import Counters
+
+_LOG = structlog.get_logger(__name__)
+
+_SWEEP_S: Final = 0.1
+_LOST_S: Final = 1.0
+"""Five heartbeats missed: the link is lost, the robot stands, the turn is kept for the grace."""
+_DEAD_S: Final = 10.0
+"""Nothing for this long: the peer is closed; a page that is still there makes a new one."""
+_ROOM_EVERY_S: Final = 5.0
+"""The waits run down by themselves and are not worth a message each second."""
+
+
+class Room:
+    """The viewers, their peers and their queue; all methods belong to the event loop."""
+
+    def __init__(
+        self,
+        *,
+        settings: Settings,
+        clock: Clock,
+        counters: Counters,
+        video: VideoHub,
+        audio: SoundHub,
+        driver: Driver,
+        turns: Turns,
+        captures: dict[str, Capture[Picture] | Capture[Sound] | None],
+    ) -> None:
+        self._settings = settings
+        self._clock = clock
+        self._counters = counters
+        self._video = video
+        self._audio = audio
+        self._driver = driver
+        self._turns = turns
+        self._captures = captures
+        self._control: ControlLoop | None = None
+        self._viewers: dict[int, Viewer] = {}
+        self._gone_since_s: dict[int, float] = {}
+        self._next_number = 1
+        self._told = ""
+        self._told_s = 0.0
+        self._changed = asyncio.Event()
+
+    def steer(self, control: ControlLoop) -> None:
+        """Connect the control loop, which itself reports to this room."""
+        self._control = control
+
+    @property
+    def control(self) -> ControlLoop:
+        assert self._control is not None
+        return self._control
+
+    @property
+    def viewers(self) -> list[Viewer]:
+        """Everybody, in the order of their coming."""
+        return list(self._viewers.values())
+
+    # --- admission -------------------------------------------------------------------------
+
+    async def answer(self, client: str, offer: str) -> str:
+        """Answer a page's offer; the same `client` gets back the same place, turn and name.
+
+        Raises `FullError` or `SignallingError`.
+        """
+        viewer = next((v for v in self._viewers.values() if v.client == client), None)
+        if viewer is None:
+            viewer = self._admit(client)
+        old, viewer.peer = viewer.peer, None
+        if old is not None:
+            await old.close()
+        video_lane, sound_lane = viewer.lanes()
+        peer = Peer(
+            ice_servers=self._settings.ice.servers,
+            video_codec=self._settings.video.codec,
+            video=video_lane,
+            audio=sound_lane,
+            events=viewer,
+            now_s=self._clock.now_s,
+        )
+        viewer.peer = peer
+        self._gone_since_s.pop(viewer.number, None)
+        return await peer.answer(offer)
+
+    def _admit(self, client: str) -> Viewer:
+        if len(self._viewers) >= self._settings.server.max_viewers:
+            raise FullError(
+                f"All {self._settings.server.max_viewers} places are taken; try again later."
+            )
+        viewer = Viewer(
+            number=self._next_number,
+            client=client,
+            clock=self._clock,
+            counters=self._counters,
+            video=self._video,
+            audio=self._audio,
+            events=self,
+            sync=self._settings.sync.observer,
+        )
+        self._next_number += 1
+        self._viewers[viewer.number] = viewer
+        return viewer
+
+    # --- what viewers tell (ViewerEvents) --------------------------------------------------
+
+    def viewer_connected(self, viewer: Viewer) -> None:
+        _LOG.info("viewer connected", viewer=viewer.number)
+        viewer.send(self._hello(viewer))
+        if self._turns.is_lost(viewer.number):
+            self.control.returned(viewer.number)
+        else:
+            self.control.connect(viewer.number)
+        self._told = ""
+        self.changed()
+
+    def viewer_closed(self, viewer: Viewer, peer: Peer | None) -> None:
+        if peer is not viewer.peer:
+            return
+        _LOG.info("viewer's peer closed", viewer=viewer.number)
+        viewer.peer = None
+        viewer.release()
+        self.control.lost(viewer.number)
+        self._gone_since_s[viewer.number] = self._clock.now_s()
+        self.changed()
+
+    def viewer_renamed(self) -> None:
+        self.changed()
+
+    def viewer_asks(self, viewer: Viewer, request: messages.Join | messages.Leave) -> None:
+        if isinstance(request, messages.Join):
+            self.control.join(viewer.number)
+        else:
+            self.control.leave(viewer.number)
+        self.changed()
+
+    def viewer_stops(self, viewer: Viewer) -> None:
+        if not self.control.operator_stop(viewer.number):
+            viewer.send(messages.Notice(text="Only whoever drives can stop the robot."))
+
+    def viewer_drives(self, viewer: Viewer, command: Command) -> None:
+        self.control.offer(viewer.number, command)
+
+    # --- what the control loop tells -------------------------------------------------------
+
+    def turn_events(self, events: tuple[TurnEvent, ...]) -> None:
+        """Follow the turns: the policy changes with the role, and everybody is told."""
+        for event in events:
+            _LOG.info("turn", what=type(event).__name__, number=getattr(event, "number", None))
+        for viewer in self._viewers.values():
+            viewer.follow(self._sync(viewer.number))
+        self.changed()
+
+    def drive_status(self, number: int, moving: bool, reason: str | None) -> None:
+        viewer = self._viewers.get(number)
+        if viewer is not None:
+            viewer.send(messages.DriveStatus(moving=moving, reason=reason))
+
+    def _sync(self, number: int) -> SyncSettings:
+        roles = self._settings.sync
+        return roles.operator if number == self._turns.operator else roles.observer
+
+    def link_delay_s(self, number: int) -> float | None:
+        """Return the measured one-way delay of a viewer's link."""
+        viewer = self._viewers.get(number)
+        return None if viewer is None else viewer.link.one_way_s
+
+    # --- the room's own rounds -------------------------------------------------------------
+
+    def changed(self) -> None:
+        """Tell everybody soon; many changes at once become one message."""
+        self._changed.set()
+
+    async def run(self) -> None:
+        """Sweep for lost links and tell everybody what has changed, until cancelled."""
+        while True:
+            try:
+                async with asyncio.timeout(_SWEEP_S):
+                    await self._changed.wait()
+            except TimeoutError:
+                self._sweep(self._clock.now_s())
+            self._changed.clear()
+            self._tell(self._clock.now_s())
+
+    async def close(self) -> None:
+        """Close every peer."""
+        peers = [viewer.peer for viewer in self._viewers.values() if viewer.peer is not None]
+        await asyncio.gather(*(peer.close() for peer in peers))
+
+    def _sweep(self, now_s: float) -> None:
+        for viewer in self.viewers:
+            if viewer.peer is None:
+                since_s = self._gone_since_s.setdefault(viewer.number, now_s)
+                if now_s - since_s >= self._settings.turns.grace_s:
+                    self._forget(viewer)
+                continue
+            silence_s = viewer.link.silence_s(now_s)
+            if silence_s > _DEAD_S or not viewer.peer.is_alive:
+                viewer.peer.abandon()
+            elif viewer.is_ready and silence_s > _LOST_S:
+                self.control.lost(viewer.number)
+            elif viewer.is_ready and self._turns.is_lost(viewer.number):
+                self.control.returned(viewer.number)
+
+    def _forget(self, viewer: Viewer) -> None:
+        _LOG.info("viewer gone", viewer=viewer.number)
+        del self._viewers[viewer.number]
+        self._gone_since_s.pop(viewer.number, None)
+        self.control.gone(viewer.number)
+        self.changed()
+
+    def _tell(self, now_s: float) -> None:
+        snapshot = self.snapshot(now_s)
+        lasting = snapshot.model_dump_json(exclude={"viewers": {"__all__": {"wait_s"}}})
+        if lasting == self._told and now_s - self._told_s < _ROOM_EVERY_S:
+            return
+        self._told, self._told_s = lasting, now_s
+        text = snapshot.model_dump_json()
+        for viewer in self._viewers.values():
+            if viewer.is_ready:
+                viewer.send_text(text)
+
+    # --- what everybody may see ------------------------------------------------------------
+
+    def snapshot(self, now_s: float) -> messages.Room:
+        """Return the room as everybody may see it."""
+        state = self._driver.state()
+        ends_s = self._turns.ends_s
+        return messages.Room(
+            viewers=[self._line(v, now_s) for v in self._viewers.values() if v.was_ready],
+            turn=messages.TurnInfo(
+                number=self._turns.number,
+                operator=self._turns.operator,
+                ends_server_ms=None if ends_s is None else ends_s * 1000,
+            ),
+            robot=messages.RobotStatus(connected=state.connected, problem=state.problem),
+            video=messages.SourceStatus(problem=self._problem("video")),
+            audio=messages.SourceStatus(problem=self._problem("audio")),
+        )
+
+    def _line(self, viewer: Viewer, now_s: float) -> messages.ViewerInfo:
+        place = self._turns.place(viewer.number)
+        wait_s = self._turns.wait_s(viewer.number, now_s)
+        return messages.ViewerInfo(
+            id=viewer.number,
+            name=viewer.name,
+            role="observer" if place is None else "operator" if place == 0 else "queued",
+            place=place,
+            wait_s=None if wait_s is None else round(wait_s),
+            lost=self._turns.is_lost(viewer.number),
+        )
+
+    def _problem(self, stream: str) -> str | None:
+        capture = self._captures[stream]
+        if capture is None:
+            return "there is no camera" if stream == "video" else "there is no microphone"
+        return capture.problem
+
+    def _hello(self, viewer: Viewer) -> messages.Hello:
+        limits = self._driver.limits
+        return messages.Hello(
+            version=__version__,
+            viewer=viewer.number,
+            robot=messages.RobotInfo(
+                kind=self._driver.kind,
+                max_linear_mps=limits.linear_mps,
+                max_angular_rps=limits.angular_rps,
+                fine_fraction=self._settings.drive.fine_fraction,
+                axes=list(limits.axes),
+            ),
+            sizes=self._video.sizes,
+            turn_s=self._settings.turns.turn_s,
+            grace_s=self._settings.turns.grace_s,
+            command_rate_hz=self._settings.drive.command_rate_hz,
+            max_age_ms=self._settings.drive.max_age_ms,
+        )

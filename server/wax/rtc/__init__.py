@@ -1,0 +1,1 @@
+"""One browser is one peer: signalling, ICE, tracks and data channels, over aiortc."""

@@ -1,0 +1,182 @@
+"""One browser's peer connection: two tracks out, two data channels."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from typing import TYPE_CHECKING, Final, Literal, Protocol
+
+import structlog
+from aiortc import (
+    RTCConfiguration,
+    RTCIceServer,
+    RTCPeerConnection,
+    RTCRtpSender,
+    RTCSessionDescription,
+)
+
+from wax.errors import SignallingError
+from wax.rtc import private
+from wax.rtc.signalling import clean_offer
+from wax.rtc.tracks import LaneTrack
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from aiortc import RTCDataChannel
+
+    from wax.config import IceServer
+    from wax.rtc.tracks import Encoded, Lane
+
+_LOG = structlog.get_logger(__name__)
+
+_ANSWER_S: Final = 10.0
+_CLOSE_S: Final = 2.0
+_CLOCK_EVERY_S: Final = 10.0
+_MAX_BUFFERED_BYTES: Final = 262_144
+"""A page that reads nothing for this long will not catch up; he reconnects and starts anew."""
+
+Kind = Literal["audio", "video"]
+Channel = Literal["drive", "state"]
+
+
+class PeerEvents(Protocol):
+    """What a peer tells its viewer; none of these may raise."""
+
+    def connected(self) -> None: ...
+
+    def ready(self) -> None:
+        """Both data channels are open."""
+        ...
+
+    def received(self, channel: Channel, data: str | bytes) -> None: ...
+
+    def keyframe_wanted(self) -> None: ...
+
+    def rtp_clock(self, kind: Kind, rtp: int, captured_s: float) -> None:
+        """Learn that a packet with this RTP time carried what was captured at this moment."""
+        ...
+
+    def closed(self) -> None: ...
+
+
+class Peer:
+    """Built for one offer, answered once, closed once; a reconnect is a new peer."""
+
+    def __init__(
+        self,
+        *,
+        ice_servers: list[IceServer],
+        video_codec: Literal["vp8", "h264"],
+        video: Lane,
+        audio: Lane,
+        events: PeerEvents,
+        now_s: Callable[[], float],
+    ) -> None:
+        self._events = events
+        self._now_s = now_s
+        self._channels: dict[str, RTCDataChannel] = {}
+        self._clock_told_s: dict[Kind, float] = {}
+        self._closed = False
+        servers = [RTCIceServer(s.urls, s.username, s.credential) for s in ice_servers]
+        # None would mean a public STUN server; nothing outside is contacted unless configured.
+        self._pc = RTCPeerConnection(RTCConfiguration(iceServers=servers))
+        self._senders: dict[Kind, RTCRtpSender] = {
+            "audio": self._send("audio", audio, "audio/opus"),
+            "video": self._send("video", video, f"video/{video_codec}"),
+        }
+        private.on_keyframe_request(self._senders["video"], events.keyframe_wanted)
+        self._pc.on("connectionstatechange", self._state_changed)
+        self._pc.on("datachannel", self._channel_opened)
+
+    async def answer(self, offer: str) -> str:
+        """Answer an offer; raises `SignallingError`, and the peer is closed then."""
+        sdp = clean_offer(offer)
+        try:
+            async with asyncio.timeout(_ANSWER_S):
+                await self._pc.setRemoteDescription(RTCSessionDescription(sdp, "offer"))
+                await self._pc.setLocalDescription(await self._pc.createAnswer())
+        except Exception as error:
+            # aiortc raises whatever its parser stumbles over; to the page it is one thing.
+            _LOG.info("offer refused", error=repr(error))
+            await self.close()
+            raise SignallingError(
+                "the offer cannot be answered; reload the page, or try another browser"
+            ) from error
+        return self._pc.localDescription.sdp
+
+    @property
+    def is_alive(self) -> bool:
+        """False once closed, or when a sender died, which aiortc does not tell."""
+        return not self._closed and all(one.track is not None for one in self._senders.values())
+
+    def send(self, channel: Channel, text: str) -> None:
+        """Send at once, or not at all where the channel is not open or far behind."""
+        found = self._channels.get(channel)
+        if found is None or found.readyState != "open":
+            return
+        if found.bufferedAmount > _MAX_BUFFERED_BYTES:
+            if channel == "state":
+                _LOG.info("a viewer reads nothing, closing")
+                self.abandon()
+            return
+        found.send(text)
+
+    def abandon(self) -> None:
+        """Close from a place that cannot wait."""
+        if not self._closed:
+            self._closing = asyncio.ensure_future(self.close())
+
+    async def close(self) -> None:
+        """Close for good; bounded, safe to call twice."""
+        if self._closed:
+            return
+        self._closed = True
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(_CLOSE_S):
+                await self._pc.close()
+        self._events.closed()
+
+    def _send(self, kind: Kind, lane: Lane, mime_type: str) -> RTCRtpSender:
+        track = LaneTrack(kind=kind, lane=lane, on_sent=lambda sent: self._sent(kind, sent))
+        transceiver = self._pc.addTransceiver(track, direction="sendonly")
+        codecs = RTCRtpSender.getCapabilities(kind).codecs
+        # Without this aiortc takes the browser's first codec, whatever our packets are.
+        transceiver.setCodecPreferences(
+            [c for c in codecs if c.mimeType.lower() in (mime_type, f"{kind}/rtx")]
+        )
+        private.own_sync_group(transceiver.sender, f"wax-{kind}")
+        return transceiver.sender
+
+    def _sent(self, kind: Kind, sent: Encoded) -> None:
+        now_s = self._now_s()
+        if now_s - self._clock_told_s.get(kind, float("-inf")) < _CLOCK_EVERY_S:
+            return
+        if "state" not in self._channels:
+            return
+        self._clock_told_s[kind] = now_s
+        pts = sent.packet.pts or 0
+        rtp = (private.rtp_origin(self._senders[kind], pts) + pts) % 2**32
+        self._events.rtp_clock(kind, rtp, sent.captured_s)
+
+    def _state_changed(self) -> None:
+        state = self._pc.connectionState
+        if state == "connected":
+            self._events.connected()
+        elif state in ("closed", "failed"):
+            self.abandon()
+
+    def _channel_opened(self, channel: RTCDataChannel) -> None:
+        name = _channel_name(channel.label)
+        if name is None or name in self._channels:
+            _LOG.info("unknown data channel ignored", label=channel.label[:32])
+            return
+        self._channels[name] = channel
+        channel.on("message", lambda data: self._events.received(name, data))
+        channel.on("close", self.abandon)
+        if len(self._channels) == 2:
+            self._events.ready()
+
+
+def _channel_name(label: str) -> Channel | None:
+    return "drive" if label == "drive" else "state" if label == "state" else None

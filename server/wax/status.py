@@ -1,0 +1,108 @@
+"""What `GET /api/status` tells."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+from wax import __version__
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.control.turns import Turns
+    from wax.media.sound_hub import SoundHub
+    from wax.media.video_hub import VideoHub
+    from wax.robot.driver import Driver
+    from wax.room import Room
+    from wax.telemetry import Counters, Rates
+
+
+class Status:
+    """Gathers one JSON object from all parts; reading it changes nothing."""
+
+    def __init__(
+        self,
+        *,
+        clock: Clock,
+        room: Room,
+        turns: Turns,
+        driver: Driver,
+        video: VideoHub,
+        audio: SoundHub,
+        counters: Counters,
+        rates: Rates,
+    ) -> None:
+        self._clock = clock
+        self._room = room
+        self._turns = turns
+        self._driver = driver
+        self._video = video
+        self._audio = audio
+        self._counters = counters
+        self._rates = rates
+
+    def sample(self) -> None:
+        """Take the counts of which the rates are made; call about once a second."""
+        counts = {f"video.{name}": count for name, count in self._video.counts().items()}
+        counts |= {f"audio.{name}": count for name, count in self._audio.counts().items()}
+        self._rates.sample(counts, self._clock.now_s())
+
+    async def run(self) -> None:
+        """Sample until cancelled."""
+        while True:
+            self.sample()
+            await asyncio.sleep(1.0)
+
+    def __call__(self) -> dict[str, object]:
+        now_s = self._clock.now_s()
+        snapshot = self._room.snapshot(now_s)
+        ends_s = self._turns.ends_s
+        return {
+            "version": __version__,
+            "viewers": [self._viewer(line.id, line.model_dump()) for line in snapshot.viewers],
+            "turn": {
+                "number": self._turns.number,
+                "operator": self._turns.operator,
+                "seconds_left": None if ends_s is None else round(max(ends_s - now_s, 0.0), 2),
+            },
+            "robot": self._robot(),
+            "streams": {
+                "video": {
+                    "problem": snapshot.video.problem,
+                    "captured_fps": self._rates.hz("video.captured"),
+                    "encoded_fps": {n: self._rates.hz(f"video.{n}") for n in self._video.sizes},
+                    "wanted": self._video.wanted,
+                    "dropped": self._video.dropped,
+                },
+                "audio": {
+                    "problem": snapshot.audio.problem,
+                    "captured_hz": self._rates.hz("audio.captured"),
+                    "encoded_hz": self._rates.hz("audio.encoded"),
+                    "wanted_mu_ms": self._audio.wanted,
+                    "dropped": self._audio.dropped,
+                },
+            },
+            "counters": self._counters.snapshot() | self._room.control.counts(),
+            "tasks": len(asyncio.all_tasks()),
+        }
+
+    def _viewer(self, number: int, line: dict[str, object]) -> dict[str, object]:
+        viewer = next(one for one in self._room.viewers if one.number == number)
+        one_way_s = viewer.link.one_way_s
+        report = viewer.report
+        return line | {
+            "round_trip_ms": None if one_way_s is None else round(one_way_s * 2000, 1),
+            "report": None if report is None else report.model_dump(exclude={"type"}),
+        }
+
+    def _robot(self) -> dict[str, object]:
+        state = self._driver.state()
+        return {
+            "kind": self._driver.kind,
+            "connected": state.connected,
+            "problem": state.problem,
+            "pose": None if state.pose is None else asdict(state.pose),
+            "battery_fraction": state.battery_fraction,
+            **state.extra,
+        }

@@ -1,0 +1,83 @@
+"""Structured logs, and counters that the status page shows."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import structlog
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from structlog.typing import Processor
+
+    from wax.config import LogSettings
+
+
+class Counters:
+    """Named counts that only rise, such as ``refused.not your turn``. Event loop only."""
+
+    def __init__(self) -> None:
+        self._counts: Counter[str] = Counter()
+
+    def add(self, name: str, count: int = 1) -> None:
+        self._counts[name] += count
+
+    def snapshot(self) -> dict[str, int]:
+        return dict(sorted(self._counts.items()))
+
+
+def configure_logs(settings: LogSettings) -> None:
+    """Send our logs, and the warnings of the libraries, to standard error."""
+    renderer: Processor = (
+        structlog.processors.JSONRenderer()
+        if settings.format == "json"
+        else structlog.dev.ConsoleRenderer(colors=sys.stderr.isatty())
+    )
+    shared: list[Processor] = [
+        structlog.stdlib.add_log_level,
+        structlog.processors.TimeStamper(fmt="iso", utc=True),
+        structlog.processors.format_exc_info,
+    ]
+    structlog.configure(
+        processors=[
+            structlog.stdlib.filter_by_level,
+            *shared,
+            structlog.stdlib.ProcessorFormatter.wrap_for_formatter,
+        ],
+        logger_factory=structlog.stdlib.LoggerFactory(),
+        cache_logger_on_first_use=True,
+    )
+    handler = logging.StreamHandler()
+    handler.setFormatter(
+        structlog.stdlib.ProcessorFormatter(
+            foreign_pre_chain=shared,
+            processors=[structlog.stdlib.ProcessorFormatter.remove_processors_meta, renderer],
+        )
+    )
+    root = logging.getLogger()
+    root.handlers = [handler]
+    root.setLevel(logging.WARNING)
+    logging.getLogger("wax").setLevel(settings.level.upper())
+
+
+class Rates:
+    """Turns counts that rise into rates a second, from samples taken now and then."""
+
+    def __init__(self) -> None:
+        self._last: dict[str, tuple[float, int]] = {}
+        self._rates_hz: dict[str, float] = {}
+
+    def sample(self, counts: Mapping[str, int], now_s: float) -> None:
+        """Take all counts at once; two samples at least make a rate."""
+        for name, count in counts.items():
+            then_s, before = self._last.get(name, (now_s, count))
+            if now_s > then_s:
+                self._rates_hz[name] = round((count - before) / (now_s - then_s), 1)
+            self._last[name] = (now_s, count)
+
+    def hz(self, name: str) -> float:
+        return self._rates_hz.get(name, 0.0)

@@ -1,0 +1,138 @@
+"""The HTTP routes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+from urllib.parse import urlsplit
+
+import structlog
+from aiohttp import web
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from wax.errors import HTTP_STATUS, ProtocolError, StartError, WaxError
+from wax.rtc.signalling import MAX_SDP_CHARS
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
+    from wax.config import IceSettings
+    from wax.room import Room
+
+    Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
+_LOG = structlog.get_logger(__name__)
+
+MAX_BODY_BYTES: Final = 65_536
+
+PAGE: Final = Path(__file__).parent / "dist"
+
+_HEADERS: Final = {
+    "Content-Security-Policy": (
+        "default-src 'self'; connect-src 'self'; img-src 'self' data:; media-src 'self' blob:;"
+        " object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'"
+    ),
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+
+
+class Offer(BaseModel):
+    """What a page posts: its session description, and the secret by which it is known again."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    sdp: Annotated[str, Field(min_length=1, max_length=MAX_SDP_CHARS)]
+    client: Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{8,64}$")]
+
+
+class Routes:
+    """Answers HTTP; `status` makes the JSON of the status page."""
+
+    def __init__(
+        self, *, room: Room, ice: IceSettings, status: Callable[[], dict[str, object]]
+    ) -> None:
+        self._room = room
+        self._ice = ice
+        self._status = status
+
+    def application(self) -> web.Application:
+        """Make the application; raises `StartError` where the page was not built."""
+        if not (PAGE / "index.html").is_file():
+            raise StartError("the page is not built; run `make run`, or `pip install .` anew")
+        application = web.Application(
+            client_max_size=MAX_BODY_BYTES, middlewares=[_tell_errors, _same_origin]
+        )
+        application.on_response_prepare.append(_add_headers)
+        application.add_routes(
+            [
+                web.get("/", _page),
+                web.get("/healthz", self.health),
+                web.get("/api/status", self.status),
+                web.get("/api/ice", self.ice),
+                web.post("/api/offer", self.offer),
+                web.static("/", PAGE),
+            ]
+        )
+        return application
+
+    async def health(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
+        return web.json_response({"ok": True})
+
+    async def status(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
+        return web.json_response(self._status())
+
+    async def ice(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
+        servers = [one.model_dump(exclude_none=True) for one in self._ice.servers]
+        return web.json_response({"iceServers": servers})
+
+    async def offer(self, request: web.Request) -> web.Response:
+        try:
+            offer = Offer.model_validate_json(await request.read())
+        except ValidationError as error:
+            first = error.errors(include_url=False, include_input=False)[0]
+            where = ".".join(str(part) for part in first["loc"]) or "the offer"
+            raise ProtocolError(f"{where}: {first['msg']}") from error
+        return web.json_response({"sdp": await self._room.answer(offer.client, offer.sdp)})
+
+
+async def _page(request: web.Request) -> web.FileResponse:  # noqa: ARG001  # aiohttp's form
+    # The assets carry a hash in their names; the page itself must be asked for each time.
+    return web.FileResponse(PAGE / "index.html", headers={"Cache-Control": "no-cache"})
+
+
+async def _add_headers(request: web.Request, response: web.StreamResponse) -> None:
+    for name, value in _HEADERS.items():
+        response.headers.setdefault(name, value)
+    if request.path.startswith("/assets/"):
+        response.headers.setdefault("Cache-Control", "public, max-age=31536000, immutable")
+
+
+@web.middleware
+async def _tell_errors(request: web.Request, handler: Handler) -> web.StreamResponse:
+    """Turn every error into JSON with one sentence."""
+    try:
+        return await handler(request)
+    except WaxError as error:
+        return _refuse(HTTP_STATUS.get(type(error), 500), str(error))
+    except web.HTTPException as error:
+        if error.status < 400:
+            raise
+        return _refuse(error.status, error.reason)
+    except Exception:
+        _LOG.exception("request failed", path=request.path)
+        return _refuse(500, "the server has failed at this request; its log says more")
+
+
+@web.middleware
+async def _same_origin(request: web.Request, handler: Handler) -> web.StreamResponse:
+    """Let only our own page change something: another site's script has another origin."""
+    origin = request.headers.get("Origin")
+    changes = request.method not in ("GET", "HEAD")
+    if changes and origin is not None and urlsplit(origin).netloc != request.host:
+        return _refuse(403, "this page comes from another address than the server")
+    return await handler(request)
+
+
+def _refuse(status: int, sentence: str) -> web.Response:
+    return web.json_response({"error": sentence}, status=status)
