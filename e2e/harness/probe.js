@@ -109,8 +109,14 @@
     return null;
   };
 
+  const codec = async (kind) => {
+    const report = await inbound(kind);
+    return report && (await peer().getStats()).get(report.codecId).mimeType;
+  };
+
   window.waxProbe = {
     cards,
+    codec,
     inbound,
     listen,
     heard: () => blocks.slice(),

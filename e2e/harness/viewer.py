@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from e2e.harness.wait import eventually
 
@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from playwright.async_api import BrowserContext, Locator, Page
 
 HERE = Path(__file__).parent
+
+EARS: Final = {"bypass_csp": True}
+"""Options of a context that listens: the page's own policy rightly refuses our meter's script."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +102,11 @@ class Viewer:
             state="visible", timeout=within_s * 1000
         )
 
+    async def says_connected(self) -> bool:
+        """Tell what the page's status says of the connection."""
+        text = await self.page.get_by_role("status").first.inner_text()
+        return text.strip().lower().startswith("connected")
+
     # --- the eyes -------------------------------------------------------------------------
 
     async def probe(self, expression: str) -> Any:
@@ -124,7 +132,7 @@ class Viewer:
     # --- the ears -------------------------------------------------------------------------
 
     async def listen(self) -> None:
-        """Press Start where it is still offered and put the meter on what is heard."""
+        """Press Start where it is offered and put the meter on what is heard; needs `EARS`."""
         if await self.button("Start").is_visible():
             await self.button("Start").click()
 

@@ -1,0 +1,54 @@
+"""Run in a network namespace of its own: server and browser on a machine with only a loopback.
+
+``python -m e2e.harness.alone FOLDER`` brings ``lo`` up, reads the test card in Chromium and
+prints how many of its pictures were whole.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import fcntl
+import socket
+import struct
+import sys
+from pathlib import Path
+
+from playwright.async_api import async_playwright
+
+from e2e.harness import toml
+from e2e.harness.chromium import launch_chromium
+from e2e.harness.server import Server
+from e2e.harness.viewer import Viewer
+
+SIOCSIFFLAGS = 0x8914
+IFF_UP_RUNNING = 0x41
+
+
+def bring_loopback_up() -> None:
+    """Do what ``ip link set lo up`` does, which need not be installed (netdevice(7))."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
+        request = struct.pack("16sH14x", b"lo", IFF_UP_RUNNING)
+        fcntl.ioctl(any_socket, SIOCSIFFLAGS, request)
+
+
+async def watch(folder: Path) -> int:
+    """Count the whole pictures among thirty presented ones."""
+    server = Server(folder, toml.CARD)
+    await server.start()
+    try:
+        async with async_playwright() as playwright:
+            browser = await launch_chromium(playwright)
+            viewer = await Viewer.prepare(await browser.new_context(), server.url)
+            await viewer.page.goto(server.url)
+            await viewer.sees_picture()
+            cards = await viewer.cards(30)
+            await browser.close()
+        await server.stop()
+    finally:
+        await server.kill()
+    return sum(card.valid for card in cards)
+
+
+if __name__ == "__main__":
+    bring_loopback_up()
+    print(asyncio.run(watch(Path(sys.argv[1]))))

@@ -1,0 +1,43 @@
+"""Fingers on a touch screen, several at once, through the browser's own input."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from playwright.async_api import CDPSession, Locator
+
+    from e2e.harness.viewer import Viewer
+
+
+class Fingers:
+    """Each finger rests on one element until it is lifted."""
+
+    def __init__(self, session: CDPSession) -> None:
+        self._session = session
+        self._points: dict[int, tuple[float, float]] = {}
+
+    @classmethod
+    async def of(cls, viewer: Viewer) -> Fingers:
+        return cls(await viewer.page.context.new_cdp_session(viewer.page))
+
+    async def press(self, finger: int, on: Locator) -> None:
+        """Put one more finger down."""
+        box = await on.bounding_box()
+        assert box is not None, "there is nothing to press"
+        self._points[finger] = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        await self._send("touchStart")
+
+    async def lift(self, finger: int) -> None:
+        del self._points[finger]
+        # The browser compares with the last event: a point that is missing was lifted.
+        await self._send("touchMove" if self._points else "touchEnd")
+
+    async def cancel(self) -> None:
+        """Let the system take the touch away, as it does for its own gestures."""
+        self._points.clear()
+        await self._send("touchCancel")
+
+    async def _send(self, kind: str) -> None:
+        points = [{"x": x, "y": y, "id": finger} for finger, (x, y) in self._points.items()]
+        await self._session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})

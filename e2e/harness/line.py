@@ -1,0 +1,48 @@
+"""A serial line that can be unplugged: a real pseudo-terminal behind a name of our own."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import pty
+import time
+import tty
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+class SerialLine:
+    """The board's end of the line; `path` is what the server opens. Needs a running event loop."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / "robot-line"
+        self.received = bytearray()
+        self.last_byte_s = 0.0
+        self._board: int | None = None
+        self._port: int | None = None
+
+    def plug(self) -> None:
+        self._board, self._port = pty.openpty()
+        tty.setraw(self._port)
+        self.path.symlink_to(os.ttyname(self._port))
+        asyncio.get_running_loop().add_reader(self._board, self._take)
+
+    def unplug(self) -> None:
+        """Pull the plug: the name is gone, and an open port hangs up. Safe to call twice."""
+        if self._board is None or self._port is None:
+            return
+        asyncio.get_running_loop().remove_reader(self._board)
+        self.path.unlink()
+        os.close(self._board)
+        os.close(self._port)
+        self._board = self._port = None
+
+    def forget(self) -> None:
+        self.received.clear()
+
+    def _take(self) -> None:
+        assert self._board is not None
+        self.received += os.read(self._board, 4096)
+        self.last_byte_s = time.monotonic()

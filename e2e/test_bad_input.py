@@ -1,0 +1,201 @@
+"""What no page of ours would send."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import pytest_asyncio
+
+from e2e.harness import toml
+from e2e.harness.raw_peer import RawPeer
+from e2e.harness.robot import moves, pose
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.server import Server
+
+CLIENT = "0a0a0a0a-0000-4000-8000-0a0a0a0a0a0a"
+
+
+def offer(sdp: object, **more: object) -> bytes:
+    return json.dumps({"sdp": sdp, "client": CLIENT, **more}).encode()
+
+
+OFFERS = {
+    "empty": b"",
+    "no JSON": b"v=0\r\n",
+    "no UTF-8": b"\xff\xfe{}",
+    "a list": b"[1, 2]",
+    "no sdp": json.dumps({"client": CLIENT}).encode(),
+    "sdp is a number": offer(7),
+    "unknown field": offer("v=0\r\n", admin=True),
+    "sdp is no sdp": offer("hello"),
+    "sdp without sections": offer("v=0\r\no=- 1 2 IN IP4 127.0.0.1\r\ns=-\r\nt=0 0\r\n"),
+    "sdp with broken sections": offer(
+        "v=0\r\no=- 1 2 IN IP4 127.0.0.1\r\ns=-\r\nt=0 0\r\n"
+        "m=audio x y z\r\nm=video 9 UDP/TLS/RTP/SAVPF 96\r\nm=application 9 a b\r\n"
+    ),
+    "client is a path": json.dumps({"sdp": "v=0\r\n", "client": "../../etc/passwd"}).encode(),
+    "deep": b'{"sdp":' + b"[" * 5000 + b"]" * 5000 + b"}",
+}
+
+STAND = {
+    "type": "drive",
+    "seq": 1,
+    "turn": 0,
+    "sent_server_ms": 0.0,
+    "linear": 1.0,
+    "angular": 1.0,
+    "speed": "gross",
+    "seen_server_ms": None,
+}
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session")
+async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
+    async with serve(tmp_path_factory.mktemp("bad-input"), toml.CARD) as running:
+        yield running
+
+
+def is_a_sentence(answer: str) -> bool:
+    text = json.loads(answer)["error"]
+    return isinstance(text, str) and len(text) > 10 and "Traceback" not in text
+
+
+@pytest.mark.parametrize("body", OFFERS.values(), ids=OFFERS.keys())
+async def test_a_bad_offer_is_refused_with_a_sentence(server: Server, body: bytes) -> None:
+    """An offer that is none gets a 4xx and one sentence as JSON."""
+    code, answer = await server.post("/api/offer", body, "application/json")
+    assert 400 <= code < 500, answer
+    assert is_a_sentence(answer)
+
+
+async def test_an_oversized_offer_is_refused(server: Server) -> None:
+    """A body of a megabyte is refused with a sentence and not read into memory as a whole."""
+    code, answer = await server.post("/api/offer", offer("v=0\r\n" * 200_000), "application/json")
+    assert code in (400, 413), answer
+    assert is_a_sentence(answer)
+
+
+async def test_an_unknown_address_is_a_404(server: Server) -> None:
+    """Addresses that are not there, or climb out of the page's folder, are a 404 or 403."""
+    for path in ("/nothing", "/api/nothing", "/..%2f..%2fconfig.py", "/assets/../../app.py"):
+        code, _ = await server.get(path)
+        assert code in (403, 404), path
+
+
+def bad_messages(turn: int) -> list[str | bytes]:
+    """Malformed, oversized, unknown, and out of turn."""
+    return [
+        "",
+        "no JSON",
+        b"\x00\xff\xfe",
+        "[]",
+        "null",
+        "{}",
+        '{"type": "shutdown"}',
+        '{"type": "drive"}',
+        "{" * 300,
+        "[" * 500,
+        "x" * 5000,
+        "x" * 60_000,
+        json.dumps(STAND | {"turn": turn}),
+        json.dumps(STAND | {"turn": turn + 1}),
+        json.dumps(STAND | {"turn": -1}),
+        json.dumps(STAND | {"turn": 2**60}),
+        json.dumps(STAND | {"linear": 1e308}),
+        json.dumps(STAND | {"linear": float("nan")}),
+        json.dumps(STAND | {"linear": "1"}),
+        json.dumps(STAND | {"extra": 1}),
+        json.dumps(STAND | {"axes": {str(n): 1.0 for n in range(9)}}),
+        json.dumps({"type": "want", "sound": True, "picture": True, "size": "9x9"}),
+        json.dumps({"type": "name", "name": "n" * 1000}),
+        json.dumps({"type": "leave"}),
+        json.dumps({"type": "join", "as": "operator"}),
+        json.dumps({"type": "ping", "id": 1}),
+    ]
+
+
+def refused(status: dict[str, Any]) -> int:
+    """Sum of the server's counts of what it refused."""
+    return sum(count for name, count in status["counters"].items() if isinstance(count, int))
+
+
+@pytest.mark.timeout(90)
+@pytest.mark.parametrize("channel", ["drive", "state"])
+async def test_bad_messages_are_counted_and_harmless(
+    server: Server, open_viewer: OpenViewer, channel: str
+) -> None:
+    """No message closes the peer, moves the robot or ends somebody's turn; each is counted."""
+    operator = await open_viewer(server)
+    await operator.join()
+    await operator.drives()
+    async with RawPeer(server) as stranger:
+        assert await stranger.pongs(1)
+        before, start = await server.status(), await pose(server)
+        messages = bad_messages(before["turn"]["number"])
+        for message in messages:
+            getattr(stranger, channel).send(message)
+            await asyncio.sleep(0.02)
+
+        async def counted() -> bool:
+            return refused(await server.status()) - refused(before) >= len(messages) - 3
+
+        await eventually(counted, "nearly all are counted", within_s=3)
+        assert await stranger.pongs(2), "the peer no longer answers"
+        assert stranger.peer.connectionState == "connected"
+        assert not (await pose(server)).moved(start)
+        after = await server.status()
+        assert after["turn"]["operator"] == before["turn"]["operator"]
+        assert after["turn"]["number"] == before["turn"]["number"]
+    await operator.page.keyboard.down("ArrowLeft")
+    assert await moves(server), "the operator can no longer drive"
+    await operator.page.keyboard.up("ArrowLeft")
+    assert "Traceback" not in server.log
+
+
+@pytest.mark.timeout(60)
+async def test_commands_of_an_old_turn_or_age_move_nothing(server: Server) -> None:
+    """Even the operator's commands are refused with an old turn's number or an old time."""
+    async with RawPeer(server) as driver:
+        assert await driver.pongs(1)
+        driver.state.send(json.dumps({"type": "join"}))
+
+        async def drives() -> bool:
+            me = driver.newest("hello").get("viewer")
+            turn = driver.newest("room").get("turn", {})
+            return me is not None and turn.get("operator") == me
+
+        await eventually(drives, "the turn begins")
+        turn = driver.newest("room")["turn"]["number"]
+        assert await driver.pongs(2)
+        now_ms = driver.newest("pong")["server_ms"]
+        start = await pose(server)
+        for seq in range(1, 40):
+            old = {"turn": turn - 1, "sent_server_ms": now_ms + seq * 20}
+            stale = {"turn": turn, "sent_server_ms": now_ms - 2000}
+            for fault in (old, stale):
+                driver.drive.send(json.dumps(STAND | fault | {"seq": seq}))
+            await asyncio.sleep(0.02)
+        assert not (await pose(server)).moved(start)
+        driver.state.send(json.dumps({"type": "leave"}))
+
+
+@pytest.mark.timeout(60)
+async def test_a_flood_does_not_stop_the_others(server: Server, open_viewer: OpenViewer) -> None:
+    """Two thousand messages at once from a stranger leave the operator driving."""
+    operator = await open_viewer(server)
+    await operator.join()
+    await operator.drives()
+    async with RawPeer(server) as stranger:
+        for seq in range(2000):
+            stranger.drive.send(json.dumps(STAND | {"seq": seq}))
+        await operator.page.keyboard.down("ArrowLeft")
+        assert await moves(server, during_s=1)
+        await operator.page.keyboard.up("ArrowLeft")

@@ -1,0 +1,169 @@
+"""Hands on the controls, and what the robot makes of it. As shipped: the simulated robot."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+import pytest
+import pytest_asyncio
+
+from e2e.harness.hands import Fingers
+from e2e.harness.robot import moves, pose, stands_still
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.server import Server
+    from e2e.harness.viewer import Viewer
+
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session")
+async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
+    async with serve(tmp_path_factory.mktemp("drive"), "") as running:
+        yield running
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def driver(server: Server, open_viewer: OpenViewer) -> Viewer:
+    viewer = await open_viewer(server)
+    await viewer.join()
+    await viewer.drives()
+    return viewer
+
+
+async def hold_key(viewer: Viewer, key: str, seconds: float = 0.8) -> None:
+    await viewer.page.keyboard.down(key)
+    await asyncio.sleep(seconds)
+    await viewer.page.keyboard.up(key)
+
+
+@pytest.mark.timeout(90)
+@pytest.mark.parametrize("keys", ["Arrow", "wasd"])
+async def test_keys_move_the_robot(server: Server, driver: Viewer, keys: str) -> None:
+    """Arrow keys and WASD drive ahead, back, left and right, and the release stops."""
+    ahead, left, back, right = (
+        "wasd" if keys == "wasd" else ["ArrowUp", "ArrowLeft", "ArrowDown", "ArrowRight"]
+    )
+    start = await pose(server)
+    await hold_key(driver, ahead)
+    assert await stands_still(server)
+    out = await pose(server)
+    assert out.distance_m(start) > 0.05
+    assert abs(out.turned_rad(start)) < 0.05
+    await hold_key(driver, back)
+    assert await stands_still(server)
+    home = await pose(server)
+    assert home.distance_m(start) < out.distance_m(start)
+
+    await hold_key(driver, left)
+    assert await stands_still(server)
+    turned = await pose(server)
+    assert turned.turned_rad(home) > 0.1
+    await hold_key(driver, right)
+    assert await stands_still(server)
+    assert (await pose(server)).turned_rad(turned) < -0.1
+
+
+@pytest.mark.timeout(90)
+async def test_two_keys_at_once_make_a_curve(server: Server, driver: Viewer) -> None:
+    """Back and left held together move and turn at the same time."""
+    start = await pose(server)
+    await driver.page.keyboard.down("ArrowDown")
+    await hold_key(driver, "ArrowLeft")
+    await driver.page.keyboard.up("ArrowDown")
+    assert await stands_still(server)
+    end = await pose(server)
+    assert end.distance_m(start) > 0.05
+    assert abs(end.turned_rad(start)) > 0.1
+
+
+@pytest.mark.timeout(90)
+async def test_fine_is_slower_than_gross(server: Server, driver: Viewer) -> None:
+    """The same press turns the robot less far at fine speed than at gross speed."""
+    turned: dict[str, float] = {}
+    for speed, key in (("Fine", "ArrowLeft"), ("Gross", "ArrowRight")):
+        await driver.radio(speed).check()
+        start = await pose(server)
+        await hold_key(driver, key, 0.7)
+        assert await stands_still(server)
+        turned[speed] = abs((await pose(server)).turned_rad(start))
+    assert 0.05 < turned["Fine"] < 0.6 * turned["Gross"], turned
+
+
+@pytest.mark.timeout(90)
+async def test_buttons_work_by_mouse(server: Server, driver: Viewer) -> None:
+    """A button held with the mouse drives, let go it stops, also when let go elsewhere."""
+    for name, sign in (("Left", 1), ("Right", -1)):
+        start = await pose(server)
+        await driver.button(name).hover()
+        await driver.page.mouse.down()
+        await asyncio.sleep(0.7)
+        await driver.page.mouse.move(2, 2)
+        await driver.page.mouse.up()
+        assert await stands_still(server)
+        assert (await pose(server)).turned_rad(start) * sign > 0.1
+
+
+@pytest.mark.timeout(90)
+async def test_two_thumbs_drive_a_curve(server: Server, open_viewer: OpenViewer) -> None:
+    """On a phone one thumb backs while the other turns; each stops what it alone held."""
+    viewer = await open_viewer(server, **PHONE)
+    await viewer.join()
+    await viewer.drives()
+    fingers = await Fingers.of(viewer)
+    start = await pose(server)
+    await fingers.press(0, viewer.button("Back"))
+    await fingers.press(1, viewer.button("Left"))
+    await asyncio.sleep(0.8)
+    middle = await pose(server)
+    assert middle.distance_m(start) > 0.03
+    assert abs(middle.turned_rad(start)) > 0.1
+    await fingers.lift(0)
+    await asyncio.sleep(0.5)
+    turning = await pose(server)
+    await asyncio.sleep(0.5)
+    end = await pose(server)
+    assert abs(end.turned_rad(turning)) > 0.1
+    assert end.distance_m(turning) < 0.02
+    await fingers.lift(1)
+    assert await stands_still(server)
+
+
+@pytest.mark.timeout(90)
+async def test_stop_button_stops_under_a_held_key(server: Server, driver: Viewer) -> None:
+    """Stop ends the motion though a key is still down."""
+    await driver.page.keyboard.down("ArrowLeft")
+    assert await moves(server)
+    await driver.button("Stop").click()
+    assert await stands_still(server)
+    await driver.page.keyboard.up("ArrowLeft")
+
+
+@pytest.mark.timeout(90)
+async def test_an_observers_keys_move_nothing(server: Server, open_viewer: OpenViewer) -> None:
+    """Keys of one who watches or waits do not reach the robot, whoever drives."""
+    watching = await open_viewer(server)
+    await watching.page.keyboard.down("ArrowLeft")
+    assert not await moves(server, during_s=0.8)
+    driving = await open_viewer(server)
+    await driving.join()
+    await driving.drives()
+    assert not await moves(server, during_s=0.8)
+    await watching.page.keyboard.up("ArrowLeft")
+    await watching.join()
+    await watching.page.keyboard.down("ArrowLeft")
+    assert not await moves(server, during_s=0.8)
+
+
+@pytest.mark.timeout(90)
+async def test_letters_typed_into_the_name_do_not_drive(server: Server, driver: Viewer) -> None:
+    """A name with w, a, s and d in it is typed, not driven."""
+    await driver.name.click()
+    await driver.page.keyboard.down("a")
+    assert not await moves(server, during_s=0.6)
+    await driver.page.keyboard.up("a")
+    assert (await driver.name.input_value()).endswith("a")

@@ -1,0 +1,84 @@
+"""Stock Firefox: picture, sound, drive."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from e2e.harness import toml
+from e2e.harness.bidi import firefox
+from e2e.harness.missing import missing
+from e2e.harness.robot import moves, stands_still
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from e2e.conftest import Serve
+
+PROBE = Path(__file__).parent / "harness" / "probe.js"
+NAMES = ("firefox-esr", "firefox", "/Applications/Firefox.app/Contents/MacOS/firefox")
+ARROW_LEFT = "\ue012"
+
+
+def find_firefox() -> str:
+    named = os.environ.get("WAX_FIREFOX") or next(filter(None, map(shutil.which, NAMES)), None)
+    return named or missing(
+        "no Firefox found: install the package firefox-esr, or set WAX_FIREFOX to its path"
+    )
+
+
+def button(name: str) -> str:
+    """Return a script that presses the button with this text or label."""
+    return (
+        "[...document.querySelectorAll('button')].find((b) => "
+        f"(b.getAttribute('aria-label') ?? b.textContent).trim() === '{name}').click()"
+    )
+
+
+@pytest.mark.timeout(120)
+async def test_firefox_shows_sounds_and_drives(serve: Serve, tmp_path: Path) -> None:
+    """In stock Firefox the card is read live, the sound has energy, and a key moves the robot."""
+    path = find_firefox()
+    profile = tmp_path / "profile"
+    profile.mkdir()
+    async with (
+        serve(tmp_path, toml.CARD) as server,
+        firefox(path, profile, PROBE.read_text(encoding="utf-8")) as window,
+    ):
+        await window.goto(server.url)
+        await eventually(
+            lambda: window.evaluate("waxProbe.playing()"), "the picture plays", within_s=20
+        )
+        cards = await window.evaluate("waxProbe.cards(40)")
+        valid = [card for card in cards if card["valid"]]
+        assert len(valid) >= 36
+        assert valid[-1]["stamp_ms"] - valid[0]["stamp_ms"] > 1000
+        assert valid[-1]["age_ms"] < 1000
+
+        await window.evaluate(button("Start"))
+        await eventually(
+            lambda: window.evaluate("waxProbe.audible()"), "the sound plays", within_s=10
+        )
+
+        async def energy() -> float:
+            return float((await window.evaluate("waxProbe.inbound('audio')"))["totalAudioEnergy"])
+
+        before = await energy()
+        await asyncio.sleep(2)
+        assert await energy() - before > 2 * 0.02**2
+
+        await window.evaluate(button("Join the queue"))
+
+        async def drives() -> bool:
+            viewers = (await server.status())["viewers"]
+            return [line["role"] for line in viewers] == ["operator"]
+
+        await eventually(drives, "Firefox drives", within_s=5)
+        await window.key("keyDown", ARROW_LEFT)
+        assert await moves(server, during_s=0.8)
+        await window.key("keyUp", ARROW_LEFT)
+        assert await stands_still(server)

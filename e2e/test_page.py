@@ -1,0 +1,107 @@
+"""The page as a thing to be used: by name, by thumb, under its own security policy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+import pytest_asyncio
+
+from e2e.harness import toml
+from e2e.harness.robot import moves
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.server import Server
+
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+THUMB_PX = 48
+DRIVE_BUTTONS = ("Forward", "Back", "Left", "Right")
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session")
+async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
+    async with serve(tmp_path_factory.mktemp("page"), toml.CARD) as running:
+        yield running
+
+
+@pytest.mark.timeout(60)
+async def test_every_control_has_its_role_and_name(server: Server, open_viewer: OpenViewer) -> None:
+    """Whoever cannot see the page finds every control by role and name, each exactly once."""
+    viewer = await open_viewer(server)
+    await viewer.button("Start").wait_for(state="visible")
+    await viewer.button("Join the queue").wait_for(state="visible")
+    assert await viewer.switch("Sound").count() == 1
+    assert await viewer.switch("Picture").count() == 1
+    assert await viewer.size.count() == 1
+    assert await viewer.name.count() == 1
+    assert await viewer.queue.count() == 1
+    assert await viewer.page.get_by_role("status").count() >= 1
+    await viewer.join()
+    await viewer.drives()
+    await viewer.button("Leave the queue").wait_for(state="visible")
+    for name in (*DRIVE_BUTTONS, "Stop"):
+        assert await viewer.button(name).count() == 1, name
+    for name in ("Fine", "Gross"):
+        assert await viewer.radio(name).count() == 1, name
+    assert await viewer.timer.count() >= 1
+
+
+@pytest.mark.timeout(60)
+async def test_the_page_keeps_its_own_security_policy(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """Nothing of the page is refused by the policy that the server sends with it."""
+    viewer = await open_viewer(server)
+    await viewer.button("Start").click()
+    await eventually(lambda: viewer.probe("audible()"), "the sound plays", within_s=5)
+    assert not [line for line in viewer.console if "Content Security Policy" in line]
+    assert not [line for line in viewer.console if line.startswith("error:")], viewer.console
+
+
+@pytest.mark.timeout(60)
+async def test_nothing_is_fetched_from_elsewhere(server: Server, open_viewer: OpenViewer) -> None:
+    """The page asks no other host for anything."""
+    viewer = await open_viewer(server)
+    await viewer.page.reload()
+    names = await viewer.page.evaluate(
+        "() => performance.getEntriesByType('resource').map((entry) => entry.name)"
+    )
+    assert names, "the page has loaded nothing?"
+    assert all(name.startswith((server.url, "blob:", "data:")) for name in names), names
+
+
+@pytest.mark.timeout(60)
+async def test_a_phone_has_everything_under_the_thumbs(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """On a phone nothing scrolls sideways, and the drive buttons are large and in view."""
+    viewer = await open_viewer(server, **PHONE)
+    await viewer.join()
+    await viewer.drives()
+    wide = await viewer.page.evaluate("() => document.documentElement.scrollWidth")
+    assert wide <= PHONE["viewport"]["width"]  # type: ignore[index]  # a mapping of its own
+    assert await viewer.page.evaluate("() => window.scrollY") == 0
+    for name in (*DRIVE_BUTTONS, "Stop"):
+        box = await viewer.button(name).bounding_box()
+        assert box is not None, f"{name} is not shown"
+        assert min(box["width"], box["height"]) >= THUMB_PX, (name, box)
+        assert box["x"] >= 0, (name, box)
+        assert box["x"] + box["width"] <= 390, (name, box)
+        assert box["y"] >= 0, (name, box)
+        assert box["y"] + box["height"] <= 844, (name, box)
+
+
+@pytest.mark.timeout(60)
+async def test_one_can_drive_by_keyboard_alone(server: Server, open_viewer: OpenViewer) -> None:
+    """With Tab, Enter and the arrow keys one joins and drives, without a pointer."""
+    viewer = await open_viewer(server)
+    await viewer.button("Join the queue").focus()
+    await viewer.page.keyboard.press("Enter")
+    await viewer.drives()
+    await viewer.page.keyboard.down("ArrowLeft")
+    assert await moves(server)
+    await viewer.page.keyboard.up("ArrowLeft")

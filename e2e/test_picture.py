@@ -1,0 +1,109 @@
+"""The picture, read off the glass."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+from statistics import median
+from typing import TYPE_CHECKING
+
+import pytest
+import pytest_asyncio
+
+from e2e.harness import toml
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.server import Server
+    from e2e.harness.viewer import Card, Viewer
+
+MIME_TYPE = {"vp8": "video/VP8", "h264": "video/H264"}
+
+
+@pytest.fixture(scope="module", params=["vp8", "h264"])
+def codec(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session")
+async def server(
+    serve: Serve, codec: str, tmp_path_factory: pytest.TempPathFactory
+) -> AsyncIterator[Server]:
+    async with serve(tmp_path_factory.mktemp(codec), toml.card(codec)) as running:
+        yield running
+
+
+def assert_live(cards: list[Card]) -> None:
+    """Nearly every frame is whole, each is newer than the last, and none is old."""
+    valid = [card for card in cards if card.valid]
+    assert len(valid) >= 0.9 * len(cards), f"{len(cards) - len(valid)} unreadable of {len(cards)}"
+    stamps = [card.stamp_ms for card in valid]
+    assert all(a < b for a, b in pairwise(stamps)), f"not rising: {stamps}"
+    ages = [card.age_ms for card in valid]
+    assert min(ages) >= 0, f"a picture from the future: {ages}"
+    assert median(ages) < 500, f"old pictures: {ages}"
+    assert max(ages) < 1000, f"an old picture: {ages}"
+
+
+@pytest.mark.timeout(90)
+async def test_card_moves_and_is_fresh(server: Server, codec: str, open_viewer: OpenViewer) -> None:
+    """The test card read off presented frames is whole, moves on and is younger than a second."""
+    viewer = await open_viewer(server)
+    assert_live(await viewer.cards(45))
+    assert await viewer.probe("codec('video')") == MIME_TYPE[codec]
+
+
+@pytest.mark.timeout(90)
+async def test_rate_is_that_of_the_rendition(server: Server, open_viewer: OpenViewer) -> None:
+    """About thirty different pictures a second are presented at the default size."""
+    viewer = await open_viewer(server)
+    await viewer.cards(30)
+    cards = await viewer.cards(90)
+    seconds = (cards[-1].now_ms - cards[0].now_ms) / 1000
+    shown = len({card.stamp_ms for card in cards}) - 1
+    assert 24 <= shown / seconds <= 33, f"{shown / seconds:.1f} pictures a second"
+
+
+@pytest.mark.timeout(120)
+async def test_every_offered_size_is_shown(server: Server, open_viewer: OpenViewer) -> None:
+    """Each size in the select is what is presented after it is chosen, whole and live."""
+    viewer = await open_viewer(server)
+    labels = await viewer.size.locator("option").all_inner_texts()
+    sizes = [tuple(int(n) for n in re.findall(r"\d+", label)[:2]) for label in labels]
+    assert {(640, 480), (320, 240), (160, 120)} == set(sizes), labels
+    for index in [1, 2, 0]:
+        await viewer.size.select_option(index=index)
+        await shows_size(viewer, *sizes[index])
+        assert_live(await viewer.cards(20))
+
+
+async def shows_size(viewer: Viewer, width: int, height: int) -> None:
+    async def shown() -> bool:
+        newest = (await viewer.cards(1))[0]
+        return (newest.width, newest.height) == (width, height)
+
+    await eventually(shown, f"the picture is {width}×{height}", within_s=8)
+
+
+@pytest.mark.timeout(90)
+async def test_switching_the_picture_off_stops_its_packets(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """With Picture off no video packet arrives; on again, the card is live again."""
+    viewer = await open_viewer(server)
+    await viewer.switch("Picture").click()
+
+    async def silent() -> bool:
+        before = await viewer.packets("video")
+        await viewer.page.wait_for_timeout(1500)
+        return await viewer.packets("video") == before
+
+    await eventually(silent, "no video packet arrives any more", within_s=6)
+    assert await viewer.packets("audio") > 0
+    await viewer.switch("Picture").click()
+    await viewer.sees_picture()
+    await viewer.cards(5)
+    assert_live(await viewer.cards(20))

@@ -1,0 +1,140 @@
+"""What a reload, a lost page and a restarted server do."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from typing import TYPE_CHECKING
+
+import pytest
+import pytest_asyncio
+
+from e2e.harness import toml
+from e2e.harness.robot import moves, stands_still
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.server import Server
+
+GRACE_S = 3.0
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session")
+async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
+    toml_text = toml.card_with(turns=f"grace_s = {GRACE_S}")
+    async with serve(tmp_path_factory.mktemp("reconnect"), toml_text) as running:
+        yield running
+
+
+@pytest.mark.timeout(90)
+async def test_a_reload_keeps_turn_place_and_name(server: Server, open_viewer: OpenViewer) -> None:
+    """The operator who reloads still drives the same turn; nobody else got it meanwhile."""
+    ada, bob = await open_viewer(server), await open_viewer(server)
+    await ada.call_oneself("Ada")
+    await bob.call_oneself("Bob")
+    await ada.join()
+    await ada.drives()
+    await bob.join()
+    number = (await server.status())["turn"]["number"]
+    for viewer in (ada, bob):
+        await viewer.page.reload()
+        await viewer.sees_picture()
+    await ada.drives()
+    after = await server.status()
+    assert after["turn"]["number"] == number
+    roles = {line["name"]: (line["role"], line["place"]) for line in after["viewers"]}
+    assert roles == {"Ada": ("operator", 0), "Bob": ("queued", 1)}
+    await ada.page.keyboard.down("ArrowLeft")
+    assert await moves(server)
+    await ada.page.keyboard.up("ArrowLeft")
+
+
+@pytest.mark.timeout(90)
+async def test_a_key_held_over_a_reload_moves_nothing(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """A reload stops the robot, and it stays so until somebody presses again."""
+    ada = await open_viewer(server)
+    await ada.join()
+    await ada.drives()
+    await ada.page.keyboard.down("ArrowLeft")
+    assert await moves(server)
+    await ada.page.reload()
+    assert await stands_still(server)
+    await ada.sees_picture()
+    assert not await moves(server, during_s=1)
+
+
+@pytest.mark.timeout(90)
+async def test_a_lost_operator_is_replaced_after_the_grace(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """Who does not come back within the grace loses the turn to the next one, not before."""
+    ada, bob = await open_viewer(server), await open_viewer(server)
+    await bob.call_oneself("Bob")
+    await ada.join()
+    await ada.drives()
+    await bob.join()
+    await ada.page.goto("about:blank")
+    await asyncio.sleep(GRACE_S / 3)
+    roles = {line["role"] for line in (await server.status())["viewers"] if line["name"] == "Bob"}
+    assert roles == {"queued"}
+    await bob.drives(within_s=GRACE_S + 3)
+
+
+@pytest.mark.timeout(120)
+async def test_a_restarted_server_is_found_again(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
+) -> None:
+    """When the server comes back the page connects by itself, with a fresh peer, and says so."""
+    async with serve(tmp_path, toml.CARD) as server:
+        viewer = await open_viewer(server)
+        peers = await viewer.probe("peers()")
+        await eventually(viewer.says_connected, "the page says that it is connected")
+        await server.stop(signal.SIGTERM)
+
+        async def says_lost() -> bool:
+            return not await viewer.says_connected()
+
+        await eventually(says_lost, "the page says that it is not connected", within_s=5)
+        await server.start()
+
+        async def fresh() -> bool:
+            return bool(
+                await viewer.probe("peers()") > peers
+                and await viewer.probe("state()") == "connected"
+            )
+
+        await eventually(fresh, "a fresh peer is connected", within_s=20)
+        await eventually(viewer.says_connected, "the page says that it is connected")
+        await viewer.sees_picture()
+        cards = [card for card in await viewer.cards(20) if card.valid]
+        assert cards[-1].age_ms < 1000
+        await viewer.join()
+        await viewer.drives()
+        await viewer.page.keyboard.down("ArrowLeft")
+        assert await moves(server)
+        await viewer.page.keyboard.up("ArrowLeft")
+
+
+@pytest.mark.timeout(120)
+async def test_a_killed_server_is_found_again(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
+) -> None:
+    """The same when the server had no time to say goodbye."""
+    async with serve(tmp_path, toml.CARD) as server:
+        viewer = await open_viewer(server)
+        await server.kill()
+        await asyncio.sleep(1)
+        await server.start()
+
+        async def fresh() -> bool:
+            return len((await server.status())["viewers"]) == 1
+
+        await eventually(fresh, "the page is back", within_s=25)
+        await eventually(lambda: viewer.probe("playing()"), "the picture plays", within_s=10)
+        assert (await viewer.cards(5))[-1].age_ms < 1000

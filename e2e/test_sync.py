@@ -1,0 +1,113 @@
+"""The audio-master policy: sound keeps its delay, the picture keeps to the sound."""
+
+from __future__ import annotations
+
+import asyncio
+from statistics import median
+from typing import TYPE_CHECKING
+
+import pytest
+
+from e2e.harness import ear, toml
+from e2e.harness.viewer import EARS
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.viewer import Viewer
+
+TOLERANCE_MS = 40.0
+"""The issue's promise: a chosen delay is followed within it, both streams."""
+
+SOUND_EARLY_MS, SOUND_LATE_MS = 45.0, 125.0
+"""ITU-R BT.1359: skew that people begin to detect."""
+
+
+async def jitter_buffer_delay_ms(viewer: Viewer, kind: str, over_s: float = 1.0) -> float:
+    """Mean delay in the browser's jitter buffer during the next `over_s`."""
+    first = await viewer.inbound(kind)
+    await asyncio.sleep(over_s)
+    last = await viewer.inbound(kind)
+    delay_s = last["jitterBufferDelay"] - first["jitterBufferDelay"]
+    count = last["jitterBufferEmittedCount"] - first["jitterBufferEmittedCount"]
+    assert count > 0, f"no {kind} came out of the jitter buffer"
+    return float(delay_s / count * 1000)
+
+
+@pytest.mark.timeout(120)
+@pytest.mark.parametrize("delay_ms", [20, 200, 500])
+async def test_a_chosen_delay_is_followed_by_both_streams(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer, delay_ms: int
+) -> None:
+    """Sound and picture wait as long as `audio_delay_ms` says, ± 40 ms, and stay in step."""
+    settings = toml.card_with(sync__observer=f"audio_delay_ms = {delay_ms}.0")
+    async with serve(tmp_path, settings) as server:
+        viewer = await open_viewer(server, **EARS)
+        await viewer.listen()
+        measured: dict[str, float] = {}
+
+        async def follows() -> bool:
+            for kind in ("audio", "video"):
+                measured[kind] = round(await jitter_buffer_delay_ms(viewer, kind))
+            return all(abs(ms - delay_ms) <= TOLERANCE_MS for ms in measured.values())
+
+        try:
+            await eventually(follows, "both streams wait as long as was chosen", within_s=12)
+        finally:
+            print(f"chosen {delay_ms} ms: jitter buffers {measured}")
+        skew_ms = await measured_skew_ms(viewer)
+        print(f"chosen {delay_ms} ms: skew {skew_ms:+.0f} ms (sound late is positive)")
+        assert -SOUND_EARLY_MS <= skew_ms <= SOUND_LATE_MS
+
+
+async def measured_skew_ms(viewer: Viewer) -> float:
+    """How much later than the picture the sound is presented, by the test card of both."""
+    await asyncio.sleep(2)
+    await viewer.forget()
+    cards = await viewer.cards(120)
+    await asyncio.sleep(1)
+    sound_ms = median(ear.burst_ages_ms(await viewer.heard()))
+    picture_ms = median(card.age_ms for card in cards if card.valid)
+    return sound_ms - picture_ms
+
+
+@pytest.mark.timeout(90)
+async def test_by_default_the_delay_is_small(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
+) -> None:
+    """As shipped, an observer on a good line hears and sees within a quarter of a second."""
+    async with serve(tmp_path, toml.CARD) as server:
+        viewer = await open_viewer(server, **EARS)
+        await viewer.listen()
+        skew_ms = await measured_skew_ms(viewer)
+        ages = [card.age_ms for card in await viewer.cards(30) if card.valid]
+        print(f"default: picture {median(ages):.0f} ms old, skew {skew_ms:+.0f} ms")
+        assert median(ages) < 250
+        assert -SOUND_EARLY_MS <= skew_ms <= SOUND_LATE_MS
+
+
+@pytest.mark.timeout(90)
+async def test_the_delay_follows_the_role(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
+) -> None:
+    """At hand-over the operator's delay applies at once, without a new connection."""
+    settings = toml.card_with(sync__observer="audio_delay_ms = 400.0")
+    async with serve(tmp_path, settings) as server:
+        viewer = await open_viewer(server, **EARS)
+        await viewer.listen()
+
+        async def waits() -> bool:
+            return await jitter_buffer_delay_ms(viewer, "video") > 300
+
+        await eventually(waits, "the observer's picture waits", within_s=12)
+        peers = await viewer.probe("peers()")
+        await viewer.join()
+        await viewer.drives()
+
+        async def hurries() -> bool:
+            return await jitter_buffer_delay_ms(viewer, "video") < 120
+
+        await eventually(hurries, "the operator's picture hurries", within_s=8)
+        assert await viewer.probe("peers()") == peers
