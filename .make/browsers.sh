@@ -1,0 +1,56 @@
+# Find the browsers that the tests drive, or install them where that is allowed.
+
+# The first of the named programs that starts. Snaps are left out: they cannot see the profile
+# that the tests make for them, and on Ubuntu the packages named like browsers only fetch snaps.
+_browser() {
+    for name in "$@"; do
+        path=$(command -v "$name") || continue
+        case $path in /snap/*) continue ;; esac
+        head -c 4096 "$path" | grep -q /snap/ && continue
+        "$path" --version >/dev/null 2>&1 || continue
+        echo "$path"
+        return
+    done
+    return 1
+}
+
+_chromium() {
+    _browser chromium chromium-browser google-chrome google-chrome-stable \
+        "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome" \
+        "/Applications/Chromium.app/Contents/MacOS/Chromium"
+}
+
+_firefox() {
+    _browser firefox-esr firefox /Applications/Firefox.app/Contents/MacOS/firefox
+}
+
+# Where no package is to be had, Playwright brings a build of its own into the home directory.
+_playwright_chromium() {
+    if may_apt; then deps=--with-deps; else deps=; fi
+    say "fetching Chromium by Playwright"
+    patiently .venv/bin/playwright install $deps chromium >&2 || return 1
+    _browser "$(.venv/bin/python -c 'from playwright.sync_api import sync_playwright
+with sync_playwright() as playwright: print(playwright.chromium.executable_path)')"
+}
+
+# Without a browser its tests say so and are left out; in CI nothing is.
+_missing() {
+    if in_ci; then die "$*"; else say "$*"; fi
+}
+
+want_chromium() {
+    [ -n "${WAX_CHROMIUM:-}" ] || WAX_CHROMIUM=$(_chromium) ||
+        { apt_install chromium && WAX_CHROMIUM=$(_chromium); } ||
+        WAX_CHROMIUM=$(_playwright_chromium) ||
+        _missing "the tests in a browser cannot run: install Chromium" \
+            "(Debian: sudo apt-get install -y chromium) or set WAX_CHROMIUM to its path"
+    [ -z "${WAX_CHROMIUM:-}" ] || export WAX_CHROMIUM
+}
+
+want_firefox() {
+    [ -n "${WAX_FIREFOX:-}" ] || WAX_FIREFOX=$(_firefox) ||
+        { apt_install firefox-esr && WAX_FIREFOX=$(_firefox); } ||
+        _missing "the smoke test in Firefox cannot run: install Firefox, not as a snap" \
+            "(Debian: sudo apt-get install -y firefox-esr) or set WAX_FIREFOX to its path"
+    [ -z "${WAX_FIREFOX:-}" ] || export WAX_FIREFOX
+}

