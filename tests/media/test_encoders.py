@@ -1,0 +1,158 @@
+"""The encoders: layers that can be dropped, keyframes when asked, time without a seam."""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING, Literal
+
+import av
+import cv2
+import numpy as np
+import pytest
+from av.packet import Packet
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from wax.config import RenditionSettings
+from wax.media.sound_encoder import BLOCK_SAMPLES, SoundEncoder
+from wax.media.source import Picture, Sound
+from wax.media.video_encoder import VideoEncoder, resize_i420
+
+if TYPE_CHECKING:
+    from wax.media.encoded import EncodedPicture
+
+SMALL = RenditionSettings(width=160, height=120, fps=30, bitrate_bps=200_000)
+CODECS: list[Literal["vp8", "h264"]] = ["vp8", "h264"]
+
+
+def _encode(codec: Literal["vp8", "h264"], count: int, keyframes: set[int]) -> list[EncodedPicture]:
+    encoder = VideoEncoder(codec=codec, rendition=SMALL)
+    texture = np.random.default_rng(1).integers(0, 255, (180, 160 + count), dtype=np.uint8)
+    found = [
+        encoder.encode(
+            Picture(np.ascontiguousarray(texture[:, i : i + 160]), 5000 + i / 30),
+            keyframe=i in keyframes,
+        )
+        for i in range(count)
+    ]
+    return [one for one in found if one is not None]
+
+
+def _is_keyframe(codec: str, data: bytes) -> bool:
+    if codec == "vp8":
+        return not data[0] & 1  # RFC 6386, 9.1
+    return any(data[i : i + 3] == b"\0\0\1" and data[i + 3] & 31 == 5 for i in range(len(data) - 3))
+
+
+@pytest.mark.parametrize("codec", CODECS)
+def test_keyframes_come_when_asked_and_at_no_other_time(codec: Literal["vp8", "h264"]) -> None:
+    """The wire has a keyframe first and where one was asked for, and the label says so."""
+    found = _encode(codec, 60, {13, 40})
+    assert len(found) == 60
+    real = [i for i, one in enumerate(found) if _is_keyframe(codec, bytes(one.packet))]
+    assert real == [0, 13, 40]
+    assert [i for i, one in enumerate(found) if one.keyframe] == real
+
+
+@pytest.mark.parametrize("top", [0, 1])
+def test_upper_layers_can_be_dropped(top: int) -> None:
+    """Without its upper layers a VP8 stream decodes to the very same pictures."""
+    found = _encode("vp8", 60, {22})
+
+    def decode(pictures: list[EncodedPicture]) -> dict[float, bytes]:
+        decoder = av.CodecContext.create("vp8", "r")
+        assert isinstance(decoder, av.VideoCodecContext)
+        return {
+            one.captured_s: frame.to_ndarray().tobytes()
+            for one in pictures
+            for frame in decoder.decode(Packet(bytes(one.packet)))
+        }
+
+    whole = decode(found)
+    lower = decode([one for one in found if one.layer <= top])
+    assert len(lower) == pytest.approx(60 / (4 if top == 0 else 2), abs=2)
+    assert all(whole[when] == picture for when, picture in lower.items())
+
+
+def test_the_layers_start_anew_at_a_keyframe() -> None:
+    """A forced keyframe restarts the pattern of layers, as libvpx does."""
+    assert [one.layer for one in _encode("vp8", 10, {6})] == [0, 2, 1, 2, 0, 2, 0, 2, 1, 2]
+
+
+def test_a_picture_that_is_not_newer_is_left_out() -> None:
+    """Time never stands still on the wire."""
+    encoder = VideoEncoder(codec="vp8", rendition=SMALL)
+    picture = Picture(np.zeros((180, 160), np.uint8), 7.0)
+    assert encoder.encode(picture, keyframe=False) is not None
+    assert encoder.encode(picture, keyframe=False) is None
+
+
+@pytest.mark.parametrize("codec", CODECS)
+def test_the_rate_is_kept(codec: Literal["vp8", "h264"]) -> None:
+    """Four seconds of a busy moving picture stay within a quarter of the target."""
+    encoder = VideoEncoder(codec=codec, rendition=SMALL)
+    texture = np.random.default_rng(2).integers(0, 255, (180, 640), dtype=np.uint8)
+    texture = np.asarray(cv2.GaussianBlur(texture, (0, 0), 1.5), dtype=np.uint8)
+    size = 0
+    for i in range(120):
+        i420 = np.ascontiguousarray(texture[:, i * 4 : i * 4 + 160])
+        one = encoder.encode(Picture(i420, 1 + i / 30), keyframe=False)
+        assert one is not None
+        size += len(bytes(one.packet))
+    assert size * 8 / 4 == pytest.approx(SMALL.bitrate_bps, rel=0.25)
+
+
+def test_resize_keeps_each_plane() -> None:
+    """Scaling mixes no plane with another."""
+    i420 = np.concatenate(
+        [np.full((120, 160), 200), np.full((30, 160), 90), np.full((30, 160), 30)]
+    ).astype(np.uint8)
+    small = resize_i420(i420, 64, 48)
+    assert small.shape == (72, 64)
+    assert (small[:48] == 200).all()
+    assert (small[48:60] == 90).all()
+    assert (small[60:] == 30).all()
+    assert resize_i420(i420, 160, 120) is i420
+
+
+def _blocks(count: int, jitter_s: list[float] | None = None) -> list[Sound]:
+    tone = (8000 * np.sin(np.arange(BLOCK_SAMPLES * count) * 2 * np.pi * 300 / 48000)).astype(
+        np.int16
+    )
+    late = jitter_s or [0.0] * count
+    return [
+        Sound(tone[i * BLOCK_SAMPLES : (i + 1) * BLOCK_SAMPLES], 10 + i * 0.02 + late[i])
+        for i in range(count)
+    ]
+
+
+@pytest.mark.parametrize("mu_ms", [20, 40, 60])
+def test_one_packet_holds_one_media_unit(mu_ms: int) -> None:
+    """The media unit is the length of a packet, and none is lost."""
+    encoder = SoundEncoder(bitrate_bps=32_000, mu_ms=mu_ms)
+    found = [one for block in _blocks(60) if (one := encoder.encode(block))]
+    assert len(found) == 60 * 20 // mu_ms
+    assert {one.duration_samples for one in found} == {mu_ms * 48}
+    decoder = av.CodecContext.create("opus", "r")
+    assert isinstance(decoder, av.AudioCodecContext)
+    frames = [frame for one in found for frame in decoder.decode(Packet(bytes(one.packet)))]
+    assert sum(frame.samples for frame in frames) == pytest.approx(60 * 960, abs=960 * 3)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(st.floats(-0.02, 0.02), min_size=30, max_size=30))
+def test_jitter_of_the_capture_leaves_no_seam(jitter_s: list[float]) -> None:
+    """Jitter of capture times never reaches the RTP clock: it counts samples."""
+    encoder = SoundEncoder(bitrate_bps=32_000, mu_ms=20)
+    pts = [one.pts for block in _blocks(30, jitter_s) if (one := encoder.encode(block))]
+    assert {b - a for a, b in itertools.pairwise(pts)} == {960}
+
+
+def test_a_real_gap_moves_the_clock() -> None:
+    """When the microphone was away for a second, so is the RTP time."""
+    encoder = SoundEncoder(bitrate_bps=32_000, mu_ms=20)
+    first, second = _blocks(2, [0.0, 1.0])
+    a, b = encoder.encode(first), encoder.encode(second)
+    assert a is not None
+    assert b is not None
+    assert b.pts - a.pts == 960 + 48_000
