@@ -74,8 +74,8 @@ def measure(side: Side, plan: Plan) -> KeyToByte:
             strokes = _strokes(page, min((clock_before, clock_after), key=lambda c: c.error_ms))
         moves = changes(line.finish())
     drift_ms = abs(clock_before.offset_ms - clock_after.offset_ms)
-    press_ms = _delays(strokes, moves, down=True)
-    release_ms = _delays(strokes, moves, down=False)
+    press_ms = delays(strokes, moves, down=True)
+    release_ms = delays(strokes, moves, down=False)
     return KeyToByte(
         dialect=DIALECT,
         press_ms=spread([delay_ms for delay_ms, _ in press_ms]),
@@ -122,7 +122,7 @@ def _strokes(page: Page, clock: PageClock) -> list[Stroke]:
     ]
 
 
-def _delays(strokes: list[Stroke], moves: list[Change], *, down: bool) -> list[tuple[float, float]]:
+def delays(strokes: list[Stroke], moves: list[Change], *, down: bool) -> list[tuple[float, float]]:
     """Find each stroke's effect; ms since the event was made and since it was handled."""
     if not moves:
         raise BenchError("the robot's line stayed silent")
