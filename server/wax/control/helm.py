@@ -1,0 +1,97 @@
+"""The last station before the driver: whatever a driver does, nothing raises beyond this."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import structlog
+
+from wax.robot.driver import STANDSTILL
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from wax.control.gate import Setpoint
+    from wax.robot.driver import Driver, Limits, Twist
+
+_LOG = structlog.get_logger(__name__)
+
+NO_ANSWER: Final = "The robot does not answer."
+NOT_CONNECTED: Final = "The robot is not connected."
+
+
+class Helm:
+    """Tells the driver what to do, and remembers what it was told.
+
+    A driver that raises is stopped, counted in `failures`, and logged once until all is well.
+    """
+
+    def __init__(self, driver: Driver) -> None:
+        self._driver = driver
+        self._twist: Twist = STANDSTILL
+        self._axes: dict[str, float] = {}
+        self._answers = True
+        self.limits: Limits = driver.limits
+        self.epoch: int | None = None
+        self.failures = 0
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether the newest set-point that the driver took asks for motion."""
+        return not self._twist.is_zero
+
+    def check(self, turn: int) -> str | None:
+        """Say why the robot cannot be driven; `epoch` changes when it was connected anew."""
+        try:
+            state = self._driver.state()
+        except Exception:
+            self._failed()
+            self.stop(turn)
+            return NO_ANSWER
+        if state.epoch != self.epoch:
+            self.epoch = state.epoch
+            self._axes.clear()  # where they stand is not known any more
+            self.stop(turn)
+        return state.problem or (None if state.connected else NOT_CONNECTED)
+
+    def would_change(self, setpoint: Setpoint) -> bool:
+        """Tell whether this set-point differs from what the robot was told last."""
+        return setpoint.twist != self._twist or bool(self._changes(setpoint.axes))
+
+    def steer(self, setpoint: Setpoint, turn: int) -> str | None:
+        """Give the robot its set-point; a sentence if the driver raised, which was stopped then.
+
+        Motion that ends with a `reason` ends with `Driver.stop`, not with a mere set-point.
+        """
+        if setpoint.reason is not None and self.is_moving:
+            self.stop(turn)
+        try:
+            self._driver.apply(setpoint.twist, turn)
+            self._twist = setpoint.twist
+            for name, position in self._changes(setpoint.axes).items():
+                self._driver.set_axis(name, position, turn)
+                self._axes[name] = position
+        except Exception:
+            self._failed()
+            self.stop(turn)
+            return NO_ANSWER
+        if setpoint.reason != NO_ANSWER:
+            self._answers = True
+        return None
+
+    def stop(self, turn: int) -> None:
+        """Stand still now."""
+        self._twist = STANDSTILL
+        try:
+            self._driver.stop(turn)
+        except Exception:
+            self._failed()
+
+    def _changes(self, axes: Mapping[str, float]) -> dict[str, float]:
+        return {name: to for name, to in axes.items() if self._axes.get(name) != to}
+
+    def _failed(self) -> None:
+        self.failures += 1
+        if self._answers:
+            _LOG.exception("the robot's driver raised; the robot is stopped")
+        self._answers = False
