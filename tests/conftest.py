@@ -1,0 +1,69 @@
+"""What every test is held to: it leaves no task, thread or descriptor behind."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import inspect
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+import pytest_asyncio
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Iterator
+
+_DESCRIPTORS = Path("/proc/self/fd")
+_SHARED_THREADS = ("asyncio_", "ThreadPoolExecutor", "pytest_timeout")
+"""Pools that live as long as the event loop or the process, by the beginnings of their names."""
+
+
+def _threads() -> set[str]:
+    names = {thread.name for thread in threading.enumerate()}
+    return {name for name in names if not name.startswith(_SHARED_THREADS)}
+
+
+def _descriptors() -> set[str]:
+    """Open files, sockets and pipes; empty where the system does not tell."""
+    found = set()
+    for entry in _DESCRIPTORS.iterdir() if _DESCRIPTORS.is_dir() else ():
+        try:
+            target = str(entry.readlink())
+        except OSError:
+            continue  # the one that listed this very folder
+        if target.startswith(("socket:", "/dev/")):
+            found.add(f"{entry.name} {target}")
+    return found
+
+
+@pytest.fixture(autouse=True)
+def _nothing_is_left() -> Iterator[None]:
+    """Compare threads and descriptors before and after; what is still ending gets a second."""
+    threads, descriptors = _threads(), _descriptors()
+    yield
+    deadline_s = time.monotonic() + 1
+    while time.monotonic() < deadline_s and (_threads() - threads):
+        time.sleep(0.01)
+    gc.collect()
+    assert _threads() <= threads
+    assert _descriptors() <= descriptors
+
+
+@pytest_asyncio.fixture
+async def _no_task_is_left() -> AsyncIterator[None]:
+    """Fail when the test leaves a task running."""
+    before = asyncio.all_tasks()
+    yield
+    for _ in range(10):  # what was cancelled gets the chance to end
+        await asyncio.sleep(0)
+    left = asyncio.all_tasks() - before - {asyncio.current_task()}
+    assert not [task.get_name() for task in left]
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Hold async tests to leaving no task as well; set up first, so that it looks last."""
+    if inspect.iscoroutinefunction(metafunc.function):
+        metafunc.fixturenames.insert(0, "_no_task_is_left")
