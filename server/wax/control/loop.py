@@ -80,7 +80,9 @@ class ControlLoop:
         """Keep the beat until cancelled, idle after `stop`; however it ends, the robot stands."""
         try:
             while not self._stopped:
-                self.step(self._clock.now_s())
+                now_s = self._clock.now_s()
+                if now_s - self._stepped_s >= MIN_GAP_S:
+                    self.step(now_s)
                 await self._rest()
             await asyncio.Event().wait()
         finally:
@@ -124,8 +126,7 @@ class ControlLoop:
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(max(0.0, self._due_s - self._clock.now_s())):
                     await self._hurry.wait()
-        while (left_s := self._stepped_s + MIN_GAP_S - self._clock.now_s()) > 0:
-            await asyncio.sleep(left_s)
+        await asyncio.sleep(max(0.0, self._stepped_s + MIN_GAP_S - self._clock.now_s()))
 
     # --- viewers ---------------------------------------------------------------------------
 
