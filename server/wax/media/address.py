@@ -1,0 +1,112 @@
+"""Open a media file or a stream address, and say in a sentence why it cannot be opened."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Literal
+from urllib.parse import urlsplit
+
+import av
+from av.error import FFmpegError, InvalidDataError
+from av.stream import Disposition
+
+from wax.errors import SourceError
+
+if TYPE_CHECKING:
+    from av.audio.codeccontext import AudioCodecContext
+    from av.container import InputContainer
+    from av.video.codeccontext import VideoCodecContext
+
+Kind = Literal["video", "audio"]
+
+_TIMEOUT_S: Final = (5.0, 2.0)
+"""To connect, and from one packet to the next: a stream that pauses longer is opened again."""
+
+_LIVE_SCHEMES: Final = frozenset({"rtsp", "rtsps", "rtp", "rtmp", "rtmps", "udp", "srt", "tcp"})
+_SEGMENTED: Final = frozenset({"hls", "dash"})
+_DEFAULT_PERIOD_S: Final = {"video": 0.04, "audio": 0.02}
+
+
+@dataclass(slots=True)
+class Track:
+    """One stream of an open container that can be decoded.
+
+    `pixel_aspect` is a pixel's width by its height, `period_s` how long a packet lasts that does
+    not say it itself.
+    """
+
+    index: int
+    kind: Kind
+    decoder: VideoCodecContext | AudioCodecContext
+    pixel_aspect: float
+    period_s: float
+
+
+def is_network(address: str) -> bool:
+    """Tell ``scheme://…`` from a path."""
+    return "://" in address
+
+
+def shown_name(address: str) -> str:
+    """Return the address without user name, password and query: sentences are seen by everybody."""
+    if not is_network(address):
+        return Path(address).name
+    parts = urlsplit(address)
+    return f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}{parts.path}"
+
+
+def open_container(address: str) -> InputContainer:
+    """Open for reading; raises `SourceError`. A network address gives up after 5 s."""
+    name = shown_name(address)
+    try:
+        if is_network(address):
+            # RTSP over UDP would lose packets of a keyframe silently; TCP is one round trip more.
+            return av.open(address, timeout=_TIMEOUT_S, options={"rtsp_flags": "prefer_tcp"})
+        return av.open(f"file:{address}")
+    except InvalidDataError as error:
+        raise SourceError(
+            f"{name} is no video or sound that can be played, or its beginning or its index is "
+            "missing; name another file."
+        ) from error
+    except FileNotFoundError as error:
+        raise SourceError(f"{name} does not exist; correct its name or put it there.") from error
+    except (FFmpegError, OSError) as error:
+        reason = error.strerror or str(error)
+        raise SourceError(f"{name} cannot be opened ({reason}); check that it is there.") from error
+
+
+def is_live(address: str, container: InputContainer) -> bool:
+    """Tell whether the far end sets the pace: then nothing may be kept waiting here."""
+    if not is_network(address):
+        return False
+    if urlsplit(address).scheme in _LIVE_SCHEMES:
+        return True
+    return container.duration is None and container.format.name not in _SEGMENTED
+
+
+def find_tracks(container: InputContainer) -> dict[Kind, Track]:
+    """Return the first picture and the first sound that can be decoded; no cover pictures."""
+    tracks: dict[Kind, Track] = {}
+    for stream in container.streams.video:
+        if "video" in tracks or stream.disposition & Disposition.attached_pic:
+            continue
+        if stream.codec_context is not None:
+            rate = stream.average_rate or stream.guessed_rate
+            tracks["video"] = Track(
+                index=stream.index,
+                kind="video",
+                decoder=stream.codec_context,
+                pixel_aspect=float(stream.sample_aspect_ratio or 1),
+                period_s=float(1 / rate) if rate else _DEFAULT_PERIOD_S["video"],
+            )
+    for sound in container.streams.audio:
+        if "audio" not in tracks and sound.codec_context is not None:
+            tracks["audio"] = Track(
+                index=sound.index,
+                kind="audio",
+                decoder=sound.codec_context,
+                pixel_aspect=1.0,
+                period_s=_DEFAULT_PERIOD_S["audio"],
+            )
+    return tracks
