@@ -4,6 +4,7 @@ set -eu
 . .make/lib.sh
 python=.venv/bin/python
 . .make/browsers.sh
+want_playwright
 want_chromium
 
 PATH=$PWD/.venv/bin:$PATH

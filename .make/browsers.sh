@@ -38,6 +38,14 @@ _missing() {
     if in_ci; then die "$*"; else say "$*"; fi
 }
 
+# Playwright's own Node needs a library that a bare Debian lacks.
+want_playwright() {
+    .venv/bin/playwright --version >/dev/null 2>&1 ||
+        { apt_install libatomic1 && .venv/bin/playwright --version >/dev/null 2>&1; } ||
+        _missing "Playwright, which drives the browser of the tests, does not start;" \
+            "type: .venv/bin/playwright --version (Debian: sudo apt-get install -y libatomic1)"
+}
+
 want_chromium() {
     [ -n "${WAX_CHROMIUM:-}" ] || WAX_CHROMIUM=$(_chromium) ||
         { apt_install chromium && WAX_CHROMIUM=$(_chromium); } ||

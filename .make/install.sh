@@ -30,8 +30,8 @@ want_portaudio() {
     [ "$(uname)" = Linux ] || return 0
     .venv/bin/python -c 'import sounddevice' 2>/dev/null && return
     apt_install libportaudio2 ||
-        say "PortAudio is missing, so PulseAudio and PipeWire microphones are;" \
-            "to have them type: sudo apt-get install -y libportaudio2"
+        say "microphones beyond ALSA need PortAudio; to have them type:" \
+            "sudo apt-get install -y libportaudio2"
 }
 
 install_packages() {

@@ -137,7 +137,7 @@ def install_tools(env: dict[str, str]) -> None:
     lock, stamp = WEB / "package-lock.json", WEB / "node_modules/.wax"
     if not is_current(stamp, iter([lock])):
         print("wax: installing the page's packages", file=sys.stderr)
-        patiently("npm", "ci", "--silent", env=env)
+        patiently("npm", "ci", "--loglevel", "error", env=env)
         stamp.write_text(fingerprint(iter([lock])))
     run(["npm", "run", "--silent", "types"], env)
 

@@ -5,6 +5,7 @@ set -eu
 sh .make/install.sh dev
 python=.venv/bin/python
 . .make/browsers.sh
+want_playwright
 want_chromium
 want_firefox
 
