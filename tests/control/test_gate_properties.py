@@ -43,7 +43,7 @@ class Word:
 words = st.builds(
     Word,
     gap_s=st.sampled_from([0.0, 0.01, 0.033, 0.1, 0.14, 0.16, 0.3]),
-    what=st.sampled_from(["drive"] * 12 + ["stop", "lose", "return"]),
+    what=st.sampled_from(["drive"] * 20 + ["stop", "lose", "return", "return", "return"]),
     viewer=st.sampled_from([OPERATOR] * 6 + [2]),
     turn=st.sampled_from([TURN] * 6 + [TURN - 1, TURN + 1]),
     seq_back=st.sampled_from([0] * 6 + [1, 2]),

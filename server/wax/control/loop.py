@@ -191,7 +191,7 @@ class ControlLoop:
         """Return what was counted since the start, and how late the latest beat was."""
         return dict(sorted(self._counts.items())) | {
             "control.driver_failures": self._helm.failures,
-            "control.latest_ms": math.ceil(self._latest_ms),
+            "control.latest_ms": round(self._latest_ms),
         }
 
     # --- turns, gate and robot -------------------------------------------------------------

@@ -1,0 +1,579 @@
+"""The control loop on a fake clock, with a driver that writes down what it is told."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import pytest
+from structlog.testing import capture_logs
+
+from wax.clock import SystemClock
+from wax.config import DriveSettings, TurnSettings
+from wax.control.gate import Command, Hold, Refusal
+from wax.control.helm import NO_ANSWER, NOT_CONNECTED
+from wax.control.loop import ControlLoop
+from wax.control.turns import PlaceLost, TurnEnded, TurnEvent, TurnRenewed, Turns, TurnStarted
+from wax.robot.driver import STANDSTILL, Limits, RobotState, Twist
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+A, B = 1, 2
+AHEAD = Twist(0.5, 0.0)
+
+
+class FakeClock:
+    """Stands still until it is turned."""
+
+    def __init__(self) -> None:
+        self.time_s = 1000.0
+
+    def now_s(self) -> float:
+        return self.time_s
+
+    def wall_ms(self) -> int:
+        return 0
+
+
+class FakeDriver:
+    """Writes down every call; raises from those named in `broken`."""
+
+    kind = "fake"
+    limits = Limits(linear_mps=0.5, angular_rps=1.0, axes=("pan",))
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[object, ...]] = []
+        self.now = RobotState(connected=True, epoch=1)
+        self.broken: set[str] = set()
+        self.called = asyncio.Event()
+
+    def _note(self, name: str, *arguments: object) -> None:
+        self.calls.append((name, *arguments))
+        self.called.set()
+        if name in self.broken:
+            raise OSError(f"{name} failed")
+
+    def open(self) -> None:
+        self._note("open")
+
+    def apply(self, twist: Twist, turn: int) -> None:
+        self._note("apply", twist, turn)
+
+    def set_axis(self, name: str, position: float, turn: int) -> None:
+        self._note("set_axis", name, position, turn)
+
+    def stop(self, turn: int) -> None:
+        self._note("stop", turn)
+
+    def close(self) -> None:
+        self._note("close")
+
+    def state(self) -> RobotState:
+        if "state" in self.broken:
+            raise OSError("state failed")
+        return self.now
+
+    def take(self) -> list[tuple[object, ...]]:
+        """Return the calls since the last time."""
+        calls, self.calls = self.calls, []
+        return calls
+
+
+class Bench:
+    """A control loop with everything around it."""
+
+    def __init__(self, *, grace_s: float = 3.0) -> None:
+        self.clock = FakeClock()
+        self.driver = FakeDriver()
+        self.turns = Turns(TurnSettings(turn_s=60.0, grace_s=grace_s))
+        self.delays_s: dict[int, float] = {A: 0.1, B: 0.1}
+        self.events: list[TurnEvent] = []
+        self.calls_before_event: list[tuple[object, ...]] = []
+        self.statuses: list[tuple[int, bool, str | None]] = []
+        self.seq = 0
+        self.loop = ControlLoop(
+            clock=self.clock,
+            turns=self.turns,
+            driver=self.driver,
+            settings=DriveSettings(loop_hz=50.0, max_age_ms=150.0, fine_fraction=0.5),
+            link_delay_s=self.delays_s.get,
+            on_events=self._on_events,
+            on_status=lambda *status: self.statuses.append(status),
+        )
+
+    def _on_events(self, events: tuple[TurnEvent, ...]) -> None:
+        self.events += events
+        self.calls_before_event = list(self.driver.calls)
+
+    def step(self, after_s: float = 0.02) -> list[tuple[object, ...]]:
+        """Take one step after this time; returns what the driver was told in it."""
+        self.driver.take()
+        self.clock.time_s += after_s
+        self.loop.step(self.clock.time_s)
+        return self.driver.take()
+
+    def command(self, linear: float = 0.0) -> Command:
+        self.seq += 1
+        return Command(
+            seq=self.seq,
+            turn=self.turns.number,
+            sent_s=self.clock.time_s,
+            linear=linear,
+            angular=0.0,
+            speed="gross",
+        )
+
+    def offer(self, linear: float = 0.0, *, viewer: int = A) -> Refusal | None:
+        return self.loop.offer(viewer, self.command(linear))
+
+    def enter(self, *viewers: int) -> None:
+        for viewer in viewers:
+            self.loop.connect(viewer)
+            self.loop.join(viewer)
+
+    def drive(self, *, viewer: int = A) -> None:
+        """Let the operator release all, then drive ahead, and see it move."""
+        assert self.offer(viewer=viewer) is None
+        self.step()
+        assert self.offer(1.0, viewer=viewer) is None
+        assert ("apply", AHEAD, self.turns.number) in self.step()
+
+    def moves(self) -> bool:
+        """Whether the robot moves after a fresh attempt to drive without letting go first."""
+        self.step()
+        self.offer(1.0, viewer=self.turns.operator or A)
+        return ("apply", AHEAD, self.turns.number) in self.step()
+
+
+@pytest.fixture
+def bench() -> Bench:
+    """Two viewers in the queue, the first of them drives; the loop has taken a step."""
+    bench = Bench()
+    bench.enter(A, B)
+    bench.step()
+    return bench
+
+
+# --- the beat ---------------------------------------------------------------------------------
+
+
+def test_beat_goes_on_without_operator() -> None:
+    """Every step gives the robot a set-point, standstill while nobody drives, told to nobody."""
+    bench = Bench()
+    bench.step()
+    assert bench.step() == [("apply", STANDSTILL, 0)]
+    assert bench.statuses == []
+
+
+def test_beat_repeats_the_set_point(bench: Bench) -> None:
+    """While the command is fresh every step gives the robot its set-point again."""
+    bench.drive()
+    assert bench.step() == [("apply", AHEAD, 1)]
+    assert bench.step() == [("apply", AHEAD, 1)]
+
+
+def test_silence_stops_the_robot(bench: Bench) -> None:
+    """When commands stop coming the robot is stopped, and the operator is told why, once."""
+    bench.drive()
+    for _ in range(11):  # until 0.24 s after it was sent: 0.15 s and the link's 0.1 s are allowed
+        assert bench.step() == [("apply", AHEAD, 1)]
+    assert bench.step() == [("stop", 1), ("apply", STANDSTILL, 1)]
+    assert bench.step() == [("apply", STANDSTILL, 1)]
+    assert bench.statuses[-2:] == [(A, True, None), (A, False, Refusal.TOO_OLD.value)]
+
+
+def test_change_goes_out_at_once(bench: Bench) -> None:
+    """A command that changes the set-point reaches the robot with its arrival, not at the beat."""
+    bench.offer()
+    bench.step()
+    bench.clock.time_s += 0.006
+    bench.offer(1.0)
+    assert bench.driver.take() == [("apply", AHEAD, 1)]
+
+
+def test_repeated_command_waits_for_the_beat(bench: Bench) -> None:
+    """A command that changes nothing makes no further set-point."""
+    bench.drive()
+    bench.clock.time_s += 0.006
+    bench.offer(1.0)
+    assert bench.driver.take() == []
+
+
+def test_changes_keep_their_distance(bench: Bench) -> None:
+    """Within 5 ms of the last set-point a change waits for the next step."""
+    bench.offer()
+    bench.step()
+    bench.clock.time_s += 0.004
+    bench.offer(1.0)
+    assert bench.driver.take() == []
+    assert bench.step(0.001) == [("apply", AHEAD, 1)]
+
+
+def test_blocked_loop_stops_the_robot_first(bench: Bench) -> None:
+    """After more than 100 ms without a beat the robot is stopped and neutral must come first."""
+    bench.drive()
+    assert bench.step(0.121) == [("stop", 1), ("apply", STANDSTILL, 1)]
+    assert bench.statuses[-1] == (A, False, Hold.LATE.value)
+    assert not bench.moves()
+    bench.drive()
+    assert bench.loop.counts()["control.late"] == 1
+    assert bench.loop.counts()["control.latest_ms"] == 101
+
+
+def test_blocked_loop_is_noticed_by_a_command_too(bench: Bench) -> None:
+    """Also if a command is what wakes a blocked loop, the robot is stopped before it counts."""
+    bench.drive()
+    bench.clock.time_s += 0.5
+    bench.driver.take()
+    bench.offer(0.5)
+    assert bench.driver.take() == [("stop", 1), ("apply", STANDSTILL, 1)]
+
+
+def test_slightly_late_beat_is_let_be(bench: Bench) -> None:
+    """A beat that is up to 100 ms late goes on driving, and the schedule does not drift."""
+    bench.drive()
+    assert bench.step(0.119) == [("apply", AHEAD, 1)]
+    assert bench.loop.counts()["control.latest_ms"] == 99
+    bench.step(0.001)  # on the schedule again
+    bench.step(0.119)
+    assert bench.loop.counts()["control.latest_ms"] == 99
+
+
+# --- turns ------------------------------------------------------------------------------------
+
+
+def test_robot_stops_at_every_change_of_operator(bench: Bench) -> None:
+    """At the end of a turn the robot is stopped in both turns before anybody hears of it."""
+    bench.drive()
+    told = bench.step(60.0)
+    assert told[:3] == [("stop", 1), ("stop", 1), ("stop", 2)]
+    assert told[-1] == ("apply", STANDSTILL, 2)
+    assert bench.calls_before_event[-1] == ("stop", 2)
+    assert isinstance(bench.events[-2], TurnEnded)
+    assert isinstance(bench.events[-1], TurnStarted)
+
+
+def test_hand_over_without_lateness(bench: Bench) -> None:
+    """When a turn ends in the steady beat its operator drives no more, and the next does."""
+    bench.drive()
+    while bench.turns.operator == A:
+        bench.offer(1.0)
+        told = bench.step()
+    assert told == [("stop", 1), ("stop", 2), ("apply", STANDSTILL, 2)]
+    assert bench.offer(1.0, viewer=A) is Refusal.NOT_YOUR_TURN
+    assert not bench.moves()
+    bench.drive(viewer=B)
+
+
+def test_leaving_stops_the_robot(bench: Bench) -> None:
+    """When the operator leaves or is gone the robot stops at once, not at the next step."""
+    bench.drive()
+    bench.loop.leave(A)
+    assert bench.driver.take() == [("stop", 1), ("stop", 2)]
+    bench.drive(viewer=B)
+    bench.loop.gone(B)
+    assert bench.driver.take() == [("stop", 2)]
+    assert bench.step() == [("apply", STANDSTILL, 2)]
+
+
+def test_renewal_does_not_stop() -> None:
+    """A lone operator's turn renews while the robot moves, and nothing stops it."""
+    bench = Bench()
+    bench.enter(A)
+    bench.step()
+    bench.drive()
+    while not isinstance(bench.events[-1], TurnRenewed):
+        bench.offer(1.0)
+        assert bench.step() == [("apply", AHEAD, 1)]
+
+
+def test_others_may_come_and_go(bench: Bench) -> None:
+    """What the others do neither stops the robot nor is it told of it."""
+    bench.drive()
+    bench.enter(3)
+    bench.loop.lost(B)
+    bench.loop.returned(B)
+    bench.loop.leave(3)
+    bench.loop.gone(3)
+    assert bench.driver.take() == []
+    assert bench.step() == [("apply", AHEAD, 1)]
+
+
+def test_lost_place_is_told(bench: Bench) -> None:
+    """The room hears when a lost viewer's place is given up, and the robot drives on."""
+    bench.drive()
+    bench.loop.lost(B)
+    while PlaceLost(B) not in bench.events:
+        bench.offer(1.0)
+        assert bench.step() == [("apply", AHEAD, 1)]
+
+
+def test_lost_operator_stops_the_robot(bench: Bench) -> None:
+    """The robot stops at once when its operator is lost; his commands do not count meanwhile."""
+    bench.drive()
+    bench.loop.lost(A)
+    assert bench.driver.take() == [("stop", 1)]
+    bench.loop.lost(A)
+    assert bench.driver.take() == []
+    assert bench.offer(1.0) is Refusal.LOST
+    assert bench.step() == [("apply", STANDSTILL, 1)]
+    assert bench.statuses[-1] == (A, False, Refusal.LOST.value)
+
+
+def test_returned_operator_begins_with_neutral(bench: Bench) -> None:
+    """After a short loss the same turn goes on, but only after a new deliberate command."""
+    bench.drive()
+    bench.loop.lost(A)
+    bench.step(1.0)
+    bench.loop.returned(A)
+    assert not bench.moves()
+    bench.drive()
+
+
+@pytest.mark.parametrize("again", ["connect", "returned"])
+def test_fresh_page_counts_from_the_start(bench: Bench, again: str) -> None:
+    """A reloaded page of the operator's begins its sequence anew, with a stopped robot."""
+    bench.drive()
+    getattr(bench.loop, again)(A)
+    assert bench.driver.take() == [("stop", 1)]
+    bench.seq = 0
+    assert not bench.moves()
+    bench.drive()
+
+
+# --- stop -------------------------------------------------------------------------------------
+
+
+def test_operator_stops_at_once(bench: Bench) -> None:
+    """The operator's stop reaches the robot within the call, and a held key does not undo it."""
+    bench.drive()
+    assert bench.loop.operator_stop(A)
+    assert bench.driver.take() == [("stop", 1)]
+    assert not bench.moves()
+    assert bench.statuses[-1] == (A, False, Hold.STOPPED.value)
+    bench.drive()
+
+
+def test_only_the_operator_stops(bench: Bench) -> None:
+    """Whoever does not drive does not stop the robot by this way."""
+    bench.drive()
+    assert not bench.loop.operator_stop(B)
+    assert bench.driver.take() == []
+
+
+def test_after_stop_nothing_moves(bench: Bench) -> None:
+    """Once the loop is stopped the robot stands, whatever comes, and stopping twice is safe."""
+    bench.drive()
+    bench.loop.stop()
+    bench.loop.stop()
+    assert bench.driver.take() == [("stop", 1), ("stop", 1)]
+    bench.offer(-1.0)
+    assert bench.step() == []
+
+
+# --- the robot --------------------------------------------------------------------------------
+
+
+def test_axes_move_on_change(bench: Bench) -> None:
+    """An axis is set when its position changes, and again after the robot was connected anew."""
+    bench.offer()
+    bench.loop.offer(A, replace(bench.command(), axes={"pan": 0.5}))
+    assert ("set_axis", "pan", 0.5, 1) in bench.step()
+    bench.loop.offer(A, replace(bench.command(), axes={"pan": 0.5}))
+    assert bench.step() == [("apply", STANDSTILL, 1)]
+    bench.driver.now = RobotState(connected=True, epoch=2)
+    bench.step()
+    bench.loop.offer(A, replace(bench.command(), axes={"pan": 0.5}))
+    assert ("set_axis", "pan", 0.5, 1) in bench.step()
+
+
+def test_new_connection_of_the_robot_needs_neutral(bench: Bench) -> None:
+    """A robot that was connected anew stands until a new deliberate command."""
+    bench.drive()
+    bench.driver.now = RobotState(connected=True, epoch=2)
+    assert bench.step() == [("stop", 1), ("apply", STANDSTILL, 1)]
+    assert bench.statuses[-1] == (A, False, Hold.FAULT.value)
+    assert not bench.moves()
+    bench.drive()
+
+
+@pytest.mark.parametrize(
+    ("state", "reason"),
+    [
+        (RobotState(connected=False, epoch=1), NOT_CONNECTED),
+        (
+            RobotState(connected=True, epoch=1, problem="The battery is empty."),
+            "The battery is empty.",
+        ),
+    ],
+)
+def test_robot_with_a_problem_stands(bench: Bench, state: RobotState, reason: str) -> None:
+    """While the robot has a problem it stands, the operator reads it, and neutral comes after."""
+    bench.drive()
+    healthy, bench.driver.now = bench.driver.now, state
+    assert bench.step() == [("stop", 1), ("apply", STANDSTILL, 1)]
+    assert bench.statuses[-1] == (A, False, reason)
+    assert not bench.moves()
+    bench.driver.now = healthy
+    assert not bench.moves()
+    bench.drive()
+
+
+@pytest.mark.parametrize("broken", ["state", "apply", "set_axis"])
+def test_driver_that_raises_is_stopped(bench: Bench, broken: str) -> None:
+    """Whatever a driver raises, it is stopped, logged once and said, and the loop goes on."""
+    bench.drive()
+    bench.driver.broken = {broken}
+    pan = iter((0.1, 0.2, 0.3, 0.4))
+    with capture_logs() as logs:
+        for _ in range(2):
+            bench.offer()
+            bench.loop.offer(A, replace(bench.command(1.0), axes={"pan": next(pan)}))
+            assert ("stop", 1) in bench.step()
+            assert bench.statuses[-1] == (A, False, NO_ANSWER)
+    assert [entry["log_level"] for entry in logs] == ["error"]
+    assert bench.loop.counts()["control.driver_failures"] >= 2
+    bench.driver.broken = set()
+    assert not bench.moves()
+    bench.drive()
+
+
+def test_driver_that_cannot_even_stop(bench: Bench) -> None:
+    """A stop that raises does not get out, and standstill follows at the next beat."""
+    bench.drive()
+    bench.driver.broken = {"stop"}
+    with capture_logs() as logs:
+        assert bench.loop.operator_stop(A)
+    assert len(logs) == 1
+    assert bench.step() == [("apply", STANDSTILL, 1)]
+
+
+# --- the link ---------------------------------------------------------------------------------
+
+
+def test_delay_is_taken_at_the_turns_start(bench: Bench) -> None:
+    """A link that gets slower within the turn gets no further allowance."""
+    bench.drive()
+    bench.delays_s[A] = 0.9
+    old = replace(bench.command(1.0), sent_s=bench.clock.time_s - 0.26)
+    assert bench.loop.offer(A, old) is Refusal.TOO_OLD
+
+
+def test_delay_is_taken_as_soon_as_known() -> None:
+    """A delay that is not measured yet at the turn's start counts as none until it is."""
+    bench = Bench()
+    del bench.delays_s[A]
+    bench.enter(A)
+    bench.step()
+    old = replace(bench.command(), sent_s=bench.clock.time_s - 0.2)
+    assert bench.loop.offer(A, old) is Refusal.TOO_OLD
+    bench.delays_s[A] = 0.1
+    old = replace(bench.command(), sent_s=bench.clock.time_s - 0.2)
+    bench.clock.time_s += 0.02
+    assert bench.loop.offer(A, old) is None
+
+
+@pytest.mark.parametrize(("delay_s", "refusal"), [(0.5, None), (None, Refusal.TOO_OLD)])
+def test_delay_is_taken_anew_when_the_turn_renews(
+    delay_s: float | None, refusal: Refusal | None
+) -> None:
+    """A renewed turn takes the delay anew, and keeps the old one if there is none."""
+    bench = Bench()
+    bench.enter(A)
+    bench.step()
+    bench.delays_s.pop(A) if delay_s is None else bench.delays_s.update({A: delay_s})
+    bench.step(60.0)
+    old = replace(bench.command(), sent_s=bench.clock.time_s - 0.4)
+    assert bench.loop.offer(A, old) is refusal
+    old = replace(bench.command(), sent_s=bench.clock.time_s - 0.2)
+    assert bench.loop.offer(A, old) is None
+
+
+def test_commands_are_counted(bench: Bench) -> None:
+    """Commands are counted as accepted or by why they were refused."""
+    bench.drive()
+    bench.offer(viewer=B)
+    assert bench.loop.counts() == {
+        "commands.accepted": 2,
+        "commands.refused.not_your_turn": 1,
+        "control.driver_failures": 0,
+        "control.latest_ms": 0,
+    }
+
+
+# --- running ----------------------------------------------------------------------------------
+
+
+async def heard(driver: FakeDriver, *call: object) -> None:
+    """Wait until the driver is told this."""
+    async with asyncio.timeout(5):
+        while call not in driver.calls:
+            driver.called.clear()
+            await driver.called.wait()
+
+
+def live(
+    driver: FakeDriver, on_status: Callable[[int, bool, str | None], None] = lambda *_: None
+) -> ControlLoop:
+    """Make a loop on the real clock."""
+    return ControlLoop(
+        clock=SystemClock(),
+        turns=Turns(TurnSettings()),
+        driver=driver,
+        settings=DriveSettings(loop_hz=100.0, max_age_ms=1000.0),
+        link_delay_s=lambda _: 1.0,
+        on_events=lambda _: None,
+        on_status=on_status,
+    )
+
+
+async def test_runs_until_cancelled_and_stops_the_robot() -> None:
+    """Running, the loop beats, hurries a change that came too soon, and ends with stop."""
+    driver = FakeDriver()
+    control = live(driver)
+    task = asyncio.create_task(control.run())
+    control.connect(A)
+    control.join(A)
+    await heard(driver, "apply", STANDSTILL, 1)
+    now_s = SystemClock().now_s()
+    control.offer(A, Command(1, 1, now_s, 0.0, 0.0, "gross"))
+    control.offer(A, Command(2, 1, now_s, 1.0, 0.0, "gross"))
+    await heard(driver, "apply", AHEAD, 1)
+    task.cancel()
+    with contextlib.suppress(asyncio.CancelledError):
+        await task
+    assert driver.calls[-1] == ("stop", 1)
+
+
+async def test_stopped_loop_stays_quiet() -> None:
+    """After stop a running loop says no more to the robot, and waits to be cancelled."""
+    driver = FakeDriver()
+    control = live(driver)
+    task = asyncio.create_task(control.run())
+    await heard(driver, "apply", STANDSTILL, 0)
+    control.stop()
+    calls = len(driver.calls)
+    done, _ = await asyncio.wait([task], timeout=0.03)
+    assert not done
+    assert len(driver.calls) == calls
+    task.cancel()
+    with contextlib.suppress(asyncio.CancelledError):
+        await task
+
+
+async def test_defect_stops_the_robot() -> None:
+    """A callback that raises ends the loop, for its supervisor to see, and the robot stands."""
+
+    def defect(viewer: int, moving: bool, reason: str | None) -> None:
+        raise RuntimeError("defect")
+
+    driver = FakeDriver()
+    control = live(driver, defect)
+    control.connect(A)
+    control.join(A)
+    with pytest.raises(RuntimeError, match="defect"):
+        await control.run()
+    assert driver.calls[-1] == ("stop", 1)
