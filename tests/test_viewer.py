@@ -1,0 +1,278 @@
+"""A viewer: every message is understood or refused, none of them raises."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, cast
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.config import AudioSettings, SyncSettings, VideoSettings
+from wax.media.sound_hub import SoundHub
+from wax.media.video_hub import VideoHub
+from wax.messages import MAX_NAME_CHARS
+from wax.telemetry import Counters
+from wax.viewer import Viewer, clean_name
+
+if TYPE_CHECKING:
+    from wax.control.gate import Command
+    from wax.rtc.peer import Peer
+
+
+class TurnedClock:
+    """A clock that stands until it is turned."""
+
+    def __init__(self) -> None:
+        self.time_s = 100.0
+
+    def now_s(self) -> float:
+        return self.time_s
+
+    def wall_ms(self) -> int:
+        return 0
+
+
+@dataclass
+class House:
+    """The room and the peer of one viewer: notes what he does and what he is sent."""
+
+    calls: list[tuple[str, Any]] = field(default_factory=list)
+    sent: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
+
+    def viewer_connected(self, viewer: Viewer) -> None:
+        self.calls.append(("connected", viewer.number))
+
+    def viewer_closed(self, viewer: Viewer, peer: Peer | None) -> None:
+        self.calls.append(("closed", peer))
+
+    def viewer_renamed(self) -> None:
+        self.calls.append(("renamed", None))
+
+    def viewer_asks(self, viewer: Viewer, request: Any) -> None:
+        self.calls.append((request.type, viewer.number))
+
+    def viewer_stops(self, viewer: Viewer) -> None:
+        self.calls.append(("stop", viewer.number))
+
+    def viewer_drives(self, viewer: Viewer, command: Command) -> None:
+        self.calls.append(("drive", command))
+
+    def send(self, channel: str, text: str) -> None:
+        self.sent.append((channel, json.loads(text)))
+
+
+@dataclass
+class Scene:
+    viewer: Viewer
+    house: House
+    clock: TurnedClock
+    counters: Counters
+    video: VideoHub
+    audio: SoundHub
+
+
+def _scene(sync: SyncSettings | None = None) -> Scene:
+    clock, house, counters = TurnedClock(), House(), Counters()
+    video = VideoHub(settings=VideoSettings(), clock=clock)
+    audio = SoundHub(settings=AudioSettings())
+    viewer = Viewer(
+        number=7,
+        client="c",
+        clock=clock,
+        counters=counters,
+        video=video,
+        audio=audio,
+        events=house,
+        sync=sync or SyncSettings(),
+    )
+    viewer.lanes()
+    viewer.peer = cast("Peer", house)
+    viewer.connected()
+    viewer.ready()
+    return Scene(viewer, house, clock, counters, video, audio)
+
+
+def _drive(**changes: object) -> str:
+    command = {
+        "type": "drive",
+        "seq": 1,
+        "turn": 2,
+        "sent_server_ms": 99_990.0,
+        "linear": 0.5,
+        "angular": -1.0,
+        "speed": "fine",
+        "seen_server_ms": None,
+    }
+    return json.dumps(command | changes)
+
+
+def test_a_command_becomes_a_value() -> None:
+    """A well-formed set-point reaches the room, times in seconds."""
+    scene = _scene()
+    scene.viewer.received("drive", _drive(seen_server_ms=99_900.0))
+    name, command = scene.house.calls[-1]
+    assert name == "drive"
+    assert (command.seq, command.turn, command.sent_s) == (1, 2, 99.99)
+    assert (command.linear, command.angular, command.speed) == (0.5, -1.0, "fine")
+    assert command.seen_s == 99.9
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        _drive(linear=1.01),
+        _drive(linear="0.5"),
+        _drive(seq=-1),
+        _drive(seq=1.5),
+        _drive(extra=1),
+        _drive(type="fly"),
+        _drive(speed="warp"),
+        _drive(sent_server_ms=None),
+        _drive(axes={"pan": 2}),
+        _drive(axes={str(i): 0 for i in range(5)}),
+        _drive().replace("0.5", "NaN"),
+        _drive().replace("0.5", "1e999"),
+        _drive() + " " * 600,
+        "[]",
+        "null",
+        "",
+        "\x00",
+        '{"type":"join"}',
+    ],
+)
+def test_a_malformed_command_is_refused_and_counted(text: str) -> None:
+    """What is no command moves nothing, is counted, and raises nothing."""
+    scene = _scene()
+    before = list(scene.house.calls)
+    scene.viewer.received("drive", text)
+    assert scene.house.calls == before
+    assert scene.counters.snapshot() == {"messages refused": 1}
+
+
+@given(st.sampled_from(["drive", "state"]), st.text() | st.binary())
+def test_no_bytes_raise(channel: Any, data: str | bytes) -> None:
+    """Whatever arrives, the handler returns: an exception would close the peer."""
+    scene = _scene()
+    scene.viewer.received(channel, data)
+    assert sum(scene.counters.snapshot().values()) == 1
+
+
+def test_a_failing_room_does_not_close_the_peer() -> None:
+    """An error of our own is logged and counted, and the peer lives on."""
+    scene = _scene()
+    scene.house.calls = cast("Any", None)
+    scene.viewer.received("state", '{"type":"stop"}')
+    assert scene.counters.snapshot() == {"messages failed": 1}
+
+
+def test_a_ping_is_answered_with_both_clocks() -> None:
+    """The pong returns the page's stamp and adds the server's, on the lossy channel."""
+    scene = _scene()
+    ping = {
+        "type": "ping",
+        "id": 3,
+        "sent_page_ms": 12.5,
+        "pong_id": None,
+        "pong_held_ms": None,
+    }
+    scene.viewer.received("drive", json.dumps(ping))
+    expected = {"type": "pong", "id": 3, "sent_page_ms": 12.5, "server_ms": 100_000.0}
+    assert scene.house.sent[-1] == ("drive", expected)
+
+
+@pytest.mark.parametrize("request_type", ["join", "leave", "stop"])
+def test_requests_reach_the_room(request_type: str) -> None:
+    """Join, leave and stop are told to the room with the viewer's number."""
+    scene = _scene()
+    scene.viewer.received("state", json.dumps({"type": request_type}))
+    assert scene.house.calls[-1] == (request_type, 7)
+
+
+def test_the_picture_comes_unasked_and_the_sound_when_wanted() -> None:
+    """The default size plays on load; nothing else is sent before it is wanted."""
+    scene = _scene()
+    assert scene.video.wanted == ["640x480"]
+    assert scene.audio.wanted == []
+    want = {"type": "want", "sound": True, "picture": True, "size": "160x120"}
+    scene.viewer.received("state", json.dumps(want))
+    assert scene.video.wanted == ["160x120"]
+    assert scene.audio.wanted == [20]
+    scene.viewer.received("state", json.dumps(want | {"picture": False, "sound": False}))
+    assert scene.video.wanted == []
+    assert scene.audio.wanted == []
+
+
+def test_an_unknown_size_is_refused_with_a_sentence() -> None:
+    """A size that does not exist changes nothing and says which do."""
+    scene = _scene()
+    want = {"type": "want", "sound": False, "picture": True, "size": "9x9"}
+    scene.viewer.received("state", json.dumps(want))
+    assert scene.video.wanted == ["640x480"]
+    channel, notice = scene.house.sent[-1]
+    assert (channel, notice["type"]) == ("state", "notice")
+    assert "640x480" in notice["text"]
+
+
+def test_leaving_ends_what_nobody_else_wants() -> None:
+    """When the last viewer's peer is gone nothing is encoded."""
+    scene = _scene()
+    want = {"type": "want", "sound": True, "picture": True, "size": "640x480"}
+    scene.viewer.received("state", json.dumps(want))
+    scene.viewer.release()
+    scene.viewer.release()
+    assert (scene.video.wanted, scene.audio.wanted) == ([], [])
+
+
+def test_the_policy_follows_reports_and_role() -> None:
+    """Reports move the picture's target; a new role brings its own policy and media unit."""
+    scene = _scene(SyncSettings(audio_delay_ms=200.0))
+    want = {"type": "want", "sound": True, "picture": True, "size": "640x480"}
+    scene.viewer.received("state", json.dumps(want))
+    playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
+    assert (playout[-1]["sound_target_ms"], playout[-1]["picture_target_ms"]) == (200.0, 200.0)
+    report = {
+        "type": "report",
+        "sound": {"age_ms": 260.0, "delay_ms": 200.0, "rate_hz": 50.0},
+        "picture": {"age_ms": 215.0, "delay_ms": 200.0, "rate_hz": 30.0},
+        "clock_error_ms": 1.0,
+    }
+    for _ in range(2):
+        scene.clock.time_s += 0.25
+        scene.viewer.received("drive", json.dumps(report))
+    playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
+    assert 220 < playout[-1]["picture_target_ms"] < 250
+    scene.viewer.follow(SyncSettings(policy="video-first", audio_mu_ms=60))
+    playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
+    assert (playout[-1]["policy"], playout[-1]["picture_target_ms"]) == ("video-first", 0.0)
+    assert scene.audio.wanted == [60]
+
+
+@pytest.mark.parametrize(
+    ("given_name", "shown"),
+    [
+        ("  Ada  Lovelace ", "Ada Lovelace"),
+        ("", "Guest 7"),
+        (" \t\n\x00 ", "Guest 7"),
+        ("a\u202eb\nc", "a b c"),
+        ("x" * 100, "x" * MAX_NAME_CHARS),
+        ("<b>Zoë</b>", "<b>Zoë</b>"),
+    ],
+)
+def test_names_are_one_short_visible_line(given_name: str, shown: str) -> None:
+    """A name is trimmed, bounded and free of control characters; markup stays plain text."""
+    scene = _scene()
+    scene.viewer.received("state", json.dumps({"type": "name", "name": given_name}))
+    assert scene.viewer.name == shown
+    assert scene.house.calls[-1] == ("renamed", None)
+
+
+@given(st.text())
+def test_any_name_is_bounded(name: str) -> None:
+    """No name is longer than allowed, spans lines, or begins or ends with a space."""
+    shown = clean_name(name)
+    assert len(shown) <= MAX_NAME_CHARS
+    assert shown == shown.strip()
+    assert shown.isprintable()
