@@ -1,0 +1,167 @@
+"""HTTP: every refusal is JSON with one sentence, and only our own page may change something."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, cast
+
+import pytest
+from aiohttp.test_utils import TestClient, TestServer
+
+from wax.config import IceServer, IceSettings
+from wax.errors import FullError, SignallingError, StartError
+from wax.web import routes
+from wax.web.routes import Routes
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    from aiohttp.web import Application, Request
+
+    from wax.room import Room
+
+    Client = TestClient[Request, Application]
+
+GOOD = {"sdp": "v=0", "client": "12345678-abcd"}
+
+
+class Door:
+    """A room that answers every offer in the same way."""
+
+    def __init__(self) -> None:
+        self.error: Exception | None = None
+        self.offers: list[tuple[str, str]] = []
+
+    async def answer(self, client: str, offer: str) -> str:
+        self.offers.append((client, offer))
+        if self.error is not None:
+            raise self.error
+        return "v=0 answer"
+
+
+@pytest.fixture
+def door() -> Door:
+    return Door()
+
+
+@pytest.fixture
+async def client(
+    door: Door, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> AsyncIterator[Client]:
+    page = tmp_path / "dist"
+    (page / "assets").mkdir(parents=True)
+    (page / "index.html").write_text("<!doctype html>")
+    (page / "assets" / "a.js").write_text("1")
+    (tmp_path / "secret").write_text("2")
+    monkeypatch.setattr(routes, "PAGE", page)
+    made = Routes(
+        room=cast("Room", door),
+        ice=IceSettings(servers=[IceServer(urls="stun:stun.example:3478")]),
+        status=lambda: {"version": "x"},
+    )
+    async with TestClient(TestServer(made.application())) as found:
+        yield found
+
+
+async def test_the_page_is_served(client: Client) -> None:
+    """The page must be asked for each time, its hashed assets never again; both are protected."""
+    page = await client.get("/")
+    asset = await client.get("/assets/a.js")
+    assert (page.status, asset.status) == (200, 200)
+    assert page.headers["Cache-Control"] == "no-cache"
+    assert "immutable" in asset.headers["Cache-Control"]
+    assert "default-src 'self'" in page.headers["Content-Security-Policy"]
+
+
+async def test_small_questions(client: Client) -> None:
+    """Health, status and the configured ICE servers are told."""
+    assert (await client.get("/healthz")).status == 200
+    assert await (await client.get("/api/status")).json() == {"version": "x"}
+    assert await (await client.get("/api/ice")).json() == {
+        "iceServers": [{"urls": "stun:stun.example:3478"}]
+    }
+
+
+async def test_an_offer_is_answered(client: Client, door: Door) -> None:
+    """The answer to a good offer comes back, and the room learns whose it is."""
+    response = await client.post("/api/offer", json=GOOD)
+    assert await response.json() == {"sdp": "v=0 answer"}
+    assert door.offers == [("12345678-abcd", "v=0")]
+
+
+@pytest.mark.parametrize(
+    ("body", "status"),
+    [
+        (b"", 400),
+        (b"hello", 400),
+        (b"[]", 400),
+        (b"\xff\xfe", 400),
+        (json.dumps(GOOD | {"client": "x"}).encode(), 400),
+        (json.dumps(GOOD | {"client": "../../../etc"}).encode(), 400),
+        (json.dumps(GOOD | {"more": 1}).encode(), 400),
+        (json.dumps(GOOD | {"sdp": "v" * 40_000}).encode(), 400),
+        (json.dumps(GOOD | {"sdp": "v" * 70_000}).encode(), 413),
+    ],
+)
+async def test_bad_offers_get_a_sentence(
+    client: Client, door: Door, body: bytes, status: int
+) -> None:
+    """A bad body is refused as JSON with a sentence and never reaches the room."""
+    response = await client.post("/api/offer", data=body)
+    assert response.status == status
+    assert len((await response.json())["error"]) > 5
+    assert not door.offers
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "says"),
+    [
+        (SignallingError("no picture"), 400, "no picture"),
+        (FullError("all taken"), 503, "all taken"),
+        (RuntimeError("secret"), 500, "its log says more"),
+    ],
+)
+async def test_errors_become_a_status_and_a_sentence(
+    client: Client, door: Door, error: Exception, status: int, says: str
+) -> None:
+    """Our errors tell their sentence; anything else tells nothing of the inside."""
+    door.error = error
+    response = await client.post("/api/offer", json=GOOD)
+    assert response.status == status
+    assert says in (await response.json())["error"]
+
+
+@pytest.mark.parametrize(
+    "origin", ["http://evil.example", "null", "http://localhost.evil.example", "http://localhost:1"]
+)
+async def test_another_sites_page_is_refused(client: Client, door: Door, origin: str) -> None:
+    """Another page in the same browser cannot take a place here."""
+    response = await client.post("/api/offer", json=GOOD, headers={"Origin": origin})
+    assert response.status == 403
+    assert not door.offers
+
+
+async def test_our_own_page_is_not(client: Client) -> None:
+    """The page that came from this server may post."""
+    origin = str(client.make_url("/")).rstrip("/")
+    assert (await client.post("/api/offer", json=GOOD, headers={"Origin": origin})).status == 200
+
+
+async def test_unknown_paths_and_methods(client: Client) -> None:
+    """No file outside the page is served, and a wrong method gets a sentence."""
+    for path in ("/nothing", "/../secret", "/%2e%2e/secret", "/assets"):
+        assert (await client.get(path)).status in (403, 404)
+    response = await client.put("/api/offer")
+    assert response.status == 405
+    assert (await response.json())["error"]
+
+
+def test_a_page_that_was_not_built_is_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, door: Door
+) -> None:
+    """Without the built page the server does not start, and says what to type."""
+    monkeypatch.setattr(routes, "PAGE", tmp_path)
+    made = Routes(room=cast("Room", door), ice=IceSettings(), status=dict)
+    with pytest.raises(StartError, match="make run"):
+        made.application()
