@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -46,12 +47,15 @@ class FakeDriver:
 
     def __init__(self) -> None:
         self.calls: list[tuple[object, ...]] = []
+        self.applied_s: list[float] = []
         self.now = RobotState(connected=True, epoch=1)
         self.broken: set[str] = set()
         self.called = asyncio.Event()
 
     def _note(self, name: str, *arguments: object) -> None:
         self.calls.append((name, *arguments))
+        if name == "apply":
+            self.applied_s.append(SystemClock().now_s())
         self.called.set()
         if name in self.broken:
             raise OSError(f"{name} failed")
@@ -546,6 +550,27 @@ async def test_runs_until_cancelled_and_stops_the_robot() -> None:
     with contextlib.suppress(asyncio.CancelledError):
         await task
     assert driver.calls[-1] == ("stop", 1)
+
+
+async def test_flood_keeps_the_gap() -> None:
+    """However fast changes come, by the beat or at once, set-points are 5 ms apart or more."""
+    driver = FakeDriver()
+    control = live(driver)
+    control.connect(A)
+    control.join(A)
+    control.step(SystemClock().now_s())
+    task = asyncio.create_task(control.run())
+    seq = 0
+    while len(driver.applied_s) < 12:
+        seq += 1
+        now_s = SystemClock().now_s()
+        control.offer(A, Command(seq, 1, now_s, seq % 3 / 2, 0.0, "gross"))
+        await asyncio.sleep(0)
+    gaps_s = [b - a for a, b in itertools.pairwise(driver.applied_s)]
+    assert min(gaps_s) > 0.0045
+    task.cancel()
+    with contextlib.suppress(asyncio.CancelledError):
+        await task
 
 
 async def test_stopped_loop_stays_quiet() -> None:

@@ -70,7 +70,7 @@ class ControlLoop:
         self._latest_ms = 0.0
 
         self._stopped = False
-        self._due_s: float | None = None
+        self._due_s = math.inf  # until the first step
         self._stepped_s = -math.inf
         self._hurry = asyncio.Event()
 
@@ -113,7 +113,7 @@ class ControlLoop:
 
     def _is_late(self, now_s: float) -> bool:
         """Measure the beat against its schedule, which never drifts, and set the next one."""
-        due_s = now_s if self._due_s is None else self._due_s
+        due_s = now_s if math.isinf(self._due_s) else self._due_s
         late_s = now_s - due_s
         if late_s >= 0:
             self._due_s = due_s + self._period_s * (math.floor(late_s / self._period_s) + 1)
@@ -122,10 +122,9 @@ class ControlLoop:
 
     async def _rest(self) -> None:
         """Sleep until the next beat, or until a command is in a hurry; keep the gap either way."""
-        if self._due_s is not None:
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(max(0.0, self._due_s - self._clock.now_s())):
-                    await self._hurry.wait()
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(max(0.0, self._due_s - self._clock.now_s())):
+                await self._hurry.wait()
         await asyncio.sleep(max(0.0, self._stepped_s + MIN_GAP_S - self._clock.now_s()))
 
     # --- viewers ---------------------------------------------------------------------------
