@@ -28,6 +28,7 @@ START_TIMEOUT_S = 30.0
 STOP_TIMEOUT_S = 10.0
 ROOT = Path(__file__).resolve().parents[2]
 
+# Turns as long as the run; whoever has left is forgotten soon, so that waiting for it is short.
 TEST_CARD = """\
 [video]
 source = "testcard"
@@ -35,6 +36,7 @@ source = "testcard"
 source = "testcard"
 [turns]
 turn_s = 3600.0
+grace_s = 0.5
 """
 
 
