@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 import tomllib
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+)
 
+from wax import allowed
 from wax.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -22,7 +31,7 @@ class _Section(BaseModel):
 class ServerSettings(_Section):
     """`[server]`: where the page is served and to how many."""
 
-    host: str = "localhost"
+    host: Annotated[str, Field(min_length=1)] = "localhost"
     port: Annotated[int, Field(ge=0, le=65535)] = 8080
     max_viewers: Annotated[int, Field(ge=1, le=1000)] = 100
 
@@ -37,7 +46,13 @@ class LogSettings(_Section):
 class IceServer(_Section):
     """One STUN or TURN server, told to both ends."""
 
-    urls: Annotated[str, Field(pattern=r"^(stun|turns?):\S+$")]
+    urls: Annotated[
+        str,
+        Field(
+            pattern=r"^(stun|turns?):\S+$",
+            description='an address as "stun:HOST:PORT", "turn:HOST:PORT" or "turns:HOST:PORT"',
+        ),
+    ]
     username: str | None = None
     credential: str | None = None
 
@@ -78,12 +93,14 @@ class VideoSettings(_Section):
         RenditionSettings(width=160, height=120, fps=15.0, bitrate_bps=80_000),
     ]
 
-    @model_validator(mode="after")
-    def _names_differ(self) -> VideoSettings:
-        names = [rendition.name for rendition in self.renditions]
-        if len(set(names)) != len(names):
-            raise ValueError("two renditions have the same size")
-        return self
+    @field_validator("renditions")
+    @classmethod
+    def _sizes_differ(cls, renditions: list[RenditionSettings]) -> list[RenditionSettings]:
+        names = [rendition.name for rendition in renditions]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise ValueError(f"two have the size {twice}; a size is chosen by it, so keep one")
+        return renditions
 
 
 class AudioSettings(_Section):
@@ -128,20 +145,28 @@ class DriveSettings(_Section):
     fine_fraction: Annotated[float, Field(gt=0, le=1)] = 0.3
 
 
+Byte = Annotated[int, Field(ge=0, le=255)]
+OptionalByte = Annotated[
+    Byte | None,
+    BeforeValidator(lambda value: None if value == "none" else value),  # TOML has no null
+    Field(description='a whole number from 0 to 255, or "none" to send nothing'),
+]
+
+
 class BytesDialectSettings(_Section):
     """`[robot.serial.bytes]`: the thesis's one byte a command; each value is that byte."""
 
-    forward: Annotated[int, Field(ge=0, le=255)] = ord("F")
-    back: Annotated[int, Field(ge=0, le=255)] = ord("B")
-    left: Annotated[int, Field(ge=0, le=255)] = ord("L")
-    right: Annotated[int, Field(ge=0, le=255)] = ord("R")
-    forward_left: Annotated[int, Field(ge=0, le=255)] = ord("G")
-    forward_right: Annotated[int, Field(ge=0, le=255)] = ord("I")
-    back_left: Annotated[int, Field(ge=0, le=255)] = ord("H")
-    back_right: Annotated[int, Field(ge=0, le=255)] = ord("J")
-    stop: Annotated[int, Field(ge=0, le=255)] = ord("S")
-    fine: Annotated[int, Field(ge=0, le=255)] | None = ord("1")
-    gross: Annotated[int, Field(ge=0, le=255)] | None = ord("2")
+    forward: Byte = ord("F")
+    back: Byte = ord("B")
+    left: Byte = ord("L")
+    right: Byte = ord("R")
+    forward_left: Byte = ord("G")
+    forward_right: Byte = ord("I")
+    back_left: Byte = ord("H")
+    back_right: Byte = ord("J")
+    stop: Byte = ord("S")
+    fine: OptionalByte = ord("1")
+    gross: OptionalByte = ord("2")
 
 
 class SerialSettings(_Section):
@@ -191,40 +216,40 @@ def load(path: Path | None) -> Settings:
     if path is None:
         return Settings()
     try:
-        tree = tomllib.loads(path.read_text(encoding="utf-8"))
+        tree = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read: {error.strerror or error}") from error
     except UnicodeDecodeError as error:
         raise ConfigError(f"{path}: is not UTF-8 text; is it the right file?") from error
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # also a number that is too long, deep nesting
         raise ConfigError(f"{path}: is not valid TOML: {error}") from error
     return parse(tree, str(path))
 
 
 def parse(tree: dict[str, Any], name: str) -> Settings:
-    """Check a parsed TOML tree; `name` is how the problems call the file."""
+    """Check a parsed TOML tree; `name` is how the problems call the file.
+
+    Raises `ConfigError`: for each key that is wrong one line with what it got and what is allowed.
+    """
     try:
         return Settings.model_validate(tree)
     except ValidationError as error:
-        lines = [_sentence(problem) for problem in error.errors()]
+        schema = Settings.model_json_schema()
+        # A union has a problem for each of its branches, but a key needs only one line.
+        lines = dict.fromkeys(_sentence(problem, schema) for problem in error.errors())
         count = f"{len(lines)} problem" + ("s" if len(lines) > 1 else "")
-        raise ConfigError("\n  ".join([f"{name}: {count}:", *dict.fromkeys(lines)])) from error
+        raise ConfigError("\n  ".join([f"{name}: {count}:", *lines])) from error
 
 
-def _sentence(problem: ErrorDetails) -> str:
-    parts = [part for part in problem["loc"] if not _is_branch(part)]
-    key = ".".join(str(part) for part in parts)
-    if problem["type"] == "extra_forbidden":
-        return f"{key}: there is no such key"
+def _sentence(problem: ErrorDetails, schema: allowed.Schema) -> str:
+    key, known = allowed.find(schema, problem["loc"])
+    if known is None:
+        near = get_close_matches(
+            str(problem["loc"][-1]), allowed.neighbours(schema, problem["loc"])
+        )
+        return f"{key}: there is no such key" + (f"; did you mean {near[0]}?" if near else "")
     if problem["type"] == "missing":
-        return f"{key}: is missing"
-    got = problem["input"]
-    message = problem["msg"].removeprefix("Value error, ")
-    if isinstance(got, dict | list) or "input should" not in message.lower():
-        return f"{key}: {message}"
-    return f"{key}: got {got!r}; {message[0].lower()}{message[1:]}"
-
-
-def _is_branch(part: int | str) -> bool:
-    """Pydantic names the branch of a union in the path; a person does not want it."""
-    return isinstance(part, str) and (part.startswith(("literal", "constrained", "function")))
+        return f"{key}: is missing; allowed is {allowed.words(known)}"
+    if problem["type"] == "value_error":
+        return f"{key}: {problem['msg'].removeprefix('Value error, ')}"
+    return f"{key}: got {allowed.shown(problem['input'])}; allowed is {allowed.words(known)}"

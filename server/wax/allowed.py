@@ -1,0 +1,104 @@
+"""What a key of the configuration may hold, in words, read from the schema of its model.
+
+The problems with somebody's file and the manual `config/wax.toml` say it in the same words.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+Schema = dict[str, Any]
+"""A JSON schema, as `BaseModel.model_json_schema` returns it."""
+
+
+def find(root: Schema, path: Sequence[int | str]) -> tuple[str, Schema | None]:
+    """Follow the path of a problem through the schema; return the key and what is known of it.
+
+    The names of union branches, which pydantic puts at the end of a path, are left out. An
+    unknown key has the schema None.
+    """
+    key, schema = "", root
+    for part in path:
+        schema = _resolve(root, schema)
+        if isinstance(part, int) and "items" in schema:
+            key, schema = f"{key}[{part}]", schema["items"]
+        elif part in schema.get("properties", {}):
+            key, schema = f"{key}.{part}", schema["properties"][part]
+        elif "properties" in schema:
+            return f"{key}.{part}".removeprefix("."), None
+        else:
+            break
+    return key.removeprefix("."), _resolve(root, schema)
+
+
+def neighbours(root: Schema, path: Sequence[int | str]) -> list[str]:
+    """Return the keys that the table holding the last part of `path` may have."""
+    _, table = find(root, path[:-1])
+    return list((table or {}).get("properties", {}))
+
+
+def words(schema: Schema) -> str:
+    """Say what is allowed, as ``a whole number from 0 to 65535``."""
+    if "description" in schema and schema.get("type") != "object":
+        return str(schema["description"])
+    # TOML has no null: a key that may be absent is left out.
+    branches = [branch for branch in schema.get("anyOf", []) if branch.get("type") != "null"]
+    values = [schema["const"]] if "const" in schema else schema.get("enum", [])
+    return _or([words(branch) for branch in branches] or [shown(value) for value in values]) or (
+        _kind(schema) + _range(schema)
+    )
+
+
+def shown(value: object) -> str:
+    """Write a value as it stands in the file, cut when it is long."""
+    text = json.dumps(value, ensure_ascii=False, default=str)
+    text = {"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}.get(text, text)
+    return text if len(text) <= 60 else f"{text[:59]}…"
+
+
+def _resolve(root: Schema, schema: Schema) -> Schema:
+    """Follow a reference to one of the root's definitions; what stands beside it is kept."""
+    if "$ref" not in schema:
+        return schema
+    beside = {name: value for name, value in schema.items() if name != "$ref"}
+    return {**root["$defs"][schema["$ref"].rpartition("/")[2]], **beside}
+
+
+def _kind(schema: Schema) -> str:
+    kinds = {
+        "boolean": "true or false",
+        "integer": "an even number" if schema.get("multipleOf") == 2 else "a whole number",
+        "number": "a number",
+        "string": "a text that is not empty" if schema.get("minLength") else "a text",
+        "array": "a list of tables",
+    }
+    return kinds.get(schema.get("type", ""), "a table")
+
+
+def _range(schema: Schema) -> str:
+    """Say the bounds of a number or of a list's length, with a space before."""
+    if "maxItems" in schema:
+        return f", {schema.get('minItems', 0)} to {schema['maxItems']} of them"
+    if "minimum" in schema and "maximum" in schema:
+        return f" from {_plain(schema['minimum'])} to {_plain(schema['maximum'])}"
+    bounds = {
+        "minimum": "at least",
+        "exclusiveMinimum": "above",
+        "maximum": "at most",
+        "exclusiveMaximum": "below",
+    }
+    said = [f"{how} {_plain(schema[bound])}" for bound, how in bounds.items() if bound in schema]
+    return f" {', '.join(said)}" if said else ""
+
+
+def _plain(number: float) -> str:
+    return str(number).removesuffix(".0")
+
+
+def _or(choices: list[str]) -> str:
+    *others, last = choices or [""]
+    return f"{', '.join(others)} or {last}" if others else last
