@@ -63,7 +63,8 @@ class Blocks:
             self.dropped_samples += early
             samples = samples[early:]
         elif self._head_s is not None:
-            self._head_s += min(max(error_s * _FOLLOW, -_FOLLOW_MAX_S), _FOLLOW_MAX_S)
+            share = min(1.0, len(samples) / BLOCK_SAMPLES)
+            self._head_s += share * min(max(error_s * _FOLLOW, -_FOLLOW_MAX_S), _FOLLOW_MAX_S)
         self._append(samples)
         return self._cut()
 

@@ -23,7 +23,7 @@ _SILENT_S: Final = 3.0
 """A source that blocks this long is reported, although its thread cannot be helped."""
 
 _WATCH_S: Final = 0.25
-_STOP_S: Final = 2.4
+_STOP_S: Final = 1.0
 
 
 class _Source(Protocol[ItemT_co]):
@@ -39,7 +39,7 @@ class _Source(Protocol[ItemT_co]):
 class Capture(Generic[ItemT]):
     """Opens a source, hands everything it delivers to `sink`, reopens it after a failure.
 
-    `name` says in the log and begins sentences, such as ``The camera``. `sink`
+    `name` is what the source is to people, ``camera`` or ``microphone``. `sink`
     and `on_problem` are called from threads of this object; `on_problem` gets the sentence when
     there is a new problem and None when it has passed. Nothing is raised out of here.
     """
@@ -82,7 +82,7 @@ class Capture(Generic[ItemT]):
             thread.start()
 
     def stop(self) -> None:
-        """End the threads and release the source; takes at most 3 s, safe to call twice.
+        """End the threads and release the source; takes at most 1.5 s, safe to call twice.
 
         A thread that hangs in its device is left behind; it delivers nothing any more.
         """
@@ -102,7 +102,7 @@ class Capture(Generic[ItemT]):
             except Exception as error:
                 # Somebody else's source may raise anything; the robot's server lives on.
                 _LOG.exception("source failed unexpectedly", source=self._name)
-                self._fail(f"{self._name} failed: {error or type(error).__name__}")
+                self._fail(f"The {self._name} failed: {error or type(error).__name__}")
             finally:
                 self._close()
             self._stopping.wait(self._retry_s)
@@ -141,7 +141,7 @@ class Capture(Generic[ItemT]):
         if since_s is None or self._problem is not None:
             return
         if self._clock.now_s() - since_s > _SILENT_S:
-            self._tell(f"{self._name} delivers nothing; check that it is connected.")
+            self._tell(f"The {self._name} delivers nothing; check that it is connected.")
 
     def _tell(self, problem: str | None) -> None:
         with self._lock:
