@@ -61,20 +61,23 @@ class App:
         sources = make_sources(settings.video, settings.audio, clock, self._driver)
         self._video = VideoHub(settings=settings.video, clock=clock)
         self._audio = SoundHub(settings=settings.audio)
-        self._video_capture = sources.video and Capture(
-            name="camera",
-            source=sources.video,
-            sink=self._take_picture,
-            retry_s=settings.video.retry_s,
-            clock=clock,
-        )
-        self._audio_capture = sources.audio and Capture(
-            name="microphone",
-            source=sources.audio,
-            sink=self._take_sound,
-            retry_s=settings.audio.retry_s,
-            clock=clock,
-        )
+        self._captures: dict[str, Capture[Picture] | Capture[Sound]] = {}
+        if sources.video is not None:
+            self._captures["video"] = Capture(
+                sources.video,
+                self._take_picture,
+                name="camera",
+                clock=clock,
+                retry_s=settings.video.retry_s,
+            )
+        if sources.audio is not None:
+            self._captures["audio"] = Capture(
+                sources.audio,
+                self._take_sound,
+                name="microphone",
+                clock=clock,
+                retry_s=settings.audio.retry_s,
+            )
         self._blocks = Blocks()
         turns = Turns(settings.turns)
         self._room = Room(
@@ -85,7 +88,7 @@ class App:
             audio=self._audio,
             driver=self._driver,
             turns=turns,
-            captures={"video": self._video_capture, "audio": self._audio_capture},
+            captures=self._captures,
         )
         self._control = ControlLoop(
             clock=clock,
@@ -143,9 +146,8 @@ class App:
         self._driver.open()
         self._video.start()
         self._audio.start()
-        for capture in (self._video_capture, self._audio_capture):
-            if capture is not None:
-                capture.start()
+        for capture in self._captures.values():
+            capture.start()
         self._supervisor.spawn("control loop", self._control.run())
         self._supervisor.spawn("room", self._room.run())
         self._supervisor.spawn("status", self._status.run())
@@ -178,9 +180,8 @@ class App:
             self._driver.close()
 
     def _stop_threads(self) -> None:
-        for capture in (self._video_capture, self._audio_capture):
-            if capture is not None:
-                capture.stop()
+        for capture in self._captures.values():
+            capture.stop()
         self._video.stop()
 
     def _task_died(self, name: str) -> None:

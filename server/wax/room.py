@@ -13,6 +13,8 @@ from wax.rtc.peer import Peer
 from wax.viewer import Viewer
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from wax.clock import Clock
     from wax.config import Settings, SyncSettings
     from wax.control.gate import Command
@@ -49,7 +51,7 @@ class Room:
         audio: SoundHub,
         driver: Driver,
         turns: Turns,
-        captures: dict[str, Capture[Picture] | Capture[Sound] | None],
+        captures: Mapping[str, Capture[Picture] | Capture[Sound]],
     ) -> None:
         self._settings = settings
         self._clock = clock
@@ -275,9 +277,9 @@ class Room:
         )
 
     def _problem(self, stream: str) -> str | None:
-        capture = self._captures[stream]
+        capture = self._captures.get(stream)
         if capture is None:
-            return "there is no camera" if stream == "video" else "there is no microphone"
+            return f"This robot has no {'camera' if stream == 'video' else 'microphone'}."
         return capture.problem
 
     def _hello(self, viewer: Viewer) -> messages.Hello:
