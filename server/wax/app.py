@@ -163,7 +163,8 @@ class App:
                     " with --port"
                 ) from error
             raise StartError(
-                f"cannot listen on {host}:{port}: {error.strerror or error}; check --host and --port"
+                f"cannot listen on {host}:{port}: {error.strerror or error};"
+                " check --host and --port"
             ) from error
 
     async def _shut_down(self) -> None:
