@@ -1,8 +1,7 @@
 """Build the page from web/ into server/wax/web/dist, when what it is made of has changed.
 
-Two callers. make: `page.py run` leaves a built page, `page.py dev` also the tools and types that
-the checks and tests of web/ need. Hatchling: `PageHook` builds the page into wheels and source
-archives, so that who installs from an archive needs no Node.
+Two callers: make, for which `page.py run` leaves a built page and `page.py dev` also the packages
+that the checks and tests of web/ need; and the hook beside it, for wheels and source archives.
 
 The built page carries the fingerprint of its sources, in `dist/.sources`.
 """
@@ -16,12 +15,8 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
-import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
-
-from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -133,13 +128,12 @@ def environment(node: Path) -> dict[str, str]:
 
 
 def install_tools(env: dict[str, str]) -> None:
-    """`npm ci`, when package-lock.json has changed, and the types made from the messages."""
+    """`npm ci`, when package-lock.json has changed."""
     lock, stamp = WEB / "package-lock.json", WEB / "node_modules/.wax"
     if not is_current(stamp, iter([lock])):
         print("wax: installing the page's packages", file=sys.stderr)
         patiently("npm", "ci", "--loglevel", "error", env=env)
         stamp.write_text(fingerprint(iter([lock])))
-    run(["npm", "run", "--silent", "types"], env)
 
 
 def build(env: dict[str, str]) -> None:
@@ -151,13 +145,13 @@ def build(env: dict[str, str]) -> None:
     (DIST / ".sources").write_text(before)
 
 
-def page_is_current() -> bool:
+def is_built() -> bool:
     return is_current(DIST / ".sources", sources())
 
 
 def main(kind: str) -> None:
     """For make, in .venv: get Node where there is none, then what `kind` needs."""
-    if kind == "run" and page_is_current():
+    if kind == "run" and is_built():
         return
     scripts = Path(sys.executable).parent
     env = environment(scripts)
@@ -168,33 +162,10 @@ def main(kind: str) -> None:
         patiently(*pip, "--require-hashes", "-r", lock, env=env)
         importlib.invalidate_caches()
         link_node(scripts)
-    if not page_is_current():
+    if not is_built():
         build(env)
     else:
         install_tools(env)
-
-
-class PageHook(BuildHookInterface[Any]):
-    """Hatchling's side: the page is in every wheel and source archive."""
-
-    PLUGIN_NAME = "custom"
-
-    def dependencies(self) -> list[str]:
-        """Nothing when the page is built already, else what building it takes."""
-        if page_is_current():
-            return []
-        project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-        schema = [need for need in project["project"]["dependencies"] if "pydantic" in need]
-        return schema + ([] if has_node() else project["dependency-groups"]["node"])
-
-    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Build the page, unless it is current or an editable install, which make cares for."""
-        if version == "editable" or page_is_current():
-            return
-        with tempfile.TemporaryDirectory() as folder:
-            if not has_node():
-                link_node(Path(folder))
-            build(environment(Path(folder)))
 
 
 if __name__ == "__main__":

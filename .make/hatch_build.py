@@ -1,0 +1,38 @@
+"""Hatchling's build hook: the page is in every wheel and source archive.
+
+Who installs from a source archive finds it built, and needs no Node.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+sys.path.insert(0, str(Path(__file__).parent))  # hatchling loads this file, not its folder
+import page
+
+
+class PageHook(BuildHookInterface[Any]):
+    PLUGIN_NAME = "custom"
+
+    def dependencies(self) -> list[str]:
+        """Ask for nothing when the page is built already, else for what building it takes."""
+        if page.is_built():
+            return []
+        project = tomllib.loads((page.ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+        schema = [need for need in project["project"]["dependencies"] if "pydantic" in need]
+        return schema + ([] if page.has_node() else project["dependency-groups"]["node"])
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """Build the page, but not for editable installs: there make does, or who works on it."""
+        if version == "editable" or page.is_built():
+            return
+        with tempfile.TemporaryDirectory() as folder:
+            if not page.has_node():
+                page.link_node(Path(folder))
+            page.build(page.environment(Path(folder)))

@@ -1,0 +1,65 @@
+"""When the page is built again, and with which Node."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import page
+import pytest
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@pytest.mark.parametrize(
+    ("version", "suitable"),
+    [
+        ("v20.20.2\n", False),
+        ("v22.11.0\n", False),
+        ("v22.12.0\n", True),
+        ("v23.9.0\n", False),
+        ("v24.0.0\n", True),
+        ("v25.1.0\n", True),
+        ("", False),
+        ("node: not found\n", False),
+    ],
+)
+def test_node_is_taken_as_vite_takes_it(version: str, suitable: bool) -> None:
+    """22.12 or newer of an even major below 24, or anything from 24 on."""
+    assert page.is_suitable(version) is suitable
+
+
+def _source(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.rglob("*") if path.is_file())
+
+
+def test_fingerprint_follows_content_and_names(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A touched file changes nothing; other content, another name or one more file do."""
+    monkeypatch.setattr(page, "ROOT", tmp_path)
+    first = tmp_path / "main.ts"
+    first.write_text("one")
+    before = page.fingerprint(iter(_source(tmp_path)))
+    first.touch()
+    assert page.fingerprint(iter(_source(tmp_path))) == before
+    seen = {before}
+    first.write_text("two")
+    seen.add(page.fingerprint(iter(_source(tmp_path))))
+    first.rename(tmp_path / "other.ts")
+    seen.add(page.fingerprint(iter(_source(tmp_path))))
+    (tmp_path / "more.ts").write_text("")
+    seen.add(page.fingerprint(iter(_source(tmp_path))))
+    assert len(seen) == 4
+
+
+def test_only_sources_make_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What npm installed and what was generated do not lead to another build."""
+    monkeypatch.setattr(page, "ROOT", tmp_path)
+    monkeypatch.setattr(page, "WEB", tmp_path / "web")
+    for name in ("web/src/main.ts", "web/src/generated/x.ts", "web/node_modules/a/b.js"):
+        file = tmp_path / name
+        file.parent.mkdir(parents=True)
+        file.touch()
+    found = [str(path.relative_to(tmp_path)) for path in page.sources()]
+    assert found == ["server/wax/messages.py", "server/wax/web/schema.py", "web/src/main.ts"]
