@@ -1,0 +1,289 @@
+"""The room: who is here, who is lost, who is forgotten, and what all are told."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, Literal
+
+import pytest
+
+from wax import room as room_module
+from wax.config import Settings
+from wax.control.gate import Command
+from wax.control.loop import ControlLoop
+from wax.control.turns import Turns
+from wax.errors import FullError
+from wax.media.sound_hub import SoundHub
+from wax.media.video_hub import VideoHub
+from wax.robot.driver import Limits, RobotState, Twist
+from wax.room import Room
+from wax.telemetry import Counters
+
+if TYPE_CHECKING:
+    from wax.rtc.peer import PeerEvents
+
+
+class TurnedClock:
+    """A clock that stands until it is turned."""
+
+    def __init__(self) -> None:
+        self.time_s = 1000.0
+
+    def now_s(self) -> float:
+        return self.time_s
+
+    def wall_ms(self) -> int:
+        return 0
+
+
+class Robot:
+    """A driver that notes what it is told."""
+
+    kind = "noted"
+    limits = Limits(1.0, 2.0, ("pan",))
+
+    def __init__(self) -> None:
+        self.told: list[object] = []
+        self.problem: str | None = None
+
+    def open(self) -> None: ...
+
+    def apply(self, twist: Twist, turn: int) -> None:
+        self.told.append(twist)
+
+    def set_axis(self, name: str, position: float, turn: int) -> None: ...
+
+    def stop(self, turn: int) -> None:
+        self.told.append("stop")
+
+    def close(self) -> None: ...
+
+    def state(self) -> RobotState:
+        return RobotState(connected=self.problem is None, problem=self.problem)
+
+
+class Wire:
+    """Stands for a peer: opens at once, notes what is sent."""
+
+    made: list[Wire]
+
+    def __init__(self, *, events: PeerEvents, **_: Any) -> None:
+        self.events = events
+        self.sent: list[dict[str, Any]] = []
+        self.is_alive = True
+        Wire.made.append(self)
+
+    async def answer(self, offer: str) -> str:
+        return f"answer to {offer}"
+
+    def send(self, channel: Literal["drive", "state"], text: str) -> None:
+        self.sent.append(json.loads(text))
+
+    def abandon(self) -> None:
+        if self.is_alive:
+            self.is_alive = False
+            self.events.closed()
+
+    async def close(self) -> None:
+        self.abandon()
+
+    def open(self) -> None:
+        self.events.connected()
+        self.events.ready()
+
+    def says(self, **message: object) -> None:
+        self.events.received("state", json.dumps(message))
+
+    def last(self, kind: str) -> dict[str, Any]:
+        return next(m for m in reversed(self.sent) if m["type"] == kind)
+
+
+class House:
+    """A room with everything real but peers, robot and time."""
+
+    def __init__(self, tree: dict[str, Any]) -> None:
+        settings = Settings.model_validate(tree)
+        self.clock = TurnedClock()
+        self.robot = Robot()
+        turns = Turns(settings.turns)
+        self.room = Room(
+            settings=settings,
+            clock=self.clock,
+            counters=Counters(),
+            video=VideoHub(settings=settings.video, clock=self.clock),
+            audio=SoundHub(settings=settings.audio),
+            driver=self.robot,
+            turns=turns,
+            captures={},
+        )
+        self.loop = ControlLoop(
+            clock=self.clock,
+            turns=turns,
+            driver=self.robot,
+            settings=settings.drive,
+            link_delay_s=self.room.link_delay_s,
+            on_events=self.room.turn_events,
+            on_status=self.room.drive_status,
+        )
+        self.room.steer(self.loop)
+
+    async def enter(self, client: str) -> Wire:
+        await self.room.answer(client, "offer")
+        Wire.made[-1].open()
+        return Wire.made[-1]
+
+    def wait(self, seconds: float, *alive: Wire) -> None:
+        """Let time pass in steps; those who are alive are heard."""
+        for _ in range(round(seconds * 10)):
+            self.clock.time_s += 0.1
+            for wire in alive:
+                wire.events.received("drive", "x")
+            self.loop.step(self.clock.time_s)
+            self.room._sweep(self.clock.time_s)
+            self.room._tell(self.clock.time_s)
+
+    def names(self) -> list[str]:
+        return [line.name for line in self.room.snapshot(self.clock.time_s).viewers]
+
+
+@pytest.fixture
+def house(monkeypatch: pytest.MonkeyPatch) -> House:
+    Wire.made = []
+    monkeypatch.setattr(room_module, "Peer", Wire)
+    return House({"turns": {"turn_s": 5.0}, "server": {"max_viewers": 2}})
+
+
+async def test_who_enters_is_greeted_and_told_the_room(house: House) -> None:
+    """The first message says who one is and what the robot can do; then comes the room."""
+    ada = await house.enter("ada-1111")
+    house.wait(0.1, ada)
+    hello, told = ada.last("hello"), ada.last("room")
+    assert hello["robot"]["axes"] == ["pan"]
+    assert [line["id"] for line in told["viewers"]] == [hello["viewer"]]
+    assert told["video"]["problem"] == "This robot has no camera."
+
+
+async def test_the_same_page_gets_its_place_back(house: House) -> None:
+    """A page that reloads is the same viewer: name, place and turn stay his."""
+    ada = await house.enter("ada-1111")
+    ada.says(type="name", name="Ada")
+    ada.says(type="join")
+    house.wait(0.2, ada)
+    again = await house.enter("ada-1111")
+    house.wait(0.2, again)
+    (line,) = again.last("room")["viewers"]
+    assert (line["name"], line["role"], line["lost"]) == ("Ada", "operator", False)
+    assert not ada.is_alive
+    assert again.last("room")["turn"]["number"] == 1
+
+
+async def test_a_full_house_says_so(house: House) -> None:
+    """One more than the configured number is refused with a sentence, and nobody is harmed."""
+    await house.enter("ada-1111")
+    await house.enter("bob-1111")
+    with pytest.raises(FullError, match="2 places"):
+        await house.room.answer("eve-1111", "offer")
+    assert len(house.names()) == 2
+
+
+async def test_silence_stops_the_robot_and_keeps_the_turn(house: House) -> None:
+    """After a second of silence the operator is lost, the robot told to stop, the turn kept."""
+    ada, bob = await house.enter("ada-1111"), await house.enter("bob-1111")
+    ada.says(type="join")
+    house.wait(0.2, ada, bob)
+    house.robot.told.clear()
+    house.wait(1.2, bob)
+    lines = {line["id"]: line for line in bob.last("room")["viewers"]}
+    assert lines[1]["lost"]
+    assert lines[1]["role"] == "operator"
+    assert "stop" in house.robot.told
+    house.wait(0.2, ada, bob)
+    assert not bob.last("room")["viewers"][0]["lost"]
+
+
+async def test_who_is_gone_is_forgotten_after_the_grace(house: House) -> None:
+    """A closed page keeps its place for the time of grace, then it is free."""
+    ada, bob = await house.enter("ada-1111"), await house.enter("bob-1111")
+    ada.says(type="join")
+    bob.says(type="join")
+    house.wait(0.2, ada, bob)
+    ada.abandon()
+    house.wait(2.5, bob)
+    assert bob.last("room")["turn"]["operator"] == 1
+    house.wait(1.0, bob)
+    assert bob.last("room")["turn"]["operator"] == 2
+    assert len(bob.last("room")["viewers"]) == 1
+
+
+async def test_half_open_and_dead_peers_are_closed(house: House) -> None:
+    """A page that never opens its channels, and one that falls silent, are closed in 10 s."""
+    await house.room.answer("ada-1111", "offer")
+    half = Wire.made[-1]
+    bob = await house.enter("bob-1111")
+    house.wait(10.3)
+    assert not half.is_alive
+    assert not bob.is_alive
+    house.wait(4.0)
+    assert house.room.viewers == []
+
+
+async def test_a_turn_changes_hands_with_a_stop_between(house: House) -> None:
+    """At the end of a turn the robot is stopped before the next operator hears of his."""
+    ada, bob = await house.enter("ada-1111"), await house.enter("bob-1111")
+    ada.says(type="join")
+    bob.says(type="join")
+    house.wait(0.2, ada, bob)
+    house.robot.told.clear()
+    house.wait(5.0, ada, bob)
+    assert "stop" in house.robot.told
+    told = bob.last("room")
+    assert (told["turn"]["operator"], told["turn"]["number"]) == (2, 2)
+    assert {line["id"]: line["place"] for line in told["viewers"]} == {1: 1, 2: 0}
+
+
+async def test_only_the_operator_stops_and_drives(house: House) -> None:
+    """Another's stop is answered with a sentence, another's command moves nothing."""
+    ada, bob = await house.enter("ada-1111"), await house.enter("bob-1111")
+    ada.says(type="join")
+    house.wait(0.2, ada, bob)
+    bob.says(type="stop")
+    assert "Only whoever drives" in bob.last("notice")["text"]
+    house.room.viewer_drives(
+        house.room.viewers[1],
+        Command(seq=1, turn=1, sent_s=house.clock.time_s, linear=1.0, angular=0.0, speed="gross"),
+    )
+    house.wait(0.2, ada, bob)
+    twists = [told for told in house.robot.told if isinstance(told, Twist)]
+    assert all(twist.is_zero for twist in twists)
+    assert house.loop.counts()["commands.refused.not_your_turn"] == 1
+
+
+async def test_a_problem_of_the_robot_is_told_at_once(house: House) -> None:
+    """Everybody reads within one sweep that the robot cannot be reached."""
+    ada = await house.enter("ada-1111")
+    house.wait(0.2, ada)
+    house.robot.problem = "the line is unplugged"
+    house.wait(0.1, ada)
+    assert ada.last("room")["robot"]["problem"] == "the line is unplugged"
+
+
+async def test_nothing_new_is_not_told_again(house: House) -> None:
+    """While nothing changes the room is told every 5 s, not with every sweep."""
+    ada = await house.enter("ada-1111")
+    house.wait(0.2, ada)
+    ada.sent.clear()
+    house.wait(4.0, ada)
+    assert ada.sent == []
+    house.wait(1.2, ada)
+    assert [m["type"] for m in ada.sent] == ["room"]
+
+
+async def test_the_role_brings_its_policy(house: House) -> None:
+    """At hand-over the playout policy changes with the role, live."""
+    ada = await house.enter("ada-1111")
+    ada.says(type="join")
+    house.wait(0.2, ada)
+    assert house.room.viewers[0]._sync is house.room._settings.sync.operator
+    ada.says(type="leave")
+    house.wait(0.2, ada)
+    assert house.room.viewers[0]._sync is house.room._settings.sync.observer
