@@ -75,7 +75,8 @@ class Coded:
 @dataclass(slots=True)
 class _Queue:
     items: deque[Coded] = field(default_factory=deque)
-    starving: bool = False
+    needed_s: float | None = None
+    """While somebody waits: he can be told that there is nothing when reading is this far."""
     resume_s: float | None = float("-inf")
     """While not None, everything before a keyframe that is due then or later is dropped."""
 
@@ -142,7 +143,7 @@ class Demuxer:
         far_s = until_s + (_AHEAD_S if self._network else _AHEAD_STARVED_S)
         waited_s = 0.0
         with self._condition:
-            queue.starving = not queue.items
+            queue.needed_s = None if queue.items else far_s
             try:
                 while not queue.items:
                     if self._failure is not None:
@@ -155,7 +156,7 @@ class Demuxer:
                     self._condition.wait(0.1)
                     waited_s += 0.1
             finally:
-                queue.starving = False
+                queue.needed_s = None
             self._condition.notify_all()
             return queue.items.popleft()
 
@@ -236,9 +237,9 @@ class Demuxer:
     def _wait_until_needed(self) -> bool:
         with self._condition:
             while not self._stopping:
-                starving = any(queue.starving for queue in self._queues.values())
-                ahead_s = _AHEAD_STARVED_S if starving else _AHEAD_S
-                if self.live or self._horizon_s <= self._clock.now_s() + ahead_s:
+                needed_s = [queue.needed_s or 0.0 for queue in self._queues.values()]
+                far_s = max(self._clock.now_s() + _AHEAD_S, *needed_s)
+                if self.live or self._horizon_s <= far_s:
                     return True
                 self._condition.wait(0.05)
         return False

@@ -46,6 +46,7 @@ class Face:
         self._demuxer: Demuxer | None = None
         self._last: Coded | None = None
         self._fruitless = 0
+        self._next_pts = 0
 
     def open(self) -> None:
         """Raise `SourceError` if the file cannot be played or lacks this stream."""
@@ -96,9 +97,10 @@ class Face:
             return []
         for frame in frames:
             frame.time_base = item.packet.time_base  # which frames of a flush lack
-            if frame.pts is None:
-                frame.pts = frame.dts
-        return [(frame, item) for frame in frames if frame.pts is not None]
+            if frame.pts is None:  # in a bare elementary stream, where packets were counted
+                frame.pts = self._next_pts if frame.dts is None else frame.dts
+            self._next_pts = frame.pts + round(item.track.period_s / frame.time_base)
+        return [(frame, item) for frame in frames]
 
     def wait_until(self, moment_s: float) -> None:
         remaining_s = moment_s - self.clock.now_s()
