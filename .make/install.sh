@@ -37,7 +37,7 @@ want_portaudio() {
 install_packages() {
     say "installing Python packages into .venv (once, a minute or two)"
     export PIP_DISABLE_PIP_VERSION_CHECK=1
-    [ -x .venv/bin/python ] && .venv/bin/python -m pip --version 2>/dev/null | grep -qF "$PWD/.venv/" ||
+    [ -x .venv/bin/python ] && .venv/bin/python -m pip --version 2>/dev/null | grep -qF "$(pwd -P)/.venv/" ||
         "$python" -m venv --clear .venv || die "$python could not make .venv"
     patiently .venv/bin/python -m pip install -q --timeout 30 --retries 3 \
         --require-hashes -r "$lock" || die "the Python packages could not be installed, see above"

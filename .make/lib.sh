@@ -1,5 +1,8 @@
 # Shared by the scripts beside it, which make starts in the root of the repository.
 
+# Packages from elsewhere (ROS sets this for everybody) are none of .venv's.
+unset PYTHONPATH
+
 say() { printf 'wax: %s\n' "$*" >&2; }
 
 die() {
@@ -43,9 +46,9 @@ apt_install() {
 }
 
 # The same checksum as long as the given files, and where they stand, are the same.
-checksum() { { pwd && cat "$@"; } | cksum; }
+checksum() { { pwd -P && cat "$@"; } | cksum; }
 
 # Run a command that talks to a package mirror: bounded in time, tried three times by $python,
 # which whoever calls this has found before.
 # shellcheck disable=SC2154
-patiently() { "$python" .make/patiently.py 900 3 "$@"; }
+patiently() { "$python" .make/patiently.py 1800 3 "$@"; }

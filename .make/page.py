@@ -103,7 +103,7 @@ def link_node(folder: Path) -> None:
 def patiently(*command: str, env: dict[str, str]) -> None:
     """Run a command that talks to a package mirror."""
     helper = str(ROOT / ".make/patiently.py")
-    run([sys.executable, helper, "900", "3", *command], env)
+    run([sys.executable, helper, "1800", "3", *command], env)
 
 
 def run(command: list[str], env: dict[str, str]) -> None:
