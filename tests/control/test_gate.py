@@ -94,6 +94,7 @@ REFUSED = {
     "NaN": (Refusal.OUT_OF_RANGE, {}, {"linear": math.nan}),
     "infinity": (Refusal.OUT_OF_RANGE, {}, {"angular": -math.inf}),
     "more than all": (Refusal.OUT_OF_RANGE, {}, {"linear": 1.001}),
+    "less than nothing": (Refusal.OUT_OF_RANGE, {}, {"angular": -1.001}),
     "an axis out of range": (Refusal.OUT_OF_RANGE, {}, {"axes": {"pan": math.nan}}),
     "a stamp that is no number": (Refusal.OUT_OF_RANGE, {}, {"sent_s": math.nan}),
     "an old command": (Refusal.TOO_OLD, {"now_s": 101.451}, {}),
