@@ -11,11 +11,11 @@ test: ## all checks and tests, browsers included
 	@sh .make/test.sh
 
 check: ## lint, format and strict types of both languages
-	@sh .make/install.sh dev
+	@sh .make/install.sh check
 	@sh .make/check.sh
 
 bench: ## the benchmarks, as JSON
-	@sh .make/install.sh dev
+	@sh .make/install.sh test
 	@sh .make/bench.sh $(ARGS)
 
 lock: ## renew the locked versions of the Python packages

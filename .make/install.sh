@@ -1,5 +1,5 @@
 # Install what is missing: Python packages into .venv, then Node where there is none, then the page.
-# usage: install.sh run|dev
+# usage: install.sh run|check|test
 # A stamp holds the checksum of its inputs, so that the next call has nothing to do.
 set -eu
 . .make/lib.sh
@@ -47,18 +47,18 @@ install_packages() {
 }
 
 case $1 in
-run) lock=requirements.lock ;;
-dev) lock=requirements-dev.lock ;;
-*) die "usage: install.sh run|dev" ;;
+run) kind=run lock=requirements.lock ;;
+check | test) kind=dev lock=requirements-dev.lock ;;
+*) die "usage: install.sh run|check|test" ;;
 esac
-stamp=.venv/.wax-$1
+stamp=.venv/.wax-$kind
 inputs=$(checksum "$lock" pyproject.toml)
 if ! { [ "$(cat "$stamp" 2>/dev/null)" = "$inputs" ] && .venv/bin/python -c ''; }; then
     python=$(find_python)
     need_venv
     install_packages
     # The development packages include those of `run`, in the same versions.
-    [ "$1" = run ] || checksum requirements.lock pyproject.toml >.venv/.wax-run
+    [ $kind = run ] || checksum requirements.lock pyproject.toml >.venv/.wax-run
     echo "$inputs" >"$stamp"
 fi
 exec .venv/bin/python .make/page.py "$1"

@@ -1,7 +1,7 @@
 """Build the page from web/ into server/wax/web/dist, when what it is made of has changed.
 
-Two callers: make, for which `page.py run` leaves a built page and `page.py dev` also the packages
-that the checks and tests of web/ need; and the hook beside it, for wheels and source archives.
+Two callers: make, for which `page.py run` leaves a built page, `page.py check` the packages that the
+checks of web/ need, and `page.py test` both; and the hook beside it, for wheels and source archives.
 
 The built page carries the fingerprint of its sources, in `dist/.sources`.
 """
@@ -162,10 +162,10 @@ def main(kind: str) -> None:
         patiently(*pip, "--require-hashes", "-r", lock, env=env)
         importlib.invalidate_caches()
         link_node(scripts)
-    if not is_built():
-        build(env)
-    else:
+    if kind == "check" or is_built():
         install_tools(env)
+    else:
+        build(env)
 
 
 if __name__ == "__main__":

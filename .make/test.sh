@@ -2,7 +2,7 @@
 set -eu
 . .make/lib.sh
 
-sh .make/install.sh dev
+sh .make/install.sh check
 python=.venv/bin/python
 . .make/browsers.sh
 want_playwright
@@ -15,6 +15,7 @@ export PATH PYTHON
 
 status=0
 sh .make/check.sh || status=1
+sh .make/install.sh test
 npm run --silent --prefix web test || { status=1 && say "failed: the page's tests"; }
 [ $status = 0 ] || say "the checks or the page's tests failed, see above; the Python tests follow"
 pytest tests e2e || status=1
