@@ -1,0 +1,58 @@
+"""Print the JSON Schema of every message, from which the page's types are made.
+
+``python -m wax.web.schema`` needs pydantic only: the page is built before WAX is installed.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import TYPE_CHECKING, Any, Final
+
+from pydantic import TypeAdapter
+from pydantic.json_schema import GenerateJsonSchema
+
+from wax import messages
+
+if TYPE_CHECKING:
+    from pydantic.json_schema import JsonSchemaMode
+
+_CHANNELS: Final[dict[str, JsonSchemaMode]] = {
+    "DriveIn": "validation",
+    "DriveOut": "serialization",
+    "StateIn": "validation",
+    "StateOut": "serialization",
+}
+"""What the page sends is described as it may be written, what it gets as it is written."""
+
+
+class _ForThePage(GenerateJsonSchema):
+    """The same schema, told for a generator of types."""
+
+    def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002  # pydantic's form
+        """Leave titles out: each would become a type of its own."""
+        return False
+
+    def field_is_required(self, field: Any, total: bool) -> bool:
+        """Require whatever the server writes: it always writes every field."""
+        return self.mode == "serialization" or super().field_is_required(field, total)
+
+
+def schema() -> dict[str, Any]:
+    """Return one schema: a property for each channel and direction, the messages in ``$defs``."""
+    adapters = [
+        (name, mode, TypeAdapter[Any](getattr(messages, name))) for name, mode in _CHANNELS.items()
+    ]
+    unions, shared = TypeAdapter.json_schemas(adapters, schema_generator=_ForThePage)
+    return {
+        "title": "Messages",
+        "description": "What travels on the data channels, by channel and direction.",
+        "type": "object",
+        "properties": {name: unions[name, mode] for name, mode in _CHANNELS.items()},
+        "required": list(_CHANNELS),
+        "$defs": shared["$defs"],
+    }
+
+
+if __name__ == "__main__":
+    json.dump(schema(), sys.stdout, indent=1)

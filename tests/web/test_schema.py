@@ -1,0 +1,50 @@
+"""The schema from which the page's types are made."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from typing import Any, get_args
+
+from wax import messages
+from wax.web.schema import schema
+
+
+def members(union: Any) -> set[str]:
+    """Return the names of the messages in an annotated or plain union."""
+    while not isinstance(union, type) and not all(isinstance(m, type) for m in get_args(union)):
+        union = get_args(union)[0]
+    return {member.__name__ for member in get_args(union) or (union,)}
+
+
+def test_every_message_is_described() -> None:
+    """Each message of each channel and direction has a definition of its own."""
+    made = schema()
+    assert set(made["properties"]) == {"DriveIn", "DriveOut", "StateIn", "StateOut"}
+    names = set().union(*(members(getattr(messages, name)) for name in made["properties"]))
+    assert len(names) == 15
+    assert names <= set(made["$defs"])
+
+
+def test_what_the_server_writes_is_all_required() -> None:
+    """The page may rely on every field of what it gets, `type` above all."""
+    definitions = schema()["$defs"]
+    for name in members(messages.StateOut) | members(messages.DriveOut):
+        definition = definitions[name]
+        assert set(definition["required"]) == set(definition["properties"]), name
+
+
+def test_what_the_page_may_leave_out_is_optional() -> None:
+    """A field with a default need not be sent, and nothing unknown may be."""
+    drive = schema()["$defs"]["Drive"]
+    assert set(drive["properties"]) - set(drive["required"]) == {"axes"}
+    assert drive["additionalProperties"] is False
+
+
+def test_the_command_prints_it() -> None:
+    """`python -m wax.web.schema` prints the schema as JSON and nothing else."""
+    command = [sys.executable, "-m", "wax.web.schema"]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True, timeout=30)
+    assert json.loads(printed.stdout) == schema()
+    assert printed.stderr == ""

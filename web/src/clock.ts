@@ -1,0 +1,84 @@
+/**
+ * The server's clock, as far as the page can know it.
+ *
+ * One ping and its pong bound the offset between the two clocks: the server read its clock
+ * somewhere between sending and receiving, so the middle is wrong by half the round trip at most.
+ * The exchange with the smallest bound in the window counts; a bound widens with its age, because
+ * the two clocks drift apart. A spike in one direction lengthens the round trip and so never wins.
+ */
+
+/** The page sent at `sentMs` and heard at `receivedMs` (its own clock) that it was `serverMs`. */
+export interface Exchange {
+  sentMs: number;
+  receivedMs: number;
+  serverMs: number;
+}
+
+interface Bound {
+  atMs: number;
+  offsetMs: number;
+  halfMs: number;
+}
+
+const WINDOW_MS = 20_000;
+/** Two crystals differ by tens of parts per million; the worst of both at once stays below. */
+const DRIFT = 200e-6;
+/** Browsers round their clock, some to 1 ms at either end of the exchange. */
+const ROUNDING_MS = 2;
+const RECENT = 5;
+
+export class ServerClock {
+  #bounds: Bound[] = [];
+  #best: Bound | null = null;
+  #recentMs: number[] = [];
+
+  /** Takes one exchange; one that ends before it began is ignored. */
+  add({ sentMs, receivedMs, serverMs }: Exchange): void {
+    const rttMs = receivedMs - sentMs;
+    if (!(rttMs >= 0)) return;
+    const bound = {
+      atMs: receivedMs,
+      offsetMs: serverMs - (sentMs + receivedMs) / 2,
+      halfMs: rttMs / 2,
+    };
+    if (this.#contradicts(bound)) this.#bounds = [];
+    this.#bounds.push(bound);
+    this.#bounds = this.#bounds.filter((old) => old.atMs > receivedMs - WINDOW_MS);
+    // All bounds widen at the same pace, so the order found now holds until the next exchange.
+    this.#best = this.#bounds.reduce((a, b) =>
+      width(b, receivedMs) < width(a, receivedMs) ? b : a,
+    );
+    this.#recentMs = [...this.#recentMs, rttMs].slice(-RECENT);
+  }
+
+  get isAligned(): boolean {
+    return this.#best !== null;
+  }
+
+  /** The server's time at a moment of the page's clock; null before the first exchange. */
+  toServerMs(pageMs: number): number | null {
+    return this.#best && pageMs + this.#best.offsetMs;
+  }
+
+  /** How wrong `toServerMs` can be at most; null before the first exchange. */
+  errorMs(pageMs: number): number | null {
+    return this.#best && width(this.#best, pageMs);
+  }
+
+  /** The median of the last few round trips; null before the first. */
+  get rttMs(): number | null {
+    const sorted = this.#recentMs.toSorted((a, b) => a - b);
+    return sorted[sorted.length >> 1] ?? null;
+  }
+
+  /** True bounds overlap; these do not when a clock jumped, as after the machine slept. */
+  #contradicts(bound: Bound): boolean {
+    if (!this.#best) return false;
+    const apartMs = Math.abs(bound.offsetMs - this.#best.offsetMs);
+    return apartMs > bound.halfMs + width(this.#best, bound.atMs) + ROUNDING_MS;
+  }
+}
+
+function width(bound: Bound, nowMs: number): number {
+  return bound.halfMs + DRIFT * Math.max(0, nowMs - bound.atMs);
+}

@@ -1,0 +1,66 @@
+import { beforeEach, expect, it, vi } from "vitest";
+import { type Direction, Hands } from "./hands";
+
+const STAND = { linear: 0, angular: 0 };
+const onChange = vi.fn();
+let hands: Hands;
+
+beforeEach(() => {
+  onChange.mockClear();
+  hands = new Hands(onChange);
+  hands.enable();
+});
+
+it.each<[Direction, number, number]>([
+  ["forward", 1, 0],
+  ["back", -1, 0],
+  ["left", 0, 1],
+  ["right", 0, -1],
+])("%s is linear %d and angular %d", (direction, linear, angular) => {
+  hands.press("a", direction);
+  expect(hands.motion).toEqual({ linear, angular });
+});
+
+it("makes a curve of two, and nothing of opposites", () => {
+  hands.press("a", "forward");
+  hands.press("b", "left");
+  expect(hands.motion).toEqual({ linear: 1, angular: 1 });
+  hands.press("c", "back");
+  expect(hands.motion).toEqual({ linear: 0, angular: 1 });
+});
+
+it("releases only what that holder held", () => {
+  hands.press("key", "forward");
+  hands.press("finger", "forward");
+  expect(hands.release("finger")).toBe(true);
+  expect(hands.release("finger")).toBe(false);
+  expect(hands.motion.linear).toBe(1);
+  hands.release("key");
+  expect(hands.motion).toEqual(STAND);
+});
+
+it("tells of each change once, and of nothing else", () => {
+  hands.press("a", "forward");
+  hands.press("a", "forward");
+  hands.release("b");
+  expect(onChange).toHaveBeenCalledTimes(1);
+  hands.releaseAll();
+  hands.releaseAll();
+  expect(onChange).toHaveBeenCalledTimes(2);
+});
+
+it("holds nothing while disabled", () => {
+  hands.press("a", "forward");
+  hands.disable();
+  expect(hands.motion).toEqual(STAND);
+  hands.press("a", "forward");
+  expect(hands.motion).toEqual(STAND);
+});
+
+it("asks for a new press when a turn begins", () => {
+  hands.press("a", "forward");
+  hands.enable();
+  expect(hands.motion).toEqual(STAND);
+  hands.press("a", "forward");
+  expect(hands.motion.linear).toBe(1);
+});

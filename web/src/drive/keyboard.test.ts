@@ -1,0 +1,132 @@
+// @vitest-environment happy-dom
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { Hands } from "./hands";
+import { listenKeyboard } from "./keyboard";
+import { listenRelease } from "./release";
+
+const stop = vi.fn();
+let aborting: AbortController;
+let hands: Hands;
+let driving: boolean;
+
+beforeEach(() => {
+  stop.mockClear();
+  aborting = new AbortController();
+  driving = true;
+  hands = new Hands(() => {});
+  hands.enable();
+  const letGo = () => hands.releaseAll();
+  const { signal } = aborting;
+  listenKeyboard(window, { hands, isDriving: () => driving, stop, letGo, signal });
+  listenRelease(window, letGo, signal);
+});
+
+afterEach(() => {
+  aborting.abort();
+  document.body.replaceChildren();
+});
+
+function key(type: "keydown" | "keyup", code: string, more: KeyboardEventInit = {}): KeyboardEvent {
+  const event = new KeyboardEvent(type, { code, bubbles: true, cancelable: true, ...more });
+  (document.activeElement ?? document.body).dispatchEvent(event);
+  return event;
+}
+
+function focused(html: string): void {
+  document.body.innerHTML = html;
+  (document.body.firstElementChild as HTMLElement).focus();
+}
+
+it.each([
+  ["ArrowUp", { linear: 1, angular: 0 }],
+  ["ArrowDown", { linear: -1, angular: 0 }],
+  ["ArrowLeft", { linear: 0, angular: 1 }],
+  ["ArrowRight", { linear: 0, angular: -1 }],
+  ["KeyW", { linear: 1, angular: 0 }],
+  ["KeyS", { linear: -1, angular: 0 }],
+  ["KeyA", { linear: 0, angular: 1 }],
+  ["KeyD", { linear: 0, angular: -1 }],
+])("%s moves while it is held", (code, motion) => {
+  expect(key("keydown", code).defaultPrevented).toBe(true);
+  expect(hands.motion).toEqual(motion);
+  key("keyup", code);
+  expect(hands.motion).toEqual({ linear: 0, angular: 0 });
+});
+
+it("lets two keys for one direction release each only itself", () => {
+  key("keydown", "ArrowUp");
+  key("keydown", "KeyW");
+  key("keyup", "KeyW");
+  expect(hands.motion.linear).toBe(1);
+});
+
+it("takes a repeated key for no new press", () => {
+  key("keydown", "ArrowUp", { repeat: true });
+  expect(hands.motion.linear).toBe(0);
+});
+
+it("asks for a new press of a key that was held when the turn began", () => {
+  driving = false;
+  hands.disable();
+  key("keydown", "ArrowUp");
+  driving = true;
+  hands.enable();
+  key("keydown", "ArrowUp");
+  expect(hands.motion.linear).toBe(0);
+  key("keyup", "ArrowUp");
+  key("keydown", "ArrowUp");
+  expect(hands.motion.linear).toBe(1);
+});
+
+it.each(["ctrlKey", "metaKey", "altKey"])("lets go when %s is down", (modifier) => {
+  key("keydown", "ArrowUp");
+  const event = key("keydown", "KeyW", { [modifier]: true });
+  expect(event.defaultPrevented).toBe(false);
+  expect(hands.motion.linear).toBe(0);
+});
+
+it("leaves letters and arrows to whoever types, but still hears the release", () => {
+  key("keydown", "ArrowUp");
+  focused("<input type='text'>");
+  key("keydown", "KeyA");
+  expect(hands.motion).toEqual({ linear: 1, angular: 0 });
+  key("keyup", "ArrowUp");
+  expect(hands.motion.linear).toBe(0);
+});
+
+it("leaves the page's own keys alone while this page does not drive", () => {
+  driving = false;
+  expect(key("keydown", "ArrowUp").defaultPrevented).toBe(false);
+  expect(key("keydown", "Space").defaultPrevented).toBe(false);
+  expect(stop).not.toHaveBeenCalled();
+});
+
+it("stops by Space, except where Space operates what has the focus", () => {
+  key("keydown", "Space");
+  expect(stop).toHaveBeenCalledOnce();
+  key("keydown", "Space", { repeat: true });
+  expect(stop).toHaveBeenCalledOnce();
+  focused("<button>Sound</button>");
+  key("keydown", "Space");
+  expect(stop).toHaveBeenCalledOnce();
+});
+
+it.each(["blur", "pagehide", "contextmenu"])("releases all on %s", (type) => {
+  key("keydown", "ArrowUp");
+  window.dispatchEvent(new Event(type));
+  expect(hands.motion.linear).toBe(0);
+});
+
+it("releases all when the page is hidden", () => {
+  key("keydown", "ArrowUp");
+  vi.spyOn(document, "hidden", "get").mockReturnValue(true);
+  document.dispatchEvent(new Event("visibilitychange"));
+  expect(hands.motion.linear).toBe(0);
+});
+
+it("drives again by a new press after the window was away", () => {
+  key("keydown", "ArrowUp");
+  window.dispatchEvent(new Event("blur"));
+  key("keydown", "ArrowUp");
+  expect(hands.motion.linear).toBe(1);
+});

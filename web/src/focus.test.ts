@@ -1,0 +1,42 @@
+// @vitest-environment happy-dom
+import { afterEach, beforeEach, expect, it } from "vitest";
+import { returnFocusAfterPointer } from "./focus";
+
+let aborting: AbortController;
+
+beforeEach(() => {
+  aborting = new AbortController();
+  returnFocusAfterPointer(document, aborting.signal);
+});
+
+afterEach(() => {
+  aborting.abort();
+  document.body.replaceChildren();
+});
+
+function operate(html: string, by: "pointerdown" | "keydown", then: "click" | "change"): boolean {
+  document.body.innerHTML = html;
+  const control = document.body.firstElementChild as HTMLElement;
+  control.dispatchEvent(new Event(by, { bubbles: true }));
+  control.focus();
+  control.dispatchEvent(new Event(then, { bubbles: true }));
+  return document.activeElement === control;
+}
+
+it.each([
+  ["<button>Sound</button>", "click"],
+  ["<input type='radio'>", "change"],
+  ["<input type='range'>", "change"],
+  ["<select></select>", "change"],
+] as const)("takes the focus from %s after a pointer, not after a key", (html, then) => {
+  expect(operate(html, "pointerdown", then)).toBe(false);
+  expect(operate(html, "keydown", then)).toBe(true);
+});
+
+it("lets the list of a select stay open after the click that opened it", () => {
+  expect(operate("<select></select>", "pointerdown", "click")).toBe(true);
+});
+
+it("leaves the name to whoever clicked into it", () => {
+  expect(operate("<input type='text'>", "pointerdown", "click")).toBe(true);
+});

@@ -1,0 +1,26 @@
+const CLICKED = "button, summary, input[type=radio]";
+/** A click only opens the list of a select; it closes when the focus goes. */
+const CHANGED = "select, input[type=range], input[type=radio]";
+
+/**
+ * Gives the keyboard back to driving after a control was operated with a pointer. Otherwise the
+ * arrow keys would move the radio that was clicked last, and Space would switch the sound instead
+ * of stopping the robot. Whoever operates by keyboard keeps the focus.
+ */
+export function returnFocusAfterPointer(document: Document, signal: AbortSignal): void {
+  let byPointer = false;
+  const note = (event: Event) => {
+    byPointer = event.type === "pointerdown";
+  };
+  const giveBack = (event: Event) => {
+    const controls = event.type === "click" ? CLICKED : CHANGED;
+    const control = event.target instanceof Element && event.target.closest(controls);
+    if (byPointer && control instanceof HTMLElement) control.blur();
+  };
+  const capture = { capture: true, signal };
+  document.addEventListener("pointerdown", note, capture);
+  document.addEventListener("keydown", note, capture);
+  // After the control's own listeners.
+  document.addEventListener("click", giveBack, { signal });
+  document.addEventListener("change", giveBack, { signal });
+}

@@ -1,0 +1,44 @@
+import { expect, it } from "vitest";
+import { ServerClock } from "../clock";
+import { Heartbeat } from "./heartbeat";
+
+function pong(id: number, sentMs: number, serverMs: number) {
+  return { type: "pong", id, sent_page_ms: sentMs, server_ms: serverMs } as const;
+}
+
+it("numbers its pings and returns the newest pong with the time it was held", () => {
+  const heartbeat = new Heartbeat(new ServerClock());
+  const first = heartbeat.beat(100);
+  expect(first).toMatchObject({ id: 1, sent_page_ms: 100, pong_id: null, pong_held_ms: null });
+  heartbeat.beat(150);
+  heartbeat.heard(pong(2, 150, 9155), 160);
+  heartbeat.heard(pong(1, 100, 9105), 165);
+  expect(heartbeat.beat(200)).toMatchObject({ id: 3, pong_id: 2, pong_held_ms: 40 });
+});
+
+it("aligns the clock by every pong", () => {
+  const clock = new ServerClock();
+  const heartbeat = new Heartbeat(clock);
+  heartbeat.beat(100);
+  heartbeat.heard(pong(1, 100, 9105), 110);
+  expect(clock.toServerMs(110)).toBe(9110);
+});
+
+it("is eager in the first second only", () => {
+  const heartbeat = new Heartbeat(new ServerClock());
+  heartbeat.beat(5000);
+  expect(heartbeat.pauseMs(5000)).toBe(50);
+  expect(heartbeat.pauseMs(5999)).toBe(50);
+  expect(heartbeat.pauseMs(6000)).toBe(200);
+});
+
+it("calls three seconds of unanswered pings silence, and no shorter time", () => {
+  const heartbeat = new Heartbeat(new ServerClock());
+  expect(heartbeat.isSilent(1e6)).toBe(false);
+  heartbeat.beat(1000);
+  heartbeat.beat(2000);
+  expect(heartbeat.isSilent(3999)).toBe(false);
+  expect(heartbeat.isSilent(4000)).toBe(true);
+  heartbeat.heard(pong(2, 2000, 0), 4100);
+  expect(heartbeat.isSilent(60_000)).toBe(false);
+});

@@ -1,0 +1,58 @@
+/**
+ * By what the server knows this page again after a reload or a reconnect: a random UUID of the
+ * tab's own.
+ */
+
+const KEY = "wax-client";
+const CHANNEL = "wax-clients";
+
+/** A version 4 UUID; `crypto.randomUUID` exists only where the page came by https. */
+function randomUuid(): string {
+  const bytes = crypto.getRandomValues(new Uint8Array(16));
+  bytes[6] = ((bytes[6] ?? 0) & 0x0f) | 0x40;
+  bytes[8] = ((bytes[8] ?? 0) & 0x3f) | 0x80;
+  const hex = Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
+  return hex.replace(/^(.{8})(.{4})(.{4})(.{4})(.{12})$/, "$1-$2-$3-$4-$5");
+}
+
+export class Identity {
+  #client: string;
+
+  /** `storage` is the tab's own; null where there is none. */
+  constructor(private readonly storage: Pick<Storage, "getItem" | "setItem"> | null) {
+    this.#client = storage?.getItem(KEY) ?? this.#renew();
+  }
+
+  get client(): string {
+    return this.#client;
+  }
+
+  /**
+   * Takes care that no two pages share one identity, which they would take from each other for
+   * ever: a duplicated tab begins with a copy of the storage. The page that was there first keeps
+   * it; the other takes a new one and calls `onRenewed`.
+   */
+  share(channel: BroadcastChannel, onRenewed: () => void): void {
+    channel.onmessage = ({ data }) => {
+      if (data?.client !== this.#client) return;
+      if (data.says === "who") {
+        channel.postMessage({ says: "mine", client: this.#client });
+      } else {
+        this.#client = this.#renew();
+        onRenewed();
+      }
+    };
+    channel.postMessage({ says: "who", client: this.#client });
+  }
+
+  #renew(): string {
+    const client = randomUuid();
+    this.storage?.setItem(KEY, client);
+    return client;
+  }
+}
+
+/** The channel on which the pages of this browser ask each other. */
+export function openIdentityChannel(): BroadcastChannel {
+  return new BroadcastChannel(CHANNEL);
+}

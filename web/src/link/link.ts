@@ -1,0 +1,129 @@
+import { ServerClock } from "../clock";
+import type { Channel, DriveIn, DriveOut, StateIn, StateOut } from "../messages";
+import { Heartbeat } from "./heartbeat";
+import { Peer } from "./peer";
+import { retryDelayMs } from "./reconnect";
+import { askIceServers } from "./signalling";
+
+/** How the connection is. `retryAtMs` is on the page's clock; reasons are sentences. */
+export type LinkState =
+  | { is: "connecting" }
+  | { is: "connected" }
+  | { is: "waiting"; retryAtMs: number; reason: string }
+  | { is: "closed" };
+
+/** What the link tells. */
+export interface LinkEvents {
+  changed(state: LinkState): void;
+  /** A fresh peer is being connected; what was measured of the one before no longer holds. */
+  fresh(peer: Peer): void;
+  received(message: StateOut): void;
+}
+
+const CONNECT_MS = 10_000;
+/** What held for this long was a connection; what broke sooner was one more failed attempt. */
+const STEADY_MS = 5000;
+
+const now = () => performance.now();
+
+/** Keeps a connection to the server: one peer after the other, for as long as the page lives. */
+export class Link {
+  clock = new ServerClock();
+  #heartbeat = new Heartbeat(this.clock);
+  #peer: Peer | null = null;
+  #iceServers = askIceServers();
+  #failures = 0;
+  #connectedMs = Number.POSITIVE_INFINITY;
+  #timer: ReturnType<typeof setTimeout> | undefined;
+  #state: LinkState = { is: "closed" };
+
+  constructor(
+    private readonly client: () => string,
+    private readonly events: LinkEvents,
+  ) {}
+
+  get peer(): Peer | null {
+    return this.#peer;
+  }
+
+  /** Connects at once, whatever was before. */
+  connect(): void {
+    this.#drop();
+    this.clock = new ServerClock();
+    this.#heartbeat = new Heartbeat(this.clock);
+    const peer = new Peer({
+      opened: () => this.#beat(),
+      received: (channel, text) => this.#received(channel, text),
+      lost: (reason) => this.#lost(reason),
+    });
+    this.#peer = peer;
+    this.#change({ is: "connecting" });
+    this.events.fresh(peer);
+    this.#timer = setTimeout(() => this.#lost("The server does not answer."), CONNECT_MS);
+    void peer.connect(this.client(), this.#iceServers);
+  }
+
+  /** Tries now instead of later, where a next attempt is being waited for. */
+  hurry(): void {
+    if (this.#state.is === "waiting") this.connect();
+  }
+
+  /** Closes until `connect` is called again. */
+  close(): void {
+    this.#drop();
+    this.#change({ is: "closed" });
+  }
+
+  /** Sends what is worthless when late; `urgent` goes even when others wait before it. */
+  sendDrive(message: DriveIn, urgent = false): void {
+    this.#peer?.send("drive", JSON.stringify(message), urgent);
+  }
+
+  /** Sends what must arrive; nothing is kept for later when there is no connection. */
+  sendState(message: StateIn): void {
+    this.#peer?.send("state", JSON.stringify(message));
+  }
+
+  #beat(): void {
+    if (this.#heartbeat.isSilent(now())) {
+      this.#lost("The server has gone silent.");
+      return;
+    }
+    this.sendDrive(this.#heartbeat.beat(now()));
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => this.#beat(), this.#heartbeat.pauseMs(now()));
+  }
+
+  #received(channel: Channel, text: string): void {
+    if (channel === "drive") {
+      this.#heartbeat.heard(JSON.parse(text) as DriveOut, now());
+      return;
+    }
+    const message = JSON.parse(text) as StateOut;
+    if (message.type === "hello") {
+      this.#connectedMs = now();
+      this.#change({ is: "connected" });
+    }
+    this.events.received(message);
+  }
+
+  #lost(reason: string): void {
+    this.#drop();
+    if (now() - this.#connectedMs >= STEADY_MS) this.#failures = 0;
+    this.#connectedMs = Number.POSITIVE_INFINITY;
+    const pauseMs = retryDelayMs(this.#failures++, Math.random());
+    this.#change({ is: "waiting", retryAtMs: now() + pauseMs, reason });
+    this.#timer = setTimeout(() => this.connect(), pauseMs);
+  }
+
+  #drop(): void {
+    clearTimeout(this.#timer);
+    this.#peer?.close();
+    this.#peer = null;
+  }
+
+  #change(state: LinkState): void {
+    this.#state = state;
+    this.events.changed(state);
+  }
+}

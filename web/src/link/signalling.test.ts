@@ -1,0 +1,46 @@
+import { afterEach, expect, it, vi } from "vitest";
+import { askIceServers, postOffer, SignallingError } from "./signalling";
+
+const signal = new AbortController().signal;
+
+function answer(status: number, body: string): void {
+  vi.stubGlobal("fetch", async () => new Response(body, { status }));
+}
+
+afterEach(() => vi.unstubAllGlobals());
+
+it("posts offer and client as JSON and returns the answer's text", async () => {
+  const fetching = vi.fn(async () => new Response('{"sdp": "v=0 answer"}'));
+  vi.stubGlobal("fetch", fetching);
+  expect(await postOffer("v=0", "some-uuid", signal)).toBe("v=0 answer");
+  expect(fetching).toHaveBeenCalledWith(
+    "/api/offer",
+    expect.objectContaining({ method: "POST", body: '{"sdp":"v=0","client":"some-uuid"}' }),
+  );
+});
+
+it("passes on the server's sentence when the offer is refused", async () => {
+  answer(503, '{"error": "All 100 places are taken; try again later."}');
+  await expect(postOffer("v=0", "c", signal)).rejects.toThrow(
+    new SignallingError("All 100 places are taken; try again later."),
+  );
+});
+
+it("says a sentence of its own when the answer is none of ours", async () => {
+  answer(502, "<html>Bad gateway</html>");
+  await expect(postOffer("v=0", "c", signal)).rejects.toThrow("The server answered 502.");
+});
+
+it("says so when nobody answers", async () => {
+  vi.stubGlobal("fetch", () => Promise.reject(new TypeError("Failed to fetch")));
+  await expect(postOffer("v=0", "c", signal)).rejects.toThrow("The server cannot be reached.");
+});
+
+it("goes on without ICE servers when it cannot learn of any", async () => {
+  answer(200, '{"iceServers": [{"urls": "stun:example.org"}]}');
+  expect(await askIceServers()).toEqual([{ urls: "stun:example.org" }]);
+  answer(404, "");
+  expect(await askIceServers()).toEqual([]);
+  vi.stubGlobal("fetch", () => Promise.reject(new TypeError("Failed to fetch")));
+  expect(await askIceServers()).toEqual([]);
+});

@@ -1,0 +1,72 @@
+import type { RtpTimeline } from "./rtp";
+
+const RATE_WINDOW_MS = 1000;
+/** Without a frame for this long, the picture's age is that of the one that still stands there. */
+const STANDING_MS = 500;
+
+export interface PictureFacts {
+  /** Capture to presentation in ms, of the last frames; null where the browser does not tell. */
+  ageMs: number | null;
+  /** Frames presented in the last second. */
+  rateHz: number;
+}
+
+/** How old the presented frames are. All times but those named so are on the page's clock. */
+export class PictureMeter {
+  /** Capture time of the newest presented frame, on the server's clock; null while unknown. */
+  newestServerMs: number | null = null;
+  #ages: number[] = [];
+  #shown: number[] = [];
+
+  constructor(
+    private readonly timeline: RtpTimeline,
+    private readonly toServerMs: (pageMs: number) => number | null,
+  ) {}
+
+  /** Notes that the frame with this RTP time is seen at `atMs`. */
+  presented(rtp: number | undefined, atMs: number): void {
+    this.#shown.push(atMs);
+    const capturedMs = this.timeline.capturedMs(rtp);
+    const serverMs = this.toServerMs(atMs);
+    if (capturedMs === null || serverMs === null) return;
+    this.newestServerMs = Math.max(capturedMs, this.newestServerMs ?? capturedMs);
+    this.#ages.push(serverMs - capturedMs);
+  }
+
+  /** What was measured since the last call. */
+  take(nowMs: number): PictureFacts {
+    this.#shown = this.#shown.filter((atMs) => atMs > nowMs - RATE_WINDOW_MS);
+    const ages = this.#ages.splice(0);
+    const mean = ages.reduce((sum, age) => sum + age, 0) / ages.length;
+    return {
+      ageMs: ages.length > 0 ? mean : this.#standingAgeMs(nowMs),
+      rateHz: this.#shown.length,
+    };
+  }
+
+  /** Forgets everything; a fresh peer's frames are other frames. */
+  reset(): void {
+    this.newestServerMs = null;
+    this.#ages = [];
+    this.#shown = [];
+  }
+
+  #standingAgeMs(nowMs: number): number | null {
+    const serverMs = this.toServerMs(nowMs);
+    if (serverMs === null || this.newestServerMs === null) return null;
+    const ageMs = serverMs - this.newestServerMs;
+    return ageMs > STANDING_MS ? ageMs : null;
+  }
+}
+
+/** Tells the meter of every frame that this element presents; returns what ends it. */
+export function watchFrames(video: HTMLVideoElement, meter: PictureMeter): () => void {
+  if (!("requestVideoFrameCallback" in video)) return () => {};
+  let handle = 0;
+  const onFrame: VideoFrameRequestCallback = (nowMs, metadata) => {
+    meter.presented(metadata.rtpTimestamp, metadata.expectedDisplayTime || nowMs);
+    handle = video.requestVideoFrameCallback(onFrame);
+  };
+  handle = video.requestVideoFrameCallback(onFrame);
+  return () => video.cancelVideoFrameCallback(handle);
+}

@@ -1,0 +1,49 @@
+import { expect, it } from "vitest";
+import { RtpTimeline } from "./rtp";
+import { SoundMeter } from "./sound";
+
+const ORIGIN = 1.7e12;
+
+function meter(): SoundMeter {
+  const timeline = new RtpTimeline();
+  timeline.set({
+    type: "rtp_clock",
+    kind: "audio",
+    rtp_origin: 0,
+    rate_hz: 48_000,
+    origin_server_ms: 10_000,
+  });
+  return new SoundMeter(timeline, (pageMs) => pageMs + 10_000, ORIGIN);
+}
+
+function source(timestamp: number, rtpTimestamp: number): RTCRtpSynchronizationSource {
+  return { source: 1, timestamp, rtpTimestamp };
+}
+
+it("measures from capture to playing, whichever way the browser counts its time", () => {
+  for (const base of [ORIGIN, 0]) {
+    const made = meter();
+    made.sample(source(base + 1070, 48_000), 1075);
+    expect(made.take()).toBeCloseTo(70);
+  }
+});
+
+it("takes the median, so that one stall between two calls does not show", () => {
+  const made = meter();
+  for (const [atMs, rtp] of [
+    [1070, 48_000],
+    [1172, 52_800],
+    [1900, 57_600],
+  ] as const) {
+    made.sample(source(ORIGIN + atMs, rtp), atMs);
+  }
+  expect(made.take()).toBeCloseTo(72);
+  expect(made.take()).toBeNull();
+});
+
+it("measures nothing where the browser tells nothing, or something long past", () => {
+  const made = meter();
+  made.sample(undefined, 1000);
+  made.sample(source(ORIGIN + 1000, 48_000), 9000);
+  expect(made.take()).toBeNull();
+});

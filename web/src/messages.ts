@@ -1,0 +1,12 @@
+/** The message types, made from the server's models by `npm run types`. */
+export type * from "./generated/messages";
+
+import type { Messages } from "./generated/messages";
+
+export type DriveIn = Messages["DriveIn"];
+export type DriveOut = Messages["DriveOut"];
+export type StateIn = Messages["StateIn"];
+export type StateOut = Messages["StateOut"];
+
+/** The two data channels, both opened by the page. */
+export type Channel = "drive" | "state";

@@ -1,0 +1,32 @@
+import { expect, it } from "vitest";
+import { applyPlayout } from "./playout";
+
+type Receiver = RTCRtpReceiver & { jitterBufferTarget?: number | null };
+
+function receiver(has = true): Receiver {
+  return (has ? { jitterBufferTarget: null } : {}) as Receiver;
+}
+
+function playout(sound_target_ms: number | null, picture_target_ms: number | null) {
+  return { type: "playout", policy: "p", reason: "r", sound_target_ms, picture_target_ms } as const;
+}
+
+it("gives each buffer its own target, and null back to the browser", () => {
+  const [sound, picture] = [receiver(), receiver()];
+  applyPlayout(playout(200, 180.5), sound, picture);
+  expect([sound.jitterBufferTarget, picture.jitterBufferTarget]).toEqual([200, 180.5]);
+  applyPlayout(playout(null, 0), sound, picture);
+  expect([sound.jitterBufferTarget, picture.jitterBufferTarget]).toEqual([null, 0]);
+});
+
+it("stays within what a browser takes", () => {
+  const [sound, picture] = [receiver(), receiver()];
+  applyPlayout(playout(9000, -5), sound, picture);
+  expect([sound.jitterBufferTarget, picture.jitterBufferTarget]).toEqual([4000, 0]);
+});
+
+it("leaves a browser alone that has no such target", () => {
+  const old = receiver(false);
+  applyPlayout(playout(200, 200), old, receiver());
+  expect(old).toEqual({});
+});

@@ -1,0 +1,24 @@
+import type { Playout } from "./messages";
+
+/** What `jitterBufferTarget` takes (webrtc-extensions 4.2); beyond it throws. */
+const MAX_TARGET_MS = 4000;
+
+interface Buffered {
+  jitterBufferTarget?: number | null;
+}
+
+/** Gives the two jitter buffers their targets, where the browser has such a thing. */
+export function applyPlayout(
+  playout: Playout,
+  sound: RTCRtpReceiver,
+  picture: RTCRtpReceiver,
+): void {
+  aim(sound, playout.sound_target_ms);
+  aim(picture, playout.picture_target_ms);
+}
+
+function aim(receiver: RTCRtpReceiver & Buffered, targetMs: number | null): void {
+  if (!("jitterBufferTarget" in receiver)) return;
+  receiver.jitterBufferTarget =
+    targetMs === null ? null : Math.min(Math.max(targetMs, 0), MAX_TARGET_MS);
+}

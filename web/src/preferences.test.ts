@@ -1,0 +1,51 @@
+import { expect, it } from "vitest";
+import { loadPreferences, openStore, savePreferences } from "./preferences";
+
+function store(kept: string | null = null) {
+  return {
+    kept,
+    getItem() {
+      return this.kept;
+    },
+    setItem(_key: string, value: string) {
+      this.kept = value;
+    },
+  };
+}
+
+const FORBIDDEN = () => {
+  throw new DOMException("denied", "SecurityError");
+};
+
+it("finds again what was saved", () => {
+  const mine = store();
+  const chosen = {
+    name: "Ada",
+    sound: false,
+    picture: false,
+    size: "320x240",
+    speed: "gross",
+  } as const;
+  savePreferences(mine, chosen);
+  expect(loadPreferences(mine)).toEqual(chosen);
+});
+
+it.each([null, "", "no JSON", "[]", "7", "null", '{"name": 7, "sound": "yes", "speed": "fast"}'])(
+  "starts with the defaults when it finds %j",
+  (kept) => {
+    expect(loadPreferences(store(kept))).toEqual({
+      name: "",
+      sound: true,
+      picture: true,
+      size: "",
+      speed: "fine",
+    });
+  },
+);
+
+it("lives without a store", () => {
+  expect(openStore(FORBIDDEN)).toBeNull();
+  savePreferences(null, loadPreferences(null));
+  savePreferences({ getItem: FORBIDDEN, setItem: FORBIDDEN }, loadPreferences(null));
+  expect(loadPreferences({ getItem: FORBIDDEN, setItem: FORBIDDEN }).speed).toBe("fine");
+});

@@ -1,0 +1,241 @@
+/** The composition root: builds every part and wires it. Views get `state` and `actions`. */
+
+import { type Direction, Hands } from "./drive/hands";
+import { listenKeyboard } from "./drive/keyboard";
+import { Pump } from "./drive/pump";
+import { listenRelease } from "./drive/release";
+import { returnFocusAfterPointer } from "./focus";
+import { Identity, openIdentityChannel } from "./link/identity";
+import { Link } from "./link/link";
+import type { Peer } from "./link/peer";
+import { watchFrames } from "./measure/picture";
+import { Reporter } from "./measure/report";
+import type { StateOut } from "./messages";
+import { Playback } from "./playback";
+import { applyPlayout } from "./playout";
+import { loadPreferences, openStore, type Preferences, savePreferences } from "./preferences";
+import { createState, type State } from "./state";
+
+const DIRECTIONS: Direction[] = ["forward", "back", "left", "right"];
+const CLOCKS_EVERY_MS = 200;
+/** As many as the server keeps. */
+export const MAX_NAME_CHARS = 24;
+
+/** What a person can do here. */
+export interface Actions {
+  start(): void;
+  setSound(on: boolean): void;
+  setPicture(on: boolean): void;
+  setSize(size: string): void;
+  setName(name: string): void;
+  setSpeed(speed: Preferences["speed"]): void;
+  setAxis(name: string, position: number): void;
+  join(): void;
+  leave(): void;
+  stop(): void;
+  press(holder: string, direction: Direction): void;
+  release(holder: string): boolean;
+  letGo(): void;
+}
+
+export interface Session {
+  state: State;
+  actions: Actions;
+  /** Gives the picture its element, null when that goes away. */
+  attachPicture(element: HTMLVideoElement | null): void;
+  attachSound(element: HTMLAudioElement | null): void;
+}
+
+/** Connects at once, before anything is drawn. */
+export function startSession(): Session {
+  const store = openStore(() => window.localStorage);
+  const state = createState(loadPreferences(store));
+  const picture = new Playback();
+  const sound = new Playback();
+  const identity = new Identity(openStore(() => window.sessionStorage));
+
+  const link = new Link(() => identity.client, {
+    changed: (now) => {
+      state.link.value = now;
+    },
+    fresh,
+    received,
+  });
+
+  const wants = () => ({
+    sound: state.isSoundOn.peek(),
+    picture: state.preferences.peek().picture,
+  });
+  const reporter = new Reporter({
+    link,
+    wants,
+    onFacts: (facts) => {
+      state.facts.value = facts;
+    },
+  });
+
+  const hands = new Hands(() => {
+    state.held.value = new Set(DIRECTIONS.filter((one) => hands.holds(one)));
+    pump.send();
+  });
+  const pump = new Pump({
+    controls: () => ({
+      motion: hands.motion,
+      speed: state.preferences.peek().speed,
+      axes: state.axes.peek(),
+    }),
+    serverMs: () => link.clock.toServerMs(performance.now()),
+    seenServerMs: () => reporter.picture.newestServerMs,
+    send: (drive, urgent) => link.sendDrive(drive, urgent),
+  });
+
+  function letGo(): void {
+    hands.releaseAll();
+    pump.insist();
+  }
+
+  function fresh(peer: Peer): void {
+    picture.take(peer.picture.track);
+    sound.take(peer.sound.track);
+    reporter.reset();
+    state.driveReason.value = null;
+  }
+
+  function received(message: StateOut): void {
+    switch (message.type) {
+      case "hello":
+        state.hello.value = message;
+        // The room of the connection before may name another operator.
+        state.room.value = null;
+        greet();
+        break;
+      case "room":
+        state.room.value = message;
+        break;
+      case "playout":
+        if (link.peer) applyPlayout(message, link.peer.sound, link.peer.picture);
+        break;
+      case "rtp_clock":
+        reporter.mapped(message);
+        break;
+      case "drive_status":
+        state.driveReason.value = message.reason;
+        break;
+      case "notice":
+        state.notice.value = { text: message.text };
+        break;
+    }
+  }
+
+  /** Tells a fresh connection what this page is called and wants. */
+  function greet(): void {
+    const { name } = state.preferences.peek();
+    if (name) link.sendState({ type: "name", name });
+    sendWant();
+  }
+
+  function sendWant(): void {
+    const sizes = state.hello.peek()?.sizes ?? [];
+    const kept = state.preferences.peek().size;
+    const size = sizes.includes(kept) ? kept : sizes[0];
+    if (size) link.sendState({ type: "want", ...wants(), size });
+  }
+
+  function prefer(change: Partial<Preferences>): void {
+    state.preferences.value = { ...state.preferences.peek(), ...change };
+    savePreferences(store, state.preferences.peek());
+  }
+
+  const actions: Actions = {
+    start() {
+      picture.play();
+      actions.setSound(true);
+    },
+    setSound(on) {
+      state.isSoundOn.value = on;
+      state.isStartOffered.value = false;
+      if (on) sound.play();
+      else sound.pause();
+      prefer({ sound: on });
+      sendWant();
+    },
+    setPicture(on) {
+      prefer({ picture: on });
+      sendWant();
+    },
+    setSize(size) {
+      prefer({ size });
+      sendWant();
+    },
+    setName(text) {
+      const name = text.trim().slice(0, MAX_NAME_CHARS);
+      if (name === state.preferences.peek().name) return;
+      prefer({ name });
+      link.sendState({ type: "name", name });
+    },
+    setSpeed(speed) {
+      prefer({ speed });
+      pump.send();
+    },
+    setAxis(name, position) {
+      state.axes.value = { ...state.axes.value, [name]: position };
+      pump.send();
+    },
+    join: () => link.sendState({ type: "join" }),
+    leave: () => link.sendState({ type: "leave" }),
+    stop() {
+      link.sendState({ type: "stop" });
+      letGo();
+    },
+    press: (holder, direction) => hands.press(holder, direction),
+    release: (holder) => hands.release(holder),
+    letGo,
+  };
+
+  // A turn begins with empty hands and untouched axes, and ends with both.
+  state.drivingTurn.subscribe((turn) => {
+    state.axes.value = {};
+    if (turn === null) {
+      pump.end();
+      hands.disable();
+    } else {
+      pump.begin(turn, state.hello.peek()?.command_rate_hz ?? 0);
+      hands.enable();
+    }
+  });
+
+  const { signal } = new AbortController();
+  const isDriving = () => state.drivingTurn.value !== null;
+  listenKeyboard(window, { hands, isDriving, stop: actions.stop, letGo, signal });
+  listenRelease(window, letGo, signal);
+  returnFocusAfterPointer(document, signal);
+  window.addEventListener("pagehide", () => link.close());
+  window.addEventListener("pageshow", (event) => {
+    if (event.persisted) link.connect();
+  });
+  window.addEventListener("online", () => link.hurry());
+  document.addEventListener("visibilitychange", () => {
+    if (!document.hidden) link.hurry();
+  });
+
+  setInterval(() => {
+    state.pageMs.value = performance.now();
+    state.serverMs.value = link.clock.toServerMs(performance.now());
+  }, CLOCKS_EVERY_MS);
+
+  picture.play();
+  link.connect();
+  identity.share(openIdentityChannel(), () => link.connect());
+
+  let unwatch = () => {};
+  return {
+    state,
+    actions,
+    attachPicture(element) {
+      unwatch();
+      unwatch = element ? watchFrames(element, reporter.picture) : () => {};
+      picture.attach(element);
+    },
+    attachSound: (element) => sound.attach(element),
+  };
+}

@@ -1,0 +1,47 @@
+import { beforeEach, expect, it } from "vitest";
+import { loadPreferences } from "./preferences";
+import { createState, type State, secondsUntil } from "./state";
+import { hello, room } from "./testing/messages";
+
+let state: State;
+
+beforeEach(() => {
+  state = createState(loadPreferences(null));
+  state.hello.value = hello({ viewer: 2 });
+  state.link.value = { is: "connected" };
+});
+
+it("drives with the turn's number only while the turn is its own and the link stands", () => {
+  state.room.value = room({ operator: 1, waiting: [2] });
+  expect(state.drivingTurn.value).toBeNull();
+  state.room.value = room({ operator: 2, number: 9 });
+  expect(state.drivingTurn.value).toBe(9);
+  state.link.value = { is: "connecting" };
+  expect(state.drivingTurn.value).toBeNull();
+});
+
+it("does not drive when nobody does", () => {
+  state.hello.value = null;
+  state.room.value = room({});
+  expect(state.drivingTurn.value).toBeNull();
+});
+
+it("finds itself and the operator in the room", () => {
+  state.room.value = room({ operator: 1, waiting: [2] });
+  expect(state.me.value?.place).toBe(1);
+  expect(state.operator.value?.id).toBe(1);
+});
+
+it("counts the seconds that are left on the server's clock", () => {
+  state.room.value = room({ operator: 1, endsMs: 60_000 });
+  expect(state.secondsLeft.value).toBeNull();
+  state.serverMs.value = 17_500;
+  expect(state.secondsLeft.value).toBe(43);
+});
+
+it("never shows more than a turn has, nor less than nothing", () => {
+  expect(secondsUntil(60_050, 0, 60)).toBe(60);
+  expect(secondsUntil(1, 0, 60)).toBe(1);
+  expect(secondsUntil(0, 0, 60)).toBe(0);
+  expect(secondsUntil(0, 5000, 60)).toBe(0);
+});

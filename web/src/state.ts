@@ -1,0 +1,89 @@
+import { computed, type ReadonlySignal, type Signal, signal } from "@preact/signals";
+import type { Direction } from "./drive/hands";
+import type { LinkState } from "./link/link";
+import type { Hello, Room, ViewerInfo } from "./messages";
+import type { Preferences } from "./preferences";
+
+/** What is measured of the streams and the way, for a person to read; null where unknown. */
+export interface Facts {
+  pictureMs: number | null;
+  soundMs: number | null;
+  roundTripMs: number | null;
+  fps: number | null;
+}
+
+/** Everything that the page shows. Signals change; what is computed of them follows. */
+export interface State {
+  link: Signal<LinkState>;
+  hello: Signal<Hello | null>;
+  room: Signal<Room | null>;
+  /** Why the robot stands although somebody drives it; a sentence. */
+  driveReason: Signal<string | null>;
+  /** The newest notice; each is an object of its own, so that the same words show again. */
+  notice: Signal<{ text: string } | null>;
+  preferences: Signal<Preferences>;
+  /** The sound plays; never before a person has asked for it by a touch. */
+  isSoundOn: Signal<boolean>;
+  /** The large Start button is still offered. */
+  isStartOffered: Signal<boolean>;
+  facts: Signal<Facts>;
+  held: Signal<ReadonlySet<Direction>>;
+  axes: Signal<Readonly<Record<string, number>>>;
+  /** Both clocks, a few times a second: for what counts down. */
+  pageMs: Signal<number>;
+  serverMs: Signal<number | null>;
+
+  isConnected: ReadonlySignal<boolean>;
+  me: ReadonlySignal<ViewerInfo | null>;
+  operator: ReadonlySignal<ViewerInfo | null>;
+  /** The turn's number while this page drives, else null. */
+  drivingTurn: ReadonlySignal<number | null>;
+  /** Whole seconds left of the turn that runs, null when nobody drives. */
+  secondsLeft: ReadonlySignal<number | null>;
+}
+
+export function createState(kept: Preferences): State {
+  const link = signal<LinkState>({ is: "connecting" });
+  const hello = signal<Hello | null>(null);
+  const room = signal<Room | null>(null);
+  const serverMs = signal<number | null>(null);
+
+  const isConnected = computed(() => link.value.is === "connected");
+  const viewer = (id: number | null | undefined) =>
+    room.value?.viewers.find((one) => one.id === id) ?? null;
+
+  return {
+    link,
+    hello,
+    room,
+    driveReason: signal(null),
+    notice: signal(null),
+    preferences: signal(kept),
+    isSoundOn: signal(false),
+    isStartOffered: signal(kept.sound),
+    facts: signal({ pictureMs: null, soundMs: null, roundTripMs: null, fps: null }),
+    held: signal(new Set<Direction>()),
+    axes: signal({}),
+    pageMs: signal(0),
+    serverMs,
+    isConnected,
+    me: computed(() => viewer(hello.value?.viewer)),
+    operator: computed(() => viewer(room.value?.turn.operator)),
+    drivingTurn: computed(() => {
+      const turn = room.value?.turn;
+      const mine = turn !== undefined && turn.operator === hello.value?.viewer;
+      return isConnected.value && mine ? turn.number : null;
+    }),
+    secondsLeft: computed(() => {
+      const endsMs = room.value?.turn.ends_server_ms ?? null;
+      if (endsMs === null || serverMs.value === null) return null;
+      return secondsUntil(endsMs, serverMs.value, hello.value?.turn_s ?? Number.POSITIVE_INFINITY);
+    }),
+  };
+}
+
+/** Whole seconds that are still (partly) left; never more than a turn has, never below 0. */
+export function secondsUntil(endsMs: number, nowMs: number, turnS: number): number {
+  const seconds = Math.ceil((endsMs - nowMs) / 1000);
+  return Math.max(0, Math.min(seconds, Math.ceil(turnS)));
+}

@@ -1,0 +1,76 @@
+import type { ComponentChildren, TargetedKeyboardEvent, TargetedPointerEvent } from "preact";
+import { useEffect } from "preact/hooks";
+import type { Direction } from "../drive/hands";
+import { useActions, useState } from "./context";
+
+type Pointer = TargetedPointerEvent<HTMLButtonElement>;
+type Key = TargetedKeyboardEvent<HTMLButtonElement>;
+
+const PRESSING = new Set(["Space", "Enter", "NumpadEnter"]);
+
+interface Props {
+  direction: Direction;
+  name: string;
+  children: ComponentChildren;
+}
+
+/**
+ * A button that drives for as long as it is pressed: by a finger (each on its own), the mouse, or
+ * Space and Enter while it has the focus.
+ */
+export function DriveButton({ direction, name, children }: Props) {
+  const { held, drivingTurn } = useState();
+  const { press, release, letGo } = useActions();
+  const isDriving = drivingTurn.value !== null;
+  const focusHolder = `button ${direction}`;
+  const finger = (event: Pointer) => `pointer ${event.pointerId}`;
+
+  useEffect(() => () => void release(focusHolder), [release, focusHolder]);
+
+  const onPointerDown = (event: Pointer) => {
+    if (event.button !== 0) return;
+    // Neither the focus, which would give Space to this button, nor a text selection.
+    event.preventDefault();
+    event.currentTarget.setPointerCapture(event.pointerId);
+    press(finger(event), direction);
+  };
+  // After an ordinary release nothing is held any more; whoever still holds was robbed of it.
+  const onLost = (event: Pointer) => {
+    if (release(finger(event))) letGo();
+  };
+  const onKeyDown = (event: Key) => {
+    if (!PRESSING.has(event.code)) return;
+    event.preventDefault();
+    if (!event.repeat) press(focusHolder, direction);
+  };
+  const onKeyUp = (event: Key) => {
+    if (!PRESSING.has(event.code)) return;
+    event.preventDefault();
+    release(focusHolder);
+  };
+
+  return (
+    <button
+      type="button"
+      class={`drive-button is-${direction}${held.value.has(direction) ? " is-held" : ""}`}
+      disabled={!isDriving}
+      aria-describedby="drive-hint"
+      onPointerDown={onPointerDown}
+      onPointerUp={(event) => release(finger(event))}
+      onPointerCancel={onLost}
+      onLostPointerCapture={onLost}
+      // A long touch opens a menu on some phones; here it is a long drive.
+      onContextMenu={(event) => {
+        event.preventDefault();
+        event.stopPropagation();
+      }}
+      onMouseDown={(event) => event.preventDefault()}
+      onKeyDown={onKeyDown}
+      onKeyUp={onKeyUp}
+      onBlur={() => release(focusHolder)}
+    >
+      {children}
+      <span class="drive-name">{name}</span>
+    </button>
+  );
+}

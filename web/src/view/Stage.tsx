@@ -1,0 +1,75 @@
+import { useEffect, useRef } from "preact/hooks";
+import { useActions, useSession, useState } from "./context";
+import { EarIcon, PlayIcon } from "./icons";
+import { msWords, problemWords } from "./words";
+
+/** A picture older than this is not what the robot sees now. */
+const STALE_MS = 1500;
+
+/** The picture, and what is said over it. */
+export function Stage() {
+  const session = useSession();
+  const { preferences, isConnected } = session.state;
+  const video = useRef<HTMLVideoElement>(null);
+  const audio = useRef<HTMLAudioElement>(null);
+  useEffect(() => {
+    session.attachPicture(video.current);
+    session.attachSound(audio.current);
+    return () => {
+      session.attachPicture(null);
+      session.attachSound(null);
+    };
+  }, [session]);
+
+  const isOn = preferences.value.picture;
+  return (
+    <section class={isConnected.value ? "stage" : "stage is-away"} aria-label="Picture">
+      <video ref={video} class={isOn ? "" : "is-off"} muted autoplay playsinline />
+      {/* biome-ignore lint/a11y/useMediaCaption: a live robot has no captions */}
+      <audio ref={audio} />
+      {!isOn && <PictureOff />}
+      <Start />
+      <Warnings />
+    </section>
+  );
+}
+
+function PictureOff() {
+  return (
+    <div class="picture-off">
+      <EarIcon />
+      <p>The picture is off.</p>
+      <p class="quiet">You can drive by ear.</p>
+    </div>
+  );
+}
+
+function Start() {
+  const { isStartOffered } = useState();
+  const { start } = useActions();
+  if (!isStartOffered.value) return null;
+  return (
+    <div class="start">
+      <button type="button" class="start-button" onClick={start}>
+        <PlayIcon />
+        Start
+      </button>
+      <p class="start-hint">with sound</p>
+    </div>
+  );
+}
+
+function Warnings() {
+  const { room, facts, isConnected, preferences } = useState();
+  const ageMs = facts.value.pictureMs;
+  const isStale = isConnected.value && preferences.value.picture && (ageMs ?? 0) > STALE_MS;
+  const problems = problemWords(room.value);
+  return (
+    <ul class="warnings" aria-live="polite" aria-label="Problems">
+      {problems.map((problem) => (
+        <li key={problem}>{problem}</li>
+      ))}
+      {isStale && problems.length === 0 && <li>The picture is {msWords(ageMs)} old.</li>}
+    </ul>
+  );
+}

@@ -1,0 +1,62 @@
+import { useEffect } from "preact/hooks";
+import type { ViewerInfo } from "../messages";
+import { useActions, useState } from "./context";
+import { turnWords } from "./words";
+
+const ENDING_S = 10;
+
+/** Whose turn it is, how long it lasts, and the way into and out of the queue. */
+export function TurnCard() {
+  const state = useState();
+  const me = state.me.value;
+  const { headline, next } = turnWords(state.room.value, me);
+  const seconds = state.secondsLeft.value;
+  const isDriving = state.drivingTurn.value !== null;
+  const isEnding = isDriving && seconds !== null && seconds <= ENDING_S;
+
+  useEffect(() => {
+    document.title = isDriving ? "You are driving – WAX" : "WAX";
+    if (isDriving) navigator.vibrate?.(200);
+  }, [isDriving]);
+
+  const look = isEnding ? "turn is-driving is-ending" : isDriving ? "turn is-driving" : "turn";
+  return (
+    <section class={look} aria-label="Turn">
+      <div class="turn-words" aria-live={isDriving ? "assertive" : "polite"}>
+        <p class="headline">{headline}</p>
+        <p class="next">{next}</p>
+      </div>
+      <div class="timer" role="timer" aria-label="Time left">
+        {seconds !== null && (
+          <>
+            <span class="seconds">{seconds}</span> s
+          </>
+        )}
+      </div>
+      <QueueButton me={me} />
+    </section>
+  );
+}
+
+function QueueButton({ me }: { me: ViewerInfo | null }) {
+  const { isConnected } = useState();
+  const { join, leave } = useActions();
+  const common = { type: "button", disabled: !me || !isConnected.value } as const;
+  // Keys: a button that became the other one would keep the focus, and Space would leave.
+  if (!me || me.role === "observer") {
+    return (
+      <button key="join" class="queue-button" {...common} onClick={join}>
+        Join the queue
+      </button>
+    );
+  }
+  // The second click of a double click on Join is not meant for this one.
+  const onClick = (event: MouseEvent) => {
+    if (event.detail < 2) leave();
+  };
+  return (
+    <button key="leave" class="queue-button is-leave" {...common} onClick={onClick}>
+      Leave the queue
+    </button>
+  );
+}

@@ -1,0 +1,37 @@
+/** Small drawings; the words beside them carry the meaning. */
+
+import type { ComponentChildren } from "preact";
+
+function Icon({ children }: { children: ComponentChildren }) {
+  return (
+    <svg viewBox="0 0 24 24" aria-hidden="true" class="icon">
+      {children}
+    </svg>
+  );
+}
+
+/** Points up; the style sheet turns it. */
+export function ArrowIcon() {
+  return (
+    <Icon>
+      <path d="M12 5 20 15H4Z" stroke-linejoin="round" />
+    </Icon>
+  );
+}
+
+export function PlayIcon() {
+  return (
+    <Icon>
+      <path d="M8 5.5v13l10.5-6.5Z" stroke-linejoin="round" />
+    </Icon>
+  );
+}
+
+export function EarIcon() {
+  return (
+    <Icon>
+      <path d="M4 10v4h3l5 4V6L7 10Z" stroke-linejoin="round" />
+      <path d="M15.5 9a4 4 0 0 1 0 6M18 6.5a8 8 0 0 1 0 11" class="line" stroke-linecap="round" />
+    </Icon>
+  );
+}

@@ -1,0 +1,115 @@
+import { describe, expect, it } from "vitest";
+import { room, viewer } from "../testing/messages";
+import {
+  connectionWords,
+  inOrder,
+  msWords,
+  placeWords,
+  problemWords,
+  skewWords,
+  turnWords,
+  waitWords,
+} from "./words";
+
+it("says how the connection is, and when and why it is tried again", () => {
+  expect(connectionWords({ is: "connected" }, 0)).toBe("Connected");
+  expect(connectionWords({ is: "connecting" }, 0)).toBe("Connecting…");
+  const waiting = { is: "waiting", retryAtMs: 5000, reason: "The server is full." } as const;
+  expect(connectionWords(waiting, 2001)).toBe("Reconnecting in 3 s: The server is full.");
+  expect(connectionWords(waiting, 9000)).toBe("Reconnecting now: The server is full.");
+});
+
+it.each([
+  [null, ""],
+  [0, "any moment now"],
+  [10, "any moment now"],
+  [24, "about 20 s"],
+  [54, "about 50 s"],
+  [55, "about 1 min"],
+  [89, "about 1 min"],
+  [130, "about 2 min"],
+])("calls a wait of %s s %j", (waitS, words) => {
+  expect(waitWords(waitS)).toBe(words);
+});
+
+describe("a line of the queue", () => {
+  it("says who drives, waits and watches", () => {
+    expect(placeWords(viewer(1, { role: "operator", place: 0 }))).toBe("driving");
+    expect(placeWords(viewer(1, { role: "queued", place: 1, wait_s: 30 }))).toBe(
+      "next, about 30 s",
+    );
+    expect(placeWords(viewer(1, { role: "queued", place: 3, wait_s: 150 }))).toBe(
+      "number 3, about 3 min",
+    );
+    expect(placeWords(viewer(1))).toBe("watching");
+  });
+
+  it("marks a lost connection", () => {
+    expect(placeWords(viewer(1, { role: "operator", place: 0, lost: true }))).toBe(
+      "driving, connection lost",
+    );
+    expect(placeWords(viewer(1, { role: "queued", place: 2, lost: true }))).toBe(
+      "number 2, connection lost",
+    );
+  });
+});
+
+it("lists who drives, then who waits by place, then who watches by coming", () => {
+  const { viewers } = room({ operator: 4, waiting: [5, 2], watching: [3, 1] });
+  expect(inOrder(viewers).map((one) => one.id)).toEqual([4, 5, 2, 1, 3]);
+});
+
+describe("the turn", () => {
+  const words = (options: Parameters<typeof room>[0], me: number) => {
+    const now = room(options);
+    return turnWords(now, now.viewers.find((one) => one.id === me) ?? null);
+  };
+
+  it("tells the operator that he drives, and who is next", () => {
+    expect(words({ operator: 1, waiting: [2] }, 1)).toEqual({
+      headline: "You are driving",
+      next: "Then it is Bob's turn.",
+    });
+    expect(words({ operator: 1, watching: [2] }, 1).next).toBe(
+      "Nobody is waiting, so you may go on.",
+    );
+  });
+
+  it("tells who waits his place and an honest wait", () => {
+    expect(words({ operator: 1, waiting: [2, 3] }, 3)).toEqual({
+      headline: "You are number 2 in the queue, about 2 min",
+      next: "Ada is driving.",
+    });
+    expect(words({ operator: 1, waiting: [2] }, 2).headline).toBe("You are next, about 30 s");
+  });
+
+  it("tells who watches what he could do", () => {
+    expect(words({ operator: 1, watching: [2] }, 2).headline).toBe("Ada is driving");
+    expect(words({ watching: [2] }, 2)).toEqual({
+      headline: "Nobody is driving",
+      next: "Join the queue and drive.",
+    });
+  });
+});
+
+it("names what has a problem", () => {
+  const now = room({});
+  expect(problemWords(now)).toEqual([]);
+  now.robot = { connected: false, problem: null };
+  now.video.problem = "there is no camera";
+  now.audio.problem = "the microphone was unplugged";
+  expect(problemWords(now)).toEqual([
+    "Robot: it is not connected",
+    "Camera: there is no camera",
+    "Microphone: the microphone was unplugged",
+  ]);
+});
+
+it("writes figures for people", () => {
+  expect(msWords(34.4)).toBe("34 ms");
+  expect(msWords(12_300)).toBe("12 s");
+  expect(msWords(null)).toBe("–");
+  expect(skewWords(80, 34)).toBe("sound 46 ms later");
+  expect(skewWords(30, 34)).toBe("sound 4 ms earlier");
+  expect(skewWords(null, 34)).toBe("–");
+});

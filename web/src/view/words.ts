@@ -1,0 +1,108 @@
+/** What the page says, as pure functions. */
+
+import type { LinkState } from "../link/link";
+import type { Room, ViewerInfo } from "../messages";
+
+/** The connection, for the status line. */
+export function connectionWords(link: LinkState, nowMs: number): string {
+  switch (link.is) {
+    case "connected":
+      return "Connected";
+    case "connecting":
+      return "Connecting…";
+    case "closed":
+      return "Not connected";
+    case "waiting": {
+      const seconds = Math.max(0, Math.ceil((link.retryAtMs - nowMs) / 1000));
+      return `Reconnecting ${seconds > 0 ? `in ${seconds} s` : "now"}: ${link.reason}`;
+    }
+  }
+}
+
+/** A wait that nobody should set a watch by: `about 40 s`, `about 2 min`. */
+export function waitWords(waitS: number | null): string {
+  if (waitS === null) return "";
+  if (waitS <= 10) return "any moment now";
+  if (waitS < 55) return `about ${Math.round(waitS / 10) * 10} s`;
+  return `about ${Math.max(1, Math.round(waitS / 60))} min`;
+}
+
+/** What one line of the queue says beside the name. */
+export function placeWords(viewer: ViewerInfo): string {
+  const lost = viewer.lost ? ["connection lost"] : [];
+  switch (viewer.role) {
+    case "operator":
+      return ["driving", ...lost].join(", ");
+    case "observer":
+      return ["watching", ...lost].join(", ");
+    case "queued": {
+      const wait = waitWords(viewer.wait_s);
+      const place = viewer.place === 1 ? "next" : `number ${viewer.place}`;
+      return [place, ...(wait ? [wait] : []), ...lost].join(", ");
+    }
+  }
+}
+
+/** Everybody in the order of the queue: who drives, who waits, who watches. */
+export function inOrder(viewers: readonly ViewerInfo[]): ViewerInfo[] {
+  const rank = (viewer: ViewerInfo) => viewer.place ?? Number.POSITIVE_INFINITY;
+  return viewers.toSorted((a, b) => (rank(a) === rank(b) ? a.id - b.id : rank(a) - rank(b)));
+}
+
+/** The turn as this viewer has it: a headline, and what comes next. */
+export interface TurnWords {
+  headline: string;
+  next: string;
+}
+
+export function turnWords(room: Room | null, me: ViewerInfo | null): TurnWords {
+  if (!room || !me) return { headline: "One moment…", next: "" };
+  const operator = room.viewers.find((viewer) => viewer.role === "operator");
+  const first = room.viewers.find((viewer) => viewer.place === 1);
+  if (me.role === "operator") {
+    return {
+      headline: "You are driving",
+      next: first ? `Then it is ${first.name}'s turn.` : "Nobody is waiting, so you may go on.",
+    };
+  }
+  const driving = operator ? `${operator.name} is driving` : "Nobody is driving";
+  if (me.role === "queued") {
+    const wait = waitWords(me.wait_s);
+    const place = me.place === 1 ? "You are next" : `You are number ${me.place} in the queue`;
+    return { headline: wait ? `${place}, ${wait}` : place, next: `${driving}.` };
+  }
+  return {
+    headline: driving,
+    next: operator ? "Join the queue to have a turn." : "Join the queue and drive.",
+  };
+}
+
+/** Why there is no picture, no sound or no moving robot: sentences of the server's. */
+export function problemWords(room: Room | null): string[] {
+  if (!room) return [];
+  const robot = room.robot.problem ?? (room.robot.connected ? null : "it is not connected");
+  return [
+    ...(robot ? [`Robot: ${robot}`] : []),
+    ...(room.video.problem ? [`Camera: ${room.video.problem}`] : []),
+    ...(room.audio.problem ? [`Microphone: ${room.audio.problem}`] : []),
+  ];
+}
+
+/** A figure in ms, or a dash where nothing could be measured. */
+export function msWords(ms: number | null): string {
+  if (ms === null) return "–";
+  return ms < 10_000 ? `${Math.round(ms)} ms` : `${Math.round(ms / 1000)} s`;
+}
+
+/** How much later than the picture the sound is heard. */
+export function skewWords(soundMs: number | null, pictureMs: number | null): string {
+  if (soundMs === null || pictureMs === null) return "–";
+  const skewMs = Math.round(soundMs - pictureMs);
+  if (skewMs === 0) return "in step";
+  return `sound ${Math.abs(skewMs)} ms ${skewMs > 0 ? "later" : "earlier"}`;
+}
+
+/** `640x480` as people write it. */
+export function sizeWords(size: string): string {
+  return size.replace("x", " × ");
+}

@@ -1,0 +1,20 @@
+import { defineConfig } from "vitest/config";
+
+export default defineConfig({
+  build: {
+    outDir: "../server/wax/web/dist",
+    emptyOutDir: true,
+    target: "es2022",
+    // The server's security policy allows no inline code or style.
+    assetsInlineLimit: 0,
+    modulePreload: false,
+  },
+  server: {
+    // `npm run dev` beside a running `wax`.
+    proxy: { "/api": "http://localhost:8080" },
+  },
+  test: {
+    include: ["src/**/*.test.{ts,tsx}"],
+    restoreMocks: true,
+  },
+});
