@@ -22,18 +22,19 @@ if TYPE_CHECKING:
 
 FIRST_FRAME_JS = """
 (() => {
-  const watch = (video) => {
-    if (video.waxBench) return;
-    video.waxBench = true;
-    video.requestVideoFrameCallback(() => {
-      window.waxBenchFirstFrameMs ??= performance.now();
-    });
-  };
-  new MutationObserver(() => document.querySelectorAll("video").forEach(watch))
-    .observe(document, { childList: true, subtree: true });
+  window.waxBenchFirstFrameMs = new Promise((resolve) => {
+    const watch = (video) => {
+      if (video.waxBench) return;
+      video.waxBench = true;
+      video.requestVideoFrameCallback(() => resolve(performance.now()));
+    };
+    new MutationObserver(() => document.querySelectorAll("video").forEach(watch))
+      .observe(document, { childList: true, subtree: true });
+    setTimeout(() => resolve(null), 20_000);
+  });
 })();
 """
-"""Notes when the first video frame is presented, in ms since the navigation began."""
+"""Promises when the first video frame is presented, ms since the navigation began; else null."""
 
 KEYS_JS = """
 (() => {
