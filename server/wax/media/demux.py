@@ -139,26 +139,23 @@ class Demuxer:
 
         Blocks at most 2 s; raises `SourceError`.
         """
-        queue = self._queues[kind]
         far_s = until_s + (_AHEAD_S if self._network else _AHEAD_STARVED_S)
-        waited_s = 0.0
         with self._condition:
-            queue.needed_s = None if queue.items else far_s
-            try:
-                while not queue.items:
-                    if self._failure is not None:
-                        raise self._failure
-                    if self._horizon_s > far_s:
-                        return None
-                    if waited_s >= _PATIENCE_S:
-                        raise SourceError(f"{self.name} delivers nothing; check the connection.")
-                    self._condition.notify_all()
-                    self._condition.wait(0.1)
-                    waited_s += 0.1
-            finally:
-                queue.needed_s = None
+            queue = self._queues[kind]
+            queue.needed_s = far_s
             self._condition.notify_all()
-            return queue.items.popleft()
+            self._condition.wait_for(
+                lambda: queue.items or self.failed or self._horizon_s > far_s, _PATIENCE_S
+            )
+            queue.needed_s = None
+            if queue.items:
+                self._condition.notify_all()
+                return queue.items.popleft()
+            if self._failure is not None:
+                raise self._failure
+            if self._horizon_s > far_s:
+                return None
+            raise SourceError(f"{self.name} delivers nothing; check the connection.")
 
     def waiting(self, kind: Kind) -> int:
         """Return how many packets can be taken without waiting."""
