@@ -1,7 +1,8 @@
 """Build the page from web/ into server/wax/web/dist, when what it is made of has changed.
 
-Two callers: make, for which `page.py run` leaves a built page, `page.py check` the packages that the
-checks of web/ need, and `page.py test` both; and the hook beside it, for wheels and source archives.
+Two callers: make, for which `page.py run` leaves a built page, `page.py check` the packages that
+the checks of web/ need, and `page.py test` both; and the hook beside it, for wheels and source
+archives.
 
 The built page carries the fingerprint of its sources, in `dist/.sources`.
 """
