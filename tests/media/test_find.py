@@ -1,0 +1,186 @@
+"""Sources by name: each name in the manual finds its source, each mistake is a sentence."""
+
+from __future__ import annotations
+
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+import pytest
+
+from wax.clock import Clock, SystemClock
+from wax.config import AudioSettings, VideoSettings
+from wax.errors import ConfigError
+from wax.media.camera import OpenCvCamera
+from wax.media.file import FileAudio, FileVideo
+from wax.media.find import Sources, make_sources
+from wax.media.microphone import AlsaMicrophone, PortAudioMicrophone
+from wax.media.testcard import TestCardAudio, TestCardVideo
+from wax.robot.driver import Limits, RobotState, Twist
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from wax.media.source import AudioSource, Picture, VideoSource
+
+
+class Robot:
+    """A driver without senses."""
+
+    kind = "wooden"
+    limits = Limits(1.0, 1.0)
+
+    def open(self) -> None: ...
+
+    def apply(self, twist: Twist, turn: int) -> None: ...
+
+    def set_axis(self, name: str, position: float, turn: int) -> None: ...
+
+    def stop(self, turn: int) -> None: ...
+
+    def close(self) -> None: ...
+
+    def state(self) -> RobotState:
+        return RobotState(connected=True)
+
+
+class SeeingRobot(Robot):
+    """A driver with an eye and an ear."""
+
+    def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
+        return TestCardVideo(settings, clock)
+
+    def microphone(self, clock: Clock) -> AudioSource:
+        return TestCardAudio(AudioSettings(), clock)
+
+
+def find(video: str = "none", audio: str = "none", robot: Robot | None = None) -> Sources:
+    return make_sources(
+        VideoSettings(source=video), AudioSettings(source=audio), SystemClock(), robot or Robot()
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("testcard", TestCardVideo),
+        ("0", OpenCvCamera),
+        ("camera:2", OpenCvCamera),
+        ("/dev/video4", OpenCvCamera),
+        ("rtsp://10.0.0.1/stream", FileVideo),
+        ("http://user:word@robot:81/a.mjpg", FileVideo),
+    ],
+)
+def test_each_name_of_a_picture(name: str, kind: type) -> None:
+    """The names of the manual make the source that they say, without opening it."""
+    assert type(find(video=name).video) is kind
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("testcard", TestCardAudio),
+        ("microphone", PortAudioMicrophone),
+        ("microphone:3", PortAudioMicrophone),
+        ("microphone:USB Webcam", PortAudioMicrophone),
+        ("microphone:pulse", PortAudioMicrophone),
+        ("alsa:plughw:CARD=Webcam,DEV=0", AlsaMicrophone),
+        ("rtsp://10.0.0.1/stream", FileAudio),
+    ],
+)
+def test_each_name_of_a_sound(name: str, kind: type) -> None:
+    """The names of the manual make the source that they say, without opening it."""
+    assert type(find(audio=name).audio) is kind
+
+
+def test_a_device_is_passed_on_as_it_is_written() -> None:
+    """Numbers become numbers, names stay names, and no name is the default device."""
+    names = [find(audio=name).audio for name in ("microphone", "microphone:3", "microphone:USB")]
+    assert [getattr(m, "name", None) for m in names] == [
+        "The microphone",
+        "Microphone 3",
+        "Microphone USB",
+    ]
+    camera = find(video="camera:2").video
+    assert isinstance(camera, OpenCvCamera)
+    assert camera.name == "Camera 2"
+
+
+def test_none_is_none() -> None:
+    """The word none means no source."""
+    assert find() == Sources(None, None)
+
+
+def test_the_robots_own_senses() -> None:
+    """The word robot asks the driver, and says so in a sentence if it has none."""
+    sources = find("robot", "robot", SeeingRobot())
+    assert isinstance(sources.video, TestCardVideo)
+    assert isinstance(sources.audio, TestCardAudio)
+    with pytest.raises(ConfigError, match=r"^\[video\] source: the wooden robot has no camera"):
+        find(video="robot")
+    with pytest.raises(ConfigError, match=r"^\[audio\] source: the wooden robot has no micro"):
+        find(audio="robot")
+
+
+def test_a_file_named_twice_is_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Picture and sound of one file share a demuxer, however its path is written; two do not."""
+    for name in ("a.mp4", "b.mp4"):
+        (tmp_path / name).write_bytes(b"x")
+    monkeypatch.chdir(tmp_path)
+    same = find("a.mp4", str(tmp_path / "." / "a.mp4"))
+    other = find("a.mp4", "b.mp4")
+    for sources, shared in ((same, True), (other, False)):
+        assert isinstance(sources.video, FileVideo)
+        assert isinstance(sources.audio, FileAudio)
+        assert (sources.video._join == sources.audio._join) is shared
+
+
+def find_one(key: str, name: str) -> Sources:
+    return find(video=name) if key == "video" else find(audio=name)
+
+
+@pytest.mark.parametrize("key", ["video", "audio"])
+def test_a_missing_file_names_key_and_path(tmp_path: Path, key: str) -> None:
+    """A path that does not exist stops the start with key, path and what may be written."""
+    path = str(tmp_path / "gone.mp4")
+    with pytest.raises(ConfigError) as caught:
+        find_one(key, path)
+    sentence = str(caught.value)
+    assert sentence.startswith(f"[{key}] source: {path} does not exist")
+    assert "wax devices" in sentence
+    with pytest.raises(ConfigError, match="is no file"):
+        find_one(key, str(tmp_path))
+
+
+class Glass:
+    """Somebody else's source."""
+
+    def __init__(self, settings: VideoSettings, clock: Clock) -> None:
+        if settings.width == 32:
+            raise ValueError("too small")
+
+    def open(self) -> None: ...
+
+    def read(self) -> Picture: ...  # type: ignore[empty-body]  # never read here
+
+    def close(self) -> None: ...
+
+
+def test_somebody_elses_class(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`package.module:Class` is built with settings and clock; what is no source is refused."""
+    module = ModuleType("glass_eye")
+    module.Glass = Glass  # type: ignore[attr-defined]  # made here
+    module.Stone = dict  # type: ignore[attr-defined]  # made here
+    monkeypatch.setitem(sys.modules, "glass_eye", module)
+    assert isinstance(find(video="glass_eye:Glass").video, Glass)
+    with pytest.raises(ConfigError, match="glass_eye:Stone has no method open"):
+        find(audio="glass_eye:Stone")
+    with pytest.raises(ConfigError, match="glass_eye has no class Water"):
+        find(video="glass_eye:Water")
+    with pytest.raises(ConfigError, match="too small"):
+        make_sources(
+            VideoSettings(source="glass_eye:Glass", width=32),
+            AudioSettings(source="none"),
+            SystemClock(),
+            Robot(),
+        )
