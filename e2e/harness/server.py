@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import io
 import signal
 import socket
 import sys
@@ -106,7 +107,7 @@ class Server:
         headers = {"Content-Type": content_type}
         async with (
             aiohttp.ClientSession() as http,
-            http.post(self.url + path, data=body, headers=headers) as response,
+            http.post(self.url + path, data=io.BytesIO(body), headers=headers) as response,
         ):
             return response.status, await response.text()
 
