@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from e2e.bench.plan import Plan
     from e2e.bench.servers import Side
 
-DIALECT = "bytes"
+DIALECT = "frames"
 KEY = "ArrowUp"
 REST_S = (0.2, 0.4)
 HOLD_S = (0.12, 0.3)
@@ -43,7 +43,7 @@ class Stroke:
 
 @dataclass(frozen=True, slots=True)
 class KeyToByte:
-    """`press_ms` ends with the byte that lets the robot move, `release_ms` with that of its stop.
+    """`press_ms` ends with the frame that lets the robot move, `release_ms` with that of its stop.
 
     Both begin with the browser's own time stamp of the key event; `handled_ms` begins later, at
     the page's listener. Browser and line are on one clock, to ± `clock_error_ms`. `unanswered`

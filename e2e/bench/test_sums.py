@@ -9,6 +9,7 @@ from e2e.bench.key_to_byte import Stroke, delays
 from e2e.bench.motion import Change, changes
 from e2e.bench.serial_line import Piece
 from e2e.bench.spread import spread
+from wax.robot.serial.frames import Body, Drive, Frame, Hello, Stop, encode
 
 
 def test_quantiles_are_of_the_values_that_were_measured() -> None:
@@ -25,9 +26,25 @@ def test_nothing_measured_is_said_and_not_summed_up() -> None:
 
 
 def test_only_a_change_of_motion_counts() -> None:
-    """Repeated commands, other directions and the speed's bytes are no new start or stop."""
-    pieces = [Piece(10.0, b"S2"), Piece(20.0, b"2F"), Piece(30.0, b"FG"), Piece(40.0, b"SS")]
-    assert changes(pieces) == [Change(20.0, moving=True), Change(40.0, moving=False)]
+    """Repeated frames, a curve, a drive of zero and the greeting are no new start or stop."""
+    bodies: list[Body] = [
+        Hello(),
+        Stop(),
+        Drive(0, 0),
+        Drive(9, 9),
+        Drive(9, 9),
+        Drive(5, 9),
+        Stop(),
+        Stop(),
+    ]
+    pieces = [Piece(float(at_ms), encode(Frame(body))) for at_ms, body in enumerate(bodies)]
+    assert changes(pieces) == [Change(3.0, moving=True), Change(6.0, moving=False)]
+
+
+def test_a_frame_in_two_pieces_counts_when_it_is_whole() -> None:
+    """A board cannot act on half a frame, so the second half's time is taken."""
+    data = encode(Frame(Drive(9, 9)))
+    assert changes([Piece(1.0, data[:7]), Piece(2.0, data[7:])]) == [Change(2.0, moving=True)]
 
 
 def test_each_stroke_is_answered_by_the_first_change_after_it() -> None:
