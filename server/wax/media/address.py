@@ -82,7 +82,8 @@ def is_live(address: str, container: InputContainer) -> bool:
         return False
     if urlsplit(address).scheme in _LIVE_SCHEMES:
         return True
-    return container.duration is None and container.format.name not in _SEGMENTED
+    endless = container.duration is None and container.size <= 0  # no Content-Length
+    return endless and container.format.name not in _SEGMENTED
 
 
 def find_tracks(container: InputContainer) -> dict[Kind, Track]:
