@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import threading
 from fractions import Fraction
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import TYPE_CHECKING
 
 import av
@@ -473,6 +474,33 @@ def test_a_live_stream_never_builds_up_delay(tmp_path: Path) -> None:
     assert all(picture.captured_s <= 500.0 for picture in pictures)
     assert 1 <= len(pictures) < 80
     assert player.clock.now_s() == 500.0
+
+
+def test_a_file_behind_http_is_played_like_a_file(tmp_path: Path) -> None:
+    """A film on a plain web server plays at its own speed, again and again, in step."""
+    content = make_clip(tmp_path / "a.ts", seconds=2).read_bytes()
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.send_response(200)
+            self.send_header("Content-Length", str(len(content)))
+            self.end_headers()
+            self.wfile.write(content)
+
+        def log_message(self, *_: object) -> None: ...
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+        thread = threading.Thread(target=server.serve_forever, args=(0.01,))
+        thread.start()
+        try:
+            with Player(f"http://127.0.0.1:{server.server_port}/a.ts") as player:
+                player.play(6.3)
+        finally:
+            server.shutdown()
+            thread.join()
+    flashes, beeps = player.flashes(), player.beeps()
+    assert len(flashes) == len(beeps) == 6
+    assert np.abs(np.subtract(beeps, flashes)).max() < 0.020
 
 
 def test_an_address_that_nobody_answers_is_one_sentence() -> None:
