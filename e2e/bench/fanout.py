@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 SATURATED_CPU = 0.90
 LEAST_FPS_FRACTION = 0.95
+OTHERS_CPU = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +29,8 @@ class FanOutPoint:
     """One number of viewers. `…_cpu` are seconds of processor time per second.
 
     `server_cpu_sd` is the spread over the windows. `others_cpu` is what else ran on the server's
-    core meanwhile. `saturated` points are left out of the slope; a point is not `valid` when the
-    receivers or their sockets, not the server, set the limit.
+    core meanwhile. `saturated` points are left out of the slope, and so are those with a `flaw`:
+    what, other than the server itself, set the limit.
     """
 
     viewers: int
@@ -47,7 +48,7 @@ class FanOutPoint:
     server_drops: dict[str, int]
     udp_receive_errors: int | None
     saturated: bool
-    valid: bool
+    flaw: str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +92,7 @@ def _point(server: Server, crowd: Crowd, core: CoreMeter, plan: Plan) -> FanOutP
     lost_here = None if errors_after is None else errors_after - (errors_before or 0)
 
     fps = _fps(first, last)
+    saturated = server_cpu > SATURATED_CPU or min(fps) < LEAST_FPS_FRACTION * FPS
     packets, lost, octets = _sums(first, last)
     per_viewer_s = measured_s * len(last.viewers)
     return FanOutPoint(
@@ -108,9 +110,27 @@ def _point(server: Server, crowd: Crowd, core: CoreMeter, plan: Plan) -> FanOutP
         packets_lost=lost,
         server_drops={name: drops_after[name] - drops_before[name] for name in drops_after},
         udp_receive_errors=lost_here,
-        saturated=server_cpu > SATURATED_CPU or min(fps) < LEAST_FPS_FRACTION * FPS,
-        valid=receivers_cpu < SATURATED_CPU and not lost_here,
+        saturated=saturated,
+        flaw=_flaw(
+            saturated=saturated,
+            receivers_cpu=receivers_cpu,
+            others_cpu=others_cpu,
+            lost_here=lost_here,
+        ),
     )
+
+
+def _flaw(
+    *, saturated: bool, receivers_cpu: float, others_cpu: float, lost_here: int | None
+) -> str | None:
+    if receivers_cpu > SATURATED_CPU:
+        return f"the receivers needed {receivers_cpu:.2f} of their core"
+    if lost_here:
+        return f"the kernel threw away {lost_here} datagrams before they were read"
+    # A server with time to spare is not disturbed by others; one without gets less than it asks.
+    if saturated and others_cpu > OTHERS_CPU:
+        return f"other programs took {others_cpu:.2f} of the server's core"
+    return None
 
 
 def _window(meter: ProcessMeter, window_s: float) -> float:
@@ -144,7 +164,7 @@ def _drops(server: Server) -> dict[str, int]:
 
 
 def _slope(points: list[FanOutPoint]) -> float | None:
-    good = [point for point in points if point.valid and not point.saturated]
+    good = [point for point in points if point.flaw is None and not point.saturated]
     if len(good) < 2:
         return None
     fit = statistics.linear_regression(

@@ -82,8 +82,11 @@ def _sixteen(sides: Sides[FanOut]) -> Goal:
     name = "server CPU, 16 viewers / stock's 8"
     ours = sides.ours.at(16) if sides.ours else None
     stock = sides.stock.at(8) if sides.stock else None
-    if ours is None or stock is None or not (ours.valid and stock.valid):
+    if ours is None or stock is None:
         return _goal(name, 1 / 3, None)
+    flaw = ours.flaw or stock.flaw
+    if flaw is not None:
+        return _goal(name, 1 / 3, None, detail=flaw)
     detail = (
         f"{ours.server_cpu:.3f} ± {ours.server_cpu_sd:.3f} of a core to "
         f"{stock.server_cpu:.3f} ± {stock.server_cpu_sd:.3f}"
@@ -104,8 +107,10 @@ def _further(sides: Sides[FanOut]) -> Goal:
 def _fifty(sides: Sides[FanOut]) -> Goal:
     name = "packets dropped, 50 viewers on one core"
     point = sides.ours.at(50) if sides.ours else None
-    if point is None or not point.valid:
+    if point is None:
         return _goal(name, 0, None)
+    if point.flaw is not None:
+        return _goal(name, 0, None, detail=point.flaw)
     server_drops = sum(point.server_drops.values())
     detail = (
         f"{point.packets_lost} gaps in {point.packets} packets, {server_drops:g} dropped by the "

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from e2e.bench.machine import Machine
 
 ROUNDING = 4
+IDLE_LOAD = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +43,8 @@ def to_table(report: Report) -> str:
         *(_goal_line(goal) for goal in report.goals),
         *(f"could not measure {problem.splitlines()[0]}" for problem in report.problems),
     ]
+    if machine.load_1min_before > IDLE_LOAD:
+        lines.append(f"The machine was busy (load {machine.load_1min_before:.1f}): measure again.")
     if report.quick:
         lines.append("A quick run: too short for figures to be quoted.")
     return "\n".join(lines)
@@ -55,12 +58,12 @@ def _fanout_lines(results: Results) -> list[str]:
         cells = [
             f"{point.viewers}: {point.server_cpu:.2f}"
             + ("!" if point.saturated else "")
-            + ("?" if not point.valid else "")
+            + ("?" if point.flaw else "")
             for point in side.points
         ]
         lines.append(f"CPU by viewers, {name:<6}" + "  ".join(cells))
     if lines:
-        lines.append("  (! saturated, left out of the slope; ? receivers too slow, not valid)")
+        lines.append("  (! saturated, ? disturbed; both are left out of the slope)")
     return lines
 
 
