@@ -1,0 +1,52 @@
+"""What every driver checks for itself, whatever the control loop has checked before (pure)."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from wax.robot.driver import STANDSTILL, Twist
+
+if TYPE_CHECKING:
+    from wax.robot.driver import Limits
+
+
+class TurnFence:
+    """Admit only the newest turn: its numbers only rise, so a lower one is somebody's past."""
+
+    def __init__(self) -> None:
+        self._highest: int | None = None
+
+    def admits(self, turn: int) -> bool:
+        """Say whether `turn` is the highest seen so far; a higher one closes the way behind it."""
+        if self._highest is not None and turn < self._highest:
+            return False
+        self._highest = turn
+        return True
+
+
+def within(twist: Twist, limits: Limits) -> Twist:
+    """Shrink `twist` into `limits`, both parts by one factor so that the curve stays the same.
+
+    What is not a finite number is standstill.
+    """
+    if not (math.isfinite(twist.linear_mps) and math.isfinite(twist.angular_rps)):
+        return STANDSTILL
+    excess = max(
+        1.0,
+        abs(twist.linear_mps) / limits.linear_mps,
+        abs(twist.angular_rps) / limits.angular_rps,
+    )
+    return Twist(
+        linear_mps=_clamp(twist.linear_mps / excess, limits.linear_mps),
+        angular_rps=_clamp(twist.angular_rps / excess, limits.angular_rps),
+    )
+
+
+def unit(position: float) -> float:
+    """Clip an axis position to -1…1; what is not a number is the middle."""
+    return _clamp(position, 1.0) if math.isfinite(position) else 0.0
+
+
+def _clamp(value: float, limit: float) -> float:
+    return min(limit, max(-limit, value))

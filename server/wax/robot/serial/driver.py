@@ -1,0 +1,130 @@
+"""A robot on a serial line as WAX drives it."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING
+
+from wax.robot.driver import Limits, RobotState
+from wax.robot.serial.framed import FramedDialect
+from wax.robot.serial.frames import AXES
+from wax.robot.serial.port import Port
+from wax.robot.serial.setpoints import SetPoints
+from wax.robot.serial.single_byte import SingleByteDialect
+from wax.robot.serial.wheels import Mixer
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.config import RobotSettings
+    from wax.errors import DriverError
+    from wax.robot.driver import Twist
+    from wax.robot.serial.dialect import Dialect
+
+
+class SerialRobot:
+    """A `Driver` for any URL that pyserial opens, in the dialect ``frames`` or ``bytes``.
+
+    Nothing moves after the line was opened until standstill was wanted once (`stop`, or `apply`
+    of zero) and then motion. Without a set-point for `ttl_ms` it tells the robot to stop.
+    """
+
+    def __init__(self, settings: RobotSettings, clock: Clock) -> None:
+        serial = settings.serial
+        framed = serial.dialect == "frames"
+        self._limits = Limits(
+            settings.max_linear_mps, settings.max_angular_rps, axes=AXES if framed else ()
+        )
+        dialect: Dialect = (
+            FramedDialect(Mixer(settings), serial.ttl_ms)
+            if framed
+            else SingleByteDialect(serial.bytes, self._limits)
+        )
+        self._clock = clock
+        self._talk = _Talk(dialect, SetPoints(self._limits, serial.ttl_ms / 1000.0))
+        self._port = Port(serial, clock, self._talk)
+
+    @property
+    def kind(self) -> str:
+        return "serial"
+
+    @property
+    def limits(self) -> Limits:
+        return self._limits
+
+    def open(self) -> None:
+        """Begin to open the port; `state` tells whether it is there."""
+        self._port.open()
+
+    def apply(self, twist: Twist, turn: int) -> None:
+        with self._talk.lock:
+            self._talk.setpoints.apply(twist, turn, self._clock.now_s())
+        self._port.wake()
+
+    def set_axis(self, name: str, position: float, turn: int) -> None:
+        with self._talk.lock:
+            self._talk.setpoints.set_axis(name, position, turn)
+        self._port.wake()
+
+    def stop(self, turn: int) -> None:
+        with self._talk.lock:
+            self._talk.setpoints.stop(turn)
+        self._port.wake()
+
+    def close(self) -> None:
+        self._port.close()
+        self._talk.close()
+
+    def state(self) -> RobotState:
+        return self._talk.state()
+
+
+class _Talk:
+    """The `Conversation` of a serial robot: set-points in, the dialect's bytes out, one lock."""
+
+    def __init__(self, dialect: Dialect, setpoints: SetPoints) -> None:
+        self.lock = threading.Lock()
+        self.setpoints = setpoints
+        self._dialect = dialect
+        self._connected = False
+        self._problem: str | None = None
+        self._epoch = 0
+
+    def opened(self, now_s: float) -> bytes:
+        with self.lock:
+            self.setpoints.connected()
+            self._connected, self._problem = True, None
+            self._epoch += 1
+            return self._dialect.hello(now_s)
+
+    def next(self, now_s: float) -> tuple[bytes, float]:
+        with self.lock:
+            order, changes_s = self.setpoints.order(now_s)
+            words, due_s = self._dialect.say(order, now_s)
+            return words, min(due_s, changes_s)
+
+    def received(self, data: bytes) -> None:
+        with self.lock:
+            self._dialect.hear(data)
+
+    def lost(self, problem: DriverError) -> None:
+        with self.lock:
+            self.setpoints.lost()
+            self._connected, self._problem = False, str(problem)
+
+    def farewell(self) -> bytes:
+        with self.lock:
+            return self._dialect.farewell()
+
+    def close(self) -> None:
+        with self.lock:
+            self.setpoints.lost()
+            self._connected, self._problem = False, None
+
+    def state(self) -> RobotState:
+        with self.lock:
+            return RobotState(
+                connected=self._connected,
+                problem=self._problem,
+                epoch=self._epoch,
+                extra=self._dialect.known(),
+            )

@@ -1,0 +1,95 @@
+"""Which set-point a serial robot may follow now (pure): turns, loss of the line, silence."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from wax.robot.driver import STANDSTILL
+from wax.robot.guard import TurnFence, unit, within
+
+if TYPE_CHECKING:
+    from wax.robot.driver import Limits, Twist
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What the robot shall do: `axes` holds the position, -1…1, of each axis that was ever set."""
+
+    twist: Twist
+    turn: int
+    axes: tuple[tuple[str, float], ...] = ()
+
+
+class SetPoints:
+    """Keeps the newest set-point, and forgets it when it must not be followed any more.
+
+    - A set-point of a lower turn than one seen is ignored; a stop never is.
+    - Without a new set-point for `ttl_s` the robot stands.
+    - What was wanted before the line was lost, or while it was, is not wanted after. Once the
+      line is there the caller must be seen to want standstill, and only then may want motion:
+      nothing moves until a new deliberate command.
+    """
+
+    def __init__(self, limits: Limits, ttl_s: float) -> None:
+        self._limits = limits
+        self._ttl_s = ttl_s
+        self._fence = TurnFence()
+        self._turn = 0
+        self._twist = STANDSTILL
+        self._axes: dict[str, float] = {}
+        self._expires_s = math.inf
+        self._connected = False
+        self._armed = False
+
+    def connected(self) -> None:
+        """Begin anew: the line is there, for the first time or again."""
+        self._connected = True
+        self._forget()
+
+    def lost(self) -> None:
+        """Forget all: the line is gone."""
+        self._connected = False
+        self._forget()
+
+    def apply(self, twist: Twist, turn: int, now_s: float) -> None:
+        """Want this motion, clipped to the limits."""
+        if not self._admits(turn) or not self._connected:
+            return
+        wanted = within(twist, self._limits)
+        self._armed = self._armed or wanted.is_zero
+        if self._armed:
+            self._twist = wanted
+            self._expires_s = now_s + self._ttl_s
+
+    def set_axis(self, name: str, position: float, turn: int) -> None:
+        """Want an axis there; an axis that the robot has not is ignored."""
+        if name in self._limits.axes and self._admits(turn) and self._connected:
+            self._axes[name] = unit(position)
+
+    def stop(self, turn: int) -> None:
+        """Want standstill, whatever the turn."""
+        self._admits(turn)
+        self._twist = STANDSTILL
+        self._armed = self._connected
+
+    def order(self, now_s: float) -> tuple[Order, float]:
+        """Say what the robot shall do, and when that changes by itself (infinite if never)."""
+        if now_s >= self._expires_s:
+            self._twist = STANDSTILL
+        expires_s = math.inf if self._twist.is_zero else self._expires_s
+        return Order(self._twist, self._turn, tuple(self._axes.items())), expires_s
+
+    def _admits(self, turn: int) -> bool:
+        if not self._fence.admits(turn):
+            return False
+        if turn > self._turn:
+            self._twist = STANDSTILL
+        self._turn = turn
+        return True
+
+    def _forget(self) -> None:
+        self._twist = STANDSTILL
+        self._axes.clear()
+        self._armed = False

@@ -1,0 +1,47 @@
+"""The simulated robot's ear as an `AudioSource`."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING
+
+from wax.errors import SourceError
+from wax.media.source import Sound
+from wax.robot.simulated.hearing import BLOCK_S, Mixer
+from wax.robot.simulated.pacing import Pacer
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.clock import Clock
+    from wax.robot.simulated.simulation import Senses
+    from wax.robot.simulated.world import World
+
+
+class SimulatedMicrophone:
+    """Delivers what the robot hears in blocks of 20 ms; `listen` tells how it is just now."""
+
+    def __init__(self, clock: Clock, *, world: World, listen: Callable[[], Senses]) -> None:
+        self._clock = clock
+        self._world = world
+        self._listen = listen
+        self._closed = threading.Event()
+        self._mixer: Mixer | None = None
+        self._pacer: Pacer | None = None
+
+    def open(self) -> None:
+        self._closed.clear()
+        self._mixer = Mixer(self._world)
+        self._pacer = Pacer(BLOCK_S, self._clock, self._closed.wait)
+
+    def read(self) -> Sound:
+        if self._mixer is None or self._pacer is None:
+            raise SourceError("the robot's microphone is not open")
+        heard_s = self._pacer.beat()
+        samples = self._mixer.block(self._listen())
+        return Sound(samples=samples, captured_s=heard_s - BLOCK_S)
+
+    def close(self) -> None:
+        self._closed.set()
+        self._mixer = None
+        self._pacer = None

@@ -1,0 +1,88 @@
+"""How the simulated robot moves (pure): speed ramps, differential drive, walls that stop it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from wax.robot.driver import Pose
+from wax.robot.guard import within
+
+if TYPE_CHECKING:
+    from wax.robot.driver import Limits, Twist
+    from wax.robot.simulated.world import World
+
+RADIUS_M = 0.17
+ACCELERATION_MPS2 = 1.5
+BRAKING_MPS2 = 4.0
+ACCELERATION_RPS2 = 8.0
+BRAKING_RPS2 = 16.0
+TOUCH_M = 1e-4
+"""How near a surface counts as touching it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Where the robot is and how fast. `impact_mps` is how hard this step ran into something."""
+
+    pose: Pose
+    linear_mps: float = 0.0
+    angular_rps: float = 0.0
+    touching: bool = False
+    impact_mps: float = 0.0
+
+    def wheels_mps(self, wheel_base_m: float) -> tuple[float, float]:
+        """Give the speeds of the left and the right wheel."""
+        half = self.angular_rps * wheel_base_m / 2.0
+        return self.linear_mps - half, self.linear_mps + half
+
+
+def step(motion: Motion, target: Twist, limits: Limits, world: World, dt_s: float) -> Motion:
+    """Move on by `dt_s` towards the speed `target`.
+
+    The robot's circle of `RADIUS_M` never enters what it did not stand in before, and its
+    speed never exceeds `limits`. It slides along what it meets at an angle, losing the speed
+    that went into it.
+    """
+    wanted = within(target, limits)
+    linear = _ramp(motion.linear_mps, wanted.linear_mps, ACCELERATION_MPS2, BRAKING_MPS2, dt_s)
+    angular = _ramp(motion.angular_rps, wanted.angular_rps, ACCELERATION_RPS2, BRAKING_RPS2, dt_s)
+    old = motion.pose
+    middle = old.heading_rad + angular * dt_s / 2.0
+    ahead_x, ahead_y = math.cos(middle), math.sin(middle)
+    way = linear * dt_s
+    x, y, touching = _slide(world, old.x_m, old.y_m, way * ahead_x, way * ahead_y)
+    moved = (x - old.x_m) * ahead_x + (y - old.y_m) * ahead_y
+    heading = math.remainder(old.heading_rad + angular * dt_s, math.tau)
+    after = replace(
+        motion, pose=Pose(x, y, heading), angular_rps=angular, linear_mps=linear, impact_mps=0.0
+    )
+    if not touching:
+        return replace(after, touching=False)
+    kept = math.copysign(min(abs(linear), abs(moved) / dt_s), linear)
+    lost = 0.0 if motion.touching else abs(linear - kept)
+    return replace(after, linear_mps=kept, touching=True, impact_mps=lost)
+
+
+def _ramp(speed: float, target: float, gain: float, brake: float, dt_s: float) -> float:
+    braking = abs(target) < abs(speed) or target * speed < 0.0
+    most = (brake if braking else gain) * dt_s
+    return speed + min(most, max(-most, target - speed))
+
+
+def _slide(world: World, x: float, y: float, dx: float, dy: float) -> tuple[float, float, bool]:
+    """Go as far as the surroundings allow; say whether they were touched."""
+    length = math.hypot(dx, dy)
+    new_x, new_y = x + dx, y + dy
+    touching = False
+    for _ in range(4):
+        distance, away_x, away_y = world.nearest_surface(new_x, new_y)
+        if distance >= RADIUS_M:
+            if math.hypot(new_x - x, new_y - y) <= length * (1.0 + 1e-9):
+                return new_x, new_y, touching or distance < RADIUS_M + TOUCH_M
+            break
+        touching = True
+        push = RADIUS_M - distance + TOUCH_M / 2.0
+        new_x, new_y = new_x + push * away_x, new_y + push * away_y
+    return x, y, True

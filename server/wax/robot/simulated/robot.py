@@ -1,0 +1,118 @@
+"""The simulated robot as WAX drives it: the simulation, stepped by a thread of its own."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from wax.robot.driver import RobotState
+from wax.robot.simulated.camera import SimulatedCamera
+from wax.robot.simulated.flat import furnished_flat
+from wax.robot.simulated.microphone import SimulatedMicrophone
+from wax.robot.simulated.simulation import STEP_S, Simulation
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.config import RobotSettings, VideoSettings
+    from wax.media.source import AudioSource, VideoSource
+    from wax.robot.driver import Limits, Twist
+    from wax.robot.simulated.simulation import Senses
+
+
+class SimulatedRobot:
+    """A `Driver` with a camera and a microphone.
+
+    It has a watchdog of its own and stands still when set-points stop coming. Its eye and its
+    ear work before `open` and after `close` too; it just does not move then.
+    """
+
+    def __init__(self, settings: RobotSettings, clock: Clock) -> None:
+        self._clock = clock
+        self._world = furnished_flat()
+        self._simulation = Simulation(settings, self._world)
+        self._limits = self._simulation.limits
+        self._lock = threading.Lock()
+        self._closing = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._epoch = 0
+
+    @property
+    def kind(self) -> str:
+        return "simulated"
+
+    @property
+    def limits(self) -> Limits:
+        return self._limits
+
+    def open(self) -> None:
+        """Start to live; when already open, do nothing."""
+        if self._thread is not None:
+            return
+        self._closing.clear()
+        with self._lock:
+            self._simulation.start(self._clock.now_s())
+            self._epoch += 1
+        self._thread = threading.Thread(target=self._live, name="simulated robot", daemon=True)
+        self._thread.start()
+
+    def apply(self, twist: Twist, turn: int) -> None:
+        """Take the newest set-point; it is worth 300 ms. One made before `open` moves nothing."""
+        with self._lock:
+            now_s = self._clock.now_s()
+            if self._thread is not None:
+                self._simulation.advance(now_s)
+            self._simulation.apply(twist, turn, now_s)
+
+    def set_axis(self, name: str, position: float, turn: int) -> None:
+        with self._lock:
+            self._simulation.set_axis(name, position, turn)
+
+    def stop(self, turn: int) -> None:
+        with self._lock:
+            if self._thread is not None:
+                self._simulation.advance(self._clock.now_s())
+            self._simulation.stop(turn)
+
+    def close(self) -> None:
+        thread, self._thread = self._thread, None
+        if thread is None:
+            return
+        self._closing.set()
+        thread.join(timeout=1.0)
+        with self._lock:
+            self._simulation.start(self._clock.now_s())
+
+    def state(self) -> RobotState:
+        senses = self.senses()
+        return RobotState(
+            connected=self._thread is not None,
+            epoch=self._epoch,
+            pose=senses.pose,
+            extra={
+                "speed_mps": (senses.left_mps + senses.right_mps) / 2.0,
+                "pan_rad": senses.pan_rad,
+                "bumps": float(senses.bumps),
+            },
+        )
+
+    def senses(self) -> Senses:
+        """Return what can be sensed now."""
+        with self._lock:
+            now_s = self._clock.now_s()
+            if self._thread is not None:
+                return self._simulation.advance(now_s)
+            return replace(self._simulation.senses, at_s=now_s)
+
+    def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
+        """Make an eye that draws what the robot sees."""
+        return SimulatedCamera(settings, clock, world=self._world, look=self.senses)
+
+    def microphone(self, clock: Clock) -> AudioSource:
+        """Make an ear that mixes what the robot hears."""
+        return SimulatedMicrophone(clock, world=self._world, listen=self.senses)
+
+    def _live(self) -> None:
+        while not self._closing.wait(STEP_S):
+            with self._lock:
+                self._simulation.advance(self._clock.now_s())
