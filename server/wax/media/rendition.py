@@ -101,9 +101,10 @@ class Rendition:
                 continue
             number, picture = found
             # Half a frame of tolerance: a camera's own jitter must not halve the rate.
-            if picture.captured_s < due_s - spacing_s / 2:
+            late_s = picture.captured_s - due_s
+            if late_s < -spacing_s / 2:
                 continue
-            due_s = max(due_s + spacing_s, picture.captured_s)
+            due_s = spacing_s + (due_s if late_s < spacing_s else picture.captured_s)
             keyframe = self._keyframe_due(self._clock.now_s() - last_keyframe_s)
             encoded = encoder.encode(picture, keyframe=keyframe)
             if encoded is None:
