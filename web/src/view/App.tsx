@@ -11,10 +11,10 @@ import { TurnCard } from "./TurnCard";
 
 /** The page. `cockpit` is what must be in view without scrolling. */
 export function App({ session }: { session: Session }) {
-  const role = session.state.me.value?.role ?? "observer";
+  const isDriving = session.state.drivingTurn.value !== null;
   return (
     <SessionContext.Provider value={session}>
-      <div class={`page is-${role}`}>
+      <div class={isDriving ? "page is-driving" : "page"}>
         <div class="cockpit">
           <header class="bar">
             <h1 class="brand">WAX</h1>

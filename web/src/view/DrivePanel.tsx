@@ -1,6 +1,7 @@
 import { useActions, useState } from "./context";
 import { DriveButton } from "./DriveButton";
 import { ArrowIcon } from "./icons";
+import { joinWords } from "./words";
 
 const AXIS_STEP = 0.05;
 
@@ -9,6 +10,7 @@ export function DrivePanel() {
   const { drivingTurn, hello } = useState();
   const { stop } = useActions();
   const isDriving = drivingTurn.value !== null;
+  const axes = hello.value?.robot.axes ?? [];
   return (
     <section class="drive" aria-label="Drive">
       <div class="pad">
@@ -28,14 +30,16 @@ export function DrivePanel() {
           <ArrowIcon />
         </DriveButton>
       </div>
-      <Speed />
-      {(hello.value?.robot.axes.length ?? 0) > 0 && (
-        <div class="axes">
-          {hello.value?.robot.axes.map((axis) => (
-            <Axis key={axis} axis={axis} />
-          ))}
-        </div>
-      )}
+      <div class="trim">
+        <Speed />
+        {axes.length > 0 && (
+          <div class="axes">
+            {axes.map((axis) => (
+              <Axis key={axis} axis={axis} />
+            ))}
+          </div>
+        )}
+      </div>
       <Hint />
     </section>
   );
@@ -83,11 +87,11 @@ function Axis({ axis }: { axis: string }) {
 
 /** One line below the controls: why the robot stands, or how to drive it. */
 function Hint() {
-  const { drivingTurn, driveReason } = useState();
+  const { drivingTurn, driveReason, me } = useState();
   if (drivingTurn.value === null) {
     return (
       <p class="hint" id="drive-hint">
-        These work when it is your turn.
+        {joinWords(me.value)}
       </p>
     );
   }

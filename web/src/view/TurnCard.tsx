@@ -1,7 +1,7 @@
 import { useEffect } from "preact/hooks";
 import type { ViewerInfo } from "../messages";
 import { useActions, useState } from "./context";
-import { turnWords } from "./words";
+import { lostWords, turnWords } from "./words";
 
 const ENDING_S = 10;
 
@@ -9,8 +9,11 @@ const ENDING_S = 10;
 export function TurnCard() {
   const state = useState();
   const me = state.me.value;
-  const { headline, next } = turnWords(state.room.value, me);
-  const seconds = state.secondsLeft.value;
+  const isConnected = state.isConnected.value;
+  const { headline, next } = isConnected
+    ? turnWords(state.room.value, me)
+    : lostWords(me, state.hello.value?.grace_s ?? 0);
+  const seconds = isConnected ? state.secondsLeft.value : null;
   const isDriving = state.drivingTurn.value !== null;
   const isEnding = isDriving && seconds !== null && seconds <= ENDING_S;
 
@@ -29,7 +32,7 @@ export function TurnCard() {
       <div class="timer" role="timer" aria-label="Time left">
         {seconds !== null && (
           <>
-            <span class="seconds">{seconds}</span> s
+            <span class="seconds">{seconds}</span> s<small>left</small>
           </>
         )}
       </div>

@@ -3,6 +3,8 @@ import { room, viewer } from "../testing/messages";
 import {
   connectionWords,
   inOrder,
+  joinWords,
+  lostWords,
   msWords,
   placeWords,
   problemWords,
@@ -70,9 +72,7 @@ describe("the turn", () => {
       headline: "You are driving",
       next: "Then it is Bob's turn.",
     });
-    expect(words({ operator: 1, watching: [2] }, 1).next).toBe(
-      "Nobody is waiting, so you may go on.",
-    );
+    expect(words({ operator: 1, watching: [2] }, 1).next).toBe("Nobody else is waiting.");
   });
 
   it("tells who waits his place and an honest wait", () => {
@@ -84,12 +84,41 @@ describe("the turn", () => {
   });
 
   it("tells who watches what he could do", () => {
-    expect(words({ operator: 1, watching: [2] }, 2).headline).toBe("Ada is driving");
+    expect(words({ operator: 1, watching: [2] }, 2)).toEqual({
+      headline: "Ada is driving",
+      next: "Nobody is waiting.",
+    });
+    expect(words({ operator: 1, waiting: [3], watching: [2] }, 2).next).toBe(
+      "One person is waiting.",
+    );
+    expect(words({ operator: 1, waiting: [3, 4], watching: [2] }, 2).next).toBe(
+      "2 people are waiting.",
+    );
     expect(words({ watching: [2] }, 2)).toEqual({
       headline: "Nobody is driving",
-      next: "Join the queue and drive.",
+      next: "The robot is free.",
     });
   });
+});
+
+it("tells whoever cannot drive yet how to come to it", () => {
+  expect(joinWords(viewer(1))).toBe("Join the queue to drive.");
+  expect(joinWords(null)).toBe("Join the queue to drive.");
+  expect(joinWords(viewer(1, { role: "queued", place: 1 }))).toBe(
+    "You drive when it is your turn.",
+  );
+});
+
+it("tells whoever is cut off what is kept for him", () => {
+  expect(lostWords(null, 3)).toEqual({ headline: "One moment…", next: "" });
+  expect(lostWords(viewer(1), 3).next).toBe("");
+  expect(lostWords(viewer(1, { role: "operator", place: 0 }), 3)).toEqual({
+    headline: "The connection is lost",
+    next: "Your turn is kept for 3 s.",
+  });
+  expect(lostWords(viewer(1, { role: "queued", place: 2 }), 3).next).toBe(
+    "Your place is kept for 3 s.",
+  );
 });
 
 it("names what has a problem", () => {

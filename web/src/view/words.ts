@@ -55,6 +55,14 @@ export interface TurnWords {
   next: string;
 }
 
+/** What is left of the turn or place of a viewer whose connection is lost. */
+export function lostWords(me: ViewerInfo | null, graceS: number): TurnWords {
+  if (!me) return { headline: "One moment…", next: "" };
+  const what = { operator: "turn", queued: "place", observer: null }[me.role];
+  const next = what ? `Your ${what} is kept for ${graceS} s.` : "";
+  return { headline: "The connection is lost", next };
+}
+
 export function turnWords(room: Room | null, me: ViewerInfo | null): TurnWords {
   if (!room || !me) return { headline: "One moment…", next: "" };
   const operator = room.viewers.find((viewer) => viewer.role === "operator");
@@ -62,7 +70,7 @@ export function turnWords(room: Room | null, me: ViewerInfo | null): TurnWords {
   if (me.role === "operator") {
     return {
       headline: "You are driving",
-      next: first ? `Then it is ${first.name}'s turn.` : "Nobody is waiting, so you may go on.",
+      next: first ? `Then it is ${first.name}'s turn.` : "Nobody else is waiting.",
     };
   }
   const driving = operator ? `${operator.name} is driving` : "Nobody is driving";
@@ -71,10 +79,18 @@ export function turnWords(room: Room | null, me: ViewerInfo | null): TurnWords {
     const place = me.place === 1 ? "You are next" : `You are number ${me.place} in the queue`;
     return { headline: wait ? `${place}, ${wait}` : place, next: `${driving}.` };
   }
-  return {
-    headline: driving,
-    next: operator ? "Join the queue to have a turn." : "Join the queue and drive.",
-  };
+  const waiting = room.viewers.filter((viewer) => viewer.role === "queued").length;
+  return { headline: driving, next: operator ? waitingWords(waiting) : "The robot is free." };
+}
+
+function waitingWords(count: number): string {
+  if (count === 0) return "Nobody is waiting.";
+  return count === 1 ? "One person is waiting." : `${count} people are waiting.`;
+}
+
+/** How one comes to drive, below controls that do not work yet. */
+export function joinWords(me: ViewerInfo | null): string {
+  return me?.role === "queued" ? "You drive when it is your turn." : "Join the queue to drive.";
 }
 
 /** Why there is no picture, no sound or no moving robot: sentences of the server's. */

@@ -1,0 +1,173 @@
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import type { DriveIn, StateOut } from "../messages";
+import { hello } from "../testing/messages";
+import { Link, type LinkState } from "./link";
+import type { PeerEvents } from "./peer";
+
+const { FakePeer, peers } = vi.hoisted(() => {
+  const made: InstanceType<typeof Fake>[] = [];
+
+  /** Stands where the browser's peer connection would: what it hears is told by the test. */
+  class Fake {
+    sent: DriveIn[] = [];
+    isClosed = false;
+
+    constructor(readonly events: PeerEvents) {
+      made.push(this);
+    }
+
+    async connect(): Promise<void> {}
+
+    send(_channel: string, text: string): void {
+      this.sent.push(JSON.parse(text));
+    }
+
+    close(): void {
+      this.isClosed = true;
+    }
+  }
+
+  return { FakePeer: Fake, peers: made };
+});
+
+vi.mock("./peer", () => ({ Peer: FakePeer }));
+
+let link: Link;
+let states: LinkState[];
+let heard: StateOut[];
+
+beforeEach(() => {
+  vi.useFakeTimers({ toFake: ["setTimeout", "clearTimeout", "performance"] });
+  vi.spyOn(Math, "random").mockReturnValue(0);
+  vi.stubGlobal("fetch", async () => new Response('{"iceServers": []}'));
+  peers.length = 0;
+  states = [];
+  heard = [];
+  link = new Link(() => "client", {
+    changed: (state) => states.push(state),
+    fresh: () => {},
+    received: (message) => heard.push(message),
+  });
+  link.connect();
+});
+
+afterEach(() => {
+  link.close();
+  vi.useRealTimers();
+  vi.unstubAllGlobals();
+});
+
+function peer() {
+  const newest = peers.at(-1);
+  if (!newest) throw new Error("there is no peer");
+  return newest;
+}
+
+/** Both channels open, and the server greets. */
+function open(): void {
+  peer().events.opened();
+  peer().events.received("state", JSON.stringify(hello()));
+}
+
+/** The server answers the newest ping. */
+function pong(): void {
+  const ping = peer().sent.findLast((message) => message.type === "ping");
+  if (ping?.type !== "ping") throw new Error("there was no ping");
+  const { id, sent_page_ms } = ping;
+  const answer = { type: "pong", id, sent_page_ms, server_ms: sent_page_ms + 5000 };
+  peer().events.received("drive", JSON.stringify(answer));
+}
+
+/** Lets time pass with an answer to every ping. */
+function answerFor(seconds: number): void {
+  for (let tenth = 0; tenth < seconds * 10; tenth++) {
+    vi.advanceTimersByTime(100);
+    pong();
+  }
+}
+
+it("is connected when the server has greeted, and passes its messages on", () => {
+  expect(states.at(-1)).toEqual({ is: "connecting" });
+  open();
+  expect(states.at(-1)).toEqual({ is: "connected" });
+  expect(heard[0]?.type).toBe("hello");
+});
+
+it("aligns the clock by its heartbeat", () => {
+  open();
+  pong();
+  expect(link.clock.toServerMs(performance.now())).toBeCloseTo(performance.now() + 5000);
+});
+
+it("comes back with a fresh peer, at once first, then ever later, saying why", () => {
+  const waits: number[] = [];
+  for (let attempt = 0; attempt < 5; attempt++) {
+    const count = peers.length;
+    peer().events.lost("The server is full.");
+    const state = states.at(-1);
+    if (state?.is !== "waiting") throw new Error("it does not wait");
+    expect(state.reason).toBe("The server is full.");
+    waits.push(Math.round(state.retryAtMs - performance.now()));
+    vi.advanceTimersByTime(waits.at(-1) ?? 0);
+    expect(peers).toHaveLength(count + 1);
+  }
+  expect(waits).toEqual([0, 300, 1200, 2700, 4800]);
+  expect(peers.slice(0, -1).every((old) => old.isClosed)).toBe(true);
+});
+
+it("takes a connection that breaks at once for one more failure, a steady one for none", () => {
+  const waitMs = () => {
+    const state = states.at(-1);
+    return state?.is === "waiting" ? Math.round(state.retryAtMs - performance.now()) : null;
+  };
+  peer().events.lost("");
+  vi.advanceTimersByTime(0);
+  open();
+  peer().events.lost("");
+  expect(waitMs()).toBe(300);
+  vi.advanceTimersByTime(300);
+  open();
+  answerFor(6);
+  peer().events.lost("");
+  expect(waitMs()).toBe(0);
+});
+
+it("gives up a peer that has been silent for three seconds", () => {
+  open();
+  answerFor(2);
+  const before = peers.length;
+  vi.advanceTimersByTime(2700);
+  expect(peers).toHaveLength(before);
+  vi.advanceTimersByTime(700);
+  expect(peers).toHaveLength(before + 1);
+  expect(peers[before - 1]?.isClosed).toBe(true);
+});
+
+it("gives up an attempt that comes to nothing", () => {
+  vi.advanceTimersByTime(9999);
+  expect(peers).toHaveLength(1);
+  vi.advanceTimersByTime(2);
+  expect(peers).toHaveLength(2);
+});
+
+it("hurries only where it waits", () => {
+  link.hurry();
+  expect(peers).toHaveLength(1);
+  peer().events.lost("");
+  vi.advanceTimersByTime(0);
+  peer().events.lost("");
+  link.hurry();
+  expect(peers).toHaveLength(3);
+  vi.advanceTimersByTime(1000);
+  expect(peers).toHaveLength(3);
+});
+
+it("stays closed once closed, until it is told to connect", () => {
+  open();
+  link.close();
+  vi.advanceTimersByTime(60_000);
+  expect(peers).toHaveLength(1);
+  expect(peer().isClosed).toBe(true);
+  link.connect();
+  expect(peers).toHaveLength(2);
+});

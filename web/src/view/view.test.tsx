@@ -1,0 +1,280 @@
+// @vitest-environment happy-dom
+import { getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
+import { render } from "preact";
+import { act } from "preact/test-utils";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { Hands } from "../drive/hands";
+import { loadPreferences } from "../preferences";
+import type { Actions, Session } from "../session";
+import { createState, type State } from "../state";
+import { hello, room } from "../testing/messages";
+import { App } from "./App";
+
+let state: State;
+let actions: Actions;
+let hands: Hands;
+let body: HTMLElement;
+
+/** The page with a real state and real hands, but no connection. */
+beforeEach(() => {
+  state = createState(loadPreferences(null));
+  hands = new Hands(() => {
+    const all = ["forward", "back", "left", "right"] as const;
+    state.held.value = new Set(all.filter((one) => hands.holds(one)));
+  });
+  actions = {
+    start: vi.fn(),
+    setSound: vi.fn(),
+    setPicture: vi.fn(),
+    setSize: vi.fn(),
+    setName: vi.fn(),
+    setSpeed: vi.fn(),
+    setAxis: vi.fn(),
+    join: vi.fn(),
+    leave: vi.fn(),
+    stop: vi.fn(),
+    press: (holder, direction) => hands.press(holder, direction),
+    release: (holder) => hands.release(holder),
+    letGo: vi.fn(() => hands.releaseAll()),
+  };
+  const session: Session = { state, actions, attachPicture: vi.fn(), attachSound: vi.fn() };
+  body = document.body;
+  act(() => render(<App session={session} />, body));
+});
+
+afterEach(() => {
+  act(() => render(null, body));
+});
+
+function show(options: Parameters<typeof room>[0], axes: string[] = []): void {
+  act(() => {
+    const mine = hello({ viewer: 1 });
+    state.hello.value = { ...mine, robot: { ...mine.robot, axes } };
+    state.room.value = room(options);
+    state.link.value = { is: "connected" };
+    state.serverMs.value = 18_000;
+    if (state.drivingTurn.value === null) hands.disable();
+    else hands.enable();
+  });
+}
+
+function button(name: string): HTMLButtonElement {
+  return getByRole(body, "button", { name });
+}
+
+function pointer(element: Element, type: string, pointerId = 1): void {
+  element.setPointerCapture = () => {};
+  act(() => {
+    element.dispatchEvent(
+      new PointerEvent(type, { bubbles: true, cancelable: true, pointerId, button: 0 }),
+    );
+  });
+}
+
+function key(element: Element, type: string, code: string): void {
+  act(() => {
+    element.dispatchEvent(new KeyboardEvent(type, { code, bubbles: true, cancelable: true }));
+  });
+}
+
+describe("every control is found by its role and name", () => {
+  it.each(["Start", "Join the queue", "Forward", "Back", "Left", "Right", "Stop"])(
+    "button %s",
+    (name) => {
+      show({ watching: [1] });
+      expect(button(name)).toBeTruthy();
+    },
+  );
+
+  it("switches, speed, size, name, queue, timer and status", () => {
+    show({ operator: 1 });
+    expect(button("Leave the queue")).toBeTruthy();
+    for (const name of ["Sound", "Picture"])
+      expect(getByRole(body, "switch", { name })).toBeTruthy();
+    const speed = getByRole(body, "radiogroup", { name: "Speed" });
+    for (const name of ["Fine", "Gross"]) expect(getByRole(speed, "radio", { name })).toBeTruthy();
+    expect(getByRole(body, "combobox", { name: "Picture size" })).toBeTruthy();
+    expect(getByRole(body, "textbox", { name: "Your name" })).toBeTruthy();
+    expect(getByRole(body, "list", { name: "Queue" })).toBeTruthy();
+    expect(getByRole(body, "timer").textContent).toContain("42 s");
+    expect(getByRole(body, "status").textContent).toBe("Connected");
+  });
+});
+
+describe("driving", () => {
+  it("is for the operator only", () => {
+    show({ operator: 2, waiting: [1] });
+    expect(button("Forward").disabled).toBe(true);
+    expect(button("Stop").disabled).toBe(true);
+    expect(queryByText(body, "You are driving")).toBeNull();
+    show({ operator: 1 });
+    expect(button("Forward").disabled).toBe(false);
+    expect(button("Stop").disabled).toBe(false);
+    expect(getByText(body, "You are driving")).toBeTruthy();
+  });
+
+  it("ends with the connection", () => {
+    show({ operator: 1 });
+    act(() => {
+      state.link.value = { is: "waiting", retryAtMs: 3000, reason: "The server is gone." };
+    });
+    expect(button("Forward").disabled).toBe(true);
+    expect(queryByText(body, "You are driving")).toBeNull();
+    expect(getByRole(body, "status").textContent).toBe("Reconnecting in 3 s: The server is gone.");
+  });
+
+  it("lasts as long as each finger rests on its button", () => {
+    show({ operator: 1 });
+    pointer(button("Forward"), "pointerdown", 1);
+    pointer(button("Left"), "pointerdown", 2);
+    expect(hands.motion).toEqual({ linear: 1, angular: 1 });
+    pointer(button("Forward"), "pointerup", 1);
+    pointer(button("Forward"), "lostpointercapture", 1);
+    expect(hands.motion).toEqual({ linear: 0, angular: 1 });
+    expect(actions.letGo).not.toHaveBeenCalled();
+  });
+
+  it.each(["pointercancel", "lostpointercapture"])("lets go of everything on %s", (type) => {
+    show({ operator: 1 });
+    pointer(button("Forward"), "pointerdown", 1);
+    pointer(button("Left"), "pointerdown", 2);
+    pointer(button("Forward"), type, 1);
+    expect(actions.letGo).toHaveBeenCalled();
+    expect(hands.motion).toEqual({ linear: 0, angular: 0 });
+  });
+
+  it.each(["Space", "Enter"])("works by holding %s on a button that has the focus", (code) => {
+    show({ operator: 1 });
+    key(button("Back"), "keydown", code);
+    expect(hands.motion.linear).toBe(-1);
+    key(button("Back"), "keyup", code);
+    expect(hands.motion.linear).toBe(0);
+  });
+
+  it("ends when a held button loses the focus", () => {
+    show({ operator: 1 });
+    key(button("Back"), "keydown", "Space");
+    act(() => {
+      button("Back").dispatchEvent(new FocusEvent("blur"));
+    });
+    expect(hands.motion.linear).toBe(0);
+  });
+
+  it("says why the robot stands", () => {
+    show({ operator: 1 });
+    act(() => {
+      state.driveReason.value = "No fresh command: the link is late.";
+    });
+    expect(getByText(body, "No fresh command: the link is late.")).toBeTruthy();
+  });
+
+  it("has a slider for each further axis", () => {
+    show({ operator: 1 }, ["pan", "tilt"]);
+    const slider = getByRole<HTMLInputElement>(body, "slider", { name: "pan" });
+    act(() => {
+      slider.value = "0.5";
+      slider.dispatchEvent(new Event("input", { bubbles: true }));
+    });
+    expect(actions.setAxis).toHaveBeenCalledWith("pan", 0.5);
+    expect(getByRole(body, "slider", { name: "tilt" })).toBeTruthy();
+  });
+
+  it("is emphasised in its last ten seconds", () => {
+    show({ operator: 1 });
+    const card = () => getByRole(body, "region", { name: "Turn" }).className;
+    expect(card()).not.toContain("is-ending");
+    act(() => {
+      state.serverMs.value = 50_500;
+    });
+    expect(getByRole(body, "timer").textContent).toContain("10 s");
+    expect(card()).toContain("is-ending");
+  });
+});
+
+describe("the queue", () => {
+  it("lists everybody in order and marks oneself", () => {
+    show({ operator: 2, waiting: [1], watching: [3] });
+    const lines = [...getByRole(body, "list", { name: "Queue" }).children];
+    expect(lines.map((line) => line.textContent)).toEqual([
+      "Bob driving",
+      "Ada (you) next, about 30 s",
+      "Cleo watching",
+    ]);
+  });
+
+  it("shows a name as text", () => {
+    show({ watching: [1] });
+    act(() => {
+      const now = room({ watching: [1] });
+      for (const viewer of now.viewers) viewer.name = "<img src=x>";
+      state.room.value = now;
+    });
+    expect(getByText(body, "<img src=x>")).toBeTruthy();
+    expect(body.querySelector("img")).toBeNull();
+  });
+
+  it("is joined and left by a click, but not both by a double click", () => {
+    show({ watching: [1] });
+    button("Join the queue").click();
+    expect(actions.join).toHaveBeenCalledOnce();
+    show({ operator: 1 });
+    const leave = button("Leave the queue");
+    leave.dispatchEvent(new MouseEvent("click", { bubbles: true, detail: 2 }));
+    expect(actions.leave).not.toHaveBeenCalled();
+    leave.dispatchEvent(new MouseEvent("click", { bubbles: true, detail: 1 }));
+    expect(actions.leave).toHaveBeenCalledOnce();
+  });
+});
+
+describe("sound and picture", () => {
+  it("offers Start until the sound was decided on", () => {
+    expect(queryByRole(body, "button", { name: "Start" })).toBeTruthy();
+    button("Start").click();
+    expect(actions.start).toHaveBeenCalledOnce();
+    act(() => {
+      state.isStartOffered.value = false;
+    });
+    expect(queryByRole(body, "button", { name: "Start" })).toBeNull();
+  });
+
+  it("switches each by itself", () => {
+    show({ watching: [1] });
+    const sound = getByRole(body, "switch", { name: "Sound" });
+    expect(sound.getAttribute("aria-checked")).toBe("false");
+    sound.click();
+    expect(actions.setSound).toHaveBeenCalledWith(true);
+    const picture = getByRole(body, "switch", { name: "Picture" });
+    expect(picture.getAttribute("aria-checked")).toBe("true");
+    picture.click();
+    expect(actions.setPicture).toHaveBeenCalledWith(false);
+  });
+
+  it("says calmly that the picture is off", () => {
+    show({ watching: [1] });
+    act(() => {
+      state.preferences.value = { ...state.preferences.value, picture: false };
+    });
+    expect(getByText(body, "The picture is off.")).toBeTruthy();
+  });
+
+  it("shows what is wrong with robot, camera and microphone", () => {
+    show({ watching: [1] });
+    act(() => {
+      state.room.value = { ...room({ watching: [1] }), video: { problem: "it was unplugged" } };
+    });
+    expect(getByText(body, "Camera: it was unplugged")).toBeTruthy();
+  });
+});
+
+it("shows a notice for a few seconds", () => {
+  vi.useFakeTimers();
+  act(() => {
+    state.notice.value = { text: "There is no size 9x9." };
+  });
+  expect(getByText(body, "There is no size 9x9.")).toBeTruthy();
+  act(() => {
+    vi.advanceTimersByTime(7000);
+  });
+  expect(queryByText(body, "There is no size 9x9.")).toBeNull();
+  vi.useRealTimers();
+});
