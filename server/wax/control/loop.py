@@ -71,7 +71,7 @@ class ControlLoop:
 
         self._stopped = False
         self._due_s = math.inf  # until the first step
-        self._stepped_s = -math.inf
+        self._steered_s = -math.inf
         self._hurry = asyncio.Event()
 
     # --- the beat --------------------------------------------------------------------------
@@ -81,7 +81,7 @@ class ControlLoop:
         try:
             while not self._stopped:
                 now_s = self._clock.now_s()
-                if now_s - self._stepped_s >= MIN_GAP_S:
+                if now_s - self._steered_s >= MIN_GAP_S:
                     self.step(now_s)
                 await self._rest()
             await asyncio.Event().wait()
@@ -98,7 +98,6 @@ class ControlLoop:
         if self._stopped:
             return
         self._hurry.clear()
-        self._stepped_s = now_s
         if self._is_late(now_s):
             self._counts["control.late"] += 1
             self._hold(now_s, Hold.LATE)
@@ -107,6 +106,7 @@ class ControlLoop:
         turn = self._turn()
         setpoint = Setpoint(reason=problem) if problem else self._decide(turn, now_s)
         failure = self._helm.steer(setpoint, turn.number)
+        self._steered_s = self._clock.now_s()  # not now_s: a busy machine may pause in between
         if failure is not None:
             self._gate = gate.require_neutral(self._gate, now_s, Hold.FAULT)
         self._tell(turn, failure or setpoint.reason)
@@ -125,7 +125,7 @@ class ControlLoop:
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(max(0.0, self._due_s - self._clock.now_s())):
                 await self._hurry.wait()
-        await asyncio.sleep(max(0.0, self._stepped_s + MIN_GAP_S - self._clock.now_s()))
+        await asyncio.sleep(max(0.0, self._steered_s + MIN_GAP_S - self._clock.now_s()))
 
     # --- viewers ---------------------------------------------------------------------------
 
@@ -173,7 +173,7 @@ class ControlLoop:
         name = "accepted" if refusal is None else f"refused.{refusal.name.lower()}"
         self._counts[f"commands.{name}"] += 1
         if refusal is None and self._helm.would_change(self._decide(turn, now_s)):
-            if now_s - self._stepped_s >= MIN_GAP_S:
+            if now_s - self._steered_s >= MIN_GAP_S:
                 self.step(now_s)
             else:
                 self._hurry.set()
