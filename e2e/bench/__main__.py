@@ -57,11 +57,18 @@ class Bench:
         for side in sides:
             print(f"{name}, {side} …", file=sys.stderr, flush=True)
             try:
-                setattr(found, side, measure(side, self._plan))
+                result = measure(side, self._plan)
+                setattr(found, side, result)
+                # What was cut short is told as well as what failed altogether.
+                if isinstance(result, fanout.FanOut) and result.problem is not None:
+                    self._complain(name, side, result.problem)
             except BenchError as error:
-                self.problems.append(f"{name}, {side}: {error}")
-                print(f"  {error}", file=sys.stderr, flush=True)
+                self._complain(name, side, str(error))
         return found
+
+    def _complain(self, name: str, side: Side, problem: str) -> None:
+        self.problems.append(f"{name}, {side}: {problem}")
+        print(f"  {problem}", file=sys.stderr, flush=True)
 
 
 def main() -> int:

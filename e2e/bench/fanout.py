@@ -53,9 +53,13 @@ class FanOutPoint:
 
 @dataclass(frozen=True, slots=True)
 class FanOut:
-    """One side. The slope is least squares over the points that are not saturated."""
+    """One side. The slope is least squares over the points that are not saturated.
+
+    `problem` says why the points end early, if they do.
+    """
 
     points: list[FanOutPoint]
+    problem: str | None
     cpu_per_further_viewer: float | None
 
     def at(self, viewers: int) -> FanOutPoint | None:
@@ -69,13 +73,17 @@ def measure(side: Side, plan: Plan) -> FanOut:
         raise BenchError("fan-out needs two cores and a way to pin processes to them (Linux)")
     server_core, receivers_core = cores
     numbers = plan.our_viewers if side == "ours" else plan.stock_viewers
-    points = []
+    points: list[FanOutPoint] = []
+    problem = None
     with Server(side, server_core) as server, Crowd(server.offering, receivers_core) as crowd:
-        for number in numbers:
-            crowd.hold(number)
-            time.sleep(plan.settle_s)
-            points.append(_point(server, crowd, CoreMeter(server_core), plan))
-    return FanOut(points=points, cpu_per_further_viewer=_slope(points))
+        try:
+            for number in numbers:
+                crowd.hold(number)
+                time.sleep(plan.settle_s)
+                points.append(_point(server, crowd, CoreMeter(server_core), plan))
+        except BenchError as error:
+            problem = f"with {number} viewers: {error}"
+    return FanOut(points=points, problem=problem, cpu_per_further_viewer=_slope(points))
 
 
 def _point(server: Server, crowd: Crowd, core: CoreMeter, plan: Plan) -> FanOutPoint:

@@ -26,6 +26,7 @@ SIDES: tuple[Side, ...] = ("ours", "stock")
 HOST = "127.0.0.1"
 START_TIMEOUT_S = 30.0
 STOP_TIMEOUT_S = 10.0
+STATUS_TIMEOUT_S = 10.0
 ROOT = Path(__file__).resolve().parents[2]
 
 # Turns as long as the run; whoever has left is forgotten soon, so that waiting for it is short.
@@ -88,7 +89,9 @@ class Server:
     def status(self) -> dict[str, Any]:
         """Ask our server about itself."""
         try:
-            with urllib.request.urlopen(f"{self.url}/api/status", timeout=5.0) as answer:
+            with urllib.request.urlopen(
+                f"{self.url}/api/status", timeout=STATUS_TIMEOUT_S
+            ) as answer:
                 status = json.load(answer)
         except (OSError, ValueError) as error:
             raise BenchError(f"{self.url}/api/status: {error}\n{self._log_end()}") from error
