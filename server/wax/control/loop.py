@@ -30,8 +30,11 @@ if TYPE_CHECKING:
 MIN_GAP_S: Final = 0.005
 """Two set-points are never closer together, so that a slow serial line is not flooded."""
 
-MAX_LATE_S: Final = 0.1
-"""A beat later than this means that nobody watched over the robot: it stands and waits."""
+MAX_LATE_S: Final = 0.2
+"""After this long without a beat the robot's own watchdog has stopped it: it stands and waits.
+
+Less would stop a robot for every hiccup of a busy computer; commands that are too old by then
+are refused all the same."""
 
 
 class ControlLoop:
