@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import pytest
 
@@ -20,7 +20,7 @@ from wax.room import Room
 from wax.telemetry import Counters
 
 if TYPE_CHECKING:
-    from wax.rtc.peer import PeerEvents
+    from wax.rtc.peer import Peer, PeerEvents
 
 
 class TurnedClock:
@@ -82,7 +82,7 @@ class Wire:
     def abandon(self) -> None:
         if self.is_alive:
             self.is_alive = False
-            self.events.closed()
+            self.events.closed(cast("Peer", self))
 
     async def close(self) -> None:
         self.abandon()
@@ -175,6 +175,18 @@ async def test_the_same_page_gets_its_place_back(house: House) -> None:
     assert (line["name"], line["role"], line["lost"]) == ("Ada", "operator", False)
     assert not ada.is_alive
     assert again.last("room")["turn"]["number"] == 1
+
+
+async def test_an_old_peer_that_ends_late_takes_nothing_with_it(house: House) -> None:
+    """A reload whose old connection is still closing when the new one opens loses nothing."""
+    ada = await house.enter("ada-1111")
+    ada.says(type="join")
+    ada.is_alive = False  # it closes by itself, and has not told yet
+    again = await house.enter("ada-1111")
+    ada.events.closed(cast("Peer", ada))
+    house.wait(4.0, again)
+    assert again.is_alive
+    assert [line["role"] for line in again.last("room")["viewers"]] == ["operator"]
 
 
 async def test_a_full_house_says_so(house: House) -> None:

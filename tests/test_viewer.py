@@ -45,7 +45,7 @@ class House:
     def viewer_connected(self, viewer: Viewer) -> None:
         self.calls.append(("connected", viewer.number))
 
-    def viewer_closed(self, viewer: Viewer, peer: Peer | None) -> None:
+    def viewer_closed(self, viewer: Viewer, peer: Peer) -> None:
         self.calls.append(("closed", peer))
 
     def viewer_renamed(self) -> None:

@@ -93,9 +93,10 @@ class Room:
         viewer = next((v for v in self._viewers.values() if v.client == client), None)
         if viewer is None:
             viewer = self._admit(client)
-        old, viewer.peer = viewer.peer, None
-        if old is not None:
+        while (old := viewer.peer) is not None:
             await old.close()
+            # An old peer that was already closing tells of its end only later.
+            self.viewer_closed(viewer, old)
         video_lane, sound_lane = viewer.lanes()
         peer = Peer(
             ice_servers=self._settings.ice.servers,
@@ -140,7 +141,7 @@ class Room:
         self._told = ""
         self.changed()
 
-    def viewer_closed(self, viewer: Viewer, peer: Peer | None) -> None:
+    def viewer_closed(self, viewer: Viewer, peer: Peer) -> None:
         if peer is not viewer.peer:
             return
         _LOG.info("viewer's peer closed", viewer=viewer.number)

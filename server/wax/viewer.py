@@ -38,7 +38,7 @@ class ViewerEvents(Protocol):
 
     def viewer_connected(self, viewer: Viewer) -> None: ...
 
-    def viewer_closed(self, viewer: Viewer, peer: Peer | None) -> None: ...
+    def viewer_closed(self, viewer: Viewer, peer: Peer) -> None: ...
 
     def viewer_renamed(self) -> None: ...
 
@@ -117,8 +117,8 @@ class Viewer:
         self._events.viewer_connected(self)
         self._retarget(self._policy.start())
 
-    def closed(self) -> None:
-        self._events.viewer_closed(self, self.peer)
+    def closed(self, peer: Peer) -> None:
+        self._events.viewer_closed(self, peer)
 
     def keyframe_wanted(self) -> None:
         if self._video_lane is not None:

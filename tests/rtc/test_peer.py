@@ -68,7 +68,7 @@ class Events:
     def rtp_clock(self, kind: str, rtp: int, captured_s: float) -> None:
         self._note(f"clock {kind}", (rtp, captured_s))
 
-    def closed(self) -> None:
+    def closed(self, peer: Peer) -> None:
         self._note("closed")
 
     async def wait(self, what: str) -> object:

@@ -57,7 +57,9 @@ class PeerEvents(Protocol):
         """Learn that a packet with this RTP time carried what was captured at this moment."""
         ...
 
-    def closed(self) -> None: ...
+    def closed(self, peer: Peer) -> None:
+        """Learn that this peer is closed, which may be after the next one has taken its place."""
+        ...
 
 
 class Peer:
@@ -91,11 +93,14 @@ class Peer:
 
     async def answer(self, offer: str) -> str:
         """Answer an offer; raises `SignallingError`, and the peer is closed then."""
-        sdp = clean_offer(offer)
         try:
+            description = RTCSessionDescription(clean_offer(offer), "offer")
             async with asyncio.timeout(_ANSWER_S):
-                await self._pc.setRemoteDescription(RTCSessionDescription(sdp, "offer"))
+                await self._pc.setRemoteDescription(description)
                 await self._pc.setLocalDescription(await self._pc.createAnswer())
+        except SignallingError:
+            await self.close()
+            raise
         except Exception as error:
             # aiortc raises whatever its parser stumbles over; to the page it is one thing.
             _LOG.info("offer refused", error=repr(error))
@@ -135,7 +140,7 @@ class Peer:
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(_CLOSE_S):
                 await self._pc.close()
-        self._events.closed()
+        self._events.closed(self)
 
     def _send(self, kind: Kind, lane: Lane, mime_type: str) -> RTCRtpSender:
         track = LaneTrack(kind=kind, lane=lane, on_sent=lambda sent: self._sent(kind, sent))
