@@ -37,11 +37,13 @@ async def server(
 
 
 def assert_live(cards: list[Card]) -> None:
-    """Nearly every frame is whole, each is newer than the last, and none is old."""
+    """Nearly every frame is whole and newer than the one before, none is older or old."""
     valid = [card for card in cards if card.valid]
     assert len(valid) >= 0.9 * len(cards), f"{len(cards) - len(valid)} unreadable of {len(cards)}"
     stamps = [card.stamp_ms for card in valid]
-    assert all(a < b for a, b in pairwise(stamps)), f"not rising: {stamps}"
+    # A page that is late for a frame reads the next one twice.
+    assert all(a <= b for a, b in pairwise(stamps)), f"falling: {stamps}"
+    assert len(set(stamps)) >= 0.9 * len(stamps), f"standing still: {stamps}"
     ages = [card.age_ms for card in valid]
     assert min(ages) >= 0, f"a picture from the future: {ages}"
     assert median(ages) < 500, f"old pictures: {ages}"
@@ -92,8 +94,9 @@ async def shows_size(viewer: Viewer, width: int, height: int) -> None:
 async def test_switching_the_picture_off_stops_its_packets(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """With Picture off no video packet arrives; on again, the card is live again."""
+    """With Picture off no video packet arrives, sound goes on; on again, the card is live again."""
     viewer = await open_viewer(server)
+    await viewer.button("Start").click()
     await viewer.switch("Picture").click()
 
     async def silent() -> bool:
@@ -102,7 +105,9 @@ async def test_switching_the_picture_off_stops_its_packets(
         return await viewer.packets("video") == before
 
     await eventually(silent, "no video packet arrives any more", within_s=6)
-    assert await viewer.packets("audio") > 0
+    heard = await viewer.packets("audio")
+    await viewer.page.wait_for_timeout(500)
+    assert await viewer.packets("audio") > heard
     await viewer.switch("Picture").click()
     await viewer.sees_picture()
     await viewer.cards(5)

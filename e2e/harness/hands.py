@@ -26,18 +26,16 @@ class Fingers:
         box = await on.bounding_box()
         assert box is not None, "there is nothing to press"
         self._points[finger] = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-        await self._send("touchStart")
+        await self._send("touchStart", self._points)
 
     async def lift(self, finger: int) -> None:
-        del self._points[finger]
-        # The browser compares with the last event: a point that is missing was lifted.
-        await self._send("touchMove" if self._points else "touchEnd")
+        await self._send("touchEnd", {finger: self._points.pop(finger)})
 
     async def cancel(self) -> None:
         """Let the system take the touch away, as it does for its own gestures."""
         self._points.clear()
-        await self._send("touchCancel")
+        await self._send("touchCancel", {})
 
-    async def _send(self, kind: str) -> None:
-        points = [{"x": x, "y": y, "id": finger} for finger, (x, y) in self._points.items()]
-        await self._session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    async def _send(self, kind: str, points: dict[int, tuple[float, float]]) -> None:
+        touches = [{"x": x, "y": y, "id": finger} for finger, (x, y) in points.items()]
+        await self._session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
