@@ -87,11 +87,11 @@ function Axis({ axis }: { axis: string }) {
 
 /** One line below the controls: why the robot stands, or how to drive it. */
 function Hint() {
-  const { drivingTurn, driveReason, me } = useState();
+  const { drivingTurn, driveReason, isConnected, me } = useState();
   if (drivingTurn.value === null) {
     return (
       <p class="hint" id="drive-hint">
-        {joinWords(me.value)}
+        {isConnected.value && joinWords(me.value)}
       </p>
     );
   }

@@ -3,9 +3,10 @@ import { msWords, skewWords } from "./words";
 
 /** How late everything is, for whoever wants to know. */
 export function Facts() {
-  const { pictureMs, soundMs, roundTripMs, fps } = useState().facts.value;
+  const { facts, isConnected } = useState();
+  const { pictureMs, soundMs, roundTripMs, fps } = facts.value;
   return (
-    <details class="facts">
+    <details class={isConnected.value ? "facts" : "facts is-unknown"}>
       <summary>
         Delay <span class="figure">{msWords(pictureMs ?? soundMs)}</span>
       </summary>

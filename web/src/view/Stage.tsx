@@ -63,7 +63,7 @@ function Warnings() {
   const { room, facts, isConnected, preferences } = useState();
   const ageMs = facts.value.pictureMs;
   const isStale = isConnected.value && preferences.value.picture && (ageMs ?? 0) > STALE_MS;
-  const problems = problemWords(room.value);
+  const problems = isConnected.value ? problemWords(room.value) : [];
   return (
     <ul class="warnings" aria-live="polite" aria-label="Problems">
       {problems.map((problem) => (
