@@ -110,8 +110,8 @@ class Port:
 
 def _why_lost(settings: SerialSettings, error: Exception) -> str:
     return (
-        f"the robot's serial port {settings.url} was lost ({error}); check the cable and the "
-        f"robot's power, it is tried again every {settings.reopen_s:g} s"
+        f"The robot's serial port {settings.url} was lost ({error}); check the cable and the "
+        f"robot's power, it is tried again every {settings.reopen_s:g} s."
     )
 
 
@@ -119,14 +119,14 @@ def _why_not_open(url: str, error: Exception) -> str:
     number = getattr(error, "errno", None)
     if number in (errno.ENOENT, errno.ENXIO, errno.ENODEV):
         return (
-            f"there is no serial port {url}: plug the robot in, or set robot.serial.url to one "
-            "that `wax devices` lists"
+            f"There is no serial port {url}; plug the robot in, or set robot.serial.url to one "
+            "that `wax devices` lists."
         )
     if number in (errno.EACCES, errno.EPERM):
         return (
-            f"no permission for the serial port {url}: add yourself to its group, on Debian and "
-            "Ubuntu with `sudo usermod -aG dialout $USER`, and log in again"
+            f"The serial port {url} may not be opened by you; add yourself to its group, on Debian "
+            "and Ubuntu with `sudo usermod -aG dialout $USER`, and log in again."
         )
     if number in (errno.EAGAIN, errno.EBUSY):
-        return f"the serial port {url} is used by another program: end that one"
-    return f"the serial port {url} cannot be opened: {error}"
+        return f"The serial port {url} is used by another program; end that one."
+    return f"The serial port {url} cannot be opened: {error}."

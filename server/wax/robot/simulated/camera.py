@@ -43,7 +43,7 @@ class SimulatedCamera:
 
     def read(self) -> Picture:
         if self._renderer is None or self._pacer is None:
-            raise SourceError("the robot's camera is not open")
+            raise SourceError("The robot's camera was read before it was opened.")
         self._pacer.beat()
         senses = self._look()
         bgr = self._renderer.draw(senses.pose, senses.pan_rad)

@@ -36,7 +36,7 @@ class SimulatedMicrophone:
 
     def read(self) -> Sound:
         if self._mixer is None or self._pacer is None:
-            raise SourceError("the robot's microphone is not open")
+            raise SourceError("The robot's microphone was read before it was opened.")
         heard_s = self._pacer.beat()
         samples = self._mixer.block(self._listen())
         return Sound(samples=samples, captured_s=heard_s - BLOCK_S)

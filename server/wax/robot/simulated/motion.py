@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from wax.robot.driver import Pose
@@ -42,8 +42,8 @@ def step(motion: Motion, target: Twist, limits: Limits, world: World, dt_s: floa
     """Move on by `dt_s` towards the speed `target`.
 
     The robot's circle of `RADIUS_M` never enters what it did not stand in before, and its
-    speed never exceeds `limits`. It slides along what it meets at an angle, losing the speed
-    that went into it.
+    speed never exceeds `limits`. What it meets at an angle it slides along, with the part of
+    its speed that points that way.
     """
     wanted = within(target, limits)
     linear = _ramp(motion.linear_mps, wanted.linear_mps, ACCELERATION_MPS2, BRAKING_MPS2, dt_s)
@@ -52,17 +52,15 @@ def step(motion: Motion, target: Twist, limits: Limits, world: World, dt_s: floa
     middle = old.heading_rad + angular * dt_s / 2.0
     ahead_x, ahead_y = math.cos(middle), math.sin(middle)
     way = linear * dt_s
-    x, y, touching = _slide(world, old.x_m, old.y_m, way * ahead_x, way * ahead_y)
-    moved = (x - old.x_m) * ahead_x + (y - old.y_m) * ahead_y
+    x, y, free = _slide(world, old.x_m, old.y_m, way * ahead_x, way * ahead_y)
     heading = math.remainder(old.heading_rad + angular * dt_s, math.tau)
-    after = replace(
-        motion, pose=Pose(x, y, heading), angular_rps=angular, linear_mps=linear, impact_mps=0.0
-    )
-    if not touching:
-        return replace(after, touching=False)
-    kept = math.copysign(min(abs(linear), abs(moved) / dt_s), linear)
+    pose = Pose(x, y, heading)
+    if free >= 1.0:
+        touching = motion.touching and world.nearest_surface(x, y)[0] < RADIUS_M + TOUCH_M
+        return Motion(pose, linear, angular, touching=touching)
+    kept = math.copysign(min(abs(linear), abs(wanted.linear_mps) * free), linear)
     lost = 0.0 if motion.touching else abs(linear - kept)
-    return replace(after, linear_mps=kept, touching=True, impact_mps=lost)
+    return Motion(pose, kept, angular, touching=True, impact_mps=lost)
 
 
 def _ramp(speed: float, target: float, gain: float, brake: float, dt_s: float) -> float:
@@ -71,18 +69,18 @@ def _ramp(speed: float, target: float, gain: float, brake: float, dt_s: float) -
     return speed + min(most, max(-most, target - speed))
 
 
-def _slide(world: World, x: float, y: float, dx: float, dy: float) -> tuple[float, float, bool]:
-    """Go as far as the surroundings allow; say whether they were touched."""
+def _slide(world: World, x: float, y: float, dx: float, dy: float) -> tuple[float, float, float]:
+    """Go as far as the surroundings allow; say which share of the speed they leave, 1 if all."""
     length = math.hypot(dx, dy)
-    new_x, new_y = x + dx, y + dy
-    touching = False
+    new_x, new_y, free = x + dx, y + dy, 1.0
     for _ in range(4):
         distance, away_x, away_y = world.nearest_surface(new_x, new_y)
         if distance >= RADIUS_M:
             if math.hypot(new_x - x, new_y - y) <= length * (1.0 + 1e-9):
-                return new_x, new_y, touching or distance < RADIUS_M + TOUCH_M
+                return new_x, new_y, free
             break
-        touching = True
+        against = (dx * away_x + dy * away_y) / length if length > 0.0 else -1.0
+        free = min(free, math.sqrt(max(0.0, 1.0 - against**2)))
         push = RADIUS_M - distance + TOUCH_M / 2.0
         new_x, new_y = new_x + push * away_x, new_y + push * away_y
-    return x, y, True
+    return x, y, 0.0

@@ -113,9 +113,11 @@ class Props:
         above = box.z1 < sight.EYE_HEIGHT_M
         if above or box.z0 > sight.EYE_HEIGHT_M:
             z = box.z1 if above else box.z0
+            # A slab seen from above hides its legs; what stands on the floor may carry things.
+            hides = above and box.z0 > 0.0
             patches.append(
                 _Patch(
-                    order=float(leave[hit].max()),
+                    order=float(near[hit].min() if hides else leave[hit].max()),
                     first=first,
                     top=view.row(z, leave if above else near),
                     bottom=view.row(z, near if above else leave),

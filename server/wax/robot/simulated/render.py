@@ -58,7 +58,7 @@ class Renderer:
         depth = np.minimum(view.focal_px * drop / np.where(below == 0.0, 1e-6, below), FAR_M)
         ppm = atlas.FLOOR_PX_PER_M
         # How many texture pixels one picture pixel spans, between across and along the view.
-        span = ppm * depth / view.focal_px * np.sqrt(depth / np.abs(drop))
+        span = ppm * depth / view.focal_px * np.sqrt(2.0 * depth / np.abs(drop))
         level = np.clip(np.round(np.log2(np.maximum(span, 1e-3))), 0, atlas.LEVELS - 1).astype(int)
         scale = ppm / 2.0**level
         corner = np.where(

@@ -34,7 +34,7 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
-    """An upright cylinder; one that is `leafy` is seen as a flat picture that faces the eye."""
+    """An upright cylinder; one that is `leafy` faces the eye as a flat picture and gives way."""
 
     x: float
     y: float
@@ -158,5 +158,6 @@ class World:
 
     @cached_property
     def _solid_rounds(self) -> NDArray[np.float64]:
-        rounds = [(c.x, c.y, c.radius) for c in self.cylinders if c.z0 < self.robot_height]
+        hard = (c for c in self.cylinders if c.z0 < self.robot_height and not c.leafy)
+        rounds = [(c.x, c.y, c.radius) for c in hard]
         return np.array(rounds or [(1e9, 1e9, 0.0)]).reshape(-1, 3)

@@ -1,0 +1,161 @@
+"""What the simulated robot hears."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from wax.media.source import SAMPLE_RATE_HZ
+from wax.robot.driver import Pose
+from wax.robot.simulated.flat import furnished_flat
+from wax.robot.simulated.hearing import BLOCK_S, BLOCK_SAMPLES, Mixer, radio_gain
+from wax.robot.simulated.radio import LEVEL_RMS, tune
+from wax.robot.simulated.simulation import Senses
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.typing import NDArray
+
+WORLD = furnished_flat()
+QUIET = Pose(9.0, 8.0, 0.0)
+
+
+def near_radio(distance_m: float, facing: bool = True) -> Pose:
+    """Stand in the living room at this distance, looking at the radio or away from it."""
+    bearing = math.radians(-143.0)
+    x = WORLD.radio[0] + distance_m * math.cos(bearing)
+    y = WORLD.radio[1] + distance_m * math.sin(bearing)
+    return Pose(x, y, bearing + math.pi if facing else bearing)
+
+
+def hear(moments: Iterable[Senses]) -> NDArray[np.float64]:
+    mixer = Mixer(WORLD)
+    return np.concatenate([mixer.block(senses) for senses in moments]) / 32768.0
+
+
+def standing(pose: Pose, seconds: float = 13.0, speed_mps: float = 0.0) -> list[Senses]:
+    count = round(seconds / BLOCK_S)
+    return [
+        Senses(n * BLOCK_S, pose, left_mps=speed_mps, right_mps=speed_mps) for n in range(count)
+    ]
+
+
+def level_db(sound: NDArray[np.float64]) -> float:
+    return float(20.0 * np.log10(np.sqrt(np.mean(sound**2))))
+
+
+def loudest_hz(sound: NDArray[np.float64]) -> float:
+    spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound))))
+    return float(np.argmax(spectrum) * SAMPLE_RATE_HZ / len(sound))
+
+
+def test_the_radio_falls_by_six_decibels_a_doubling() -> None:
+    """Over the whole living room each doubling of the distance is heard as 6 dB less."""
+    levels = [level_db(hear(standing(near_radio(d)))) for d in (0.5, 1.0, 2.0, 4.0)]
+    steps = [a - b for a, b in pairwise(levels)]
+    assert all(5.5 < step_db < 6.5 for step_db in steps)
+
+
+def test_at_the_start_the_radio_is_heard() -> None:
+    """Where the robot starts the radio stands well out of the noise of the room."""
+    assert level_db(hear(standing(WORLD.start))) > level_db(hear(standing(QUIET))) + 15.0
+
+
+def test_walls_muffle_the_radio() -> None:
+    """Behind a wall the radio is at least 6 dB quieter than in the open, and duller."""
+    east, north = WORLD.radio
+    behind, open_air = Pose(east + 1.5, north, math.pi), near_radio(1.5)
+    assert radio_gain(WORLD, behind, math.pi)[1] == 1
+    assert radio_gain(WORLD, open_air, open_air.heading_rad)[1] == 0
+
+    def brightness_hz(sound: NDArray[np.float64]) -> float:
+        power = np.abs(np.fft.rfft(sound)) ** 2
+        power[: len(sound) // 500] = 0.0
+        return float((power * np.fft.rfftfreq(len(sound), 1 / SAMPLE_RATE_HZ)).sum() / power.sum())
+
+    free, walled = hear(standing(open_air)), hear(standing(behind))
+    assert level_db(walled) < level_db(free) - 6.0
+    assert brightness_hz(walled) < 0.85 * brightness_hz(free)
+
+
+def test_turning_tells_where_the_radio_is() -> None:
+    """The radio is loudest straight ahead of head and body, and clearly quieter from behind."""
+    ahead, behind = near_radio(1.5), near_radio(1.5, facing=False)
+    assert level_db(hear(standing(ahead))) > level_db(hear(standing(behind))) + 6.0
+    gain, _ = radio_gain(WORLD, ahead, ahead.heading_rad)
+    panned, _ = radio_gain(WORLD, ahead, ahead.heading_rad + 1.0)
+    assert panned < gain
+
+
+def test_the_motors_rise_with_speed() -> None:
+    """The hum is silent at rest, and louder and higher the faster the wheels turn."""
+    still, slow, fast = (
+        hear(standing(QUIET, 2.0, speed_mps=v))[SAMPLE_RATE_HZ:] for v in (0.0, 0.2, 0.6)
+    )
+    assert level_db(still) + 10.0 < level_db(slow) < level_db(fast) - 5.0
+    assert loudest_hz(slow) == pytest.approx(103.0, abs=5.0)
+    assert loudest_hz(fast) == pytest.approx(215.0, abs=5.0)
+
+
+def test_a_collision_is_a_thud() -> None:
+    """One bump is one short loud event, louder when harder, and nothing after half a second."""
+
+    def bumped(impact_mps: float) -> NDArray[np.float64]:
+        before = standing(QUIET, 0.5)
+        after = [Senses(0.5 + n * BLOCK_S, QUIET, bumps=1, bump_mps=impact_mps) for n in range(50)]
+        return hear([*before, *after])
+
+    hard, soft = bumped(0.6), bumped(0.1)
+    thud = slice(SAMPLE_RATE_HZ // 2, SAMPLE_RATE_HZ * 6 // 10)
+    assert level_db(hard[thud]) > level_db(hard[: thud.start]) + 30.0
+    assert level_db(hard[thud]) > level_db(soft[thud]) + 3.0
+    assert level_db(hard[-SAMPLE_RATE_HZ // 4 :]) < level_db(hard[: thud.start]) + 3.0
+
+
+def test_an_old_bump_is_not_heard_by_a_new_ear() -> None:
+    """An ear that opens after a collision does not hear it."""
+    late = hear([Senses(0.0, QUIET, bumps=9, bump_mps=0.6)] * 10)
+    assert level_db(late) < -50.0
+
+
+def test_no_click_and_no_clipping() -> None:
+    """While everything changes at once, block borders are as smooth as the sound within."""
+
+    def wild(n: int) -> Senses:
+        return Senses(
+            n * BLOCK_S,
+            Pose(1.1 + n * 0.007, 0.9 + n * 0.005, n * 0.05),
+            left_mps=0.6 * math.sin(n / 20),
+            right_mps=0.6 * math.cos(n / 15),
+            bumps=n // 100,
+            bump_mps=0.6,
+        )
+
+    sound = hear(wild(n) for n in range(500))
+    assert np.abs(sound).max() < 0.98
+    bend = np.abs(np.diff(sound, 2))
+    places = np.arange(len(bend)) % BLOCK_SAMPLES
+    border = (places == BLOCK_SAMPLES - 1) | (places == BLOCK_SAMPLES - 2)
+    assert np.percentile(bend[border], 99) < 1.3 * np.percentile(bend[~border], 99)
+    assert bend[border].max() <= bend[~border].max()
+
+
+def test_the_tune_is_a_loop_at_its_level() -> None:
+    """The end of the tune meets its beginning, and its loudness is what it says."""
+    clear, muffled = tune()
+    assert np.sqrt(np.mean(clear.astype(float) ** 2)) == pytest.approx(LEVEL_RMS, rel=0.01)
+    for song in (clear, muffled):
+        seam = abs(float(song[0]) - float(song[-1]))
+        assert seam <= np.abs(np.diff(song)).max()
+    assert len(clear) == len(muffled)
+
+
+def test_the_same_ear_hears_the_same() -> None:
+    """Sound depends on nothing but the seed and what happens."""
+    moments = standing(WORLD.start, 0.5, speed_mps=0.3)
+    assert np.array_equal(hear(moments), hear(moments))

@@ -1,0 +1,135 @@
+"""How the simulated robot moves."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from wax.robot.driver import STANDSTILL, Limits, Pose, Twist
+from wax.robot.simulated.flat import furnished_flat
+from wax.robot.simulated.motion import ACCELERATION_MPS2, RADIUS_M, Motion, step
+
+WORLD = furnished_flat()
+LIMITS = Limits(linear_mps=0.6, angular_rps=1.5)
+DT_S = 0.01
+OPEN_FLOOR = Pose(3.4, 3.4, math.pi)
+
+
+def drive(motion: Motion, twist: Twist, seconds: float) -> list[Motion]:
+    path = [motion]
+    for _ in range(round(seconds / DT_S)):
+        path.append(step(path[-1], twist, LIMITS, WORLD, DT_S))
+    return path
+
+
+def clearance_m(motion: Motion) -> float:
+    return WORLD.nearest_surface(motion.pose.x_m, motion.pose.y_m)[0]
+
+
+twists = st.builds(Twist, st.floats(-2, 2), st.floats(-4, 4))
+rides = st.lists(st.tuples(twists, st.integers(1, 120)), min_size=1, max_size=12)
+
+
+@settings(max_examples=60, deadline=None)
+@given(rides)
+def test_never_inside_anything_and_never_too_fast(ride: list[tuple[Twist, int]]) -> None:
+    """However it is driven, the robot's circle stays clear and its speed within the limits."""
+    motion = Motion(WORLD.start)
+    for twist, steps in ride:
+        for _ in range(steps):
+            before, motion = motion, step(motion, twist, LIMITS, WORLD, DT_S)
+            way_m = math.hypot(motion.pose.x_m - before.pose.x_m, motion.pose.y_m - before.pose.y_m)
+            assert clearance_m(motion) >= RADIUS_M - 1e-9
+            assert way_m <= LIMITS.linear_mps * DT_S * (1 + 1e-6)
+            assert abs(motion.linear_mps) <= LIMITS.linear_mps
+            assert abs(motion.angular_rps) <= LIMITS.angular_rps
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(-math.pi, math.pi), st.floats(5.0, 10.0))
+def test_the_fastest_robot_does_not_tunnel(heading: float, speed: float) -> None:
+    """Even at ten metres a second, the most that can be configured, walls hold."""
+    fast = Limits(linear_mps=speed, angular_rps=1.0)
+    motion = Motion(Pose(WORLD.start.x_m, WORLD.start.y_m, heading))
+    for _ in range(300):
+        motion = step(motion, Twist(speed, 0.3), fast, WORLD, DT_S)
+        assert clearance_m(motion) >= RADIUS_M - 1e-9
+
+
+def test_the_start_is_free() -> None:
+    """The robot starts with room to turn."""
+    assert clearance_m(Motion(WORLD.start)) > RADIUS_M + 0.1
+
+
+def test_it_goes_where_it_looks() -> None:
+    """Straight ahead means along the heading, by speed times time once it is up to speed."""
+    path = drive(Motion(OPEN_FLOOR), Twist(0.5, 0.0), 2.0)
+    late = path[-1].pose.x_m - path[-101].pose.x_m
+    assert late == pytest.approx(-0.5, abs=1e-6)
+    assert path[-1].pose.y_m == pytest.approx(OPEN_FLOOR.y_m)
+
+
+def test_positive_is_left() -> None:
+    """A positive angular speed turns counter-clockwise, and the right wheel is then the faster."""
+    motion = drive(Motion(OPEN_FLOOR), Twist(0.0, 1.0), 0.5)[-1]
+    assert math.remainder(motion.pose.heading_rad - OPEN_FLOOR.heading_rad, math.tau) > 0.3
+    left, right = motion.wheels_mps(0.3)
+    assert (left, right) == pytest.approx((-0.15, 0.15))
+
+
+def test_speed_ramps_and_brakes_harder() -> None:
+    """Speed grows by the acceleration and no faster, and is gone sooner than it came."""
+    path = drive(Motion(OPEN_FLOOR), Twist(0.6, 0.0), 0.6)
+    steps = [b.linear_mps - a.linear_mps for a, b in pairwise(path)]
+    assert max(steps) == pytest.approx(ACCELERATION_MPS2 * DT_S)
+    assert path[-1].linear_mps == pytest.approx(0.6)
+    stopped = drive(path[-1], STANDSTILL, 0.16)[-1]
+    assert stopped.linear_mps == 0.0
+
+
+def test_head_on_it_stops_once_with_one_bump() -> None:
+    """Driving straight into a wall costs all speed, in one impact as hard as the robot was fast."""
+    path = drive(Motion(Pose(6.3, 2.9, -math.pi / 2)), Twist(0.6, 0.0), 6.0)
+    impacts = [motion.impact_mps for motion in path if motion.impact_mps > 0.05]
+    assert impacts == [pytest.approx(0.6, abs=0.02)]
+    assert path[-1].touching
+    assert clearance_m(path[-1]) == pytest.approx(RADIUS_M, abs=1e-3)
+    assert abs(path[-1].pose.y_m - path[-100].pose.y_m) < 1e-3
+
+
+def test_at_an_angle_it_slides_along() -> None:
+    """A wall met at an angle turns the motion along it and takes the rest of the speed."""
+    start = Pose(6.3, 0.4, math.radians(-30.0))
+    path = drive(Motion(start), Twist(0.6, 0.0), 1.5)
+    assert path[-1].touching
+    assert path[-1].pose.x_m > start.x_m + 0.4
+    assert path[-1].linear_mps < 0.6 * math.cos(math.radians(30.0))
+
+
+def test_it_can_leave_what_it_touches() -> None:
+    """Backing away from a wall is free motion without another bump."""
+    stuck = drive(Motion(Pose(6.3, 2.9, -math.pi / 2)), Twist(0.6, 0.0), 6.0)[-1]
+    back = drive(stuck, Twist(-0.4, 0.0), 1.0)
+    assert back[-1].pose.y_m > stuck.pose.y_m + 0.2
+    assert not back[-1].touching
+    assert max(motion.impact_mps for motion in back[1:]) == 0.0
+
+
+def test_every_room_can_be_reached() -> None:
+    """From the start there is a way for the robot's circle into each room through its door."""
+    grid_m = 0.1
+    seen = {(round(WORLD.start.x_m / grid_m), round(WORLD.start.y_m / grid_m))}
+    frontier = list(seen)
+    while frontier:
+        x, y = frontier.pop()
+        for place in ((x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)):
+            free = WORLD.nearest_surface(place[0] * grid_m, place[1] * grid_m)[0] > RADIUS_M + 0.02
+            if free and place not in seen:
+                seen.add(place)
+                frontier.append(place)
+    reached = {WORLD.room_at(x * grid_m, y * grid_m) for x, y in seen}
+    assert reached == set(WORLD.rooms)

@@ -1,0 +1,124 @@
+"""The simulated robot with its eye and ear."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from wax.clock import SystemClock
+from wax.config import RobotSettings, VideoSettings
+from wax.errors import SourceError
+from wax.robot.driver import HasCamera, HasMicrophone, Pose, Twist
+from wax.robot.simulated.camera import SimulatedCamera
+from wax.robot.simulated.flat import furnished_flat
+from wax.robot.simulated.microphone import SimulatedMicrophone
+from wax.robot.simulated.robot import SimulatedRobot
+from wax.robot.simulated.simulation import Senses
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from tests.robot.conftest import FakeClock
+
+SMALL = VideoSettings(width=160, height=120, fps=60.0)
+
+
+@pytest.fixture
+def robot() -> Iterator[SimulatedRobot]:
+    robot = SimulatedRobot(RobotSettings(), SystemClock())
+    yield robot
+    robot.close()
+
+
+def test_it_brings_eye_and_ear(robot: SimulatedRobot) -> None:
+    """The server finds the robot's own camera and microphone."""
+    assert isinstance(robot, HasCamera)
+    assert isinstance(robot, HasMicrophone)
+
+
+def test_what_it_sees_and_hears_changes_when_it_moves(robot: SimulatedRobot) -> None:
+    """Driving changes the picture and is heard, and pictures are of the asked size and fresh."""
+    clock = SystemClock()
+    camera, microphone = robot.camera(SMALL, clock), robot.microphone(clock)
+    robot.open()
+    camera.open()
+    microphone.open()
+    before, still = camera.read(), microphone.read()
+    while robot.state().extra["speed_mps"] < 0.3:
+        robot.apply(Twist(0.6, 0.5), 1)
+        microphone.read()
+    after = camera.read()
+    assert (after.width, after.height) == (160, 120)
+    assert 0.0 <= clock.now_s() - after.captured_s < 1.0
+    assert after.captured_s > before.captured_s
+    assert np.mean(before.i420 != after.i420) > 0.02
+    assert np.std(microphone.read().samples) > 0
+    assert still.samples.shape == (960,)
+    camera.close()
+    microphone.close()
+
+
+def test_eye_and_ear_outlive_the_robot(robot: SimulatedRobot) -> None:
+    """Before open and after close there is picture and sound, of a robot that stands."""
+    camera, microphone = robot.camera(SMALL, SystemClock()), robot.microphone(SystemClock())
+    camera.open()
+    microphone.open()
+    first = camera.read()
+    robot.open()
+    robot.close()
+    assert np.array_equal(camera.read().i420, first.i420)
+    assert microphone.read().samples.any()
+    for source in (camera, microphone):
+        source.close()
+        source.close()
+        with pytest.raises(SourceError, match="before it was opened"):
+            source.read()
+
+
+def test_a_new_life_begins_at_standstill(robot: SimulatedRobot) -> None:
+    """Each open raises the epoch, and what was applied before it moves nothing."""
+    robot.open()
+    epoch = robot.state().epoch
+    robot.close()
+    robot.apply(Twist(0.6, 0.0), 1)
+    robot.open()
+    assert robot.state().epoch == epoch + 1
+    assert robot.state().extra["speed_mps"] == 0.0
+    robot.apply(Twist(0.0, 0.0), 1)
+    assert robot.state().extra["speed_mps"] == 0.0
+
+
+def test_the_camera_keeps_its_rate(clock: FakeClock) -> None:
+    """Pictures come at the rate of the settings, stamped with the moment of the pose."""
+    pose = Pose(1.0, 1.0, 0.0)
+    camera = SimulatedCamera(
+        VideoSettings(width=32, height=32, fps=25.0),
+        clock,
+        world=furnished_flat(),
+        look=lambda: Senses(clock.now_s() - 0.004, pose),
+    )
+    camera.open()
+    # The camera sleeps on real time; on this clock each beat is already due.
+    stamps = []
+    for _ in range(5):
+        clock.time_s += 0.04
+        stamps.append(camera.read().captured_s)
+    camera.close()
+    assert np.diff(stamps) == pytest.approx([0.04] * 4)
+    assert stamps[0] == pytest.approx(1000.036)
+
+
+def test_sound_has_no_gap(clock: FakeClock) -> None:
+    """Blocks are stamped with when they began, each where the last one ended."""
+    ear = SimulatedMicrophone(
+        clock, world=furnished_flat(), listen=lambda: Senses(clock.now_s(), Pose(1.0, 1.0, 0.0))
+    )
+    ear.open()
+    stamps = []
+    for late_s in (0.02, 0.03, 0.015, 0.02):
+        clock.time_s += late_s
+        stamps.append(ear.read().captured_s)
+    ear.close()
+    assert stamps == pytest.approx([1000.0, 1000.02, 1000.04, 1000.06])

@@ -1,0 +1,103 @@
+"""The simulated robot without its threads."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from wax.config import RobotSettings
+from wax.robot.driver import Twist
+from wax.robot.simulated.flat import furnished_flat
+from wax.robot.simulated.simulation import Simulation
+
+WORLD = furnished_flat()
+AHEAD = Twist(0.5, 0.0)
+
+
+def started(now_s: float = 100.0) -> Simulation:
+    simulation = Simulation(RobotSettings(), WORLD)
+    simulation.start(now_s)
+    return simulation
+
+
+def speed_mps(simulation: Simulation, now_s: float) -> float:
+    return simulation.advance(now_s).left_mps
+
+
+def test_it_moves_and_stops() -> None:
+    """A set-point moves it, stop brings it to rest within 200 ms."""
+    simulation = started()
+    for tick in range(25):
+        simulation.apply(AHEAD, 1, 100.0 + tick * 0.02)
+        simulation.advance(100.0 + tick * 0.02)
+    assert speed_mps(simulation, 100.5) > 0.4
+    simulation.stop(1)
+    assert speed_mps(simulation, 100.7) == 0.0
+
+
+def test_its_own_watchdog_stops_it() -> None:
+    """Without a new set-point it stands half a second later, and moves on with the next."""
+    simulation = started()
+    simulation.apply(AHEAD, 1, 100.0)
+    assert speed_mps(simulation, 100.29) > 0.3
+    assert speed_mps(simulation, 100.5) == 0.0
+    assert speed_mps(simulation, 103.0) == 0.0
+    simulation.apply(AHEAD, 1, 103.0)
+    assert speed_mps(simulation, 103.2) > 0.2
+
+
+def test_a_lower_turn_does_nothing() -> None:
+    """Neither a set-point nor an axis of a past turn has any effect, but its stop has."""
+    simulation = started()
+    simulation.stop(5)
+    simulation.apply(AHEAD, 4, 100.0)
+    simulation.set_axis("pan", 1.0, 4)
+    senses = simulation.advance(100.2)
+    assert (senses.left_mps, senses.pan_rad) == (0.0, 0.0)
+    simulation.apply(AHEAD, 5, 100.2)
+    simulation.advance(100.4)
+    simulation.stop(1)
+    assert speed_mps(simulation, 100.6) == 0.0
+
+
+def test_the_head_turns_at_its_own_pace() -> None:
+    """Full pan is 60 degrees to the left, reached after half a second and never passed."""
+    simulation = started()
+    simulation.set_axis("pan", 7.0, 1)
+    assert 0.1 < simulation.advance(100.1).pan_rad < 0.5
+    assert simulation.advance(100.6).pan_rad == pytest.approx(math.radians(60.0))
+    simulation.set_axis("pan", -1.0, 1)
+    simulation.set_axis("no such axis", 1.0, 1)
+    assert simulation.advance(101.0).pan_rad == pytest.approx(math.radians(60.0) - 0.8)
+
+
+def test_a_long_sleep_is_not_driven_after() -> None:
+    """After a machine that slept for a minute the robot is where its watchdog left it."""
+    simulation = started()
+    simulation.apply(AHEAD, 1, 100.0)
+    senses = simulation.advance(160.0)
+    assert senses.left_mps == 0.0
+    assert senses.pose.x_m - WORLD.start.x_m < 0.2
+    assert senses.at_s == pytest.approx(160.0, abs=0.011)
+
+
+calls = st.lists(
+    st.tuples(st.floats(-1, 1), st.floats(-2, 2), st.integers(0, 3), st.floats(0.0, 0.2)),
+    max_size=40,
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(calls)
+def test_the_same_calls_give_the_same_ride(ride: list[tuple[float, float, int, float]]) -> None:
+    """Two robots told the same at the same times are always in the same place."""
+    first, second = started(), started()
+    now_s = 100.0
+    for linear, angular, turn, pause_s in ride:
+        for simulation in (first, second):
+            simulation.apply(Twist(linear, angular), turn, now_s)
+        now_s += pause_s
+        assert first.advance(now_s) == second.advance(now_s)
