@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import wave
 from types import ModuleType
 from typing import TYPE_CHECKING
 
@@ -125,7 +126,9 @@ def test_the_robots_own_senses() -> None:
 def test_a_file_named_twice_is_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Picture and sound of one file share a demuxer, however its path is written; two do not."""
     for name in ("a.mp4", "b.mp4"):
-        (tmp_path / name).write_bytes(b"x")
+        with wave.open(str(tmp_path / name), "wb") as silence:
+            silence.setparams((1, 2, 8000, 80, "NONE", ""))
+            silence.writeframes(bytes(160))
     monkeypatch.chdir(tmp_path)
     same = find("a.mp4", str(tmp_path / "." / "a.mp4"))
     other = find("a.mp4", "b.mp4")
@@ -150,6 +153,15 @@ def test_a_missing_file_names_key_and_path(tmp_path: Path, key: str) -> None:
     assert "wax devices" in sentence
     with pytest.raises(ConfigError, match="is no file"):
         find_one(key, str(tmp_path))
+
+
+@pytest.mark.parametrize("key", ["video", "audio"])
+def test_a_file_that_is_no_film_stops_the_start(tmp_path: Path, key: str) -> None:
+    """A text under a film's name stops the start with key, file and what to do."""
+    diary = tmp_path / "diary.mp4"
+    diary.write_text("These are words.\n" * 40)
+    with pytest.raises(ConfigError, match=rf"^\[{key}\] source: diary.mp4 is no video or sound"):
+        find_one(key, str(diary))
 
 
 class Glass:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from wax.errors import ConfigError
-from wax.media.address import is_network
+from wax.errors import ConfigError, SourceError
+from wax.media.address import is_network, open_container
 from wax.media.camera import OpenCvCamera
 from wax.media.file import MediaFile
 from wax.media.microphone import AlsaMicrophone, PortAudioMicrophone
@@ -36,11 +36,11 @@ class Sources:
 def make_sources(
     video: VideoSettings, audio: AudioSettings, clock: Clock, driver: Driver
 ) -> Sources:
-    """Make both sources; nothing is opened yet.
+    """Make both sources; no device or address is opened yet.
 
     Picture and sound named by the same file or address share one demuxer. Raises `ConfigError` for
-    what cannot work, such as a file that does not exist; a device that is missing is no such error,
-    because it may be plugged in later.
+    what cannot work, such as a file that does not exist or is no film; a device that is missing is
+    no such error, because it may be plugged in later.
     """
     files = _Files(clock)
     return Sources(
@@ -125,6 +125,10 @@ def _camera_device(name: str) -> int | str | None:
 def _existing(name: str, key: str) -> Path:
     path = Path(name).expanduser()
     if path.is_file():
+        try:
+            open_container(str(path)).close()
+        except SourceError as error:
+            raise ConfigError(f"{key}: {error}") from error
         return path.resolve()
     problem = "is no file" if path.exists() else "does not exist"
     raise ConfigError(
