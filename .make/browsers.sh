@@ -27,8 +27,9 @@ _firefox() {
 # Where no package is to be had, Playwright brings a build of its own into the home directory.
 _playwright_chromium() {
     if may_apt; then deps=--with-deps; else deps=; fi
-    say "fetching Chromium by Playwright"
-    patiently .venv/bin/playwright install $deps chromium >&2 || return 1
+    say "fetching Chromium by Playwright; its log is .cache/playwright.log"
+    mkdir -p .cache
+    patiently .venv/bin/playwright install $deps chromium >.cache/playwright.log 2>&1 || return 1
     _browser "$(.venv/bin/python -c 'from playwright.sync_api import sync_playwright
 with sync_playwright() as playwright: print(playwright.chromium.executable_path)')"
 }
@@ -51,7 +52,7 @@ want_chromium() {
         { apt_install chromium && WAX_CHROMIUM=$(_chromium); } ||
         WAX_CHROMIUM=$(_playwright_chromium) ||
         _missing "the tests in a browser cannot run: install Chromium" \
-            "(Debian: sudo apt-get install -y chromium) or set WAX_CHROMIUM to its path"
+            "(Debian: sudo apt-get install -y chromium; Ubuntu: Google Chrome) or set WAX_CHROMIUM to its path"
     [ -z "${WAX_CHROMIUM:-}" ] || export WAX_CHROMIUM
 }
 
@@ -59,6 +60,6 @@ want_firefox() {
     [ -n "${WAX_FIREFOX:-}" ] || WAX_FIREFOX=$(_firefox) ||
         { apt_install firefox-esr && WAX_FIREFOX=$(_firefox); } ||
         _missing "the smoke test in Firefox cannot run: install Firefox, not as a snap" \
-            "(Debian: sudo apt-get install -y firefox-esr) or set WAX_FIREFOX to its path"
+            "(Debian: sudo apt-get install -y firefox-esr; Ubuntu: Mozilla's package) or set WAX_FIREFOX to its path"
     [ -z "${WAX_FIREFOX:-}" ] || export WAX_FIREFOX
 }

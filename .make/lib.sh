@@ -29,6 +29,14 @@ _apt() {
         -o DPkg::Lock::Timeout=120 "$@" </dev/null >>.cache/apt.log 2>&1
 }
 
+# Whether there are packages of just these names; on Ubuntu some are only promised by a snap.
+_apt_has() {
+    for package in "$@"; do
+        apt-cache show "$package" 2>/dev/null | grep -qx "Package: $package" ||
+            { echo "E: this system has no package $package" >>.cache/apt.log && return 1; }
+    done
+}
+
 # Install Debian packages where that is allowed; the log stays in .cache/apt.log. The time limit
 # that may cut a download short is kept away from the unpacking, which must not be interrupted.
 apt_install() {
@@ -37,7 +45,7 @@ apt_install() {
     mkdir -p .cache
     : >.cache/apt.log
     for _ in 1 2 3; do
-        _apt 300 update && ! apt-cache show "$@" >/dev/null 2>>.cache/apt.log && break
+        _apt 300 update && ! _apt_has "$@" && break
         _apt 900 install --no-install-recommends --download-only "$@" || continue
         _apt 3600 install --no-install-recommends "$@" && return 0
     done
