@@ -213,6 +213,17 @@ async def test_silence_stops_the_robot_and_keeps_the_turn(house: House) -> None:
     assert not bob.last("room")["viewers"][0]["lost"]
 
 
+async def test_who_only_watches_may_be_silent_for_longer(house: House) -> None:
+    """An observer is heard once a second, so he is lost after 3.5 s and not before."""
+    ada, bob = await house.enter("ada-1111"), await house.enter("bob-1111")
+    house.wait(3.4, ada)
+    assert not any(line["lost"] for line in ada.last("room")["viewers"])
+    house.wait(0.3, ada)
+    lost = {line["id"]: line["lost"] for line in ada.last("room")["viewers"]}
+    assert lost == {1: False, 2: True}
+    assert bob.is_alive
+
+
 async def test_who_is_gone_is_forgotten_after_the_grace(house: House) -> None:
     """A closed page keeps its place for the time of grace, then it is free."""
     ada, bob = await house.enter("ada-1111"), await house.enter("bob-1111")

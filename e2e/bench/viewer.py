@@ -22,8 +22,9 @@ if TYPE_CHECKING:
 
     from e2e.bench.receiver import CountedStream
 
-PING_INTERVAL_S = 0.2
-REPORT_INTERVAL_S = 0.25
+# What a page does that only watches and has settled.
+PING_INTERVAL_S = 1.0
+REPORT_INTERVAL_S = 1.0
 CONNECT_TIMEOUT_S = 20.0
 KINDS: tuple[Literal["audio", "video"], ...] = ("audio", "video")
 

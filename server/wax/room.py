@@ -32,6 +32,8 @@ _LOG = structlog.get_logger(__name__)
 _SWEEP_S: Final = 0.1
 _LOST_S: Final = 1.0
 """Five heartbeats missed: the link is lost, the robot stands, the turn is kept for the grace."""
+_OBSERVER_LOST_S: Final = 3.5
+"""Who only watches is heard once a second."""
 _DEAD_S: Final = 10.0
 """Nothing for this long: the peer is closed; a page that is still there makes a new one."""
 _ROOM_EVERY_S: Final = 5.0
@@ -224,10 +226,13 @@ class Room:
             silence_s = viewer.link.silence_s(now_s)
             if silence_s > _DEAD_S or not viewer.peer.is_alive:
                 viewer.peer.abandon()
-            elif viewer.is_ready and silence_s > _LOST_S:
+            elif viewer.is_ready and silence_s > self._patience_s(viewer):
                 self.control.lost(viewer.number)
             elif viewer.is_ready and self._turns.is_lost(viewer.number):
                 self.control.returned(viewer.number)
+
+    def _patience_s(self, viewer: Viewer) -> float:
+        return _OBSERVER_LOST_S if self._turns.place(viewer.number) is None else _LOST_S
 
     def _forget(self, viewer: Viewer) -> None:
         _LOG.info("viewer gone", viewer=viewer.number)

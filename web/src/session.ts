@@ -204,6 +204,10 @@ export function startSession(): Session {
     }
   });
 
+  state.me.subscribe((me) => {
+    link.mayDrive = me !== null && me.role !== "observer";
+  });
+
   const { signal } = new AbortController();
   const isDriving = () => state.drivingTurn.value !== null;
   listenKeyboard(window, { hands, isDriving, stop: actions.stop, letGo, signal });

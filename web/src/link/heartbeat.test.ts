@@ -27,9 +27,10 @@ it("aligns the clock by every pong", () => {
 it("is eager in the first second only", () => {
   const heartbeat = new Heartbeat(new ServerClock());
   heartbeat.beat(5000);
-  expect(heartbeat.pauseMs(5000)).toBe(50);
-  expect(heartbeat.pauseMs(5999)).toBe(50);
-  expect(heartbeat.pauseMs(6000)).toBe(200);
+  expect(heartbeat.pauseMs(5000, false)).toBe(50);
+  expect(heartbeat.pauseMs(5999, true)).toBe(50);
+  expect(heartbeat.pauseMs(6000, true)).toBe(200);
+  expect(heartbeat.pauseMs(6000, false)).toBe(1000);
 });
 
 it("calls three seconds of unanswered pings silence, and no shorter time", () => {

@@ -3,7 +3,8 @@ import type { Ping, Pong } from "../messages";
 
 const EAGER_MS = 1000;
 const EAGER_EVERY_MS = 50;
-const CALM_EVERY_MS = 200;
+const KEEN_EVERY_MS = 200;
+const CALM_EVERY_MS = 1000;
 const SILENCE_MS = 3000;
 
 /** Pings, what the pongs tell the clock, and whether the other side is still there. Pure. */
@@ -35,10 +36,13 @@ export class Heartbeat {
     if (pong.id > (this.#newest?.id ?? 0)) this.#newest = { id: pong.id, atMs: nowMs };
   }
 
-  /** The pause before the next ping: eager in the first second, so that the clock aligns soon. */
-  pauseMs(nowMs: number): number {
-    const eager = nowMs - (this.#startedMs ?? nowMs) < EAGER_MS;
-    return eager ? EAGER_EVERY_MS : CALM_EVERY_MS;
+  /**
+   * The pause before the next ping: eager in the first second, so that the clock aligns soon;
+   * keen while this page drives or may drive next; calm for those who watch, who are many.
+   */
+  pauseMs(nowMs: number, mayDrive: boolean): number {
+    if (nowMs - (this.#startedMs ?? nowMs) < EAGER_MS) return EAGER_EVERY_MS;
+    return mayDrive ? KEEN_EVERY_MS : CALM_EVERY_MS;
   }
 
   /** True when pings have gone unanswered for 3 s. */

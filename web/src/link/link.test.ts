@@ -136,6 +136,7 @@ it("gives up a peer that has been silent for three seconds", () => {
   open();
   answerFor(2);
   const before = peers.length;
+  link.mayDrive = true;
   vi.advanceTimersByTime(2700);
   expect(peers).toHaveLength(before);
   vi.advanceTimersByTime(700);

@@ -29,6 +29,8 @@ const now = () => performance.now();
 /** Keeps a connection to the server: one peer after the other, for as long as the page lives. */
 export class Link {
   clock = new ServerClock();
+  /** This page drives or waits to drive, so its silence must be noticed soon. */
+  mayDrive = false;
   #heartbeat = new Heartbeat(this.clock);
   #peer: Peer | null = null;
   #iceServers = askIceServers();
@@ -91,7 +93,7 @@ export class Link {
     }
     this.sendDrive(this.#heartbeat.beat(now()));
     clearTimeout(this.#timer);
-    this.#timer = setTimeout(() => this.#beat(), this.#heartbeat.pauseMs(now()));
+    this.#timer = setTimeout(() => this.#beat(), this.#heartbeat.pauseMs(now(), this.mayDrive));
   }
 
   #received(channel: Channel, text: string): void {

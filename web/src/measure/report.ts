@@ -12,6 +12,8 @@ const REPORT_EVERY_MS = 250;
 const SAMPLES_PER_REPORT = 5;
 /** Figures that change faster than this cannot be read. */
 const REPORTS_PER_FACTS = 4;
+/** So many reports are all sent after a stream has begun, until both have settled. */
+const UNSETTLED_REPORTS = 40;
 
 export interface ReporterOptions {
   link: Link;
@@ -27,6 +29,8 @@ export class Reporter {
   readonly #sound: SoundMeter;
   #delays = { sound: new DelayMeter(), picture: new DelayMeter() };
   #ticks = 0;
+  #reports = 0;
+  #reported = "";
 
   constructor(private readonly options: ReporterOptions) {
     const toServerMs = (pageMs: number) => options.link.clock.toServerMs(pageMs);
@@ -43,6 +47,7 @@ export class Reporter {
     this.#delays = { sound: new DelayMeter(), picture: new DelayMeter() };
     this.picture.reset();
     this.#sound.take();
+    this.#reports = 0;
   }
 
   mapped(message: RtpClock): void {
@@ -61,6 +66,9 @@ export class Reporter {
   async #report(peer: Peer): Promise<void> {
     const { link, wants, onFacts } = this.options;
     const { sound, picture } = wants();
+    const reported = `${sound} ${picture}`;
+    if (reported !== this.#reported) this.#reports = 0;
+    this.#reported = reported;
     const [soundMs, pictureMs] = await Promise.all([
       sound ? this.#delayMs(peer.sound, this.#delays.sound) : null,
       picture ? this.#delayMs(peer.picture, this.#delays.picture) : null,
@@ -74,8 +82,10 @@ export class Reporter {
       picture: picture ? { age_ms: seen.ageMs, delay_ms: pictureMs, rate_hz: seen.rateHz } : null,
       clock_error_ms: link.clock.errorMs(nowMs),
     };
-    link.sendDrive(report);
-    if (this.#ticks % (SAMPLES_PER_REPORT * REPORTS_PER_FACTS) !== 0) return;
+    const isFact = this.#reports++ % REPORTS_PER_FACTS === 0;
+    // Those who only watch are many; once settled, a report a second of theirs is enough.
+    if (isFact || link.mayDrive || this.#reports <= UNSETTLED_REPORTS) link.sendDrive(report);
+    if (!isFact) return;
     onFacts({
       pictureMs: report.picture?.age_ms ?? null,
       soundMs: report.sound?.age_ms ?? null,
