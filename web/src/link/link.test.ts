@@ -133,10 +133,10 @@ it("takes a connection that breaks at once for one more failure, a steady one fo
 });
 
 it("gives up a peer that has been silent for three seconds", () => {
+  link.mayDrive = true;
   open();
   answerFor(2);
   const before = peers.length;
-  link.mayDrive = true;
   vi.advanceTimersByTime(2700);
   expect(peers).toHaveLength(before);
   vi.advanceTimersByTime(700);
