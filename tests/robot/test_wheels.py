@@ -1,0 +1,65 @@
+"""From a twist to the speeds of two wheels."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.config import RobotSettings
+from wax.robot.driver import Twist
+from wax.robot.serial.wheels import MAX_WHEEL_MPS, Mixer, WheelSpeeds
+
+
+def mixed(twist: Twist, **settings: object) -> WheelSpeeds:
+    return Mixer(RobotSettings.model_validate(settings)).mix(twist)
+
+
+def both(wheels: WheelSpeeds) -> tuple[float, float]:
+    return wheels.left_mps, wheels.right_mps
+
+
+def test_straight_and_on_the_spot() -> None:
+    """Ahead both wheels turn alike; turning left the right one goes ahead by half the base."""
+    assert both(mixed(Twist(0.4, 0.0))) == pytest.approx((0.4, 0.4))
+    assert both(mixed(Twist(0.0, 1.0), wheel_base_m=0.5)) == pytest.approx((-0.25, 0.25))
+    assert both(mixed(Twist(0.2, -0.5))) == pytest.approx((0.275, 0.125))
+
+
+def test_trim_and_inversion_belong_to_one_wheel() -> None:
+    """Trim makes its wheel slower in both directions, inversion turns it round, the other not."""
+    assert both(mixed(Twist(0.4, 0.0), left_trim=0.9)) == pytest.approx((0.36, 0.4))
+    assert both(mixed(Twist(-0.4, 0.0), right_trim=0.5)) == pytest.approx((-0.4, -0.2))
+    assert both(mixed(Twist(0.4, 0.0), invert_right=True)) == pytest.approx((0.4, -0.4))
+    back = mixed(Twist(-0.4, 0.0), invert_left=True, left_trim=0.5)
+    assert both(back) == pytest.approx((0.2, -0.4))
+
+
+@given(
+    st.floats(-20, 20),
+    st.floats(-40, 40),
+    st.floats(0.1, 10),
+    st.floats(0.1, 20),
+    st.floats(0.05, 5),
+)
+def test_no_wheel_is_too_fast_and_every_curve_keeps_its_radius(
+    linear: float, angular: float, max_linear: float, max_angular: float, base_m: float
+) -> None:
+    """Both wheels stay within their limit, and their ratio is the one that was asked for."""
+    settings = RobotSettings(
+        max_linear_mps=max_linear, max_angular_rps=max_angular, wheel_base_m=base_m
+    )
+    left, right = both(Mixer(settings).mix(Twist(linear, angular)))
+    most = min(MAX_WHEEL_MPS, max(max_linear, max_angular * base_m / 2))
+    assert max(abs(left), abs(right)) <= most * (1 + 1e-9)
+    wanted_left, wanted_right = linear - angular * base_m / 2, linear + angular * base_m / 2
+    assert left * wanted_right == pytest.approx(right * wanted_left, abs=1e-6)
+    assert left * wanted_left >= -1e-9
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_no_number_is_standstill(bad: float) -> None:
+    """NaN and infinity never reach a wheel."""
+    assert mixed(Twist(bad, 0.3)) == mixed(Twist(0.3, bad)) == WheelSpeeds(0.0, 0.0)
