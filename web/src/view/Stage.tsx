@@ -28,8 +28,8 @@ export function Stage() {
       {/* biome-ignore lint/a11y/useMediaCaption: a live robot has no captions */}
       <audio ref={audio} />
       {!isOn && <PictureOff />}
-      <Start />
       <Warnings />
+      <Start />
     </section>
   );
 }

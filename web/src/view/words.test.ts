@@ -114,10 +114,10 @@ it("tells whoever is cut off what is kept for him", () => {
   expect(lostWords(viewer(1), 3).next).toBe("");
   expect(lostWords(viewer(1, { role: "operator", place: 0 }), 3)).toEqual({
     headline: "The connection is lost",
-    next: "Your turn is kept for 3 s.",
+    next: "Back within 3 s, you keep your turn.",
   });
   expect(lostWords(viewer(1, { role: "queued", place: 2 }), 3).next).toBe(
-    "Your place is kept for 3 s.",
+    "Back within 3 s, you keep your place.",
   );
 });
 

@@ -59,7 +59,7 @@ export interface TurnWords {
 export function lostWords(me: ViewerInfo | null, graceS: number): TurnWords {
   if (!me) return { headline: "One moment…", next: "" };
   const what = { operator: "turn", queued: "place", observer: null }[me.role];
-  const next = what ? `Your ${what} is kept for ${graceS} s.` : "";
+  const next = what ? `Back within ${graceS} s, you keep your ${what}.` : "";
   return { headline: "The connection is lost", next };
 }
 
