@@ -137,7 +137,7 @@ async def test_bad_messages_are_counted_and_harmless(
     await operator.join()
     await operator.drives()
     async with RawPeer(server) as stranger:
-        assert await stranger.pongs(1)
+        assert await stranger.pongs()
         before, start = await server.status(), await pose(server)
         messages = bad_messages(before["turn"]["number"])
         for message in messages:
@@ -148,7 +148,7 @@ async def test_bad_messages_are_counted_and_harmless(
             return refused(await server.status()) - refused(before) >= len(messages) - 3
 
         await eventually(counted, "nearly all are counted", within_s=3)
-        assert await stranger.pongs(2), "the peer no longer answers"
+        assert await stranger.pongs(), "the peer no longer answers"
         assert stranger.peer.connectionState == "connected"
         assert not (await pose(server)).moved(start)
         after = await server.status()
@@ -164,7 +164,7 @@ async def test_bad_messages_are_counted_and_harmless(
 async def test_commands_of_an_old_turn_or_age_move_nothing(server: Server) -> None:
     """Even the operator's commands are refused with an old turn's number or an old time."""
     async with RawPeer(server) as driver:
-        assert await driver.pongs(1)
+        assert await driver.pongs()
         driver.state.send(json.dumps({"type": "join"}))
 
         async def drives() -> bool:
@@ -174,7 +174,7 @@ async def test_commands_of_an_old_turn_or_age_move_nothing(server: Server) -> No
 
         await eventually(drives, "the turn begins")
         turn = driver.newest("room")["turn"]["number"]
-        assert await driver.pongs(2)
+        assert await driver.pongs()
         now_ms = driver.newest("pong")["server_ms"]
         start = await pose(server)
         for seq in range(1, 40):

@@ -40,14 +40,16 @@ async def test_a_voice_is_heard_in_step_with_its_picture(
     async with serve(tmp_path, settings(film)) as server:
         viewer = await open_viewer(server, **EARS)
         await viewer.listen()
-        await asyncio.sleep(3)
-        await viewer.forget()
-        cards = await viewer.cards(100)
-        await asyncio.sleep(1)
-        blocks = (await viewer.heard())[:400]
-
-    heard = np.array([block.rms for block in blocks])
-    place, fit = await asyncio.to_thread(find_in_loop, heard, envelope(sound))
+        for _ in range(3):  # until the browser has settled on a delay, it stretches the sound
+            await asyncio.sleep(3)
+            await viewer.forget()
+            cards = await viewer.cards(100)
+            await asyncio.sleep(1)
+            blocks = (await viewer.heard())[:400]
+            heard = np.array([block.rms for block in blocks])
+            place, fit = await asyncio.to_thread(find_in_loop, heard, envelope(sound))
+            if fit > 0.8:
+                break
     assert fit > 0.8, f"what is heard fits the voice by {fit:.2f} only"
 
     loop_ms = FILM_S * 1000

@@ -20,6 +20,14 @@ from e2e.harness.chromium import launch_chromium
 from e2e.harness.server import Server
 from e2e.harness.viewer import Viewer
 
+LOOPBACK_FLAGS = (
+    "--allow-loopback-in-peer-connection",
+    "--disable-features=WebRtcHideLocalIpsWithMdns",
+)
+"""Of itself Chromium 156 makes no connection where there is no network: it wants to announce a name
+for its address by multicast DNS first, which no interface carries.
+"""
+
 SIOCSIFFLAGS = 0x8914
 IFF_UP_RUNNING = 0x41
 
@@ -37,7 +45,7 @@ async def watch(folder: Path) -> int:
     await server.start()
     try:
         async with async_playwright() as playwright:
-            browser = await launch_chromium(playwright)
+            browser = await launch_chromium(playwright, *LOOPBACK_FLAGS)
             viewer = await Viewer.prepare(await browser.new_context(), server.url)
             await viewer.page.goto(server.url)
             await viewer.sees_picture()

@@ -34,11 +34,11 @@ def find_chromium() -> str:
     )
 
 
-async def launch_chromium(playwright: Playwright) -> Browser:
+async def launch_chromium(playwright: Playwright, *more_flags: str) -> Browser:
     """Launch it headless; it may play sound without a touch, for the instruments' sake."""
     root = hasattr(os, "geteuid") and os.geteuid() == 0
     return await playwright.chromium.launch(
         executable_path=find_chromium(),
         headless=True,
-        args=[*FLAGS, *(["--no-sandbox"] if root else [])],
+        args=[*FLAGS, *more_flags, *(["--no-sandbox"] if root else [])],
     )

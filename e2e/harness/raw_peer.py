@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
+import itertools
 import json
 import uuid
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Self
 
 import aiohttp
@@ -30,6 +33,8 @@ class RawPeer:
             "drive", ordered=False, maxRetransmits=0
         )
         self.heard: list[dict[str, Any]] = []
+        self._pings = itertools.count(1)
+        self._heartbeat: asyncio.Task[None] | None = None
         for channel in (self.state, self.drive):
             channel.on("message", lambda data: self.heard.append(json.loads(data)))
 
@@ -46,6 +51,7 @@ class RawPeer:
             answer = await response.json()
         await self.peer.setRemoteDescription(RTCSessionDescription(answer["sdp"], "answer"))
         await eventually(self._is_open, "both channels are open")
+        self._heartbeat = asyncio.create_task(self._beat())
         return self
 
     async def __aexit__(
@@ -54,16 +60,19 @@ class RawPeer:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        if self._heartbeat is not None:
+            self._heartbeat.cancel()
+            with suppress(asyncio.CancelledError):
+                await self._heartbeat
         await self.peer.close()
 
     def newest(self, kind: str) -> dict[str, Any]:
         """Return the newest message of this type, empty when none came."""
         return next((m for m in reversed(self.heard) if m["type"] == kind), {})
 
-    async def pongs(self, number: int) -> bool:
+    async def pongs(self) -> bool:
         """Send a ping and tell whether it is answered within a second."""
-        ping = {"type": "ping", "id": number, "sent_page_ms": 1.0}
-        self.drive.send(json.dumps(ping | {"pong_id": None, "pong_held_ms": None}))
+        number = self._ping()
 
         async def answered() -> bool:
             return any(m["type"] == "pong" and m["id"] == number for m in self.heard)
@@ -72,6 +81,17 @@ class RawPeer:
             return await eventually(answered, "a pong", within_s=1, every_s=0.02)
         except AssertionError:
             return False
+
+    def _ping(self) -> int:
+        number = next(self._pings)
+        ping = {"type": "ping", "id": number, "sent_page_ms": 1.0}
+        self.drive.send(json.dumps(ping | {"pong_id": None, "pong_held_ms": None}))
+        return number
+
+    async def _beat(self) -> None:
+        while self.drive.readyState == "open":
+            self._ping()
+            await asyncio.sleep(0.2)
 
     async def _is_open(self) -> bool:
         return self.state.readyState == self.drive.readyState == "open"
