@@ -275,7 +275,9 @@ def test_a_port_in_use_says_so(connect: Callable[..., SerialRobot], board: Board
     assert "another program" in (second.state().problem or "")
 
 
-@pytest.mark.parametrize("url", ["nonsense://x", "socket://localhost", "/dev/null", "/"])
+@pytest.mark.parametrize(
+    "url", ["nonsense://x", "socket://localhost", "rfc2217://127.0.0.1:1", "/dev/null", "/"]
+)
 def test_no_address_breaks_the_driver(
     connect: Callable[..., SerialRobot], board: Board, url: str
 ) -> None:

@@ -72,6 +72,8 @@ def _ramp(speed: float, target: float, gain: float, brake: float, dt_s: float) -
 def _slide(world: World, x: float, y: float, dx: float, dy: float) -> tuple[float, float, float]:
     """Go as far as the surroundings allow; say which share of the speed they leave, 1 if all."""
     length = math.hypot(dx, dy)
+    if length == 0.0:
+        return x, y, 1.0
     new_x, new_y, free = x + dx, y + dy, 1.0
     for _ in range(4):
         distance, away_x, away_y = world.nearest_surface(new_x, new_y)
@@ -79,7 +81,7 @@ def _slide(world: World, x: float, y: float, dx: float, dy: float) -> tuple[floa
             if math.hypot(new_x - x, new_y - y) <= length * (1.0 + 1e-9):
                 return new_x, new_y, free
             break
-        against = (dx * away_x + dy * away_y) / length if length > 0.0 else -1.0
+        against = (dx * away_x + dy * away_y) / length
         free = min(free, math.sqrt(max(0.0, 1.0 - against**2)))
         push = RADIUS_M - distance + TOUCH_M / 2.0
         new_x, new_y = new_x + push * away_x, new_y + push * away_y
