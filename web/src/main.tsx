@@ -1,6 +1,12 @@
 import "./style/base.css";
 import "./style/layout.css";
-import "./style/parts.css";
+import "./style/bar.css";
+import "./style/stage.css";
+import "./style/turn.css";
+import "./style/drive.css";
+import "./style/queue.css";
+import "./style/settings.css";
+import "./style/notices.css";
 import { render } from "preact";
 import { startSession } from "./session";
 import { App } from "./view/App";
