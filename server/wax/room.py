@@ -32,8 +32,8 @@ _LOG = structlog.get_logger(__name__)
 _SWEEP_S: Final = 0.1
 _LOST_S: Final = 1.0
 """Five heartbeats missed: the link is lost, the robot stands, the turn is kept for the grace."""
-_OBSERVER_LOST_S: Final = 3.5
-"""Who only watches is heard once a second."""
+_OTHERS_LOST_S: Final = 3.5
+"""Who only watches is heard once a second, and whoever joins has just been doing that."""
 _DEAD_S: Final = 10.0
 """Nothing for this long: the peer is closed; a page that is still there makes a new one."""
 _ROOM_EVERY_S: Final = 5.0
@@ -232,7 +232,7 @@ class Room:
                 self.control.returned(viewer.number)
 
     def _patience_s(self, viewer: Viewer) -> float:
-        return _OBSERVER_LOST_S if self._turns.place(viewer.number) is None else _LOST_S
+        return _LOST_S if viewer.number == self._turns.operator else _OTHERS_LOST_S
 
     def _forget(self, viewer: Viewer) -> None:
         _LOG.info("viewer gone", viewer=viewer.number)
