@@ -72,7 +72,7 @@ class SetPoints:
         """Want standstill, whatever the turn."""
         self._admits(turn)
         self._twist = STANDSTILL
-        self._armed = self._connected
+        self._armed = True
 
     def order(self, now_s: float) -> tuple[Order, float]:
         """Say what the robot shall do, and when that changes by itself (infinite if never)."""

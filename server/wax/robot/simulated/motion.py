@@ -18,18 +18,17 @@ ACCELERATION_MPS2 = 1.5
 BRAKING_MPS2 = 4.0
 ACCELERATION_RPS2 = 8.0
 BRAKING_RPS2 = 16.0
-TOUCH_M = 1e-4
-"""How near a surface counts as touching it."""
+GAP_M = 5e-5
+"""What is left between the robot and what it has run into."""
 
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """Where the robot is and how fast. `impact_mps` is how hard this step ran into something."""
+    """Where the robot is and how fast; `impact_mps` is the speed that this step lost by a bump."""
 
     pose: Pose
     linear_mps: float = 0.0
     angular_rps: float = 0.0
-    touching: bool = False
     impact_mps: float = 0.0
 
     def wheels_mps(self, wheel_base_m: float) -> tuple[float, float]:
@@ -56,11 +55,9 @@ def step(motion: Motion, target: Twist, limits: Limits, world: World, dt_s: floa
     heading = math.remainder(old.heading_rad + angular * dt_s, math.tau)
     pose = Pose(x, y, heading)
     if free >= 1.0:
-        touching = motion.touching and world.nearest_surface(x, y)[0] < RADIUS_M + TOUCH_M
-        return Motion(pose, linear, angular, touching=touching)
+        return Motion(pose, linear, angular)
     kept = math.copysign(min(abs(linear), abs(wanted.linear_mps) * free), linear)
-    lost = 0.0 if motion.touching else abs(linear - kept)
-    return Motion(pose, kept, angular, touching=True, impact_mps=lost)
+    return Motion(pose, kept, angular, impact_mps=abs(linear - kept))
 
 
 def _ramp(speed: float, target: float, gain: float, brake: float, dt_s: float) -> float:
@@ -83,6 +80,6 @@ def _slide(world: World, x: float, y: float, dx: float, dy: float) -> tuple[floa
             break
         against = (dx * away_x + dy * away_y) / length
         free = min(free, math.sqrt(max(0.0, 1.0 - against**2)))
-        push = RADIUS_M - distance + TOUCH_M / 2.0
+        push = RADIUS_M - distance + GAP_M
         new_x, new_y = new_x + push * away_x, new_y + push * away_y
     return x, y, 0.0
