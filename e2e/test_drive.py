@@ -1,4 +1,4 @@
-"""Hands on the controls, and what the robot makes of it. As shipped: the simulated robot."""
+"""Hands on the controls, and what the simulated robot makes of it."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 import pytest_asyncio
 
+from e2e.harness import toml
 from e2e.harness.hands import Fingers
 from e2e.harness.robot import moves, pose, stands_still
 
@@ -23,7 +24,8 @@ PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobil
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
 async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    async with serve(tmp_path_factory.mktemp("drive"), "") as running:
+    settings = f"[turns]\n{toml.BRIEF_GRACE}\n"
+    async with serve(tmp_path_factory.mktemp("drive"), settings) as running:
         yield running
 
 

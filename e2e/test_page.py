@@ -24,7 +24,8 @@ DRIVE_BUTTONS = ("Forward", "Back", "Left", "Right")
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
 async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    async with serve(tmp_path_factory.mktemp("page"), toml.CARD) as running:
+    settings = toml.card_with(turns=toml.BRIEF_GRACE)
+    async with serve(tmp_path_factory.mktemp("page"), settings) as running:
         yield running
 
 

@@ -94,7 +94,7 @@ async def shows_size(viewer: Viewer, width: int, height: int) -> None:
 async def test_switching_the_picture_off_stops_its_packets(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """With Picture off no video packet arrives, sound goes on; on again, the card is live again."""
+    """With Picture off none is sent nor encoded, sound goes on; on again, the card is live."""
     viewer = await open_viewer(server)
     await viewer.button("Start").click()
     await viewer.switch("Picture").click()
@@ -104,7 +104,12 @@ async def test_switching_the_picture_off_stops_its_packets(
         await viewer.page.wait_for_timeout(1500)
         return await viewer.packets("video") == before
 
+    async def rests() -> bool:
+        streams = (await server.status())["streams"]
+        return not streams["video"]["wanted"] and not any(streams["video"]["encoded_fps"].values())
+
     await eventually(silent, "no video packet arrives any more", within_s=6)
+    await eventually(rests, "nothing is encoded that nobody wants", within_s=6)
     heard = await viewer.packets("audio")
     await viewer.page.wait_for_timeout(500)
     assert await viewer.packets("audio") > heard

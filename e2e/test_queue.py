@@ -25,7 +25,7 @@ TURN_S = 3.0
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
 async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    short = toml.card_with(turns=f"turn_s = {TURN_S}\ngrace_s = 1.0")
+    short = toml.card_with(turns=f"turn_s = {TURN_S}\n{toml.BRIEF_GRACE}")
     async with serve(tmp_path_factory.mktemp("queue"), short) as running:
         yield running
 

@@ -29,7 +29,8 @@ HIDE = """() => {
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
 async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
-    async with serve(tmp_path_factory.mktemp("release"), toml.CARD) as running:
+    settings = toml.card_with(turns=toml.BRIEF_GRACE)
+    async with serve(tmp_path_factory.mktemp("release"), settings) as running:
         yield running
 
 

@@ -65,7 +65,7 @@ async def test_both_tones_of_the_card_are_heard(server: Server, open_viewer: Ope
 async def test_switching_the_sound_off_stops_its_packets(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """With Sound off no audio packet arrives, the picture goes on; on again, it is heard again."""
+    """With Sound off none is sent nor encoded, the picture goes on; on again, it is heard again."""
     viewer = await open_viewer(server, **EARS)
     await viewer.listen()
     await viewer.switch("Sound").click()
@@ -73,6 +73,12 @@ async def test_switching_the_sound_off_stops_its_packets(
         lambda: packets_stand_still(viewer, "audio"), "no audio packet arrives", within_s=6
     )
     assert not await packets_stand_still(viewer, "video")
+
+    async def rests() -> bool:
+        streams = (await server.status())["streams"]
+        return not streams["audio"]["encoded_hz"]
+
+    await eventually(rests, "no sound is encoded that nobody wants", within_s=6)
     await viewer.switch("Sound").click()
 
     async def heard_again() -> bool:

@@ -27,6 +27,11 @@ SOUND_EARLY_MS, SOUND_LATE_MS = 45.0, 125.0
 
 async def jitter_buffer_delay_ms(viewer: Viewer, kind: str, over_s: float = 1.0) -> float:
     """Mean delay in the browser's jitter buffer during the next `over_s`."""
+
+    async def started() -> bool:
+        return "jitterBufferDelay" in await viewer.inbound(kind)
+
+    await eventually(started, f"{kind} arrives")
     first = await viewer.inbound(kind)
     await asyncio.sleep(over_s)
     last = await viewer.inbound(kind)
@@ -49,8 +54,9 @@ async def test_a_chosen_delay_is_followed_by_both_streams(
         measured: dict[str, float] = {}
 
         async def follows() -> bool:
-            for kind in ("audio", "video"):
-                measured[kind] = round(await jitter_buffer_delay_ms(viewer, kind))
+            kinds = ("audio", "video")
+            delays = await asyncio.gather(*(jitter_buffer_delay_ms(viewer, k) for k in kinds))
+            measured.update(zip(kinds, map(round, delays), strict=True))
             return all(abs(ms - delay_ms) <= TOLERANCE_MS for ms in measured.values())
 
         try:
@@ -66,7 +72,7 @@ async def measured_skew_ms(viewer: Viewer) -> float:
     """How much later than the picture the sound is presented, by the test card of both."""
     await asyncio.sleep(2)
     await viewer.forget()
-    cards = await viewer.cards(120)
+    cards = await viewer.cards(90)
     await asyncio.sleep(1)
     sound_ms = median(ear.burst_ages_ms(await viewer.heard()))
     picture_ms = median(card.age_ms for card in cards if card.valid)

@@ -10,6 +10,9 @@ source = "testcard"
 """
 """Picture and sound that can be read back; everything else as shipped."""
 
+BRIEF_GRACE = "grace_s = 0.5"
+"""Who closes his page is forgotten soon, so that the next test need not wait for his turn."""
+
 
 def card(codec: str) -> str:
     """Encode the test card with one of the two video codecs."""
