@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import json
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,7 @@ import pytest_asyncio
 
 from e2e.harness import toml
 from e2e.harness.raw_peer import RawPeer
-from e2e.harness.robot import moves, pose
+from e2e.harness.robot import moves, pose, stands_still
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ OFFERS = {
     "deep": b'{"sdp":' + b"[" * 5000 + b"]" * 5000 + b"}",
 }
 
-STAND = {
+GO = {
     "type": "drive",
     "seq": 1,
     "turn": 0,
@@ -91,8 +92,8 @@ async def test_an_unknown_address_is_a_404(server: Server) -> None:
         assert code in (403, 404), path
 
 
-def bad_messages(turn: int) -> list[str | bytes]:
-    """Malformed, oversized, unknown, and out of turn."""
+def bad_messages(turn: int, now_ms: float) -> list[str | bytes]:
+    """Malformed, oversized, unknown, and such as only the operator may send."""
     return [
         "",
         "no JSON",
@@ -106,15 +107,15 @@ def bad_messages(turn: int) -> list[str | bytes]:
         "[" * 500,
         "x" * 5000,
         "x" * 60_000,
-        json.dumps(STAND | {"turn": turn}),
-        json.dumps(STAND | {"turn": turn + 1}),
-        json.dumps(STAND | {"turn": -1}),
-        json.dumps(STAND | {"turn": 2**60}),
-        json.dumps(STAND | {"linear": 1e308}),
-        json.dumps(STAND | {"linear": float("nan")}),
-        json.dumps(STAND | {"linear": "1"}),
-        json.dumps(STAND | {"extra": 1}),
-        json.dumps(STAND | {"axes": {str(n): 1.0 for n in range(9)}}),
+        json.dumps(GO | {"turn": turn, "sent_server_ms": now_ms, "seq": 2**50}),
+        json.dumps(GO | {"turn": turn + 1, "sent_server_ms": now_ms}),
+        json.dumps(GO | {"turn": -1}),
+        json.dumps(GO | {"turn": 2**60}),
+        json.dumps(GO | {"linear": 1e308}),
+        json.dumps(GO | {"linear": float("nan")}),
+        json.dumps(GO | {"linear": "1"}),
+        json.dumps(GO | {"extra": 1}),
+        json.dumps(GO | {"axes": {str(n): 1.0 for n in range(9)}}),
         json.dumps({"type": "want", "sound": True, "picture": True, "size": "9x9"}),
         json.dumps({"type": "name", "name": "n" * 1000}),
         json.dumps({"type": "leave"}),
@@ -140,7 +141,7 @@ async def test_bad_messages_are_counted_and_harmless(
     async with RawPeer(server) as stranger:
         assert await stranger.pongs()
         before, start = await server.status(), await pose(server)
-        messages = bad_messages(before["turn"]["number"])
+        messages = bad_messages(before["turn"]["number"], stranger.server_ms())
         for message in messages:
             getattr(stranger, channel).send(message)
             await asyncio.sleep(0.02)
@@ -176,14 +177,27 @@ async def test_commands_of_an_old_turn_or_age_move_nothing(server: Server) -> No
         await eventually(drives, "the turn begins")
         turn = driver.newest("room")["turn"]["number"]
         assert await driver.pongs()
-        now_ms = driver.newest("pong")["server_ms"]
-        start = await pose(server)
-        for seq in range(1, 40):
-            old = {"turn": turn - 1, "sent_server_ms": now_ms + seq * 20}
-            stale = {"turn": turn, "sent_server_ms": now_ms - 2000}
-            for fault in (old, stale):
-                driver.drive.send(json.dumps(STAND | fault | {"seq": seq}))
+        sequence = itertools.count(1)
+
+        async def send(*, turn: int, late_ms: float = 0, **more: object) -> None:
+            stamp = {"turn": turn, "sent_server_ms": driver.server_ms() - late_ms}
+            driver.drive.send(json.dumps(GO | stamp | {"seq": next(sequence)} | more))
             await asyncio.sleep(0.02)
+
+        await send(turn=turn, linear=0.0, angular=0.0)
+        start = await pose(server)
+        for _ in range(20):
+            await send(turn=turn)
+        assert (await pose(server)).moved(start), "good commands move nothing either"
+        assert await stands_still(server)
+
+        await send(turn=turn, linear=0.0, angular=0.0)
+        start = await pose(server)
+        for _ in range(30):
+            await send(turn=turn - 1)
+            await send(turn=turn + 1)
+            await send(turn=turn, late_ms=2000)
+            await send(turn=turn, late_ms=-2000)
         assert not (await pose(server)).moved(start)
         driver.state.send(json.dumps({"type": "leave"}))
 
@@ -196,7 +210,7 @@ async def test_a_flood_does_not_stop_the_others(server: Server, open_viewer: Ope
     await operator.drives()
     async with RawPeer(server) as stranger:
         for seq in range(2000):
-            stranger.drive.send(json.dumps(STAND | {"seq": seq}))
+            stranger.drive.send(json.dumps(GO | {"seq": seq}))
         await operator.page.keyboard.down("ArrowLeft")
         assert await moves(server, during_s=1)
         await operator.page.keyboard.up("ArrowLeft")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import json
+import time
 import uuid
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Self
@@ -35,8 +36,9 @@ class RawPeer:
         self.heard: list[dict[str, Any]] = []
         self._pings = itertools.count(1)
         self._heartbeat: asyncio.Task[None] | None = None
+        self._ahead_ms = 0.0
         for channel in (self.state, self.drive):
-            channel.on("message", lambda data: self.heard.append(json.loads(data)))
+            channel.on("message", self._take)
 
     async def __aenter__(self) -> Self:
         for kind in ("audio", "video"):
@@ -70,6 +72,10 @@ class RawPeer:
         """Return the newest message of this type, empty when none came."""
         return next((m for m in reversed(self.heard) if m["type"] == kind), {})
 
+    def server_ms(self) -> float:
+        """Return the server's clock, good to a round trip on this machine; ask after `pongs`."""
+        return time.monotonic() * 1000 + self._ahead_ms
+
     async def pongs(self) -> bool:
         """Send a ping and tell whether it is answered within a second."""
         number = self._ping()
@@ -81,6 +87,12 @@ class RawPeer:
             return await eventually(answered, "a pong", within_s=1, every_s=0.02)
         except AssertionError:
             return False
+
+    def _take(self, data: str | bytes) -> None:
+        message = json.loads(data)
+        self.heard.append(message)
+        if message["type"] == "pong":
+            self._ahead_ms = message["server_ms"] - time.monotonic() * 1000
 
     def _ping(self) -> int:
         number = next(self._pings)
