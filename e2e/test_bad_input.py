@@ -93,8 +93,10 @@ async def test_an_unknown_address_is_a_404(server: Server) -> None:
 
 
 def bad_messages(turn: int, now_ms: float) -> list[str | bytes]:
-    """Malformed, oversized, unknown, and such as only the operator may send."""
+    """Such as only the operator may send, while they are fresh; malformed, oversized, unknown."""
     return [
+        json.dumps(GO | {"turn": turn, "sent_server_ms": now_ms, "seq": 2**50}),
+        json.dumps(GO | {"turn": turn + 1, "sent_server_ms": now_ms}),
         "",
         "no JSON",
         b"\x00\xff\xfe",
@@ -107,8 +109,6 @@ def bad_messages(turn: int, now_ms: float) -> list[str | bytes]:
         "[" * 500,
         "x" * 5000,
         "x" * 60_000,
-        json.dumps(GO | {"turn": turn, "sent_server_ms": now_ms, "seq": 2**50}),
-        json.dumps(GO | {"turn": turn + 1, "sent_server_ms": now_ms}),
         json.dumps(GO | {"turn": -1}),
         json.dumps(GO | {"turn": 2**60}),
         json.dumps(GO | {"linear": 1e308}),
