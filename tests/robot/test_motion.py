@@ -60,6 +60,14 @@ def test_the_fastest_robot_does_not_tunnel(heading: float, speed: float) -> None
         assert clearance_m(motion) >= RADIUS_M - 1e-9
 
 
+def test_being_pushed_out_of_a_corner_is_no_way_to_be_faster() -> None:
+    """Where two surfaces push at once, the robot still goes no further than its speed allows."""
+    corner = Pose(6.570175, 8.301864, -2.246502)
+    fast = Limits(linear_mps=10.0, angular_rps=1.0)
+    after = step(Motion(corner, linear_mps=10.0), Twist(10.0, 0.0), fast, WORLD, DT_S).pose
+    assert math.hypot(after.x_m - corner.x_m, after.y_m - corner.y_m) <= 10.0 * DT_S * (1 + 1e-6)
+
+
 def test_the_start_is_free() -> None:
     """The robot starts with room to turn."""
     assert clearance_m(Motion(WORLD.start)) > RADIUS_M + 0.1
