@@ -1,4 +1,5 @@
-import type { TargetedKeyboardEvent } from "preact";
+import { useSignal } from "@preact/signals";
+import type { TargetedEvent, TargetedKeyboardEvent } from "preact";
 import { MAX_NAME_CHARS } from "../session";
 import { useActions, useState } from "./context";
 import { inOrder, placeWords } from "./words";
@@ -27,6 +28,12 @@ export function Queue() {
 function NameField() {
   const { preferences, me } = useState();
   const { setName } = useActions();
+  // What is typed and not yet sent, which every news of the room would else overwrite.
+  const draft = useSignal<string | null>(null);
+  const onChange = (event: TargetedEvent<HTMLInputElement>) => {
+    setName(event.currentTarget.value);
+    draft.value = null;
+  };
   const onKeyDown = (event: TargetedKeyboardEvent<HTMLInputElement>) => {
     // The keys belong to the robot again.
     if (event.key === "Enter") event.currentTarget.blur();
@@ -41,8 +48,11 @@ function NameField() {
         spellcheck={false}
         enterkeyhint="done"
         placeholder={preferences.value.name ? "" : (me.value?.name ?? "")}
-        value={preferences.value.name}
-        onChange={(event) => setName(event.currentTarget.value)}
+        value={draft.value ?? preferences.value.name}
+        onInput={(event) => {
+          draft.value = event.currentTarget.value;
+        }}
+        onChange={onChange}
         onKeyDown={onKeyDown}
       />
     </label>

@@ -192,6 +192,18 @@ describe("driving", () => {
 });
 
 describe("the queue", () => {
+  it("leaves a name alone while it is typed, whatever happens in the room", () => {
+    show({ watching: [1] });
+    const field = getByRole(body, "textbox", { name: "Your name" }) as HTMLInputElement;
+    field.value = "Ad";
+    act(() => void field.dispatchEvent(new Event("input", { bubbles: true })));
+    show({ operator: 2, watching: [1] });
+    expect(field.value).toBe("Ad");
+    field.value = "Ada";
+    act(() => void field.dispatchEvent(new Event("change", { bubbles: true })));
+    expect(actions.setName).toHaveBeenCalledWith("Ada");
+  });
+
   it("lists everybody in order and marks oneself", () => {
     show({ operator: 2, waiting: [1], watching: [3] });
     const lines = [...getByRole(body, "list", { name: "Queue" }).children];
