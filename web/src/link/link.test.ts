@@ -39,7 +39,6 @@ let heard: StateOut[];
 beforeEach(() => {
   vi.useFakeTimers({ toFake: ["setTimeout", "clearTimeout", "performance"] });
   vi.spyOn(Math, "random").mockReturnValue(0);
-  vi.stubGlobal("fetch", async () => new Response('{"iceServers": []}'));
   peers.length = 0;
   states = [];
   heard = [];
@@ -54,7 +53,6 @@ beforeEach(() => {
 afterEach(() => {
   link.close();
   vi.useRealTimers();
-  vi.unstubAllGlobals();
 });
 
 function peer() {

@@ -3,7 +3,6 @@ import type { Channel, DriveIn, DriveOut, StateIn, StateOut } from "../messages"
 import { Heartbeat } from "./heartbeat";
 import { Peer } from "./peer";
 import { retryDelayMs } from "./reconnect";
-import { askIceServers } from "./signalling";
 
 /** How the connection is. `retryAtMs` is on the page's clock; reasons are sentences. */
 export type LinkState =
@@ -33,7 +32,6 @@ export class Link {
   mayDrive = false;
   #heartbeat = new Heartbeat(this.clock);
   #peer: Peer | null = null;
-  #iceServers = askIceServers();
   #failures = 0;
   #connectedMs = Number.POSITIVE_INFINITY;
   #timer: ReturnType<typeof setTimeout> | undefined;
@@ -62,7 +60,7 @@ export class Link {
     this.#change({ is: "connecting" });
     this.events.fresh(peer);
     this.#timer = setTimeout(() => this.#lost("The server does not answer."), CONNECT_MS);
-    void peer.connect(this.client(), this.#iceServers);
+    void peer.connect(this.client());
   }
 
   /** Tries now instead of later, where a next attempt is being waited for. */

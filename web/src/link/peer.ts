@@ -1,5 +1,5 @@
 import type { Channel } from "../messages";
-import { gathered, postOffer } from "./signalling";
+import { askIceServers, gathered, postOffer } from "./signalling";
 
 /** What a peer tells; nothing comes after `lost`, nor after `close` was called. */
 export interface PeerEvents {
@@ -41,11 +41,11 @@ export class Peer {
   }
 
   /** Offers and takes the answer; a failure is told as `lost`. */
-  async connect(client: string, iceServers: Promise<RTCIceServer[]>): Promise<void> {
+  async connect(client: string): Promise<void> {
     const pc = this.#pc;
     try {
-      const offer = await pc.createOffer();
-      const servers = await iceServers;
+      // Asked for every peer: an answer that failed or grew old is not kept.
+      const [servers, offer] = await Promise.all([askIceServers(), pc.createOffer()]);
       if (servers.length > 0) {
         pc.setConfiguration({ ...pc.getConfiguration(), iceServers: servers });
       }

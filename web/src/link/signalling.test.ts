@@ -36,6 +36,20 @@ it("says so when nobody answers", async () => {
   await expect(postOffer("v=0", "c", signal)).rejects.toThrow("The server cannot be reached.");
 });
 
+it("waits two seconds for the ICE servers and no longer", async () => {
+  const asking = new AbortController();
+  const timeout = vi.spyOn(AbortSignal, "timeout").mockReturnValue(asking.signal);
+  vi.stubGlobal("fetch", (_url: string, { signal }: RequestInit) => {
+    return new Promise((_resolve, reject) => {
+      signal?.addEventListener("abort", () => reject(signal.reason));
+    });
+  });
+  const asked = askIceServers();
+  expect(timeout).toHaveBeenCalledWith(2000);
+  asking.abort();
+  expect(await asked).toEqual([]);
+});
+
 it("goes on without ICE servers when it cannot learn of any", async () => {
   answer(200, '{"iceServers": [{"urls": "stun:example.org"}]}');
   expect(await askIceServers()).toEqual([{ urls: "stun:example.org" }]);

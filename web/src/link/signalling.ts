@@ -1,15 +1,16 @@
 /** What goes over HTTP before there is a connection. */
 
 const UNREACHABLE = "The server cannot be reached.";
+const ASKING_MS = 2000;
 const GATHERING_MS = 2000;
 
 /** The server said no, or nothing; the message is a sentence for a person. */
 export class SignallingError extends Error {}
 
-/** The ICE servers to use: none unless configured, and none when the question fails. */
+/** The ICE servers to use: none unless configured, nor when there is no answer in two seconds. */
 export async function askIceServers(): Promise<RTCIceServer[]> {
   try {
-    const response = await fetch("/api/ice");
+    const response = await fetch("/api/ice", { signal: AbortSignal.timeout(ASKING_MS) });
     return response.ok ? (await response.json()).iceServers : [];
   } catch {
     return [];

@@ -1,0 +1,81 @@
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { Peer } from "./peer";
+
+const STUN = [{ urls: "stun:example.org" }];
+
+/** The browser's peer connection, as far as an offer needs it. */
+class FakeConnection extends EventTarget {
+  static made: FakeConnection[] = [];
+  iceServers: RTCIceServer[] = [];
+  iceGatheringState = "complete";
+  localDescription: RTCSessionDescriptionInit | null = null;
+  remoteDescription: RTCSessionDescriptionInit | null = null;
+
+  constructor() {
+    super();
+    FakeConnection.made.push(this);
+  }
+
+  addTransceiver = () => ({ receiver: {} });
+  createDataChannel = () => new EventTarget();
+  createOffer = vi.fn(async () => ({ type: "offer" as const, sdp: "v=0 offer" }));
+  getConfiguration = () => ({});
+  setConfiguration({ iceServers = [] }: RTCConfiguration): void {
+    this.iceServers = iceServers;
+  }
+  async setLocalDescription(description: RTCSessionDescriptionInit): Promise<void> {
+    this.localDescription = description;
+  }
+  async setRemoteDescription(description: RTCSessionDescriptionInit): Promise<void> {
+    this.remoteDescription = description;
+  }
+  close(): void {}
+}
+
+let ice: () => Promise<Response>;
+
+beforeEach(() => {
+  FakeConnection.made = [];
+  vi.stubGlobal("RTCPeerConnection", FakeConnection);
+  vi.stubGlobal("fetch", (url: string) =>
+    url === "/api/ice" ? ice() : Promise.resolve(new Response('{"sdp": "v=0 answer"}')),
+  );
+});
+
+afterEach(() => vi.unstubAllGlobals());
+
+/** A fresh peer that connects; the promise resolves when it has its answer or has failed. */
+function connect() {
+  const lost = vi.fn();
+  const connected = new Peer({ opened: () => {}, received: () => {}, lost }).connect("client");
+  const connection = FakeConnection.made.at(-1);
+  if (!connection) throw new Error("there is no connection");
+  return { connected, connection, lost };
+}
+
+it("asks for the ICE servers anew, so that one failed question spoils one peer only", async () => {
+  ice = () => Promise.reject(new TypeError("Failed to fetch"));
+  const first = connect();
+  await first.connected;
+  expect(first.connection.iceServers).toEqual([]);
+  expect(first.connection.remoteDescription?.sdp).toBe("v=0 answer");
+  expect(first.lost).not.toHaveBeenCalled();
+
+  ice = async () => new Response(JSON.stringify({ iceServers: STUN }));
+  const second = connect();
+  await second.connected;
+  expect(second.connection.iceServers).toEqual(STUN);
+});
+
+it("creates the offer while it asks", async () => {
+  let answer = (_response: Response) => {};
+  ice = () =>
+    new Promise((resolve) => {
+      answer = resolve;
+    });
+  const { connected, connection } = connect();
+  expect(connection.createOffer).toHaveBeenCalled();
+  answer(new Response('{"iceServers": []}'));
+  await connected;
+  expect(connection.localDescription?.sdp).toBe("v=0 offer");
+});
