@@ -104,9 +104,9 @@ export function startSession(): Session {
   function received(message: StateOut): void {
     switch (message.type) {
       case "hello":
-        state.hello.value = message;
         // The room of the connection before may name another operator.
         state.room.value = null;
+        state.hello.value = message;
         greet();
         break;
       case "room":

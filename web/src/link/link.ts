@@ -100,11 +100,12 @@ export class Link {
       return;
     }
     const message = JSON.parse(text) as StateOut;
+    // Told first: who learns of the connection no longer finds the room of the one before.
+    this.events.received(message);
     if (message.type === "hello") {
       this.#connectedMs = now();
       this.#change({ is: "connected" });
     }
-    this.events.received(message);
   }
 
   #lost(reason: string): void {
