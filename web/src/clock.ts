@@ -51,10 +51,6 @@ export class ServerClock {
     this.#recentMs = [...this.#recentMs, rttMs].slice(-RECENT);
   }
 
-  get isAligned(): boolean {
-    return this.#best !== null;
-  }
-
   /** The server's time at a moment of the page's clock; null before the first exchange. */
   toServerMs(pageMs: number): number | null {
     return this.#best && pageMs + this.#best.offsetMs;
