@@ -68,6 +68,9 @@ def find(video: str = "none", audio: str = "none", robot: Robot | None = None) -
         ("0", OpenCvCamera),
         ("camera:2", OpenCvCamera),
         ("/dev/video4", OpenCvCamera),
+        ("/dev/v4l/by-id/usb-Acme_Cam-video-index0", OpenCvCamera),
+        ("camera:/dev/v4l/by-path/pci-0000:00:14.0-usb-0:1:1.0-video-index0", OpenCvCamera),
+        ("camera:/run/robot/eye", OpenCvCamera),
         ("rtsp://10.0.0.1/stream", FileVideo),
         ("http://user:word@robot:81/a.mjpg", FileVideo),
     ],
@@ -102,9 +105,11 @@ def test_a_device_is_passed_on_as_it_is_written() -> None:
         "Microphone 3",
         "Microphone USB",
     ]
-    camera = find(video="camera:2").video
-    assert isinstance(camera, OpenCvCamera)
-    assert camera.name == "Camera 2"
+    cameras = [find(video=name).video for name in ("camera:2", "camera:/dev/v4l/by-id/eye")]
+    assert [getattr(camera, "name", None) for camera in cameras] == [
+        "Camera 2",
+        "Camera /dev/v4l/by-id/eye",
+    ]
 
 
 def test_none_is_none() -> None:

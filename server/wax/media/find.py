@@ -115,11 +115,15 @@ class _Files:
 
 
 def _camera_device(name: str) -> int | str | None:
-    """Return a camera's number or path, or None if the name is no camera's."""
+    """Return a camera's number or path, or None if the name is no camera's.
+
+    Without ``camera:`` a path is a camera's only where no film can be meant.
+    """
     device = name.removeprefix("camera:")
     if device.isdecimal():
         return int(device)
-    return device if device.startswith("/dev/video") else None
+    prefixes = ("/dev/video", "/dev/v4l/") if device == name else ("/",)
+    return device if device.startswith(prefixes) else None
 
 
 def _existing(name: str, key: str) -> Path:
