@@ -42,6 +42,11 @@ def test_what_the_page_may_leave_out_is_optional() -> None:
     assert drive["additionalProperties"] is False
 
 
+def test_the_page_is_told_how_long_a_name_is() -> None:
+    """The page cuts names where the server does, and learns from it where."""
+    assert schema()["constants"] == {"MAX_NAME_CHARS": messages.MAX_NAME_CHARS}
+
+
 def test_the_command_prints_it() -> None:
     """`python -m wax.web.schema` prints the schema as JSON and nothing else."""
     command = [sys.executable, "-m", "wax.web.schema"]

@@ -36,7 +36,11 @@ function before() {
   }
 }
 
-const types = await compile(JSON.parse(askServer()), "Messages", {
+const { constants, ...schema } = JSON.parse(askServer());
+const values = Object.entries(constants).map(
+  ([name, value]) => `export const ${name} = ${JSON.stringify(value)};\n`,
+);
+const types = await compile(schema, "Messages", {
   additionalProperties: false,
   bannerComment: "/* Made by `npm run types` from server/wax/messages.py; do not edit. */",
   format: false,
@@ -44,7 +48,8 @@ const types = await compile(JSON.parse(askServer()), "Messages", {
 });
 
 // An unchanged file keeps its time, so that a running dev server does not reload.
-if (types !== before()) {
+const made = types + values.join("");
+if (made !== before()) {
   mkdirSync(folder, { recursive: true });
-  writeFileSync(target, types);
+  writeFileSync(target, made);
 }

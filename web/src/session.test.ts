@@ -1,7 +1,7 @@
 // @vitest-environment happy-dom
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { PeerEvents } from "./link/peer";
-import type { DriveIn, StateIn, StateOut } from "./messages";
+import { type DriveIn, MAX_NAME_CHARS, type StateIn, type StateOut } from "./messages";
 import { type Session, startSession } from "./session";
 import { hello, room } from "./testing/messages";
 
@@ -82,6 +82,14 @@ it("drives after a reconnect only when the new room says so", () => {
 
   receive(room({ operator: 1, number: 8 }));
   expect(turns()).toEqual([8]);
+});
+
+it("cuts a name where the server does", () => {
+  peer().events.opened();
+  session.actions.setName(` ${"x".repeat(100)} `);
+  const name = "x".repeat(MAX_NAME_CHARS);
+  expect(peer().sent).toContainEqual({ type: "name", name });
+  expect(session.state.preferences.value.name).toBe(name);
 });
 
 it("keeps what the room said of oneself while the connection is lost", () => {

@@ -10,7 +10,7 @@ import { Link } from "./link/link";
 import type { Peer } from "./link/peer";
 import { watchFrames } from "./measure/picture";
 import { Reporter } from "./measure/report";
-import type { StateOut } from "./messages";
+import { MAX_NAME_CHARS, type StateOut } from "./messages";
 import { Playback } from "./playback";
 import { applyPlayout } from "./playout";
 import { loadPreferences, openStore, type Preferences, savePreferences } from "./preferences";
@@ -18,8 +18,6 @@ import { createState, type State } from "./state";
 
 const DIRECTIONS: Direction[] = ["forward", "back", "left", "right"];
 const CLOCKS_EVERY_MS = 200;
-/** As many as the server keeps. */
-export const MAX_NAME_CHARS = 24;
 
 /** What a person can do here. */
 export interface Actions {

@@ -1,4 +1,4 @@
-"""Print the JSON Schema of every message, from which the page's types are made.
+"""Print the JSON Schema of every message, from which the page's types and constants are made.
 
 ``python -m wax.web.schema`` needs pydantic only: the page is built before WAX is installed.
 """
@@ -25,6 +25,9 @@ _CHANNELS: Final[dict[str, JsonSchemaMode]] = {
 }
 """What the page sends is described as it may be written, what it gets as it is written."""
 
+_CONSTANTS: Final = ("MAX_NAME_CHARS",)
+"""What the page must know as a value."""
+
 
 class _ForThePage(GenerateJsonSchema):
     """The same schema, told for a generator of types."""
@@ -39,7 +42,10 @@ class _ForThePage(GenerateJsonSchema):
 
 
 def schema() -> dict[str, Any]:
-    """Return one schema: a property for each channel and direction, the messages in ``$defs``."""
+    """Return one schema: a property for each channel and direction, the messages in ``$defs``.
+
+    Its ``constants`` are no part of JSON Schema: numbers of `messages` that the page needs too.
+    """
     adapters = [
         (name, mode, TypeAdapter[Any](getattr(messages, name))) for name, mode in _CHANNELS.items()
     ]
@@ -51,6 +57,7 @@ def schema() -> dict[str, Any]:
         "properties": {name: unions[name, mode] for name, mode in _CHANNELS.items()},
         "required": list(_CHANNELS),
         "$defs": shared["$defs"],
+        "constants": {name: getattr(messages, name) for name in _CONSTANTS},
     }
 
 

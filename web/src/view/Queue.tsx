@@ -1,6 +1,6 @@
 import { useSignal } from "@preact/signals";
 import type { TargetedEvent, TargetedKeyboardEvent } from "preact";
-import { MAX_NAME_CHARS } from "../session";
+import { MAX_NAME_CHARS } from "../messages";
 import { useActions, useState } from "./context";
 import { inOrder, placeWords } from "./words";
 
