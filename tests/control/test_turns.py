@@ -25,7 +25,7 @@ def test_nobody_drives_at_first() -> None:
     turns = make()
     assert turns.connect(A, 1.0) == ()
     assert (turns.operator, turns.number, turns.ends_s, turns.queue) == (None, 0, None, ())
-    assert turns.next_deadline_s is None
+    assert turns.tick(10_000.0) == ()
 
 
 def test_first_to_join_drives_at_once() -> None:
@@ -119,11 +119,10 @@ def test_short_loss_keeps_the_turn() -> None:
     assert turns.lost(A, 10.0) == ()
     assert turns.operator == A
     assert turns.is_lost(A)
-    assert turns.next_deadline_s == 13.0
     assert turns.returned(A, 12.9) == ()
     assert not turns.is_lost(A)
     assert turns.ends_s == 60.0
-    assert turns.next_deadline_s == 60.0
+    assert turns.tick(59.9) == ()
 
 
 def test_long_loss_ends_the_turn() -> None:
@@ -143,7 +142,8 @@ def test_losing_twice_does_not_prolong_grace() -> None:
     turns.lost(A, 12.0)
     assert turns.tick(13.0)[0] == TurnEnded(1, A, Why.GONE)
     assert turns.lost(A, 14.0) == ()
-    assert turns.next_deadline_s == 73.0
+    assert turns.tick(72.9) == ()
+    assert turns.ends_s == 73.0
 
 
 def test_waiting_viewer_keeps_his_place_for_grace() -> None:
@@ -240,7 +240,8 @@ def test_gone_hands_over_at_once() -> None:
     assert list(turns.queue) == []
     assert not turns.is_lost(A)
     assert turns.join(A, 3.0) == ()
-    assert turns.next_deadline_s == 62.0
+    assert turns.tick(61.9) == ()
+    assert turns.ends_s == 62.0
 
 
 def test_gone_after_grace_is_forgotten() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from hypothesis import settings
@@ -105,6 +106,14 @@ class TurnsMachine(RuleBasedStateMachine):
             # A promise is kept, not renewed: later estimates may only be shorter.
             self.drives_by_s.setdefault(viewer, self.now_s + wait_s)
 
+    def next_due_s(self) -> float:
+        """When the turn or somebody's grace ends; infinite if nothing is pending."""
+        grace_ends_s = [self.lost_since_s[viewer] + self.grace_s for viewer in self.lost]
+        pending_s = [end_s for end_s in grace_ends_s if end_s > self.now_s]
+        if self.turns.ends_s is not None:
+            pending_s.append(self.turns.ends_s)
+        return min(pending_s, default=math.inf)
+
     # --- what can happen ---------------------------------------------------------------------
 
     @rule(viewer=VIEWERS)
@@ -145,12 +154,12 @@ class TurnsMachine(RuleBasedStateMachine):
 
     @rule(pass_s=st.floats(0.0, 200.0))
     def time_passes(self, pass_s: float) -> None:
-        """Tick at every deadline, as the control loop does."""
+        """Tick at every deadline, as the control loop nearly does."""
         until_s = self.now_s + pass_s
-        while (due_s := self.turns.next_deadline_s) is not None and due_s <= until_s:
-            assert due_s > self.now_s, "a deadline in the past"
+        while (due_s := self.next_due_s()) <= until_s:
             self.now_s = due_s
             self.act(self.turns.tick)
+            assert self.next_due_s() > due_s, "what was due is still to be done"
         self.now_s = until_s
         self.act(self.turns.tick)
 

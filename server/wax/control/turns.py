@@ -113,14 +113,6 @@ class Turns:
         """Those who wait, the next first, without the operator."""
         return tuple(self._queue)
 
-    @property
-    def next_deadline_s(self) -> float | None:
-        """When `tick` has something to do; None if nothing is pending."""
-        due_s = self._first_grace_s()
-        if self._turn is not None:
-            due_s = min(due_s, self._turn.ends_s)
-        return due_s if math.isfinite(due_s) else None
-
     def is_lost(self, viewer: int) -> bool:
         """Tell whether the viewer's connection is lost at present."""
         return viewer in self._lost_since_s or viewer in self._lapsed
