@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import pytest
 
 from wax import room as room_module
+from wax.board import Board
 from wax.config import Settings
 from wax.control.gate import Command
 from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
-from wax.errors import FullError
+from wax.errors import FullError, SignallingError
 from wax.media.sound_hub import SoundHub
 from wax.media.video_hub import VideoHub
 from wax.robot.driver import Limits, RobotState, Twist
@@ -20,7 +22,12 @@ from wax.room import Room
 from wax.telemetry import Counters
 
 if TYPE_CHECKING:
+    from wax.media.capture import Capture
+    from wax.media.source import Picture
     from wax.rtc.peer import Peer, PeerEvents
+
+
+OFFER = "\n".join(["v=0", *(f"m={kind} 9 x 0" for kind in ("audio", "video", "application"))])
 
 
 class TurnedClock:
@@ -60,6 +67,12 @@ class Robot:
 
     def state(self) -> RobotState:
         return RobotState(connected=self.problem is None, problem=self.problem)
+
+
+class Camera:
+    """A capture that fails and recovers when told."""
+
+    problem: str | None = None
 
 
 class Wire:
@@ -106,15 +119,23 @@ class House:
         self.clock = TurnedClock()
         self.robot = Robot()
         turns = Turns(settings.turns)
+        self.camera = Camera()
+        self.counters = Counters()
+        video = VideoHub(settings=settings.video, clock=self.clock)
         self.room = Room(
             settings=settings,
             clock=self.clock,
-            counters=Counters(),
-            video=VideoHub(settings=settings.video, clock=self.clock),
+            counters=self.counters,
+            video=video,
             audio=SoundHub(settings=settings.audio),
-            driver=self.robot,
             turns=turns,
-            captures={},
+            board=Board(
+                settings=settings,
+                sizes=video.sizes,
+                driver=self.robot,
+                turns=turns,
+                captures={"video": cast("Capture[Picture]", self.camera)},
+            ),
         )
         self.loop = ControlLoop(
             clock=self.clock,
@@ -128,7 +149,7 @@ class House:
         self.room.steer(self.loop)
 
     async def enter(self, client: str) -> Wire:
-        await self.room.answer(client, "offer")
+        await self.room.answer(client, OFFER)
         Wire.made[-1].open()
         return Wire.made[-1]
 
@@ -139,8 +160,7 @@ class House:
             for wire in alive:
                 wire.events.received("drive", "x")
             self.loop.step(self.clock.time_s)
-            self.room._sweep(self.clock.time_s)
-            self.room._tell(self.clock.time_s)
+            self.room.round(self.clock.time_s)
 
     def names(self) -> list[str]:
         return [line.name for line in self.room.snapshot(self.clock.time_s).viewers]
@@ -160,7 +180,8 @@ async def test_who_enters_is_greeted_and_told_the_room(house: House) -> None:
     hello, told = ada.last("hello"), ada.last("room")
     assert hello["robot"]["axes"] == ["pan"]
     assert [line["id"] for line in told["viewers"]] == [hello["viewer"]]
-    assert told["video"]["problem"] == "This robot has no camera."
+    assert told["audio"]["problem"] == "This robot has no microphone."
+    assert told["video"]["problem"] is None
 
 
 async def test_the_same_page_gets_its_place_back(house: House) -> None:
@@ -194,7 +215,7 @@ async def test_a_full_house_says_so(house: House) -> None:
     await house.enter("ada-1111")
     await house.enter("bob-1111")
     with pytest.raises(FullError, match="2 places"):
-        await house.room.answer("eve-1111", "offer")
+        await house.room.answer("eve-1111", OFFER)
     assert len(house.names()) == 2
 
 
@@ -240,7 +261,7 @@ async def test_who_is_gone_is_forgotten_after_the_grace(house: House) -> None:
 
 async def test_half_open_and_dead_peers_are_closed(house: House) -> None:
     """A page that never opens its channels, and one that falls silent, are closed in 10 s."""
-    await house.room.answer("ada-1111", "offer")
+    await house.room.answer("ada-1111", OFFER)
     half = Wire.made[-1]
     bob = await house.enter("bob-1111")
     house.wait(10.3)
@@ -288,6 +309,81 @@ async def test_a_problem_of_the_robot_is_told_at_once(house: House) -> None:
     house.robot.problem = "the line is unplugged"
     house.wait(0.1, ada)
     assert ada.last("room")["robot"]["problem"] == "the line is unplugged"
+
+
+async def test_a_camera_that_fails_is_told_and_its_recovery_too(house: House) -> None:
+    """The page says that the camera is gone, and that it is back."""
+    ada = await house.enter("ada-1111")
+    house.camera.problem = "The camera was unplugged."
+    house.wait(0.3, ada)
+    assert ada.last("room")["video"]["problem"] == "The camera was unplugged."
+    house.camera.problem = None
+    house.wait(0.3, ada)
+    assert ada.last("room")["video"]["problem"] is None
+
+
+async def test_who_talks_without_end_hides_nobodys_silence(house: House) -> None:
+    """While one viewer renames himself all the time, a silent operator is still lost in time."""
+    ada, bob = await house.enter("ada-1111"), await house.enter("bob-1111")
+    ada.says(type="join")
+    house.wait(0.2, ada, bob)
+    bob.sent.clear()
+    for step in range(120):
+        bob.says(type="name", name=f"Bob {step}")
+        house.wait(0.1, bob)
+        if step == 11:
+            assert house.room.snapshot(house.clock.time_s).viewers[0].lost
+    assert len(bob.sent) <= 121
+
+
+async def test_a_flood_is_not_read(house: House) -> None:
+    """Messages beyond the rate are counted and dropped before they cost anything."""
+    ada = await house.enter("ada-1111")
+    for step in range(500):
+        ada.says(type="name", name=f"Ada {step}")
+    assert house.counters.snapshot()["messages over the rate"] == 440
+    house.wait(1.0, ada)
+    ada.says(type="name", name="Ada")
+    assert house.names() == ["Ada"]
+
+
+async def test_bad_offers_take_no_place(house: House) -> None:
+    """However many bad offers come, the house is not full and nobody's peer is closed."""
+    ada = await house.enter("ada-1111")
+    for number in range(50):
+        with pytest.raises(SignallingError):
+            await house.room.answer(f"eve-{number:04}", "nonsense")
+        with pytest.raises(SignallingError):
+            await house.room.answer("ada-1111", "nonsense")
+    assert ada.is_alive
+    await house.enter("bob-1111")
+    assert len(house.names()) == 2
+
+
+async def test_a_peer_that_never_opened_frees_its_place_at_once(house: House) -> None:
+    """Who failed to connect has no place to keep: no grace for him."""
+    await house.enter("ada-1111")
+    await house.room.answer("eve-1111", OFFER)
+    Wire.made[-1].abandon()
+    await house.enter("bob-1111")
+    assert len(house.names()) == 2
+
+
+async def test_of_two_offers_at_once_the_later_wins(house: House) -> None:
+    """A page that offers twice at once ends with one living peer, the one of its later offer."""
+    await asyncio.gather(*(house.room.answer("ada-1111", OFFER) for _ in range(3)))
+    assert [wire.is_alive for wire in Wire.made] == [False, False, True]
+    assert len(house.room.viewers) == 1
+
+
+@pytest.mark.usefixtures("house")
+async def test_everybody_queues_where_it_is_so_configured() -> None:
+    """With `join = "auto"` the first who enters drives and the next waits (thesis 4.3)."""
+    everybody = House({"turns": {"join": "auto"}})
+    ada, bob = await everybody.enter("ada-1111"), await everybody.enter("bob-1111")
+    everybody.wait(0.3, ada, bob)
+    roles = [line["role"] for line in bob.last("room")["viewers"]]
+    assert roles == ["operator", "queued"]
 
 
 async def test_nothing_new_is_not_told_again(house: House) -> None:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Final
 import structlog
 from aiohttp import web
 
+from wax.board import Board
 from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
 from wax.errors import StartError
@@ -86,9 +87,14 @@ class App:
             counters=counters,
             video=self._video,
             audio=self._audio,
-            driver=self._driver,
             turns=turns,
-            captures=self._captures,
+            board=Board(
+                settings=settings,
+                sizes=self._video.sizes,
+                driver=self._driver,
+                turns=turns,
+                captures=self._captures,
+            ),
         )
         self._control = ControlLoop(
             clock=clock,

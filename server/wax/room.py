@@ -4,32 +4,34 @@ from __future__ import annotations
 
 import asyncio
 from typing import TYPE_CHECKING, Final
+from weakref import WeakValueDictionary
 
 import structlog
 
-from wax import __version__, messages
+from wax import messages
 from wax.errors import FullError
 from wax.rtc.peer import Peer
+from wax.rtc.signalling import clean_offer
 from wax.viewer import Viewer
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
+    from wax.board import Board
     from wax.clock import Clock
     from wax.config import Settings, SyncSettings
     from wax.control.gate import Command
     from wax.control.loop import ControlLoop
     from wax.control.turns import TurnEvent, Turns
-    from wax.media.capture import Capture
     from wax.media.sound_hub import SoundHub
-    from wax.media.source import Picture, Sound
     from wax.media.video_hub import VideoHub
-    from wax.robot.driver import Driver
     from wax.telemetry import Counters
 
 _LOG = structlog.get_logger(__name__)
 
-_SWEEP_S: Final = 0.1
+_ROUND_S: Final = 0.05
+_LOOK_S: Final = 0.2
+"""Robot and sources do not call when they fail; they are looked at this often."""
+_MAX_CONNECTING: Final = 32
+"""So many offers may be under way that have not opened their channels yet."""
 _LOST_S: Final = 1.0
 """Five heartbeats missed: the link is lost, the robot stands, the turn is kept for the grace."""
 _OTHERS_LOST_S: Final = 3.5
@@ -51,25 +53,25 @@ class Room:
         counters: Counters,
         video: VideoHub,
         audio: SoundHub,
-        driver: Driver,
         turns: Turns,
-        captures: Mapping[str, Capture[Picture] | Capture[Sound]],
+        board: Board,
     ) -> None:
         self._settings = settings
         self._clock = clock
         self._counters = counters
         self._video = video
         self._audio = audio
-        self._driver = driver
         self._turns = turns
-        self._captures = captures
+        self._board = board
         self._control: ControlLoop | None = None
         self._viewers: dict[int, Viewer] = {}
         self._gone_since_s: dict[int, float] = {}
         self._next_number = 1
+        self._answering: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
         self._told = ""
         self._told_s = 0.0
-        self._changed = asyncio.Event()
+        self._looked_s = 0.0
+        self._is_changed = False
 
     def steer(self, control: ControlLoop) -> None:
         """Connect the control loop, which itself reports to this room."""
@@ -90,15 +92,21 @@ class Room:
     async def answer(self, client: str, offer: str) -> str:
         """Answer a page's offer; the same `client` gets back the same place, turn and name.
 
-        Raises `FullError` or `SignallingError`.
+        Of two offers at once the later wins. Raises `FullError` or `SignallingError`.
         """
-        viewer = next((v for v in self._viewers.values() if v.client == client), None)
+        # Before anything else: a bad offer shall neither take a place nor end a good peer.
+        offer = clean_offer(offer)
+        async with self._answering.setdefault(client, asyncio.Lock()):
+            return await self._answer(client, offer)
+
+    async def _answer(self, client: str, offer: str) -> str:
+        viewer = self._known(client)
+        if viewer is not None and (old := viewer.peer) is not None:
+            self._part(viewer)
+            await old.close()
+            viewer = self._known(client)
         if viewer is None:
             viewer = self._admit(client)
-        while (old := viewer.peer) is not None:
-            await old.close()
-            # An old peer that was already closing tells of its end only later.
-            self.viewer_closed(viewer, old)
         video_lane, sound_lane = viewer.lanes()
         peer = Peer(
             ice_servers=self._settings.ice.servers,
@@ -112,7 +120,12 @@ class Room:
         self._gone_since_s.pop(viewer.number, None)
         return await peer.answer(offer)
 
+    def _known(self, client: str) -> Viewer | None:
+        return next((v for v in self._viewers.values() if v.client == client), None)
+
     def _admit(self, client: str) -> Viewer:
+        if sum(not viewer.was_ready for viewer in self._viewers.values()) >= _MAX_CONNECTING:
+            raise FullError("Too many are connecting at this moment; try again in a few seconds.")
         if len(self._viewers) >= self._settings.server.max_viewers:
             raise FullError(
                 f"All {self._settings.server.max_viewers} places are taken; try again later."
@@ -135,7 +148,7 @@ class Room:
 
     def viewer_connected(self, viewer: Viewer) -> None:
         _LOG.info("viewer connected", viewer=viewer.number)
-        viewer.send(self._hello(viewer))
+        viewer.send(self._board.hello(viewer.number))
         if self._turns.is_lost(viewer.number):
             self.control.returned(viewer.number)
         else:
@@ -147,11 +160,9 @@ class Room:
         if peer is not viewer.peer:
             return
         _LOG.info("viewer's peer closed", viewer=viewer.number)
-        viewer.peer = None
-        viewer.release()
-        self.control.lost(viewer.number)
-        self._gone_since_s[viewer.number] = self._clock.now_s()
-        self.changed()
+        self._part(viewer)
+        if not viewer.was_ready:
+            self._forget(viewer)
 
     def viewer_renamed(self) -> None:
         self.changed()
@@ -165,6 +176,7 @@ class Room:
 
     def viewer_stops(self, viewer: Viewer) -> None:
         if not self.control.operator_stop(viewer.number):
+            self._counters.add("requests refused")
             viewer.send(messages.Notice(text="Only whoever drives can stop the robot."))
 
     def viewer_drives(self, viewer: Viewer, command: Command) -> None:
@@ -194,22 +206,37 @@ class Room:
         viewer = self._viewers.get(number)
         return None if viewer is None else viewer.link.one_way_s
 
+    def _part(self, viewer: Viewer) -> None:
+        """Part a viewer from his peer: the robot stops if he drove, his place is kept a while."""
+        viewer.peer = None
+        viewer.release()
+        self.control.lost(viewer.number)
+        self._gone_since_s[viewer.number] = self._clock.now_s()
+        self.changed()
+
     # --- the room's own rounds -------------------------------------------------------------
 
     def changed(self) -> None:
-        """Tell everybody soon; many changes at once become one message."""
-        self._changed.set()
+        """Tell everybody with the next round; many changes at once become one message."""
+        self._is_changed = True
 
     async def run(self) -> None:
         """Sweep for lost links and tell everybody what has changed, until cancelled."""
         while True:
-            try:
-                async with asyncio.timeout(_SWEEP_S):
-                    await self._changed.wait()
-            except TimeoutError:
-                self._sweep(self._clock.now_s())
-            self._changed.clear()
-            self._tell(self._clock.now_s())
+            await asyncio.sleep(_ROUND_S)
+            self.round(self._clock.now_s())
+
+    def round(self, now_s: float) -> None:
+        """Do one round; however much changes, the rounds keep their pace."""
+        self._sweep(now_s)
+        if self._is_changed or now_s - self._looked_s >= _LOOK_S:
+            self._is_changed = False
+            self._looked_s = now_s
+            self._tell(now_s)
+
+    def snapshot(self, now_s: float) -> messages.Room:
+        """Return the room as everybody may see it."""
+        return self._board.room(self._viewers.values(), now_s)
 
     async def close(self) -> None:
         """Close every peer."""
@@ -251,58 +278,3 @@ class Room:
         for viewer in self._viewers.values():
             if viewer.is_ready:
                 viewer.send_text(text)
-
-    # --- what everybody may see ------------------------------------------------------------
-
-    def snapshot(self, now_s: float) -> messages.Room:
-        """Return the room as everybody may see it."""
-        state = self._driver.state()
-        ends_s = self._turns.ends_s
-        return messages.Room(
-            viewers=[self._line(v, now_s) for v in self._viewers.values() if v.was_ready],
-            turn=messages.TurnInfo(
-                number=self._turns.number,
-                operator=self._turns.operator,
-                ends_server_ms=None if ends_s is None else ends_s * 1000,
-            ),
-            robot=messages.RobotStatus(connected=state.connected, problem=state.problem),
-            video=messages.SourceStatus(problem=self._problem("video")),
-            audio=messages.SourceStatus(problem=self._problem("audio")),
-        )
-
-    def _line(self, viewer: Viewer, now_s: float) -> messages.ViewerInfo:
-        place = self._turns.place(viewer.number)
-        wait_s = self._turns.wait_s(viewer.number, now_s)
-        return messages.ViewerInfo(
-            id=viewer.number,
-            name=viewer.name,
-            role="observer" if place is None else "operator" if place == 0 else "queued",
-            place=place,
-            wait_s=None if wait_s is None else round(wait_s),
-            lost=self._turns.is_lost(viewer.number),
-        )
-
-    def _problem(self, stream: str) -> str | None:
-        capture = self._captures.get(stream)
-        if capture is None:
-            return f"This robot has no {'camera' if stream == 'video' else 'microphone'}."
-        return capture.problem
-
-    def _hello(self, viewer: Viewer) -> messages.Hello:
-        limits = self._driver.limits
-        return messages.Hello(
-            version=__version__,
-            viewer=viewer.number,
-            robot=messages.RobotInfo(
-                kind=self._driver.kind,
-                max_linear_mps=limits.linear_mps,
-                max_angular_rps=limits.angular_rps,
-                fine_fraction=self._settings.drive.fine_fraction,
-                axes=list(limits.axes),
-            ),
-            sizes=self._video.sizes,
-            turn_s=self._settings.turns.turn_s,
-            grace_s=self._settings.turns.grace_s,
-            command_rate_hz=self._settings.drive.command_rate_hz,
-            max_age_ms=self._settings.drive.max_age_ms,
-        )

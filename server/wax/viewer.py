@@ -10,6 +10,9 @@ import structlog
 from wax import messages
 from wax.control.gate import Command
 from wax.errors import ProtocolError
+from wax.limiter import TokenBucket
+from wax.media.encoded import VIDEO_RATE_HZ
+from wax.media.source import SAMPLE_RATE_HZ
 from wax.rtc.link import Link
 from wax.sync.playout import PlayoutReport, PlayoutTargets, StreamPlayout
 from wax.sync.policies import make_policy
@@ -30,7 +33,13 @@ _LOG = structlog.get_logger(__name__)
 _RETARGET_MS: Final = 4.0
 """A buffer is not retargeted for less: each change of the picture's is a small jump."""
 
-_RATES: Final[dict[Kind, int]] = {"audio": 48_000, "video": 90_000}
+_DRIVE_HZ: Final = 100.0
+_DRIVE_BURST: Final = 200
+_STATE_HZ: Final = 20.0
+_STATE_BURST: Final = 60
+"""Twice what the liveliest page sends; what is beyond is not even read."""
+
+_RATES: Final[dict[Kind, int]] = {"audio": SAMPLE_RATE_HZ, "video": VIDEO_RATE_HZ}
 
 
 class ViewerEvents(Protocol):
@@ -77,6 +86,10 @@ class Viewer:
         self._video = video
         self._audio = audio
         self._events = events
+        self._limits = {
+            "drive": TokenBucket(rate_hz=_DRIVE_HZ, burst=_DRIVE_BURST, now_s=clock.now_s()),
+            "state": TokenBucket(rate_hz=_STATE_HZ, burst=_STATE_BURST, now_s=clock.now_s()),
+        }
         self._sync = sync
         self._policy = make_policy(sync)
         self._targets: PlayoutTargets | None = None
@@ -160,7 +173,11 @@ class Viewer:
 
     def received(self, channel: Channel, data: str | bytes) -> None:
         """Take a message; never raises, since that would close the peer."""
-        self.link.heard(self._clock.now_s())
+        now_s = self._clock.now_s()
+        self.link.heard(now_s)
+        if not self._limits[channel].take(now_s):
+            self._counters.add("messages over the rate")
+            return
         try:
             if channel == "drive":
                 self._on_drive(messages.parse_drive(data))
@@ -209,6 +226,7 @@ class Viewer:
 
     def _want(self, want: messages.Want) -> None:
         if want.size not in self._video.sizes:
+            self._counters.add("requests refused")
             sizes = ", ".join(self._video.sizes)
             self.send(messages.Notice(text=f"There is no size {want.size}; choose of {sizes}."))
             return

@@ -167,6 +167,28 @@ async def test_a_page_that_closes_is_noticed_at_once(pair: Pair) -> None:
     assert not pair.peer.is_alive
 
 
+async def test_a_close_that_fails_still_ends_the_peer(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever aiortc raises at the end, the viewer hears that his peer is gone."""
+    close = pair.peer._pc.close
+
+    async def failing() -> None:
+        await close()
+        raise OSError("half closed")
+
+    monkeypatch.setattr(pair.peer._pc, "close", failing)
+    await pair.peer.close()
+    await pair.events.wait("closed")
+
+
+async def test_no_outside_host_is_asked(pair: Pair) -> None:
+    """Without configured ICE servers there are none, not aiortc's public default."""
+    gatherer = pair.peer._senders["video"].transport.transport.iceGatherer
+    connection = gatherer._connection
+    assert (connection.stun_server, connection.turn_server) == (None, None)
+
+
 async def test_nothing_is_sent_after_the_end(pair: Pair) -> None:
     """Sending to a closed peer is no error."""
     await pair.peer.close()

@@ -40,6 +40,12 @@ def test_a_machine_with_only_loopback_offers_it(monkeypatch: pytest.MonkeyPatch)
     assert private._host_addresses(True, False) == ["192.0.2.7"]
 
 
+def test_consent_never_gives_up() -> None:
+    """A link whose round trips exceed half a second is not closed; our heartbeat watches."""
+    private.install()
+    assert aioice.ice.CONSENT_FAILURES > 1_000_000
+
+
 async def test_each_track_has_a_stream_of_its_own() -> None:
     """The answer puts sound and picture into streams that a browser does not couple."""
     pc = RTCPeerConnection()

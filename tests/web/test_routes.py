@@ -133,7 +133,14 @@ async def test_errors_become_a_status_and_a_sentence(
 
 
 @pytest.mark.parametrize(
-    "origin", ["http://evil.example", "null", "http://localhost.evil.example", "http://localhost:1"]
+    "origin",
+    [
+        "http://evil.example",
+        "null",
+        "http://localhost.evil.example",
+        "http://localhost:1",
+        "http://[",
+    ],
 )
 async def test_another_sites_page_is_refused(client: Client, door: Door, origin: str) -> None:
     """Another page in the same browser cannot take a place here."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 import structlog
@@ -17,7 +16,6 @@ from aiortc import (
 
 from wax.errors import SignallingError
 from wax.rtc import private
-from wax.rtc.signalling import clean_offer
 from wax.rtc.tracks import LaneTrack
 
 if TYPE_CHECKING:
@@ -80,6 +78,7 @@ class Peer:
         self._channels: dict[str, RTCDataChannel] = {}
         self._clock_told_s: dict[Kind, float] = {}
         self._closed = False
+        self._closing: asyncio.Task[None] | None = None
         servers = [RTCIceServer(s.urls, s.username, s.credential) for s in ice_servers]
         # None would mean a public STUN server; nothing outside is contacted unless configured.
         self._pc = RTCPeerConnection(RTCConfiguration(iceServers=servers))
@@ -92,15 +91,12 @@ class Peer:
         self._pc.on("datachannel", self._channel_opened)
 
     async def answer(self, offer: str) -> str:
-        """Answer an offer; raises `SignallingError`, and the peer is closed then."""
+        """Answer a clean offer; raises `SignallingError`, and the peer is closed then."""
         try:
-            description = RTCSessionDescription(clean_offer(offer), "offer")
+            description = RTCSessionDescription(offer, "offer")
             async with asyncio.timeout(_ANSWER_S):
                 await self._pc.setRemoteDescription(description)
                 await self._pc.setLocalDescription(await self._pc.createAnswer())
-        except SignallingError:
-            await self.close()
-            raise
         except Exception as error:
             # aiortc raises whatever its parser stumbles over; to the page it is one thing.
             _LOG.info("offer refused", error=repr(error))
@@ -130,17 +126,21 @@ class Peer:
     def abandon(self) -> None:
         """Close from a place that cannot wait."""
         if not self._closed:
-            self._closing = asyncio.ensure_future(self.close())
+            self._closing = asyncio.create_task(self.close(), name="close peer")
 
     async def close(self) -> None:
         """Close for good; bounded, safe to call twice."""
         if self._closed:
             return
         self._closed = True
-        with contextlib.suppress(TimeoutError):
+        try:
             async with asyncio.timeout(_CLOSE_S):
                 await self._pc.close()
-        self._events.closed(self)
+        except Exception:
+            # Half closed is closed: what is left of it must not keep the viewer's place.
+            _LOG.exception("a peer did not close cleanly")
+        finally:
+            self._events.closed(self)
 
     def _send(self, kind: Kind, lane: Lane, mime_type: str) -> RTCRtpSender:
         track = LaneTrack(kind=kind, lane=lane, on_sent=lambda sent: self._sent(kind, sent))

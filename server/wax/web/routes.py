@@ -129,9 +129,16 @@ async def _same_origin(request: web.Request, handler: Handler) -> web.StreamResp
     """Let only our own page change something: another site's script has another origin."""
     origin = request.headers.get("Origin")
     changes = request.method not in ("GET", "HEAD")
-    if changes and origin is not None and urlsplit(origin).netloc != request.host:
+    if changes and origin is not None and not _is_from(origin, request.host):
         return _refuse(403, "this page comes from another address than the server")
     return await handler(request)
+
+
+def _is_from(origin: str, host: str) -> bool:
+    try:
+        return urlsplit(origin).netloc == host
+    except ValueError:
+        return False
 
 
 def _refuse(status: int, sentence: str) -> web.Response:

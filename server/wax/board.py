@@ -1,0 +1,88 @@
+"""The notice board: what every page may know of the robot, the queue and the streams."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wax import __version__, messages
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from wax.config import Settings
+    from wax.control.turns import Turns
+    from wax.media.capture import Capture
+    from wax.media.source import Picture, Sound
+    from wax.robot.driver import Driver
+    from wax.viewer import Viewer
+
+
+class Board:
+    """Makes the messages that all or newcomers get; reading it changes nothing."""
+
+    def __init__(
+        self,
+        *,
+        settings: Settings,
+        sizes: list[str],
+        driver: Driver,
+        turns: Turns,
+        captures: Mapping[str, Capture[Picture] | Capture[Sound]],
+    ) -> None:
+        self._settings = settings
+        self._sizes = sizes
+        self._driver = driver
+        self._turns = turns
+        self._captures = captures
+
+    def hello(self, number: int) -> messages.Hello:
+        """Greet the viewer with this number."""
+        limits = self._driver.limits
+        return messages.Hello(
+            version=__version__,
+            viewer=number,
+            robot=messages.RobotInfo(
+                kind=self._driver.kind,
+                max_linear_mps=limits.linear_mps,
+                max_angular_rps=limits.angular_rps,
+                fine_fraction=self._settings.drive.fine_fraction,
+                axes=list(limits.axes),
+            ),
+            sizes=self._sizes,
+            turn_s=self._settings.turns.turn_s,
+            grace_s=self._settings.turns.grace_s,
+            command_rate_hz=self._settings.drive.command_rate_hz,
+            max_age_ms=self._settings.drive.max_age_ms,
+        )
+
+    def room(self, viewers: Iterable[Viewer], now_s: float) -> messages.Room:
+        """Show those of these viewers who have come in, and how everything is."""
+        state = self._driver.state()
+        ends_s = self._turns.ends_s
+        return messages.Room(
+            viewers=[self._line(viewer, now_s) for viewer in viewers if viewer.was_ready],
+            turn=messages.TurnInfo(
+                number=self._turns.number,
+                operator=self._turns.operator,
+                ends_server_ms=None if ends_s is None else ends_s * 1000,
+            ),
+            robot=messages.RobotStatus(connected=state.connected, problem=state.problem),
+            video=messages.SourceStatus(problem=self._problem("video", "camera")),
+            audio=messages.SourceStatus(problem=self._problem("audio", "microphone")),
+        )
+
+    def _line(self, viewer: Viewer, now_s: float) -> messages.ViewerInfo:
+        place = self._turns.place(viewer.number)
+        wait_s = self._turns.wait_s(viewer.number, now_s)
+        return messages.ViewerInfo(
+            id=viewer.number,
+            name=viewer.name,
+            role="observer" if place is None else "operator" if place == 0 else "queued",
+            place=place,
+            wait_s=None if wait_s is None else round(wait_s),
+            lost=self._turns.is_lost(viewer.number),
+        )
+
+    def _problem(self, stream: str, device: str) -> str | None:
+        capture = self._captures.get(stream)
+        return f"This robot has no {device}." if capture is None else capture.problem

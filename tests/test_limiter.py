@@ -1,0 +1,30 @@
+"""The rate limit: a burst at once, the rate in the long run, never more."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.limiter import TokenBucket
+
+
+def test_a_burst_then_the_rate() -> None:
+    """A full bucket gives its burst at once and refills at its rate."""
+    bucket = TokenBucket(rate_hz=10.0, burst=3, now_s=5.0)
+    assert [bucket.take(5.0) for _ in range(4)] == [True, True, True, False]
+    assert not bucket.take(5.05)
+    assert bucket.take(5.11)
+    assert [bucket.take(99.0) for _ in range(4)] == [True, True, True, False]
+
+
+@given(st.lists(st.floats(-1, 2), max_size=200))
+def test_never_more_than_burst_and_rate(steps_s: list[float]) -> None:
+    """Whatever the clock does, what passes is at most the burst and what the time has earned."""
+    bucket = TokenBucket(rate_hz=5.0, burst=4, now_s=0.0)
+    now_s = latest_s = 0.0
+    passed = 0
+    for step_s in steps_s:
+        now_s += step_s
+        latest_s = max(latest_s, now_s)
+        passed += bucket.take(now_s)
+        assert passed <= 4 + latest_s * 5.0 + 1e-6
