@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wax.media.blocks import BLOCK_SAMPLES, Blocks
-from wax.media.source import Sound
+from wax.media.blocks import Blocks
+from wax.media.source import BLOCK_SAMPLES, Sound
 
 
 def sound(count: int, captured_s: float, first: int = 0) -> Sound:

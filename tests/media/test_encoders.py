@@ -14,8 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wax.config import RenditionSettings
-from wax.media.sound_encoder import BLOCK_SAMPLES, SoundEncoder
-from wax.media.source import Picture, Sound
+from wax.media.sound_encoder import SoundEncoder
+from wax.media.source import BLOCK_SAMPLES, Picture, Sound
 from wax.media.video_encoder import VideoEncoder, resize_i420
 
 if TYPE_CHECKING:

@@ -10,13 +10,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from wax.media.source import SAMPLE_RATE_HZ, Sound
+from wax.media.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ, Sound
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-BLOCK_SAMPLES: Final = SAMPLE_RATE_HZ // 50
-"""20 ms, the thesis's shortest and Opus's usual media unit."""
 
 _JITTER_S: Final = 0.1
 """A capture time that is off by no more than this is jitter or drift; by more, a jump."""

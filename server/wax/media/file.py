@@ -13,7 +13,7 @@ from wax.media.demux import Demuxer
 from wax.media.face import Face
 from wax.media.fit import black, fit_frame
 from wax.media.resample import Resampler
-from wax.media.source import SAMPLE_RATE_HZ, Picture, Sound
+from wax.media.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ, Picture, Sound
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -37,7 +37,6 @@ _LATE_S: Final = 0.1
 _CATCH_UP_S: Final = 0.5
 """After trying so long to catch up, a late picture is shown and the next is a keyframe."""
 
-_PIECE_SAMPLES: Final = SAMPLE_RATE_HZ // 50
 _GAPLESS_S: Final = 0.002
 _LIVE_LATE_S: Final = 0.5
 _AHEAD_S: Final = 0.1
@@ -218,7 +217,7 @@ class FileAudio(Face):
                 self._end_s = piece[1] if piece is not None else now_s
             gap_s = piece[1] - self._end_s if piece is not None else _PAUSE_S
             if gap_s > _GAPLESS_S:
-                samples = np.zeros(min(_PIECE_SAMPLES, round(gap_s * SAMPLE_RATE_HZ)), np.int16)
+                samples = np.zeros(min(BLOCK_SAMPLES, round(gap_s * SAMPLE_RATE_HZ)), np.int16)
             else:
                 samples, _ = self._pieces.popleft()
                 if gap_s < -_GAPLESS_S:
@@ -250,9 +249,9 @@ class FileAudio(Face):
                 if begins:
                     self._end_before(item.zero_s + time_s)
                     begins = False
-                for begin in range(0, len(samples), _PIECE_SAMPLES):
+                for begin in range(0, len(samples), BLOCK_SAMPLES):
                     due_s = item.zero_s + time_s + begin / SAMPLE_RATE_HZ
-                    self._pieces.append((samples[begin : begin + _PIECE_SAMPLES], due_s))
+                    self._pieces.append((samples[begin : begin + BLOCK_SAMPLES], due_s))
 
     def _end_before(self, moment_s: float) -> None:
         """Cut off what would still sound when the next pass begins: the encoder's padding."""

@@ -9,13 +9,10 @@ import av
 import numpy as np
 
 from wax.media.encoded import EncodedSound
-from wax.media.source import SAMPLE_RATE_HZ
+from wax.media.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ
 
 if TYPE_CHECKING:
     from wax.media.source import Sound
-
-BLOCK_SAMPLES: Final = SAMPLE_RATE_HZ // 50
-"""20 ms."""
 
 _RESEAM_SAMPLES: Final = SAMPLE_RATE_HZ // 20
 """The RTP clock counts samples; it jumps only when capture time has left it by 50 ms."""
