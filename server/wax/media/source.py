@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 SAMPLE_RATE_HZ = 48_000
 """All sound inside WAX is 48 kHz mono signed 16 bit, the native form of Opus."""
 
+BLOCK_SAMPLES = SAMPLE_RATE_HZ // 50
+"""20 ms, the thesis's shortest and Opus's usual media unit."""
+
 
 @dataclass(frozen=True, slots=True)
 class Picture:
