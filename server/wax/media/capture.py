@@ -22,7 +22,6 @@ ItemT_co = TypeVar("ItemT_co", covariant=True)
 _SILENT_S: Final = 3.0
 """A source that blocks this long is reported, although its thread cannot be helped."""
 
-_WATCH_S: Final = 0.25
 _STOP_S: Final = 1.0
 
 
@@ -39,9 +38,8 @@ class _Source(Protocol[ItemT_co]):
 class Capture(Generic[ItemT]):
     """Opens a source, hands everything it delivers to `sink`, reopens it after a failure.
 
-    `name` is what the source is to people, ``camera`` or ``microphone``. `sink`
-    and `on_problem` are called from threads of this object; `on_problem` gets the sentence when
-    there is a new problem and None when it has passed. Nothing is raised out of here.
+    `name` is what the source is to people, ``camera`` or ``microphone``. `sink` is called from
+    this object's thread; everything else here may be used from any. Nothing is raised out of here.
     """
 
     def __init__(
@@ -52,46 +50,58 @@ class Capture(Generic[ItemT]):
         name: str,
         clock: Clock,
         retry_s: float,
-        on_problem: Callable[[str | None], None] | None = None,
     ) -> None:
         self._source = source
         self._sink = sink
         self._name = name
         self._clock = clock
         self._retry_s = retry_s
-        self._on_problem = on_problem
         self._stopping = threading.Event()
-        self._lock = threading.RLock()  # `on_problem` may look at `problem`
+        self._lock = threading.Lock()
         self._problem: str | None = None
         self._busy_since_s: float | None = None
-        self._threads: list[threading.Thread] = []
-        self.delivered = 0
-        self.failures = 0
+        self._thread: threading.Thread | None = None
+        self._failures = 0
 
     @property
     def problem(self) -> str | None:
-        """A sentence for a person while nothing is delivered, else None."""
-        self._watch()
-        return self._problem
+        """A sentence for a person while nothing is delivered, else None.
+
+        A source that hangs cannot tell; it is noticed here, 3 s after it was last heard of.
+        """
+        with self._lock:
+            since_s = self._busy_since_s
+            hangs = since_s is not None and self._clock.now_s() - since_s > _SILENT_S
+            if hangs and self._problem is None:
+                self._note(f"The {self._name} delivers nothing; check that it is connected.")
+            return self._problem
+
+    @property
+    def failures(self) -> int:
+        """How often the source, or the taker of what it delivers, has failed since the start."""
+        return self._failures
 
     def start(self) -> None:
-        for role, target in (("read", self._run), ("watch", self._run_watch)):
-            # Daemons: a driver of the operating system that hangs must not keep the process.
-            thread = threading.Thread(target=target, name=f"{self._name}: {role}", daemon=True)
-            self._threads.append(thread)
-            thread.start()
+        # A daemon: a driver of the operating system that hangs must not keep the process.
+        self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
+        self._thread.start()
+
+    def request_stop(self) -> None:
+        """Let the thread end as soon as it can, and return at once; `stop` then waits for it."""
+        self._stopping.set()
 
     def stop(self) -> None:
-        """End the threads and release the source; takes at most 1.5 s, safe to call twice.
+        """End the thread and release the source; takes at most 1 s, safe to call twice.
 
         A thread that hangs in its device is left behind; it delivers nothing any more.
         """
-        self._stopping.set()
-        for thread, timeout_s in zip(self._threads, (_STOP_S, 2 * _WATCH_S), strict=False):
-            thread.join(timeout=timeout_s)
-            if thread.is_alive():
-                _LOG.warning("thread does not end, left behind", thread=thread.name)
-        self._threads.clear()
+        self.request_stop()
+        thread, self._thread = self._thread, None
+        if thread is None:
+            return
+        thread.join(timeout=_STOP_S)
+        if thread.is_alive():
+            _LOG.warning("thread does not end, left behind", source=self._name)
 
     def _run(self) -> None:
         while not self._stopping.is_set():
@@ -116,12 +126,11 @@ class Capture(Generic[ItemT]):
             self._busy_since_s = None
             if self._stopping.is_set():
                 return
-            self.delivered += 1
             self._tell(None)
             self._sink(item)
 
     def _fail(self, sentence: str) -> None:
-        self.failures += 1
+        self._failures += 1
         self._busy_since_s = None
         self._tell(sentence)
 
@@ -132,29 +141,15 @@ class Capture(Generic[ItemT]):
         except Exception:
             _LOG.exception("source does not close", source=self._name)
 
-    def _run_watch(self) -> None:
-        while not self._stopping.wait(_WATCH_S):
-            self._watch()
-
-    def _watch(self) -> None:
-        since_s = self._busy_since_s
-        if since_s is None or self._problem is not None:
-            return
-        if self._clock.now_s() - since_s > _SILENT_S:
-            self._tell(f"The {self._name} delivers nothing; check that it is connected.")
-
     def _tell(self, problem: str | None) -> None:
         with self._lock:
-            if problem == self._problem or self._stopping.is_set():
-                return
-            self._problem = problem
-            if problem is None:
-                _LOG.info("source delivers again", source=self._name)
-            else:
-                _LOG.warning("source has a problem", source=self._name, problem=problem)
-            if self._on_problem is None:
-                return
-            try:
-                self._on_problem(problem)
-            except Exception:
-                _LOG.exception("telling a source's problem failed", source=self._name)
+            if problem != self._problem and not self._stopping.is_set():
+                self._note(problem)
+
+    def _note(self, problem: str | None) -> None:
+        """Keep a problem that is new, or None when it has passed; the lock is held."""
+        self._problem = problem
+        if problem is None:
+            _LOG.info("source delivers again", source=self._name)
+        else:
+            _LOG.warning("source has a problem", source=self._name, problem=problem)
