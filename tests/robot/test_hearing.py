@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from wax.media.source import SAMPLE_RATE_HZ
+from wax.media.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ
 from wax.robot.driver import Pose
 from wax.robot.simulated.flat import furnished_flat
-from wax.robot.simulated.hearing import BLOCK_S, BLOCK_SAMPLES, Mixer, radio_gain
+from wax.robot.simulated.hearing import BLOCK_S, Mixer, radio_gain
 from wax.robot.simulated.radio import LEVEL_RMS, tune
 from wax.robot.simulated.simulation import Senses
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wax.media.source import SAMPLE_RATE_HZ
+from wax.media.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ
 from wax.robot.simulated.radio import tune
 
 if TYPE_CHECKING:
@@ -16,9 +16,7 @@ if TYPE_CHECKING:
     from wax.robot.driver import Pose
     from wax.robot.simulated.simulation import Senses
     from wax.robot.simulated.world import World
-
-BLOCK_S = 0.02
-BLOCK_SAMPLES = round(BLOCK_S * SAMPLE_RATE_HZ)
+BLOCK_S = BLOCK_SAMPLES / SAMPLE_RATE_HZ
 
 NEAREST_M = 0.35
 WALL_GAIN = 0.35
