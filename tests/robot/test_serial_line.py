@@ -9,12 +9,14 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
+import serial
 
 from wax.clock import SystemClock
 from wax.config import RobotSettings
 from wax.robot.driver import STANDSTILL, RobotState, Twist
 from wax.robot.serial.driver import SerialRobot
 from wax.robot.serial.frames import Decoder, Drive, Frame, Hello, Report, encode
+from wax.robot.serial.line import Line
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -289,6 +291,10 @@ def test_no_address_breaks_the_driver(
     robot.stop(1)
 
 
+@pytest.mark.filterwarnings(
+    # pyserial leaves a socket that the far end has reset to the garbage collector
+    "ignore:Exception ignored in. <socket:pytest.PytestUnraisableExceptionWarning"
+)
 def test_a_line_over_the_network(connect: Callable[..., SerialRobot]) -> None:
     """A robot behind a TCP address is driven like one on a cable, and its loss is noticed."""
     with socket.create_server(("127.0.0.1", 0)) as server:
@@ -314,6 +320,54 @@ def test_a_loop_is_a_line(connect: Callable[..., SerialRobot]) -> None:
     start_s = time.monotonic()
     robot.close()
     assert time.monotonic() - start_s < 1.0
+
+
+@DIALECTS
+def test_a_line_that_only_reads_badly_ends_with_a_stop(
+    connect: Callable[..., SerialRobot],
+    board: Board,
+    dialect: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """When reading fails while writing still works, the robot is told to stop before the close."""
+    robot = connect(serial={"url": str(board.path), "dialect": dialect, "reopen_s": 30.0})
+    online(robot)
+    robot.apply(STANDSTILL, 1)
+    hold(robot, board, AHEAD, 1, lambda: board.moves(dialect))
+
+    def fail(port: serial.Serial, size: int = 1) -> bytes:
+        raise serial.SerialException("device reports readiness to read but returned no data")
+
+    robot.apply(AHEAD, 1)
+    monkeypatch.setattr(serial.Serial, "read", fail)
+    board.until(lambda: board.stands(dialect), within_s=0.15)  # long before its time is over
+    eventually(robot, lambda state: not state.connected)
+    assert dialect == "frames" or board.heard.endswith(b"SSS")
+    assert "no data" in (robot.state().problem or "")
+
+
+class Flood:
+    """A conversation of motion and nothing else, faster than any board takes it."""
+
+    def opened(self, now_s: float) -> bytes:
+        return b""
+
+    def next(self, now_s: float) -> tuple[bytes, float]:
+        return b"F" * 1000, now_s
+
+    def received(self, data: bytes) -> None: ...
+
+    def farewell(self) -> bytes:
+        return b"SSS"
+
+
+def test_a_clogged_line_ends_with_a_stop(board: Board) -> None:
+    """When a board took nothing for too long, what it has not taken yet yields to the stop."""
+    port = serial.Serial(str(board.path), timeout=0.05, write_timeout=0.1)
+    with pytest.raises(serial.SerialTimeoutException):
+        Line(port, SystemClock(), Flood()).run()
+    assert not port.is_open
+    assert board.listen(0.05).endswith(b"SSS")
 
 
 def test_a_board_that_takes_nothing_is_a_lost_one(

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from typing import TYPE_CHECKING, Final, Protocol
 
-if TYPE_CHECKING:
-    import serial
+import serial
 
+if TYPE_CHECKING:
     from wax.clock import Clock
 
 MAX_READ_BYTES: Final = 4096
@@ -59,12 +60,19 @@ class Line:
             self._changed.notify()
 
     def run(self) -> None:
-        """Read and write until `close`; raises whatever the port raises when it is lost."""
+        """Read and write until `close`; raises whatever the port raises when it is lost.
+
+        A lost port is tried once more with the farewell: a board without a watchdog would else
+        keep its last command until the port is opened again.
+        """
         reader = threading.Thread(target=self._read, name="serial reader", daemon=True)
         try:
             self._port.write(self._conversation.opened(self._clock.now_s()))
             reader.start()
             self._write()
+        except Exception as error:
+            self._last_words(error)
+            raise
         finally:
             self._ended = True
             if reader.ident is not None:
@@ -87,6 +95,13 @@ class Line:
                     break
         self._port.write(self._conversation.farewell())
         self._port.flush()
+
+    def _last_words(self, error: Exception) -> None:
+        """Say farewell on a port that has just failed; takes no longer than its timeout."""
+        with contextlib.suppress(Exception):  # it may fail again; `error` tells the reason
+            if isinstance(error, serial.SerialTimeoutException):
+                self._port.reset_output_buffer()  # full, and of what must not move the robot now
+            self._port.write(self._conversation.farewell())
 
     def _must_act(self) -> bool:
         return self._news or self._closing or self._error is not None
