@@ -1,0 +1,109 @@
+"""The composition root: starts everything, stops the robot first, dies with its parts."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any
+
+import aiohttp
+import numpy as np
+import pytest
+
+from wax.app import App
+from wax.clock import SystemClock
+from wax.config import Settings
+from wax.errors import StartError
+from wax.media.source import Picture
+from wax.status import Status
+from wax.web import routes
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@pytest.fixture(autouse=True)
+def _page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "index.html").write_text("<!doctype html>")
+    monkeypatch.setattr(routes, "PAGE", tmp_path)
+
+
+def _app(**video: object) -> App:
+    tree: dict[str, Any] = {
+        "server": {"host": "127.0.0.1", "port": 0},
+        "video": {"source": "testcard", **video},
+        "audio": {"source": "testcard"},
+    }
+    return App(settings=Settings.model_validate(tree), clock=SystemClock())
+
+
+async def test_it_serves_until_it_is_stopped() -> None:
+    """The status tells of every part while it runs, and stopping leaves nothing behind."""
+    app = _app()
+    ports: asyncio.Queue[int] = asyncio.Queue()
+    running = asyncio.create_task(app.run(ports.put_nowait))
+    url = f"http://127.0.0.1:{await asyncio.wait_for(ports.get(), 10)}"
+    async with aiohttp.ClientSession() as session:
+        await asyncio.sleep(1.2)
+        async with session.get(f"{url}/api/status") as response:
+            status = await response.json()
+    app.stop()
+    await asyncio.wait_for(running, 5)
+    assert (status["viewers"], status["turn"]["operator"]) == ([], None)
+    assert status["robot"]["kind"] == "simulated"
+    video = status["streams"]["video"]
+    assert (video["problem"], video["dropped"], video["wanted"]) == (None, 0, [])
+    assert 20 < video["captured_fps"] < 40
+    assert status["streams"]["audio"]["captured_hz"] > 40
+
+
+async def test_a_part_that_dies_takes_the_server_down(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A task that dies ends the server with a sentence that names it, robot first."""
+
+    async def die(self: Status) -> None:
+        raise RuntimeError("bug")
+
+    monkeypatch.setattr(Status, "run", die)
+    app = _app()
+    told: list[str] = []
+    close = app._driver.close
+
+    def noted_close() -> None:
+        told.append("close")
+        close()
+
+    monkeypatch.setattr(app._driver, "stop", lambda _turn: told.append("stop"))
+    monkeypatch.setattr(app._driver, "close", noted_close)
+    with pytest.raises(StartError, match="'status' died"):
+        await asyncio.wait_for(app.run(lambda _port: None), 10)
+    assert told[0] == "stop"
+    assert told[-1] == "close"
+
+
+async def test_a_taken_port_is_a_sentence() -> None:
+    """A second server on the same port does not start, and says what to do."""
+    first, ports = _app(), asyncio.Queue[int]()
+    running = asyncio.create_task(first.run(ports.put_nowait))
+    port = await asyncio.wait_for(ports.get(), 10)
+    settings = Settings.model_validate(
+        {
+            "server": {"host": "127.0.0.1", "port": port},
+            "video": {"source": "none"},
+            "audio": {"source": "none"},
+        }
+    )
+    second = App(settings=settings, clock=SystemClock())
+    with pytest.raises(StartError, match=f"port {port} is taken.*--port"):
+        await second.run(lambda _port: None)
+    first.stop()
+    await asyncio.wait_for(running, 5)
+
+
+@pytest.mark.parametrize("imprint", [False, True])
+async def test_the_imprint_is_switched_by_its_key(imprint: bool) -> None:
+    """With `[video] imprint` the wall clock is drawn into the picture, without it nothing is."""
+    app = _app(imprint=imprint)
+    picture = Picture(np.full((720, 640), 90, np.uint8), SystemClock().now_s())
+    app._take_picture(picture)
+    found = app._video.slot.newer_than(0, 0.0)
+    assert found is not None
+    assert (found[1].i420 != picture.i420).any() == imprint

@@ -1,0 +1,59 @@
+"""The command: every wrong use is one sentence and a status that is not 0."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from wax import __version__
+from wax.__main__ import main
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def test_devices_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    """`wax devices` names cameras, microphones and serial ports, also where there are none."""
+    assert main(["devices"]) == 0
+    listed = capsys.readouterr().out.lower()
+    for what in ("camera", "microphone", "serial"):
+        assert what in listed
+
+
+def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    """`wax --version` tells the version of the package."""
+    with pytest.raises(SystemExit) as ended:
+        main(["--version"])
+    assert ended.value.code == 0
+    assert capsys.readouterr().out.strip() == f"wax {__version__}"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--config", "nowhere.toml"], "nowhere.toml"),
+        (["--port", "99999"], "server.port"),
+        (["--host", ""], "server.host"),
+    ],
+)
+def test_wrong_use_is_a_sentence(
+    arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What cannot be used is named on standard error, and the status is 2."""
+    assert main(arguments) == 2
+    shown = capsys.readouterr()
+    assert says in shown.err
+    assert "Traceback" not in shown.err
+
+
+def test_all_problems_of_a_file_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A configuration with two mistakes is refused with both."""
+    path = tmp_path / "robot.toml"
+    path.write_text("[turns]\nturn_s = -1\n[drive]\nwheels = 4\n")
+    assert main(["--config", str(path)]) == 2
+    shown = capsys.readouterr().err
+    assert "turns.turn_s" in shown
+    assert "drive.wheels" in shown
