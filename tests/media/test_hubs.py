@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from time import monotonic
 from typing import TYPE_CHECKING
 
@@ -137,6 +138,52 @@ async def test_a_change_of_size_has_no_gap(hub: VideoHub) -> None:
     assert hub.wanted == [SMALL]
 
 
+async def test_what_was_dropped_stays_counted(hub: VideoHub) -> None:
+    """When a slow viewer leaves, once or twice told, what his lane dropped is still in the sum."""
+    camera, quick, slow = Camera(hub), hub.add(), hub.add()
+    hub.choose(quick, BIG)
+    hub.choose(slow, BIG)
+    while slow.dropped < 3:
+        await _next(camera, quick)
+    before = hub.dropped
+    assert before >= 3
+    hub.remove(slow)
+    hub.remove(slow)
+    assert hub.dropped == before
+
+
+@pytest.mark.parametrize("asked", [True, False])
+async def test_encoders_that_hang_are_left_behind_together(
+    monkeypatch: pytest.MonkeyPatch, *, asked: bool
+) -> None:
+    """Stop takes at most 1.5 s though all encoders hang; a request for it takes no time."""
+    encoding, go_on = threading.Semaphore(0), threading.Event()
+
+    class Stuck:
+        def __init__(self, **_: object) -> None:
+            encoding.release()
+            go_on.wait(5)
+
+    monkeypatch.setattr("wax.media.rendition.VideoEncoder", Stuck)
+    hub = VideoHub(settings=SETTINGS, clock=SystemClock())
+    hub.start()
+    for size in (BIG, SMALL):
+        hub.choose(hub.add(), size)
+        assert await asyncio.to_thread(encoding.acquire, timeout=5)
+    started_s = monotonic()
+    if asked:
+        hub.request_stop()
+        assert monotonic() - started_s < 0.5
+        go_on.set()
+        hub.stop()
+        assert not [thread for thread in threading.enumerate() if "encode" in thread.name]
+    else:
+        hub.stop()
+        assert 1.4 < monotonic() - started_s < 2.5
+        hub.stop()
+        go_on.set()
+
+
 def _speak(hub: SoundHub, first: int, count: int) -> None:
     samples = np.zeros(960, np.int16)
     for number in range(first, first + count):
@@ -195,3 +242,17 @@ async def test_media_units_are_encoded_while_wanted() -> None:
     assert hub.wanted == []
     _speak(hub, 6, 6)
     assert hub.counts()["encoded"] == 8
+
+
+async def test_what_was_dropped_of_the_sound_stays_counted() -> None:
+    """When a viewer who takes no sound leaves, what his lane dropped is still in the sum."""
+    hub = SoundHub(settings=AudioSettings())
+    hub.start()
+    lane = hub.add()
+    hub.choose(lane, 20, 0)
+    _speak(hub, 0, 60)
+    await asyncio.sleep(0)
+    assert hub.dropped == lane.dropped == 10
+    hub.remove(lane)
+    hub.remove(lane)
+    assert hub.dropped == 10

@@ -70,13 +70,21 @@ class Rendition:
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
-    def stop(self) -> None:
-        """End the thread; bounded, safe to call twice."""
+    def request_stop(self) -> None:
+        """Let the thread end after the picture in work, and return at once."""
         self._stopping.set()
         self._wanted.set()
         self._slot.wake()
-        if self._thread is not None:
-            self._thread.join(timeout=2)
+
+    def stop(self, timeout_s: float) -> None:
+        """End the thread, waiting for it this long at most; safe to call twice."""
+        self.request_stop()
+        thread, self._thread = self._thread, None
+        if thread is None:
+            return
+        thread.join(timeout=timeout_s)
+        if thread.is_alive():
+            _LOG.warning("encoder does not end, left behind", rendition=self.settings.name)
 
     def _run(self) -> None:
         while not self._stopping.is_set():

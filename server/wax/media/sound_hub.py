@@ -42,6 +42,7 @@ class SoundHub:
         self._past: deque[Sound] = deque(maxlen=_PAST_BLOCKS)
         self._units: dict[int, _Unit] = {}
         self._lanes: set[SoundLane] = set()
+        self._dropped_by_gone = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._captured = 0
         self._encoded = 0
@@ -68,7 +69,10 @@ class SoundHub:
         return lane
 
     def remove(self, lane: SoundLane) -> None:
-        self._lanes.discard(lane)
+        """Forget a lane; safe to call twice."""
+        if lane in self._lanes:
+            self._lanes.remove(lane)
+            self._dropped_by_gone += lane.dropped
         self._forget_unwanted()
 
     def choose(self, lane: SoundLane, mu_ms: int | None, preroll_ms: float) -> None:
@@ -95,8 +99,8 @@ class SoundHub:
 
     @property
     def dropped(self) -> int:
-        """Packets that lanes had no room for, of all who are here."""
-        return sum(lane.dropped for lane in self._lanes)
+        """Packets that lanes had no room for since the start; never falls."""
+        return self._dropped_by_gone + sum(lane.dropped for lane in self._lanes)
 
     def counts(self) -> dict[str, int]:
         """Count 20 ms blocks captured and packets encoded since the start."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from wax.media.lane import VideoLane
 from wax.media.rendition import Rendition
@@ -15,13 +15,17 @@ if TYPE_CHECKING:
     from wax.media.encoded import EncodedPicture
     from wax.media.source import Picture
 
+_STOP_S: Final = 1.5
+
 
 class VideoHub:
     """Encodes each rendition once and gives the packets to all lanes that want them."""
 
     def __init__(self, *, settings: VideoSettings, clock: Clock) -> None:
         self.slot: NewestSlot[Picture] = NewestSlot()
+        self._clock = clock
         self._lanes: set[VideoLane] = set()
+        self._dropped_by_gone = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._renditions = {
             one.name: Rendition(
@@ -40,9 +44,17 @@ class VideoHub:
         for rendition in self._renditions.values():
             rendition.start()
 
-    def stop(self) -> None:
+    def request_stop(self) -> None:
+        """Let all threads end, and return at once; `stop` then waits for them."""
         for rendition in self._renditions.values():
-            rendition.stop()
+            rendition.request_stop()
+
+    def stop(self) -> None:
+        """End all threads; takes at most 1.5 s together, safe to call twice."""
+        self.request_stop()
+        end_s = self._clock.now_s() + _STOP_S
+        for rendition in self._renditions.values():
+            rendition.stop(max(end_s - self._clock.now_s(), 0.0))
 
     def add(self) -> VideoLane:
         """Make a lane; nothing is sent to it until `choose`."""
@@ -51,7 +63,10 @@ class VideoHub:
         return lane
 
     def remove(self, lane: VideoLane) -> None:
-        self._lanes.discard(lane)
+        """Forget a lane; safe to call twice."""
+        if lane in self._lanes:
+            self._lanes.remove(lane)
+            self._dropped_by_gone += lane.dropped
         self._refresh()
 
     def choose(self, lane: VideoLane, rendition: str | None) -> None:
@@ -75,8 +90,8 @@ class VideoHub:
 
     @property
     def dropped(self) -> int:
-        """Pictures that lanes had no room for, of all who are here."""
-        return sum(lane.dropped for lane in self._lanes)
+        """Pictures that lanes had no room for since the start; never falls."""
+        return self._dropped_by_gone + sum(lane.dropped for lane in self._lanes)
 
     def counts(self) -> dict[str, int]:
         """Count pictures since the start: captured, and encoded by rendition."""
