@@ -1,11 +1,14 @@
-"""Find somebody else's class by the name that the configuration gives it."""
+"""Find somebody else's class by the name that the configuration gives it, and build it."""
 
 from __future__ import annotations
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from wax.errors import ConfigError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 
 def is_plugin_name(name: str) -> bool:
@@ -18,16 +21,32 @@ def is_plugin_name(name: str) -> bool:
     )
 
 
-def load_class(name: str, key: str) -> type[Any]:
-    """Import ``package.module:Class``; `key` is the configuration key, for the sentence.
+def make_plugin(
+    name: str, key: str, settings: object, clock: object, *, needs: Iterable[str], contract: str
+) -> Any:
+    """Build ``package.module:Class`` as ``Class(settings, clock)``.
 
-    Raises `ConfigError`.
+    `needs` names the methods that it must have, `contract` the file that explains them, and
+    `key` the configuration key, for the sentence. Raises `ConfigError`, whatever is raised there.
     """
+    found = _load_class(name, key)
+    for method in needs:
+        if not callable(getattr(found, method, None)):
+            raise ConfigError(f"{key}: {name} has no method {method}; see {contract}.")
+    try:
+        return found(settings, clock)
+    except Exception as error:
+        raise ConfigError(f"{key}: {name}(settings, clock) failed: {error!r}") from error
+
+
+def _load_class(name: str, key: str) -> type[Any]:
     module_name, _, attribute = name.partition(":")
     try:
         module = importlib.import_module(module_name)
     except ImportError as error:
         raise ConfigError(f"{key}: {name}: cannot import {module_name}: {error}") from error
+    except Exception as error:
+        raise ConfigError(f"{key}: {name}: importing {module_name} failed: {error!r}") from error
     found = getattr(module, attribute, None)
     if not isinstance(found, type):
         raise ConfigError(f"{key}: {name}: {module_name} has no class {attribute}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING
 
 import pytest
@@ -11,6 +12,9 @@ from wax.errors import ConfigError
 from wax.robot.find import make_driver
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
     from tests.robot.conftest import FakeClock
 
 
@@ -36,7 +40,75 @@ def test_an_unknown_name_is_answered_with_what_is_possible(clock: FakeClock) -> 
         make_driver(RobotSettings(driver="tank"), clock)
 
 
+GOOD = """
+from wax.robot.driver import Limits, RobotState
+
+class Robot:
+    kind = "wooden"
+    limits = Limits(1.0, 1.0)
+    def __init__(self, settings, clock): pass
+    def open(self): pass
+    def apply(self, twist, turn): pass
+    def set_axis(self, name, position, turn): pass
+    def stop(self, turn): pass
+    def close(self): pass
+    def state(self): return RobotState(connected=True)
+"""
+LIMITS = "limits = Limits(1.0, 1.0)"
+
+
+@pytest.fixture
+def plugin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], str]]:
+    """Write a module of this text where Python finds it; return the name of its robot."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def written(text: str) -> str:
+        (tmp_path / "wooden_robot.py").write_text(text)
+        return "wooden_robot:Robot"
+
+    yield written
+    sys.modules.pop("wooden_robot", None)
+
+
+def test_a_whole_robot_is_taken(plugin: Callable[[str], str], clock: FakeClock) -> None:
+    """A class in a file of one's own drives."""
+    assert make_driver(RobotSettings(driver=plugin(GOOD)), clock).kind == "wooden"
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("import no_such_module", "cannot import wooden_robot: No module named 'no_such_module'"),
+        ("class Robot", "importing wooden_robot failed: SyntaxError("),
+        ("raise OSError('no bus')", "importing wooden_robot failed: OSError('no bus')"),
+        ("Robot = 5", "wooden_robot has no class Robot"),
+        (GOOD.replace("def stop", "def halt"), "wooden_robot:Robot has no method stop; see wax/"),
+        (
+            GOOD.replace("clock): pass", "clock): raise RuntimeError('no bus')"),
+            "wooden_robot:Robot(settings, clock) failed: RuntimeError('no bus')",
+        ),
+        (GOOD.replace("clock)", "bus, clock)"), "(settings, clock) failed: TypeError("),
+        (GOOD.replace(LIMITS, ""), "does not tell kind and limits: AttributeError("),
+        (
+            GOOD.replace(LIMITS, "@property\n    def limits(self): raise OSError('no bus')"),
+            "does not tell kind and limits: OSError('no bus')",
+        ),
+        (GOOD.replace(LIMITS, "limits = (1.0, 1.0)"), "must have a text as kind and Limits as"),
+    ],
+)
+def test_a_plugin_that_cannot_be_used_says_so_in_a_sentence(
+    plugin: Callable[[str], str], clock: FakeClock, text: str, sentence: str
+) -> None:
+    """Whatever is wrong with somebody's class is one line naming key and class, no traceback."""
+    with pytest.raises(ConfigError) as refused:
+        make_driver(RobotSettings(driver=plugin(text)), clock)
+    said = str(refused.value)
+    assert said.startswith("robot.driver: wooden_robot:Robot")
+    assert sentence in said
+    assert "\n" not in said
+
+
 def test_a_plugin_that_is_not_there_says_so(clock: FakeClock) -> None:
-    """A class that cannot be imported is a ConfigError naming the key, not a traceback."""
-    with pytest.raises(ConfigError, match=r"robot\.driver: no\.such:Robot: cannot import"):
+    """A module that nobody has installed is a sentence naming the key and the module."""
+    with pytest.raises(ConfigError, match=r"^robot\.driver: no\.such:Robot: cannot import no\.suc"):
         make_driver(RobotSettings(driver="no.such:Robot"), clock)

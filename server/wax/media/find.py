@@ -12,7 +12,7 @@ from wax.media.camera import OpenCvCamera
 from wax.media.file import MediaFile
 from wax.media.microphone import AlsaMicrophone, PortAudioMicrophone
 from wax.media.testcard import TestCardAudio, TestCardVideo
-from wax.plugin import is_plugin_name, load_class
+from wax.plugin import is_plugin_name, make_plugin
 from wax.robot.driver import HasCamera, HasMicrophone
 
 if TYPE_CHECKING:
@@ -143,14 +143,8 @@ def _existing(name: str, key: str) -> Path:
 
 def _make_plugin(name: str, key: str, settings: VideoSettings | AudioSettings, clock: Clock) -> Any:
     """Build somebody else's source, and see to it that it is one."""
-    found = load_class(name, key)
-    for method in ("open", "read", "close"):
-        if not callable(getattr(found, method, None)):
-            raise ConfigError(f"{key}: {name} has no method {method}; see wax/media/source.py.")
-    try:
-        return found(settings, clock)
-    except Exception as error:
-        raise ConfigError(f"{key}: {name}(settings, clock) failed: {error!r}") from error
+    needs = ("open", "read", "close")
+    return make_plugin(name, key, settings, clock, needs=needs, contract="wax/media/source.py")
 
 
 def _no_sense(key: str, kind: str, sense: str, instead: str) -> str:
