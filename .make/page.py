@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 ROOT: Final = Path(__file__).resolve().parent.parent
 WEB: Final = ROOT / "web"
 DIST: Final = ROOT / "server/wax/web/dist"
-NOT_SOURCES: Final = {"node_modules", "generated"}
+NOT_SOURCES: Final = {"node_modules", "generated", "screenshots"}
 MIRROR_PATIENCE: Final = {
     "npm_config_fetch_timeout": "60000",
     "npm_config_fetch_retries": "3",

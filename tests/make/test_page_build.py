@@ -54,10 +54,15 @@ def test_fingerprint_follows_content_and_names(
 
 
 def test_only_sources_make_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What npm installed and what was generated do not lead to another build."""
+    """What npm installed, what was generated and the README's pictures lead to no other build."""
     monkeypatch.setattr(page, "ROOT", tmp_path)
     monkeypatch.setattr(page, "WEB", tmp_path / "web")
-    for name in ("web/src/main.ts", "web/src/generated/x.ts", "web/node_modules/a/b.js"):
+    for name in (
+        "web/src/main.ts",
+        "web/src/generated/x.ts",
+        "web/node_modules/a/b.js",
+        "web/screenshots/phone.jpg",
+    ):
         file = tmp_path / name
         file.parent.mkdir(parents=True)
         file.touch()
