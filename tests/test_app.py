@@ -53,7 +53,9 @@ async def test_it_serves_until_it_is_stopped() -> None:
     video = status["streams"]["video"]
     assert (video["problem"], video["dropped"], video["wanted"]) == (None, 0, [])
     assert 20 < video["captured_fps"] < 40
-    assert status["streams"]["audio"]["captured_hz"] > 40
+    audio = status["streams"]["audio"]
+    assert audio["captured_hz"] > 40
+    assert (audio["failures"], audio["cut_ms"]) == (0, 0)
 
 
 async def test_a_part_that_dies_takes_the_server_down(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -113,6 +113,8 @@ class App:
             driver=self._driver,
             video=self._video,
             audio=self._audio,
+            captures=self._captures,
+            blocks=self._blocks,
             counters=counters,
             rates=Rates(),
         )
@@ -177,19 +179,20 @@ class App:
         self._control.stop()
         try:
             async with asyncio.timeout(_STOP_S):
-                await self._room.close()
                 await self._supervisor.stop()
+                # Together, not one after the other: a device that hangs costs its time once.
+                await asyncio.gather(self._room.close(), asyncio.to_thread(self._stop_threads))
                 await self._runner.cleanup()
-                await asyncio.to_thread(self._stop_threads)
         except TimeoutError:
             _LOG.warning("not everything ended in time; leaving it behind")
         finally:
             self._driver.close()
 
     def _stop_threads(self) -> None:
-        for capture in self._captures.values():
-            capture.stop()
-        self._video.stop()
+        for part in (*self._captures.values(), self._video):
+            part.request_stop()
+        for part in (*self._captures.values(), self._video):
+            part.stop()
 
     def _task_died(self, name: str) -> None:
         self._died = name

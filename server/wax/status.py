@@ -7,11 +7,17 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from wax import __version__
+from wax.media.source import SAMPLE_RATE_HZ
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from wax.clock import Clock
     from wax.control.turns import Turns
+    from wax.media.blocks import Blocks
+    from wax.media.capture import Capture
     from wax.media.sound_hub import SoundHub
+    from wax.media.source import Picture, Sound
     from wax.media.video_hub import VideoHub
     from wax.robot.driver import Driver
     from wax.room import Room
@@ -30,6 +36,8 @@ class Status:
         driver: Driver,
         video: VideoHub,
         audio: SoundHub,
+        captures: Mapping[str, Capture[Picture] | Capture[Sound]],
+        blocks: Blocks,
         counters: Counters,
         rates: Rates,
     ) -> None:
@@ -39,6 +47,8 @@ class Status:
         self._driver = driver
         self._video = video
         self._audio = audio
+        self._captures = captures
+        self._blocks = blocks
         self._counters = counters
         self._rates = rates
 
@@ -70,6 +80,7 @@ class Status:
             "streams": {
                 "video": {
                     "problem": snapshot.video.problem,
+                    "failures": self._failures("video"),
                     "captured_fps": self._rates.hz("video.captured"),
                     "encoded_fps": {n: self._rates.hz(f"video.{n}") for n in self._video.sizes},
                     "wanted": self._video.wanted,
@@ -77,10 +88,13 @@ class Status:
                 },
                 "audio": {
                     "problem": snapshot.audio.problem,
+                    "failures": self._failures("audio"),
                     "captured_hz": self._rates.hz("audio.captured"),
                     "encoded_hz": self._rates.hz("audio.encoded"),
                     "wanted_mu_ms": self._audio.wanted,
                     "dropped": self._audio.dropped,
+                    "filled_ms": self._blocks.filled_samples * 1000 // SAMPLE_RATE_HZ,
+                    "cut_ms": self._blocks.dropped_samples * 1000 // SAMPLE_RATE_HZ,
                 },
             },
             "counters": self._counters.snapshot() | self._room.control.counts(),
@@ -95,6 +109,10 @@ class Status:
             "round_trip_ms": None if one_way_s is None else round(one_way_s * 2000, 1),
             "report": None if report is None else report.model_dump(exclude={"type"}),
         }
+
+    def _failures(self, stream: str) -> int:
+        capture = self._captures.get(stream)
+        return 0 if capture is None else capture.failures
 
     def _robot(self) -> dict[str, object]:
         state = self._driver.state()
