@@ -47,7 +47,7 @@ def pytest_runtest_makereport(
     report = yield
     if report.failed:
         for server in item.config.stash[SERVERS]:
-            report.sections.append((f"server {server.url}", server.log[-6000:]))
+            report.sections.append((f"server {server.url}", server.account()))
         for viewer in item.config.stash[VIEWERS]:
             lines = "\n".join([*viewer.console[-40:], *viewer.errors])
             report.sections.append((f"page {viewer.url}", lines))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import pytest
@@ -10,12 +11,13 @@ import pytest_asyncio
 
 from e2e.harness import toml
 from e2e.harness.hands import Fingers
-from e2e.harness.robot import moves, pose, stands_still
+from e2e.harness.robot import moves, pose, stands_still, turn_by_key, undisturbed
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
     from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.robot import Pose
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
@@ -37,10 +39,36 @@ async def driver(server: Server, open_viewer: OpenViewer) -> Viewer:
     return viewer
 
 
-async def hold_key(viewer: Viewer, key: str, seconds: float = 0.8) -> None:
-    await viewer.page.keyboard.down(key)
-    await asyncio.sleep(seconds)
-    await viewer.page.keyboard.up(key)
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """From where to where the robot went by one press."""
+
+    start: Pose
+    end: Pose
+
+    @property
+    def distance_m(self) -> float:
+        return self.end.distance_m(self.start)
+
+    @property
+    def turned_rad(self) -> float:
+        return self.end.turned_rad(self.start)
+
+
+async def drive_by_keys(server: Server, viewer: Viewer, *keys: str, seconds: float = 0.8) -> Drive:
+    """Hold the keys together, let go, and see the robot stand."""
+
+    async def attempt() -> Drive:
+        start = await pose(server)
+        for key in keys:
+            await viewer.page.keyboard.down(key)
+        await asyncio.sleep(seconds)
+        for key in keys:
+            await viewer.page.keyboard.up(key)
+        assert await stands_still(server)
+        return Drive(start, await pose(server))
+
+    return await undisturbed(server, attempt)
 
 
 @pytest.mark.timeout(90)
@@ -50,37 +78,22 @@ async def test_keys_move_the_robot(server: Server, driver: Viewer, keys: str) ->
     ahead, left, back, right = (
         "wasd" if keys == "wasd" else ["ArrowUp", "ArrowLeft", "ArrowDown", "ArrowRight"]
     )
-    start = await pose(server)
-    await hold_key(driver, ahead)
-    assert await stands_still(server)
-    out = await pose(server)
-    assert out.distance_m(start) > 0.05
-    assert abs(out.turned_rad(start)) < 0.05
-    await hold_key(driver, back)
-    assert await stands_still(server)
-    home = await pose(server)
-    assert home.distance_m(start) < out.distance_m(start)
-
-    await hold_key(driver, left)
-    assert await stands_still(server)
-    turned = await pose(server)
-    assert turned.turned_rad(home) > 0.1
-    await hold_key(driver, right)
-    assert await stands_still(server)
-    assert (await pose(server)).turned_rad(turned) < -0.1
+    out = await drive_by_keys(server, driver, ahead)
+    assert out.distance_m > 0.05
+    assert abs(out.turned_rad) < 0.05
+    home = await drive_by_keys(server, driver, back)
+    assert home.distance_m > 0.05
+    assert home.end.distance_m(out.start) < out.distance_m
+    assert (await drive_by_keys(server, driver, left)).turned_rad > 0.1
+    assert (await drive_by_keys(server, driver, right)).turned_rad < -0.1
 
 
 @pytest.mark.timeout(90)
 async def test_two_keys_at_once_make_a_curve(server: Server, driver: Viewer) -> None:
     """Back and left held together move and turn at the same time."""
-    start = await pose(server)
-    await driver.page.keyboard.down("ArrowDown")
-    await hold_key(driver, "ArrowLeft")
-    await driver.page.keyboard.up("ArrowDown")
-    assert await stands_still(server)
-    end = await pose(server)
-    assert end.distance_m(start) > 0.05
-    assert abs(end.turned_rad(start)) > 0.1
+    curve = await drive_by_keys(server, driver, "ArrowDown", "ArrowLeft")
+    assert curve.distance_m > 0.05
+    assert abs(curve.turned_rad) > 0.1
 
 
 @pytest.mark.timeout(90)
@@ -89,17 +102,16 @@ async def test_fine_is_slower_than_gross(server: Server, driver: Viewer) -> None
     turned: dict[str, float] = {}
     for speed, key in (("Fine", "ArrowLeft"), ("Gross", "ArrowRight")):
         await driver.radio(speed).check()
-        start = await pose(server)
-        await hold_key(driver, key, 0.7)
-        assert await stands_still(server)
-        turned[speed] = abs((await pose(server)).turned_rad(start))
+        turned[speed] = abs((await drive_by_keys(server, driver, key)).turned_rad)
     assert 0.05 < turned["Fine"] < 0.6 * turned["Gross"], turned
 
 
 @pytest.mark.timeout(90)
-async def test_buttons_work_by_mouse(server: Server, driver: Viewer) -> None:
+@pytest.mark.parametrize(("name", "sign"), [("Left", 1), ("Right", -1)])
+async def test_buttons_work_by_mouse(server: Server, driver: Viewer, name: str, sign: int) -> None:
     """A button held with the mouse drives, let go it stops, also when let go elsewhere."""
-    for name, sign in (("Left", 1), ("Right", -1)):
+
+    async def attempt() -> Drive:
         start = await pose(server)
         await driver.button(name).hover()
         await driver.page.mouse.down()
@@ -107,7 +119,9 @@ async def test_buttons_work_by_mouse(server: Server, driver: Viewer) -> None:
         await driver.page.mouse.move(2, 2)
         await driver.page.mouse.up()
         assert await stands_still(server)
-        assert (await pose(server)).turned_rad(start) * sign > 0.1
+        return Drive(start, await pose(server))
+
+    assert (await undisturbed(server, attempt)).turned_rad * sign > 0.1
 
 
 @pytest.mark.timeout(90)
@@ -117,29 +131,33 @@ async def test_two_thumbs_drive_a_curve(server: Server, open_viewer: OpenViewer)
     await viewer.join()
     await viewer.drives()
     fingers = await Fingers.of(viewer)
-    start = await pose(server)
-    await fingers.press(0, viewer.button("Back"))
-    await fingers.press(1, viewer.button("Left"))
-    await asyncio.sleep(0.8)
-    middle = await pose(server)
-    assert middle.distance_m(start) > 0.03
-    assert abs(middle.turned_rad(start)) > 0.1
-    await fingers.lift(0)
-    await asyncio.sleep(0.5)
-    turning = await pose(server)
-    await asyncio.sleep(0.5)
-    end = await pose(server)
-    assert abs(end.turned_rad(turning)) > 0.1
-    assert end.distance_m(turning) < 0.02
-    await fingers.lift(1)
-    assert await stands_still(server)
+
+    async def attempt() -> tuple[Drive, Drive]:
+        start = await pose(server)
+        await fingers.press(0, viewer.button("Back"))
+        await fingers.press(1, viewer.button("Left"))
+        await asyncio.sleep(0.8)
+        both = Drive(start, await pose(server))
+        await fingers.lift(0)
+        await asyncio.sleep(0.5)
+        start = await pose(server)
+        await asyncio.sleep(0.5)
+        one = Drive(start, await pose(server))
+        await fingers.lift(1)
+        assert await stands_still(server)
+        return both, one
+
+    both, one = await undisturbed(server, attempt)
+    assert both.distance_m > 0.03
+    assert abs(both.turned_rad) > 0.1
+    assert one.distance_m < 0.02
+    assert abs(one.turned_rad) > 0.1
 
 
 @pytest.mark.timeout(90)
 async def test_stop_button_stops_under_a_held_key(server: Server, driver: Viewer) -> None:
     """Stop ends the motion though a key is still down."""
-    await driver.page.keyboard.down("ArrowLeft")
-    assert await moves(server)
+    await turn_by_key(server, driver)
     await driver.button("Stop").click()
     assert await stands_still(server)
     await driver.page.keyboard.up("ArrowLeft")

@@ -13,7 +13,7 @@ import pytest
 from e2e.harness import toml
 from e2e.harness.bidi import firefox
 from e2e.harness.missing import missing
-from e2e.harness.robot import moves, stands_still
+from e2e.harness.robot import moves, stands_still, undisturbed
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -78,7 +78,12 @@ async def test_firefox_shows_sounds_and_drives(serve: Serve, tmp_path: Path) -> 
             return [line["role"] for line in viewers] == ["operator"]
 
         await eventually(drives, "Firefox drives", within_s=5)
-        await window.key("keyDown", ARROW_LEFT)
-        assert await moves(server, during_s=0.8)
-        await window.key("keyUp", ARROW_LEFT)
-        assert await stands_still(server)
+
+        async def moves_by_key() -> bool:
+            await window.key("keyDown", ARROW_LEFT)
+            moved = await moves(server, during_s=0.8)
+            await window.key("keyUp", ARROW_LEFT)
+            assert await stands_still(server)
+            return moved
+
+        assert await undisturbed(server, moves_by_key)

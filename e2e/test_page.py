@@ -8,7 +8,7 @@ import pytest
 import pytest_asyncio
 
 from e2e.harness import toml
-from e2e.harness.robot import moves
+from e2e.harness.robot import turn_by_key
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -97,12 +97,28 @@ async def test_a_phone_has_everything_under_the_thumbs(
 
 
 @pytest.mark.timeout(60)
+async def test_a_half_typed_name_stays(server: Server, open_viewer: OpenViewer) -> None:
+    """News of the room do not wipe what is being typed."""
+    viewer = await open_viewer(server)
+    await viewer.name.click()
+    await viewer.page.keyboard.type("Ad")
+    await (await open_viewer(server)).join()
+    await viewer.queue.get_by_text("driving").first.wait_for()
+    await viewer.page.keyboard.type("a")
+    await viewer.name.press("Enter")
+
+    async def named() -> bool:
+        return "Ada" in [line["name"] for line in (await server.status())["viewers"]]
+
+    await eventually(named, "the whole name is known", within_s=3)
+
+
+@pytest.mark.timeout(60)
 async def test_one_can_drive_by_keyboard_alone(server: Server, open_viewer: OpenViewer) -> None:
     """With Tab, Enter and the arrow keys one joins and drives, without a pointer."""
     viewer = await open_viewer(server)
     await viewer.button("Join the queue").focus()
     await viewer.page.keyboard.press("Enter")
     await viewer.drives()
-    await viewer.page.keyboard.down("ArrowLeft")
-    assert await moves(server)
+    await turn_by_key(server, viewer)
     await viewer.page.keyboard.up("ArrowLeft")

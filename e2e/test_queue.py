@@ -10,7 +10,7 @@ import pytest
 import pytest_asyncio
 
 from e2e.harness import toml
-from e2e.harness.robot import moves, stands_still
+from e2e.harness.robot import moves, stands_still, turn_by_key, undisturbed
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -127,8 +127,7 @@ async def test_the_robot_stops_when_the_operator_changes(
     await ada.join()
     await ada.drives()
     await bob.join()
-    await ada.page.keyboard.down("ArrowLeft")
-    assert await moves(server)
+    await turn_by_key(server, ada)
     await is_driven_by(server, "Bob", within_s=TURN_S + 2)
     assert await stands_still(server, after_s=0.3)
 
@@ -141,10 +140,14 @@ async def test_alone_the_turn_renews_without_a_break(
     ada = await person(open_viewer, server, "Ada")
     await ada.join()
     await ada.drives()
-    await ada.page.keyboard.down("ArrowLeft")
-    for _ in range(int(TURN_S * 2 / 0.4)):
-        assert await moves(server, during_s=0.4), "a break in driving"
-    await ada.page.keyboard.up("ArrowLeft")
+
+    async def breaks() -> int:
+        await turn_by_key(server, ada)
+        moved = [await moves(server, during_s=0.4) for _ in range(int(TURN_S * 1.5 / 0.4))]
+        await ada.page.keyboard.up("ArrowLeft")
+        return moved.count(False)
+
+    assert await undisturbed(server, breaks) == 0
 
 
 @pytest.mark.timeout(90)

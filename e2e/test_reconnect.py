@@ -10,7 +10,7 @@ import pytest
 import pytest_asyncio
 
 from e2e.harness import toml
-from e2e.harness.robot import moves, stands_still
+from e2e.harness.robot import moves, stands_still, turn_by_key
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -48,8 +48,7 @@ async def test_a_reload_keeps_turn_place_and_name(server: Server, open_viewer: O
     assert after["turn"]["number"] == number
     roles = {line["name"]: (line["role"], line["place"]) for line in after["viewers"]}
     assert roles == {"Ada": ("operator", 0), "Bob": ("queued", 1)}
-    await ada.page.keyboard.down("ArrowLeft")
-    assert await moves(server)
+    await turn_by_key(server, ada)
     await ada.page.keyboard.up("ArrowLeft")
 
 
@@ -61,8 +60,7 @@ async def test_a_key_held_over_a_reload_moves_nothing(
     ada = await open_viewer(server)
     await ada.join()
     await ada.drives()
-    await ada.page.keyboard.down("ArrowLeft")
-    assert await moves(server)
+    await turn_by_key(server, ada)
     await ada.page.reload()
     assert await stands_still(server)
     await ada.sees_picture()
@@ -116,8 +114,7 @@ async def test_a_restarted_server_is_found_again(
         assert cards[-1].age_ms < 1000
         await viewer.join()
         await viewer.drives()
-        await viewer.page.keyboard.down("ArrowLeft")
-        assert await moves(server)
+        await turn_by_key(server, viewer)
         await viewer.page.keyboard.up("ArrowLeft")
 
 

@@ -10,7 +10,7 @@ import pytest_asyncio
 
 from e2e.harness import toml
 from e2e.harness.hands import Fingers
-from e2e.harness.robot import moves, stands_still
+from e2e.harness.robot import moves, stands_still, turn_by_key
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -40,8 +40,7 @@ async def turning(server: Server, open_viewer: OpenViewer) -> Viewer:
     viewer = await open_viewer(server)
     await viewer.join()
     await viewer.drives()
-    await viewer.page.keyboard.down("ArrowLeft")
-    assert await moves(server), "the robot does not turn"
+    await turn_by_key(server, viewer)
     return viewer
 
 
@@ -67,8 +66,7 @@ async def test_after_blur_a_new_press_drives_again(server: Server, turning: View
     await turning.page.evaluate("() => window.dispatchEvent(new Event('blur'))")
     assert await stands_still(server)
     await turning.page.keyboard.up("ArrowLeft")
-    await turning.page.keyboard.down("ArrowLeft")
-    assert await moves(server)
+    await turn_by_key(server, turning)
     await turning.page.keyboard.up("ArrowLeft")
     assert await stands_still(server)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING
 
@@ -25,8 +26,16 @@ SOUND_EARLY_MS, SOUND_LATE_MS = 45.0, 125.0
 """ITU-R BT.1359: skew that people begin to detect."""
 
 
-async def jitter_buffer_delay_ms(viewer: Viewer, kind: str, over_s: float = 1.0) -> float:
-    """Mean delay in the browser's jitter buffer during the next `over_s`."""
+@dataclass(frozen=True, slots=True)
+class JitterBuffer:
+    """Mean delay in the browser's jitter buffer, and the least that the arrival allows."""
+
+    delay_ms: float
+    least_ms: float
+
+
+async def jitter_buffer(viewer: Viewer, kind: str, over_s: float = 1.0) -> JitterBuffer:
+    """Measure during the next `over_s`."""
 
     async def started() -> bool:
         return "jitterBufferDelay" in await viewer.inbound(kind)
@@ -35,10 +44,13 @@ async def jitter_buffer_delay_ms(viewer: Viewer, kind: str, over_s: float = 1.0)
     first = await viewer.inbound(kind)
     await asyncio.sleep(over_s)
     last = await viewer.inbound(kind)
-    delay_s = last["jitterBufferDelay"] - first["jitterBufferDelay"]
     count = last["jitterBufferEmittedCount"] - first["jitterBufferEmittedCount"]
     assert count > 0, f"no {kind} came out of the jitter buffer"
-    return float(delay_s / count * 1000)
+
+    def mean_ms(name: str) -> float:
+        return float((last[name] - first[name]) / count * 1000)
+
+    return JitterBuffer(mean_ms("jitterBufferDelay"), mean_ms("jitterBufferMinimumDelay"))
 
 
 @pytest.mark.timeout(120)
@@ -51,18 +63,24 @@ async def test_a_chosen_delay_is_followed_by_both_streams(
     async with serve(tmp_path, settings) as server:
         viewer = await open_viewer(server, **EARS)
         await viewer.listen()
-        measured: dict[str, float] = {}
+        measured = ""
 
         async def follows() -> bool:
-            kinds = ("audio", "video")
-            delays = await asyncio.gather(*(jitter_buffer_delay_ms(viewer, k) for k in kinds))
-            measured.update(zip(kinds, map(round, delays), strict=True))
-            return all(abs(ms - delay_ms) <= TOLERANCE_MS for ms in measured.values())
+            nonlocal measured
+            sound, picture = await asyncio.gather(
+                jitter_buffer(viewer, "audio"), jitter_buffer(viewer, "video")
+            )
+            measured = f"{sound}, {picture}"
+            # On a busy machine sound arrives so unevenly that less would break it.
+            wanted_ms = max(delay_ms, sound.least_ms)
+            return all(
+                abs(buffer.delay_ms - wanted_ms) <= TOLERANCE_MS for buffer in (sound, picture)
+            )
 
         try:
             await eventually(follows, "both streams wait as long as was chosen", within_s=12)
         finally:
-            print(f"chosen {delay_ms} ms: jitter buffers {measured}")
+            print(f"chosen {delay_ms} ms: {measured}")
         skew_ms = await measured_skew_ms(viewer)
         print(f"chosen {delay_ms} ms: skew {skew_ms:+.0f} ms (sound late is positive)")
         assert -SOUND_EARLY_MS <= skew_ms <= SOUND_LATE_MS
@@ -105,7 +123,7 @@ async def test_the_delay_follows_the_role(
         await viewer.listen()
 
         async def waits() -> bool:
-            return await jitter_buffer_delay_ms(viewer, "video") > 300
+            return (await jitter_buffer(viewer, "video")).delay_ms > 300
 
         await eventually(waits, "the observer's picture waits", within_s=12)
         peers = await viewer.probe("peers()")
@@ -113,7 +131,7 @@ async def test_the_delay_follows_the_role(
         await viewer.drives()
 
         async def hurries() -> bool:
-            return await jitter_buffer_delay_ms(viewer, "video") < 120
+            return (await jitter_buffer(viewer, "video")).delay_ms < 120
 
         await eventually(hurries, "the operator's picture hurries", within_s=8)
         assert await viewer.probe("peers()") == peers

@@ -5,10 +5,15 @@ from __future__ import annotations
 import asyncio
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
     from e2e.harness.server import Server
+    from e2e.harness.viewer import Viewer
+
+T = TypeVar("T")
 
 STILL_M = 0.002
 STILL_RAD = 0.004
@@ -43,6 +48,42 @@ async def moves(server: Server, during_s: float = 0.5) -> bool:
     before = await pose(server)
     await asyncio.sleep(during_s)
     return (await pose(server)).moved(before)
+
+
+async def lateness(server: Server) -> int:
+    """Count how often the server was too late, itself or in hearing, and asked for a new press."""
+    counters = (await server.status())["counters"]
+    return sum(
+        count
+        for name, count in counters.items()
+        if name == "control.late" or name.startswith("commands.refused.")
+    )
+
+
+async def undisturbed(server: Server, attempt: Callable[[], Awaitable[T]]) -> T:
+    """Do `attempt`, and again where the server was too late meanwhile, at most three times."""
+    before = await lateness(server)
+    result = await attempt()
+    for _ in range(2):
+        now = await lateness(server)
+        if now == before:
+            break
+        before = now
+        result = await attempt()
+    return result
+
+
+async def turn_by_key(server: Server, viewer: Viewer, key: str = "ArrowLeft") -> None:
+    """Hold a key until the robot moves; press anew where a busy machine asked for that."""
+    for _ in range(3):
+        before = await lateness(server)
+        await viewer.page.keyboard.down(key)
+        if await moves(server):
+            return
+        await viewer.page.keyboard.up(key)
+        if await lateness(server) == before:
+            break
+    raise AssertionError(f"the robot does not move by {key}")
 
 
 async def stands_still(server: Server, after_s: float = 0.5) -> bool:

@@ -8,6 +8,7 @@ import signal
 import socket
 import sys
 import time
+import urllib.request
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,6 +47,15 @@ class Server:
         if not self.log_path.exists():
             return ""
         return self.log_path.read_text(encoding="utf-8", errors="replace")
+
+    def account(self) -> str:
+        """Give the end of its log and its status, for the report of a failed test."""
+        try:
+            with urllib.request.urlopen(f"{self.url}/api/status", timeout=1) as answer:
+                status = answer.read().decode()
+        except OSError as error:
+            status = f"no status: {error}"
+        return f"{self.log[-6000:]}\n{status}"
 
     @property
     def pid(self) -> int:
