@@ -12,13 +12,17 @@ import pytest
 from wax.app import App
 from wax.clock import SystemClock
 from wax.config import Settings
+from wax.control.helm import NO_ANSWER
 from wax.errors import StartError
 from wax.media.source import Picture
+from wax.robot.simulated.robot import SimulatedRobot
 from wax.status import Status
 from wax.web import routes
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from wax.robot.driver import RobotState
 
 
 @pytest.fixture(autouse=True)
@@ -56,6 +60,33 @@ async def test_it_serves_until_it_is_stopped() -> None:
     audio = status["streams"]["audio"]
     assert audio["captured_hz"] > 40
     assert (audio["failures"], audio["cut_ms"]) == (0, 0)
+
+
+async def test_a_driver_that_raises_takes_nothing_down(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A robot that cannot even tell how it is stays a line of the status."""
+
+    def fail(self: SimulatedRobot) -> RobotState:
+        raise OSError("no bus")
+
+    monkeypatch.setattr(SimulatedRobot, "state", fail)
+    app = _app()
+    ports: asyncio.Queue[int] = asyncio.Queue()
+    running = asyncio.create_task(app.run(ports.put_nowait))
+    url = f"http://127.0.0.1:{await asyncio.wait_for(ports.get(), 10)}"
+    async with aiohttp.ClientSession() as session:
+        await asyncio.sleep(0.3)
+        async with session.get(f"{url}/api/status") as response:
+            status = await response.json()
+    assert not running.done()
+    app.stop()
+    await asyncio.wait_for(running, 5)
+    assert status["robot"] == {
+        "kind": "simulated",
+        "connected": False,
+        "problem": NO_ANSWER,
+        "pose": None,
+        "battery_fraction": None,
+    }
 
 
 async def test_a_part_that_dies_takes_the_server_down(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,6 +12,7 @@ from wax import room as room_module
 from wax.board import Board
 from wax.config import Settings
 from wax.control.gate import Command
+from wax.control.helm import NO_ANSWER
 from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
 from wax.errors import FullError, SignallingError
@@ -52,6 +53,7 @@ class Robot:
     def __init__(self) -> None:
         self.told: list[object] = []
         self.problem: str | None = None
+        self.is_broken = False
 
     def open(self) -> None: ...
 
@@ -66,6 +68,8 @@ class Robot:
     def close(self) -> None: ...
 
     def state(self) -> RobotState:
+        if self.is_broken:
+            raise OSError("no bus")
         return RobotState(connected=self.problem is None, problem=self.problem)
 
 
@@ -300,6 +304,18 @@ async def test_only_the_operator_stops_and_drives(house: House) -> None:
     twists = [told for told in house.robot.told if isinstance(told, Twist)]
     assert all(twist.is_zero for twist in twists)
     assert house.loop.counts()["commands.refused.not_your_turn"] == 1
+
+
+async def test_a_driver_that_raises_is_a_problem_of_the_robot(house: House) -> None:
+    """When somebody's driver raises at every question, the room says so and goes on."""
+    ada = await house.enter("ada-1111")
+    house.wait(0.2, ada)
+    house.robot.is_broken = True
+    house.wait(0.2, ada)
+    assert ada.last("room")["robot"] == {"connected": True, "problem": NO_ANSWER}
+    house.robot.is_broken = False
+    house.wait(0.2, ada)
+    assert ada.last("room")["robot"] == {"connected": True, "problem": None}
 
 
 async def test_a_problem_of_the_robot_is_told_at_once(house: House) -> None:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from wax.control.turns import Turns
     from wax.media.capture import Capture
     from wax.media.source import Picture, Sound
-    from wax.robot.driver import Driver
+    from wax.robot.driver import Driver, RobotState
     from wax.viewer import Viewer
 
 
@@ -31,22 +31,22 @@ class Board:
     ) -> None:
         self._settings = settings
         self._sizes = sizes
-        self._driver = driver
+        # Asked once, at the start: somebody's driver may raise at any later time.
+        self._kind, self._limits = driver.kind, driver.limits
         self._turns = turns
         self._captures = captures
 
     def hello(self, number: int) -> messages.Hello:
         """Greet the viewer with this number."""
-        limits = self._driver.limits
         return messages.Hello(
             version=__version__,
             viewer=number,
             robot=messages.RobotInfo(
-                kind=self._driver.kind,
-                max_linear_mps=limits.linear_mps,
-                max_angular_rps=limits.angular_rps,
+                kind=self._kind,
+                max_linear_mps=self._limits.linear_mps,
+                max_angular_rps=self._limits.angular_rps,
                 fine_fraction=self._settings.drive.fine_fraction,
-                axes=list(limits.axes),
+                axes=list(self._limits.axes),
             ),
             sizes=self._sizes,
             turn_s=self._settings.turns.turn_s,
@@ -55,9 +55,8 @@ class Board:
             max_age_ms=self._settings.drive.max_age_ms,
         )
 
-    def room(self, viewers: Iterable[Viewer], now_s: float) -> messages.Room:
+    def room(self, viewers: Iterable[Viewer], state: RobotState, now_s: float) -> messages.Room:
         """Show those of these viewers who have come in, and how everything is."""
-        state = self._driver.state()
         ends_s = self._turns.ends_s
         return messages.Room(
             viewers=[self._line(viewer, now_s) for viewer in viewers if viewer.was_ready],

@@ -236,7 +236,7 @@ class Room:
 
     def snapshot(self, now_s: float) -> messages.Room:
         """Return the room as everybody may see it."""
-        return self._board.room(self._viewers.values(), now_s)
+        return self._board.room(self._viewers.values(), self.control.robot_state, now_s)
 
     async def close(self) -> None:
         """Close every peer."""

@@ -44,7 +44,7 @@ class Status:
         self._clock = clock
         self._room = room
         self._turns = turns
-        self._driver = driver
+        self._kind = driver.kind
         self._video = video
         self._audio = audio
         self._captures = captures
@@ -115,9 +115,9 @@ class Status:
         return 0 if capture is None else capture.failures
 
     def _robot(self) -> dict[str, object]:
-        state = self._driver.state()
+        state = self._room.control.robot_state
         return {
-            "kind": self._driver.kind,
+            "kind": self._kind,
             "connected": state.connected,
             "problem": state.problem,
             "pose": None if state.pose is None else asdict(state.pose),

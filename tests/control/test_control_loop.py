@@ -89,9 +89,10 @@ class FakeDriver:
 class Bench:
     """A control loop with everything around it."""
 
-    def __init__(self, *, grace_s: float = 3.0) -> None:
+    def __init__(self, *, grace_s: float = 3.0, limits: Limits = FakeDriver.limits) -> None:
         self.clock = FakeClock()
         self.driver = FakeDriver()
+        self.driver.limits = limits
         self.turns = Turns(TurnSettings(turn_s=60.0, grace_s=grace_s))
         self.delays_s: dict[int, float] = {A: 0.1, B: 0.1}
         self.events: list[TurnEvent] = []
@@ -244,6 +245,24 @@ def test_slightly_late_beat_is_let_be(bench: Bench) -> None:
     bench.step(0.001)  # on the schedule again
     bench.step(0.219)
     assert bench.loop.counts()["control.latest_ms"] == 199
+
+
+@pytest.mark.parametrize(
+    ("ttl_s", "let_be_s"), [(None, 0.2), (1.0, 0.2), (0.2, 0.2), (0.15, 0.15), (0.02, 0.1)]
+)
+def test_a_robot_that_stopped_by_itself_waits_for_neutral(
+    ttl_s: float | None, let_be_s: float
+) -> None:
+    """A beat may be late for as long as the robot's watchdog waits, between 100 and 200 ms."""
+    bench = Bench(limits=replace(FakeDriver.limits, ttl_s=ttl_s))
+    bench.enter(A, B)
+    bench.step()
+    bench.drive()
+    assert bench.step(0.02 + let_be_s - 0.001) == [("apply", AHEAD, 1)]
+    bench.step(0.001)  # on the schedule again
+    bench.offer(1.0)
+    assert bench.step(0.02 + let_be_s + 0.001) == [("stop", 1), ("apply", STANDSTILL, 1)]
+    assert not bench.moves()
 
 
 # --- turns ------------------------------------------------------------------------------------
@@ -445,6 +464,31 @@ def test_driver_that_raises_is_stopped(bench: Bench, broken: str) -> None:
     bench.driver.broken = set()
     assert not bench.moves()
     bench.drive()
+
+
+@pytest.mark.parametrize("bad", ["raises", "returns nothing"])
+def test_last_state_is_kept_while_the_driver_fails(bench: Bench, bad: str) -> None:
+    """A driver without an answer is shown as it was last, with that problem, until it answers."""
+    known = RobotState(connected=True, epoch=1, battery_fraction=0.7)
+    bench.driver.now = known
+    bench.step()
+    assert bench.loop.robot_state == known
+    if bad == "raises":
+        bench.driver.broken = {"state"}
+    else:
+        bench.driver.now = None  # type: ignore[assignment]  # somebody's driver is not checked
+    with capture_logs():
+        bench.step()
+        assert bench.loop.robot_state == replace(known, problem=NO_ANSWER)
+        assert not bench.moves()
+    bench.driver.broken, bench.driver.now = set(), known
+    bench.step()
+    assert bench.loop.robot_state == known
+
+
+def test_nothing_is_known_before_the_first_beat() -> None:
+    """Until the robot was asked it counts as not connected."""
+    assert Bench().loop.robot_state == RobotState(connected=False)
 
 
 def test_driver_that_cannot_even_stop(bench: Bench) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.robot.driver import STANDSTILL
+from wax.robot.driver import STANDSTILL, RobotState
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,8 +22,9 @@ NOT_CONNECTED: Final = "The robot is not connected."
 
 
 class Helm:
-    """Tells the driver what to do, and remembers what it was told.
+    """Tells the driver what to do, and remembers what it was told and what it said of itself.
 
+    `state` is the newest that it said; while it does not answer, the last with that problem.
     A driver that raises is stopped, counted in `failures`, and logged once until all is well.
     """
 
@@ -32,6 +34,7 @@ class Helm:
         self._axes: dict[str, float] = {}
         self._answers = True
         self.limits: Limits = driver.limits
+        self.state = RobotState(connected=False)
         self.epoch: int | None = None
         self.failures = 0
 
@@ -43,11 +46,13 @@ class Helm:
     def check(self, turn: int) -> str | None:
         """Say why the robot cannot be driven; `epoch` changes when it was connected anew."""
         try:
-            state = self._driver.state()
+            state = _checked(self._driver.state())
         except Exception:
+            self.state = replace(self.state, problem=NO_ANSWER)
             self._failed()
             self.stop(turn)
             return NO_ANSWER
+        self.state = state
         if state.epoch != self.epoch:
             self.epoch = state.epoch
             self._axes.clear()  # where they stand is not known any more
@@ -95,3 +100,10 @@ class Helm:
         if self._answers:
             _LOG.exception("the robot's driver raised; the robot is stopped")
         self._answers = False
+
+
+def _checked(state: object) -> RobotState:
+    """Refuse what somebody's driver may return instead of a state; raises `TypeError`."""
+    if not isinstance(state, RobotState):
+        raise TypeError(f"the driver's state() returned {state!r}, not a RobotState")
+    return state

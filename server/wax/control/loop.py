@@ -25,16 +25,19 @@ if TYPE_CHECKING:
     from wax.config import DriveSettings
     from wax.control.gate import Command, Refusal
     from wax.control.turns import TurnEvent, Turns
-    from wax.robot.driver import Driver
+    from wax.robot.driver import Driver, Limits, RobotState
 
 MIN_GAP_S: Final = 0.005
 """Two set-points are never closer together, so that a slow serial line is not flooded."""
 
 MAX_LATE_S: Final = 0.2
-"""After this long without a beat the robot's own watchdog has stopped it: it stands and waits.
+MIN_LATE_S: Final = 0.1
+"""A beat that is late by more than this stops the robot, and neutral must come first.
 
-Less would stop a robot for every hiccup of a busy computer; commands that are too old by then
-are refused all the same."""
+It is the time after which the robot's own watchdog stops it, so that a robot that has stopped by
+itself does not start by itself; at most `MAX_LATE_S`. Less than `MIN_LATE_S` would stop a robot
+for every hiccup of a busy computer; commands that are too old by then are refused all the same.
+"""
 
 
 class ControlLoop:
@@ -65,6 +68,7 @@ class ControlLoop:
         self._on_events = on_events
         self._on_status = on_status
         self._period_s = 1 / settings.loop_hz
+        self._max_late_s = _max_late_s(self._helm.limits)
 
         self._gate = GateState()
         self._one_way_s: float | None = None
@@ -121,7 +125,7 @@ class ControlLoop:
         if late_s >= 0:
             self._due_s = due_s + self._period_s * (math.floor(late_s / self._period_s) + 1)
             self._latest_ms = max(self._latest_ms, late_s * 1000)
-        return late_s > MAX_LATE_S
+        return late_s > self._max_late_s
 
     async def _rest(self) -> None:
         """Sleep until the next beat, or until a command is in a hurry; keep the gap either way."""
@@ -188,6 +192,11 @@ class ControlLoop:
             return False
         self._hold(self._clock.now_s(), Hold.STOPPED)
         return True
+
+    @property
+    def robot_state(self) -> RobotState:
+        """How the robot was at the newest beat; that it does not answer is its problem then."""
+        return self._helm.state
 
     def counts(self) -> dict[str, int]:
         """Return what was counted since the start, and how late the latest beat was."""
@@ -257,3 +266,7 @@ class ControlLoop:
         if status != self._status:
             self._status = status
             self._on_status(*status)
+
+
+def _max_late_s(limits: Limits) -> float:
+    return MAX_LATE_S if limits.ttl_s is None else min(MAX_LATE_S, max(MIN_LATE_S, limits.ttl_s))

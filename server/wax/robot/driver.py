@@ -34,11 +34,16 @@ STANDSTILL = Twist()
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What the robot can do at most; `axes` names its auxiliary axes, such as ``pan``."""
+    """What the robot can do at most; `axes` names its auxiliary axes, such as ``pan``.
+
+    `ttl_s` is how long the robot follows a set-point without a new one, before its own watchdog
+    stops it; None if that is not known.
+    """
 
     linear_mps: float
     angular_rps: float
     axes: tuple[str, ...] = ()
+    ttl_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,7 +48,12 @@ class Simulation:
     """A robot in a `world`. The same calls at the same times always give the same ride."""
 
     def __init__(self, settings: RobotSettings, world: World) -> None:
-        self.limits = Limits(settings.max_linear_mps, settings.max_angular_rps, axes=("pan",))
+        self.limits = Limits(
+            settings.max_linear_mps,
+            settings.max_angular_rps,
+            axes=("pan",),
+            ttl_s=TIME_TO_LIVE_S,
+        )
         self._world = world
         self._wheel_base_m = settings.wheel_base_m
         self._fence = TurnFence()
