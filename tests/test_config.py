@@ -40,7 +40,8 @@ def _keys(path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
     assert schema is not None
     if schema.get("type") == "array":
         yield path
-        yield from _keys((*path, 0))
+        _, items = allowed.find(SCHEMA, (*path, 0))
+        yield from _keys((*path, 0)) if items and items.get("type") == "object" else ()
     elif schema.get("type") == "object":
         for name in schema["properties"]:
             yield from _keys((*path, name))
@@ -93,6 +94,9 @@ def test_manual_explains_every_key(path: tuple[str | int, ...]) -> None:
     name = str(path[-1])
     unit = next((unit for suffix, unit in UNITS.items() if name.endswith(suffix)), "")
     assert unit in reason.lower()
+    _, items = allowed.find(SCHEMA, (*path, 0))
+    if schema.get("type") == "array" and items and items.get("type") != "object":
+        assert f"Each is {allowed.words(items)}." in reason
 
 
 def test_public_robot_is_a_valid_example() -> None:
@@ -163,6 +167,30 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
             "[[ice.servers]]\nurls = 'http://x'",
             'ice.servers[0].urls: got "http://x"; allowed is an address as "stun:HOST:PORT", '
             '"turn:HOST:PORT" or "turns:HOST:PORT"',
+        ),
+        (
+            "[robot.serial]\naxes = ['a', 'b', 'c', 'd', 'e']",
+            'robot.serial.axes: got ["a", "b", "c", "d", "e"]; '
+            "allowed is a list of names, 0 to 4 of them",
+        ),
+        *[
+            (
+                f"[robot.serial]\naxes = ['pan', {name}]",
+                f"robot.serial.axes[1]: got {shown}; allowed is "
+                "a name of at most 16 letters, digits and _, not beginning with a digit",
+            )
+            for name, shown in [
+                ("''", '""'),
+                ("'2nd'", '"2nd"'),
+                ("'a b'", '"a b"'),
+                ('"tilt\\n"', '"tilt\\n"'),
+                ("'seventeen_letters'", '"seventeen_letters"'),
+                ("5", "5"),
+            ]
+        ],
+        (
+            "[robot.serial]\naxes = ['pan', 'pan']",
+            "robot.serial.axes: two axes have the name pan; give each its own",
         ),
         (
             "[robot.serial.bytes]\nfine = 700",

@@ -74,9 +74,13 @@ def _kind(schema: Schema) -> str:
         "integer": "an even number" if schema.get("multipleOf") == 2 else "a whole number",
         "number": "a number",
         "string": "a text that is not empty" if schema.get("minLength") else "a text",
-        "array": "a list of tables",
+        "array": f"a list of {_plural(schema.get('items', {}))}",
     }
     return kinds.get(schema.get("type", ""), "a table")
+
+
+def _plural(items: Schema) -> str:
+    return "names" if items.get("type") == "string" else "tables"
 
 
 def _range(schema: Schema) -> str:

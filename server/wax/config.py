@@ -169,15 +169,33 @@ class BytesDialectSettings(_Section):
     gross: OptionalByte = ord("2")
 
 
+AxisName = Annotated[
+    str,
+    Field(
+        pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,15}$",
+        description="a name of at most 16 letters, digits and _, not beginning with a digit",
+    ),
+]
+
+
 class SerialSettings(_Section):
     """`[robot.serial]`."""
 
     url: Annotated[str, Field(min_length=1)] = "/dev/ttyACM0"
     baud: Annotated[int, Field(ge=300, le=4_000_000)] = 115_200
     dialect: Literal["frames", "bytes"] = "frames"
+    axes: Annotated[list[AxisName], Field(max_length=4)] = []
     ttl_ms: Annotated[int, Field(ge=20, le=1000)] = 200
     reopen_s: Annotated[float, Field(ge=0.05, le=60)] = 0.5
     bytes: BytesDialectSettings = BytesDialectSettings()
+
+    @field_validator("axes")
+    @classmethod
+    def _axes_differ(cls, axes: list[str]) -> list[str]:
+        twice = next((name for name in axes if axes.count(name) > 1), None)
+        if twice is not None:
+            raise ValueError(f"two axes have the name {twice}; give each its own")
+        return axes
 
 
 class RobotSettings(_Section):

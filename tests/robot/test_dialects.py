@@ -25,7 +25,7 @@ def going(ahead: float, left: float, turn: int = 1) -> Order:
 
 
 def framed() -> FramedDialect:
-    return FramedDialect(Mixer(RobotSettings()), ttl_ms=200)
+    return FramedDialect(Mixer(RobotSettings()), ttl_ms=200, axes=("pan", "lamp"))
 
 
 def single() -> SingleByteDialect:
@@ -83,6 +83,12 @@ def test_frames_move_axes() -> None:
     """An axis that was ever set is said with every frame, as ten-thousandths of its range."""
     order = replace(STAND, axes=(("pan", -0.5),))
     assert bodies(framed().say(order, 0.0)[0]) == [Stop(), Axis(0, -5000)]
+
+
+def test_axes_are_numbered_by_their_place() -> None:
+    """The first name of the configuration is axis 0, the next 1, in whatever order they are set."""
+    order = replace(STAND, axes=(("lamp", 1.0), ("pan", 0.0)))
+    assert bodies(framed().say(order, 0.0)[0]) == [Stop(), Axis(1, 10_000), Axis(0, 0)]
 
 
 def test_frames_say_farewell_with_a_stop() -> None:

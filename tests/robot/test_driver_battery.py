@@ -49,7 +49,7 @@ class SerialRig:
     dialect = "frames"
 
     def __init__(self, board: Board) -> None:
-        serial: dict[str, Any] = {"url": str(board.path), "dialect": self.dialect}
+        serial: dict[str, Any] = {"url": str(board.path), "dialect": self.dialect, "axes": ["pan"]}
         settings = RobotSettings.model_validate(
             {"driver": "serial", "serial": serial | {"reopen_s": 0.05}}
         )
@@ -131,6 +131,7 @@ def test_it_says_what_it_is_before_it_is_opened(rig: Rig) -> None:
     kind, limits = rig.driver.kind, rig.driver.limits
     assert kind in ("simulated", "serial")
     assert (limits.linear_mps, limits.angular_rps) == (0.6, 1.5)
+    assert limits.ttl_s == (0.3 if kind == "simulated" else 0.2)
     driver = opened(rig)
     assert (driver.kind, driver.limits) == (kind, limits)
     driver.close()

@@ -15,7 +15,7 @@ from wax.clock import SystemClock
 from wax.config import RobotSettings
 from wax.robot.driver import STANDSTILL, RobotState, Twist
 from wax.robot.serial.driver import SerialRobot
-from wax.robot.serial.frames import Decoder, Drive, Frame, Hello, Report, encode
+from wax.robot.serial.frames import Axis, Decoder, Drive, Frame, Hello, Report, encode
 from wax.robot.serial.line import Line
 
 if TYPE_CHECKING:
@@ -108,6 +108,19 @@ def test_the_base_is_as_configured(connect: Callable[..., SerialRobot], board: B
     online(robot)
     robot.apply(STANDSTILL, 1)
     hold(robot, board, Twist(0.3, 0.5), 1, drives(board, 100, -400))
+
+
+def test_its_axes_are_the_configured_ones(
+    connect: Callable[..., SerialRobot], board: Board
+) -> None:
+    """A name of the configuration moves the axis of its place; without names there is none."""
+    serial = {"url": str(board.path), "axes": ["pan", "lamp"]}
+    robot = connect(serial=serial)
+    assert robot.limits.axes == ("pan", "lamp")
+    online(robot)
+    robot.set_axis("lamp", 0.5, 1)
+    board.until(lambda: board.said(Axis(1, 5000)))
+    assert SerialRobot(RobotSettings(), SystemClock()).limits.axes == ()
 
 
 @DIALECTS
@@ -374,7 +387,7 @@ def test_a_board_that_takes_nothing_is_a_lost_one(
     connect: Callable[..., SerialRobot], board: Board
 ) -> None:
     """When nobody reads, writing does not block the callers, and closing stays bounded."""
-    robot = connect(serial={"url": str(board.path), "ttl_ms": 20, "reopen_s": 5.0})
+    robot = connect(serial={"url": str(board.path), "axes": ["pan"], "ttl_ms": 20, "reopen_s": 5.0})
     online(robot)
     start_s = time.monotonic()
     number = 0

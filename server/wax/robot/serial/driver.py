@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from wax.robot.driver import Limits, RobotState
 from wax.robot.serial.framed import FramedDialect
-from wax.robot.serial.frames import AXES
 from wax.robot.serial.port import Port
 from wax.robot.serial.setpoints import SetPoints
 from wax.robot.serial.single_byte import SingleByteDialect
@@ -31,11 +30,15 @@ class SerialRobot:
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
         serial = settings.serial
         framed = serial.dialect == "frames"
+        axes = tuple(serial.axes) if framed else ()
         self._limits = Limits(
-            settings.max_linear_mps, settings.max_angular_rps, axes=AXES if framed else ()
+            settings.max_linear_mps,
+            settings.max_angular_rps,
+            axes=axes,
+            ttl_s=serial.ttl_ms / 1000.0,
         )
         dialect: Dialect = (
-            FramedDialect(Mixer(settings), serial.ttl_ms)
+            FramedDialect(Mixer(settings), serial.ttl_ms, axes)
             if framed
             else SingleByteDialect(serial.bytes, self._limits)
         )

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from wax.robot.serial.frames import (
-    AXES,
     POSITION_SCALE,
     Axis,
     Body,
@@ -28,8 +27,9 @@ REPEATS_PER_TTL: Final = 4
 class FramedDialect:
     """A `Dialect` for boards with a watchdog of their own: three frames in a row may be lost."""
 
-    def __init__(self, mixer: Mixer, ttl_ms: int) -> None:
+    def __init__(self, mixer: Mixer, ttl_ms: int, axes: tuple[str, ...]) -> None:
         self._mixer = mixer
+        self._axes = axes
         self._ttl_ms = ttl_ms
         self._sequence = 0
         self._said: Order | None = None
@@ -51,7 +51,7 @@ class FramedDialect:
         self._repeat_s = now_s + self._ttl_ms / 1000.0 / REPEATS_PER_TTL
         words = self._frame(self._motion(order), order.turn)
         for name, position in order.axes:
-            axis = Axis(AXES.index(name), round(position * POSITION_SCALE))
+            axis = Axis(self._axes.index(name), round(position * POSITION_SCALE))
             words += self._frame(axis, order.turn)
         return words, self._repeat_s
 

@@ -19,8 +19,8 @@ From the server:
 - 00 hello, no payload: the server has opened the line. Stand still and forget turn and sequence.
 - 01 drive, ``int16 left, int16 right``: wheel speeds in mm/s, ahead positive. They are worth the
   time-to-live, counted from arrival; after it the robot stands still until the next drive.
-- 02 axis, ``uint8 number, int16 position``: move an axis, numbered as in `AXES`, to position /
-  10000 of its range, -10000 to 10000.
+- 02 axis, ``uint8 number, int16 position``: move an axis to position / 10000 of its range,
+  -10000 to 10000. Its number is its place in the configuration's ``axes``, from 0.
 - 03 stop, no payload: stand still now, whatever the turn.
 
 The robot ignores drive and axis of a lower turn than it has seen, and within a turn those whose
@@ -45,7 +45,6 @@ from typing import Final
 
 START: Final = b"\xa5\x5a"
 MAX_PAYLOAD: Final = 32
-AXES: Final = ("pan",)
 POSITION_SCALE: Final = 10_000
 
 _HEADER: Final = struct.Struct("<2sBBHIH")
