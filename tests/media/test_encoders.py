@@ -102,6 +102,32 @@ def test_the_rate_is_kept(codec: Literal["vp8", "h264"]) -> None:
     assert size * 8 / 4 == pytest.approx(SMALL.bitrate_bps, rel=0.25)
 
 
+@pytest.mark.parametrize(
+    ("width", "height", "fps", "bitrate_bps", "level"),
+    [
+        (640, 480, 30, 1_000_000, 31),
+        (1280, 720, 30, 2_000_000, 31),
+        (1280, 720, 60, 2_000_000, 32),
+        (1920, 1080, 30, 4_000_000, 40),
+        (640, 480, 30, 20_000_000, 32),
+        (3840, 64, 5, 1_000_000, 40),
+    ],
+)
+def test_h264_is_constrained_baseline_at_a_true_level(
+    width: int, height: int, fps: float, bitrate_bps: int, level: int
+) -> None:
+    """The parameter set says profile 66, constraint 1, and 3.1 or what the size really needs."""
+    rendition = RenditionSettings(width=width, height=height, fps=fps, bitrate_bps=bitrate_bps)
+    grey = Picture(np.full((height * 3 // 2, width), 128, np.uint8), 1.0)
+    found = VideoEncoder(codec="h264", rendition=rendition).encode(grey, keyframe=True)
+    assert found is not None
+    data = bytes(found.packet)
+    profile_idc, constraints, level_idc = data.split(b"\0\0\1\x67", 1)[1][:3]
+    assert profile_idc == 66
+    assert constraints & 0x40
+    assert level_idc == level
+
+
 def test_resize_keeps_each_plane() -> None:
     """Scaling mixes no plane with another."""
     i420 = np.concatenate(

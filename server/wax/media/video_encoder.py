@@ -25,6 +25,12 @@ _NEVER: Final = 100_000
 """Pictures between automatic keyframes: they would restart the layers unseen."""
 
 
+_LEVEL_31_MACROBLOCKS: Final = 3600
+_LEVEL_31_MACROBLOCKS_PER_S: Final = 108_000
+_LEVEL_31_BITRATE_BPS: Final = 14_000_000
+"""1280×720 at 30 a second: what every browser decodes (H.264, table A-1; RFC 7742, 6.2)."""
+
+
 class VideoEncoder:
     """Encodes one rendition with VP8 in three temporal layers or H.264 constrained baseline.
 
@@ -111,11 +117,23 @@ def _h264(rendition: RenditionSettings) -> av.VideoCodecContext:
     context.options = _steady(rendition) | {
         "preset": "veryfast",
         "tune": "zerolatency",
-        "level": "31",
         # Threads inside one small picture cost more than they bring.
         "x264-params": "scenecut=0:sliced-threads=0:threads=1",
     }
+    if _fits_level_31(rendition):
+        context.options |= {"level": "31"}
     return context
+
+
+def _fits_level_31(rendition: RenditionSettings) -> bool:
+    """Tell whether level 3.1 may be claimed; above it x264 finds the level that is true."""
+    columns, rows = (rendition.width + 15) // 16, (rendition.height + 15) // 16
+    return (
+        columns * rows <= _LEVEL_31_MACROBLOCKS
+        and max(columns, rows) ** 2 <= 8 * _LEVEL_31_MACROBLOCKS
+        and columns * rows * rendition.fps <= _LEVEL_31_MACROBLOCKS_PER_S
+        and rendition.bitrate_bps <= _LEVEL_31_BITRATE_BPS
+    )
 
 
 def _steady(rendition: RenditionSettings) -> dict[str, str]:
