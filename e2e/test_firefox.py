@@ -73,11 +73,11 @@ async def test_firefox_shows_sounds_and_drives(serve: Serve, tmp_path: Path) -> 
 
         await window.evaluate(button("Join the queue"))
 
-        async def drives() -> bool:
-            viewers = (await server.status())["viewers"]
-            return [line["role"] for line in viewers] == ["operator"]
-
-        await eventually(drives, "Firefox drives", within_s=5)
+        await eventually(
+            lambda: window.evaluate("document.body.innerText.includes('You are driving')"),
+            "the page says that Firefox drives",
+            within_s=5,
+        )
 
         async def moves_by_key() -> bool:
             await window.key("keyDown", ARROW_LEFT)
