@@ -12,6 +12,7 @@ import pytest
 
 from wax.clock import SystemClock
 from wax.config import AudioSettings, RenditionSettings, VideoSettings
+from wax.media.sound_encoder import SoundEncoder
 from wax.media.sound_hub import SoundHub
 from wax.media.source import Picture, Sound
 from wax.media.video_hub import VideoHub
@@ -19,7 +20,7 @@ from wax.media.video_hub import VideoHub
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
-    from wax.media.encoded import EncodedPicture
+    from wax.media.encoded import EncodedPicture, EncodedSound
     from wax.media.lane import VideoLane
 
 BIG, SMALL = "64x48", "32x32"
@@ -201,7 +202,8 @@ async def _heard(hub: SoundHub, mu_ms: int, preroll_ms: float) -> list[int]:
 
 
 @pytest.mark.parametrize("others", [0, 1])
-async def test_who_joins_hears_the_past_at_once(others: int) -> None:
+@pytest.mark.parametrize("preroll_ms", [0, 100, 500])
+async def test_who_joins_hears_the_past_at_once(others: int, preroll_ms: float) -> None:
     """The pre-roll is exactly as long as asked, whether or not somebody listened before."""
     hub = SoundHub(settings=AudioSettings())
     hub.start()
@@ -209,9 +211,58 @@ async def test_who_joins_hears_the_past_at_once(others: int) -> None:
         hub.choose(hub.add(), 20, 0)
     _speak(hub, 0, 60)
     await asyncio.sleep(0)
-    assert await _heard(hub, 20, 0.0) == []
-    assert await _heard(hub, 20, 100.0) == [55, 56, 57, 58, 59]
-    assert len(await _heard(hub, 20, 500.0)) == 25
+    assert await _heard(hub, 20, preroll_ms) == list(range(60 - int(preroll_ms / 20), 60))
+
+
+async def test_a_second_joiner_hears_of_the_past_what_is_encoded() -> None:
+    """Nothing is encoded twice for whoever comes right after the first and asks for more."""
+    hub = SoundHub(settings=AudioSettings())
+    hub.start()
+    _speak(hub, 0, 60)
+    assert await _heard(hub, 20, 40) == [58, 59]
+    _speak(hub, 60, 1)
+    assert await _heard(hub, 20, 100) == [58, 59, 60]
+
+
+@pytest.mark.parametrize(
+    ("mu_ms", "preroll_ms", "blocks"),
+    [
+        (20, 0, 0),
+        (20, 1, 1),
+        (20, 100, 5),
+        (20, 500, 25),
+        (40, 100, 6),
+        (60, 100, 6),
+        (60, 500, 27),
+    ],
+)
+async def test_the_first_listener_costs_no_more_than_his_preroll(
+    monkeypatch: pytest.MonkeyPatch, mu_ms: int, preroll_ms: float, blocks: int
+) -> None:
+    """Of the past as many blocks are encoded as the pre-roll has, in whole media units to now."""
+    taken = []
+
+    class Counting(SoundEncoder):
+        def encode(self, block: Sound) -> EncodedSound | None:
+            taken.append(round(block.captured_s * 50) - 500)
+            return super().encode(block)
+
+    monkeypatch.setattr("wax.media.sound_hub.SoundEncoder", Counting)
+    hub = SoundHub(settings=AudioSettings())
+    hub.start()
+    _speak(hub, 0, 61)
+    heard = await _heard(hub, mu_ms, preroll_ms)
+    assert taken == list(range(61 - blocks, 61))
+    assert heard == taken[:: mu_ms // 20]
+
+
+async def test_a_preroll_is_not_longer_than_what_was_captured() -> None:
+    """Right after the start the past is what there is of it, in whole media units."""
+    hub = SoundHub(settings=AudioSettings())
+    hub.start()
+    _speak(hub, 0, 4)
+    assert await _heard(hub, 60, 500.0) == [1]
+    assert await _heard(hub, 20, 500.0) == [0, 1, 2, 3]
 
 
 async def test_sound_goes_on_where_the_past_ended() -> None:

@@ -139,7 +139,7 @@ def _sound(number: int, blocks: int = 1) -> EncodedSound:
 async def test_sound_that_overlaps_is_sent_once() -> None:
     """The past and the present may both bring a packet; it is sent once."""
     lane = SoundLane()
-    lane.choose(20, 100)
+    lane.choose(20)
     lane.put_all([_sound(1), _sound(2), _sound(3)])
     lane.put_all([_sound(3), _sound(4)])
     assert [(await lane.get()).pts // 960 for _ in range(4)] == [1, 2, 3, 4]
@@ -148,7 +148,7 @@ async def test_sound_that_overlaps_is_sent_once() -> None:
 async def test_a_longer_media_unit_does_not_repeat_sound() -> None:
     """After a change of the media unit nothing is heard twice."""
     lane = SoundLane()
-    lane.choose(20, 0)
+    lane.choose(20)
     lane.put_all([_sound(3)])
     lane.put_all([_sound(2, blocks=3), _sound(5, blocks=3)])
     assert [(await lane.get()).pts // 960 for _ in range(2)] == [3, 5]
@@ -157,7 +157,7 @@ async def test_a_longer_media_unit_does_not_repeat_sound() -> None:
 def test_old_sound_goes_first() -> None:
     """A viewer who takes no sound keeps the newest second of it, and the loss is counted."""
     lane = SoundLane()
-    lane.choose(20, 0)
+    lane.choose(20)
     lane.put_all(_sound(number) for number in range(200))
     assert asyncio.run(lane.get()).pts // 960 == 150
     assert lane.dropped == 150

@@ -106,13 +106,11 @@ class SoundLane:
         self._ready = asyncio.Event()
         self._next_pts = 0
         self.mu_ms: int | None = None
-        self.preroll_ms = 0.0
         self.dropped = 0
 
-    def choose(self, mu_ms: int | None, preroll_ms: float) -> None:
-        """Choose the media unit (None for no sound) and how much of the past to begin with."""
+    def choose(self, mu_ms: int | None) -> None:
+        """Choose the media unit, or None for no sound."""
         self.mu_ms = mu_ms
-        self.preroll_ms = preroll_ms
         if mu_ms is None:
             self._queue.clear()
             self._ready.clear()

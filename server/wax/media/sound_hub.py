@@ -5,28 +5,35 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections import deque
+from math import ceil
 from typing import TYPE_CHECKING, Final
 
 from wax.media.lane import SoundLane
 from wax.media.sound_encoder import SoundEncoder
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from wax.config import AudioSettings
     from wax.media.encoded import EncodedSound
     from wax.media.source import Sound
 
-_PAST_BLOCKS: Final = 25
-"""500 ms of the past are kept for the pre-roll: the longest delay of sound that can be set."""
+_BLOCK_MS: Final = 20
+_PAST_BLOCKS: Final = 27
+"""540 ms of the past are kept for the pre-roll: the longest delay of sound that can be set, 500,
+in whole media units of 20, 40 or 60."""
 
 
 class _Unit:
-    """One media-unit length: its encoder, and the packets of the last half second."""
+    """One media-unit length: its encoder, and the packets that a pre-roll can be made of."""
 
-    def __init__(self, encoder: SoundEncoder) -> None:
-        self.encoder = encoder
-        self.past: deque[EncodedSound] = deque(maxlen=_PAST_BLOCKS)
+    def __init__(self, *, bitrate_bps: int, mu_ms: int) -> None:
+        self._encoder = SoundEncoder(bitrate_bps=bitrate_bps, mu_ms=mu_ms)
+        self.past: deque[EncodedSound] = deque(maxlen=_PAST_BLOCKS * _BLOCK_MS // mu_ms)
+
+    def encode(self, block: Sound) -> EncodedSound | None:
+        sound = self._encoder.encode(block)
+        if sound is not None:
+            self.past.append(sound)
+        return sound
 
 
 class SoundHub:
@@ -56,10 +63,9 @@ class SoundHub:
             self._captured += 1
             self._past.append(block)
             for mu_ms, unit in self._units.items():
-                sound = unit.encoder.encode(block)
+                sound = unit.encode(block)
                 if sound is not None:
                     self._encoded += 1
-                    unit.past.append(sound)
                     self._from_thread(mu_ms, sound)
 
     def add(self) -> SoundLane:
@@ -79,17 +85,19 @@ class SoundHub:
         """Send sound in media units of `mu_ms`, beginning `preroll_ms` in the past, or none.
 
         The pre-roll fills the browser's buffer to its delay at once, instead of by the
-        75 ms a second at which a browser stretches sound.
+        75 ms a second at which a browser stretches sound. It is whole media units. The first
+        listener of a length has as much of the past encoded as he needs; whoever follows within
+        half a second and asks for more gets what there is.
         """
         if mu_ms == lane.mu_ms:
             return
         began = lane.mu_ms is None
-        lane.choose(mu_ms, preroll_ms)
+        lane.choose(mu_ms)
         if mu_ms is not None:
+            units = ceil(preroll_ms / mu_ms) if began else 0
             with self._lock:
-                past = self._ready(mu_ms)
-            if began:
-                lane.put_all(_last(past, preroll_ms))
+                past = self._last(mu_ms, units)
+            lane.put_all(past)
         self._forget_unwanted()
 
     @property
@@ -106,16 +114,19 @@ class SoundHub:
         """Count 20 ms blocks captured and packets encoded since the start."""
         return {"captured": self._captured, "encoded": self._encoded}
 
-    def _ready(self, mu_ms: int) -> list[EncodedSound]:
+    def _last(self, mu_ms: int, units: int) -> list[EncodedSound]:
+        """Return the last packets of this length, which is encoded from now on."""
         unit = self._units.get(mu_ms)
         if unit is None:
-            unit = _Unit(SoundEncoder(bitrate_bps=self._settings.bitrate_bps, mu_ms=mu_ms))
+            unit = _Unit(bitrate_bps=self._settings.bitrate_bps, mu_ms=mu_ms)
             self._units[mu_ms] = unit
-            for block in self._past:
-                sound = unit.encoder.encode(block)
-                if sound is not None:
-                    unit.past.append(sound)
-        return list(unit.past)
+            blocks_per_unit = mu_ms // _BLOCK_MS
+            available = len(self._past) // blocks_per_unit
+            blocks = min(units, available) * blocks_per_unit
+            for block in list(self._past)[len(self._past) - blocks :]:
+                unit.encode(block)
+        past = list(unit.past)
+        return past[max(len(past) - units, 0) :]
 
     def _forget_unwanted(self) -> None:
         wanted = {lane.mu_ms for lane in self._lanes}
@@ -130,13 +141,3 @@ class SoundHub:
         for lane in self._lanes:
             if lane.mu_ms == mu_ms:
                 lane.put_all((sound,))
-
-
-def _last(past: Sequence[EncodedSound], preroll_ms: float) -> Sequence[EncodedSound]:
-    """Return the packets that cover the last `preroll_ms`."""
-    kept_ms = 0.0
-    start = len(past)
-    while start > 0 and kept_ms < preroll_ms:
-        start -= 1
-        kept_ms += past[start].duration_samples / 48
-    return past[start:]
