@@ -80,6 +80,8 @@ def test_a_gap_is_filled_with_silence(gap_s: float) -> None:
     joined = np.concatenate([block.samples for block in out])
     silent = np.flatnonzero(joined == 0)
     assert len(silent) == blocks.filled_samples == round(gap_s * 48000)
+    assert blocks.filled_ms == pytest.approx(gap_s * 1000, abs=1)
+    assert blocks.dropped_ms == 0
     assert np.array_equal(silent, 960 + np.arange(len(silent)))
     assert np.diff([block.captured_s for block in out]) == pytest.approx(0.02, abs=1e-6)
 
@@ -93,6 +95,8 @@ def test_an_overlap_is_left_out(back_s: float) -> None:
     pieces += [sound(960, 2.2 - back_s + index * 0.02) for index in range(60)]
     out = push_all(blocks, pieces)
     assert blocks.dropped_samples == pytest.approx(back_s * 48000, abs=0.1 * 48000)
+    assert blocks.dropped_ms == blocks.dropped_samples // 48
+    assert blocks.filled_ms == 0
     assert np.diff([block.captured_s for block in out]) == pytest.approx(0.02, abs=0.00011)
     end_s = 2.2 - back_s + 60 * 0.02
     assert out[-1].captured_s + 0.02 == pytest.approx(end_s, abs=0.1 + 0.02)

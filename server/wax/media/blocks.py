@@ -45,6 +45,16 @@ class Blocks:
         self.filled_samples = 0
         self.dropped_samples = 0
 
+    @property
+    def filled_ms(self) -> int:
+        """How much silence was put into gaps since the start."""
+        return self.filled_samples * 1000 // SAMPLE_RATE_HZ
+
+    @property
+    def dropped_ms(self) -> int:
+        """How much sound was left out since the start."""
+        return self.dropped_samples * 1000 // SAMPLE_RATE_HZ
+
     def push(self, sound: Sound) -> list[Sound]:
         """Take a piece of sound of any length and return the blocks that it completes."""
         samples = sound.samples
