@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from structlog.testing import capture_logs
 
 from wax.config import AudioSettings
 from wax.errors import SourceError
@@ -147,14 +148,25 @@ def test_a_device_of_another_rate_is_converted(rate_hz: int, channels: int) -> N
 
 
 def test_a_slow_reader_loses_the_oldest() -> None:
-    """Nobody waits in a queue of more than half a second; losses and overflows are counted."""
-    portaudio = FakePortAudio()
-    source = make(portaudio, FakeClock())
+    """Nobody waits in a queue of more than half a second; what was lost is logged, once in 10 s."""
+    portaudio, clock = FakePortAudio(), FakeClock()
+    source = make(portaudio, clock)
     source.open()
-    for number in range(60):
-        portaudio.deliver(block(number), overflow=number == 0)
-    assert source.read().samples[0] == 10
-    assert source.overflows == 11
+    with capture_logs() as logs:
+        portaudio.deliver(block(0))
+        source.read()
+        assert logs == []
+        for number in range(60):
+            portaudio.deliver(block(number), overflow=number == 0)
+        assert source.read().samples[0] == 10
+        for _ in range(2):
+            portaudio.deliver(block(0), overflow=True)
+            source.read()
+        assert [log["blocks"] for log in logs] == [11]
+        clock.time_s += 10
+        source.read()
+        source.read()
+        assert [log["blocks"] for log in logs] == [11, 2]
     source.close()
 
 

@@ -34,6 +34,7 @@ _QUEUE_BLOCKS: Final = 50
 """Half a second: a reader that is further behind loses the oldest, so that delay cannot grow."""
 
 _SILENT_S: Final = 1.8
+_LOG_EVERY_S: Final = 10.0
 _ALSA_CONFIGURATION: Final = "/usr/share/alsa/alsa.conf"
 
 
@@ -55,8 +56,8 @@ class PortAudioMicrophone:
     `device` is PortAudio's number, a part of the name, or None for the default. Blocks last 10 ms.
     A device that cannot do 48 kHz mono is opened at its own rate and converted. `captured_s` is
     PortAudio's time of the first sample at the converter where the device gives a credible one,
-    else the moment of arrival minus the block's length. `overflows` counts losses of the device
-    and of a slow reader.
+    else the moment of arrival minus the block's length. Losses of the device and of a slow reader
+    are logged, at most once in 10 s.
     """
 
     def __init__(
@@ -74,7 +75,9 @@ class PortAudioMicrophone:
         self._blocks: queue.Queue[Sound] = queue.Queue(_QUEUE_BLOCKS)
         self._stream: Any = None
         self._opened_before = False
-        self.overflows = 0
+        self._losses = 0
+        self._losses_logged = 0
+        self._logged_s = float("-inf")
 
     @property
     def name(self) -> str:
@@ -98,11 +101,13 @@ class PortAudioMicrophone:
         if self._stream is None:
             raise SourceError(f"{self.name} was read before it was opened.")
         try:
-            return self._blocks.get(timeout=_SILENT_S)
+            sound = self._blocks.get(timeout=_SILENT_S)
         except queue.Empty:
             raise SourceError(
                 f"{self.name} gives no sound; check its cable or plug it in anew."
             ) from None
+        self._log_losses()
+        return sound
 
     def close(self) -> None:
         stream, self._stream = self._stream, None
@@ -148,7 +153,7 @@ class PortAudioMicrophone:
             length_s = frames / rate_hz
             captured_s = self._clock.now_s() - _age_s(times, length_s)
             if status.input_overflow:
-                self.overflows += 1
+                self._losses += 1
             if resampler is None:
                 self._keep(blocks, Sound(samples=samples[:, 0].copy(), captured_s=captured_s))
             else:
@@ -160,13 +165,21 @@ class PortAudioMicrophone:
 
         return receive
 
+    def _log_losses(self) -> None:
+        """Tell of losses, from the reader: PortAudio's thread must not wait for a terminal."""
+        now_s, losses = self._clock.now_s(), self._losses
+        if losses == self._losses_logged or now_s - self._logged_s < _LOG_EVERY_S:
+            return
+        _LOG.warning("sound was lost", source=self.name, blocks=losses - self._losses_logged)
+        self._losses_logged, self._logged_s = losses, now_s
+
     def _keep(self, blocks: queue.Queue[Sound], sound: Sound) -> None:
         while True:
             try:
                 blocks.put_nowait(sound)
                 return
             except queue.Full:
-                self.overflows += 1
+                self._losses += 1
                 try:
                     blocks.get_nowait()
                 except queue.Empty:
