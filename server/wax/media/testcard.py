@@ -63,7 +63,8 @@ def read_stamp(picture: Picture | NDArray[np.uint8]) -> int | None:
 
     Takes a `Picture`, its I420 array ``(height * 3 // 2, width)``, or a luma plane
     ``(height, width)`` of any size from 64×60. A plane is told from an I420 array by what can be
-    read in it. Black everywhere is not time 0 but None.
+    read in it. Black everywhere is not time 0 but None. For whoever measures with this card from
+    Python, such as its own tests; the server never reads one.
     """
     if isinstance(picture, Picture):
         return _read(picture.i420[: picture.height])
