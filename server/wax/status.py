@@ -7,7 +7,6 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from wax import __version__
-from wax.media.source import SAMPLE_RATE_HZ
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -93,8 +92,8 @@ class Status:
                     "encoded_hz": self._rates.hz("audio.encoded"),
                     "wanted_mu_ms": self._audio.wanted,
                     "dropped": self._audio.dropped,
-                    "filled_ms": self._blocks.filled_samples * 1000 // SAMPLE_RATE_HZ,
-                    "cut_ms": self._blocks.dropped_samples * 1000 // SAMPLE_RATE_HZ,
+                    "filled_ms": self._blocks.filled_ms,
+                    "cut_ms": self._blocks.dropped_ms,
                 },
             },
             "counters": self._counters.snapshot() | self._room.control.counts(),
