@@ -1,0 +1,1 @@
+"""The lab: WAX and its peers over shaped networks, read by one instrument."""

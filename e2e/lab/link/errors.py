@@ -1,0 +1,15 @@
+"""What the link says when it cannot be had."""
+
+from __future__ import annotations
+
+
+class LinkError(Exception):
+    """A sentence for a person: what is wrong and what to do."""
+
+
+class ProfileError(LinkError):
+    """A profile or a trace that does not exist or cannot be used."""
+
+
+class UnavailableError(LinkError):
+    """This machine, or this user on it, cannot make a link."""

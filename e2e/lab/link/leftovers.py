@@ -1,0 +1,120 @@
+"""What runs in our namespaces, found by the namespace and not by name, and its end."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+MARK: Final = "WAX_LAB_LINK"
+"""In the environment of each process of a link: who made the link, as `owner` writes it."""
+
+_ASK_FOR_S: Final = 1.0
+_FORCE_FOR_S: Final = 3.0
+_LOOK_EVERY_S: Final = 0.02
+
+Namespace = tuple[int, int]
+"""Device and inode of a namespace's file."""
+
+
+def owner() -> str:
+    """Return what names this process for ever: its id, and when it started."""
+    return f"{os.getpid()}:{_started(os.getpid())}"
+
+
+def namespace_of(descriptor: int) -> Namespace:
+    found = os.fstat(descriptor)
+    return found.st_dev, found.st_ino
+
+
+def end_all(namespaces: set[Namespace], *, but: int | None = None) -> None:
+    """End every process in these network namespaces, asking first; blocks up to 4 s.
+
+    The namespaces must be held open, so that no other gets their number meanwhile.
+    """
+    for how, for_s in ((signal.SIGTERM, _ASK_FOR_S), (signal.SIGKILL, _FORCE_FOR_S)):
+        asked: set[int] = set()
+        until_s = time.monotonic() + for_s
+        while time.monotonic() < until_s:
+            left = {pid for pid, namespace in _networks() if namespace in namespaces} - {but}
+            if not left:
+                return
+            for pid in left - asked if how is signal.SIGTERM else left:
+                _kill(pid, how)
+            asked |= left
+            time.sleep(_LOOK_EVERY_S)
+
+
+def end_stale() -> None:
+    """End what links left behind whose makers were killed; their namespaces go with it."""
+    own = _network(os.getpid())
+    stale: set[Namespace] = set()
+    held: list[int] = []
+    try:
+        for pid, namespace in _networks():
+            made_by = _mark(pid)
+            if made_by is None or _is_alive(made_by) or namespace in stale | {own}:
+                continue
+            held.append(os.open(f"/proc/{pid}/ns/net", os.O_RDONLY | os.O_CLOEXEC))
+            if namespace_of(held[-1]) == namespace:
+                stale.add(namespace)
+        if stale:
+            end_all(stale)
+    except OSError:
+        pass  # it ended while we looked
+    finally:
+        for descriptor in held:
+            os.close(descriptor)
+
+
+def _networks() -> Iterator[tuple[int, Namespace]]:
+    """Give each process that we may look at; those that are ending have no namespace."""
+    for entry in os.listdir("/proc"):
+        if entry.isdecimal():
+            namespace = _network(int(entry))
+            if namespace is not None:
+                yield int(entry), namespace
+
+
+def _network(pid: int) -> Namespace | None:
+    try:
+        found = os.stat(f"/proc/{pid}/ns/net")
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
+
+
+def _mark(pid: int) -> str | None:
+    try:
+        variables = Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
+    except OSError:
+        return None
+    begin = f"{MARK}=".encode()
+    found = next((entry for entry in variables if entry.startswith(begin)), None)
+    return None if found is None else found.removeprefix(begin).decode("ascii", "replace")
+
+
+def _is_alive(made_by: str) -> bool:
+    pid, _, started = made_by.partition(":")
+    return pid.isdecimal() and _started(int(pid)) == started
+
+
+def _started(pid: int) -> str:
+    """Return when a process started, in ticks since boot; empty when there is none."""
+    try:
+        text = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+    return text.rpartition(")")[2].split()[19]  # proc(5): field 22; the name may have spaces
+
+
+def _kill(pid: int, how: signal.Signals) -> None:
+    try:
+        os.kill(pid, how)
+    except (ProcessLookupError, PermissionError):
+        pass

@@ -1,0 +1,176 @@
+"""The link as the lab uses it: two ends, and what lies between them."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Self
+
+from pydantic import TypeAdapter
+
+from e2e.lab.link import leftovers, namespace
+from e2e.lab.link.errors import LinkError, UnavailableError
+from e2e.lab.link.profile import Profile, load
+from e2e.lab.link.statistics import Hello, Refusal, Statistics
+
+if TYPE_CHECKING:
+    from asyncio.subprocess import Process
+    from collections.abc import Sequence
+
+_ROOT: Final = Path(__file__).parents[3]
+_ANSWER_WITHIN_S: Final = 15.0
+_END_WITHIN_S: Final = 6.0
+_FIRST_LINE: Final[TypeAdapter[Hello | Refusal]] = TypeAdapter(Hello | Refusal)
+_STATISTICS: Final = TypeAdapter(Statistics)
+
+
+class End:
+    """One end of the link: a network namespace with `lo` and one address towards the other end."""
+
+    def __init__(self, address: str, network: int, user: int | None) -> None:
+        self.address = address
+        self._network = network
+        self._user = user
+        self._spawned: list[Process] = []
+
+    def command(self, arguments: Sequence[str]) -> list[str]:
+        """Return the command line that runs another one at this end, as the same process.
+
+        As long as the link stands, anyone may start it. Its user is who made the link; where
+        that is not root, it looks like root to itself (Chromium then wants ``--no-sandbox``).
+        """
+        held = f"/proc/{os.getpid()}/fd"
+        enter = [f"--net={held}/{self._network}"]
+        if self._user is not None:
+            enter = [f"--user={held}/{self._user}", "--preserve-credentials", *enter]
+        mark = f"{leftovers.MARK}={leftovers.owner()}"
+        return ["env", mark, namespace.tool("nsenter", "util-linux"), *enter, "--", *arguments]
+
+    async def spawn(self, arguments: Sequence[str], **options: Any) -> Process:
+        """Start a program at this end; `options` are those of `asyncio` for a subprocess.
+
+        What still runs when the link is left is ended with all its children.
+        """
+        process = await asyncio.create_subprocess_exec(
+            *self.command(arguments), start_new_session=True, **options
+        )
+        self._spawned.append(process)
+        return process
+
+    async def spawn_python(self, arguments: Sequence[str], **options: Any) -> Process:
+        """Start this Python at this end, in the folder from which the lab's modules are found."""
+        return await self.spawn([sys.executable, *arguments], cwd=_ROOT, **options)
+
+    def launcher(self, path: Path, program: str) -> Path:
+        """Write a script that is `program` at this end, for those who want one executable."""
+        path.write_text(f'#!/bin/sh\nexec {shlex.join(self.command([program]))} "$@"\n', "utf-8")
+        path.chmod(0o755)
+        return path
+
+    async def reap(self) -> None:
+        """Wait for what was spawned, which has been ended."""
+        await asyncio.gather(*(process.wait() for process in self._spawned))
+
+
+class Link:
+    """``async with Link("lan") as link``: both ends are there inside, and nothing afterwards.
+
+    `profile` is a name, the path of a TOML file, or a `Profile`. On entering raises
+    `ProfileError` or `UnavailableError`.
+    """
+
+    server: End
+    browser: End
+    start_s: float
+    """Monotonic time of its start; the stalls are counted from it."""
+
+    def __init__(self, profile: Profile | str) -> None:
+        self.profile = load(profile) if isinstance(profile, str) else profile
+        self._mover: Process | None = None
+        self._held: list[int] = []
+        self._asking = asyncio.Lock()
+
+    async def __aenter__(self) -> Self:
+        for command, package in (("ip", "iproute2"), ("nsenter", "util-linux")):
+            namespace.tool(command, package)
+        await asyncio.to_thread(leftovers.end_stale)
+        self._mover = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", "e2e.lab.link.mover"),
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            cwd=_ROOT,
+            env={**os.environ, leftovers.MARK: leftovers.owner()},
+            start_new_session=True,  # Ctrl-C is for us alone: we end it when we are ready
+        )
+        try:
+            settings = self.profile.model_dump_json(exclude_unset=True)
+            first = _FIRST_LINE.validate_json(await self._ask(settings))
+            if isinstance(first, Refusal):
+                raise UnavailableError(first.refused)
+            self._take(first)
+        except BaseException:
+            await self.__aexit__()
+            raise
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        if self._mover is None:
+            return
+        mover, self._mover = self._mover, None
+        assert mover.stdin is not None
+        mover.stdin.close()
+        try:
+            await asyncio.wait_for(mover.wait(), _END_WITHIN_S)
+        except TimeoutError:
+            mover.kill()
+            await mover.wait()
+        if self._held:
+            # For when the mover was killed; else nothing is found any more.
+            ours = {leftovers.namespace_of(held) for held in self._held[:2]}
+            await asyncio.to_thread(leftovers.end_all, ours)
+            await asyncio.gather(self.server.reap(), self.browser.reap())
+        for held in self._held:
+            os.close(held)
+        self._held.clear()
+
+    async def statistics(self) -> Statistics:
+        """Return the counts so far. Raises `LinkError` when the mover has ended."""
+        return _STATISTICS.validate_json(await self._ask("statistics"))
+
+    async def start_changes(self) -> float:
+        """Let the profile's changes, and its traces, begin now; return the monotonic time.
+
+        Until then the conditions stay as they begin. Raises `LinkError` as `statistics` does.
+        """
+        return float(await self._ask("start_changes"))
+
+    def _take(self, hello: Hello) -> None:
+        """Hold the namespaces ourselves too, so that they outlive a mover that is killed."""
+        assert self._mover is not None
+        process = f"/proc/{self._mover.pid}"
+        paths = [f"{process}/fd/{hello.server_network}", f"{process}/fd/{hello.browser_network}"]
+        if hello.in_user_namespace:
+            paths.append(f"{process}/ns/user")
+        for path in paths:
+            self._held.append(os.open(path, os.O_RDONLY | os.O_CLOEXEC))
+        server, browser, *user = self._held
+        self.server = End(namespace.SERVER_ADDRESS, server, *user or [None])
+        self.browser = End(namespace.BROWSER_ADDRESS, browser, *user or [None])
+        self.start_s = hello.start_s
+
+    async def _ask(self, line: str) -> bytes:
+        if self._mover is None or self._mover.stdin is None or self._mover.stdout is None:
+            raise LinkError("the link is not open; enter it with `async with`")
+        async with self._asking:
+            try:
+                self._mover.stdin.write(line.encode() + b"\n")
+                await self._mover.stdin.drain()
+                answer = await asyncio.wait_for(self._mover.stdout.readline(), _ANSWER_WITHIN_S)
+            except (ConnectionError, TimeoutError) as error:
+                raise LinkError("the link's mover does not answer; make the link anew") from error
+        if not answer:
+            raise LinkError("the link's mover has ended; its last words are on standard error")
+        return answer
