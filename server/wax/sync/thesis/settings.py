@@ -1,0 +1,72 @@
+"""The thesis's constants, each a key whose default is the thesis's value."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+
+
+class ThesisSettings(BaseModel):
+    """`[thesis]`: what the algorithm of chapter 3.3 is set to. Section numbers are the thesis's.
+
+    The last three keys are not the thesis's: it gives no number, or a TCP stream needed none.
+    """
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+    video_mu_ms: Annotated[int, Field(ge=20, le=500)] = 100
+    """Video MU length, the camera's 10 pictures a second (3.3.3.1)."""
+
+    audio_mu_ms: Annotated[
+        int,
+        Field(
+            ge=100, le=500, description="100 to 500, a whole multiple of video_mu_ms (thesis 3.3.3)"
+        ),
+    ] = 500
+    """Audio MU length, chosen by experiment (5.3)."""
+
+    width: Annotated[int, Field(ge=32, le=3840, multiple_of=2)] = 166
+    height: Annotated[int, Field(ge=32, le=2160, multiple_of=2)] = 130
+    """Picture size; the thesis's 166 × 129 (4.2) to the nearest even."""
+
+    picture_bytes: Annotated[int, Field(ge=500, le=200_000)] = 8000
+    """What one picture is encoded to, each on its own like a JPEG of 75 % (3.5, 4.2)."""
+
+    sample_rate_hz: Literal[8000] = 8000
+    """µ-law, one byte a sample, one channel (3.4.1); the codec PCMU has no other."""
+
+    fail_safe_fps: Annotated[float, Field(gt=0, le=10)] = 1.0
+    """Fail-safe mode when fewer pictures a second than this get through (3.5)."""
+
+    reference_audio_buffer_ms: Annotated[float, Field(ge=0, le=500)] = 50.0
+    """A client that buffers more sound than this gets its picture rolled back further (5.3.1)."""
+
+    max_extra_rollback_ms: Annotated[float, Field(ge=0, le=2000)] = 500.0
+    """The compensation of 5.3.1 goes no further; the thesis's one case was 206 ms."""
+
+    recover_ms: Annotated[float, Field(ge=0, le=60_000)] = 1000.0
+    """Out of fail-safe mode when for so long no reason for it was left: the second of 3.5."""
+
+    lost_after_ms: Annotated[float, Field(ge=1000, le=60_000)] = 5000.0
+    """An MU that nobody has acknowledged for so long is lost; TCP never lost one."""
+
+    @field_validator("audio_mu_ms")
+    @classmethod
+    def _whole_multiple(cls, audio_mu_ms: int, info: ValidationInfo) -> int:
+        video_mu_ms = info.data.get("video_mu_ms")
+        if video_mu_ms is not None and audio_mu_ms % video_mu_ms:
+            raise ValueError(
+                f"{audio_mu_ms} is no whole multiple of video_mu_ms, which is {video_mu_ms}"
+            )
+        return audio_mu_ms
+
+    @property
+    def audio_mu_bytes(self) -> int:
+        return self.audio_mu_ms * self.sample_rate_hz // 1000
+
+    @property
+    def least_bandwidth_bps(self) -> int:
+        """Everything and nothing skipped: 704 kbit/s with the thesis's values (3.5)."""
+        picture_bps = 8 * self.picture_bytes * 1000 // self.video_mu_ms
+        return picture_bps + 8 * self.sample_rate_hz

@@ -1,0 +1,66 @@
+"""Media units, and the slot at the source in which the newest of them waits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Stream = Literal["sound", "picture"]
+
+
+@dataclass(frozen=True, slots=True)
+class MediaUnit:
+    """The piece in which a stream is captured, stored and sent (thesis 3.3).
+
+    `number` rises within a stream. `captured_s` is when its capture *began*, as in Figure 3.7;
+    a picture is the end of its interval, so it shows the scene of `ready_s`.
+    """
+
+    stream: Stream
+    number: int
+    captured_s: float
+    duration_s: float
+
+    @property
+    def ready_s(self) -> float:
+        """When its capture was complete; not before it can be sent (thesis 3.3.3.2)."""
+        return self.captured_s + self.duration_s
+
+
+class SourceSlot:
+    """Holds the newest MU until it is taken, replaced or too old (thesis 3.3).
+
+    "The audio MU in the buffer is valid until the next audio MU is ready": it waits no longer
+    than `longest_wait_s`, from when it was put. None for a picture, which has no such limit.
+    """
+
+    def __init__(self, longest_wait_s: float | None = None) -> None:
+        self._longest_wait_s = longest_wait_s
+        self._mu: MediaUnit | None = None
+        self._put_s = 0.0
+
+    @property
+    def held(self) -> MediaUnit | None:
+        return self._mu
+
+    @property
+    def expires_s(self) -> float | None:
+        """When what is in it will be too old, None when there is nothing or no limit."""
+        if self._mu is None or self._longest_wait_s is None:
+            return None
+        return self._put_s + self._longest_wait_s
+
+    def put(self, mu: MediaUnit, now_s: float) -> MediaUnit | None:
+        """Replace what is in it; return what was skipped by that."""
+        replaced, self._mu, self._put_s = self._mu, mu, now_s
+        return replaced
+
+    def take(self) -> MediaUnit | None:
+        """Take what is in it."""
+        taken, self._mu = self._mu, None
+        return taken
+
+    def expire(self, now_s: float) -> MediaUnit | None:
+        """Drop what has waited too long; return it."""
+        expires_s = self.expires_s
+        return self.take() if expires_s is not None and now_s > expires_s else None
