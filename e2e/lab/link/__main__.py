@@ -56,12 +56,12 @@ def _json(verified: Verified) -> dict[str, Any]:
 def _table(verified: Verified) -> str:
     lines = [f"{verified.profile} ({verified.took_s:.1f} s)"]
     for way, figures in verified.figures.items():
-        for figure in figures:
-            lines.append(
-                f"  {way:4} {figure.name:20} promised {figure.promised:12.4g}"
-                f"  measured {figure.measured:12.4g}  ± {figure.allowed:9.3g}"
-                f"  {'ok' if figure.ok else 'NOT OK'}"
-            )
+        lines += [
+            f"  {way:4} {figure.name:20} promised {figure.promised:12.4g}"
+            f"  measured {figure.measured:12.4g}  ± {figure.allowed:9.3g}"
+            f"  {'ok' if figure.ok else 'NOT OK'}"
+            for figure in figures
+        ]
     lines += [f"  {note}" for note in verified.notes]
     used = verified.statistics
     late_ms = max(used.down_late.worst_ms, used.up_late.worst_ms)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from random import Random
 from statistics import NormalDist
 from typing import TYPE_CHECKING, Final
@@ -25,7 +26,8 @@ def jitter_quantile_ms(jitter: Jitter | None, share: float) -> float:
         return jitter.ms * _NORMAL.inv_cdf(min(max(share, _LEAST), 1 - _LEAST))
     if share >= 1:
         return jitter.at_most_ms
-    return min(jitter.ms * ((1 - share) ** (-1 / jitter.shape) - 1), jitter.at_most_ms)
+    tail_ms = jitter.ms * (math.pow(1 - share, -1 / jitter.shape) - 1)
+    return min(tail_ms, jitter.at_most_ms)
 
 
 class StallClock:

@@ -12,4 +12,4 @@ class ProfileError(LinkError):
 
 
 class UnavailableError(LinkError):
-    """This machine, or this user on it, cannot make a link."""
+    """A link cannot be made on this machine, or not by this user."""

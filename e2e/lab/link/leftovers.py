@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -74,16 +75,16 @@ def end_stale() -> None:
 
 def _networks() -> Iterator[tuple[int, Namespace]]:
     """Give each process that we may look at; those that are ending have no namespace."""
-    for entry in os.listdir("/proc"):
-        if entry.isdecimal():
-            namespace = _network(int(entry))
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdecimal():
+            namespace = _network(int(entry.name))
             if namespace is not None:
-                yield int(entry), namespace
+                yield int(entry.name), namespace
 
 
 def _network(pid: int) -> Namespace | None:
     try:
-        found = os.stat(f"/proc/{pid}/ns/net")
+        found = Path(f"/proc/{pid}/ns/net").stat()
     except OSError:
         return None
     return found.st_dev, found.st_ino
@@ -114,7 +115,5 @@ def _started(pid: int) -> str:
 
 
 def _kill(pid: int, how: signal.Signals) -> None:
-    try:
+    with suppress(ProcessLookupError, PermissionError):
         os.kill(pid, how)
-    except (ProcessLookupError, PermissionError):
-        pass

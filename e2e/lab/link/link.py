@@ -28,7 +28,10 @@ _STATISTICS: Final = TypeAdapter(Statistics)
 
 
 class End:
-    """One end of the link: a network namespace with `lo` and one address towards the other end."""
+    """One end of the link: a network namespace with `lo` and one address towards the other end.
+
+    No name server answers there, so a program that asks one waits for its time-out.
+    """
 
     def __init__(self, address: str, network: int, user: int | None) -> None:
         self.address = address
@@ -156,9 +159,10 @@ class Link:
             paths.append(f"{process}/ns/user")
         for path in paths:
             self._held.append(os.open(path, os.O_RDONLY | os.O_CLOEXEC))
-        server, browser, *user = self._held
-        self.server = End(namespace.SERVER_ADDRESS, server, *user or [None])
-        self.browser = End(namespace.BROWSER_ADDRESS, browser, *user or [None])
+        server, browser = self._held[:2]
+        user = self._held[2] if hello.in_user_namespace else None
+        self.server = End(namespace.SERVER_ADDRESS, server, user)
+        self.browser = End(namespace.BROWSER_ADDRESS, browser, user)
         self.start_s = hello.start_s
 
     async def _ask(self, line: str) -> bytes:

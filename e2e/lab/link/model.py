@@ -23,9 +23,7 @@ class Direction:
     Times are monotonic seconds and never fall from one call to the next.
     """
 
-    def __init__(
-        self, settings: DirectionSettings, *, seed: int, way: str, start_s: float
-    ) -> None:
+    def __init__(self, settings: DirectionSettings, *, seed: int, way: str, start_s: float) -> None:
         self.counters = Counters()
         self._schedule = Schedule(settings)
         self._trace: TraceTransmitter | None = None

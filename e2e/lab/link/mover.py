@@ -17,11 +17,13 @@ import signal
 import sys
 import time
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from e2e.lab.link import leftovers, namespace
 from e2e.lab.link.errors import UnavailableError
 from e2e.lab.link.model import Direction
+from e2e.lab.link.priority import be_first
 from e2e.lab.link.profile import Profile
 from e2e.lab.link.statistics import Hello, Lateness, Refusal, Statistics
 from e2e.lab.link.tun import open_tun, read_packets
@@ -30,8 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _BATCH: Final = 32
-_NICENESS: Final = -15
-"""Before the programs that it carries, whose work would else become the network's jitter."""
+_USER_NAMESPACE: Final = "/proc/self/ns/user"
 
 
 class Way:
@@ -58,10 +59,12 @@ class Way:
 class Mover:
     """Moves until its input ends."""
 
-    def __init__(self, down: Way, up: Way, start_s: float) -> None:
+    def __init__(self, down: Way, up: Way, *, start_s: float, real_time: bool) -> None:
         self._down = down
         self._up = up
         self._start_s = start_s
+        self._start_cpu_s = time.process_time()
+        self._real_time = real_time
         self._asked = b""
 
     def run(self, control: int, answer: Callable[[Any], None]) -> None:
@@ -98,7 +101,8 @@ class Mover:
         return asdict(
             Statistics(
                 running_s=time.monotonic() - self._start_s,
-                cpu_s=time.process_time(),
+                cpu_s=time.process_time() - self._start_cpu_s,
+                real_time=self._real_time,
                 down=self._down.direction.counters,
                 up=self._up.direction.counters,
                 down_late=self._down.late,
@@ -112,27 +116,24 @@ def main() -> int:
     # Unbuffered, because the lines after the first are read when `select` tells of them.
     with open(control, "rb", buffering=0, closefd=False) as lines:
         profile = Profile.model_validate_json(lines.readline())
-    uid = os.getuid()
+    user = Path(_USER_NAMESPACE).readlink()
     try:
         server, server_tun = _end(namespace.SERVER_ADDRESS)
         browser, browser_tun = _end(namespace.BROWSER_ADDRESS)
     except UnavailableError as error:
         _answer(asdict(Refusal(str(error))))
         return 1
-    start_s = time.monotonic()
+    start_s, real_time = time.monotonic(), be_first()
     mover = Mover(
         Way(server_tun, browser_tun, _direction(profile, "down", start_s)),
         Way(browser_tun, server_tun, _direction(profile, "up", start_s)),
-        start_s,
+        start_s=start_s,
+        real_time=real_time,
     )
     signal.signal(signal.SIGTERM, _leave)
     gc.disable()  # nothing here makes cycles, and a collection would be late packets
     try:
-        os.setpriority(os.PRIO_PROCESS, 0, _NICENESS)
-    except PermissionError:
-        pass  # not root: the lateness in the statistics tells what that costs
-    try:
-        _answer(asdict(Hello(start_s, server, browser, os.getuid() != uid)))
+        _answer(asdict(Hello(start_s, server, browser, Path(_USER_NAMESPACE).readlink() != user)))
         mover.run(control, _answer)
     finally:
         ours = {leftovers.namespace_of(server), leftovers.namespace_of(browser)}

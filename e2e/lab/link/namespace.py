@@ -27,7 +27,7 @@ _USUAL_FOLDERS: Final = "/usr/sbin:/sbin:/usr/bin:/bin"
 
 
 def tool(name: str, package: str) -> str:
-    """Return the path of a system command. Raises `UnavailableError`, which says what to install."""
+    """Return the path of a system command. Raises `UnavailableError`: what to install."""
     if not sys.platform.startswith("linux"):
         raise UnavailableError("the link needs network namespaces, which only Linux has")
     path = shutil.which(name, path=f"{os.environ.get('PATH', '')}:{_USUAL_FOLDERS}")
@@ -67,7 +67,7 @@ def configure(device: str, address: str) -> None:
 
 
 def _unshare(flags: int) -> bool:
-    return ctypes.CDLL(None).unshare(flags) == 0  # os.unshare is there from Python 3.12 on
+    return bool(ctypes.CDLL(None).unshare(flags) == 0)  # os.unshare is there from Python 3.12 on
 
 
 def _be_root_inside(uid: int, gid: int) -> None:

@@ -1,7 +1,8 @@
 """Probe traffic, run at both ends at once: sends numbered datagrams, notes those that come.
 
-``python -m e2e.lab.link.probe OWN-ADDRESS OTHER-ADDRESS`` reads a `Plan` as JSON and writes a
-`Record` as JSON. Both ends share one monotonic clock, so delays are one way.
+``python -m e2e.lab.link.probe OWN-ADDRESS OTHER-ADDRESS`` writes an empty line when it listens,
+reads a `Plan` as JSON and writes a `Record` as JSON. Both ends share one monotonic clock, so delays
+are one way.
 """
 
 from __future__ import annotations
@@ -11,10 +12,13 @@ import socket
 import struct
 import sys
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Final
 
 from pydantic import TypeAdapter
+
+from e2e.lab.link.priority import be_first
 
 PORT: Final = 7700
 HEADER_BYTES: Final = 28
@@ -45,24 +49,18 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """When each packet was sent, by its number; number, sent and received of what came, in order."""
+    """When each packet was sent, by number; number, sent and received of what came, in order."""
 
     sent_s: list[float] = field(default_factory=list)
     came: list[tuple[int, float, float]] = field(default_factory=list)
 
 
-def run(plan: Plan, own: str, other: str) -> Record:
+def run(link: socket.socket, plan: Plan) -> Record:
     """Send and receive until the plan's end."""
     record = Record()
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
-        for option in (socket.SO_RCVBUF, socket.SO_SNDBUF):
-            link.setsockopt(socket.SOL_SOCKET, option, _BUFFER_BYTES)
-        link.bind((own, PORT))
-        link.connect((other, PORT))
-        link.setblocking(False)
-        for train in plan.trains:
-            _send(link, train, record)
-        _receive(link, plan.listen_until_s, record)
+    for train in plan.trains:
+        _send(link, train, record)
+    _receive(link, plan.listen_until_s, record)
     return record
 
 
@@ -74,10 +72,8 @@ def _send(link: socket.socket, train: Train, record: Record) -> None:
         now_s = time.monotonic()
         number = len(record.sent_s)
         record.sent_s.append(now_s)
-        try:
+        with suppress(BlockingIOError):  # counts as lost
             link.send(_NUMBER_AND_TIME.pack(number, now_s) + padding)
-        except (BlockingIOError, ConnectionRefusedError):
-            pass  # counts as lost: the device is full, or the other end does not listen yet
         next_s += train.interval_s
 
 
@@ -93,8 +89,6 @@ def _receive(link: socket.socket, until_s: float, record: Record) -> None:
                 datagram = link.recv(2048)
             except BlockingIOError:
                 break
-            except ConnectionRefusedError:
-                continue
             number, sent_s = _NUMBER_AND_TIME.unpack_from(datagram)
             record.came.append((number, sent_s, time.monotonic()))
         if wait_s <= 0:
@@ -103,8 +97,17 @@ def _receive(link: socket.socket, until_s: float, record: Record) -> None:
 
 def main() -> None:
     own, other = sys.argv[1:]
-    plan = TypeAdapter(Plan).validate_json(sys.stdin.buffer.read())
-    sys.stdout.buffer.write(TypeAdapter(Record).dump_json(run(plan, own, other)))
+    be_first()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
+        for option in (socket.SO_RCVBUF, socket.SO_SNDBUF):
+            link.setsockopt(socket.SOL_SOCKET, option, _BUFFER_BYTES)
+        link.bind((own, PORT))
+        link.connect((other, PORT))
+        link.setblocking(False)
+        print(flush=True)
+        plan = TypeAdapter(Plan).validate_json(sys.stdin.buffer.read())
+        record = run(link, plan)
+    sys.stdout.buffer.write(TypeAdapter(Record).dump_json(record))
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from difflib import get_close_matches
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
@@ -159,7 +160,7 @@ class DirectionSettings(Conditions):
         if self.outage:
             raise ValueError("outage belongs into a change, with a later one that ends it")
         times = [change.at_s for change in self.changes]
-        if any(later <= earlier for earlier, later in zip(times, times[1:], strict=False)):
+        if any(later <= earlier for earlier, later in pairwise(times)):
             raise ValueError("the changes are not in the order of at_s")
         if self.steps()[-1][1].outage:
             raise ValueError("the last change is an outage; end it with another change")

@@ -44,6 +44,8 @@ class Statistics:
 
     running_s: float
     cpu_s: float
+    real_time: bool
+    """Whether the mover goes before other processes; if not, trust delays less."""
     down: Counters
     up: Counters
     down_late: Lateness

@@ -7,6 +7,7 @@ lines. At its end, the time of the last line, the trace begins again.
 from __future__ import annotations
 
 from bisect import bisect_left
+from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
@@ -26,7 +27,7 @@ def read(path: str) -> list[int]:
         raise ProfileError(f"{path}: is no trace: each line must be a time in ms") from error
     if not times_ms or times_ms[-1] <= 0 or times_ms[0] < 0:
         raise ProfileError(f"{path}: is no trace: it must last longer than 0 ms")
-    if any(later < earlier for earlier, later in zip(times_ms, times_ms[1:], strict=False)):
+    if any(later < earlier for earlier, later in pairwise(times_ms)):
         raise ProfileError(f"{path}: is no trace: its times must not fall")
     return times_ms
 
