@@ -88,14 +88,12 @@ class Judge:
             expect.jitter_figure(settings.jitter, free_ms),
         ]
         if settings.stalls is not None and held_ms:
-            # Behind a stall packets come together, in order: with the latest of their jitters.
             own_ms = base_ms + jitter_quantile_ms(settings.jitter, 0.5)
             promised_ms = sum(held_ms) / len(held_ms)
             measured_ms = sum(stalled_ms) / len(stalled_ms) - own_ms
-            spread_ms = jitter_quantile_ms(settings.jitter, 0.98) - jitter_quantile_ms(
-                settings.jitter, 0.5
+            figures.append(
+                expect.time_figure("stall_ms", promised_ms, measured_ms, self._crowding_ms())
             )
-            figures.append(expect.time_figure("stall_ms", promised_ms, measured_ms, spread_ms / 2))
         return figures
 
     def _rates(self, notes: list[str]) -> list[Figure]:
@@ -140,6 +138,14 @@ class Judge:
         own_ms = settings.delay_ms + jitter_quantile_ms(settings.jitter, 0.5)
         measured_ms = expect.quantile(waits_ms, 0.5) - own_ms
         # A queue is full when one more packet does not fit, so it is up to one short of full.
-        return expect.time_figure(
-            "queue_ms", queue_s(settings) * 1000 - packet_ms / 2, measured_ms, packet_ms / 4
-        )
+        promised_ms = queue_s(settings) * 1000 - packet_ms / 2
+        error_ms = packet_ms / 4 + self._crowding_ms()
+        return expect.time_figure("queue_ms", promised_ms, measured_ms, error_ms)
+
+    def _crowding_ms(self) -> float:
+        """Return how uncertain the delay is of packets that come close together.
+
+        They keep their order, so that each has the latest of their jitters.
+        """
+        jitter = self._settings.jitter
+        return (jitter_quantile_ms(jitter, 0.98) - jitter_quantile_ms(jitter, 0.5)) / 2

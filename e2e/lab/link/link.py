@@ -94,6 +94,7 @@ class Link:
         self.profile = load(profile) if isinstance(profile, str) else profile
         self._mover: Process | None = None
         self._held: list[int] = []
+        self._ends: list[End] = []
         self._asking = asyncio.Lock()
 
     async def __aenter__(self) -> Self:
@@ -134,7 +135,7 @@ class Link:
             # For when the mover was killed; else nothing is found any more.
             ours = {leftovers.namespace_of(held) for held in self._held[:2]}
             await asyncio.to_thread(leftovers.end_all, ours)
-            await asyncio.gather(self.server.reap(), self.browser.reap())
+            await asyncio.gather(*(end.reap() for end in self._ends))
         for held in self._held:
             os.close(held)
         self._held.clear()
@@ -163,6 +164,7 @@ class Link:
         user = self._held[2] if hello.in_user_namespace else None
         self.server = End(namespace.SERVER_ADDRESS, server, user)
         self.browser = End(namespace.BROWSER_ADDRESS, browser, user)
+        self._ends = [self.server, self.browser]
         self.start_s = hello.start_s
 
     async def _ask(self, line: str) -> bytes:

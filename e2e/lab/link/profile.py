@@ -102,7 +102,8 @@ class Conditions(_Table):
 
     A packet joins the queue or is dropped (drop-tail), is serialised at the rate, may be lost on
     the way, and arrives after stall, delay and jitter; never before an earlier one unless
-    `reorder`. Without `rate_bps` and `trace` serialisation takes no time.
+    `reorder`, so that of packets close together all have the latest one's jitter. Without
+    `rate_bps` and `trace` serialisation takes no time.
     """
 
     rate_bps: RateBps | None = None
