@@ -63,6 +63,7 @@ class Run:
     phase_s: float = 0.0
     sound_until_s: float = float("inf")
     extra_s: float = 0.0
+    first_sound_late_s: float = 0.0
     sent: list[Sent] = field(default_factory=list)
     skipped: list[MediaUnit] = field(default_factory=list)
     modes: list[tuple[float, str]] = field(default_factory=list)
@@ -81,7 +82,8 @@ class Run:
         for number in range(int(seconds / audio_s)):
             mu = MediaUnit("sound", number, number * audio_s, audio_s)
             if mu.ready_s <= self.sound_until_s:
-                self._at(mu.ready_s, "captured", mu)
+                late_s = self.first_sound_late_s if number == 0 else 0.0
+                self._at(mu.ready_s + late_s, "captured", mu)
         for number in range(int(seconds / video_s)):
             mu = MediaUnit("picture", number, number * video_s + self.phase_s, video_s)
             self._at(mu.ready_s, "captured", mu)
@@ -397,6 +399,19 @@ def test_the_picture_is_rolled_back_further_for_a_longer_audio_buffer() -> None:
     for one, after in itertools.pairwise(synchronised):
         assert after.mu.number == one.mu.number + 1
         assert after.left_s == pytest.approx(after.mu.captured_s + A + 0.206)
+
+
+@pytest.mark.parametrize("waited_s", [0.05, 0.25, 0.45])
+def test_sound_that_had_waited_when_the_client_came_rolls_the_picture_back_as_far(
+    waited_s: float,
+) -> None:
+    """The MU "currently in the buffer" is heard that much later, and every picture with it."""
+    run = Run(_constant(2e6), first_sound_late_s=waited_s).go(10.0)
+    synchronised = [one for one in run.of("picture") if one.mode == "synchronised"]
+    assert len(synchronised) > 80
+    for one, after in itertools.pairwise(synchronised):
+        assert after.mu.number == one.mu.number + 1
+        assert after.left_s == pytest.approx(after.mu.captured_s + A + waited_s)
 
 
 def test_a_number_that_does_not_rise_is_refused() -> None:
