@@ -43,7 +43,7 @@ class StallClock:
         if stalls is None:
             return time_s
         while not self._drawn or self._end_s <= time_s:
-            self._begin_s = self._end_s + self._random.expovariate(1 / stalls.every_s)
+            self._begin_s = self._end_s + stalls.every_s * self._random.uniform(0.5, 1.5)
             length_ms = self._random.uniform(stalls.at_least_ms, stalls.at_most_ms)
             self._end_s = self._begin_s + length_ms / 1000
             self._drawn = True

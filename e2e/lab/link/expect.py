@@ -15,8 +15,8 @@ SHARE: Final = 0.05
 """A measured figure may be off by this much of what is promised,"""
 FLOOR_MS: Final = 0.5
 """a time by this much in any case,"""
-DEVIATIONS: Final = 2.6
-"""and what is drawn by chance by so many standard errors of the sample (99 of 100 runs)."""
+DEVIATIONS: Final = 3.3
+"""and what is drawn by chance by so many standard errors of the sample (999 of 1000 samples)."""
 
 _LOW, _MIDDLE, _HIGH = 0.1, 0.5, 0.9
 

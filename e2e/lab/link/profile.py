@@ -61,7 +61,8 @@ class Jitter(_Table):
 class Stalls(_Table):
     """Spikes: now and then everything stops and is then let go at once.
 
-    The time between them is exponential with mean `every_s`; how long one lasts is uniform.
+    Between them lie 0.5 to 1.5 times `every_s`, uniform, so that a short run has its share of them;
+    how long one lasts is uniform, too.
     """
 
     every_s: Annotated[float, Field(gt=0, le=3600)]

@@ -16,16 +16,16 @@ CARRIED_BPS: Final = 25_000_000
 """A rate above it is not filled: the emulator is in Python."""
 
 SMALL_BYTES: Final = 60
-_SPACED_S: Final = 3.1
-_DENSE_S: Final = 1.2
+_SPACED_S: Final = 2.8
+_DENSE_S: Final = 1.0
 _DENSE_PPS: Final = 4000
-FULL_S: Final = 2.4
+FULL_S: Final = 2.2
 CHANGE_EVERY_S: Final = 1.2
 _STALL_EVERY_S: Final = 0.8
 _OVERLOAD: Final = 1.25
 _FILLING: Final = 3.0
 """At first so many times the rate, until the queue is full."""
-_SETTLE_S: Final = 0.15
+_SETTLE_S: Final = 0.1
 
 WayName = Literal["down", "up"]
 WAYS: Final[tuple[WayName, WayName]] = ("down", "up")
