@@ -51,7 +51,5 @@ HTTP_STATUS: Final[dict[type[WaxError], int]] = {
     ProtocolError: 400,
     SignallingError: 400,
     FullError: 503,
-    DriverError: 503,
-    SourceError: 503,
 }
 """The one table from an error to an HTTP status; anything else is 500."""

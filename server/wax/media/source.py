@@ -50,7 +50,7 @@ class Picture:
         """Make a picture of an OpenCV image ``(height, width, 3)``; an odd edge is cut off."""
         height, width = bgr.shape[0] & ~1, bgr.shape[1] & ~1
         i420 = cv2.cvtColor(bgr[:height, :width], cv2.COLOR_BGR2YUV_I420)
-        return cls(i420=i420, captured_s=captured_s)  # type: ignore[arg-type]
+        return cls(i420=i420, captured_s=captured_s)  # type: ignore[arg-type]  # cv2 forgets the dtype
 
 
 @dataclass(frozen=True, slots=True)
