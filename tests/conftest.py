@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import gc
 import inspect
+import os
 import threading
 import time
 from pathlib import Path
@@ -12,9 +13,16 @@ from typing import TYPE_CHECKING
 
 import pytest
 import pytest_asyncio
+from hypothesis import settings
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator
+
+# An example is not timed: a busy machine is no failure. (Hypothesis's own `ci` profile, which it
+# loads by itself where CI is set, says the same.)
+if "CI" not in os.environ:
+    settings.register_profile("untimed", deadline=None)
+    settings.load_profile("untimed")
 
 _DESCRIPTORS = Path("/proc/self/fd")
 _SHARED_THREADS = ("asyncio_", "ThreadPoolExecutor", "pytest_timeout")
