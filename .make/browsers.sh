@@ -1,4 +1,5 @@
-# Find the browsers that the tests drive, or install them where that is allowed.
+# Find the browsers that the tests drive and the links they drive them over, or install what is
+# missing where that is allowed.
 
 # The first of the named programs that starts. Snaps are left out: they cannot see the profile
 # that the tests make for them, and on Ubuntu the packages named like browsers only fetch snaps.
@@ -62,4 +63,11 @@ want_firefox() {
         _missing "the smoke test in Firefox cannot run: install Firefox, not as a snap" \
             "(Debian: sudo apt-get install -y firefox-esr; Ubuntu: Mozilla's package) or set WAX_FIREFOX to its path"
     [ -z "${WAX_FIREFOX:-}" ] || export WAX_FIREFOX
+}
+
+# The lab joins server and browser by network namespaces, which only Linux has.
+want_link() {
+    [ "$(uname)" = Linux ] || return 0
+    command -v ip >/dev/null || apt_install iproute2 ||
+        _missing "the lab's link cannot be tested; type: sudo apt-get install -y iproute2"
 }

@@ -8,6 +8,7 @@ python=.venv/bin/python
 want_playwright
 want_chromium
 want_firefox
+want_link
 
 PATH=$PWD/.venv/bin:$PATH
 PYTHON=$PWD/.venv/bin/python
