@@ -292,7 +292,10 @@ async def test_the_link_is_what_its_profile_says() -> None:
 def run_cli(*arguments: str, before: str = "") -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "e2e.lab.link", "verify", *arguments]
     if before:
-        command = ["unshare", "--mount", "sh", "-c", f'{before} && exec "$@"', "sh", *command]
+        # Only /dev is made private, since in a chroot the root is no mount that could be.
+        apart = ["unshare", "--mount", "--propagation", "unchanged", "sh", "-c"]
+        script = f'mount --make-rprivate /dev && {before} && exec "$@"'
+        command = [*apart, script, "sh", *command]
     return subprocess.run(
         command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=20
     )
