@@ -1,0 +1,74 @@
+"""What a cell is judged by: the figures made of its readings, None where there is nothing to."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict
+
+
+class _Figures(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+
+class Quantiles(_Figures):
+    """How a series lies; `p95` is nearest rank."""
+
+    n: int
+    min: float
+    p50: float
+    p95: float
+    max: float
+
+
+class Pauses(_Figures):
+    """Interruptions of the sound, in the order in which they came."""
+
+    at_ms: list[float] = []
+    """Unix time of the begin of each."""
+    length_ms: list[float] = []
+
+
+class Kinds(_Figures):
+    """Bytes a second by what they are for."""
+
+    audio: float | None = None
+    video: float | None = None
+    repeated: float | None = None
+    """Video sent again."""
+    data: float | None = None
+    """Data channels: commands, reports, acknowledgements."""
+    other: float | None = None
+    """The rest that the transport carried: RTCP, STUN, DTLS."""
+
+
+class Figures(_Figures):
+    """One cell, measured from `from_ms` to `to_ms` (Unix); the first 3 s are not counted."""
+
+    from_ms: float
+    to_ms: float
+    picture_age_ms: Quantiles | None = None
+    """Capture to presentation of each presented frame."""
+    sound_age_ms: Quantiles | None = None
+    """Capture to ear of each second's burst."""
+    skew_ms: Quantiles | None = None
+    """Sound's age less picture's: above 0 the sound comes after the picture."""
+    absolute_skew_p95_ms: float | None = None
+    pictures_per_s: float | None = None
+    longest_freeze_ms: float | None = None
+    """The longest time for which one picture stood, to the end of the cell where it stands."""
+    tone_pauses: Pauses = Pauses()
+    """Gaps of 30 ms or more in the tone."""
+    concealed_pauses: Pauses = Pauses()
+    """Contiguous concealment of 100 ms or more, by the browser's counts."""
+    concealed_share: float | None = None
+    first_picture_ms: float | None = None
+    """From the begin of the navigation."""
+    first_sound_ms: float | None = None
+    command_round_trip_ms: Quantiles | None = None
+    transport_round_trip_ms: Quantiles | None = None
+    received_bytes_per_s: Kinds = Kinds()
+    sent_bytes_per_s: Kinds = Kinds()
+    picture_drift_ms_per_min: float | None = None
+    sound_drift_ms_per_min: float | None = None
+    lip_lag_ms: float | None = None
+    """For the face: by how much the voice comes after the lips, where their correlation peaks."""
+    lip_correlation: float | None = None

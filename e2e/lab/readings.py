@@ -1,0 +1,89 @@
+"""What the instrument reads on one page: raw series in columns, nothing summed up yet.
+
+All times are Unix milliseconds. Both ends of the lab's link are on one machine, so the server's
+stamps and the browser's readings are on the same clock.
+"""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict
+
+
+class _Columns(BaseModel):
+    """Lists of one length; the i-th of each belong together."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class Pictures(_Columns):
+    """One row for each presented frame of the largest playing video."""
+
+    at_ms: list[float] = []
+    stamp_ms: list[float | None] = []
+    """What its test card says, whole Unix time; None where it cannot be read."""
+    mouth: list[float | None] = []
+    """How far the drawn face opens its mouth, 0…1; None where there is no face."""
+    width: list[int] = []
+
+
+class Sound(_Columns):
+    """One row for each 10 ms as they were played."""
+
+    start_ms: list[float] = []
+    rms: list[float] = []
+    tone: list[float] = []
+    """Amplitude of the test card's 300 Hz."""
+    burst: list[float] = []
+    """Amplitude of its 1 kHz, which begins at each whole second."""
+
+
+class Counters(_Columns):
+    """One row for each look at the browser's own counts (`getStats`), all since the start.
+
+    None where this browser or page has no such count.
+    """
+
+    at_ms: list[float] = []
+    played_samples: list[float | None] = []
+    concealed_samples: list[float | None] = []
+    concealment_events: list[float | None] = []
+    frames_decoded: list[float | None] = []
+    sound_buffer_ms: list[float | None] = []
+    """Mean jitter buffer delay since the look before."""
+    picture_buffer_ms: list[float | None] = []
+    round_trip_ms: list[float | None] = []
+    """The transport's own (STUN), which every WebRTC page has."""
+    audio_bytes: list[float | None] = []
+    """RTP with headers, as received; `video_bytes` without what was sent again."""
+    video_bytes: list[float | None] = []
+    repeated_bytes: list[float | None] = []
+    received_bytes: list[float | None] = []
+    """All that the transport received: RTP, RTCP, data channels."""
+    sent_bytes: list[float | None] = []
+    data_received_bytes: list[float | None] = []
+    data_sent_bytes: list[float | None] = []
+
+
+class Commands(_Columns):
+    """One row for each ping over a data channel that was answered (WAX only)."""
+
+    at_ms: list[float] = []
+    round_trip_ms: list[float] = []
+
+
+class Readings(BaseModel):
+    """One page from its opening to the last look."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    opened_ms: float
+    """When the navigation began."""
+    first_picture_ms: float | None = None
+    """When the first frame of any video was presented."""
+    first_sound_ms: float | None = None
+    pictures: Pictures = Pictures()
+    sound: Sound = Sound()
+    counters: Counters = Counters()
+    commands: Commands = Commands()
+    limits: list[str] = []
+    """What this browser does not expose, in sentences."""
