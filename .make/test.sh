@@ -9,6 +9,7 @@ want_playwright
 want_chromium
 want_firefox
 want_link
+sh .make/livekit.sh
 
 PATH=$PWD/.venv/bin:$PATH
 PYTHON=$PWD/.venv/bin/python
