@@ -1,0 +1,74 @@
+"""The page that plays what LiveKit sends, and the server that delivers it."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import secrets
+from pathlib import Path
+from string import Template
+from typing import TYPE_CHECKING, Final
+
+from aiohttp import web
+
+from e2e.peers.livekit.errors import LiveKitError
+from e2e.peers.livekit.tokens import viewer_token
+
+if TYPE_CHECKING:
+    from e2e.peers.livekit.tokens import Key
+
+_PAGE: Final = Path(__file__).with_name("page.html")
+_STOP_WITHIN_S: Final = 1.0
+
+
+class Pages:
+    """Everybody who opens the page gets an identity and a token of his own with it.
+
+    `livekit_url` is the signalling's, as ``ws://127.0.0.1:7880``; `script` is livekit-client.
+    """
+
+    def __init__(self, livekit_url: str, key: Key, script: Path) -> None:
+        self._livekit_url = livekit_url
+        self._key = key
+        self._page = Template(_PAGE.read_text(encoding="utf-8"))
+        self._script = script.read_bytes()
+        self._compressed_script = gzip.compress(self._script, mtime=0)
+        self._runner: web.AppRunner | None = None
+
+    async def start(self, address: str, port: int) -> None:
+        """Serve from now on. Raises `LiveKitError` when the port is taken."""
+        app = web.Application()
+        app.router.add_get("/", self._give_page)
+        app.router.add_get("/livekit-client.umd.js", self._give_script)
+        self._runner = web.AppRunner(app, access_log=None, shutdown_timeout=_STOP_WITHIN_S)
+        await self._runner.setup()
+        try:
+            await web.TCPSite(self._runner, address, port).start()
+        except OSError as error:
+            raise LiveKitError(
+                f"the page cannot be served at {address}:{port}: {error.strerror}; "
+                "name another with --port"
+            ) from error
+
+    async def stop(self) -> None:
+        if self._runner is not None:
+            await self._runner.cleanup()
+
+    def page(self) -> str:
+        """Make the page for one more viewer."""
+        token = viewer_token(self._key, f"viewer-{secrets.token_hex(6)}")
+        return self._page.substitute(place=json.dumps({"url": self._livekit_url, "token": token}))
+
+    async def _give_page(self, request: web.Request) -> web.Response:
+        response = web.Response(text=self.page(), content_type="text/html")
+        response.enable_compression()
+        return response
+
+    async def _give_script(self, request: web.Request) -> web.Response:
+        if "gzip" not in request.headers.get("Accept-Encoding", ""):
+            return web.Response(body=self._script, content_type="text/javascript")
+        return web.Response(
+            body=self._compressed_script,
+            content_type="text/javascript",
+            headers={"Content-Encoding": "gzip", "Vary": "Accept-Encoding"},
+        )

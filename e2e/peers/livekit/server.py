@@ -1,0 +1,123 @@
+"""LiveKit's own process: its configuration, its start and its end."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import sys
+from contextlib import suppress
+from dataclasses import dataclass
+from ipaddress import ip_address
+from typing import TYPE_CHECKING, Any, Final
+
+import aiohttp
+
+from e2e.peers.livekit.errors import LiveKitError
+
+if TYPE_CHECKING:
+    from asyncio.subprocess import Process
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from e2e.peers.livekit.tokens import Key
+
+START_WITHIN_S: Final = 30.0
+STOP_WITHIN_S: Final = 3.0
+_ASK_EVERY_S: Final = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Ports:
+    """Where LiveKit listens; the defaults are its own."""
+
+    signal: int = 7880
+    media_tcp: int = 7881
+    """For browsers that UDP does not reach, as every installation has it."""
+    media_udp: int = 7882
+
+
+def settings(address: str, ports: Ports, key: Key) -> dict[str, Any]:
+    """Return LiveKit's configuration: on this address only, and nobody outside is asked."""
+    return {
+        "port": ports.signal,
+        "bind_addresses": [address],
+        "keys": {key.name: key.secret},
+        "rtc": {
+            "udp_port": ports.media_udp,
+            "tcp_port": ports.media_tcp,
+            "node_ip": address,
+            "use_external_ip": False,
+            "enable_loopback_candidate": ip_address(address).is_loopback,
+            "ips": {"includes": [f"{address}/32"]},
+        },
+        # https://docs.livekit.io/robotics/media/performance/low-latency/playout-delay/
+        "room": {"playout_delay": {"enabled": True, "min": 0, "max": 10}},
+    }
+
+
+def environment(configuration: Mapping[str, Any]) -> dict[str, str]:
+    """Hand the configuration over where no list of processes shows its secret; JSON is YAML too."""
+    return {**os.environ, "LIVEKIT_CONFIG": json.dumps(configuration)}
+
+
+class LiveKit:
+    """One server; what it logs goes to standard error."""
+
+    def __init__(self, program: Path, address: str, ports: Ports, key: Key) -> None:
+        self.url = f"http://{address}:{ports.signal}"
+        self._program = program
+        self._environment = environment(settings(address, ports, key))
+        self._process: Process | None = None
+
+    async def start(self) -> None:
+        """Return when it answers. Raises `LiveKitError` when it cannot be started or ends."""
+        try:
+            self._process = await asyncio.create_subprocess_exec(
+                self._program,
+                stdin=asyncio.subprocess.DEVNULL,
+                stdout=sys.stderr,
+                env=self._environment,
+                start_new_session=True,  # Ctrl-C is for us alone: we end it when we are ready
+            )
+        except OSError as error:
+            raise LiveKitError(f"{self._program} does not start: {error.strerror}") from error
+        try:
+            async with asyncio.timeout(START_WITHIN_S), aiohttp.ClientSession() as http:
+                while True:
+                    if await self._answers(http):
+                        return
+                    await asyncio.sleep(_ASK_EVERY_S)
+        except TimeoutError:
+            raise LiveKitError(
+                f"LiveKit does not answer at {self.url} within {START_WITHIN_S:g} s; see its log"
+            ) from None
+
+    async def ended(self) -> int:
+        """Wait until the process has ended; return its status."""
+        assert self._process is not None
+        return await self._process.wait()
+
+    async def stop(self) -> None:
+        """Bounded, safe to call twice. It waits for viewers unless it is asked a second time."""
+        process = self._process
+        if process is None:
+            return
+        for ask in (process.terminate, process.terminate, process.kill):
+            with suppress(ProcessLookupError):
+                ask()
+            with suppress(TimeoutError):
+                await asyncio.wait_for(process.wait(), STOP_WITHIN_S / 2)
+                return
+
+    async def _answers(self, http: aiohttp.ClientSession) -> bool:
+        assert self._process is not None
+        if self._process.returncode is not None:
+            raise LiveKitError(
+                f"LiveKit ended at its start with status {self._process.returncode}; see its log"
+            )
+        try:
+            async with http.get(self.url) as answer:
+                return answer.status == 200
+        except aiohttp.ClientError:
+            return False
