@@ -15,6 +15,7 @@ from e2e.bench.errors import BenchError
 
 if TYPE_CHECKING:
     import asyncio
+    from collections.abc import Callable
 
     from aiortc.rtp import RtpPacket
 
@@ -41,12 +42,15 @@ class CountedStream(StreamStatistics):
 
 
 def count_only(
-    receiver: RTCRtpReceiver, kind: Literal["audio", "video"], arrived: asyncio.Event
+    receiver: RTCRtpReceiver,
+    kind: Literal["audio", "video"],
+    arrived: asyncio.Event,
+    came: Callable[[RtpPacket], None],
 ) -> dict[int, CountedStream]:
     """Make a receiver count instead of decode; returns its streams by SSRC, filled as they come.
 
-    Call it before the connection is made; `arrived` is set with the first packet. Raises
-    `BenchError` if aiortc has changed inside.
+    Call it before the connection is made; `arrived` is set with the first packet, `came` is told
+    of each. Raises `BenchError` if aiortc has changed inside.
     """
     streams: dict[int, Any] | None = getattr(receiver, _STREAMS, None)
     if streams is None or not hasattr(receiver, _HANDLER):
@@ -59,6 +63,7 @@ def count_only(
             stream = streams[packet.ssrc] = CountedStream(clock_rate_hz)
             arrived.set()
         stream.add(packet)
+        came(packet)
 
     setattr(receiver, _HANDLER, count)
     return streams

@@ -8,17 +8,20 @@ import random
 import time
 import uuid
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
 
 from e2e.bench.errors import BenchError
 from e2e.bench.plan import FPS, SIZE
+from e2e.bench.receipts import Receipts
 from e2e.bench.receiver import count_only
 
 if TYPE_CHECKING:
     import aiohttp
     from aiortc import RTCDataChannel
+    from aiortc.rtp import RtpPacket
 
     from e2e.bench.receiver import CountedStream
 
@@ -65,6 +68,8 @@ class Viewer:
         self._arrived = {kind: asyncio.Event() for kind in KINDS}
         self._tasks: list[asyncio.Task[None]] = []
         self._pong: tuple[int, float] | None = None
+        self._state: RTCDataChannel | None = None
+        self._receipts: Receipts | None = None
 
     async def connect(self, http: aiohttp.ClientSession) -> None:
         """Return when picture and sound arrive."""
@@ -92,7 +97,8 @@ class Viewer:
     async def _negotiate(self, http: aiohttp.ClientSession) -> None:
         for kind in KINDS:
             receiver = self._peer.addTransceiver(kind, direction="recvonly").receiver
-            self._streams[kind] = count_only(receiver, kind, self._arrived[kind])
+            came = partial(self._came, kind)
+            self._streams[kind] = count_only(receiver, kind, self._arrived[kind], came)
         if self._offering.wax:
             self._open_channels()
         await self._peer.setLocalDescription(await self._peer.createOffer())
@@ -107,13 +113,30 @@ class Viewer:
         await self._peer.setRemoteDescription(RTCSessionDescription(answer["sdp"], "answer"))
 
     def _open_channels(self) -> None:
-        state = self._peer.createDataChannel("state")
-        want = json.dumps({"type": "want", "sound": True, "picture": True, "size": SIZE})
-        state.on("open", lambda: state.send(want))
+        self._state = self._peer.createDataChannel("state")
+        self._state.on("message", self._take_state)
 
         drive = self._peer.createDataChannel("drive", ordered=False, maxRetransmits=0)
         drive.on("open", lambda: self._start(drive))
         drive.on("message", self._take)
+
+    def _take_state(self, data: str | bytes) -> None:
+        message = json.loads(data)
+        if message["type"] == "hello":
+            self._receipts = Receipts() if message.get("acknowledge") else None
+            size = SIZE if SIZE in message["sizes"] else message["sizes"][0]
+            self._tell({"type": "want", "sound": True, "picture": True, "size": size})
+        elif message["type"] == "units" and self._receipts is not None:
+            for rtp in self._receipts.learn(message["last_rtp"], message["length"]):
+                self._tell({"type": "received", "kind": "audio", "rtp": rtp})
+
+    def _came(self, kind: Literal["audio", "video"], packet: RtpPacket) -> None:
+        if self._receipts is not None and self._receipts.ends_unit(kind, packet):
+            self._tell({"type": "received", "kind": kind, "rtp": packet.timestamp})
+
+    def _tell(self, message: dict[str, object]) -> None:
+        if self._state is not None and self._state.readyState == "open":
+            self._state.send(json.dumps(message))
 
     def _start(self, drive: RTCDataChannel) -> None:
         self._tasks = [
