@@ -37,7 +37,7 @@ def test_nothing_is_measured_twice() -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "lan/thesis/500ms/face",
+        "same-machine/thesis/500ms/face",
         "internet-5m/livekit",
         "internet-5m/video-first/face",
         "modem-56k/operator",
@@ -116,9 +116,9 @@ def test_a_pattern_is_part_of_a_name(pattern: str, *, expected: bool) -> None:
 
 def test_only_takes_what_any_pattern_matches() -> None:
     """Several patterns add up, and what an experiment shares with an earlier one is in its part."""
-    assert measured(full(only=["E2/lan/thesis", "E6/outage/stock"])) == {
-        "lan/thesis/500ms",
-        "lan/thesis/500ms/face",
+    assert measured(full(only=["E2/same-machine/thesis", "E6/outage/stock"])) == {
+        "same-machine/thesis/500ms",
+        "same-machine/thesis/500ms/face",
         "outage/stock/30s",
     }
 
