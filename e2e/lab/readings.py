@@ -81,6 +81,9 @@ class Readings(BaseModel):
     first_picture_ms: float | None = None
     """When the first frame of any video was presented."""
     first_sound_ms: float | None = None
+    sound_output_ms: float | None = None
+    """How much of each block's time is the browser's own estimate of the way from its jitter
+    buffer to the loudspeaker; None where it gives none, and then nothing was added."""
     pictures: Pictures = Pictures()
     sound: Sound = Sound()
     counters: Counters = Counters()
