@@ -1,0 +1,206 @@
+"""Chapter 5 and the predictions of 3.5 as data, in the thesis's own words where it gave words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """What the thesis says in one place, and where: a section, and a figure where there is one."""
+
+    text: str
+    section: str
+    figure: str | None = None
+
+    @property
+    def where(self) -> str:
+        return f"thesis {self.section}" + (f", Figure {self.figure}" if self.figure else "")
+
+
+@dataclass(frozen=True, slots=True)
+class Pauses(Said):
+    """Audible pauses: whether any, how many a minute at least and at most, how long at most.
+
+    `per_min` is None where the thesis has pauses but does not count them.
+    """
+
+    per_min: tuple[float, float] | None = None
+    longest_ms: float | None = None
+
+    @property
+    def none(self) -> bool:
+        return self.per_min == (0.0, 0.0)
+
+
+def _none(text: str, section: str, figure: str) -> Pauses:
+    return Pauses(text, section, figure, per_min=(0.0, 0.0), longest_ms=0.0)
+
+
+AUDIO: Final[dict[str, dict[str, dict[int, Pauses]]]] = {
+    "same-machine": {
+        "": {
+            100: Pauses("pauses, some “300 to 600 ms”", "5.2.1.2", "5.19", longest_ms=600),
+            200: _none("none; one delay of 38 ms, not heard", "5.2.1.3", "5.22"),
+            300: _none("none", "5.2.1.4", "5.25"),
+            400: _none("none", "5.2.1.5", "5.28"),
+        }
+    },
+    "lan": {
+        "": {
+            100: Pauses("1–4 per ½ s, up to 800 ms", "5.2.1.2", "5.20", (120, 480), 800),
+            200: Pauses("1–3 per s, up to 400 ms", "5.2.1.3", "5.23", (60, 180), 400),
+            300: _none("none", "5.2.1.4", "5.26"),
+            400: _none("none", "5.2.1.5", "5.29"),
+        }
+    },
+    "campus": {
+        "": {
+            100: Pauses("“almost every 100 ms there is a pause”", "5.2.1.2", "5.21", (0, 600)),
+            200: Pauses("up to 3 per s, up to 800 ms", "5.2.1.3", "5.24", (0, 180), 800),
+            300: Pauses("up to 5 per s, up to 400 ms", "5.2.1.4", "5.27", (0, 300), 400),
+            400: _none("none; short reads at most once a second", "5.2.1.5", "5.30"),
+        }
+    },
+    "internet-5m": {
+        "Linux, Netscape 4.8": {
+            # A unit of 100 ms and its pause of 400 ms take half a second.
+            100: Pauses("“a 400 ms pause for every audio MU”", "5.2.2.2", "5.35", (120, 120), 400),
+            200: Pauses("about 2 per s", "5.2.2.3", "5.36", (120, 120)),
+            300: Pauses("“once every two seconds”", "5.2.2.4", "5.37", (30, 30)),
+            400: _none("none", "5.2.2.5", "5.38"),
+        },
+        "Windows, Netscape 4.8": {
+            400: Pauses("about 2 per s, 150–170 ms", "5.2.2.5", "5.39", (120, 120), 170),
+            500: _none("none", "5.2.2.6", "5.41"),
+        },
+        "Windows, Internet Explorer 6": {
+            400: Pauses("1 per s, 300–500 ms", "5.2.2.5", "5.40", (60, 60), 500),
+            500: _none("none", "5.2.2.6", "5.42"),
+        },
+        "Netscape 7.1, Java 2": {500: _none("none", "5.2.2.6", "5.43")},
+    },
+    "wireless-2m": {"": {500: _none("“smooth audio”", "5.4.1", "5.51")}},
+    "wireless-1m": {"": {500: _none("“a smooth audio playback”", "5.4.2", "5.53")}},
+    "modem-56k": {
+        "": {
+            500: Pauses(
+                "“about every 400 ms”, “as long as 2 seconds”", "5.4.3", "5.54", (25, 150), 2000
+            )
+        }
+    },
+}
+"""Profile → client ("" where there was one) → audio MU, ms."""
+
+SCENES: Final[dict[str, dict[str, str]]] = {
+    "same-machine": {"same machine": ""},
+    "lan": {"LAN": ""},
+    "campus": {"campus": ""},
+    "internet-5m": {
+        "Internet, Linux": "Linux, Netscape 4.8",
+        "Internet, Windows": "Windows, Netscape 4.8",
+    },
+}
+"""Profile → the scenes of the model of 2004's client that stand for it → the client above."""
+
+DELAY_FIGURES: Final[dict[str, str]] = {
+    "same-machine": "5.31",
+    "lan": "5.32",
+    "campus": "5.33",
+    "internet-5m": "5.44",
+}
+"""Where the thesis plots the audio's delay over the sequence of MUs."""
+
+SYNC: Final[dict[str, Said]] = {
+    "same-machine": Said("“near-perfect synchronization”", "5.3.1", "5.45"),
+    "lan": Said("“the same degree”: near perfect", "5.3.1", "5.46"),
+    "campus": Said("“in sync”; 0–1 video pauses per s", "5.3.1", "5.48"),
+    "internet-5m": Said("“doesn't exceed 100 ms”; 0–2 video pauses per s", "5.3.2", "5.49"),
+    "modem-56k": Said("picture recent, “drifting does not occur”", "5.4.3, 6.1", "5.55"),
+}
+SYNC_JAVA_2: Final = Said(
+    "With an audio buffer of 256 ms (Java 2) the sound came “approximately 200 ms” after the "
+    "picture, unless the server holds the picture back for that client.",
+    "5.3.1",
+    "5.47",
+)
+SYNC_LIMIT_MS: Final[dict[str, float]] = {"internet-5m": 100.0}
+"""The misalignment that the thesis puts a number to."""
+
+VIDEO: Final[dict[str, dict[str, Said]]] = {
+    "same-machine": {
+        "picture_age_p50_ms": Said("transfer under 1, spikes to 9", "5.2.1.1", "5.16"),
+        "pictures_per_s": Said("10", "5.2.1.1, 6.1", "5.16"),
+        "late_pictures_per_s": Said("none", "5.2.1.1", "5.16"),
+        "first_picture_ms": Said("2842 to connect", "5.2.1.1", "5.16"),
+    },
+    "lan": {
+        "picture_age_p50_ms": Said("transfer as on the same machine", "5.2.1.1", "5.17"),
+        "pictures_per_s": Said("10", "5.2.1.1, 6.1", "5.17"),
+        "late_pictures_per_s": Said("none", "5.2.1.1", "5.17"),
+    },
+    "campus": {
+        "picture_age_p50_ms": Said("transfer “0 or 10”, once 200", "5.2.1.1", "5.18"),
+        "pictures_per_s": Said("10", "5.2.1.1, 6.1", "5.18"),
+        "late_pictures_per_s": Said("1 in the run shown", "5.2.1.1", "5.18"),
+    },
+    "internet-5m": {
+        "picture_age_p50_ms": Said("transfer 47–94", "5.2.2.1", "5.34"),
+        "pictures_per_s": Said("10", "6.1", "5.34"),
+        "late_pictures_per_s": Said("4 in the run shown", "5.2.2.1", "5.34"),
+    },
+    "wireless-2m": {
+        "pictures_per_s": Said("as with 5 Mbit/s", "5.4.1", "5.50"),
+        "late_pictures_per_s": Said("“do not exceed 4” per s", "5.4.1", "5.50"),
+        "received_total_bytes_per_s": Said("60–90 kB/s", "5.4.1", "5.50"),
+    },
+    "wireless-1m": {
+        "pictures_per_s": Said("as with 2 Mbit/s", "5.4.2", "5.52"),
+        "late_pictures_per_s": Said("as with 2 Mbit/s", "5.4.2", "5.52"),
+    },
+    "modem-56k": {
+        "pictures_per_s": Said("“a frame every 1.5 to 3 seconds”", "5.4.3", "5.55"),
+        "picture_age_p50_ms": Said("“quite recent”", "5.4.3", "5.55"),
+        "received_total_bytes_per_s": Said("5.9 kB/s", "5.4.3", "5.55"),
+        "picture_drift_ms_per_min": Said("none", "5.4.3, 6.1"),
+    },
+    "isdn-64k": {"pictures_per_s": Said("predicted: “one frame every two seconds”", "3.5")},
+    "dual-modem": {"pictures_per_s": Said("predicted: “1-3 fps”", "3.5")},
+}
+"""Profile → the measure that it is nearest to. In 2004 the client timed a picture's transfer, from
+asking to having it, not its age from capture to the screen."""
+
+PAUSES_AT_500: Final[dict[str, Said]] = {
+    **{
+        profile: next(iter(clients.values()))[500]
+        for profile, clients in AUDIO.items()
+        if profile in ("wireless-2m", "wireless-1m", "modem-56k")
+    },
+    "dual-modem": Said("predicted: “continuous audio playback”", "3.5"),
+    "internet-5m": Said("none", "5.2.2.6", "5.41–5.43"),
+}
+
+FRAMES_PER_S: Final[dict[str, tuple[float, float]]] = {
+    "modem-56k": (1 / 3, 1 / 1.5),
+    "isdn-64k": (0.5, 0.5),
+    "dual-modem": (1.0, 3.0),
+    **dict.fromkeys(
+        ("same-machine", "lan", "campus", "internet-5m", "wireless-2m", "wireless-1m"),
+        (10.0, 10.0),
+    ),
+}
+"""What the thesis measured (5.2, 5.4), or for ISDN and two modems predicted (3.5)."""
+
+LEAST_BANDWIDTH: Final = Said("88 kB/s, 704 kbit/s, for everything", "3.5")
+
+BROWSERS: Final = (
+    Said("Netscape 7.1, Windows XP and Mac OS X: picture and sound", "5.5.1", "5.56, 5.57"),
+    Said("Mozilla and Safari, Mac OS X: picture and sound", "5.5.1", "5.58, 5.59"),
+    Said("Internet Explorer 4 to 6: “no problem”", "5.5.2", "5.60"),
+    Said("Netscape 4.8, Java 1.1.5: used for most tests", "5.5.3", "5.61"),
+)
+
+HALF_A_SECOND: Final = Said(
+    "“at least half a second goes by before the synchronized stream is experienced”", "6.1"
+)
