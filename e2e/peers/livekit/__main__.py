@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final
 
 from e2e.peers.livekit.errors import LiveKitError
 from e2e.peers.livekit.installation import VERSION, client_version, find_client, find_server
-from e2e.peers.livekit.messages import PUBLISHER_LINE, Ready, Refusal, say
+from e2e.peers.livekit.messages import PUBLISHER_LINE, Published, Ready, Refusal, say
 from e2e.peers.livekit.page import Pages
 from e2e.peers.livekit.server import LiveKit, Ports
 from e2e.peers.livekit.tokens import Key
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _ROOT: Final = Path(__file__).parents[3]
 _PUBLISH_WITHIN_S: Final = 30.0
-_STOP_WITHIN_S: Final = 3.0
+_STOP_WITHIN_S: Final = 1.5
 _PORTS: Final = Ports()
 
 
@@ -66,7 +66,7 @@ async def run(asked: argparse.Namespace) -> None:
         await pages.start(address, asked.port)
         publisher = await start_publisher(livekit.url, key, asked.media)
         running.push_async_callback(stop_publisher, publisher)
-        await first_published(publisher)
+        pages.published = await first_published(publisher)
         say(
             Ready(
                 url=f"http://{address}:{asked.port}/",
@@ -74,7 +74,7 @@ async def run(asked: argparse.Namespace) -> None:
                 client_version=client_version(),
             )
         )
-        await any_ended(livekit, publisher)
+        await any_ended(livekit, publisher, pages)
 
 
 async def start_publisher(url: str, key: Key, media: Path | None) -> Process:
@@ -89,8 +89,8 @@ async def start_publisher(url: str, key: Key, media: Path | None) -> Process:
     )
 
 
-async def first_published(publisher: Process) -> None:
-    """Return when it publishes. Raises `LiveKitError`."""
+async def first_published(publisher: Process) -> int:
+    """Return when it publishes, 1. Raises `LiveKitError`."""
     assert publisher.stdout is not None
     try:
         line = await asyncio.wait_for(publisher.stdout.readline(), _PUBLISH_WITHIN_S)
@@ -103,13 +103,14 @@ async def first_published(publisher: Process) -> None:
     said = PUBLISHER_LINE.validate_json(line)
     if isinstance(said, Refusal):
         raise LiveKitError(said.refused)
+    return said.times
 
 
-async def any_ended(livekit: LiveKit, publisher: Process) -> None:
+async def any_ended(livekit: LiveKit, publisher: Process, pages: Pages) -> None:
     """Raise `LiveKitError` as soon as LiveKit or the publisher ends."""
     waits = {
         asyncio.ensure_future(livekit.ended()): "LiveKit",
-        asyncio.ensure_future(drained(publisher)): "the publisher",
+        asyncio.ensure_future(counted(publisher, pages)): "the publisher",
     }
     try:
         done, _ = await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
@@ -120,11 +121,13 @@ async def any_ended(livekit: LiveKit, publisher: Process) -> None:
     raise LiveKitError(f"{waits[first]} ended with status {first.result()}; its log says why")
 
 
-async def drained(publisher: Process) -> int:
-    """Read on what it says, so that it is never held up; return its status."""
+async def counted(publisher: Process, pages: Pages) -> int:
+    """Read on how often it publishes until it ends; return its status."""
     assert publisher.stdout is not None
-    while await publisher.stdout.readline():
-        pass
+    while line := await publisher.stdout.readline():
+        said = PUBLISHER_LINE.validate_json(line)
+        if isinstance(said, Published):
+            pages.published = said.times
     return await publisher.wait()
 
 

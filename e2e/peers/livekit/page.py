@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 from aiohttp import web
 
 from e2e.peers.livekit.errors import LiveKitError
+from e2e.peers.livekit.installation import VERSION, client_version
 from e2e.peers.livekit.tokens import viewer_token
 
 if TYPE_CHECKING:
@@ -27,6 +28,9 @@ class Pages:
     `livekit_url` is the signalling's, as ``ws://127.0.0.1:7880``; `script` is livekit-client.
     """
 
+    published: int = 0
+    """How often the publisher has published; before the first time ``/healthz`` is a 503."""
+
     def __init__(self, livekit_url: str, key: Key, script: Path) -> None:
         self._livekit_url = livekit_url
         self._key = key
@@ -40,6 +44,7 @@ class Pages:
         app = web.Application()
         app.router.add_get("/", self._give_page)
         app.router.add_get("/livekit-client.umd.js", self._give_script)
+        app.router.add_get("/healthz", self._give_health)
         self._runner = web.AppRunner(app, access_log=None, shutdown_timeout=_STOP_WITHIN_S)
         await self._runner.setup()
         try:
@@ -63,6 +68,12 @@ class Pages:
         response = web.Response(text=self.page(), content_type="text/html")
         response.enable_compression()
         return response
+
+    async def _give_health(self, request: web.Request) -> web.Response:
+        return web.json_response(
+            {"published": self.published, "server": VERSION, "client": client_version()},
+            status=200 if self.published else 503,
+        )
 
     async def _give_script(self, request: web.Request) -> web.Response:
         if "gzip" not in request.headers.get("Accept-Encoding", ""):

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from e2e.peers.livekit.tokens import Key
 
 START_WITHIN_S: Final = 30.0
-STOP_WITHIN_S: Final = 3.0
+_STOP_PATIENCE_S: Final = (0.3, 1.2, 1.0)
+"""After it was asked, asked again, killed."""
 _ASK_EVERY_S: Final = 0.1
 
 
@@ -103,11 +104,12 @@ class LiveKit:
         process = self._process
         if process is None:
             return
-        for ask in (process.terminate, process.terminate, process.kill):
+        asks = (process.terminate, process.terminate, process.kill)
+        for ask, patience_s in zip(asks, _STOP_PATIENCE_S, strict=True):
             with suppress(ProcessLookupError):
                 ask()
             with suppress(TimeoutError):
-                await asyncio.wait_for(process.wait(), STOP_WITHIN_S / 2)
+                await asyncio.wait_for(process.wait(), patience_s)
                 return
 
     async def _answers(self, http: aiohttp.ClientSession) -> bool:

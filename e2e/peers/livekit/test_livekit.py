@@ -30,7 +30,7 @@ from e2e.peers.livekit.messages import FIRST_LINE, PUBLISHER_LINE, Published, Re
 from e2e.peers.livekit.page import Pages
 from e2e.peers.livekit.publisher import key_from
 from e2e.peers.livekit.server import LiveKit, Ports, environment, settings
-from e2e.peers.livekit.tokens import Key, publisher_token, viewer_token
+from e2e.peers.livekit.tokens import ROOM, Key, publisher_token, viewer_token
 from e2e.peers.livekit.whip import PublishError, RefusedError, published
 
 if TYPE_CHECKING:
@@ -259,23 +259,36 @@ async def test_a_port_that_is_taken_is_one_sentence() -> None:
 
 @pytest.mark.timeout(90)
 @pytest.mark.usefixtures("_livekit")
-async def test_the_publisher_comes_back_with_livekit() -> None:
-    """When LiveKit ends and starts anew, the publisher publishes anew, without being told."""
-    key, address = Key.make(), "127.0.0.1"
+async def test_the_publisher_comes_back() -> None:
+    """A publisher that LiveKit puts out publishes anew, without being told."""
     ports = Ports(free_port(), free_port(), free_port())
-    livekit = LiveKit(find_server(), address, ports, key)
+    livekit = LiveKit(find_server(), "127.0.0.1", ports, KEY)
     await livekit.start()
-    publisher = await start_publisher(livekit.url, key, None)
+    publisher = await start_publisher(livekit.url, KEY, None)
     try:
-        await first_published(publisher)
-        await livekit.stop()
-        await livekit.start()
+        assert await first_published(publisher) == 1
+        await put_out(livekit.url, "robot")
         assert publisher.stdout is not None
-        line = await asyncio.wait_for(publisher.stdout.readline(), 60)
+        line = await asyncio.wait_for(publisher.stdout.readline(), 40)
         assert PUBLISHER_LINE.validate_json(line) == Published(times=2)
     finally:
         await stop_publisher(publisher)
         await livekit.stop()
+
+
+async def put_out(url: str, who: str) -> None:
+    """Remove a participant, as an administrator does."""
+    may = {"iss": KEY.name, "exp": 2**31, "video": {"room": ROOM, "roomAdmin": True}}
+    token = jwt.encode(may, KEY.secret, algorithm="HS256")
+    async with (
+        aiohttp.ClientSession(raise_for_status=True) as http,
+        http.post(
+            f"{url}/twirp/livekit.RoomService/RemoveParticipant",
+            json={"room": ROOM, "identity": who},
+            headers={"Authorization": f"Bearer {token}"},
+        ),
+    ):
+        pass
 
 
 @pytest.mark.timeout(90)

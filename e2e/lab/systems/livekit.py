@@ -1,0 +1,84 @@
+"""LiveKit 1.11.0 fed by WHIP, at the server's end; what it is, is told in `e2e.peers.livekit`."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, Final
+
+from e2e.lab.errors import LabError, NotRunError
+from e2e.lab.face import face_file
+from e2e.lab.systems.running import PORT
+from e2e.lab.systems.served import serving
+from e2e.peers.livekit.errors import LiveKitError
+from e2e.peers.livekit.installation import find_client, find_server
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    from e2e.lab.browsers import Window
+    from e2e.lab.cell import Cell
+    from e2e.lab.link import Link
+    from e2e.lab.systems.running import Running
+    from e2e.lab.systems.served import Served
+
+_PLAYS_WITHIN_S: Final = 10.0
+_LOOK_EVERY_S: Final = 0.1
+_PLAY_THE_SOUND: Final = """(() => {
+  const sound = document.getElementById("sound");
+  if (!sound.hidden) sound.click();
+  return sound.hidden ? document.getElementById("state").textContent : "its sound is off";
+})()"""
+"""Presses the button for sound if there is one, and returns what the page says of itself."""
+
+
+class LiveKitRunning:
+    """LiveKit, its publisher and its page, all children of one process."""
+
+    def __init__(self, served: Served) -> None:
+        self.url = f"{served.url}/"
+        self.pid = served.pid
+        self._served = served
+
+    async def opened(self, window: Window) -> None:
+        """Press the page's button for sound where it has one, until the page is connected."""
+        until_s = time.monotonic() + _PLAYS_WITHIN_S
+        while (state := await window.evaluate(_PLAY_THE_SOUND)) != "connected":
+            if time.monotonic() > until_s:
+                raise LabError(f"LiveKit's page does not play, {_PLAYS_WITHIN_S:g} s on: {state}")
+            await asyncio.sleep(_LOOK_EVERY_S)
+
+    async def told(self) -> dict[str, float | str]:
+        """Return versions, and how often the publisher had to publish."""
+        health = await self._served.json("/healthz")
+        return {
+            "livekit_server": str(health["server"]),
+            "livekit_client": str(health["client"]),
+            "published": float(health["published"]),
+        }
+
+
+@asynccontextmanager
+async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Running]:
+    """See `e2e.lab.systems.start`."""
+    check_installed()
+    arguments = await asyncio.to_thread(command, cell, link.server.address, folder)
+    async with serving("livekit", link, folder, arguments) as served:
+        yield LiveKitRunning(served)
+
+
+def check_installed() -> None:
+    """Raise `NotRunError` when the server or the browser library is missing."""
+    try:
+        find_server()
+        find_client()
+    except LiveKitError as error:
+        raise NotRunError(str(error)) from error
+
+
+def command(cell: Cell, address: str, folder: Path) -> list[str]:
+    """Return Python's arguments; the film of a talking face is made in `folder` if it is asked."""
+    media = ["--media", str(face_file(folder).resolve())] if cell.content == "face" else []
+    return ["-m", "e2e.peers.livekit", "--host", address, "--port", str(PORT), *media]
