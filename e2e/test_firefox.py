@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from e2e.harness import toml
-from e2e.harness.bidi import firefox
+from e2e.harness.bidi import NAMES, firefox
 from e2e.harness.missing import missing
 from e2e.harness.robot import moves, stands_still, undisturbed
 from e2e.harness.wait import eventually
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from e2e.conftest import Serve
 
 PROBE = Path(__file__).parent / "harness" / "probe.js"
-NAMES = ("firefox-esr", "firefox", "/Applications/Firefox.app/Contents/MacOS/firefox")
 ARROW_LEFT = "\ue012"
 
 

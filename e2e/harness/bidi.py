@@ -5,18 +5,18 @@ from __future__ import annotations
 import asyncio
 import itertools
 import json
-import re
-from contextlib import asynccontextmanager
-from typing import TYPE_CHECKING, Any
+import time
+from contextlib import asynccontextmanager, suppress
+from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Mapping
     from pathlib import Path
 
-PREFERENCES = {
+PREFERENCES: Final[dict[str, bool | int | str]] = {
     "media.autoplay.default": 0,
     "media.autoplay.blocking_policy": 0,
     "media.peerconnection.ice.obfuscate_host_addresses": False,
@@ -32,37 +32,82 @@ PREFERENCES = {
     "network.connectivity-service.enabled": False,
     "remote.active-protocols": 1,
 }
+NAMES = ("firefox-esr", "firefox", "/Applications/Firefox.app/Contents/MacOS/firefox")
+LOG = "firefox.log"
 START_WITHIN_S = 40
+ANSWER_WITHIN_S = 30
+
+
+class Session:
+    """One websocket; any number of commands may be under way at once."""
+
+    def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
+        self._socket = socket
+        self._ids = itertools.count(1)
+        self._asked: dict[int, asyncio.Future[Any]] = {}
+
+    async def send(self, method: str, *, within_s: float = ANSWER_WITHIN_S, **params: Any) -> Any:
+        """One command and its result; raises `AssertionError` with the browser's own words."""
+        number = next(self._ids)
+        answered = self._asked[number] = asyncio.get_running_loop().create_future()
+        try:
+            await self._socket.send_json({"id": number, "method": method, "params": params})
+            answer = await asyncio.wait_for(answered, within_s)
+        except TimeoutError:
+            raise AssertionError(f"{method}: no answer within {within_s:g} s") from None
+        except ConnectionError as error:
+            raise AssertionError(f"{method}: {error}") from None
+        finally:
+            del self._asked[number]
+        said = f"{answer.get('error')}, {answer.get('message')}"
+        assert answer["type"] == "success", f"{method}: {said}"
+        return answer["result"]
+
+    async def listen(self) -> None:
+        """Give each answer to who waits for it, until the browser ends."""
+        async for message in self._socket:
+            answer = message.json()
+            waits = self._asked.get(answer.get("id"))
+            if waits is not None and not waits.done():
+                waits.set_result(answer)
+        for waits in self._asked.values():
+            if not waits.done():
+                waits.set_exception(ConnectionResetError("Firefox has ended"))
 
 
 class Firefox:
     """One window; `evaluate` runs an expression in its page, `keys` are pressed by the browser."""
 
-    def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
-        self._socket = socket
-        self._ids = itertools.count(1)
-        self._context = ""
+    def __init__(self, session: Session, context: str) -> None:
+        self._session = session
+        self._context = context
 
-    async def begin(self, preload: str) -> None:
-        """Open the session; `preload` runs before each page's own script."""
-        await self.send("session.new", capabilities={})
-        tree = await self.send("browsingContext.getTree")
-        self._context = tree["contexts"][0]["context"]
-        await self.send("script.addPreloadScript", functionDeclaration=f"() => {{ {preload} }}")
+    @classmethod
+    async def first(cls, session: Session, preload: str) -> Firefox:
+        """Return the window that is there; `preload` runs before each page's own script."""
+        tree = await session.send("browsingContext.getTree")
+        await session.send("script.addPreloadScript", functionDeclaration=f"() => {{ {preload} }}")
+        return cls(session, tree["contexts"][0]["context"])
 
-    async def goto(self, url: str) -> None:
-        await self.send("browsingContext.navigate", context=self._context, url=url, wait="complete")
+    async def goto(self, url: str, *, within_s: float = ANSWER_WITHIN_S) -> None:
+        await self._session.send(
+            "browsingContext.navigate",
+            context=self._context,
+            url=url,
+            wait="complete",
+            within_s=within_s,
+        )
 
     async def evaluate(self, expression: str) -> Any:
         """Value of the (awaited) expression, by way of JSON; raises `AssertionError`."""
-        done = await self.send(
+        done = await self._session.send(
             "script.evaluate",
             expression=f"(async () => JSON.stringify(await ({expression})))()",
             target={"context": self._context},
             awaitPromise=True,
             userActivation=True,
         )
-        assert done["type"] == "success", done
+        assert done["type"] == "success", done["exceptionDetails"]["text"]
         value = done["result"].get("value")
         return None if value is None else json.loads(value)
 
@@ -70,63 +115,63 @@ class Firefox:
         """`kind` is ``keyDown`` or ``keyUp``; `value` as in WebDriver's table of keys."""
         action = {"type": kind, "value": value}
         source = {"type": "key", "id": "keyboard", "actions": [action]}
-        await self.send("input.performActions", context=self._context, actions=[source])
-
-    async def send(self, method: str, **params: Any) -> Any:
-        """One command and its result; raises `AssertionError` with the browser's own words."""
-        number = next(self._ids)
-        await self._socket.send_json({"id": number, "method": method, "params": params})
-        while True:
-            answer = await self._socket.receive_json(timeout=30)
-            if answer.get("id") == number:
-                assert answer["type"] == "success", f"{method}: {answer}"
-                return answer["result"]
+        await self._session.send("input.performActions", context=self._context, actions=[source])
 
 
 @asynccontextmanager
 async def firefox(path: str, profile: Path, preload: str) -> AsyncIterator[Firefox]:
     """Start a headless Firefox with a fresh profile; it ends at the end of the block."""
-    lines = [f"user_pref({json.dumps(k)}, {json.dumps(v)});" for k, v in PREFERENCES.items()]
-    (profile / "user.js").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    process = await asyncio.create_subprocess_exec(
-        path,
-        *["--headless", "--no-remote", "--profile", str(profile), "--remote-debugging-port", "0"],
-        stdin=asyncio.subprocess.DEVNULL,
-        stdout=asyncio.subprocess.DEVNULL,
-        stderr=asyncio.subprocess.PIPE,
-    )
-    drain: asyncio.Task[None] | None = None
+    with (profile / LOG).open("wb") as log:
+        process = await asyncio.create_subprocess_exec(
+            path,
+            *arguments(profile, PREFERENCES),
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=log,
+            stderr=log,
+        )
     try:
-        url = await asyncio.wait_for(_address(process), START_WITHIN_S)
-        drain = asyncio.create_task(_drain(process))
-        async with (
-            aiohttp.ClientSession() as http,
-            http.ws_connect(f"{url}/session", max_msg_size=0) as socket,
-        ):
-            window = Firefox(socket)
-            await window.begin(preload)
-            yield window
+        url = await listens(profile, process)
+        async with aiohttp.ClientSession() as http, talking(http, url) as session:
+            yield await Firefox.first(session, preload)
     finally:
         if process.returncode is None:
             process.terminate()
         await process.wait()
-        if drain is not None:
-            await drain
 
 
-async def _address(process: Process) -> str:
-    assert process.stderr is not None
-    seen = b""
-    async for line in process.stderr:
-        found = re.search(rb"WebDriver BiDi listening on (ws://\S+)", line)
-        if found:
-            return found.group(1).decode()
-        seen += line
-    raise AssertionError(f"Firefox ended at start: {seen.decode(errors='replace')}")
+def arguments(profile: Path, preferences: Mapping[str, bool | int | str]) -> list[str]:
+    """Write the preferences into a fresh profile; return what to start Firefox with."""
+    lines = [f"user_pref({json.dumps(k)}, {json.dumps(v)});" for k, v in preferences.items()]
+    (profile / "user.js").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return ["--headless", "--no-remote", "--profile", str(profile), "--remote-debugging-port", "0"]
 
 
-async def _drain(process: Process) -> None:
-    """Read what it says on, since a full pipe would stop it."""
-    assert process.stderr is not None
-    async for _ in process.stderr:
-        pass
+async def listens(profile: Path, process: Process) -> str:
+    """Wait until it can be talked to and return where; its log is `LOG` in the profile.
+
+    Raises `AssertionError` with the log when it has ended or takes too long.
+    """
+    found = profile / "WebDriverBiDiServer.json"
+    deadline_s = time.monotonic() + START_WITHIN_S
+    while process.returncode is None and time.monotonic() < deadline_s:
+        with suppress(OSError, ValueError, KeyError):  # not there yet, or half of it
+            server = json.loads(found.read_text(encoding="utf-8"))
+            return f"ws://{server['ws_host']}:{server['ws_port']}"
+        await asyncio.sleep(0.05)
+    log = (profile / LOG).read_text(encoding="utf-8", errors="replace")
+    raise AssertionError(f"Firefox does not listen ({process.returncode}): {log}")
+
+
+@asynccontextmanager
+async def talking(http: aiohttp.ClientSession, url: str) -> AsyncIterator[Session]:
+    """Have a session with the Firefox that listens at `url`."""
+    async with http.ws_connect(f"{url}/session", max_msg_size=0) as socket:
+        session = Session(socket)
+        listening = asyncio.create_task(session.listen(), name="bidi")
+        try:
+            await session.send("session.new", capabilities={})
+            yield session
+        finally:
+            listening.cancel()
+            with suppress(asyncio.CancelledError):
+                await listening

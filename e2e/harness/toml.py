@@ -1,6 +1,12 @@
-"""Configurations that several tests start a server with."""
+"""Configurations that several tests start a server with, and TOML from a tree."""
 
 from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 CARD = """
 [video]
@@ -23,3 +29,44 @@ def card_with(**sections: str) -> str:
     """Add tables to the test card, as ``turns="turn_s = 3.0"``; ``__`` in a name is a dot."""
     tables = [f"[{name.replace('__', '.')}]\n{keys}\n" for name, keys in sections.items()]
     return CARD + "\n".join(tables)
+
+
+def dumps(tree: Mapping[str, Any]) -> str:
+    """Write what `tomllib` would read back: tables of numbers, texts, truth values and lists.
+
+    Raises `TypeError` for anything else; TOML has no null.
+    """
+    return "".join(_table(tree, ()))
+
+
+def _table(tree: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
+    """Return a table's own keys first: after another's header they would be that one's."""
+    tables = {name: value for name, value in tree.items() if isinstance(value, dict)}
+    lines = [f"[{'.'.join(map(_text, path))}]\n"] if path else []
+    lines += [
+        f"{_text(name)} = {_value(value)}\n" for name, value in tree.items() if name not in tables
+    ]
+    for name, table in tables.items():
+        lines += _table(table, (*path, name))
+    return lines
+
+
+def _value(value: Any) -> str:
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case int() | float():
+            return repr(value)
+        case str():
+            return _text(value)
+        case list():
+            return f"[{', '.join(map(_value, value))}]"
+        case dict():
+            keys = (f"{_text(name)} = {_value(one)}" for name, one in value.items())
+            return f"{{{', '.join(keys)}}}"
+    raise TypeError(f"TOML cannot say {value!r}")
+
+
+def _text(text: str) -> str:
+    # JSON's escapes are TOML's, but for one character that TOML does not let stand.
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,54 +1,41 @@
 """A stock aiortc server to compare with: what aiortc's own examples lead to, one encoder per peer.
 
-It has the same work as WAX: the same test card through `MediaRelay`, VP8 640×480 at 30 fps and
-1 Mbit/s, Opus. It differs from the examples where they would spoil the comparison: no STUN
-server is asked (that alone would cost seconds), and VP8 starts at WAX's bit rate.
+It has the same work as WAX: the same test card, or the same film, through `MediaRelay`, VP8
+640×480 at 30 fps and 1 Mbit/s, Opus. It differs from the examples where they would spoil the
+comparison: no STUN server is asked (that alone would cost seconds), VP8 starts at WAX's bit rate,
+and a film is read by WAX's own reader, because aiortc's `MediaPlayer` lets the pictures' times
+jump back at the end of each round.
 """
 
 from __future__ import annotations
 
 import argparse
 import asyncio
-from concurrent.futures import ThreadPoolExecutor
-from fractions import Fraction
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-import aiortc.codecs.vpx
-import numpy as np
 from aiohttp import web
-from aiortc import (
-    MediaStreamTrack,
-    RTCConfiguration,
-    RTCPeerConnection,
-    RTCSessionDescription,
-)
+from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
 from aiortc.contrib.media import MediaRelay
-from av import AudioFrame, VideoFrame
 
-from wax.clock import SystemClock
-from wax.config import AudioSettings, VideoSettings
-from wax.media.source import SAMPLE_RATE_HZ
-from wax.media.testcard import TestCardAudio, TestCardVideo
+from e2e.peers.media import CameraTrack, MicrophoneTrack, set_bitrate, sources
+from wax.errors import SourceError
 
 if TYPE_CHECKING:
     from wax.media.source import AudioSource, VideoSource
 
-VIDEO_CLOCK_HZ = 90_000
-OPUS_FRAME_SAMPLES = SAMPLE_RATE_HZ // 50
-BITRATE_BPS = 1_000_000
-
 PAGE = """<!doctype html>
 <meta charset="utf-8">
 <title>stock aiortc</title>
-<video id="video" autoplay muted playsinline></video>
+<video id="video" autoplay controls playsinline></video>
 <script>
 const peer = new RTCPeerConnection();
 peer.addTransceiver("video", { direction: "recvonly" });
 peer.addTransceiver("audio", { direction: "recvonly" });
-peer.addEventListener("track", (event) => {
-  if (event.track.kind === "video") {
-    document.getElementById("video").srcObject = event.streams[0];
-  }
+const video = document.getElementById("video");
+peer.addEventListener("track", ({ streams: [both] }) => {
+  if (video.srcObject !== both) video.srcObject = both;
 });
 const gathered = new Promise((resolve) => {
   peer.addEventListener("icegatheringstatechange", () => {
@@ -70,52 +57,6 @@ negotiate();
 addEventListener("pagehide", () => peer.close());
 </script>
 """
-
-
-class CameraTrack(MediaStreamTrack):
-    """Reads a camera in a thread, as aiortc's `MediaPlayer` does."""
-
-    kind = "video"
-
-    def __init__(self, source: VideoSource) -> None:
-        super().__init__()
-        self._source = source
-        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="camera")
-
-    async def recv(self) -> VideoFrame:
-        loop = asyncio.get_running_loop()
-        picture = await loop.run_in_executor(self._thread, self._source.read)
-        frame = VideoFrame.from_ndarray(picture.i420, format="yuv420p")
-        frame.pts = round(picture.captured_s * VIDEO_CLOCK_HZ)
-        frame.time_base = Fraction(1, VIDEO_CLOCK_HZ)
-        return frame
-
-
-class MicrophoneTrack(MediaStreamTrack):
-    """Reads a microphone in a thread and cuts its sound into pieces of 20 ms."""
-
-    kind = "audio"
-
-    def __init__(self, source: AudioSource) -> None:
-        super().__init__()
-        self._source = source
-        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="microphone")
-        self._samples = np.zeros(0, dtype=np.int16)
-        self._position = 0
-
-    async def recv(self) -> AudioFrame:
-        loop = asyncio.get_running_loop()
-        while len(self._samples) < OPUS_FRAME_SAMPLES:
-            sound = await loop.run_in_executor(self._thread, self._source.read)
-            self._samples = np.concatenate([self._samples, sound.samples])
-        piece = self._samples[:OPUS_FRAME_SAMPLES]
-        self._samples = self._samples[OPUS_FRAME_SAMPLES:]
-        frame = AudioFrame.from_ndarray(piece.reshape(1, -1), format="s16", layout="mono")
-        frame.sample_rate = SAMPLE_RATE_HZ
-        frame.pts = self._position
-        frame.time_base = Fraction(1, SAMPLE_RATE_HZ)
-        self._position += OPUS_FRAME_SAMPLES
-        return frame
 
 
 class Room:
@@ -161,27 +102,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--host", default="127.0.0.1")
     parser.add_argument("--port", type=int, default=8081)
+    parser.add_argument("--media", type=Path, metavar="FILE", help="a film instead of the card")
     arguments = parser.parse_args()
-
-    # The field's usual way to set the bit rate; aiortc has no public one.
-    aiortc.codecs.vpx.DEFAULT_BITRATE = BITRATE_BPS
-
-    clock = SystemClock()
-    camera = TestCardVideo(VideoSettings(source="testcard"), clock)
-    microphone = TestCardAudio(AudioSettings(source="testcard"), clock)
-    camera.open()
-    microphone.open()
+    set_bitrate()
     try:
-        room = Room(camera, microphone)
-        app = web.Application()
-        app.router.add_get("/", room.page)
-        app.router.add_get("/healthz", room.healthz)
-        app.router.add_post("/offer", room.offer)
-        app.on_shutdown.append(room.close)
-        web.run_app(app, host=arguments.host, port=arguments.port, print=None)
-    finally:
-        camera.close()
-        microphone.close()
+        with sources(arguments.media) as (camera, microphone):
+            room = Room(camera, microphone)
+            app = web.Application()
+            app.router.add_get("/", room.page)
+            app.router.add_get("/healthz", room.healthz)
+            app.router.add_post("/offer", room.offer)
+            app.on_shutdown.append(room.close)
+            web.run_app(app, host=arguments.host, port=arguments.port, print=None)
+    except SourceError as error:
+        sys.exit(f"stock: {error}")
 
 
 if __name__ == "__main__":

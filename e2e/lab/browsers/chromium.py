@@ -1,0 +1,110 @@
+"""Chromium at the browser end, driven by Playwright."""
+
+from __future__ import annotations
+
+import json
+from contextlib import asynccontextmanager, suppress
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+from urllib.parse import urlsplit
+
+from playwright.async_api import Error, async_playwright
+
+from e2e.harness.chromium import FLAGS, NAMES
+from e2e.lab.browsers.window import LOAD_WITHIN_S, as_json, installed
+from e2e.lab.errors import LabError
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Awaitable, Sequence
+    from pathlib import Path
+
+    from playwright.async_api import Browser, Page
+
+    from e2e.lab.link import Link
+
+START_WITHIN_S: Final = 40.0
+
+T = TypeVar("T")
+
+
+class ChromiumWindow:
+    def __init__(self, page: Page) -> None:
+        self._page = page
+
+    async def goto(self, url: str) -> None:
+        try:
+            await self._page.goto(url, timeout=LOAD_WITHIN_S * 1000)
+        except Error as error:
+            raise _told(f"{url} does not open in Chromium", error) from error
+
+    async def evaluate(self, expression: str) -> Any:
+        try:
+            text = await self._page.evaluate(as_json(expression))
+        except Error as error:
+            raise _told("a script failed in Chromium", error) from error
+        return None if text is None else json.loads(text)
+
+
+class Chromium:
+    def __init__(self, browser: Browser) -> None:
+        self._browser = browser
+
+    @asynccontextmanager
+    async def window(self, preload: str) -> AsyncIterator[ChromiumWindow]:
+        # With the microphone allowed Chromium offers its address. Else it offers a name to be
+        # asked for by multicast, which a server without WAX's remedy does in vain for a second.
+        context = await _opening(
+            self._browser.new_context(bypass_csp=True, locale="en-GB", permissions=["microphone"])
+        )
+        try:
+            await _opening(context.add_init_script(preload))
+            yield ChromiumWindow(await _opening(context.new_page()))
+        finally:
+            with suppress(Error):  # a browser that has ended has no windows either
+                await context.close()
+
+
+async def _opening(step: Awaitable[T]) -> T:
+    try:
+        return await step
+    except Error as error:
+        raise _told("Chromium opens no window", error) from error
+
+
+@asynccontextmanager
+async def open_chromium(
+    link: Link, origins: Sequence[str], folder: Path
+) -> AsyncIterator[Chromium]:
+    """Start it headless; see `e2e.lab.browsers.open_browser`."""
+    launcher = link.browser.launcher(folder / "chromium", installed("WAX_CHROMIUM", NAMES))
+    known = "".join(f", EXCLUDE {urlsplit(one).hostname}" for one in origins)
+    flags = [
+        *FLAGS,
+        "--no-sandbox",
+        f"--unsafely-treat-insecure-origin-as-secure={','.join(origins)}",
+        # Nobody answers there, and what it asks for would go over the link and be counted.
+        f"--host-resolver-rules=MAP * ~NOTFOUND{known}",
+    ]
+    async with async_playwright() as playwright:
+        try:
+            browser = await playwright.chromium.launch(
+                executable_path=launcher,
+                headless=True,
+                args=flags,
+                timeout=START_WITHIN_S * 1000,
+                # Ctrl-C is for us alone: the browser is closed when we are ready.
+                handle_sigint=False,
+                handle_sigterm=False,
+                handle_sighup=False,
+            )
+        except Error as error:
+            raise _told("Chromium does not start", error) from error
+        try:
+            yield Chromium(browser)
+        finally:
+            with suppress(Error):
+                await browser.close()
+
+
+def _told(what: str, error: Error) -> LabError:
+    lines = [line.strip() for line in error.message.splitlines() if line.strip()]
+    return LabError(f"{what}: {lines[0] if lines else error.name}")

@@ -1,0 +1,149 @@
+"""Firefox at the browser end, driven over WebDriver BiDi through a relay."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from typing import TYPE_CHECKING, Any, Final
+from urllib.parse import urlsplit
+
+import aiohttp
+
+from e2e.harness import bidi
+from e2e.lab.browsers.window import LOAD_WITHIN_S, installed
+from e2e.lab.errors import LabError
+from e2e.lab.relay import http_through
+
+if TYPE_CHECKING:
+    from asyncio.subprocess import Process
+    from collections.abc import AsyncIterator, Sequence
+    from pathlib import Path
+
+    from e2e.lab.link import Link
+
+END_WITHIN_S: Final = 5.0
+
+# The pages' own policies rightly refuse an instrument's scripts, and Firefox has neither a command
+# nor any more a preference to set them aside. An extension may.
+MANIFEST: Final = {
+    "manifest_version": 2,
+    "name": "Without content security policy",
+    "version": "1",
+    "browser_specific_settings": {"gecko": {"id": "lab@wax.invalid"}},
+    "permissions": ["declarativeNetRequest", "<all_urls>"],
+    "declarative_net_request": {
+        "rule_resources": [{"id": "policy", "enabled": True, "path": "rules.json"}]
+    },
+}
+RULES: Final = [
+    {
+        "id": 1,
+        "condition": {"resourceTypes": ["main_frame"]},
+        "action": {
+            "type": "modifyHeaders",
+            "responseHeaders": [{"header": "Content-Security-Policy", "operation": "remove"}],
+        },
+    }
+]
+
+
+class FirefoxWindow:
+    def __init__(self, window: bidi.Firefox) -> None:
+        self._window = window
+
+    async def goto(self, url: str) -> None:
+        try:
+            await self._window.goto(url, within_s=LOAD_WITHIN_S)
+        except AssertionError as error:
+            raise LabError(f"{url} does not open in Firefox: {error}") from error
+
+    async def evaluate(self, expression: str) -> Any:
+        try:
+            return await self._window.evaluate(expression)
+        except AssertionError as error:
+            raise LabError(f"a script failed in Firefox: {error}") from error
+
+
+class FirefoxBrowser:
+    def __init__(self, session: bidi.Session) -> None:
+        self._session = session
+
+    @asynccontextmanager
+    async def window(self, preload: str) -> AsyncIterator[FirefoxWindow]:
+        send = self._session.send
+        try:
+            user = (await send("browser.createUserContext"))["userContext"]
+            # A window and not a tab: only one tab of a window is visible.
+            opened = await send("browsingContext.create", type="window", userContext=user)
+            await send(
+                "script.addPreloadScript",
+                functionDeclaration=f"() => {{ {preload} }}",
+                contexts=[opened["context"]],
+            )
+        except AssertionError as error:
+            raise LabError(f"Firefox opens no window: {error}") from error
+        try:
+            yield FirefoxWindow(bidi.Firefox(self._session, opened["context"]))
+        finally:
+            with suppress(AssertionError):  # a browser that has ended has no windows either
+                await send("browser.removeUserContext", userContext=user)
+
+
+@asynccontextmanager
+async def open_firefox(
+    link: Link, origins: Sequence[str], folder: Path
+) -> AsyncIterator[FirefoxBrowser]:
+    """Start it headless; see `e2e.lab.browsers.open_browser`."""
+    path = installed("WAX_FIREFOX", bidi.NAMES)
+    profile, extension = folder / "profile", folder / "extension"
+    for made in (profile, extension):
+        made.mkdir()
+    (extension / "manifest.json").write_text(json.dumps(MANIFEST), encoding="utf-8")
+    (extension / "rules.json").write_text(json.dumps(RULES), encoding="utf-8")
+    preferences = {
+        **bidi.PREFERENCES,
+        "dom.securecontext.allowlist": ",".join(str(urlsplit(one).hostname) for one in origins),
+        "intl.accept_languages": "en-GB, en",
+    }
+    with (profile / bidi.LOG).open("wb") as log:
+        process = await link.browser.spawn(
+            [path, *bidi.arguments(profile, preferences)],
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=log,
+            stderr=log,
+        )
+    try:
+        async with _talking(link, profile, process) as session:
+            await session.send(
+                "webExtension.install", extensionData={"type": "path", "path": str(extension)}
+            )
+            yield FirefoxBrowser(session)
+    finally:
+        await _end(process)
+
+
+@asynccontextmanager
+async def _talking(link: Link, profile: Path, process: Process) -> AsyncIterator[bidi.Session]:
+    try:
+        url = await bidi.listens(profile, process)
+    except AssertionError as error:
+        raise LabError(str(error)) from error
+    host, port = str(urlsplit(url).hostname), urlsplit(url).port or 0
+    async with AsyncExitStack() as opened:
+        http = await opened.enter_async_context(http_through(link.browser, host, port))
+        try:
+            session = await opened.enter_async_context(bidi.talking(http, url))
+        except (AssertionError, aiohttp.ClientError) as error:
+            raise LabError(f"Firefox does not answer: {error}") from error
+        yield session
+
+
+async def _end(process: Process) -> None:
+    with suppress(ProcessLookupError):
+        process.terminate()
+    try:
+        await asyncio.wait_for(process.wait(), END_WITHIN_S)
+    except TimeoutError:
+        process.kill()
+        await process.wait()

@@ -1,0 +1,51 @@
+"""What a browser is to the lab, whichever it is."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+from e2e.lab.errors import NotRunError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from contextlib import AbstractAsyncContextManager
+
+LOAD_WITHIN_S: Final = 120.0
+"""A page of some 100 kB takes a modem half a minute."""
+
+
+class Window(Protocol):
+    """One page. Both methods raise `LabError` with the browser's own words."""
+
+    async def goto(self, url: str) -> None:
+        """Open the page; return when it is loaded, with all that it names itself."""
+
+    async def evaluate(self, expression: str) -> Any:
+        """Return the value of an expression, awaited, as JSON has it; as if by a touch."""
+
+
+class Browser(Protocol):
+    """One process with many windows, each visible to itself."""
+
+    def window(self, preload: str) -> AbstractAsyncContextManager[Window]:
+        """Have a page without a past; the script `preload` runs in it before its own ones."""
+
+
+def installed(variable: str, names: Sequence[str]) -> str:
+    """Return the path of a browser: what the environment names, else the first that is there.
+
+    Raises `NotRunError`.
+    """
+    named = os.environ.get(variable) or next(filter(None, map(shutil.which, names)), None)
+    if named is None:
+        raise NotRunError(
+            f"there is no {names[0]}; install the package {names[0]}, or set {variable} to its path"
+        )
+    return named
+
+
+def as_json(expression: str) -> str:
+    """Return the expression as one whose value is text, which all browsers hand over alike."""
+    return f"(async () => JSON.stringify(await ({expression})))()"

@@ -1,0 +1,69 @@
+"""The configuration with which WAX is started for a cell; it reads no file but the thesis's."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.lab.errors import LabError, NotRunError
+from e2e.lab.systems.running import PORT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from e2e.lab.cell import Cell
+
+THESIS: Final = Path(__file__).parents[3] / "config" / "thesis.toml"
+
+TURN_S: Final = 3600.0
+"""Nobody's turn ends within a cell: who drives is not what is measured."""
+
+
+def settings(cell: Cell, media: str) -> dict[str, Any]:
+    """Return the tree of keys that differ from what is shipped.
+
+    `media` is where picture and sound come from, as `[video] source` has it. Raises `LabError`
+    for a system that is not WAX's, `NotRunError` when the thesis's configuration is not there.
+    """
+    for_all = {
+        "server": {"host": "0.0.0.0", "port": PORT, "max_viewers": max(100, cell.viewers + 1)},
+        "video": {"source": media},
+        "audio": {"source": media},
+        "turns": {"turn_s": TURN_S},
+    }
+    match cell.system:
+        case "audio-master":
+            return for_all
+        case "operator":
+            return merged(for_all, {"turns": {"join": "ask"}})
+        case "video-first":
+            both = {"operator": {"policy": "video-first"}, "observer": {"policy": "video-first"}}
+            return merged(for_all, {"sync": both})
+        case "thesis":
+            tree = merged(_thesis(), for_all)
+            if cell.audio_mu_ms is None:
+                return tree
+            return merged(tree, {"thesis": {"audio_mu_ms": cell.audio_mu_ms}})
+    raise LabError(f"{cell.system} is no system of WAX; see e2e/lab/cell.py for those that are")
+
+
+def merged(tree: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """Return `tree` with the keys of `over` in their places; tables are merged, lists replaced."""
+    result = dict(tree)
+    for name, value in over.items():
+        below = result.get(name)
+        if isinstance(below, dict) and isinstance(value, dict):
+            result[name] = merged(below, value)
+        else:
+            result[name] = value
+    return result
+
+
+def _thesis() -> dict[str, Any]:
+    try:
+        return tomllib.loads(THESIS.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise NotRunError(
+            f"the thesis's configuration {THESIS.name} cannot be read: {error.strerror}"
+        ) from error

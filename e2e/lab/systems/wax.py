@@ -1,0 +1,87 @@
+"""WAX itself, started as a person starts it, with whichever policy the cell asks for."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.harness import toml
+from e2e.lab.errors import LabError
+from e2e.lab.systems.film import film
+from e2e.lab.systems.served import Served, serving
+from e2e.lab.systems.settings import settings
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Mapping
+    from pathlib import Path
+
+    from e2e.lab.browsers import Window
+    from e2e.lab.cell import Cell
+    from e2e.lab.link import Link
+
+DRIVES_WITHIN_S: Final = 30.0
+_LOOK_EVERY_S: Final = 0.1
+
+
+class Wax:
+    def __init__(self, served: Served, *, joins: bool) -> None:
+        self.url = served.url
+        self.pid = served.pid
+        self._served = served
+        self._joins = joins
+
+    async def opened(self, window: Window) -> None:
+        await window.evaluate(_press("Start"))
+        if not self._joins:
+            return
+        await self._until(window, _press("Join the queue"), "lets nobody join the queue")
+        says = "document.body.innerText.includes('You are driving')"
+        await self._until(window, says, "does not say that the browser drives")
+
+    async def told(self) -> dict[str, float | str]:
+        status = await self._served.json("/api/status")
+        first, *_ = sorted(status.pop("viewers"), key=lambda line: line["id"]) or [{}]
+        return flat(status) | flat({"viewer": first})
+
+    async def _until(self, window: Window, expression: str, problem: str) -> None:
+        until_s = time.monotonic() + DRIVES_WITHIN_S
+        while not await window.evaluate(expression):
+            self._served.check()
+            if time.monotonic() > until_s:
+                raise LabError(f"the page of WAX {problem} within {DRIVES_WITHIN_S:g} s")
+            await asyncio.sleep(_LOOK_EVERY_S)
+
+
+@asynccontextmanager
+async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Wax]:
+    """See `e2e.lab.systems.start`."""
+    media = "testcard" if cell.content == "testcard" else str(await film())
+    config = folder / "wax.toml"
+    config.write_text(toml.dumps(settings(cell, media)), encoding="utf-8")
+    async with serving("wax", link, folder, ["-m", "wax", "--config", str(config)]) as served:
+        yield Wax(served, joins=cell.system == "operator")
+
+
+def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, float | str]:
+    """Return the numbers and texts of a tree with dotted names; lists and nulls are left out."""
+    found: dict[str, float | str] = {}
+    for name, value in tree.items():
+        match value:
+            case dict():
+                found |= flat(value, f"{prefix}{name}.")
+            case int() | float():  # truth values too, as 1 and 0
+                found[prefix + name] = float(value)
+            case str():
+                found[prefix + name] = value
+    return found
+
+
+def _press(name: str) -> str:
+    """Return a script that presses the button with this text, and is true when there is one."""
+    return (
+        "((button) => Boolean(button && !button.disabled && (button.click(), true)))("
+        "[...document.querySelectorAll('button')].find((one) => "
+        f"(one.getAttribute('aria-label') ?? one.textContent).trim() === '{name}'))"
+    )
