@@ -3,14 +3,14 @@
 A picture counts once, at the moment when it was presented, and is compared with the voice that is
 heard then. So the lag is the voice's age less the picture's, exactly what the test card's skew is,
 at any frame rate. What a viewer sees comes half an interval later still, because a picture stands
-until the next; holding each picture would add that to the lag (17 ms at 30 pictures a second,
+until the next; holding each picture would take that off the lag (17 ms at 30 pictures a second,
 half a second at one) and make the two disagree.
 
 How good the face is as a ruler, with pictures up to 20 ms early or late, a fifth of them lost and
 gaps in the sound (95 % of several hundred simulated cells of 12 s, then the worst): within 4 and
 10 ms at 30 pictures a second, 9 and 25 at 5, 17 and 120 at one. At one picture a second 12 s are
 too short: a tenth gets no answer, and one in a hundred voices that are not the lips' own is
-believed, which at 5 or more was never seen; in 30 s it is within 12 and 40 ms.
+believed (at 5 one in 400, at 30 none); over 30 s it is within 12 and 40 ms.
 """
 
 from __future__ import annotations
