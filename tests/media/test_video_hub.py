@@ -152,19 +152,19 @@ async def test_what_was_dropped_stays_counted(hub: VideoHub) -> None:
 
 
 @pytest.mark.parametrize("asked", [True, False])
-async def test_encoders_that_hang_are_left_behind_together(
-    monkeypatch: pytest.MonkeyPatch, *, asked: bool
-) -> None:
+async def test_encoders_that_hang_are_left_behind_together(*, asked: bool) -> None:
     """Stop takes at most 1.5 s though all encoders hang; a request for it takes no time."""
     encoding, go_on = threading.Semaphore(0), threading.Event()
 
     class Stuck:
-        def __init__(self, **_: object) -> None:
+        def __init__(self, _: RenditionSettings) -> None:
             encoding.release()
             go_on.wait(5)
 
-    monkeypatch.setattr("wax.media.rendition.VideoEncoder", Stuck)
-    hub = VideoHub(settings=SETTINGS, clock=SystemClock())
+        def encode(self, picture: Picture, *, keyframe: bool) -> EncodedPicture | None:
+            return None
+
+    hub = VideoHub(settings=SETTINGS, clock=SystemClock(), make_encoder=Stuck)
     hub.start()
     for size in (BIG, SMALL):
         hub.choose(hub.add(), size)

@@ -32,7 +32,7 @@ class EncodedPicture:
 
 @dataclass(frozen=True, slots=True)
 class EncodedSound:
-    """One Opus packet. `packet.pts` counts samples at 48 kHz without a seam."""
+    """One packet of sound. `packet.pts` counts samples without a seam: 48 kHz Opus, 8 kHz PCMU."""
 
     packet: Packet[Any]
     captured_s: float
@@ -41,3 +41,16 @@ class EncodedSound:
     @property
     def pts(self) -> int:
         return self.packet.pts or 0
+
+
+@dataclass(frozen=True, slots=True)
+class SoundUnit:
+    """An audio media unit of the thesis: sound captured as one piece, ready to leave as a burst.
+
+    `packets` follow each other without a gap and fill the unit; `captured_s` is when the first
+    sample was captured. Numbers rise by one.
+    """
+
+    number: int
+    packets: tuple[EncodedSound, ...]
+    captured_s: float

@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.media.video_encoder import VideoEncoder
-
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from wax.clock import Clock
-    from wax.config import RenditionSettings, VideoSettings
+    from wax.config import RenditionSettings
     from wax.media.encoded import EncodedPicture
     from wax.media.slot import NewestSlot
     from wax.media.source import Picture
+    from wax.media.video_encoder import PictureEncoder
 
 _LOG = structlog.get_logger(__name__)
 
@@ -33,13 +32,15 @@ class Rendition:
         self,
         *,
         settings: RenditionSettings,
-        video: VideoSettings,
+        keyframe_interval_s: float,
+        make_encoder: Callable[[], PictureEncoder],
         slot: NewestSlot[Picture],
         clock: Clock,
         deliver: Callable[[EncodedPicture], None],
     ) -> None:
         self.settings = settings
-        self._video = video
+        self._keyframe_interval_s = keyframe_interval_s
+        self._make_encoder = make_encoder
         self._slot = slot
         self._clock = clock
         self._deliver = deliver
@@ -98,7 +99,7 @@ class Rendition:
                 self._stopping.wait(1.0)
 
     def _encode_while_wanted(self) -> None:
-        encoder = VideoEncoder(codec=self._video.codec, rendition=self.settings)
+        encoder = self._make_encoder()
         number = self._slot.count - 1
         spacing_s = 1.0 / self.settings.fps
         due_s = 0.0
@@ -108,9 +109,10 @@ class Rendition:
             if found is None:
                 continue
             number, picture = found
-            # Half a frame of tolerance: a camera's own jitter must not halve the rate.
+            # Tolerance, since a camera's own jitter must not halve the rate; less than half a
+            # frame, since at twice the rate every second picture is early by just that.
             late_s = picture.captured_s - due_s
-            if late_s < -spacing_s / 2:
+            if late_s < -0.4 * spacing_s:
                 continue
             due_s = spacing_s + (due_s if late_s < spacing_s else picture.captured_s)
             keyframe = self._keyframe_due(self._clock.now_s() - last_keyframe_s)
@@ -123,7 +125,7 @@ class Rendition:
             self._deliver(encoded)
 
     def _keyframe_due(self, since_s: float) -> bool:
-        if since_s >= self._video.keyframe_interval_s:
+        if since_s >= self._keyframe_interval_s:
             return True
         if self._keyframe.is_set() and since_s >= _KEYFRAME_SPACING_S:
             self._keyframe.clear()

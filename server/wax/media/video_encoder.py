@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal, Protocol
 
 import av
 import cv2
@@ -24,11 +24,26 @@ _VP8_LAYERS: Final = (0, 2, 1, 2)
 _NEVER: Final = 100_000
 """Pictures between automatic keyframes: they would restart the layers unseen."""
 
+_VP8_REALTIME: Final = {
+    "deadline": "realtime",
+    "cpu-used": "-6",
+    "lag-in-frames": "0",
+    "error-resilient": "1",
+    "noise-sensitivity": "0",
+    "static-thresh": "1",
+}
+
 
 _LEVEL_31_MACROBLOCKS: Final = 3600
 _LEVEL_31_MACROBLOCKS_PER_S: Final = 108_000
 _LEVEL_31_BITRATE_BPS: Final = 14_000_000
 """1280×720 at 30 a second: what every browser decodes (H.264, table A-1; RFC 7742, 6.2)."""
+
+
+class PictureEncoder(Protocol):
+    """Turns pictures into packets, one for one; called from one thread."""
+
+    def encode(self, picture: Picture, *, keyframe: bool) -> EncodedPicture | None: ...
 
 
 class VideoEncoder:
@@ -52,21 +67,12 @@ class VideoEncoder:
             return None
         self._newest_pts = pts
         keyframe = keyframe or self._fresh
-        frame = VideoFrame.from_ndarray(
-            resize_i420(picture.i420, self._rendition.width, self._rendition.height),
-            format="yuv420p",
-        )
-        frame.pts = pts
-        frame.time_base = VIDEO_TIME_BASE
-        frame.pict_type = PictureType.I if keyframe else PictureType.NONE
-        data = b"".join(bytes(packet) for packet in self._context.encode(frame))
-        if not data:
+        kind = PictureType.I if keyframe else PictureType.NONE
+        packet = _encode(self._context, self._rendition, picture, pts, kind)
+        if packet is None:
             return None
         self._fresh = False
         self._since_keyframe = 0 if keyframe else self._since_keyframe + 1
-        packet = av.Packet(data)
-        packet.pts = pts
-        packet.time_base = VIDEO_TIME_BASE
         return EncodedPicture(
             packet=packet,
             rendition=self._rendition.name,
@@ -74,6 +80,70 @@ class VideoEncoder:
             layer=self._layers[self._since_keyframe % len(self._layers)],
             captured_s=picture.captured_s,
         )
+
+
+class IntraEncoder:
+    """Encodes every picture on its own with VP8, as the thesis's JPEGs were (3.5, 4.2).
+
+    All are of about one size, the rendition's bit rate shared by its pictures. Not safe for two
+    threads at once.
+    """
+
+    def __init__(self, rendition: RenditionSettings) -> None:
+        self._rendition = rendition
+        self._context = _context("libvpx", rendition)
+        self._context.gop_size = 0
+        # In percent of a picture's share: without it rate control lets a third more through.
+        self._context.options = _steady(rendition) | _VP8_REALTIME | {"max-intra-rate": "100"}
+        self._newest_pts = -1
+        self._even_pts = 0
+
+    def encode(
+        self,
+        picture: Picture,
+        *,
+        keyframe: bool,  # noqa: ARG002  # each is one
+    ) -> EncodedPicture | None:
+        """Encode one picture; None when its capture time is not newer than the one before."""
+        pts = round(picture.captured_s * VIDEO_RATE_HZ)
+        if pts <= self._newest_pts:
+            return None
+        self._newest_pts = pts
+        # To the rate control pictures come evenly: one that is late is not to be a larger one.
+        self._even_pts += round(VIDEO_RATE_HZ / self._rendition.fps)
+        packet = _encode(self._context, self._rendition, picture, self._even_pts, PictureType.I)
+        if packet is None:
+            return None
+        packet.pts = pts
+        return EncodedPicture(
+            packet=packet,
+            rendition=self._rendition.name,
+            keyframe=True,
+            layer=0,
+            captured_s=picture.captured_s,
+        )
+
+
+def _encode(
+    context: av.VideoCodecContext,
+    rendition: RenditionSettings,
+    picture: Picture,
+    pts: int,
+    kind: PictureType,
+) -> av.Packet[Any] | None:
+    frame = VideoFrame.from_ndarray(
+        resize_i420(picture.i420, rendition.width, rendition.height), format="yuv420p"
+    )
+    frame.pts = pts
+    frame.time_base = VIDEO_TIME_BASE
+    frame.pict_type = kind
+    data = b"".join(bytes(packet) for packet in context.encode(frame))
+    if not data:
+        return None
+    packet = av.Packet(data)
+    packet.pts = pts
+    packet.time_base = VIDEO_TIME_BASE
+    return packet
 
 
 def resize_i420(i420: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:
@@ -95,19 +165,17 @@ def resize_i420(i420: NDArray[np.uint8], width: int, height: int) -> NDArray[np.
 def _vp8(rendition: RenditionSettings) -> av.VideoCodecContext:
     context = _context("libvpx", rendition)
     kbps = rendition.bitrate_bps // 1000
-    context.options = _steady(rendition) | {
-        "deadline": "realtime",
-        "cpu-used": "-6",
-        "lag-in-frames": "0",
-        "error-resilient": "1",
-        "noise-sensitivity": "0",
-        "static-thresh": "1",
-        "max-intra-rate": "300",
-        "ts-parameters": (
-            f"ts_number_layers=3:ts_target_bitrate={kbps * 4 // 10},{kbps * 6 // 10},{kbps}"
-            ":ts_rate_decimator=4,2,1:ts_periodicity=4:ts_layer_id=0,2,1,2:ts_layering_mode=3"
-        ),
-    }
+    context.options = (
+        _steady(rendition)
+        | _VP8_REALTIME
+        | {
+            "max-intra-rate": "300",
+            "ts-parameters": (
+                f"ts_number_layers=3:ts_target_bitrate={kbps * 4 // 10},{kbps * 6 // 10},{kbps}"
+                ":ts_rate_decimator=4,2,1:ts_periodicity=4:ts_layer_id=0,2,1,2:ts_layering_mode=3"
+            ),
+        }
+    )
     return context
 
 

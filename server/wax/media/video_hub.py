@@ -3,33 +3,65 @@
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING, Final
+from functools import partial
+from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 from wax.media.lane import VideoLane
 from wax.media.rendition import Rendition
 from wax.media.slot import NewestSlot
+from wax.media.video_encoder import VideoEncoder
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from wax.clock import Clock
-    from wax.config import VideoSettings
+    from wax.config import RenditionSettings, VideoSettings
     from wax.media.encoded import EncodedPicture
     from wax.media.source import Picture
+    from wax.media.video_encoder import PictureEncoder
 
 _STOP_S: Final = 1.5
+
+
+class PictureLane(Protocol):
+    """Where one viewer's pictures go; as `VideoLane` has it."""
+
+    dropped: int
+
+    @property
+    def rendition(self) -> str | None: ...
+
+    def choose(self, rendition: str | None) -> None: ...
+
+    def takes(self, rendition: str) -> bool: ...
+
+    def put(self, picture: EncodedPicture) -> None: ...
 
 
 class VideoHub:
     """Encodes each rendition once and gives the packets to all lanes that want them."""
 
-    def __init__(self, *, settings: VideoSettings, clock: Clock) -> None:
+    def __init__(
+        self,
+        *,
+        settings: VideoSettings,
+        clock: Clock,
+        make_encoder: Callable[[RenditionSettings], PictureEncoder] | None = None,
+    ) -> None:
+        make = make_encoder or partial(_make_encoder, settings.codec)
         self.slot: NewestSlot[Picture] = NewestSlot()
         self._clock = clock
-        self._lanes: set[VideoLane] = set()
+        self._lanes: set[PictureLane] = set()
         self._dropped_by_gone = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._renditions = {
             one.name: Rendition(
-                settings=one, video=settings, slot=self.slot, clock=clock, deliver=self._from_thread
+                settings=one,
+                keyframe_interval_s=settings.keyframe_interval_s,
+                make_encoder=partial(make, one),
+                slot=self.slot,
+                clock=clock,
+                deliver=self._from_thread,
             )
             for one in settings.renditions
         }
@@ -59,17 +91,21 @@ class VideoHub:
     def add(self) -> VideoLane:
         """Make a lane; nothing is sent to it until `choose`."""
         lane = VideoLane()
-        self._lanes.add(lane)
+        self.attach(lane)
         return lane
 
-    def remove(self, lane: VideoLane) -> None:
+    def attach(self, lane: PictureLane) -> None:
+        """Take a lane that somebody else has made; nothing is sent to it until `choose`."""
+        self._lanes.add(lane)
+
+    def remove(self, lane: PictureLane) -> None:
         """Forget a lane; safe to call twice."""
         if lane in self._lanes:
             self._lanes.remove(lane)
             self._dropped_by_gone += lane.dropped
         self._refresh()
 
-    def choose(self, lane: VideoLane, rendition: str | None) -> None:
+    def choose(self, lane: PictureLane, rendition: str | None) -> None:
         """Send this rendition to this lane from its next keyframe on, which is asked for."""
         if rendition == lane.rendition:
             return
@@ -78,7 +114,7 @@ class VideoHub:
         if rendition is not None:
             self._renditions[rendition].request_keyframe()
 
-    def request_keyframe(self, lane: VideoLane) -> None:
+    def request_keyframe(self, lane: PictureLane) -> None:
         """Help a viewer who cannot decode what he got (PLI, RFC 4585; FIR, RFC 5104)."""
         if lane.rendition is not None:
             self._renditions[lane.rendition].request_keyframe()
@@ -111,3 +147,7 @@ class VideoHub:
             lane.put(picture)
         if picture.keyframe:
             self._refresh()
+
+
+def _make_encoder(codec: Literal["vp8", "h264"], rendition: RenditionSettings) -> PictureEncoder:
+    return VideoEncoder(codec=codec, rendition=rendition)

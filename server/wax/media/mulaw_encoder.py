@@ -1,0 +1,89 @@
+"""Sound as it was in 2004: µ-law, 8 kHz, in media units of up to half a second (thesis 3.4.1)."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING, Final
+
+import av
+import numpy as np
+
+from wax.media.encoded import EncodedSound, SoundUnit
+from wax.media.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ, Sound
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+MULAW_RATE_HZ: Final = 8000
+_PACKET_SAMPLES: Final = 160
+"""20 ms, the usual packet of PCMU (RFC 3551, section 4.2)."""
+
+_RESEAM_S: Final = 0.05
+_FILTER_SAMPLES: Final = 96
+"""How far the resampler's low-pass filter looks ahead, at 48 kHz. So much silence goes before the
+sound: a unit is complete with its last sample, and its content 2 ms late, which is told."""
+
+
+class MuLawEncoder:
+    """Encodes 48 kHz mono sound as bursts of PCMU packets, `mu_ms` (a multiple of 20) a unit.
+
+    RTP time counts samples, and every unit begins at a whole multiple of its length; where the
+    source has jumped by more than 50 ms, at the next one.
+    """
+
+    def __init__(self, *, mu_ms: int) -> None:
+        self.unit_samples = MULAW_RATE_HZ * mu_ms // 1000
+        self._blocks_per_unit = mu_ms // 20
+        self._codec = av.CodecContext.create("pcm_mulaw", "w")
+        assert isinstance(self._codec, av.AudioCodecContext)
+        self._codec.sample_rate = MULAW_RATE_HZ
+        self._codec.layout = "mono"
+        self._codec.format = "s16"
+        self._packets: list[EncodedSound] = []
+        self._number = 0
+        self._next_pts: int | None = None
+        self._due_s = 0.0
+        self._begin_source()
+
+    def encode(self, block: Sound) -> SoundUnit | None:
+        """Take one block of 960 samples; a unit when it is full, else None."""
+        assert len(block.samples) == BLOCK_SAMPLES
+        if self._next_pts is None or abs(block.captured_s - self._due_s) > _RESEAM_S:
+            self._begin_source()
+            self._next_pts = self._aligned(block.captured_s)
+        self._due_s = block.captured_s + BLOCK_SAMPLES / SAMPLE_RATE_HZ
+        self._packets.append(self._packet(block, self._next_pts))
+        self._next_pts += _PACKET_SAMPLES
+        if len(self._packets) < self._blocks_per_unit:
+            return None
+        packets = tuple(self._packets)
+        self._packets.clear()
+        self._number += 1
+        return SoundUnit(self._number, packets, packets[0].captured_s)
+
+    def _begin_source(self) -> None:
+        """Begin a unit anew; what was collected of the one before is not sent."""
+        self._packets.clear()
+        self._resampler = av.AudioResampler(format="s16", layout="mono", rate=MULAW_RATE_HZ)
+        self._resample(np.zeros(_FILTER_SAMPLES, np.int16))
+
+    def _aligned(self, captured_s: float) -> int:
+        """Return the first whole multiple of a unit that is not before this, nor used already."""
+        captured = max(round(captured_s * MULAW_RATE_HZ), self._next_pts or 0)
+        return -(-captured // self.unit_samples) * self.unit_samples
+
+    def _packet(self, block: Sound, pts: int) -> EncodedSound:
+        samples = self._resample(block.samples)
+        frame = av.AudioFrame.from_ndarray(samples.reshape(1, -1), format="s16", layout="mono")
+        frame.sample_rate = MULAW_RATE_HZ
+        packet = av.Packet(b"".join(bytes(part) for part in self._codec.encode(frame)))
+        packet.pts = pts
+        packet.time_base = Fraction(1, MULAW_RATE_HZ)
+        captured_s = block.captured_s - _FILTER_SAMPLES / SAMPLE_RATE_HZ
+        return EncodedSound(packet=packet, captured_s=captured_s, duration_samples=len(samples))
+
+    def _resample(self, samples: NDArray[np.int16]) -> NDArray[np.int16]:
+        frame = av.AudioFrame.from_ndarray(samples.reshape(1, -1), format="s16", layout="mono")
+        frame.sample_rate = SAMPLE_RATE_HZ
+        parts = [part.to_ndarray().reshape(-1) for part in self._resampler.resample(frame)]
+        return np.concatenate([np.zeros(0, np.int16), *parts])

@@ -1,0 +1,70 @@
+"""The fan-out of the sound under the thesis's policy: blocks in, whole media units to everybody."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+from wax.media.mulaw_encoder import MuLawEncoder
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.media.encoded import SoundUnit
+    from wax.media.source import Sound
+
+
+class UnitHub:
+    """Encodes the sound once, in media units of one length, and hands them to who listens.
+
+    `push` is called from the capture's thread, the rest from the event loop.
+    """
+
+    def __init__(self, *, mu_ms: int) -> None:
+        self._mu_ms = mu_ms
+        self._encoder = MuLawEncoder(mu_ms=mu_ms)
+        self._takers: set[Callable[[SoundUnit], None]] = set()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._captured = 0
+        self._encoded = 0
+        self.dropped = 0
+        """Units that did not reach somebody who listened, since the start."""
+
+    def start(self) -> None:
+        self._loop = asyncio.get_running_loop()
+
+    def push(self, block: Sound) -> None:
+        """Take the next 20 ms from the microphone's thread."""
+        self._captured += 1
+        unit = self._encoder.encode(block)
+        if unit is None:
+            return
+        self._encoded += len(unit.packets)
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._fan_out, unit)
+
+    def listen(self, take: Callable[[SoundUnit], None]) -> None:
+        """Call `take` with every unit from the next complete one on."""
+        self._takers.add(take)
+
+    def leave(self, take: Callable[[SoundUnit], None]) -> None:
+        """End that; safe to call twice."""
+        self._takers.discard(take)
+
+    @property
+    def unit_samples(self) -> int:
+        """Length of a unit on the RTP clock; each begins at a whole multiple of it."""
+        return self._encoder.unit_samples
+
+    @property
+    def wanted(self) -> list[int]:
+        """The media unit in ms, as long as somebody listens."""
+        return [self._mu_ms] if self._takers else []
+
+    def counts(self) -> dict[str, int]:
+        """Count 20 ms blocks captured and packets encoded since the start."""
+        return {"captured": self._captured, "encoded": self._encoded}
+
+    def _fan_out(self, unit: SoundUnit) -> None:
+        for take in tuple(self._takers):
+            take(unit)
