@@ -107,6 +107,17 @@ def test_public_robot_is_a_valid_example() -> None:
     assert settings.robot.max_linear_mps < config.Settings().robot.max_linear_mps
 
 
+def test_the_baseline_is_the_thesis() -> None:
+    """The file has every constant of the thesis, all queue, and each picture is dated."""
+    tree = tomllib.loads((CONFIG / "thesis.toml").read_text(encoding="utf-8"))
+    assert set(tree["thesis"]) == set(config.Settings().thesis.model_dump())
+    settings = config.load(CONFIG / "thesis.toml")
+    assert settings.sync.policy == "thesis"
+    assert settings.turns.join == "auto"
+    assert settings.video.imprint
+    assert settings.thesis.least_bandwidth_bps == 704_000
+
+
 def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
     """Unknown keys, wrong types and values out of range are one line each, in one message."""
     text = """
@@ -151,6 +162,15 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
         (
             "[drive]\nfine_fraction = 0",
             "drive.fine_fraction: got 0; allowed is a number above 0, at most 1",
+        ),
+        (
+            "[thesis]\naudio_mu_ms = 250",
+            "thesis.audio_mu_ms: got 250; allowed is "
+            "100 to 500, a whole multiple of video_mu_ms (thesis 3.3.3) and of 20",
+        ),
+        (
+            "[thesis]\nvideo_mu_ms = 80",
+            "thesis.audio_mu_ms: 500 is no whole multiple of video_mu_ms, which is 80",
         ),
         ("[video]\nimprint = 'yes'", 'video.imprint: got "yes"; allowed is true or false'),
         (

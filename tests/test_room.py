@@ -20,6 +20,7 @@ from wax.media.sound_hub import SoundHub
 from wax.media.video_hub import VideoHub
 from wax.robot.driver import Limits, RobotState, Twist
 from wax.room import Room
+from wax.streams.live import LiveService
 from wax.telemetry import Counters
 
 if TYPE_CHECKING:
@@ -125,17 +126,21 @@ class House:
         turns = Turns(settings.turns)
         self.camera = Camera()
         self.counters = Counters()
-        video = VideoHub(settings=settings.video, clock=self.clock)
+        service = LiveService(
+            clock=self.clock,
+            settings=settings.video,
+            video=VideoHub(settings=settings.video, clock=self.clock),
+            audio=SoundHub(settings=settings.audio),
+        )
         self.room = Room(
             settings=settings,
             clock=self.clock,
             counters=self.counters,
-            video=video,
-            audio=SoundHub(settings=settings.audio),
+            service=service,
             turns=turns,
             board=Board(
                 settings=settings,
-                sizes=video.sizes,
+                service=service,
                 driver=self.robot,
                 turns=turns,
                 captures={"video": cast("Capture[Picture]", self.camera)},
@@ -174,7 +179,13 @@ class House:
 def house(monkeypatch: pytest.MonkeyPatch) -> House:
     Wire.made = []
     monkeypatch.setattr(room_module, "Peer", Wire)
-    return House({"turns": {"turn_s": 5.0}, "server": {"max_viewers": 2}})
+    return House(
+        {
+            "turns": {"turn_s": 5.0},
+            "server": {"max_viewers": 2},
+            "sync": {"operator": {"policy": "video-first"}},
+        }
+    )
 
 
 async def test_who_enters_is_greeted_and_told_the_room(house: House) -> None:
@@ -418,7 +429,7 @@ async def test_the_role_brings_its_policy(house: House) -> None:
     ada = await house.enter("ada-1111")
     ada.says(type="join")
     house.wait(0.2, ada)
-    assert house.room.viewers[0]._sync is house.room._settings.sync.operator
+    assert ada.last("playout")["policy"] == "video-first"
     ada.says(type="leave")
     house.wait(0.2, ada)
-    assert house.room.viewers[0]._sync is house.room._settings.sync.observer
+    assert ada.last("playout")["policy"] == "audio-master"

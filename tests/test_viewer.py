@@ -14,6 +14,7 @@ from wax.config import AudioSettings, SyncSettings, VideoSettings
 from wax.media.sound_hub import SoundHub
 from wax.media.video_hub import VideoHub
 from wax.messages import MAX_NAME_CHARS
+from wax.streams.live import LiveService
 from wax.telemetry import Counters
 from wax.viewer import Viewer, clean_name
 
@@ -63,6 +64,9 @@ class House:
     def send(self, channel: str, text: str) -> None:
         self.sent.append((channel, json.loads(text)))
 
+    def media_time(self, kind: str, rtp: int) -> int | None:
+        return rtp - 1000 if kind == "audio" else None
+
 
 @dataclass
 class Scene:
@@ -83,8 +87,7 @@ def _scene(sync: SyncSettings | None = None) -> Scene:
         client="c",
         clock=clock,
         counters=counters,
-        video=video,
-        audio=audio,
+        service=LiveService(clock=clock, settings=VideoSettings(), video=video, audio=audio),
         events=house,
         sync=sync or SyncSettings(),
     )
@@ -224,6 +227,17 @@ def test_leaving_ends_what_nobody_else_wants() -> None:
     scene.viewer.release()
     scene.viewer.release()
     assert (scene.video.wanted, scene.audio.wanted) == ([], [])
+
+
+def test_what_the_page_has_received_reaches_its_streams(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the media time of its last packet; of a stream that was never sent nothing is believed."""
+    scene = _scene()
+    got: list[tuple[str, int]] = []
+    monkeypatch.setattr(scene.viewer.streams, "received", lambda *what: got.append(what))
+    for kind in ("audio", "video"):
+        message = {"type": "received", "kind": kind, "rtp": 5000}
+        scene.viewer.received("state", json.dumps(message))
+    assert got == [("audio", 4000)]
 
 
 def test_the_policy_follows_reports_and_role() -> None:

@@ -25,11 +25,15 @@ from wax.media.capture import Capture
 from wax.media.find import make_sources
 from wax.media.imprint import imprint
 from wax.media.sound_hub import SoundHub
+from wax.media.unit_hub import UnitHub
+from wax.media.video_encoder import IntraEncoder
 from wax.media.video_hub import VideoHub
 from wax.robot.find import make_driver
 from wax.room import Room
 from wax.rtc import private
 from wax.status import Status
+from wax.streams.live import LiveService
+from wax.streams.thesis import ThesisService, thesis_video
 from wax.tasks import TaskSupervisor
 from wax.telemetry import Counters, Rates
 from wax.web.routes import Routes
@@ -40,6 +44,7 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config import Settings
     from wax.media.source import Picture, Sound
+    from wax.streams.streams import Service
 
 _LOG = structlog.get_logger(__name__)
 
@@ -60,8 +65,24 @@ class App:
 
         self._driver = make_driver(settings.robot, clock)
         sources = make_sources(settings.video, settings.audio, clock, self._driver)
-        self._video = VideoHub(settings=settings.video, clock=clock)
-        self._audio = SoundHub(settings=settings.audio)
+        self._audio: SoundHub | UnitHub
+        service: Service
+        if settings.sync.policy == "thesis":
+            self._video = VideoHub(
+                settings=thesis_video(settings.video, settings.thesis),
+                clock=clock,
+                make_encoder=IntraEncoder,
+            )
+            self._audio = UnitHub(mu_ms=settings.thesis.audio_mu_ms)
+            service = ThesisService(
+                clock=clock, settings=settings.thesis, video=self._video, audio=self._audio
+            )
+        else:
+            self._video = VideoHub(settings=settings.video, clock=clock)
+            self._audio = SoundHub(settings=settings.audio)
+            service = LiveService(
+                clock=clock, settings=settings.video, video=self._video, audio=self._audio
+            )
         self._captures: dict[str, Capture[Picture] | Capture[Sound]] = {}
         if sources.video is not None:
             self._captures["video"] = Capture(
@@ -85,12 +106,11 @@ class App:
             settings=settings,
             clock=clock,
             counters=counters,
-            video=self._video,
-            audio=self._audio,
+            service=service,
             turns=turns,
             board=Board(
                 settings=settings,
-                sizes=self._video.sizes,
+                service=service,
                 driver=self._driver,
                 turns=turns,
                 captures=self._captures,
@@ -118,7 +138,12 @@ class App:
             counters=counters,
             rates=Rates(),
         )
-        routes = Routes(room=self._room, ice=settings.ice, status=self._status)
+        routes = Routes(
+            room=self._room,
+            ice=settings.ice,
+            status=self._status,
+            acknowledged=service.acknowledged,
+        )
         self._runner = web.AppRunner(
             routes.application(), access_log=None, shutdown_timeout=0.5, handle_signals=False
         )

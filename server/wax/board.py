@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from wax.media.capture import Capture
     from wax.media.source import Picture, Sound
     from wax.robot.driver import Driver, RobotState
+    from wax.streams.streams import Service
     from wax.viewer import Viewer
 
 
@@ -24,13 +25,14 @@ class Board:
         self,
         *,
         settings: Settings,
-        sizes: list[str],
+        service: Service,
         driver: Driver,
         turns: Turns,
         captures: Mapping[str, Capture[Picture] | Capture[Sound]],
     ) -> None:
         self._settings = settings
-        self._sizes = sizes
+        self._sizes = list(service.sizes)
+        self._acknowledge = service.acknowledged
         # Asked once, at the start: somebody's driver may raise at any later time.
         self._kind, self._limits = driver.kind, driver.limits
         self._turns = turns
@@ -53,6 +55,7 @@ class Board:
             grace_s=self._settings.turns.grace_s,
             command_rate_hz=self._settings.drive.command_rate_hz,
             max_age_ms=self._settings.drive.max_age_ms,
+            acknowledge=self._acknowledge,
         )
 
     def room(self, viewers: Iterable[Viewer], state: RobotState, now_s: float) -> messages.Room:

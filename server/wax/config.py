@@ -17,6 +17,7 @@ from pydantic import (
 
 from wax import allowed
 from wax.errors import ConfigError
+from wax.sync.thesis.settings import ThesisSettings
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -124,6 +125,7 @@ class SyncSettings(_Section):
 class RoleSyncSettings(_Section):
     """`[sync]`."""
 
+    policy: Literal["by-role", "thesis"] = "by-role"
     operator: SyncSettings = SyncSettings(max_holdback_ms=50.0, max_skew_ms=100.0)
     observer: SyncSettings = SyncSettings()
 
@@ -221,6 +223,7 @@ class Settings(_Section):
     video: VideoSettings = VideoSettings()
     audio: AudioSettings = AudioSettings()
     sync: RoleSyncSettings = RoleSyncSettings()
+    thesis: ThesisSettings = ThesisSettings()
     turns: TurnSettings = TurnSettings()
     drive: DriveSettings = DriveSettings()
     robot: RobotSettings = RobotSettings()

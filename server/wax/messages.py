@@ -121,6 +121,17 @@ class Want(_Incoming):
     size: Annotated[str, Field(max_length=16)]
 
 
+class Received(_Incoming):
+    """The last packet of a media unit has come; `rtp` is its RTP time.
+
+    Sent only where `Hello` asks for it: for each picture, and for the sound as `Units` says.
+    """
+
+    type: Literal["received"]
+    kind: Literal["audio", "video"]
+    rtp: Annotated[int, Field(ge=0, lt=2**32)]
+
+
 # --- server → page ------------------------------------------------------------------------
 
 
@@ -144,7 +155,7 @@ class RobotInfo(_Outgoing):
 
 
 class Hello(_Outgoing):
-    """The first message on the state channel."""
+    """The first message on the state channel; `acknowledge` asks the page for `Received`."""
 
     type: Literal["hello"] = "hello"
     version: str
@@ -155,6 +166,7 @@ class Hello(_Outgoing):
     grace_s: float
     command_rate_hz: float
     max_age_ms: float
+    acknowledge: bool
 
 
 class ViewerInfo(_Outgoing):
@@ -223,6 +235,17 @@ class RtpClock(_Outgoing):
     origin_server_ms: float
 
 
+class Units(_Outgoing):
+    """Which packets end a media unit of the sound: one of them, and how far it is to the next.
+
+    Both in RTP time, modulo 2³².
+    """
+
+    type: Literal["units"] = "units"
+    last_rtp: int
+    length: int
+
+
 class DriveStatus(_Outgoing):
     """What becomes of the operator's commands; sent when `reason` changes."""
 
@@ -238,21 +261,21 @@ class Notice(_Outgoing):
     text: str
 
 
-DriveIn = Annotated[Drive | Ping | Report, Field(discriminator="type")]
-StateIn = Annotated[SetName | Join | Leave | Stop | Want, Field(discriminator="type")]
+DriveIn = Drive | Ping | Report
+StateIn = SetName | Join | Leave | Stop | Want | Received
 DriveOut = Pong
-StateOut = Hello | Room | Playout | RtpClock | DriveStatus | Notice
+StateOut = Hello | Room | Playout | RtpClock | Units | DriveStatus | Notice
 
-_DRIVE: TypeAdapter[Drive | Ping | Report] = TypeAdapter(DriveIn)
-_STATE: TypeAdapter[SetName | Join | Leave | Stop | Want] = TypeAdapter(StateIn)
+_DRIVE: TypeAdapter[DriveIn] = TypeAdapter(Annotated[DriveIn, Field(discriminator="type")])
+_STATE: TypeAdapter[StateIn] = TypeAdapter(Annotated[StateIn, Field(discriminator="type")])
 
 
-def parse_drive(data: str | bytes) -> Drive | Ping | Report:
+def parse_drive(data: str | bytes) -> DriveIn:
     """Bytes of the drive channel become a value; raises `ProtocolError`."""
     return _parse(_DRIVE, data, MAX_DRIVE_BYTES)
 
 
-def parse_state(data: str | bytes) -> SetName | Join | Leave | Stop | Want:
+def parse_state(data: str | bytes) -> StateIn:
     """Bytes of the state channel become a value; raises `ProtocolError`."""
     return _parse(_STATE, data, MAX_STATE_BYTES)
 

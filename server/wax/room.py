@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from wax.control.gate import Command
     from wax.control.loop import ControlLoop
     from wax.control.turns import TurnEvent, Turns
-    from wax.media.sound_hub import SoundHub
-    from wax.media.video_hub import VideoHub
+    from wax.streams.streams import Service
     from wax.telemetry import Counters
 
 _LOG = structlog.get_logger(__name__)
@@ -51,16 +50,14 @@ class Room:
         settings: Settings,
         clock: Clock,
         counters: Counters,
-        video: VideoHub,
-        audio: SoundHub,
+        service: Service,
         turns: Turns,
         board: Board,
     ) -> None:
         self._settings = settings
         self._clock = clock
         self._counters = counters
-        self._video = video
-        self._audio = audio
+        self._service = service
         self._turns = turns
         self._board = board
         self._control: ControlLoop | None = None
@@ -110,7 +107,7 @@ class Room:
         video_lane, sound_lane = viewer.lanes()
         peer = Peer(
             ice_servers=self._settings.ice.servers,
-            video_codec=self._settings.video.codec,
+            codecs=self._service.codecs,
             video=video_lane,
             audio=sound_lane,
             events=viewer,
@@ -135,8 +132,7 @@ class Room:
             client=client,
             clock=self._clock,
             counters=self._counters,
-            video=self._video,
-            audio=self._audio,
+            service=self._service,
             events=self,
             sync=self._settings.sync.observer,
         )

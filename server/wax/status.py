@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from wax.media.capture import Capture
     from wax.media.sound_hub import SoundHub
     from wax.media.source import Picture, Sound
+    from wax.media.unit_hub import UnitHub
     from wax.media.video_hub import VideoHub
     from wax.robot.driver import Driver
     from wax.room import Room
@@ -34,7 +35,7 @@ class Status:
         turns: Turns,
         driver: Driver,
         video: VideoHub,
-        audio: SoundHub,
+        audio: SoundHub | UnitHub,
         captures: Mapping[str, Capture[Picture] | Capture[Sound]],
         blocks: Blocks,
         counters: Counters,
@@ -107,6 +108,7 @@ class Status:
         return line | {
             "round_trip_ms": None if one_way_s is None else round(one_way_s * 2000, 1),
             "report": None if report is None else report.model_dump(exclude={"type"}),
+            "streams": viewer.streams.status(),
         }
 
     def _failures(self, stream: str) -> int:

@@ -11,35 +11,28 @@ from wax import messages
 from wax.control.gate import Command
 from wax.errors import ProtocolError
 from wax.limiter import TokenBucket
-from wax.media.encoded import VIDEO_RATE_HZ
-from wax.media.source import SAMPLE_RATE_HZ
 from wax.rtc.link import Link
-from wax.sync.playout import PlayoutReport, PlayoutTargets, StreamPlayout
-from wax.sync.policies import make_policy
+from wax.sync.playout import PlayoutReport, StreamPlayout
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from wax.clock import Clock
     from wax.config import SyncSettings
-    from wax.media.lane import SoundLane, VideoLane
-    from wax.media.sound_hub import SoundHub
-    from wax.media.video_hub import VideoHub
-    from wax.rtc.peer import Channel, Kind, Peer
+    from wax.rtc.peer import Channel, Peer
+    from wax.rtc.tracks import Lane
+    from wax.streams.streams import Kind, Service
     from wax.telemetry import Counters
 
 _LOG = structlog.get_logger(__name__)
-
-_RETARGET_MS: Final = 4.0
-"""A buffer is not retargeted for less: each change of the picture's is a small jump."""
 
 _DRIVE_HZ: Final = 100.0
 _DRIVE_BURST: Final = 200
 _STATE_HZ: Final = 20.0
 _STATE_BURST: Final = 60
+_ACKNOWLEDGED_HZ: Final = 120.0
+_ACKNOWLEDGED_BURST: Final = 200
 """Twice what the liveliest page sends; what is beyond is not even read."""
-
-_RATES: Final[dict[Kind, int]] = {"audio": SAMPLE_RATE_HZ, "video": VIDEO_RATE_HZ}
 
 
 class ViewerEvents(Protocol):
@@ -68,8 +61,7 @@ class Viewer:
         client: str,
         clock: Clock,
         counters: Counters,
-        video: VideoHub,
-        audio: SoundHub,
+        service: Service,
         events: ViewerEvents,
         sync: SyncSettings,
     ) -> None:
@@ -83,70 +75,65 @@ class Viewer:
         self.was_ready = False
         self._clock = clock
         self._counters = counters
-        self._video = video
-        self._audio = audio
+        self._service = service
         self._events = events
+        now_s = clock.now_s()
+        state_hz, state_burst = (
+            (_ACKNOWLEDGED_HZ, _ACKNOWLEDGED_BURST)
+            if service.acknowledged
+            else (_STATE_HZ, _STATE_BURST)
+        )
         self._limits = {
-            "drive": TokenBucket(rate_hz=_DRIVE_HZ, burst=_DRIVE_BURST, now_s=clock.now_s()),
-            "state": TokenBucket(rate_hz=_STATE_HZ, burst=_STATE_BURST, now_s=clock.now_s()),
+            "drive": TokenBucket(rate_hz=_DRIVE_HZ, burst=_DRIVE_BURST, now_s=now_s),
+            "state": TokenBucket(rate_hz=state_hz, burst=state_burst, now_s=now_s),
         }
-        self._sync = sync
-        self._policy = make_policy(sync)
-        self._targets: PlayoutTargets | None = None
-        self._sound_wanted = False
-        self._video_lane: VideoLane | None = None
-        self._sound_lane: SoundLane | None = None
+        self.streams = service.streams(self.send, sync)
 
     # --- the peer's life -------------------------------------------------------------------
 
-    def lanes(self) -> tuple[VideoLane, SoundLane]:
+    def lanes(self) -> tuple[Lane, Lane]:
         """Make fresh lanes for a fresh peer; those of the peer before are given up."""
         self.release()
-        self._video_lane = self._video.add()
-        self._sound_lane = self._audio.add()
         self.link = Link(self._clock.now_s())
-        return self._video_lane, self._sound_lane
+        return self.streams.lanes()
 
     def release(self) -> None:
         """Give up the lanes; safe to call twice."""
-        if self._video_lane is not None and self._sound_lane is not None:
-            self._video.remove(self._video_lane)
-            self._audio.remove(self._sound_lane)
-        self._video_lane = self._sound_lane = None
+        self.streams.release()
         self.is_ready = False
-        self._sound_wanted = False
-        self._targets = None
         self.report = None
 
     def connected(self) -> None:
-        """Start the picture before the page can ask for it: it plays on load."""
         self.link.heard(self._clock.now_s())
-        if self._video_lane is not None:
-            self._video.choose(self._video_lane, self._video.sizes[0])
+        self.streams.connected()
 
     def ready(self) -> None:
         self.is_ready = self.was_ready = True
         self.link.heard(self._clock.now_s())
         self._events.viewer_connected(self)
-        self._retarget(self._policy.start())
+        self.streams.ready()
 
     def closed(self, peer: Peer) -> None:
         self._events.viewer_closed(self, peer)
 
     def keyframe_wanted(self) -> None:
-        if self._video_lane is not None:
-            self._counters.add("keyframes asked for")
-            self._video.request_keyframe(self._video_lane)
+        self._counters.add("keyframes asked for")
+        self.streams.keyframe_wanted()
 
     def rtp_clock(self, kind: Kind, rtp: int, captured_s: float) -> None:
         self.send(
             messages.RtpClock(
                 kind=kind,
                 rtp_origin=rtp,
-                rate_hz=_RATES[kind],
+                rate_hz=self._service.codecs.rates_hz[kind],
                 origin_server_ms=captured_s * 1000,
             )
         )
+        units = self.streams.units
+        if kind == "audio" and units is not None and self.peer is not None:
+            last_rtp = self.peer.rtp_time("audio", units.last_pts)
+            if last_rtp is not None:
+                self.send(messages.Units(last_rtp=last_rtp, length=units.length))
 
     # --- to the page -----------------------------------------------------------------------
 
@@ -161,13 +148,7 @@ class Viewer:
 
     def follow(self, sync: SyncSettings) -> None:
         """Change the policy with the role, while the streams go on."""
-        if sync is self._sync:
-            return
-        self._sync = sync
-        self._policy = make_policy(sync)
-        self._choose_sound()
-        if self.is_ready:
-            self._retarget(self._policy.start())
+        self.streams.follow(sync)
 
     # --- from the page ---------------------------------------------------------------------
 
@@ -196,7 +177,11 @@ class Viewer:
             case messages.Drive():
                 self._events.viewer_drives(self, _command(message))
             case messages.Ping():
-                self.link.pinged(message.id, message.pong_id, message.pong_held_ms, now_s)
+                round_trip_s = self.link.pinged(
+                    message.id, message.pong_id, message.pong_held_ms, now_s
+                )
+                if round_trip_s is not None:
+                    self.streams.round_trip(round_trip_s)
                 pong = messages.Pong(
                     id=message.id, sent_page_ms=message.sent_page_ms, server_ms=now_s * 1000
                 )
@@ -204,12 +189,9 @@ class Viewer:
                     self.peer.send("drive", pong.model_dump_json())
             case messages.Report():
                 self.report = message
-                self._retarget(self._policy.decide(_playout(message), now_s))
+                self.streams.reported(_playout(message))
 
-    def _on_state(
-        self,
-        message: messages.SetName | messages.Join | messages.Leave | messages.Stop | messages.Want,
-    ) -> None:
+    def _on_state(self, message: messages.StateIn) -> None:
         match message:
             case messages.SetName():
                 self._rename(message.name)
@@ -219,39 +201,25 @@ class Viewer:
                 self._events.viewer_stops(self)
             case messages.Want():
                 self._want(message)
+            case messages.Received():
+                self._received(message)
 
     def _rename(self, name: str) -> None:
         self.name = clean_name(name) or f"Guest {self.number}"
         self._events.viewer_renamed()
 
     def _want(self, want: messages.Want) -> None:
-        if want.size not in self._video.sizes:
+        if want.size not in self._service.sizes:
             self._counters.add("requests refused")
-            sizes = ", ".join(self._video.sizes)
+            sizes = ", ".join(self._service.sizes)
             self.send(messages.Notice(text=f"There is no size {want.size}; choose of {sizes}."))
             return
-        self._sound_wanted = want.sound
-        if self._video_lane is not None:
-            self._video.choose(self._video_lane, want.size if want.picture else None)
-        self._choose_sound()
+        self.streams.want(sound=want.sound, picture=want.picture, size=want.size)
 
-    def _choose_sound(self) -> None:
-        if self._sound_lane is not None:
-            mu_ms = self._sync.audio_mu_ms if self._sound_wanted else None
-            self._audio.choose(self._sound_lane, mu_ms, self._policy.preroll_ms)
-
-    def _retarget(self, targets: PlayoutTargets) -> None:
-        if self._targets is not None and not _moved(self._targets, targets):
-            return
-        self._targets = targets
-        self.send(
-            messages.Playout(
-                policy=self._policy.name,
-                sound_target_ms=targets.sound_ms,
-                picture_target_ms=targets.picture_ms,
-                reason=targets.reason,
-            )
-        )
+    def _received(self, received: messages.Received) -> None:
+        pts = None if self.peer is None else self.peer.media_time(received.kind, received.rtp)
+        if pts is not None:
+            self.streams.received(received.kind, pts)
 
 
 def clean_name(name: str) -> str:
@@ -278,13 +246,3 @@ def _playout(report: messages.Report) -> PlayoutReport:
         return None if one is None else StreamPlayout(age_ms=one.age_ms, delay_ms=one.delay_ms)
 
     return PlayoutReport(sound=stream(report.sound), picture=stream(report.picture))
-
-
-def _moved(old: PlayoutTargets, new: PlayoutTargets) -> bool:
-    def differ(a: float | None, b: float | None) -> bool:
-        if a is None or b is None:
-            return a is not b
-        # A little is let be, but zero is always reached: nothing to hold back means none.
-        return abs(a - b) >= _RETARGET_MS or (b == 0 and a != 0)
-
-    return differ(old.sound_ms, new.sound_ms) or differ(old.picture_ms, new.picture_ms)

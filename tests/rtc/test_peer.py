@@ -16,6 +16,7 @@ from wax.errors import SignallingError
 from wax.media.encoded import VIDEO_TIME_BASE
 from wax.rtc import private
 from wax.rtc.peer import Peer
+from wax.streams.streams import Codecs
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -100,7 +101,7 @@ async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
     lane = Ticking()
     peer = Peer(
         ice_servers=[],
-        video_codec=codec,
+        codecs=Codecs(audio="opus", video=codec),
         video=lane,
         audio=Ticking(),
         events=events,
@@ -149,6 +150,9 @@ async def test_the_rtp_clock_is_the_one_on_the_wire(
     lane = pair.lane
     elapsed_s = (packet.timestamp - rtp) % 2**32 / 90_000
     assert captured_s + elapsed_s == pytest.approx(5 + lane.number / 100, abs=1e-6)
+    media_time = pair.peer.media_time("video", packet.timestamp)
+    assert media_time == round((captured_s + elapsed_s) * 90_000)
+    assert pair.peer.rtp_time("video", media_time) == packet.timestamp
 
 
 async def test_a_lost_picture_asks_for_a_keyframe(pair: Pair) -> None:
@@ -201,7 +205,7 @@ async def test_garbage_is_refused_with_a_sentence() -> None:
     events = Events()
     peer = Peer(
         ice_servers=[],
-        video_codec="vp8",
+        codecs=Codecs(audio="opus", video="vp8"),
         video=Ticking(),
         audio=Ticking(),
         events=events,

@@ -59,9 +59,27 @@ async def client(
         room=cast("Room", door),
         ice=IceSettings(servers=[IceServer(urls="stun:stun.example:3478")]),
         status=lambda: {"version": "x"},
+        acknowledged=False,
     )
     async with TestClient(TestServer(made.application())) as found:
         yield found
+
+
+@pytest.mark.parametrize("acknowledged", [True, False])
+async def test_the_page_knows_whether_to_acknowledge(
+    door: Door, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, acknowledged: bool
+) -> None:
+    """Before it connects: a page that learns it later has to connect twice."""
+    (tmp_path / "index.html").write_text('<!doctype html><html lang="en"></html>')
+    monkeypatch.setattr(routes, "PAGE", tmp_path)
+    made = Routes(
+        room=cast("Room", door), ice=IceSettings(), status=dict, acknowledged=acknowledged
+    )
+    async with TestClient(TestServer(made.application())) as client:
+        page = await client.get("/")
+        assert page.content_type == "text/html"
+        assert ("data-acknowledge" in await page.text()) == acknowledged
+        assert page.headers["Cache-Control"] == "no-cache"
 
 
 async def test_the_page_is_served(client: Client) -> None:
@@ -169,6 +187,6 @@ def test_a_page_that_was_not_built_is_a_sentence(
 ) -> None:
     """Without the built page the server does not start, and says what to type."""
     monkeypatch.setattr(routes, "PAGE", tmp_path)
-    made = Routes(room=cast("Room", door), ice=IceSettings(), status=dict)
+    made = Routes(room=cast("Room", door), ice=IceSettings(), status=dict, acknowledged=False)
     with pytest.raises(StartError, match="make run"):
         made.application()

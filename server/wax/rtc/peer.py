@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from wax.config import IceServer
     from wax.rtc.tracks import Encoded, Lane
+    from wax.streams.streams import Codecs, Kind
 
 _LOG = structlog.get_logger(__name__)
 
@@ -34,7 +35,8 @@ _CLOCK_EVERY_S: Final = 10.0
 _MAX_BUFFERED_BYTES: Final = 262_144
 """A page that reads nothing for this long will not catch up; he reconnects and starts anew."""
 
-Kind = Literal["audio", "video"]
+_UINT32: Final = 2**32
+
 Channel = Literal["drive", "state"]
 
 
@@ -67,7 +69,7 @@ class Peer:
         self,
         *,
         ice_servers: list[IceServer],
-        video_codec: Literal["vp8", "h264"],
+        codecs: Codecs,
         video: Lane,
         audio: Lane,
         events: PeerEvents,
@@ -77,14 +79,15 @@ class Peer:
         self._now_s = now_s
         self._channels: dict[str, RTCDataChannel] = {}
         self._clock_told_s: dict[Kind, float] = {}
+        self._origins: dict[Kind, int] = {}
         self._closed = False
         self._closing: asyncio.Task[None] | None = None
         servers = [RTCIceServer(s.urls, s.username, s.credential) for s in ice_servers]
         # None would mean a public STUN server; nothing outside is contacted unless configured.
         self._pc = RTCPeerConnection(RTCConfiguration(iceServers=servers))
         self._senders: dict[Kind, RTCRtpSender] = {
-            "audio": self._send("audio", audio, "audio/opus"),
-            "video": self._send("video", video, f"video/{video_codec}"),
+            "audio": self._send("audio", audio, f"audio/{codecs.audio}"),
+            "video": self._send("video", video, f"video/{codecs.video}"),
         }
         private.on_keyframe_request(self._senders["video"], events.keyframe_wanted)
         self._pc.on("connectionstatechange", self._state_changed)
@@ -153,15 +156,27 @@ class Peer:
         private.own_sync_group(transceiver.sender, f"wax-{kind}")
         return transceiver.sender
 
+    def rtp_time(self, kind: Kind, pts: int) -> int | None:
+        """Return the RTP time of what has this media time; None before anything was sent."""
+        origin = self._origins.get(kind)
+        return None if origin is None else (origin + pts) % _UINT32
+
+    def media_time(self, kind: Kind, rtp: int) -> int | None:
+        """Return the media time modulo 2³² of an RTP time; None before anything was sent."""
+        origin = self._origins.get(kind)
+        return None if origin is None else (rtp - origin) % _UINT32
+
     def _sent(self, kind: Kind, sent: Encoded) -> None:
+        pts = sent.packet.pts or 0
+        if kind not in self._origins:
+            self._origins[kind] = private.rtp_origin(self._senders[kind], pts)
         now_s = self._now_s()
         if now_s - self._clock_told_s.get(kind, float("-inf")) < _CLOCK_EVERY_S:
             return
         if "state" not in self._channels:
             return
         self._clock_told_s[kind] = now_s
-        pts = sent.packet.pts or 0
-        rtp = (private.rtp_origin(self._senders[kind], pts) + pts) % 2**32
+        rtp = (self._origins[kind] + pts) % _UINT32
         self._events.rtp_clock(kind, rtp, sent.captured_s)
 
     def _state_changed(self) -> None:

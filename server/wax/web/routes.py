@@ -50,11 +50,17 @@ class Routes:
     """Answers HTTP; `status` makes the JSON of the status page."""
 
     def __init__(
-        self, *, room: Room, ice: IceSettings, status: Callable[[], dict[str, object]]
+        self,
+        *,
+        room: Room,
+        ice: IceSettings,
+        status: Callable[[], dict[str, object]],
+        acknowledged: bool,
     ) -> None:
         self._room = room
         self._ice = ice
         self._status = status
+        self._acknowledged = acknowledged
 
     def application(self) -> web.Application:
         """Make the application; raises `StartError` where the page was not built."""
@@ -66,7 +72,7 @@ class Routes:
         application.on_response_prepare.append(_add_headers)
         application.add_routes(
             [
-                web.get("/", _page),
+                web.get("/", self.page),
                 web.get("/healthz", self.health),
                 web.get("/api/status", self.status),
                 web.get("/api/ice", self.ice),
@@ -75,6 +81,16 @@ class Routes:
             ]
         )
         return application
+
+    async def page(self, request: web.Request) -> web.StreamResponse:  # noqa: ARG002  # aiohttp's form
+        # The assets carry a hash in their names; the page itself must be asked for each time.
+        headers = {"Cache-Control": "no-cache"}
+        if not self._acknowledged:
+            return web.FileResponse(PAGE / "index.html", headers=headers)
+        # Told before the page connects: afterwards it could only connect a second time.
+        text = (PAGE / "index.html").read_text(encoding="utf-8")
+        text = text.replace("<html ", "<html data-acknowledge ", 1)
+        return web.Response(text=text, content_type="text/html", headers=headers)
 
     async def health(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
         return web.json_response({"ok": True})
@@ -94,11 +110,6 @@ class Routes:
             where = ".".join(str(part) for part in first["loc"]) or "the offer"
             raise ProtocolError(f"{where}: {first['msg']}") from error
         return web.json_response({"sdp": await self._room.answer(offer.client, offer.sdp)})
-
-
-async def _page(request: web.Request) -> web.FileResponse:  # noqa: ARG001  # aiohttp's form
-    # The assets carry a hash in their names; the page itself must be asked for each time.
-    return web.FileResponse(PAGE / "index.html", headers={"Cache-Control": "no-cache"})
 
 
 async def _add_headers(request: web.Request, response: web.StreamResponse) -> None:

@@ -13,7 +13,9 @@ class ThesisSettings(BaseModel):
     The last three keys are not the thesis's: it gives no number, or a TCP stream needed none.
     """
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(
+        extra="forbid", strict=True, frozen=True, allow_inf_nan=False, validate_default=True
+    )
 
     video_mu_ms: Annotated[int, Field(ge=20, le=500)] = 100
     """Video MU length, the camera's 10 pictures a second (3.3.3.1)."""
@@ -21,7 +23,10 @@ class ThesisSettings(BaseModel):
     audio_mu_ms: Annotated[
         int,
         Field(
-            ge=100, le=500, description="100 to 500, a whole multiple of video_mu_ms (thesis 3.3.3)"
+            ge=100,
+            le=500,
+            multiple_of=20,
+            description="100 to 500, a whole multiple of video_mu_ms (thesis 3.3.3) and of 20",
         ),
     ] = 500
     """Audio MU length, chosen by experiment (5.3)."""
@@ -30,7 +35,7 @@ class ThesisSettings(BaseModel):
     height: Annotated[int, Field(ge=32, le=2160, multiple_of=2)] = 130
     """Picture size; the thesis's 166 × 129 (4.2) to the nearest even."""
 
-    picture_bytes: Annotated[int, Field(ge=500, le=200_000)] = 8000
+    picture_bytes: Annotated[int, Field(ge=1000, le=40_000)] = 8000
     """What one picture is encoded to, each on its own like a JPEG of 75 % (3.5, 4.2)."""
 
     sample_rate_hz: Literal[8000] = 8000

@@ -1,0 +1,300 @@
+"""`thesis`: every viewer is served as in 2004, by the sender of `wax.sync.thesis`.
+
+Sound goes before the picture by the order in which they leave. Network priority by DSCP (thesis
+4.2: setsockopt, iptables) is not set: sound and picture share one bundled UDP socket (RFC 9143),
+whose mark would be the same for both.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Final
+
+from wax import messages
+from wax.config import RenditionSettings, VideoSettings
+from wax.media.unit_lane import UnitLane
+from wax.streams.streams import Codecs, Kind, Units
+from wax.sync.thesis.compensation import Compensation
+from wax.sync.thesis.sender import Sender
+from wax.sync.thesis.units import MediaUnit, Stream
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from pydantic import BaseModel
+
+    from wax.clock import Clock
+    from wax.config import SyncSettings
+    from wax.media.encoded import EncodedPicture, EncodedSound, SoundUnit
+    from wax.media.unit_hub import UnitHub
+    from wax.media.video_hub import VideoHub
+    from wax.sync.playout import PlayoutReport
+    from wax.sync.thesis.sender import Decision
+    from wax.sync.thesis.settings import ThesisSettings
+
+    Packets = tuple[EncodedPicture | EncodedSound, ...]
+
+_UINT32: Final = 2**32
+_STREAMS: Final[dict[Kind, Stream]] = {"audio": "sound", "video": "picture"}
+
+
+class ThesisStreams:
+    """Feeds one viewer's sender with what is captured, and puts on the wire what it decides."""
+
+    def __init__(
+        self,
+        *,
+        clock: Clock,
+        settings: ThesisSettings,
+        video: VideoHub,
+        audio: UnitHub,
+        send: Callable[[BaseModel], None],
+    ) -> None:
+        self._clock = clock
+        self._settings = settings
+        self._video = video
+        self._audio = audio
+        self._send = send
+        self._lanes: dict[Stream, UnitLane] = {}
+        self._intake: _PictureIntake | None = None
+        self._timer: asyncio.TimerHandle | None = None
+        self._told: str | None = None
+        self._fail_safe_s = 0.0
+        self._fail_safe_since_s: float | None = None
+        self._begin()
+
+    def _begin(self) -> None:
+        """Know nothing of the link and have nothing to send."""
+        self._sender = Sender(self._settings, sound=False, picture=False)
+        self._compensation = Compensation(self._settings)
+        self._extra_s = 0.0
+        self._payloads: dict[tuple[Stream, int], Packets] = {}
+        self._under_way: dict[Stream, tuple[int, int]] = {}
+        self._last_sound_pts: int | None = None
+        self._counts = {"sent": 0, "skipped": 0, "lost": 0}
+
+    # --- the peer's life -------------------------------------------------------------------
+
+    def lanes(self) -> tuple[UnitLane, UnitLane]:
+        self.release()
+        self._begin()
+        self._lanes = {"picture": UnitLane(), "sound": UnitLane()}
+        self._intake = _PictureIntake(self._picture_captured)
+        self._video.attach(self._intake)
+        return self._lanes["picture"], self._lanes["sound"]
+
+    def release(self) -> None:
+        if self._intake is not None:
+            self._video.remove(self._intake)
+            self._intake = None
+        self._audio.leave(self._sound_captured)
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        self._lanes = {}
+        self._told = None
+        self._note_mode(None)
+
+    def connected(self) -> None:
+        """Nothing leaves before the page can acknowledge it, which it tells by what it wants."""
+
+    def ready(self) -> None:
+        self._tell()
+
+    def want(self, *, sound: bool, picture: bool, size: str) -> None:
+        if self._intake is None:
+            return
+        self._video.choose(self._intake, size if picture else None)
+        if sound:
+            self._audio.listen(self._sound_captured)
+        else:
+            self._audio.leave(self._sound_captured)
+        self._act(self._sender.choose(sound=sound, picture=picture, now_s=self._clock.now_s()))
+
+    def follow(self, sync: SyncSettings) -> None:
+        """Do nothing: the baseline is the same for all roles."""
+
+    def keyframe_wanted(self) -> None:
+        """Do nothing: each picture is one."""
+
+    # --- what is captured ------------------------------------------------------------------
+
+    def _sound_captured(self, unit: SoundUnit) -> None:
+        self._last_sound_pts = unit.packets[-1].pts
+        length_s = self._settings.audio_mu_ms / 1000
+        self._captured(MediaUnit("sound", unit.number, unit.captured_s, length_s), unit.packets)
+
+    def _picture_captured(self, number: int, picture: EncodedPicture) -> None:
+        # A picture shows the end of the interval that it stands for.
+        length_s = self._settings.video_mu_ms / 1000
+        began_s = picture.captured_s - length_s
+        self._captured(MediaUnit("picture", number, began_s, length_s), (picture,))
+
+    def _captured(self, unit: MediaUnit, packets: Packets) -> None:
+        if not self._lanes:
+            return
+        self._payloads[unit.stream, unit.number] = packets
+        self._act(self._sender.captured(unit, self._clock.now_s()))
+
+    # --- what the page says ----------------------------------------------------------------
+
+    def received(self, kind: Kind, pts: int) -> None:
+        stream = _STREAMS[kind]
+        number, last_pts = self._under_way.get(stream, (0, -1))
+        if last_pts % _UINT32 == pts:
+            del self._under_way[stream]
+            self._act(self._sender.acknowledged(stream, number, self._clock.now_s()))
+
+    def round_trip(self, round_trip_s: float) -> None:
+        if self._lanes:
+            self._act(self._sender.round_trip(round_trip_s, self._clock.now_s()))
+
+    def reported(self, report: PlayoutReport) -> None:
+        now_s = self._clock.now_s()
+        extra_s = self._compensation.reported(report, self._sender.state().rollback_s, now_s)
+        if extra_s != self._extra_s and self._lanes:
+            self._extra_s = extra_s
+            self._act(self._sender.roll_back_further(extra_s, now_s))
+
+    # --- what follows ----------------------------------------------------------------------
+
+    def _act(self, decision: Decision) -> None:
+        """Do what was decided. The sound is first in it, and so first on the wire."""
+        for unit in decision.send:
+            packets = self._payloads.pop((unit.stream, unit.number))
+            self._under_way[unit.stream] = (unit.number, packets[-1].packet.pts or 0)
+            self._lanes[unit.stream].put(packets)
+            self._counts["sent"] += 1
+        for unit in decision.skipped:
+            del self._payloads[unit.stream, unit.number]
+            self._missed("skipped", unit.stream)
+        for unit in decision.lost:
+            self._missed("lost", unit.stream)
+            if self._under_way.get(unit.stream, (None, 0))[0] == unit.number:
+                del self._under_way[unit.stream]
+        self._tell()
+        if self._timer is not None:
+            self._timer.cancel()
+        wait_s = max(decision.wake_s - self._clock.now_s(), 0.0)
+        self._timer = asyncio.get_running_loop().call_later(wait_s, self._tick)
+
+    def _tick(self) -> None:
+        self._act(self._sender.tick(self._clock.now_s()))
+
+    def _missed(self, how: str, stream: Stream) -> None:
+        self._counts[how] += 1
+        if stream == "sound":
+            self._audio.dropped += 1
+        elif self._intake is not None:
+            self._intake.dropped += 1
+
+    def _tell(self) -> None:
+        """Tell the page how it is served, when that has changed."""
+        state = self._sender.state()
+        self._note_mode(state.mode)
+        reason = state.mode if state.reason is None else f"{state.mode}: {state.reason}"
+        if reason == self._told or not self._lanes:
+            return
+        self._told = reason
+        # The browser's buffers are to add nothing: the roll-back is the server's work.
+        self._send(
+            messages.Playout(
+                policy="thesis", sound_target_ms=None, picture_target_ms=0.0, reason=reason
+            )
+        )
+
+    def _note_mode(self, mode: str | None) -> None:
+        now_s = self._clock.now_s()
+        if self._fail_safe_since_s is not None:
+            self._fail_safe_s += now_s - self._fail_safe_since_s
+        self._fail_safe_since_s = now_s if mode == "fail-safe" else None
+
+    @property
+    def units(self) -> Units | None:
+        if self._last_sound_pts is None:
+            return None
+        return Units(last_pts=self._last_sound_pts, length=self._audio.unit_samples)
+
+    def status(self) -> dict[str, object]:
+        state = self._sender.state()
+        self._note_mode(state.mode if self._lanes else None)
+        return {
+            "policy": "thesis",
+            "mode": state.mode,
+            "reason": state.reason,
+            "hold_back_ms": _ms(state.hold_back_s),
+            "transfer_ms": _ms(state.transfer_s),
+            "rollback_ms": _ms(state.rollback_s),
+            "pictures_cached": state.pictures_cached,
+            "fail_safe_s": round(self._fail_safe_s, 3),
+            **self._counts,
+        }
+
+
+class _PictureIntake:
+    """Numbers the pictures of the one rendition and passes them on."""
+
+    def __init__(self, take: Callable[[int, EncodedPicture], None]) -> None:
+        self._take = take
+        self._number = 0
+        self.rendition: str | None = None
+        self.dropped = 0
+
+    def choose(self, rendition: str | None) -> None:
+        self.rendition = rendition
+
+    def takes(self, rendition: str) -> bool:
+        return rendition == self.rendition
+
+    def put(self, picture: EncodedPicture) -> None:
+        if picture.rendition == self.rendition:
+            self._number += 1
+            self._take(self._number, picture)
+
+
+class ThesisService:
+    """Makes the streams of a server that serves everybody as in 2004."""
+
+    acknowledged = True
+    codecs = Codecs(audio="pcmu", video="vp8")
+
+    def __init__(
+        self, *, clock: Clock, settings: ThesisSettings, video: VideoHub, audio: UnitHub
+    ) -> None:
+        self._clock = clock
+        self._settings = settings
+        self._video = video
+        self._audio = audio
+
+    @property
+    def sizes(self) -> Sequence[str]:
+        return self._video.sizes
+
+    def streams(
+        self,
+        send: Callable[[BaseModel], None],
+        sync: SyncSettings,  # noqa: ARG002  # the baseline is the same for all roles
+    ) -> ThesisStreams:
+        return ThesisStreams(
+            clock=self._clock,
+            settings=self._settings,
+            video=self._video,
+            audio=self._audio,
+            send=send,
+        )
+
+
+def thesis_video(video: VideoSettings, thesis: ThesisSettings) -> VideoSettings:
+    """Return the settings with the thesis's one size, rate and codec in the place of their own."""
+    fps = 1000 / thesis.video_mu_ms
+    rendition = RenditionSettings(
+        width=thesis.width,
+        height=thesis.height,
+        fps=fps,
+        bitrate_bps=round(8 * thesis.picture_bytes * fps),
+    )
+    return video.model_copy(update={"codec": "vp8", "renditions": [rendition]})
+
+
+def _ms(seconds: float | None) -> float | None:
+    return None if seconds is None else round(seconds * 1000, 1)
