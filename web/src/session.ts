@@ -14,6 +14,7 @@ import { MAX_NAME_CHARS, type StateOut } from "./messages";
 import { Playback } from "./playback";
 import { applyPlayout } from "./playout";
 import { loadPreferences, openStore, type Preferences, savePreferences } from "./preferences";
+import { Acknowledger } from "./receipt/acknowledge";
 import { createState, type State } from "./state";
 
 const DIRECTIONS: Direction[] = ["forward", "back", "left", "right"];
@@ -52,12 +53,15 @@ export function startSession(): Session {
   const sound = new Playback();
   const identity = new Identity(openStore(() => window.sessionStorage));
 
+  const acknowledger = new Acknowledger((received) => link.sendState(received));
+
   const link = new Link(() => identity.client, {
     changed: (now) => {
       state.link.value = now;
     },
     fresh,
     received,
+    receivers: (sound, picture) => acknowledger.watch(sound, picture),
   });
 
   const wants = () => ({
@@ -105,6 +109,7 @@ export function startSession(): Session {
         // The room of the connection before may name another operator.
         state.room.value = null;
         state.hello.value = message;
+        if (message.acknowledge && !acknowledger.isReady) void acknowledge();
         greet();
         break;
       case "room":
@@ -116,12 +121,26 @@ export function startSession(): Session {
       case "rtp_clock":
         reporter.mapped(message);
         break;
+      case "units":
+        acknowledger.units(message);
+        break;
       case "drive_status":
         state.driveReason.value = message.reason;
         break;
       case "notice":
         state.notice.value = { text: message.text };
         break;
+    }
+  }
+
+  /** Connects anew, in a way that lets this page say what it has received. */
+  async function acknowledge(): Promise<void> {
+    if (await acknowledger.start()) {
+      link.connect();
+    } else {
+      state.notice.value = {
+        text: "This browser cannot say what it has received; picture and sound will stutter here.",
+      };
     }
   }
 
@@ -226,7 +245,12 @@ export function startSession(): Session {
   }, CLOCKS_EVERY_MS);
 
   picture.play();
-  link.connect();
+  // What the page's own text says of the server spares it the first connection without.
+  if ("acknowledge" in document.documentElement.dataset) {
+    void acknowledger.start().then(() => link.connect());
+  } else {
+    link.connect();
+  }
   identity.share(openIdentityChannel(), () => link.connect());
 
   let unwatch = () => {};

@@ -46,6 +46,7 @@ beforeEach(() => {
     changed: (state) => states.push(state),
     fresh: () => {},
     received: (message) => heard.push(message),
+    receivers: () => {},
   });
   link.connect();
 });

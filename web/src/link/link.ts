@@ -17,6 +17,8 @@ export interface LinkEvents {
   /** A fresh peer is being connected; what was measured of the one before no longer holds. */
   fresh(peer: Peer): void;
   received(message: StateOut): void;
+  /** In the moment in which a peer's receivers are made, and at no other. */
+  receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
 }
 
 const CONNECT_MS = 10_000;
@@ -55,6 +57,7 @@ export class Link {
       opened: () => this.#beat(),
       received: (channel, text) => this.#received(channel, text),
       lost: (reason) => this.#lost(reason),
+      receivers: this.events.receivers,
     });
     this.#peer = peer;
     this.#change({ is: "connecting" });

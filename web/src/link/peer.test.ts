@@ -47,7 +47,12 @@ afterEach(() => vi.unstubAllGlobals());
 /** A fresh peer that connects; the promise resolves when it has its answer or has failed. */
 function connect() {
   const lost = vi.fn();
-  const connected = new Peer({ opened: () => {}, received: () => {}, lost }).connect("client");
+  const connected = new Peer({
+    opened: () => {},
+    received: () => {},
+    lost,
+    receivers: () => {},
+  }).connect("client");
   const connection = FakeConnection.made.at(-1);
   if (!connection) throw new Error("there is no connection");
   return { connected, connection, lost };

@@ -8,6 +8,8 @@ export interface PeerEvents {
   received(channel: Channel, text: string): void;
   /** `reason` is a sentence for a person. */
   lost(reason: string): void;
+  /** The receivers are made; what stands between them and the tracks must be put there now. */
+  receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
 }
 
 /** More than this waiting to be sent: a set-point would arrive late, so it is not sent at all. */
@@ -28,6 +30,7 @@ export class Peer {
     this.#pc = pc;
     this.sound = pc.addTransceiver("audio", { direction: "recvonly" }).receiver;
     this.picture = pc.addTransceiver("video", { direction: "recvonly" }).receiver;
+    events.receivers(this.sound, this.picture);
     this.#channels = {
       drive: pc.createDataChannel("drive", { ordered: false, maxRetransmits: 0 }),
       state: pc.createDataChannel("state"),

@@ -18,6 +18,7 @@ export function hello(more: Partial<Hello> = {}): Hello {
     grace_s: 3,
     command_rate_hz: 30,
     max_age_ms: 150,
+    acknowledge: false,
     ...more,
   };
 }

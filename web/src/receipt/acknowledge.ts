@@ -1,0 +1,56 @@
+import type { Received, Units } from "../messages";
+import { SoundUnits } from "./receipts";
+import type { Arrival } from "./worker";
+
+interface Transformable {
+  transform: unknown;
+}
+
+type TransformConstructor = new (worker: Worker, options: Arrival["kind"]) => unknown;
+
+/** Tells the server of every media unit that has come whole, where it asks for that. */
+export class Acknowledger {
+  readonly #units = new SoundUnits();
+  #worker: Worker | null = null;
+
+  constructor(private readonly send: (received: Received) => void) {}
+
+  /** Whether `watch` may be called: it is wanted, and this browser can. */
+  get isReady(): boolean {
+    return this.#worker !== null;
+  }
+
+  /** Gets ready; resolves to false where the browser cannot tell what has come. */
+  start(): Promise<boolean> {
+    if (!("RTCRtpScriptTransform" in globalThis)) return Promise.resolve(false);
+    const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
+    return new Promise((resolve) => {
+      worker.onmessage = ({ data }: MessageEvent<Arrival | "ready">) => {
+        if (data === "ready") {
+          this.#worker = worker;
+          resolve(true);
+        } else if (data.kind === "video" || this.#units.isLast(data.rtp)) {
+          this.#acknowledge(data.kind, data.rtp);
+        }
+      };
+    });
+  }
+
+  /** Watches a fresh peer's streams; only in the moment in which their receivers are made. */
+  watch(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void {
+    if (!this.#worker) return;
+    this.#units.reset();
+    const Transform = Reflect.get(globalThis, "RTCRtpScriptTransform") as TransformConstructor;
+    (sound as Transformable).transform = new Transform(this.#worker, "audio");
+    (picture as Transformable).transform = new Transform(this.#worker, "video");
+  }
+
+  /** Learns which packets end a unit of the sound. */
+  units(units: Units): void {
+    for (const rtp of this.#units.set(units)) this.#acknowledge("audio", rtp);
+  }
+
+  #acknowledge(kind: Arrival["kind"], rtp: number): void {
+    this.send({ type: "received", kind, rtp });
+  }
+}

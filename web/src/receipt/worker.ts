@@ -1,0 +1,36 @@
+/**
+ * Stands in the way of a stream and says of each frame that it has come whole: an encoded picture
+ * is handed on when its last packet is here, sound packet by packet (W3C, WebRTC Encoded Transform).
+ */
+
+interface Transformer {
+  readable: ReadableStream<{ timestamp?: number; getMetadata(): { rtpTimestamp?: number } }>;
+  writable: WritableStream;
+  options: "audio" | "video";
+}
+
+/** What the page is told; `rtp` is the frame's RTP time. */
+export interface Arrival {
+  kind: "audio" | "video";
+  rtp: number;
+}
+
+addEventListener("rtctransform", (event) => {
+  const { transformer } = event as Event & { transformer: Transformer };
+  const { readable, writable, options: kind } = transformer;
+  const noting = new TransformStream({
+    transform(frame, controller) {
+      const rtp = frame.getMetadata().rtpTimestamp ?? frame.timestamp;
+      if (rtp !== undefined) postMessage({ kind, rtp } satisfies Arrival);
+      controller.enqueue(frame);
+    },
+  });
+  // It ends when the page closes the connection, which is no error.
+  void readable
+    .pipeThrough(noting)
+    .pipeTo(writable)
+    .catch(() => {});
+});
+
+// A transform that is made before this line has run would never hear of its streams.
+postMessage("ready");
