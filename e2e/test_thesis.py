@@ -1,0 +1,77 @@
+"""The baseline in a real browser: the thesis's codecs, acknowledged units, all in the queue."""
+
+from __future__ import annotations
+
+import asyncio
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from e2e.harness import ear, toml
+from e2e.harness.viewer import EARS
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.server import Server
+
+CONFIG = Path(__file__).parents[1] / "config" / "thesis.toml"
+
+
+def thesis(**more: Any) -> str:
+    """Return the shipped file with the test card before it, whose stamp the imprint would hide."""
+    tree = tomllib.loads(CONFIG.read_text(encoding="utf-8"))
+    tree["video"] |= {"source": "testcard", "imprint": False}
+    tree["audio"] = {"source": "testcard"}
+    tree["thesis"] |= more
+    return toml.dumps(tree)
+
+
+async def _streams(server: Server) -> dict[str, Any]:
+    (viewer,) = (await server.status())["viewers"]
+    found = viewer["streams"]
+    assert isinstance(found, dict)
+    return found
+
+
+async def test_the_browser_plays_the_system_of_2004(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
+) -> None:
+    """µ-law and keyframes alone, each unit acknowledged, in step and half a second old."""
+    async with serve(tmp_path, thesis()) as server:
+        viewer = await open_viewer(server, **EARS)
+        await viewer.listen()
+
+        async def in_step() -> bool:
+            return bool((await _streams(server))["mode"] == "synchronised")
+
+        await eventually(in_step, "sound and picture are in step", within_s=20)
+        assert await viewer.probe("codec('audio')") == "audio/PCMU"
+        await asyncio.sleep(3)  # until the browser's buffer has grown to the length of a unit
+        await viewer.forget()
+        before = await viewer.inbound("video")
+        cards = await viewer.cards(25)
+        after = await viewer.inbound("video")
+        assert after["frameWidth"] == 166
+        assert after["framesDecoded"] == after["keyFramesDecoded"]
+        assert after["framesDecoded"] - before["framesDecoded"] > 15
+        assert [card for card in cards if card.valid]
+        assert ear.loudness(await viewer.heard()) > 0.02
+        streams = await _streams(server)
+        assert streams["sent"] > 60
+        assert streams["lost"] == 0
+        # Half a second is the least that the policy allows, and that is what it is known for.
+        ages_ms = sorted(card.age_ms for card in cards if card.valid)
+        assert ages_ms[len(ages_ms) // 2] > 400
+
+
+async def test_everybody_is_in_the_queue(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
+) -> None:
+    """Who opens the page drives or waits, without asking (thesis 3.1)."""
+    async with serve(tmp_path, thesis()) as server:
+        first = await open_viewer(server)
+        await first.drives()
+        await open_viewer(server)
+        roles = [viewer["role"] for viewer in (await server.status())["viewers"]]
+        assert sorted(roles) == ["operator", "queued"]
