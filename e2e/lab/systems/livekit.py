@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final
 
 from e2e.lab.errors import LabError, NotRunError
-from e2e.lab.face import face_file
+from e2e.lab.systems.film import film
 from e2e.lab.systems.running import PORT
 from e2e.lab.systems.served import serving
 from e2e.peers.livekit.errors import LiveKitError
@@ -64,7 +64,8 @@ class LiveKitRunning:
 async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Running]:
     """See `e2e.lab.systems.start`."""
     check_installed()
-    arguments = await asyncio.to_thread(command, cell, link.server.address, folder)
+    media = await film() if cell.content == "face" else None
+    arguments = command(link.server.address, media)
     async with serving("livekit", link, folder, arguments) as served:
         yield LiveKitRunning(served)
 
@@ -78,7 +79,7 @@ def check_installed() -> None:
         raise NotRunError(str(error)) from error
 
 
-def command(cell: Cell, address: str, folder: Path) -> list[str]:
-    """Return Python's arguments; the film of a talking face is made in `folder` if it is asked."""
-    media = ["--media", str(face_file(folder).resolve())] if cell.content == "face" else []
-    return ["-m", "e2e.peers.livekit", "--host", address, "--port", str(PORT), *media]
+def command(address: str, media: Path | None) -> list[str]:
+    """Return Python's arguments; without a film the test card is published."""
+    shown = [] if media is None else ["--media", str(media)]
+    return ["-m", "e2e.peers.livekit", "--host", address, "--port", str(PORT), *shown]

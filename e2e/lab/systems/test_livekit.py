@@ -22,17 +22,13 @@ if TYPE_CHECKING:
 CELL = Cell(experiment="E2", profile="lan", system="livekit")
 
 
-def test_its_own_program_takes_the_command_line(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    """It is told the address at its end, and the film only where a cell wants the face."""
-    film = tmp_path / "face.mp4"
-    monkeypatch.setattr(livekit, "face_file", lambda _: film)
-    asked = parse(command(CELL, "10.77.0.1", tmp_path)[2:])
+def test_its_own_program_takes_the_command_line(tmp_path: Path) -> None:
+    """It is told the address at its end, and a film only where there is one."""
+    asked = parse(command("10.77.0.1", None)[2:])
     assert str(asked.host) == "10.77.0.1"
     assert asked.media is None
-    face = CELL.model_copy(update={"content": "face"})
-    assert parse(command(face, "10.77.0.1", tmp_path)[2:]).media == film
+    film = tmp_path / "face.mp4"
+    assert parse(command("10.77.0.1", film)[2:]).media == film
 
 
 @pytest.mark.parametrize(("missing_part", "said"), [("_BUILT", "Go"), ("_PACKAGE", "make check")])
