@@ -1,0 +1,145 @@
+"""The part of the instrument that asks the page, and keeps what it said."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.lab.errors import LabError
+from e2e.lab.instrument.preload import NAME
+from e2e.lab.readings import Commands, Counters, Pictures, Readings, Sound
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
+STAMP_MODULUS: Final = 1 << 40
+_PLAUSIBLE_MS: Final = 600_000.0
+"""A card farther from now is none: one picture in 256 has the right check by chance."""
+
+
+class InstrumentError(LabError):
+    """The instrument cannot do its work."""
+
+
+@dataclass(slots=True)
+class Cost:
+    """What reading took of the page's main thread."""
+
+    reads: int = 0
+    total_ms: float = 0.0
+    worst_ms: float = 0.0
+    missed: int = 0
+    """Frames that were presented and gone before the page had its turn."""
+
+    @property
+    def mean_ms(self) -> float:
+        return self.total_ms / self.reads if self.reads else 0.0
+
+
+class Instrument:
+    """Reads one page; `evaluate` runs an expression in it, awaits promises, returns JSON values.
+
+    The page keeps the last 10 min at most; each call of `readings` fetches what is new. Where the
+    page is loaded again, what it had read since the last call is lost, and a limit says so.
+    """
+
+    def __init__(self, evaluate: Callable[[str], Awaitable[Any]], *, name: str = NAME) -> None:
+        self._evaluate = evaluate
+        self._at = f"window[{name!r}]"
+        self._load: float | None = None
+        self._loads = 0
+        self._readings: Readings | None = None
+        self._output_ms = 0.0
+        self.cost = Cost()
+
+    async def sees_picture(self) -> bool:
+        """Tell whether a frame of any video has been presented."""
+        return bool(await self._evaluate(f"{self._at}?.sees() ?? false"))
+
+    async def listen(self) -> bool:
+        """Put the ear on the remote sound; True once it hears. Safe to call again and again.
+
+        In Chromium the ear is on by itself, and this only tells. It hears what an element of the
+        page plays, unmuted.
+        """
+        return bool(await self._evaluate(f"{self._at}?.listen() ?? false"))
+
+    async def readings(self) -> Readings:
+        """Return everything from the page's opening until now.
+
+        Raises `InstrumentError` where the page never had the instrument in it.
+        """
+        taken = await self._evaluate(f"{self._at}?.take() ?? null")
+        if taken is not None:
+            self._take(taken)
+        if self._readings is None:
+            raise InstrumentError(
+                "The instrument is not in this page: add PRELOAD before the page is opened."
+            )
+        # A copy: whoever keeps it shall not see it grow.
+        return self._with_output(self._readings.model_copy(deep=True))
+
+    def _take(self, taken: dict[str, Any]) -> None:
+        known = self._readings
+        if known is None or (known.first_picture_ms is None and self._load != taken["load"]):
+            # A blank page before the real one is no page.
+            known = self._readings = Readings(opened_ms=taken["opened_ms"])
+            self._load, self._loads = taken["load"], 1
+        elif self._load != taken["load"]:
+            self._load, self._loads = taken["load"], self._loads + 1
+        self.cost = Cost(**taken["cost"])
+        if taken["output_ms"] is not None:
+            self._output_ms = taken["output_ms"]
+            known.sound_output_ms = round(self._output_ms, 2)
+        if known.first_picture_ms is None:
+            known.first_picture_ms = taken["first_picture_ms"]
+        if known.first_sound_ms is None:
+            known.first_sound_ms = taken["first_sound_ms"]
+        _extend(known.pictures, _pictures(taken["pictures"]))
+        sound = taken["sound"]
+        _extend(known.sound, Sound(start_ms=sound.pop("taken_ms"), **sound))
+        _extend(known.counters, Counters(**taken["counters"]))
+        _extend(known.commands, Commands(**taken["commands"]))
+        known.limits = [*taken["limits"], *self._own_limits()]
+
+    def _own_limits(self) -> list[str]:
+        limits = []
+        if self._loads > 1:
+            limits.append(f"The page was loaded {self._loads} times; some readings are lost.")
+        if self.cost.missed:
+            limits.append(
+                f"{self.cost.missed} of {self.cost.missed + self.cost.reads} presented frames were"
+                " gone before the page could read them."
+            )
+        return limits
+
+    def _with_output(self, readings: Readings) -> Readings:
+        """Add the way from the jitter buffer to the loudspeaker to when sound was played."""
+        delay_ms = self._output_ms
+        readings.sound.start_ms = [round(at + delay_ms, 2) for at in readings.sound.start_ms]
+        if readings.first_sound_ms is not None:
+            readings.first_sound_ms = round(readings.first_sound_ms + delay_ms, 2)
+        return readings
+
+
+def whole_ms(stamp40_ms: int, at_ms: float) -> float | None:
+    """Return the Unix time near `at_ms` that a card's 40 bits stand for; None if none is near."""
+    behind_ms = (math.floor(at_ms) - stamp40_ms) % STAMP_MODULUS
+    if behind_ms > STAMP_MODULUS // 2:
+        behind_ms -= STAMP_MODULUS
+    return None if abs(behind_ms) > _PLAUSIBLE_MS else float(math.floor(at_ms) - behind_ms)
+
+
+def _pictures(taken: dict[str, list[Any]]) -> Pictures:
+    stamps = taken.pop("stamp40_ms")
+    whole = [
+        None if stamp is None else whole_ms(stamp, at)
+        for stamp, at in zip(stamps, taken["at_ms"], strict=True)
+    ]
+    return Pictures(stamp_ms=whole, **taken)
+
+
+def _extend(known: Any, more: Any) -> None:
+    for column in type(known).model_fields:
+        getattr(known, column).extend(getattr(more, column))

@@ -1,0 +1,81 @@
+// Learns of every peer connection and every media element, also of those that are in no document.
+// Proxies keep names, prototypes and statics, so the page sees what it always sees.
+const makeHooks = () => {
+  const peers = [];
+  const remoteTracks = new Set();
+  const elements = [];
+  const listeners = { element: [], track: [], send: [] };
+  const tell = (kind, ...what) => {
+    for (const listener of listeners[kind]) {
+      try {
+        listener(...what);
+      } catch (error) {
+        console.debug(error);
+      }
+    }
+  };
+
+  const meetTrack = ({ track }) => {
+    if (track.kind !== "audio" || remoteTracks.has(track)) return;
+    remoteTracks.add(track);
+    track.addEventListener("ended", () => remoteTracks.delete(track));
+    tell("track", track);
+  };
+
+  const meetPeer = (peer) => {
+    peers.push(peer);
+    peer.addEventListener("track", meetTrack);
+  };
+
+  const meetElement = (element) => {
+    if (elements.some((known) => known.deref() === element)) return;
+    elements.push(new WeakRef(element));
+    tell("element", element);
+  };
+
+  for (const name of ["RTCPeerConnection", "webkitRTCPeerConnection"]) {
+    if (!(name in window)) continue;
+    const proxy = new Proxy(window[name], {
+      construct(target, args, newTarget) {
+        const peer = Reflect.construct(target, args, newTarget === proxy ? target : newTarget);
+        meetPeer(peer);
+        return peer;
+      },
+    });
+    const property = Object.getOwnPropertyDescriptor(window, name);
+    Object.defineProperty(window, name, { ...property, value: proxy });
+  }
+
+  const wrap = (prototype, name, part, before) => {
+    const property = Object.getOwnPropertyDescriptor(prototype, name);
+    property[part] = new Proxy(property[part], {
+      apply(target, self, args) {
+        before(self, args);
+        return Reflect.apply(target, self, args);
+      },
+    });
+    Object.defineProperty(prototype, name, property);
+  };
+  wrap(HTMLMediaElement.prototype, "srcObject", "set", (element) => meetElement(element));
+  wrap(RTCDataChannel.prototype, "send", "value", (channel, [data]) => tell("send", channel, data));
+
+  // What came by markup, or before the page was ours; forgets what is gone.
+  const look = () => {
+    for (const element of document.querySelectorAll("video, audio")) {
+      if (element.srcObject) meetElement(element);
+    }
+    for (let i = elements.length - 1; i >= 0; i--) if (!elements[i].deref()) elements.splice(i, 1);
+    for (let i = peers.length - 1; i >= 0; i--) {
+      if (peers[i].signalingState === "closed") peers.splice(i, 1);
+    }
+    for (const track of remoteTracks) if (track.readyState === "ended") remoteTracks.delete(track);
+  };
+
+  return {
+    look,
+    peers,
+    remoteTracks,
+    elements: () => elements.map((known) => known.deref()).filter(Boolean),
+    on: (kind, listener) => listeners[kind].push(listener),
+  };
+};

@@ -1,0 +1,46 @@
+// Puts the parts together under NAME, which no loop over the window's properties meets.
+if (window === window.top && !(NAME in window)) {
+  const limits = new Set();
+  // `holds` false takes the sentence back.
+  const limit = (sentence, holds = true) => (holds ? limits.add(sentence) : limits.delete(sentence));
+  const clock = makeClock();
+  const hooks = makeHooks();
+  const eyes = makeEyes(clock, hooks, limit);
+  const ears = makeEars(clock, hooks, limit);
+  const counts = makeCounts(clock, hooks, limit);
+  const commands = makeCommands(clock, hooks);
+  const load = Math.random();
+
+  const turn = async () => {
+    try {
+      clock.follow();
+      hooks.look();
+      eyes.choose();
+      await counts.look();
+    } catch (error) {
+      console.debug(error); // a peer that was closed meanwhile
+    }
+    setTimeout(turn, 100);
+  };
+  turn();
+
+  Object.defineProperty(window, NAME, {
+    value: {
+      sees: eyes.sees,
+      listen: ears.listen,
+      take: () => ({
+        load,
+        opened_ms: clock.unix(0),
+        first_picture_ms: eyes.first_ms(),
+        first_sound_ms: ears.first_ms(),
+        output_ms: ears.context_output_ms() ?? counts.output_ms(),
+        cost: eyes.cost,
+        pictures: eyes.table.take(),
+        sound: ears.table.take(),
+        counters: counts.table.take(),
+        commands: commands.table.take(),
+        limits: [...limits],
+      }),
+    },
+  });
+}

@@ -1,0 +1,20 @@
+"""The part of the instrument that runs in the page."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Final
+
+_PARTS: Final = ("clock", "hooks", "eyes", "ears", "counts", "commands", "main")
+NAME: Final = "__waxLab"
+
+
+def preload(name: str = NAME) -> str:
+    """Return the script to run before any of the page's; two of different names share a page."""
+    folder = Path(__file__).parent / "page"
+    parts = [(folder / f"{part}.js").read_text(encoding="utf-8") for part in _PARTS]
+    return "\n".join(["(() => {", f"const NAME = {json.dumps(name)};", *parts, "})();"])
+
+
+PRELOAD: Final = preload()
