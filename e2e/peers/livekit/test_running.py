@@ -1,0 +1,184 @@
+"""LiveKit as a peer, run as a whole: what a browser sees and gets, and how it ends."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import socket
+import sys
+from asyncio.subprocess import PIPE
+from contextlib import asynccontextmanager
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import aiohttp
+import jwt
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+import pytest
+
+from e2e.harness.server import free_port
+from e2e.harness.viewer import Viewer
+from e2e.harness.wait import eventually
+from e2e.peers.livekit.__main__ import first_published, start_publisher, stop_publisher
+from e2e.peers.livekit.errors import LiveKitError
+from e2e.peers.livekit.installation import find_client, find_server
+from e2e.peers.livekit.messages import FIRST_LINE, PUBLISHER_LINE, Published, Ready, Refusal
+from e2e.peers.livekit.server import LiveKit, Ports
+from e2e.peers.livekit.tokens import ROOM, Key
+
+if TYPE_CHECKING:
+    from asyncio.subprocess import Process
+    from collections.abc import AsyncIterator
+
+    from playwright.async_api import Browser
+
+ROOT = Path(__file__).parents[3]
+KEY = Key("APItest", "s" * 32)
+
+
+@asynccontextmanager
+async def started(**given: str) -> AsyncIterator[Process]:
+    """Start it on free ports, but for those given; what is left of it at the end is killed."""
+    names = ("--port", "--signal-port", "--media-tcp-port", "--media-udp-port")
+    ports = {name: str(free_port()) for name in names}
+    ports |= {f"--{name.replace('_', '-')}": port for name, port in given.items()}
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "e2e.peers.livekit", *chain.from_iterable(ports.items())),
+        cwd=ROOT,
+        stdout=PIPE,
+    )
+    try:
+        yield process
+    finally:
+        if process.returncode is None:
+            for child in psutil.Process(process.pid).children(recursive=True):
+                child.kill()
+            process.kill()
+            await process.wait()
+
+
+async def first_line(process: Process) -> Ready | Refusal:
+    assert process.stdout is not None
+    return FIRST_LINE.validate_json(await asyncio.wait_for(process.stdout.readline(), 40))
+
+
+@pytest.fixture
+def _livekit() -> None:
+    """Say why where there is none: unlike a browser, it is not on every machine that tests."""
+    try:
+        find_server()
+        find_client()
+    except LiveKitError as error:
+        pytest.skip(str(error))
+
+
+async def test_what_is_no_livekit_is_one_sentence(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A program that ends at once is told as that, with exit status 1."""
+    program = tmp_path / "livekit-server"
+    program.write_text("#!/bin/sh\nexit 3\n", encoding="utf-8")
+    program.chmod(0o755)
+    monkeypatch.setenv("WAX_LIVEKIT", str(program))
+    async with started() as process:
+        refusal = await first_line(process)
+        assert isinstance(refusal, Refusal)
+        assert refusal.refused.startswith("LiveKit ended at its start with status 3")
+        assert await asyncio.wait_for(process.wait(), 10) == 1
+
+
+@pytest.mark.usefixtures("_livekit")
+async def test_a_port_that_is_taken_is_one_sentence() -> None:
+    """Where the page cannot be served it says so, and LiveKit is ended again."""
+    signal_port = free_port()
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        async with started(port=str(port), signal_port=str(signal_port)) as process:
+            refusal = await first_line(process)
+            assert isinstance(refusal, Refusal)
+            assert f"127.0.0.1:{port}" in refusal.refused
+            assert await asyncio.wait_for(process.wait(), 10) == 1
+    with socket.socket() as probe:
+        assert probe.connect_ex(("127.0.0.1", signal_port)) != 0
+
+
+@pytest.mark.timeout(90)
+@pytest.mark.usefixtures("_livekit")
+async def test_the_publisher_comes_back() -> None:
+    """A publisher that LiveKit puts out publishes anew, without being told."""
+    ports = Ports(free_port(), free_port(), free_port())
+    livekit = LiveKit(find_server(), "127.0.0.1", ports, KEY)
+    await livekit.start()
+    publisher = await start_publisher(livekit.url, KEY, None)
+    try:
+        assert await first_published(publisher) == 1
+        await put_out(livekit.url, "robot")
+        assert publisher.stdout is not None
+        line = await asyncio.wait_for(publisher.stdout.readline(), 40)
+        assert PUBLISHER_LINE.validate_json(line) == Published(times=2)
+    finally:
+        await stop_publisher(publisher)
+        await livekit.stop()
+
+
+async def put_out(url: str, who: str) -> None:
+    """Remove a participant, as an administrator does."""
+    may = {"iss": KEY.name, "exp": 2**31, "video": {"room": ROOM, "roomAdmin": True}}
+    token = jwt.encode(may, KEY.secret, algorithm="HS256")
+    async with (
+        aiohttp.ClientSession(raise_for_status=True) as http,
+        http.post(
+            f"{url}/twirp/livekit.RoomService/RemoveParticipant",
+            json={"room": ROOM, "identity": who},
+            headers={"Authorization": f"Bearer {token}"},
+        ),
+    ):
+        pass
+
+
+@pytest.mark.timeout(90)
+@pytest.mark.usefixtures("_livekit")
+async def test_when_livekit_dies_the_rest_ends() -> None:
+    """A LiveKit that is killed is told in one sentence, and nothing of this peer stays."""
+    async with started() as process:
+        assert isinstance(await first_line(process), Ready)
+        family = psutil.Process(process.pid).children(recursive=True)
+        next(child for child in family if child.name() == find_server().name).kill()
+        refusal = await first_line(process)
+        assert isinstance(refusal, Refusal)
+        assert refusal.refused.startswith("LiveKit ended with status -9")
+        assert await asyncio.wait_for(process.wait(), 10) == 1
+        assert not [child for child in family if child.is_running()]
+
+
+@pytest.mark.timeout(90)
+@pytest.mark.usefixtures("_livekit")
+async def test_a_browser_sees_and_hears_through_livekit(chromium: Browser) -> None:
+    """The test card comes whole, and packets of sound with it; Ctrl-C leaves no process."""
+    async with started() as process:
+        ready = await first_line(process)
+        assert isinstance(ready, Ready)
+        family = psutil.Process(process.pid).children(recursive=True)
+        assert len(family) == 2  # LiveKit and the publisher; the page is the parent's
+        context = await chromium.new_context()
+        try:
+            viewer = await Viewer.prepare(context, ready.url)
+            await viewer.page.goto(ready.url)
+            await viewer.sees_picture()
+            cards = await viewer.cards(20)
+            assert sum(card.valid for card in cards) >= 18
+            assert {(card.width, card.height) for card in cards} == {(640, 480)}
+            assert len({card.stamp_ms for card in cards}) >= 18
+
+            async def hears() -> bool:
+                return await viewer.packets("audio") > 50
+
+            await eventually(hears, "packets of sound arrive")
+            assert await viewer.says_connected()
+            assert viewer.errors == []
+        finally:
+            await context.close()
+        process.send_signal(signal.SIGINT)
+        assert await asyncio.wait_for(process.wait(), 10) == 0
+        assert not [child for child in family if child.is_running()]
