@@ -75,16 +75,19 @@ def lip_lag(readings: Readings, *, from_ms: float, to_ms: float) -> LipLag | Non
         return None
     steps = round(FARTHEST_MS / _BLOCK_MS) + 1
     lags_ms = np.arange(-steps, steps + 1) * _BLOCK_MS
-    fits = np.zeros(len(lags_ms))
+    fits = np.full(len(lags_ms), np.nan)
     for place, lag_ms in enumerate(lags_ms):
         voice = np.interp(at_ms + lag_ms, heard_ms, loud, left=np.nan, right=np.nan)
         known = ~np.isnan(voice)
         if known.sum() >= _HEARD_SHARE * len(at_ms):
             fits[place] = _correlation(mouth[known], voice[known])
-    best = int(fits.argmax())
-    if best in (0, len(fits) - 1):
+    if np.isnan(fits).all():
         return None
-    before, fit, after = fits[best - 1 : best + 2]
+    best = int(np.nanargmax(fits))
+    around = fits[max(best - 1, 0) : best + 2]
+    if len(around) < 3 or np.isnan(around).any():
+        return None  # it rises to the end of what is known: no peak
+    before, fit, after = around
     voice = np.interp(at_ms + lags_ms[best], heard_ms, loud, left=np.nan, right=np.nan)
     counted_ms = at_ms[~np.isnan(voice)]
     if fit < _believable(counted_ms):

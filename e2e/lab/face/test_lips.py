@@ -219,7 +219,7 @@ def test_a_lag_too_far_away_is_none(voice: NDArray[np.int16]) -> None:
 
 
 def test_nothing_to_judge_is_none(voice: NDArray[np.int16]) -> None:
-    """No face, still lips, no sound, silence, or hardly a picture: no lag."""
+    """No face, still lips, no sound, little of it, silence, or hardly a picture: no lag."""
     whole = Watched().readings(voice)
     assert lag_of(whole) is not None
     count = len(whole.pictures.at_ms)
@@ -228,12 +228,19 @@ def test_nothing_to_judge_is_none(voice: NDArray[np.int16]) -> None:
         update={"mouth": [0.3, 0.32] * (count // 2) + [0.3] * (count % 2)}
     )
     silent = whole.sound.model_copy(update={"rms": [0.0] * len(whole.sound.rms)})
+    brief = Sound(
+        start_ms=whole.sound.start_ms[:400],
+        rms=whole.sound.rms[:400],
+        tone=whole.sound.tone[:400],
+        burst=whole.sound.burst[:400],
+    )
     for update in (
         {"pictures": Pictures()},
         {"pictures": faceless},
         {"pictures": still},
         {"sound": Sound()},
         {"sound": silent},
+        {"sound": brief},
     ):
         assert lag_of(whole.model_copy(update=update)) is None
     assert lip_lag(whole, from_ms=BEGAN_MS, to_ms=BEGAN_MS + 400) is None
