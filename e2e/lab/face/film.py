@@ -80,7 +80,7 @@ def write(path: Path, voice: NDArray[np.int16], face: list[Look]) -> None:
         pictures.codec_context.colorspace = _BT601
         pictures.codec_context.color_range = _LIMITED
         # No picture waits for a later one, and a server that fell behind soon finds a keyframe.
-        pictures.options = {"preset": "veryfast", "crf": "14", "bf": "0", "g": str(FPS)}
+        pictures.options = {"preset": "ultrafast", "crf": "14", "bf": "0", "g": str(FPS)}
         sound: Any = container.add_stream("flac", rate=RATE_HZ, layout="mono")
         per_picture = RATE_HZ // FPS
         for number, look in enumerate(face):
