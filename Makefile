@@ -18,6 +18,10 @@ bench: ## the benchmarks, as JSON
 	@sh .make/install.sh test
 	@sh .make/bench.sh $(ARGS)
 
+lab: ## the thesis's chapter 5 over shaped networks, with a report: make lab ARGS="--only E3"
+	@sh .make/install.sh test
+	@sh .make/lab.sh $(ARGS)
+
 lock: ## renew the locked versions of the Python packages
 	@sh .make/lock.sh
 
@@ -25,4 +29,4 @@ clean: ## remove all that was installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run test check bench lock clean
+.PHONY: help run test check bench lab lock clean

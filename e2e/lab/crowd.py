@@ -71,11 +71,11 @@ class Crowd:
         packets = last.packets - self.first.packets
         lost = last.lost - self.first.lost
         return {
-            "crowd_viewers": len(rates),
-            "crowd_pictures_per_s_min": min(rates),
-            "crowd_pictures_per_s_mean": sum(rates) / len(rates),
-            "crowd_lost_share": lost / (packets + lost) if packets + lost > 0 else 0.0,
-            "crowd_cpu_share": self.meter.read().cpu_share,
+            "crowd.viewers": len(rates),
+            "crowd.pictures_per_s_min": min(rates),
+            "crowd.pictures_per_s_mean": sum(rates) / len(rates),
+            "crowd.lost_share": lost / (packets + lost) if packets + lost > 0 else 0.0,
+            "crowd.cpu_share": self.meter.read().cpu_share,
         }
 
 

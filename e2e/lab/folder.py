@@ -37,6 +37,8 @@ class Begun(BaseModel):
     cells: list[Cell]
     own_error: bool
     """Whether the instrument's own error is measured first."""
+    strict: bool
+    """Whether a cell without a picture is a failure of the run: on a link that can carry it."""
     instrument: dict[str, Any] = {}
     """That error, once it is known."""
 

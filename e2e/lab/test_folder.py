@@ -25,6 +25,7 @@ def begun() -> Begun:
         machine={"cores": 2},
         cells=[ONE, OTHER],
         own_error=False,
+        strict=True,
     )
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from itertools import pairwise, product
+from fnmatch import fnmatchcase
+from itertools import chain, pairwise, product
 
 import pytest
 
@@ -54,6 +55,13 @@ def test_nothing_is_measured_twice() -> None:
 def test_each_experiment_has_its_own(name: str) -> None:
     """Contents, browsers, crowds, changes and peers are all in the full plan."""
     assert name in measured(full())
+
+
+def test_what_is_trimmed_was_there() -> None:
+    """Every pattern of what is left out matches a cell, which is then not in the plan."""
+    for pattern in chain.from_iterable(plan.TRIMMED.values()):
+        assert [cell for cell in plan.everything() if fnmatchcase(cell.variant, pattern)]
+        assert not [cell for cell in full() if fnmatchcase(cell.variant, pattern)]
 
 
 def test_changes_are_watched_to_their_end() -> None:

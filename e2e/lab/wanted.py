@@ -25,11 +25,6 @@ class Wanted:
     repeats: int = 1
     out: Path | None = None
 
-    @property
-    def own_error(self) -> bool:
-        """Whether the instrument's own error is measured first."""
-        return not self.quick
-
     def cells(self) -> list[Cell]:
         """Plan them; raises `LabError` where a pattern matches none."""
         everything = self._planned([])

@@ -1,0 +1,16 @@
+# The lab: chapter 5 again, over shaped networks; a report is left in e2e/out/lab.
+# usage: lab.sh [ARGUMENTS…]
+set -eu
+. .make/lib.sh
+python=.venv/bin/python
+. .make/browsers.sh
+want_playwright
+want_chromium
+want_firefox
+want_link
+want_voice
+sh .make/livekit.sh
+
+PATH=$PWD/.venv/bin:$PATH
+export PATH
+exec python -m e2e.lab "$@"

@@ -1,0 +1,116 @@
+"""``python -m e2e.lab``: chapter 5 again, over shaped networks; a folder with all that was found.
+
+Exit status: 0 when every cell was measured, if only to find that no picture comes, or cannot be on
+this machine; 1 when one was lost, or with --quick has no picture; 2, with one sentence, when there
+is nothing to measure with or what was asked for is not there; 130 after Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import signal
+import sys
+from pathlib import Path
+
+from e2e.lab import plan
+from e2e.lab.errors import LabError, NotRunError
+from e2e.lab.link import LinkError, UnavailableError
+from e2e.lab.progress import duration
+from e2e.lab.wanted import Wanted
+
+
+def main() -> int:
+    arguments = _arguments()
+    try:
+        if arguments.list:
+            return _list(_wanted(arguments))
+        if arguments.resume is None:
+            _wanted(arguments).cells()  # what is wrong is told before all is loaded
+        return asyncio.run(_run(arguments))
+    except (UnavailableError, NotRunError) as error:
+        print(f"lab not run: {error}", file=sys.stderr)
+        return 2
+    except (LabError, LinkError) as error:
+        print(f"lab: {error}", file=sys.stderr)
+        return 2
+    except (KeyboardInterrupt, asyncio.CancelledError):
+        return 130
+
+
+async def _run(arguments: argparse.Namespace) -> int:
+    from e2e.lab import session  # noqa: PLC0415  # browsers, media and plots take their time
+
+    task = asyncio.current_task()
+    assert task is not None
+    # As Ctrl-C, so that nothing is left behind either.
+    asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
+    if arguments.resume is not None:
+        return await session.resume(Path(arguments.resume) if arguments.resume else None)
+    return await session.begin(_wanted(arguments))
+
+
+def _list(wanted: Wanted) -> int:
+    cells = wanted.cells()
+    for cell in cells:
+        print(cell.key)
+    lasts = duration(plan.estimate_s(cells, own_error=not wanted.quick))
+    print(f"{len(cells)} cells, about {lasts}", file=sys.stderr)
+    if not wanted.quick:
+        for line in plan.TRIMMED:
+            print(f"left out: {line}", file=sys.stderr)
+    return 0
+
+
+def _wanted(arguments: argparse.Namespace) -> Wanted:
+    return Wanted(
+        quick=arguments.quick,
+        long=arguments.long,
+        only=arguments.only,
+        repeats=arguments.repeat or (plan.LONG_REPEATS if arguments.long else 1),
+        out=arguments.out,
+    )
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="python -m e2e.lab",
+        description="Measure WAX and its peers over shaped networks, as chapter 5 of the thesis.",
+    )
+    length = parser.add_mutually_exclusive_group()
+    length.add_argument("--quick", action="store_true", help="under 4 minutes, touches every part")
+    length.add_argument(
+        "--long", action="store_true", help="3 repetitions of 60 s, about a night long"
+    )
+    parser.add_argument(
+        "--only",
+        action="append",
+        default=[],
+        metavar="PATTERN",
+        help="cells whose name has this in it, as E1/lan or lan/*/face; may be given again",
+    )
+    parser.add_argument("--repeat", type=_number, metavar="N", help="how often each is measured")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="where the results go")
+    parser.add_argument(
+        "--resume",
+        nargs="?",
+        const="",
+        metavar="FOLDER",
+        help="continue that run, or the newest unfinished one",
+    )
+    parser.add_argument("--list", action="store_true", help="say what would be measured")
+    arguments = parser.parse_args()
+    given = [arguments.quick, arguments.long, arguments.only, arguments.repeat, arguments.out]
+    if arguments.resume is not None and any(given):
+        parser.error("a run is resumed with what it was begun with; give --resume alone")
+    return arguments
+
+
+def _number(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text) <= 100:
+        raise argparse.ArgumentTypeError(f"got {text}; allowed is a whole number from 1 to 100")
+    return int(text)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

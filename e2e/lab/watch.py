@@ -1,0 +1,152 @@
+"""One cell from the start of its server to its figures."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from contextlib import AsyncExitStack, suppress
+from typing import TYPE_CHECKING, Final
+
+from e2e.lab.crowd import crowd
+from e2e.lab.face.lips import lip_lag
+from e2e.lab.folder import utc
+from e2e.lab.instrument import PRELOAD, Instrument, figures
+from e2e.lab.process import CostMeter
+from e2e.lab.results import CellResult, Way
+from e2e.lab.systems import start
+from wax.clock import SystemClock
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+    from pathlib import Path
+
+    from e2e.lab.browsers import Browser, Window
+    from e2e.lab.cell import Cell
+    from e2e.lab.figures import Figures
+    from e2e.lab.link import Link
+    from e2e.lab.link.statistics import Counters, Lateness, Statistics
+    from e2e.lab.readings import Readings
+
+SETTLE_S: Final = 3.0
+"""Not counted at the begin of a cell; longer where the page needs more until it plays."""
+PICTURE_WITHIN_S: Final = 30.0
+THIN_PICTURE_WITHIN_S: Final = 45.0
+THIN_BPS: Final = 200_000
+"""On a slower link than this the page alone takes several seconds."""
+LATE_MS: Final = 5.0
+_HEARS_WITHIN_S: Final = 4.0
+_LOOK_EVERY_S: Final = 0.1
+
+
+async def watch(cell: Cell, link: Link, browser: Browser, folder: Path) -> CellResult:
+    """Measure `cell` on a link and a browser that stand; `folder` is for the server's own files.
+
+    Without a picture in time the result says so and has the figures of what there was. Raises
+    `NotRunError`, `LabError`, `LinkError`, and whatever a browser that fails raises.
+    """
+    started_utc, started_s = utc(), time.monotonic()
+    told: dict[str, float | str] = {}
+    async with AsyncExitStack() as leaving:
+        running = await leaving.enter_async_context(start(cell, link, folder))
+        window = await leaving.enter_async_context(browser.window(PRELOAD))
+        instrument = Instrument(window.evaluate)
+        server = CostMeter(running.pid, f"the server of {cell.system}")
+        before = await link.statistics()
+        within_s = picture_within_s(link)
+        sees = await _goto(window, running.url, instrument, within_s)
+        settle_s, picture_s = SETTLE_S, time.monotonic()
+        if sees:
+            await running.opened(window)
+            await _listen(instrument)
+            settle_s = max(SETTLE_S, time.monotonic() - picture_s)
+            if cell.viewers > 1:
+                others = await leaving.enter_async_context(crowd(cell, link, running.url))
+                settle_s = time.monotonic() - picture_s + SETTLE_S
+            server = CostMeter(running.pid, f"the server of {cell.system}")
+            before = await link.statistics()
+            told["changes_began_ms"] = _unix_ms(await link.start_changes())
+            until_s = picture_s + settle_s + cell.seconds - SETTLE_S
+            await asyncio.sleep(until_s - time.monotonic())
+            if cell.viewers > 1:
+                told |= await others.told()
+        readings = await instrument.readings()
+        cost = server.read()
+        after = await link.statistics()
+        told |= await running.told()
+    told["link.late_share"] = _late_share(before, after)
+    found = figures(readings, settle_s=settle_s)
+    return CellResult(
+        cell=cell,
+        status="ok" if sees else "failed",
+        problem=None if sees else f"there was no picture within {within_s:.0f} s",
+        started_utc=started_utc,
+        took_s=time.monotonic() - started_s,
+        figures=_with_lips(found, readings) if cell.content == "face" else found,
+        readings=readings,
+        down=_way(before.down, after.down),
+        up=_way(before.up, after.up),
+        server=cost,
+        told=told,
+    )
+
+
+def picture_within_s(link: Link) -> float:
+    """Return how long the first picture is waited for on this link."""
+    rate_bps = link.profile.down.rate_bps
+    thin = rate_bps is not None and rate_bps < THIN_BPS
+    return THIN_PICTURE_WITHIN_S if thin else PICTURE_WITHIN_S
+
+
+async def _goto(window: Window, url: str, instrument: Instrument, within_s: float) -> bool:
+    """Open the page and return whether there is a picture in time."""
+    with suppress(TimeoutError):
+        async with asyncio.timeout(within_s):
+            await window.goto(url)
+            await _until(instrument.sees_picture)
+            return True
+    return False
+
+
+async def _listen(instrument: Instrument) -> None:
+    """Wait until the ear is on; what never sounds is seen in the readings."""
+    with suppress(TimeoutError):
+        async with asyncio.timeout(_HEARS_WITHIN_S):
+            await _until(instrument.listen)
+
+
+async def _until(is_so: Callable[[], Awaitable[bool]]) -> None:
+    while not await is_so():  # noqa: ASYNC110  # it is in the browser
+        await asyncio.sleep(_LOOK_EVERY_S)
+
+
+def _with_lips(found: Figures, readings: Readings) -> Figures:
+    lag = lip_lag(readings, from_ms=found.from_ms, to_ms=found.to_ms)
+    if lag is None:
+        return found
+    return found.model_copy(update={"lip_lag_ms": lag.lag_ms, "lip_correlation": lag.correlation})
+
+
+def _way(before: Counters, after: Counters) -> Way:
+    return Way(
+        packets=after.packets_out - before.packets_out,
+        bytes=after.bytes_out - before.bytes_out,
+        queue_drops=after.queue_drops - before.queue_drops,
+        losses=after.losses - before.losses,
+    )
+
+
+def _late_share(before: Statistics, after: Statistics) -> float:
+    """Of the packets, how many the emulator itself delivered more than `LATE_MS` too late."""
+    late = total = 0
+    for old, new in ((before.down_late, after.down_late), (before.up_late, after.up_late)):
+        total += sum(new.packets) - sum(old.packets)
+        late += _beyond(new) - _beyond(old)
+    return late / total if total else 0.0
+
+
+def _beyond(late: Lateness) -> int:
+    return sum(late.packets[late.up_to_ms.index(LATE_MS) + 1 :])
+
+
+def _unix_ms(monotonic_s: float) -> float:
+    return SystemClock().wall_ms() - (time.monotonic() - monotonic_s) * 1000
