@@ -4,22 +4,35 @@ from __future__ import annotations
 
 import math
 import statistics
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
 
 from e2e.lab.instrument.cards import LIE_MS, lies
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-_LEAST_LIES = 4
+_LEAST_LIES: Final = 4
 
 
-def shift_ms(read: Iterable[tuple[float, float]]) -> float | None:
-    """Return how much older the lying seconds were read than the honest ones about them.
+@dataclass(frozen=True, slots=True)
+class Shift:
+    """How much older lies were read than the truth beside them; `n` lies, spread to a figure.
 
-    `read` are stamps as they were read, and ages. It is the median over all lying seconds that
-    have both their neighbours: of each second the median, less the mean of those beside it. None of
-    fewer than 4.
+    `uncertain_ms` is the standard error of `ms`, from the lies' own spread: what the machine's
+    unrest leaves open, whatever the instrument does.
+    """
+
+    ms: float
+    uncertain_ms: float
+    n: int
+
+
+def shift(read: Iterable[tuple[float, float]]) -> Shift | None:
+    """Compare the lying seconds with the honest ones about them.
+
+    `read` are stamps as they were read, and ages. Of each lying second that has both its
+    neighbours: its median less the mean of theirs; of all these the median. None of fewer than 4.
     """
     seconds: dict[int, list[float]] = {}
     for stamp_ms, age_ms in read:
@@ -32,7 +45,12 @@ def shift_ms(read: Iterable[tuple[float, float]]) -> float | None:
         for second, median in medians.items()
         if second % 2 == 1 and second - 1 in medians and second + 1 in medians
     ]
-    return statistics.median(shifts) if len(shifts) >= _LEAST_LIES else None
+    if len(shifts) < _LEAST_LIES:
+        return None
+    middle = statistics.median(shifts)
+    # Of a normal spread: the median's standard error by way of the median absolute deviation.
+    deviation = 1.4826 * statistics.median(abs(one - middle) for one in shifts)
+    return Shift(middle, 1.2533 * deviation / math.sqrt(len(shifts)), len(shifts))
 
 
 def difference_ms(first: float | None, second: float | None) -> float | None:
