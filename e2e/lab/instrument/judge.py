@@ -61,3 +61,9 @@ def difference_ms(first: float | None, second: float | None) -> float | None:
 def within(value: float | None, expected: float, limit: float) -> bool:
     """Tell whether it is as expected; what was not read is not."""
     return value is not None and abs(value - expected) <= limit
+
+
+def is_clear(read: Shift, expected: float, limit: float) -> bool:
+    """Tell whether it is inside or outside of the limit by two standard errors or more."""
+    off = abs(abs(read.ms - expected) - limit)
+    return off >= 2 * read.uncertain_ms
