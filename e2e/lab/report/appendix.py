@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Listed:
-    """`series` are (path in the JSON, how many rows)."""
+    """`series` are (path in the JSON, what is there and how many rows)."""
 
     entry: Entry
     facts: tuple[tuple[str, str], ...]
     figures: tuple[tuple[str, str], ...]
-    series: tuple[tuple[str, int], ...]
+    series: tuple[tuple[str, str], ...]
     limits: tuple[str, ...]
 
 
@@ -67,17 +67,25 @@ def _facts(result: CellResult) -> list[tuple[str, str]]:
     return found
 
 
-def _series(entry: Entry) -> list[tuple[str, int]]:
+def _series(entry: Entry) -> list[tuple[str, str]]:
     readings, figures = entry.result.readings, entry.result.figures
-    found: list[tuple[str, int]] = []
+    found: list[tuple[str, str]] = []
     if readings is not None:
-        for name in ("pictures", "sound", "counters", "commands"):
-            columns = getattr(readings, name)
-            rows = len(columns.start_ms if name == "sound" else columns.at_ms)
-            found.append((f"{entry.path}.readings.{name}", rows))
+        rows = {
+            "pictures": len(readings.pictures.at_ms),
+            "sound": len(readings.sound.start_ms),
+            "counters": len(readings.counters.at_ms),
+            "commands": len(readings.commands.at_ms),
+        }
+        found.append((f"{entry.path}.readings", _counted(rows)))
     if figures is not None:
-        found += [
-            (f"{entry.path}.figures.{name}", len(getattr(figures, name).at_ms))
-            for name in ("tone_pauses", "concealed_pauses")
-        ]
+        rows = {
+            "tone_pauses": len(figures.tone_pauses.at_ms),
+            "concealed_pauses": len(figures.concealed_pauses.at_ms),
+        }
+        found.append((f"{entry.path}.figures", _counted(rows)))
     return found
+
+
+def _counted(rows: dict[str, int]) -> str:
+    return ", ".join(f"{name} ({number})" for name, number in rows.items())

@@ -42,12 +42,19 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A text, what stands behind it (shown on hover), and where the page says more."""
+    """A text, what stands behind it (shown on hover), and where the page says more.
+
+    `is_problem`: it names a repetition that is missing. `spread`, the least and the greatest, and
+    `unit` are written after the text.
+    """
 
     text: str
     title: str = ""
     anchor: str | None = None
     small: bool = False
+    is_problem: bool = False
+    spread: str = ""
+    unit: str = ""
 
 
 @dataclass(frozen=True, slots=True)

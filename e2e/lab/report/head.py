@@ -57,7 +57,7 @@ def _when(started_utc: str) -> str:
 
 
 def _took(seconds: float) -> str:
-    if not seconds < 1e9:
+    if not 0 <= seconds < 1e9:
         return "an unknown time"
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from e2e.lab.results import CellResult
 
 Unit = Literal[
-    "ms", "signed ms", "per s", "per min", "share", "bytes/s", "ms/min", "signed ms/min", "MiB", "1"
+    "ms", "signed ms", "per s", "per min", "share", "bytes/s", "signed ms/min", "MiB", "1"
 ]
 UNITS: Final[dict[Unit, str]] = {
     "ms": "ms",
@@ -25,7 +25,6 @@ UNITS: Final[dict[Unit, str]] = {
     "per min": "per min",
     "share": "%",
     "bytes/s": "kB/s",
-    "ms/min": "ms/min",
     "signed ms/min": "ms/min",
     "MiB": "MiB",
     "1": "",
@@ -52,6 +51,8 @@ class Measure:
         shown = value * 100 if self.unit == "share" else value
         shown = shown / 1000 if self.unit == "bytes/s" else shown
         size = abs(shown)
+        if size >= 1e9:
+            return f"{shown:.3g}"
         digits = 0 if size >= 100 or ("ms" in self.unit and size >= 10) else 1
         if size and size < 1:
             digits = 2
@@ -97,7 +98,7 @@ def _plain(name: str) -> Callable[[CellResult], float | None]:
 
 
 def _pauses(
-    kind: Literal["tone", "concealed"], what: Literal["count", "longest", "total"]
+    kind: Literal["tone", "concealed"], what: Literal["count", "longest", "share"]
 ) -> Callable[[CellResult], float | None]:
     is_told = hears_tone if kind == "tone" else counts_concealment
 
@@ -111,8 +112,8 @@ def _pauses(
         minutes = (figures.to_ms - figures.from_ms) / 60_000.0
         if not minutes > 0:
             return None
-        if what == "total":
-            return sum(pauses.length_ms) / minutes
+        if what == "share":
+            return sum(pauses.length_ms) / (60_000.0 * minutes)
         return len(pauses.length_ms) / minutes
 
     return get
@@ -185,7 +186,7 @@ _ALL: Final = (
         "gaps of 30 ms or more in the tone as it was played",
     ),
     Measure("longest_tone_pause_ms", "longest tone gap", "ms", _pauses("tone", "longest")),
-    Measure("tone_pause_total_ms_per_min", "tone gaps in all", "ms/min", _pauses("tone", "total")),
+    Measure("tone_pause_share", "tone gaps, of the time", "share", _pauses("tone", "share")),
     Measure(
         "concealed_pauses_per_min",
         "concealments",
@@ -197,10 +198,10 @@ _ALL: Final = (
         "longest_concealed_pause_ms", "longest concealment", "ms", _pauses("concealed", "longest")
     ),
     Measure(
-        "concealed_pause_total_ms_per_min",
-        "concealments in all",
-        "ms/min",
-        _pauses("concealed", "total"),
+        "concealed_pause_share",
+        "concealments, of the time",
+        "share",
+        _pauses("concealed", "share"),
     ),
     Measure("concealed_share", "concealed", "share", _plain("concealed_share")),
     Measure(

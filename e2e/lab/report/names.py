@@ -41,6 +41,8 @@ OF_THE_THESIS: Final = (
     "dual-modem",
     "isdn-64k",
 )
+THIN: Final = ("wireless-2m", "wireless-1m", "modem-56k", "dual-modem", "isdn-64k")
+"""Those of 5.4, and those of 3.5's predictions."""
 CHANGING: Final = ("step-down", "outage")
 _ORDER: Final = (*OF_THE_THESIS, "lte-good", "lte-edge", "wifi-bad", "satellite", *CHANGING)
 

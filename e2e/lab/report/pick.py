@@ -1,16 +1,20 @@
-"""Which cells of a run belong to which table."""
+"""Which cells of a run belong to which table.
+
+By what they are, not by their experiment: a cell that two experiments need is measured once, for
+the first of them.
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from e2e.lab.report.blocks import Entry
-from e2e.lab.report.names import SYSTEMS, in_order
+from e2e.lab.report.names import CHANGING, SYSTEMS, in_order
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from e2e.lab.cell import Cell, Experiment, SystemName
+    from e2e.lab.cell import Cell, SystemName
     from e2e.lab.results import Run
 
 Entries = tuple[Entry, ...]
@@ -20,25 +24,55 @@ def entries(run: Run) -> Entries:
     return tuple(Entry(index, result) for index, result in enumerate(run.cells))
 
 
-def of(cells: Entries, *experiments: Experiment) -> Entries:
-    return where(cells, lambda cell: cell.experiment in experiments)
-
-
 def where(cells: Entries, fits: Callable[[Cell], bool]) -> Entries:
     return tuple(entry for entry in cells if fits(entry.cell))
 
 
-def plain(cells: Entries) -> Entries:
-    """One viewer with Chromium before the test card; of the thesis policy the MU of 500 ms."""
+def common(cells: Entries) -> Entries:
+    """One viewer with Chromium before the test card, on a link that does not change."""
     return where(
         cells,
         lambda cell: (
-            cell.viewers == 1
-            and cell.browser == "chromium"
-            and cell.content == "testcard"
-            and mu_ms(cell) == 500
+            (cell.viewers, cell.browser, cell.content) == (1, "chromium", "testcard")
+            and not is_changing(cell)
         ),
     )
+
+
+def plain(cells: Entries) -> Entries:
+    """Of the common ones, of the thesis policy those with its own MU of 500 ms."""
+    return where(common(cells), is_500)
+
+
+def changing(cells: Entries) -> Entries:
+    """On a link that changes: of each system those that were watched for longest."""
+    here = where(
+        cells,
+        lambda cell: (
+            (cell.viewers, cell.browser, cell.content) == (1, "chromium", "testcard")
+            and is_changing(cell)
+            and is_500(cell)
+        ),
+    )
+    longest: dict[tuple[str, str], float] = {}
+    for entry in here:
+        key = (entry.cell.profile, entry.cell.system)
+        longest[key] = max(longest.get(key, 0.0), entry.cell.seconds)
+    return where(here, lambda cell: cell.seconds == longest[cell.profile, cell.system])
+
+
+def compared(cells: Entries, differs: Callable[[Cell], bool]) -> Entries:
+    """Those that differ, and those of the same system on the same profile that do not."""
+    wanted = {(entry.cell.profile, entry.cell.system) for entry in where(cells, differs)}
+    return where(cells, lambda cell: (cell.profile, cell.system) in wanted and is_500(cell))
+
+
+def is_changing(cell: Cell) -> bool:
+    return cell.experiment == "E6" or cell.profile in CHANGING
+
+
+def is_500(cell: Cell) -> bool:
+    return mu_ms(cell) == 500
 
 
 def on(cells: Entries, profile: str, system: SystemName | None = None) -> Entries:

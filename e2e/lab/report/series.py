@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 Series = list[tuple[float, float]]
 """(Unix ms, value), in the order of the times."""
 
+MOST: Final = 1e9
+"""Eleven days in ms."""
 LATE_MS: Final = 100.0
 """One video MU: a picture this much older than the cell's youngest is late (after 5.2.1.1)."""
 STALL_MS: Final = 200.0
@@ -29,6 +31,11 @@ SILENCE_MS: Final = 1500.0
 BURST_AT_LEAST: Final = 0.02
 """Below this amplitude there is no burst (the test card's is 0.4 at the source)."""
 ROW_MS: Final = 10.0
+
+
+def sane(series: Series) -> Series:
+    """Leave out what cannot be drawn: infinities, and what no clock can have read."""
+    return [(at, value) for at, value in series if abs(at) < MOST and abs(value) < MOST]
 
 
 def picture_ages(readings: Readings) -> Series:
@@ -61,8 +68,8 @@ def sound_ages(readings: Readings, expected_ms: float | None) -> Series:
     ages: Series = []
     for heard_ms in _onsets(readings.sound):
         age_ms = heard_ms % 1000.0
-        if expected_ms is not None:
-            age_ms += 1000.0 * max(0, round((expected_ms - age_ms) / 1000.0))
+        if expected_ms is not None and abs(expected_ms) < MOST:
+            age_ms += 1000.0 * round((expected_ms - age_ms) / 1000.0)
         ages.append((heard_ms, age_ms))
     return ages
 
@@ -128,19 +135,17 @@ def recovery_ms(series: Series, began_ms: float, at_ms: float, next_ms: float) -
 
 
 def thinned(series: Series, most: int) -> Series:
-    """At most about `most` points: of each stretch the least and the greatest, so no peak goes."""
+    """At most about `most` points: each stretch's ends and extremes, so no peak goes."""
     if len(series) <= most:
         return series
-    size = math.ceil(len(series) / max(1, most // 2))
+    size = math.ceil(len(series) / max(1, most // 4))
     kept: Series = []
     for begin in range(0, len(series), size):
-        stretch = series[begin : begin + size]
-        kept += sorted({min(stretch, key=_value), max(stretch, key=_value)})
+        places = range(begin, min(begin + size, len(series)))
+        least = min(places, key=lambda place: series[place][1])
+        greatest = max(places, key=lambda place: series[place][1])
+        kept += [series[place] for place in sorted({places[0], least, greatest, places[-1]})]
     return kept
-
-
-def _value(point: tuple[float, float]) -> float:
-    return point[1]
 
 
 def _onsets(sound: Sound) -> Sequence[float]:
@@ -158,6 +163,6 @@ def _onsets(sound: Sound) -> Sequence[float]:
     for (before_ms, before), (start_ms, burst) in pairwise(rows):
         rises = before < full / 2 <= burst
         if rises and (not found or start_ms - found[-1] > 500.0):
-            filled = min(1.0, max(0.0, before / full))
-            found.append(min(start_ms, before_ms + ROW_MS) - ROW_MS * filled)
+            missing = 1.0 - min(1.0, burst / full) - min(1.0, max(0.0, before / full))
+            found.append(min(start_ms, before_ms + ROW_MS) + ROW_MS * missing)
     return found

@@ -52,10 +52,11 @@ def figure(entries: Sequence[Entry], measure: Measure, *, prefix: str = "") -> L
         return Line(f"{prefix}–", title, anchor)
     text = prefix + measure.text(summed.median)
     least, most = measure.text(summed.least), measure.text(summed.most)
-    if least != most:
-        # A dash between signed numbers could be read as a minus.
-        text += f" ({least}…{most})" if least[0] in "+−" else f" ({least}–{most})"
-    return Line(text, title, anchor)
+    if least == most:
+        return Line(text, title, anchor)
+    # A dash between signed numbers could be read as a minus.
+    dash = "…" if measure.unit.startswith("signed") or "−" in least + most else "–"
+    return Line(text, title, anchor, spread=f"({least}{dash}{most})")
 
 
 def cell(entries: Sequence[Entry], *measures: Measure, prefixes: Sequence[str] = ()) -> Shown:
@@ -99,6 +100,7 @@ def partly(entries: Sequence[Entry]) -> tuple[Line, ...]:
             f"{entry.key}: {entry.problem}",
             entry.anchor,
             small=True,
+            is_problem=True,
         )
         for entry in entries
         if entry.result.status != "ok"

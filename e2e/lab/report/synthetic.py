@@ -7,13 +7,14 @@ from random import Random
 from statistics import median
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.lab.cell import Cell
 from e2e.lab.figures import Figures, Kinds, Pauses, Quantiles
 from e2e.lab.readings import Commands, Counters, Pictures, Readings, Sound
 from e2e.lab.results import CellResult, Run, Server, Way
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from e2e.lab.cell import Cell
 
 START_MS: Final = 1_790_000_000_000.0
 MACHINE: Final[dict[str, Any]] = {
@@ -102,9 +103,7 @@ def measured(
                 else 0.05 + chance.gauss(0, 0.001)
                 for row in rows
             ],
-            burst=[
-                0.0 if speaks else _burst(row, sound_ms + 1000 * is_bad(row)) for row in rows
-            ],
+            burst=[0.0 if speaks else _burst(row, sound_ms + 1000 * is_bad(row)) for row in rows],
         ),
         counters=Counters(at_ms=[from_ms, to_ms]),
         commands=Commands(at_ms=[from_ms], round_trip_ms=[21.0]),

@@ -44,7 +44,7 @@ def pauses(kind: Literal["tone", "concealed"]) -> Column:
     """Show how many a minute, the longest and the share of the time; "none" for none."""
     count = MEASURES[f"{kind}_pauses_per_min"]
     longest = MEASURES[f"longest_{kind}_pause_ms"]
-    total = MEASURES[f"{kind}_pause_total_ms_per_min"]
+    share = MEASURES[f"{kind}_pause_share"]
     told = hears_tone if kind == "tone" else counts_concealment
 
     def show(entries: Entries) -> Shown:
@@ -59,15 +59,13 @@ def pauses(kind: Literal["tone", "concealed"]) -> Column:
         lines = [line]
         if summed is not None:
             lines = [
-                replace(line, text=f"{line.text} per min"),
-                replace(figure(entries, longest, prefix="longest "), small=True),
-                replace(figure(entries, total, prefix="in all "), small=True),
+                replace(line, unit="per min"),
+                replace(figure(entries, longest, prefix="longest "), unit="ms", small=True),
+                replace(figure(entries, share, prefix="in all "), unit="%", small=True),
             ]
         return Shown("ok", (*lines, *partly(entries)))
 
-    return Column(
-        Line(count.label, f"{count.about}; in all: ms per minute"), show, f"{kind}_pauses"
-    )
+    return Column(Line(count.label, f"{count.about}; in all: of the time"), show, f"{kind}_pauses")
 
 
 def bytes_per_s(way: Literal["received", "sent"]) -> Column:
@@ -84,7 +82,7 @@ def bytes_per_s(way: Literal["received", "sent"]) -> Column:
             if (summed := spread(entries, measure := MEASURES[f"{way}_{kind}_bytes_per_s"]))
         ]
         line = figure(entries, total)
-        small = [replace(line, text=", ".join(parts), small=True)] if parts else []
+        small = [replace(line, text=", ".join(parts), spread="", small=True)] if parts else []
         return Shown("ok", (line, *small, *partly(entries)))
 
     return Column(Line(f"{way}, kB/s"), show, total.name)
@@ -125,7 +123,13 @@ def row(head: Line, entries: Entries, columns: Sequence[Column]) -> Row:
     whole = problem(entries)
     if whole is not None:
         return Row(head, whole=whole)
-    return Row(head, tuple(column.show(entries) for column in columns))
+    first, *others = (column.show(entries) for column in columns)
+    # Which repetitions are missing is told once, not in every column.
+    others = [
+        replace(shown, lines=tuple(line for line in shown.lines if not line.is_problem))
+        for shown in others
+    ]
+    return Row(head, (first, *others))
 
 
 def group(profile: str) -> Row:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from e2e.lab.report import pick
+from e2e.lab.report import pick, series
 from e2e.lab.report.blocks import Plot
-from e2e.lab.report.drawing import data_uri, look, panel
+from e2e.lab.report.drawing import data_uri, legend, look, panel
 from e2e.lab.report.measures import MEASURES
 from e2e.lab.report.shown import spread
 
@@ -47,6 +47,7 @@ def by_viewers(entries: Entries) -> tuple[Plot, ...]:
                                 MEASURES[name],
                             )
                         )
+                        and max(-summed.least, summed.most) < series.MOST
                     ]
                     if not found:
                         continue
@@ -70,7 +71,7 @@ def by_viewers(entries: Entries) -> tuple[Plot, ...]:
                 axes.set_xlabel("viewers")
                 axes.set_ylabel(label)
                 axes.set_title(profile)
-                axes.legend()
+                legend(drawing)
                 plots.append(
                     Plot(
                         data_uri(drawing),

@@ -8,7 +8,7 @@ from matplotlib.ticker import ScalarFormatter
 
 from e2e.lab.report import pick, series, thesis
 from e2e.lab.report.blocks import Plot
-from e2e.lab.report.drawing import GREY, MU_COLOURS, data_uri, panel
+from e2e.lab.report.drawing import GREY, MU_COLOURS, data_uri, legend, panel
 from e2e.lab.report.measures import MEASURES
 from e2e.lab.report.names import COLOURS
 from e2e.lab.report.shown import spread
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from e2e.lab.report.pick import Entries
 
 MUS_MS: Final = (100, 200, 300, 400, 500)
-POINTS: Final = 1200
+POINTS: Final = 800
 
 
 def falling(here: Entries, model: dict[tuple[str, int], ModelRow]) -> tuple[Plot, ...]:
@@ -53,14 +53,18 @@ def falling(here: Entries, model: dict[tuple[str, int], ModelRow]) -> tuple[Plot
             axes.set_xlabel("audio MU, ms")
             axes.set_ylabel("pauses per minute")
             axes.set_title(profile)
-            axes.legend(loc="upper right")
+            legend(drawing, 2)
             plots.append(
                 Plot(
                     data_uri(drawing),
                     f"Pauses per minute against the audio MU on {profile}",
                     f"{profile}: pauses over the MU, after Figure "
-                    f"{thesis.DELAY_FIGURES.get(profile, '5.44')}. Grey bars: what the thesis "
-                    "says, from least to most.",
+                    f"{thesis.DELAY_FIGURES.get(profile, '5.44')}."
+                    + (
+                        " Grey bars: what the thesis says, from least to most."
+                        if profile in thesis.AUDIO
+                        else ""
+                    ),
                     cells,
                     "figures.tone_pauses, figures.concealed_pauses",
                 )
@@ -92,7 +96,7 @@ def _ours(axes: Axes, cells: Entries, kind: Literal["tone", "concealed"]) -> boo
     for mu_ms in MUS_MS:
         here = tuple(entry for entry in cells if pick.mu_ms(entry.cell) == mu_ms)
         summed = spread(here, MEASURES[f"{kind}_pauses_per_min"])
-        if summed is not None:
+        if summed is not None and summed.most < series.MOST:
             found.append((mu_ms, summed))
     if not found:
         return False
@@ -132,31 +136,31 @@ def over_time(here: Entries) -> tuple[Plot, ...]:
         ]
         if not first or (profile not in thesis.DELAY_FIGURES and not any(map(_pauses, first))):
             continue
-        with panel() as (drawing, axes):
-            for entry in first:
-                mu_ms = pick.mu_ms(entry.cell)
+        with panel(2.2) as (drawing, axes):
+            for lane, entry in enumerate(first):
                 pauses = _pauses(entry)
-                axes.vlines(
-                    [at_s for at_s, _ in pauses],
-                    0,
-                    [length_ms for _, length_ms in pauses],
-                    color=MU_COLOURS.get(mu_ms, GREY),
-                    linewidth=2,
-                    label=f"{mu_ms} ms: {len(pauses) or 'none'}",
+                axes.broken_barh(
+                    # A gap of 30 ms would be too thin to be seen.
+                    [(at_s, max(length_ms / 1000, 0.04)) for at_s, length_ms in pauses],
+                    (lane - 0.35, 0.7),
+                    color=MU_COLOURS.get(pick.mu_ms(entry.cell), GREY),
                 )
-            axes.set_ylim(bottom=0)
-            axes.set_xlim(left=0)
+            axes.set_yticks(
+                range(len(first)),
+                [f"{pick.mu_ms(one.cell)} ms: {len(_pauses(one)) or 'none'}" for one in first],
+            )
+            axes.set_ylim(len(first) - 0.4, -0.6)
+            axes.set_xlim(0, max(one.cell.seconds for one in first))
             axes.set_xlabel("s since the measuring began")
-            axes.set_ylabel("length of the tone gap, ms")
+            axes.set_ylabel("audio MU: tone gaps")
             axes.set_title(profile)
-            axes.legend(ncols=3, loc="upper right", title="audio MU: tone gaps", title_fontsize=7.5)
             figure = thesis.DELAY_FIGURES.get(profile)
             plots.append(
                 Plot(
                     data_uri(drawing),
                     f"When the sound paused on {profile}, and for how long",
-                    f"{profile}: each gap of the tone where it came"
-                    + (f", as Figure {figure} has the delays over the MUs." if figure else "."),
+                    f"{profile}: each gap of the tone, when and how long"
+                    + (f" (Figure {figure} has the delays over the MUs)." if figure else "."),
                     tuple(first),
                     "figures.tone_pauses",
                 )
@@ -175,18 +179,21 @@ def one_cell(here: Entries) -> tuple[Plot, ...]:
     if entry is None or entry.result.readings is None or entry.result.figures is None:
         return ()
     sound, zero_ms = entry.result.readings.sound, entry.result.figures.from_ms
-    tone = list(zip(sound.start_ms, sound.tone, strict=False))
+    tone = [
+        ((start_ms - zero_ms) / 1000, value)
+        for start_ms, value in zip(sound.start_ms, sound.tone, strict=False)
+    ]
     with panel() as (drawing, axes):
-        points = series.thinned(tone, POINTS)
+        points = series.thinned(series.sane(tone), POINTS)
         axes.plot(
-            [(at_ms - zero_ms) / 1000 for at_ms, _ in points],
+            [at_s for at_s, _ in points],
             [value for _, value in points],
             color=COLOURS["thesis"],
             linewidth=0.7,
         )
         for at_s, length_ms in _pauses(entry):
             axes.axvspan(at_s, at_s + length_ms / 1000, color="#BBBBBB", alpha=0.6, linewidth=0)
-        axes.set_xlim(0, max(1.0, (entry.result.figures.to_ms - zero_ms) / 1000))
+        axes.set_xlim(0, entry.cell.seconds)
         axes.set_xlabel("s since the measuring began")
         axes.set_ylabel("amplitude of the tone")
         axes.set_title(f"{entry.cell.profile}, audio MU {pick.mu_ms(entry.cell)} ms")
@@ -207,7 +214,9 @@ def _pauses(entry: Entry) -> list[tuple[float, float]]:
     if figures is None:
         return []
     pauses = figures.tone_pauses
-    return [
-        ((at_ms - figures.from_ms) / 1000, length_ms)
-        for at_ms, length_ms in zip(pauses.at_ms, pauses.length_ms, strict=False)
-    ]
+    return series.sane(
+        [
+            ((at_ms - figures.from_ms) / 1000, length_ms)
+            for at_ms, length_ms in zip(pauses.at_ms, pauses.length_ms, strict=False)
+        ]
+    )

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Literal
 
-from matplotlib.ticker import ScalarFormatter
-
 from e2e.lab.report import pick, recovery, series
 from e2e.lab.report.blocks import Plot
-from e2e.lab.report.drawing import data_uri, look, panel
+from e2e.lab.report.drawing import data_uri, legend, log_ages, look, panel
 from e2e.lab.report.names import changes_s
 
 if TYPE_CHECKING:
@@ -19,7 +17,7 @@ if TYPE_CHECKING:
     from e2e.lab.report.series import Series
     from e2e.lab.results import CellResult
 
-POINTS: Final = 500
+POINTS: Final = 400
 EARLY_MS: Final = -45.0
 LATE_MS: Final = 125.0
 """ITU-R BT.1359: from here on people notice that the sound is early, or late."""
@@ -36,11 +34,11 @@ def skew(entries: Entries) -> tuple[Plot, ...]:
             axes.axhspan(EARLY_MS, LATE_MS, color="#F0F0F0", linewidth=0)
             axes.axhline(0, color="#999999", linewidth=0.8)
             for entry, points in lines:
-                axes.plot(*_columns(points), **look(entry.cell.system), marker=".", markersize=4)
+                axes.plot(*_columns(points), **look(entry.cell.system))
             axes.set_xlabel("s since the measuring began")
             axes.set_ylabel("skew, ms")
             axes.set_title(profile)
-            axes.legend(ncols=2)
+            legend(drawing)
             plots.append(
                 Plot(
                     data_uri(drawing),
@@ -75,19 +73,17 @@ def ages(entries: Entries, of: Literal["picture", "sound"]) -> tuple[Plot, ...]:
                 axes.plot(
                     *_columns(points),
                     **look(entry.cell.system),
-                    marker="." if of == "sound" else "",
-                    markersize=4,
                 )
-            axes.set_yscale("log")
-            axes.yaxis.set_major_formatter(ScalarFormatter())
-            for at_s, words in changes if is_marked else []:
+            log_ages(axes)
+            for number, (at_s, words) in enumerate(changes if is_marked else []):
                 axes.axvline(at_s, color="#333333", linewidth=0.9, linestyle=":")
                 axes.text(
                     at_s,
-                    1.0,
+                    1.0 - 0.08 * (number % 3),
                     f" {words}",
                     fontsize=6.5,
                     va="top",
+                    bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.3, "alpha": 0.8},
                     transform=axes.get_xaxis_transform(),
                 )
             axes.set_xlabel(
@@ -95,14 +91,19 @@ def ages(entries: Entries, of: Literal["picture", "sound"]) -> tuple[Plot, ...]:
             )
             axes.set_ylabel(f"{of}’s age, ms")
             axes.set_title(f"{profile}: {of}")
-            axes.legend(ncols=2)
+            legend(drawing)
             unmarked = "" if is_marked or not changes else " No cell says when the changes began."
             plots.append(
                 Plot(
                     data_uri(drawing),
                     f"Age of the {of} over time on {profile}",
                     f"{profile}: {of}’s age over time"
-                    + (", growing while one picture stands." if of == "picture" else ".")
+                    + (
+                        ", growing while one picture stands."
+                        if of == "picture"
+                        else "; a burst does not say of which second it is, taken is the age next "
+                        "to the median."
+                    )
                     + unmarked,
                     tuple(entry for entry, _ in lines),
                     "readings.pictures" if of == "picture" else "readings.sound",
@@ -123,9 +124,10 @@ def _lines(
         zero_ms = zero(entry.result) if entry else None
         if entry is None or zero_ms is None:
             continue
-        points = series.thinned(of(entry.result), POINTS)
+        points = [((at_ms - zero_ms) / 1000, value) for at_ms, value in of(entry.result)]
+        points = series.thinned(series.sane(points), POINTS)
         if points:
-            found.append((entry, [((at_ms - zero_ms) / 1000, value) for at_ms, value in points]))
+            found.append((entry, points))
     return found
 
 

@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
 
 def section(cells: Entries) -> Section:
-    here = pick.of(cells, "E4")
+    here = pick.compared(
+        pick.where(cells, lambda one: one.viewers == 1 and one.content == "testcard"),
+        lambda one: one.browser != "chromium" or one.experiment == "E4",
+    )
     title, source = "E4 · Browsers", "thesis 5.5, portability and compatibility"
     in_2004 = "In 2004: " + "; ".join(f"{said.text} ({said.where})" for said in thesis.BROWSERS)
     if not here:

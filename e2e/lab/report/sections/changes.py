@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def section(cells: Entries) -> Section:
-    here = pick.of(cells, "E6")
+    here = pick.changing(cells)
     title, source = "E6 · A link that changes", "not in the thesis: a step of the rate, an outage"
     if not here:
         return Section("e6", title, source, ("This run has no cell of this experiment.",))
@@ -70,7 +70,16 @@ def _recovered(
         never = [entry for entry in entries if recovery.can_tell(entry.result, of)]
         if shown.state != "ok" or spread(entries, measure) is not None or not never:
             return shown
-        return replace(shown, lines=(replace(shown.lines[0], text="not reached"), *shown.lines[1:]))
+        return replace(
+            shown,
+            lines=(
+                replace(
+                    shown.lines[0],
+                    text="not before the next change" if what == "adapted" else "not reached",
+                ),
+                *shown.lines[1:],
+            ),
+        )
 
     return tables.Column(Line(f"{of} recovered after the {when} change, ms"), show, measure.name)
 

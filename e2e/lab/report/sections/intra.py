@@ -24,7 +24,7 @@ NO_MODEL: Final = Shown("nothing", (Line("–", "The model has no such connectio
 
 
 def section(run: Run, cells: Entries) -> Section:
-    here = pick.where(pick.of(cells, "E1"), lambda cell: cell.system == "thesis")
+    here = pick.where(pick.common(cells), lambda cell: cell.system == "thesis")
     model = model2004.of(run)
     return Section(
         "e1",
@@ -75,7 +75,7 @@ def _table(here: Entries, model: dict[tuple[str, int], model2004.ModelRow]) -> T
         (Line(""), *(Line(f"{mu_ms} ms") for mu_ms in MUS_MS)),
         tuple(rows),
         (
-            "Ours: how many a minute, the longest in ms, and all together in ms per minute. A tone "
+            "Ours: how many a minute, the longest, and all together as a share of the time. A tone "
             "gap is 30 ms or more without the test card’s tone as it was played; a concealment is "
             "100 ms or more that the browser says it made up. One may be heard as the other.",
         ),

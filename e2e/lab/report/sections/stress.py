@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 from e2e.lab.report import pick, tables, thesis
 from e2e.lab.report.blocks import Finding, Section
 from e2e.lab.report.measures import MEASURES
+from e2e.lab.report.names import THIN
 from e2e.lab.report.plots import over_time
 from e2e.lab.report.shown import spread
 
@@ -17,9 +18,7 @@ PREDICTED: Final = ("isdn-64k", "dual-modem")
 
 
 def section(cells: Entries) -> Section:
-    here = pick.where(
-        pick.of(cells, "E3"), lambda one: one.content == "testcard" and one.browser == "chromium"
-    )
+    here = pick.where(pick.plain(cells), lambda one: one.profile in THIN)
     title, source = "E3 · Thin links", "thesis 5.4, bandwidth stress test, and 3.5, predictions"
     if not here:
         return Section("e3", title, source, ("This run has no cell of this experiment.",))
