@@ -16,7 +16,7 @@ from pathlib import Path
 from e2e.lab import plan
 from e2e.lab.errors import LabError, NotRunError
 from e2e.lab.link import LinkError, UnavailableError
-from e2e.lab.progress import duration
+from e2e.lab.progress import count, duration
 from e2e.lab.wanted import Wanted
 
 
@@ -41,13 +41,17 @@ def main() -> int:
 async def _run(arguments: argparse.Namespace) -> int:
     from e2e.lab import session  # noqa: PLC0415  # browsers, media and plots take their time
 
-    task = asyncio.current_task()
+    loop, task = asyncio.get_running_loop(), asyncio.current_task()
     assert task is not None
-    # As Ctrl-C, so that nothing is left behind either.
-    asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
-    if arguments.resume is not None:
-        return await session.resume(Path(arguments.resume) if arguments.resume else None)
-    return await session.begin(_wanted(arguments))
+    loop.add_signal_handler(signal.SIGTERM, task.cancel)  # as Ctrl-C: nothing is left behind either
+    try:
+        if arguments.resume is not None:
+            return await session.resume(Path(arguments.resume) if arguments.resume else None)
+        return await session.begin(_wanted(arguments))
+    except asyncio.CancelledError:
+        # The terminal's Ctrl-C ended the browser's driver too, which has to say something about it.
+        loop.set_exception_handler(lambda *_: None)
+        raise
 
 
 def _list(wanted: Wanted) -> int:
@@ -55,7 +59,7 @@ def _list(wanted: Wanted) -> int:
     for cell in cells:
         print(cell.key)
     lasts = duration(plan.estimate_s(cells, own_error=not wanted.quick))
-    print(f"{len(cells)} cells, about {lasts}", file=sys.stderr)
+    print(f"{count(cells)}, about {lasts}", file=sys.stderr)
     if not wanted.quick:
         for line in plan.TRIMMED:
             print(f"left out: {line}", file=sys.stderr)

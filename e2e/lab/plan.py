@@ -108,12 +108,11 @@ def quick(*, repeats: int = 1, only: Sequence[str] = ()) -> list[Cell]:
         Cell(experiment="E2", profile="lan", system="livekit", seconds=short),
         Cell(experiment="E2", profile="lan", system="audio-master", content="face", seconds=10.0),
         Cell(experiment="E3", profile="wireless-1m", system="operator", seconds=short),
-        Cell(experiment="E3", profile="wireless-1m", system="video-first", seconds=short),
         Cell(
             experiment="E4", profile="lan", system="audio-master", browser="firefox", seconds=short
         ),
         Cell(experiment="E5", profile="lan", system="operator", viewers=4, seconds=short),
-        Cell(experiment="E6", profile="step-down", system="audio-master", seconds=14.0),
+        Cell(experiment="E6", profile="step-down", system="video-first", seconds=14.0),
     ]
     return _planned(wanted, repeats, only)
 

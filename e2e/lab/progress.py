@@ -62,6 +62,11 @@ class Progress:
         self._out.flush()
 
 
+def count(cells: Sequence[Cell]) -> str:
+    """Say how many they are."""
+    return f"{len(cells)} cell{'' if len(cells) == 1 else 's'}"
+
+
 def duration(seconds: float) -> str:
     """Say it as a person would: whole minutes, or seconds where there is no minute."""
     if seconds < 90:

@@ -14,7 +14,7 @@ from e2e.bench import machine
 from e2e.lab.errors import LabError
 from e2e.lab.folder import REPORT, RUN, Begun, RunFolder, utc
 from e2e.lab.instrument.error import own_error
-from e2e.lab.progress import Progress, duration
+from e2e.lab.progress import Progress, count, duration
 from e2e.lab.report import write
 from e2e.lab.report.model2004 import rows
 from e2e.lab.results import CellResult, Run
@@ -69,7 +69,7 @@ async def _go_on(folder: RunFolder, stage: Stage) -> int:
     left, before = _left(folder), folder.results()
     began_s = time.monotonic() - sum(result.took_s for result in before)
     progress = Progress(left, before=len(before))
-    progress.say(f"{len(left)} cells, about {duration(progress.left_s())}, into {folder.path}")
+    progress.say(f"{count(left)}, about {duration(progress.left_s())}, into {folder.path}")
 
     async def watch_one(cell: Cell) -> CellResult:
         result = await watch(cell, stage.link, stage.browser, folder.files_of(cell))
