@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from contextlib import AsyncExitStack, suppress
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from e2e.lab.crowd import crowd
 from e2e.lab.face.lips import lip_lag
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from e2e.lab.link.statistics import Counters, Lateness, Statistics
     from e2e.lab.readings import Readings
 
+S = TypeVar("S")
+T = TypeVar("T")
+
 SETTLE_S: Final = 3.0
 """Not counted at the begin of a cell; longer where the page needs more until it plays."""
 PICTURE_WITHIN_S: Final = 30.0
@@ -47,8 +50,10 @@ async def watch(cell: Cell, link: Link, browser: Browser, folder: Path) -> CellR
     started_utc, started_s = utc(), time.monotonic()
     told: dict[str, float | str] = {}
     async with AsyncExitStack() as leaving:
-        running = await leaving.enter_async_context(start(cell, link, folder))
-        window = await leaving.enter_async_context(browser.window(PRELOAD))
+        running, window = await _both(
+            leaving.enter_async_context(start(cell, link, folder)),
+            leaving.enter_async_context(browser.window(PRELOAD)),
+        )
         instrument = Instrument(window.evaluate)
         server = CostMeter(running.pid, f"the server of {cell.system}")
         before = await link.statistics()
@@ -95,6 +100,16 @@ def picture_within_s(link: Link) -> float:
     rate_bps = link.profile.down.rate_bps
     thin = rate_bps is not None and rate_bps < THIN_BPS
     return THIN_PICTURE_WITHIN_S if thin else PICTURE_WITHIN_S
+
+
+async def _both(one: Awaitable[S], other: Awaitable[T]) -> tuple[S, T]:
+    """Await both, and only when neither goes on any more raise what one of them raised."""
+    first, second = await asyncio.gather(one, other, return_exceptions=True)
+    if isinstance(first, BaseException):
+        raise first
+    if isinstance(second, BaseException):
+        raise second
+    return first, second
 
 
 async def _goto(window: Window, url: str, instrument: Instrument, within_s: float) -> bool:
