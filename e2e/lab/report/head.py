@@ -41,12 +41,16 @@ def head(run: Run, cells: Entries) -> Head:
     return Head(
         when=_when(run.started_utc),
         took=_took(run.took_s),
-        again=shlex.join(["python", "-m", "e2e.lab", *run.arguments]),
+        again=_again(run.arguments),
         machine=tuple(_facts(run.machine)),
         instrument=tuple(_facts(run.instrument)),
         missing=_missing(cells),
         counted=_counted(cells),
     )
+
+
+def _again(arguments: list[str]) -> str:
+    return f"make lab ARGS={shlex.quote(shlex.join(arguments))}" if arguments else "make lab"
 
 
 def _when(started_utc: str) -> str:

@@ -29,9 +29,7 @@ def ages(result: CellResult, of: Literal["picture", "sound"]) -> series.Series:
         return []
     if of == "picture":
         return series.standing(series.picture_ages(result.readings))
-    figures = result.figures
-    expected = figures.sound_age_ms.p50 if figures and figures.sound_age_ms else None
-    return series.sound_ages(result.readings, expected)
+    return series.sound_ages(result.readings)
 
 
 def _get(

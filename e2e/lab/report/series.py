@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
 from itertools import pairwise
 from statistics import median
 from typing import TYPE_CHECKING, Final
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from e2e.lab.instrument.bursts import Burst, bursts, skews_ms
+from e2e.lab.readings import Counters, Sound
 
+if TYPE_CHECKING:
     from e2e.lab.figures import Figures
-    from e2e.lab.readings import Readings, Sound
+    from e2e.lab.readings import Readings
 
 Series = list[tuple[float, float]]
 """(Unix ms, value), in the order of the times."""
 
 MOST: Final = 1e9
 """Eleven days in ms."""
+MOST_UNIX_MS: Final = 1e15
 LATE_MS: Final = 100.0
 """One video MU: a picture this much older than the cell's youngest is late (after 5.2.1.1)."""
 STALL_MS: Final = 200.0
@@ -28,9 +29,6 @@ HELD_MS: Final = 900.0
 """About a second; the bursts that tell the sound's age come a second apart, not exactly."""
 SILENCE_MS: Final = 1500.0
 """What comes after so long without anything is judged anew."""
-BURST_AT_LEAST: Final = 0.02
-"""Below this amplitude there is no burst (the test card's is 0.4 at the source)."""
-ROW_MS: Final = 10.0
 
 
 def sane(series: Series) -> Series:
@@ -45,7 +43,7 @@ def picture_ages(readings: Readings) -> Series:
         for at_ms, stamp_ms in zip(
             readings.pictures.at_ms, readings.pictures.stamp_ms, strict=False
         )
-        if stamp_ms is not None and math.isfinite(at_ms) and math.isfinite(stamp_ms)
+        if stamp_ms is not None and _is_time(at_ms) and _is_time(stamp_ms)
     ]
 
 
@@ -59,31 +57,35 @@ def standing(ages: Series) -> Series:
     return found
 
 
-def sound_ages(readings: Readings, expected_ms: float | None) -> Series:
-    """Age of each second's burst when it begins to be heard.
-
-    A burst does not say of which second it is: of all that fit, the age next to `expected_ms` is
-    taken (the cell's median), else the least.
-    """
-    ages: Series = []
-    for heard_ms in _onsets(readings.sound):
-        age_ms = heard_ms % 1000.0
-        if expected_ms is not None and abs(expected_ms) < MOST:
-            age_ms += 1000.0 * round((expected_ms - age_ms) / 1000.0)
-        ages.append((heard_ms, age_ms))
-    return ages
+def sound_ages(readings: Readings) -> Series:
+    """Age of each second's burst when it begins to be heard, as the instrument finds it."""
+    sound = [
+        (start_ms, burst)
+        for start_ms, burst in zip(readings.sound.start_ms, readings.sound.burst, strict=False)
+        if _is_time(start_ms) and _is_time(burst)
+    ]
+    held = [
+        (at_ms, ms)
+        for at_ms, ms in zip(
+            readings.counters.at_ms, readings.counters.sound_buffer_ms, strict=False
+        )
+        if ms is not None and _is_time(at_ms) and _is_time(ms)
+    ]
+    heard = bursts(
+        Sound(start_ms=[one for one, _ in sound], burst=[one for _, one in sound]),
+        Counters(at_ms=[one for one, _ in held], sound_buffer_ms=[one for _, one in held]),
+        picture_ages(readings),
+    )
+    return [(burst.heard_ms, burst.age_ms) for burst in heard]
 
 
 def skews(pictures: Series, sounds: Series) -> Series:
-    """Sound's age less the age of the picture that stands when it is heard; above 0: sound late."""
-    times = [at_ms for at_ms, _ in pictures]
-    found: Series = []
-    for at_ms, age_ms in sounds:
-        index = bisect_left(times, at_ms)
-        near = pictures[max(0, index - 1) : index + 1]
-        if near and min(abs(at_ms - one) for one, _ in near) <= SILENCE_MS:
-            found.append((at_ms, age_ms - near[0][1]))
-    return found
+    """Skew at each burst, as the instrument has it; above 0 the sound comes after the picture."""
+    return [
+        (heard_ms, skew_ms)
+        for heard_ms, age_ms in sounds
+        for skew_ms in skews_ms([Burst(heard_ms, age_ms)], pictures)
+    ]
 
 
 def within(series: Series, figures: Figures) -> Series:
@@ -101,7 +103,14 @@ def late_pictures_per_s(readings: Readings, figures: Figures) -> float | None:
 
 def picture_stalls_per_s(readings: Readings, figures: Figures) -> float | None:
     """How often one picture stood for `STALL_MS` or longer; None without any picture."""
-    shown = [at for at in readings.pictures.at_ms if figures.from_ms <= at <= figures.to_ms]
+    rows = zip(readings.pictures.at_ms, readings.pictures.stamp_ms, strict=False)
+    # The same stamp again is the same picture, shown again.
+    new = [
+        at
+        for (_, old), (at, stamp) in pairwise([(0.0, None), *rows])
+        if stamp is None or stamp != old
+    ]
+    shown = [at for at in new if figures.from_ms <= at <= figures.to_ms]
     seconds = (figures.to_ms - figures.from_ms) / 1000.0
     if not shown or not seconds > 0:
         return None
@@ -148,21 +157,5 @@ def thinned(series: Series, most: int) -> Series:
     return kept
 
 
-def _onsets(sound: Sound) -> Sequence[float]:
-    """When each burst begins, to a fraction of a row: the row it begins in is filled in part."""
-    rows = [
-        (start_ms, burst)
-        for start_ms, burst in zip(sound.start_ms, sound.burst, strict=False)
-        if math.isfinite(start_ms) and math.isfinite(burst)
-    ]
-    loudest = sorted(burst for _, burst in rows)[-(len(rows) // 50 + 1) :]
-    full = median(loudest) if loudest else 0.0
-    if full < BURST_AT_LEAST:
-        return []
-    found: list[float] = []
-    for (before_ms, before), (start_ms, burst) in pairwise(rows):
-        rises = before < full / 2 <= burst
-        if rises and (not found or start_ms - found[-1] > 500.0):
-            missing = 1.0 - min(1.0, burst / full) - min(1.0, max(0.0, before / full))
-            found.append(min(start_ms, before_ms + ROW_MS) + ROW_MS * missing)
-    return found
+def _is_time(value: float) -> bool:
+    return abs(value) < MOST_UNIX_MS

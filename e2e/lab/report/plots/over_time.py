@@ -101,8 +101,8 @@ def ages(entries: Entries, of: Literal["picture", "sound"]) -> tuple[Plot, ...]:
                     + (
                         ", growing while one picture stands."
                         if of == "picture"
-                        else "; a burst does not say of which second it is, taken is the age next "
-                        "to the median."
+                        else ". A burst does not say which second it is of: after a break whole "
+                        "seconds may be missing."
                     )
                     + unmarked,
                     tuple(entry for entry, _ in lines),
