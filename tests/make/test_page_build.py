@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from typing import TYPE_CHECKING
 
 import page
@@ -68,3 +69,22 @@ def test_only_sources_make_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         file.touch()
     found = [str(path.relative_to(tmp_path)) for path in page.sources()]
     assert found == ["server/wax/messages.py", "server/wax/web/schema.py", "web/src/main.ts"]
+
+
+def test_texts_are_laid_ready_in_gzip(tmp_path: Path) -> None:
+    """Beside each text its compressed twin, the same for the same text; nothing else is touched."""
+    (tmp_path / "assets").mkdir()
+    script, image = tmp_path / "assets" / "a.js", tmp_path / "b.png"
+    script.write_text("let x = 1;\n" * 100)
+    image.write_bytes(b"1")
+    page.compress(tmp_path)
+    twin = tmp_path / "assets" / "a.js.gz"
+    first = twin.read_bytes()
+    assert gzip.decompress(first) == script.read_bytes()
+    page.compress(tmp_path)
+    assert twin.read_bytes() == first
+    assert {path.name for path in tmp_path.rglob("*") if path.is_file()} == {
+        "a.js",
+        "a.js.gz",
+        "b.png",
+    }

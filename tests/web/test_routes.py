@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 from typing import TYPE_CHECKING, cast
 
@@ -53,6 +54,8 @@ async def client(
     (page / "assets").mkdir(parents=True)
     (page / "index.html").write_text("<!doctype html>")
     (page / "assets" / "a.js").write_text("1")
+    (page / "assets" / "b.js").write_text("2" * 1000)
+    (page / "assets" / "b.js.gz").write_bytes(gzip.compress(b"2" * 1000))
     (tmp_path / "secret").write_text("2")
     monkeypatch.setattr(routes, "PAGE", page)
     made = Routes(
@@ -80,6 +83,15 @@ async def test_the_page_knows_whether_to_acknowledge(
         assert page.content_type == "text/html"
         assert ("data-acknowledge" in await page.text()) == acknowledged
         assert page.headers["Cache-Control"] == "no-cache"
+
+
+async def test_the_page_travels_small(client: Client) -> None:
+    """Who understands gzip gets what the build has compressed, under its own type."""
+    small = await client.get("/assets/b.js", headers={"Accept-Encoding": "gzip"})
+    assert small.headers["Content-Encoding"] == "gzip"
+    assert int(small.headers["Content-Length"]) < 100
+    assert "javascript" in small.headers["Content-Type"]
+    assert await small.text() == "2" * 1000
 
 
 async def test_the_page_is_served(client: Client) -> None:

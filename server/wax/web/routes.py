@@ -90,7 +90,9 @@ class Routes:
         # Told before the page connects: afterwards it could only connect a second time.
         text = (PAGE / "index.html").read_text(encoding="utf-8")
         text = text.replace("<html ", "<html data-acknowledge ", 1)
-        return web.Response(text=text, content_type="text/html", headers=headers)
+        answer = web.Response(text=text, content_type="text/html", headers=headers)
+        answer.enable_compression()
+        return answer
 
     async def health(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
         return web.json_response({"ok": True})
