@@ -33,6 +33,7 @@ LEAST: Final[dict[Unit, float]] = {
     "signed ms": 5.0,
     "per s": 0.2,
     "per min": 5.0,
+    "s": 1.0,
     "share": 0.01,
     "bytes/s": 100.0,
     "signed ms/min": 20.0,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from e2e.lab.report import recovery
 from e2e.lab.report.measures import MEASURES
@@ -12,6 +12,10 @@ if TYPE_CHECKING:
     from e2e.lab.report.blocks import Entry
     from e2e.lab.report.pick import Entries
     from e2e.lab.results import CellResult
+
+TOLD: Final = ("viewer.streams.", "link.")
+"""Of what a system tells of itself, what the policy did and how late the link was; the JSON has
+all of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +64,13 @@ def _facts(result: CellResult) -> list[tuple[str, str]]:
                     f"by the queue, {way.losses} lost",
                 )
             )
-    found += [
-        (name, f"{value:.6g}" if isinstance(value, float) and abs(value) < 1e6 else str(value))
+    told = [
+        f"{name} {value:.4g}" if isinstance(value, float) else f"{name} {value}"
         for name, value in result.told.items()
+        if name.startswith(TOLD)
     ]
+    if result.told:
+        found.append(("told of itself", ", ".join([*told] or ["see the JSON"])))
     return found
 
 
@@ -84,6 +91,8 @@ def _series(entry: Entry) -> list[tuple[str, str]]:
             "concealed_pauses": len(figures.concealed_pauses.at_ms),
         }
         found.append((f"{entry.path}.figures", _counted(rows)))
+    if entry.result.told:
+        found.append((f"{entry.path}.told", f"{len(entry.result.told)} facts"))
     return found
 
 

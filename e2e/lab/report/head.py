@@ -73,8 +73,8 @@ def _counted(cells: Entries) -> Finding:
     counts = Counter(entry.result.status for entry in cells)
     variants = len({entry.cell.variant for entry in cells})
     text = (
-        f"Of {len(cells)} cells ({variants} different ones) {counts['ok']} were measured, "
-        f"{counts['failed']} failed and {counts['not run']} were not run."
+        f"{counts['ok']} of {len(cells)} cells were measured, {counts['failed']} failed, "
+        f"{counts['not run']} were not run; {variants} are different ones, the rest repetitions."
     )
     return Finding(text if cells else "This run has no cells: nothing was measured.")
 

@@ -16,13 +16,14 @@ if TYPE_CHECKING:
     from e2e.lab.results import CellResult
 
 Unit = Literal[
-    "ms", "signed ms", "per s", "per min", "share", "bytes/s", "signed ms/min", "MiB", "1"
+    "ms", "signed ms", "per s", "per min", "s", "share", "bytes/s", "signed ms/min", "MiB", "1"
 ]
 UNITS: Final[dict[Unit, str]] = {
     "ms": "ms",
     "signed ms": "ms",
     "per s": "per s",
     "per min": "per min",
+    "s": "s",
     "share": "%",
     "bytes/s": "kB/s",
     "signed ms/min": "ms/min",
@@ -139,6 +140,14 @@ def _raw(
         if result.figures is None or result.readings is None
         else get(result.readings, result.figures)
     )
+
+
+def _told(name: str) -> Callable[[CellResult], float | None]:
+    def get(result: CellResult) -> float | None:
+        value = result.told.get(name)
+        return float(value) if isinstance(value, float | int) else None
+
+    return get
 
 
 KINDS: Final = ("audio", "video", "repeated", "data", "other")
@@ -259,6 +268,13 @@ _ALL: Final = (
         "by how much the voice comes after the lips",
     ),
     Measure("lip_correlation", "lip correlation", "1", _plain("lip_correlation")),
+    Measure(
+        "fail_safe_s",
+        "fail-safe mode",
+        "s",
+        _told("viewer.streams.fail_safe_s"),
+        "how long the policy was in fail-safe mode (thesis 3.3 and 3.5), as the server says",
+    ),
     Measure(
         "server_cpu_share",
         "server CPU",

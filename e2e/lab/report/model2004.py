@@ -25,13 +25,8 @@ class ModelRow(BaseModel):
     """The share of the time that was pause."""
 
     @property
-    def words(self) -> str:
-        if self.pauses_per_s < table.CLEAN_PER_S:
-            return "none"
-        return (
-            f"{self.pauses_per_s:.1f} per s, up to {self.longest_ms:.0f} ms, "
-            f"silent {self.silence:.0%}"
-        )
+    def is_clean(self) -> bool:
+        return self.pauses_per_s < table.CLEAN_PER_S
 
 
 def rows() -> list[dict[str, Any]]:

@@ -86,7 +86,16 @@ def _model(row: model2004.ModelRow | None) -> Shown:
     if row is None:
         return NO_MODEL
     title = f"client2004, {row.scene}, {row.mu_ms} ms: 4 times 60 s with synthetic delays"
-    return Shown("ok", (Line(row.words, title),))
+    if row.is_clean:
+        return Shown("ok", (Line("none", title),))
+    return Shown(
+        "ok",
+        (
+            Line(f"{row.pauses_per_s:.1f} per s", title),
+            Line(f"longest {row.longest_ms:.0f} ms", title, small=True),
+            Line(f"in all {100 * row.silence:.0f} %", title, small=True),
+        ),
+    )
 
 
 def pauses_per_min(entries: Entries) -> float | None:

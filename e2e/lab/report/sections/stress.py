@@ -30,6 +30,7 @@ def section(cells: Entries) -> Section:
         tables.pauses("tone"),
         tables.pauses("concealed"),
         tables.bytes_per_s("received"),
+        tables.of("fail_safe_s"),
         tables.of("picture_drift_ms_per_min"),
     )
     least = thesis.LEAST_BANDWIDTH
