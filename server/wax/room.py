@@ -112,6 +112,7 @@ class Room:
             audio=sound_lane,
             events=viewer,
             now_s=self._clock.now_s,
+            round_trip_s=lambda: viewer.link.newest_s,
         )
         viewer.peer = peer
         self._gone_since_s.pop(viewer.number, None)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import pytest
 from aiortc import RTCPeerConnection, RTCSessionDescription
-from aiortc.rtp import RtcpPsfbPacket, RtpPacket
+from aiortc.rtp import RtcpPsfbPacket, RtcpRtpfbPacket, RtpPacket
 from av.packet import Packet
 
 from wax.errors import SignallingError
@@ -106,6 +106,7 @@ async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
         audio=Ticking(),
         events=events,
         now_s=monotonic,
+        round_trip_s=lambda: 0.5,
     )
     browser = RTCPeerConnection()
     browser.addTransceiver("audio", direction="recvonly")
@@ -151,8 +152,28 @@ async def test_the_rtp_clock_is_the_one_on_the_wire(
     elapsed_s = (packet.timestamp - rtp) % 2**32 / 90_000
     assert captured_s + elapsed_s == pytest.approx(5 + lane.number / 100, abs=1e-6)
     media_time = pair.peer.media_time("video", packet.timestamp)
+    assert media_time is not None
     assert media_time == round((captured_s + elapsed_s) * 90_000)
     assert pair.peer.rtp_time("video", media_time) == packet.timestamp
+
+
+async def test_a_lost_packet_is_sent_again_once_a_round_trip(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A browser that asks ten times for one packet gets one copy, not ten."""
+    sender = pair.peer._senders["video"]
+    wire: asyncio.Queue[bytes] = asyncio.Queue()
+    monkeypatch.setattr(sender.transport, "_send_rtp", wire.put)
+    while (packet := RtpPacket.parse(await asyncio.wait_for(wire.get(), 5))).ssrc != sender._ssrc:
+        pass
+    asked = RtcpRtpfbPacket(fmt=1, ssrc=1, media_ssrc=sender._ssrc, lost=[packet.sequence_number])
+    copies = 0
+    for _ in range(10):
+        while not wire.empty():
+            wire.get_nowait()
+        await sender._handle_rtcp_packet(asked)
+        copies += wire.qsize()
+    assert copies == 1
 
 
 async def test_a_lost_picture_asks_for_a_keyframe(pair: Pair) -> None:
@@ -210,6 +231,7 @@ async def test_garbage_is_refused_with_a_sentence() -> None:
         audio=Ticking(),
         events=events,
         now_s=monotonic,
+        round_trip_s=lambda: 0.5,
     )
     sections = [f"m={kind} 9 UDP/TLS/RTP/SAVPF x" for kind in ("audio", "video", "application")]
     with pytest.raises(SignallingError, match="cannot be answered"):

@@ -21,6 +21,7 @@ def test_all_private_parts_are_there() -> None:
         (aioice.ice, "CONSENT_FAILURES"),
         (aioice.ice, "get_host_addresses"),
         (RTCRtpSender, "_send_keyframe"),
+        (RTCRtpSender, "_retransmit"),
     ],
 )
 def test_a_part_that_moved_is_named(

@@ -20,6 +20,8 @@ class Link:
         self.heard_s = now_s
         self._pongs: dict[int, float] = {}
         self._round_trips: deque[tuple[float, float]] = deque()
+        self.newest_s: float | None = None
+        """The newest round trip, with whatever waits in queues now; None before the first."""
 
     def heard(self, now_s: float) -> None:
         """Note that anything at all has come."""
@@ -37,6 +39,7 @@ class Link:
         if sent_s is not None and held_ms is not None and held_ms >= 0:
             round_trip_s = max(now_s - sent_s - held_ms / 1000, 0.0)
             self._round_trips.append((now_s, round_trip_s))
+            self.newest_s = round_trip_s
         while self._round_trips and self._round_trips[0][0] < now_s - _WINDOW_S:
             self._round_trips.popleft()
         self._pongs[ping] = now_s

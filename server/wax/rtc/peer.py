@@ -16,6 +16,7 @@ from aiortc import (
 
 from wax.errors import SignallingError
 from wax.rtc import private
+from wax.rtc.repeats import Repeats
 from wax.rtc.tracks import LaneTrack
 
 if TYPE_CHECKING:
@@ -74,6 +75,7 @@ class Peer:
         audio: Lane,
         events: PeerEvents,
         now_s: Callable[[], float],
+        round_trip_s: Callable[[], float | None],
     ) -> None:
         self._events = events
         self._now_s = now_s
@@ -89,6 +91,11 @@ class Peer:
             "audio": self._send("audio", audio, f"audio/{codecs.audio}"),
             "video": self._send("video", video, f"video/{codecs.video}"),
         }
+        self._repeats = Repeats()
+        private.ask_before_repeating(
+            self._senders["video"],
+            lambda number: self._repeats.allows(number, round_trip_s(), now_s()),
+        )
         private.on_keyframe_request(self._senders["video"], events.keyframe_wanted)
         self._pc.on("connectionstatechange", self._state_changed)
         self._pc.on("datachannel", self._channel_opened)

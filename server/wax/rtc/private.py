@@ -29,6 +29,7 @@ def check() -> None:
             ("aioice.ice.CONSENT_FAILURES", hasattr(aioice.ice, "CONSENT_FAILURES")),
             ("aioice.ice.get_host_addresses", hasattr(aioice.ice, "get_host_addresses")),
             ("RTCRtpSender._send_keyframe", hasattr(RTCRtpSender, "_send_keyframe")),
+            ("RTCRtpSender._retransmit", hasattr(RTCRtpSender, "_retransmit")),
             (
                 "RTCRtpSender.__rtp_timestamp",
                 _LAST_RTP_TIME in RTCRtpSender.__init__.__code__.co_names,
@@ -65,6 +66,17 @@ _found_addresses = aioice.ice.get_host_addresses
 def on_keyframe_request(sender: RTCRtpSender, callback: Callable[[], None]) -> None:
     """Call back on PLI and FIR: aiortc forgets them for tracks that return packets."""
     sender._send_keyframe = callback  # type: ignore[method-assign]  # see above
+
+
+def ask_before_repeating(sender: RTCRtpSender, allows: Callable[[int], bool]) -> None:
+    """Ask before a lost packet is sent again, by its sequence number: aiortc always does it."""
+    repeat = sender._retransmit
+
+    async def repeat_if_allowed(sequence_number: int) -> None:
+        if allows(sequence_number):
+            await repeat(sequence_number)
+
+    sender._retransmit = repeat_if_allowed  # type: ignore[method-assign]  # see above
 
 
 def own_sync_group(sender: RTCRtpSender, name: str) -> None:
