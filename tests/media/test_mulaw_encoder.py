@@ -39,18 +39,18 @@ def _decode(units: list[SoundUnit]) -> NDArray[np.int16]:
     return np.concatenate([frame.to_ndarray().reshape(-1) for frame in frames])
 
 
-@pytest.mark.parametrize("mu_ms", [100, 300, 500])
-def test_a_unit_is_whole_and_ready_with_its_last_sample(mu_ms: int) -> None:
-    """After just `mu_ms` of sound there is a unit, of packets of 20 ms with times of their own."""
+@pytest.mark.parametrize(("mu_ms", "packet_ms"), [(100, 100), (140, 20), (320, 80), (500, 100)])
+def test_a_unit_is_whole_and_ready_with_its_last_sample(mu_ms: int, packet_ms: int) -> None:
+    """After just `mu_ms` of sound there is a unit, of a few packets with times of their own."""
     encoder = MuLawEncoder(mu_ms=mu_ms)
     units = _feed(encoder, np.zeros(SAMPLE_RATE_HZ * mu_ms * 2 // 1000), 100.0)
     assert [unit.number for unit in units] == [1, 2]
     for unit in units:
-        assert len(unit.packets) == mu_ms // 20
-        assert {len(bytes(sound.packet)) for sound in unit.packets} == {160}
+        assert len(unit.packets) == mu_ms // packet_ms
+        assert {len(bytes(sound.packet)) for sound in unit.packets} == {8 * packet_ms}
         assert unit.packets[0].pts % encoder.unit_samples == 0
     pts = [sound.pts for unit in units for sound in unit.packets]
-    assert set(np.diff(pts)) == {160}
+    assert set(np.diff(pts)) == {8 * packet_ms}
 
 
 def test_what_is_heard_was_captured_when_it_says() -> None:

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MULAW_RATE_HZ: Final = 8000
-_PACKET_SAMPLES: Final = 160
-"""20 ms, the usual packet of PCMU (RFC 3551, section 4.2)."""
+_PACKET_BLOCKS: Final = (5, 4, 3, 2, 1)
+"""100 ms, 800 bytes, or the most that divides the unit: TCP's segments of 2004 were of that order.
+Packets of the usual 20 ms (RFC 3551, 4.2) are a quarter headers, which alone fills a modem line."""
 
 _RESEAM_S: Final = 0.05
 _FILTER_SAMPLES: Final = 96
@@ -34,12 +35,15 @@ class MuLawEncoder:
     def __init__(self, *, mu_ms: int) -> None:
         self.unit_samples = MULAW_RATE_HZ * mu_ms // 1000
         self._blocks_per_unit = mu_ms // 20
+        blocks = next(n for n in _PACKET_BLOCKS if self._blocks_per_unit % n == 0)
+        self._packet_samples = blocks * MULAW_RATE_HZ // 50
         self._codec = av.CodecContext.create("pcm_mulaw", "w")
         assert isinstance(self._codec, av.AudioCodecContext)
         self._codec.sample_rate = MULAW_RATE_HZ
         self._codec.layout = "mono"
         self._codec.format = "s16"
-        self._packets: list[EncodedSound] = []
+        self._samples: list[NDArray[np.int16]] = []
+        self._captured_s = 0.0
         self._number = 0
         self._next_pts: int | None = None
         self._due_s = 0.0
@@ -52,18 +56,22 @@ class MuLawEncoder:
             self._begin_source()
             self._next_pts = self._aligned(block.captured_s)
         self._due_s = block.captured_s + BLOCK_SAMPLES / SAMPLE_RATE_HZ
-        self._packets.append(self._packet(block, self._next_pts))
-        self._next_pts += _PACKET_SAMPLES
-        if len(self._packets) < self._blocks_per_unit:
+        if not self._samples:
+            self._captured_s = block.captured_s - _FILTER_SAMPLES / SAMPLE_RATE_HZ
+        self._samples.append(self._resample(block.samples))
+        if len(self._samples) < self._blocks_per_unit:
             return None
-        packets = tuple(self._packets)
-        self._packets.clear()
+        samples = np.concatenate(self._samples)
+        self._samples.clear()
+        begins = range(0, self.unit_samples, self._packet_samples)
+        packets = tuple(self._packet(samples, begin, self._next_pts) for begin in begins)
+        self._next_pts += self.unit_samples
         self._number += 1
-        return SoundUnit(self._number, packets, packets[0].captured_s)
+        return SoundUnit(self._number, packets, self._captured_s)
 
     def _begin_source(self) -> None:
         """Begin a unit anew; what was collected of the one before is not sent."""
-        self._packets.clear()
+        self._samples.clear()
         self._resampler = av.AudioResampler(format="s16", layout="mono", rate=MULAW_RATE_HZ)
         self._resample(np.zeros(_FILTER_SAMPLES, np.int16))
 
@@ -72,14 +80,14 @@ class MuLawEncoder:
         captured = max(round(captured_s * MULAW_RATE_HZ), self._next_pts or 0)
         return -(-captured // self.unit_samples) * self.unit_samples
 
-    def _packet(self, block: Sound, pts: int) -> EncodedSound:
-        samples = self._resample(block.samples)
+    def _packet(self, unit: NDArray[np.int16], begin: int, unit_pts: int) -> EncodedSound:
+        samples = unit[begin : begin + self._packet_samples]
         frame = av.AudioFrame.from_ndarray(samples.reshape(1, -1), format="s16", layout="mono")
         frame.sample_rate = MULAW_RATE_HZ
         packet = av.Packet(b"".join(bytes(part) for part in self._codec.encode(frame)))
-        packet.pts = pts
+        packet.pts = unit_pts + begin
         packet.time_base = Fraction(1, MULAW_RATE_HZ)
-        captured_s = block.captured_s - _FILTER_SAMPLES / SAMPLE_RATE_HZ
+        captured_s = self._captured_s + begin / MULAW_RATE_HZ
         return EncodedSound(packet=packet, captured_s=captured_s, duration_samples=len(samples))
 
     def _resample(self, samples: NDArray[np.int16]) -> NDArray[np.int16]:
