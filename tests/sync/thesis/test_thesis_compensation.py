@@ -104,3 +104,16 @@ def test_a_single_report_moves_nothing() -> None:
         assert compensation.reported(report, ROLLBACK_S, tick / 4) == 0.0
     for tick in range(40, 60):
         assert compensation.reported(bad, None, tick / 4) == 0.0
+
+
+def test_reports_of_two_kinds_are_not_mixed() -> None:
+    """While ages come and go, neither is believed: each needs five in a row."""
+    compensation = Compensation(SETTINGS)
+    ages = PlayoutReport(sound=StreamPlayout(age_ms=900), picture=StreamPlayout(age_ms=490))
+    buffers = PlayoutReport(sound=StreamPlayout(delay_ms=700), picture=StreamPlayout(delay_ms=0))
+    for tick in range(40):
+        report = ages if tick % 4 else buffers
+        assert compensation.reported(report, ROLLBACK_S, tick / 4) == 0.0
+    for tick in range(40, 45):
+        compensation.reported(ages, ROLLBACK_S, tick / 4)
+    assert compensation.extra_s > 0.3

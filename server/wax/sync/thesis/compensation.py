@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections import deque
 from statistics import median
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 if TYPE_CHECKING:
     from wax.sync.playout import PlayoutReport
     from wax.sync.thesis.settings import ThesisSettings
+
+Measure = Literal["ages", "buffers"]
 
 _REPORTS: Final = 5
 """The median of so many is believed; a page reports four times a second."""
@@ -28,6 +30,7 @@ class Compensation:
     def __init__(self, settings: ThesisSettings) -> None:
         self._settings = settings
         self._missing_ms: deque[float] = deque(maxlen=_REPORTS)
+        self._measure: Measure | None = None
         self._settled_s = 0.0
         self.extra_s = 0.0
 
@@ -41,9 +44,14 @@ class Compensation:
         if rollback_s is None or now_s < self._settled_s:
             self._missing_ms.clear()
             return self.extra_s
-        missing_ms = self._missing(report)
-        if missing_ms is None:
+        found = self._missing(report)
+        if found is None:
             return self.extra_s
+        measure, missing_ms = found
+        if measure != self._measure:
+            # The two are not comparable: a median across them would be of neither.
+            self._measure = measure
+            self._missing_ms.clear()
         self._missing_ms.append(missing_ms)
         believed_ms = median(self._missing_ms)
         if len(self._missing_ms) < _REPORTS or abs(believed_ms) <= self._settings.video_mu_ms / 2:
@@ -56,8 +64,8 @@ class Compensation:
         self.extra_s = moved_s
         return self.extra_s
 
-    def _missing(self, report: PlayoutReport) -> float | None:
-        """Return by how many ms the picture is still too early, None where unknown.
+    def _missing(self, report: PlayoutReport) -> tuple[Measure, float] | None:
+        """Return by how many ms the picture is still too early and how that is known, else None.
 
         Where the ages are known, by them: all that is in the way counts. Else by the sound's
         buffer: a burst of one audio MU lies there for half of it on average, as in the thesis's
@@ -67,8 +75,8 @@ class Compensation:
         if sound is None or picture is None:
             return None
         if sound.age_ms is not None and picture.age_ms is not None:
-            return sound.age_ms - picture.age_ms
+            return "ages", sound.age_ms - picture.age_ms
         if sound.delay_ms is None or picture.delay_ms is None:
             return None
         usual_ms = self._settings.audio_mu_ms / 2 + self._settings.reference_audio_buffer_ms
-        return sound.delay_ms - usual_ms - picture.delay_ms - self.extra_s * 1000
+        return "buffers", sound.delay_ms - usual_ms - picture.delay_ms - self.extra_s * 1000
