@@ -163,7 +163,7 @@ async def test_only_the_packet_that_ends_a_unit_acknowledges_it(scene: Scene) ->
     """Any other time that a page may send changes nothing."""
     scene.streams.want(sound=True, picture=False, size=SIZE)
     (*_, last) = await scene.capture(0.7, acknowledge=False)
-    for pts in (0, last.pts - 160, last.pts + 160, last.pts + 1):
+    for pts in (0, -1, last.pts - 800, last.pts + 800, last.pts + 1):
         scene.streams.received("audio", pts % 2**32)
         scene.streams.received("video", pts % 2**32)
     assert await scene.capture(0.4, acknowledge=False) == []
@@ -206,12 +206,13 @@ async def test_a_client_that_buffers_more_sound_gets_an_older_picture(scene: Sce
 async def test_release_ends_it_all(scene: Scene) -> None:
     """Nothing is listened to, timed or told after a viewer has parted, however often that is."""
     scene.streams.want(sound=True, picture=True, size=SIZE)
-    await scene.capture(1.0)
+    (*_, last) = await scene.capture(0.6, acknowledge=False)
     scene.streams.release()
     scene.streams.release()
     told = len(scene.told)
     scene.streams.want(sound=True, picture=True, size=SIZE)
-    scene.streams.received("audio", 0)
+    for kind in ("audio", "video"):
+        scene.streams.received(kind, (last.packet.pts or 0) % 2**32)  # type: ignore[arg-type]
     scene.streams.round_trip(0.1)
     scene.streams.reported(PlayoutReport(sound=None, picture=None))
     assert await scene.capture(1.0) == []

@@ -1,4 +1,4 @@
-"""Where what a sender has decided to send waits for its track: a moment, never longer."""
+"""The two ends of a viewer who is served in media units: pictures come in, units go out."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
     from wax.media.encoded import EncodedPicture, EncodedSound
 
@@ -34,3 +34,27 @@ class UnitLane:
             self._ready.clear()
             await self._ready.wait()
         return self._queue.popleft()
+
+
+class PictureIntake:
+    """Numbers the pictures of the one rendition, as media units are, and passes them on.
+
+    A lane to the fan-out, though nothing waits in it.
+    """
+
+    def __init__(self, take: Callable[[int, EncodedPicture], None]) -> None:
+        self._take = take
+        self._number = 0
+        self.rendition: str | None = None
+        self.dropped = 0
+
+    def choose(self, rendition: str | None) -> None:
+        self.rendition = rendition
+
+    def takes(self, rendition: str) -> bool:
+        return rendition == self.rendition
+
+    def put(self, picture: EncodedPicture) -> None:
+        if picture.rendition == self.rendition:
+            self._number += 1
+            self._take(self._number, picture)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax import messages
 from wax.config import RenditionSettings, VideoSettings
-from wax.media.unit_lane import UnitLane
+from wax.media.unit_lane import PictureIntake, UnitLane
 from wax.streams.streams import Codecs, Kind, Units
 from wax.sync.thesis.compensation import Compensation
 from wax.sync.thesis.sender import Sender
@@ -56,7 +56,7 @@ class ThesisStreams:
         self._audio = audio
         self._send = send
         self._lanes: dict[Stream, UnitLane] = {}
-        self._intake: _PictureIntake | None = None
+        self._intake: PictureIntake | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._told: str | None = None
         self._fail_safe_s = 0.0
@@ -79,7 +79,7 @@ class ThesisStreams:
         self.release()
         self._begin()
         self._lanes = {"picture": UnitLane(), "sound": UnitLane()}
-        self._intake = _PictureIntake(self._picture_captured)
+        self._intake = PictureIntake(self._picture_captured)
         self._video.attach(self._intake)
         return self._lanes["picture"], self._lanes["sound"]
 
@@ -92,6 +92,7 @@ class ThesisStreams:
             self._timer.cancel()
             self._timer = None
         self._lanes = {}
+        self._under_way.clear()
         self._told = None
         self._note_mode(None)
 
@@ -140,7 +141,9 @@ class ThesisStreams:
 
     def received(self, kind: Kind, pts: int) -> None:
         stream = _STREAMS[kind]
-        number, last_pts = self._under_way.get(stream, (0, -1))
+        if (under_way := self._under_way.get(stream)) is None:
+            return
+        number, last_pts = under_way
         if last_pts % _UINT32 == pts:
             del self._under_way[stream]
             self._act(self._sender.acknowledged(stream, number, self._clock.now_s()))
@@ -151,7 +154,9 @@ class ThesisStreams:
 
     def reported(self, report: PlayoutReport) -> None:
         now_s = self._clock.now_s()
-        extra_s = self._compensation.reported(report, self._sender.state().rollback_s, now_s)
+        state = self._sender.state()
+        rollback_s = state.rollback_s if state.mode == "synchronised" else None
+        extra_s = self._compensation.reported(report, rollback_s, now_s)
         if extra_s != self._extra_s and self._lanes:
             self._extra_s = extra_s
             self._act(self._sender.roll_back_further(extra_s, now_s))
@@ -229,27 +234,6 @@ class ThesisStreams:
             "fail_safe_s": round(self._fail_safe_s, 3),
             **self._counts,
         }
-
-
-class _PictureIntake:
-    """Numbers the pictures of the one rendition and passes them on."""
-
-    def __init__(self, take: Callable[[int, EncodedPicture], None]) -> None:
-        self._take = take
-        self._number = 0
-        self.rendition: str | None = None
-        self.dropped = 0
-
-    def choose(self, rendition: str | None) -> None:
-        self.rendition = rendition
-
-    def takes(self, rendition: str) -> bool:
-        return rendition == self.rendition
-
-    def put(self, picture: EncodedPicture) -> None:
-        if picture.rendition == self.rendition:
-            self._number += 1
-            self._take(self._number, picture)
 
 
 class ThesisService:
