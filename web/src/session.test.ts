@@ -100,3 +100,10 @@ it("keeps what the room said of oneself while the connection is lost", () => {
   expect(session.state.link.value.is).toBe("connecting");
   expect(session.state.me.value?.role).toBe("operator");
 });
+
+it("says so when it is to acknowledge and this browser cannot", async () => {
+  receive(hello({ acknowledge: true }));
+  await vi.advanceTimersByTimeAsync(0);
+  expect(session.state.notice.value?.text).toContain("cannot say what it has received");
+  expect(peers).toHaveLength(1);
+});

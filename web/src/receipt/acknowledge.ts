@@ -25,6 +25,7 @@ export class Acknowledger {
     if (!("RTCRtpScriptTransform" in globalThis)) return Promise.resolve(false);
     const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
     return new Promise((resolve) => {
+      worker.onerror = () => resolve(false);
       worker.onmessage = ({ data }: MessageEvent<Arrival | "ready">) => {
         if (data === "ready") {
           this.#worker = worker;
