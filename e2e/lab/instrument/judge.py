@@ -32,18 +32,20 @@ def shift(read: Iterable[tuple[float, float]]) -> Shift | None:
     """Compare the lying seconds with the honest ones about them.
 
     `read` are stamps as they were read, and ages. Of each lying second that has both its
-    neighbours: its median less the mean of theirs; of all these the median. None of fewer than 4.
+    neighbours: its mean less the mean of theirs; of all these the median. None of fewer than 4.
+    Means, since ages come in steps of the screen's refresh, between which a median jumps; without
+    the outer tenths, since a machine that stalls makes a few pictures old.
     """
     seconds: dict[int, list[float]] = {}
     for stamp_ms, age_ms in read:
         # Both the stamp and what it would truly be must say the same.
         if lies(stamp_ms) == lies(stamp_ms + LIE_MS):
             seconds.setdefault(math.floor((stamp_ms + 500) / 1000), []).append(age_ms)
-    medians = {second: statistics.median(ages) for second, ages in seconds.items()}
+    means = {second: _mean(ages) for second, ages in seconds.items()}
     shifts = [
-        median - (medians[second - 1] + medians[second + 1]) / 2
-        for second, median in medians.items()
-        if second % 2 == 1 and second - 1 in medians and second + 1 in medians
+        mean - (means[second - 1] + means[second + 1]) / 2
+        for second, mean in means.items()
+        if second % 2 == 1 and second - 1 in means and second + 1 in means
     ]
     if len(shifts) < _LEAST_LIES:
         return None
@@ -51,6 +53,11 @@ def shift(read: Iterable[tuple[float, float]]) -> Shift | None:
     # Of a normal spread: the median's standard error by way of the median absolute deviation.
     deviation = 1.4826 * statistics.median(abs(one - middle) for one in shifts)
     return Shift(middle, 1.2533 * deviation / math.sqrt(len(shifts)), len(shifts))
+
+
+def _mean(ages: list[float]) -> float:
+    outer = len(ages) // 10
+    return statistics.fmean(sorted(ages)[outer : len(ages) - outer])
 
 
 def difference_ms(first: float | None, second: float | None) -> float | None:
