@@ -1,8 +1,9 @@
 """``python -m e2e.lab``: chapter 5 again, over shaped networks; a folder with all that was found.
 
 Exit status: 0 when every cell was measured, if only to find that no picture comes, or cannot be on
-this machine; 1 when one was lost, or with --quick has no picture; 2, with one sentence, when there
-is nothing to measure with or what was asked for is not there; 130 after Ctrl-C.
+this machine; 1 when one was lost, or with --quick has no picture; with one sentence 77 when this
+machine has not what the lab needs (a link, a browser), and 2 when the lab fails or what was asked
+for is not there; 130 after Ctrl-C.
 """
 
 from __future__ import annotations
@@ -12,12 +13,16 @@ import asyncio
 import signal
 import sys
 from pathlib import Path
+from typing import Final
 
 from e2e.lab import plan
 from e2e.lab.errors import LabError, NotRunError
 from e2e.lab.link import LinkError, UnavailableError
 from e2e.lab.progress import count, duration
 from e2e.lab.wanted import Wanted
+
+NOT_RUN: Final = 77
+"""What automake takes for a test that was skipped; argparse and a lab that fails end with 2."""
 
 
 def main() -> int:
@@ -30,7 +35,7 @@ def main() -> int:
         return asyncio.run(_run(arguments))
     except (UnavailableError, NotRunError) as error:
         print(f"lab not run: {error}", file=sys.stderr)
-        return 2
+        return NOT_RUN
     except (LabError, LinkError) as error:
         print(f"lab: {error}", file=sys.stderr)
         return 2
@@ -58,9 +63,9 @@ def _list(wanted: Wanted) -> int:
     cells = wanted.cells()
     for cell in cells:
         print(cell.key)
-    lasts = duration(plan.estimate_s(cells, own_error=not wanted.quick))
-    print(f"{count(cells)}, about {lasts}", file=sys.stderr)
-    if not wanted.quick:
+    takes_s = plan.estimate_s(cells, own_error=not wanted.quick, emulator=wanted.long)
+    print(f"{count(cells)}, about {duration(takes_s)}", file=sys.stderr)
+    if wanted.is_trimmed:
         for line in plan.TRIMMED:
             print(f"left out: {line}", file=sys.stderr)
     return 0
@@ -84,7 +89,9 @@ def _arguments() -> argparse.Namespace:
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--quick", action="store_true", help="under 4 minutes, touches every part")
     length.add_argument(
-        "--long", action="store_true", help="3 repetitions of 60 s, about a night long"
+        "--long",
+        action="store_true",
+        help="all cells 3 times for 60 s and the emulator verified before, about a night long",
     )
     parser.add_argument(
         "--only",
@@ -100,7 +107,7 @@ def _arguments() -> argparse.Namespace:
         nargs="?",
         const="",
         metavar="FOLDER",
-        help="continue that run, or the newest unfinished one",
+        help="do what that run, or the newest unfinished one, has left or failed to do",
     )
     parser.add_argument("--list", action="store_true", help="say what would be measured")
     arguments = parser.parse_args()

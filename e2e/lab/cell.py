@@ -10,9 +10,6 @@ Experiment = Literal["E1", "E2", "E3", "E4", "E5", "E6"]
 SystemName = Literal["thesis", "audio-master", "operator", "video-first", "stock", "livekit"]
 """``audio-master`` is the observer's default, ``operator`` what a driver gets, on the page too."""
 
-OURS: tuple[SystemName, ...] = ("audio-master", "operator", "video-first")
-PEERS: tuple[SystemName, ...] = ("stock", "livekit")
-
 
 class Cell(BaseModel):
     """What is done once; two cells with the same `key` are the same measurement."""

@@ -22,7 +22,6 @@ from pydantic import BaseModel, ConfigDict
 
 from e2e.bench.errors import BenchError
 from e2e.bench.viewer import Offering, Viewer
-from e2e.lab.cell import PEERS
 from e2e.lab.errors import LabError
 from e2e.lab.process import CostMeter
 
@@ -81,8 +80,14 @@ class Crowd:
 
 @asynccontextmanager
 async def crowd(cell: Cell, link: Link, url: str) -> AsyncIterator[Crowd]:
-    """Have all but one of the cell's viewers inside the block; raises `LabError`."""
-    how = "stock" if cell.system in PEERS else "wax"
+    """Have all but one of the cell's viewers inside the block; raises `LabError`.
+
+    None for LiveKit, whose viewers join through its own library and not by one offer; nobody plans
+    such a cell.
+    """
+    if cell.system == "livekit":
+        raise LabError("a crowd at LiveKit was not built; measure it with one viewer")
+    how = "stock" if cell.system == "stock" else "wax"
     process = await link.server.spawn_python(
         ["-m", "e2e.lab.crowd", url.rstrip("/"), how, str(cell.viewers - 1)],
         stdin=PIPE,

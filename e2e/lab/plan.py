@@ -12,6 +12,7 @@ from itertools import chain, product
 from typing import TYPE_CHECKING, Final
 
 from e2e.lab.cell import Cell, SystemName
+from e2e.lab.client2004.table import MU_LENGTHS_MS
 from e2e.lab.link import load, names
 
 if TYPE_CHECKING:
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 SECONDS: Final = 15.0
 LONG_SECONDS: Final = 60.0
 LONG_REPEATS: Final = 3
-MU_LENGTHS_MS: Final = (100, 200, 300, 400, 500)
 EVERY_SYSTEM: Final[tuple[SystemName, ...]] = (
     "thesis",
     "audio-master",
@@ -70,7 +70,8 @@ TRIMMED: Final[dict[str, tuple[str, ...]]] = {
     "E5: 16 viewers of stock, which saturates a core with 8": ("E5/*/stock/16-viewers",),
     "E6: video-first in the outage": ("E6/outage/video-first/*",),
 }
-"""What is not measured, so that everything once ends within the hour: patterns of variants."""
+"""What is left out of the plan that nobody narrowed, so that it ends within the hour: patterns of
+variants."""
 
 _CELL_S: Final = 4.0
 """Server, page, first picture and reading, beside the time that is measured."""
@@ -84,15 +85,26 @@ _LAST_S: Final = 20.0
 """How long is watched after the last change of a link."""
 _CHANGING_S: Final = 30.0
 _OWN_ERROR_S: Final = 40.0
+_VERIFIED_S: Final = 10.0
+"""One profile of the emulator."""
 _REPORT_S: Final = 20.0
 
 
-def full(*, seconds: float = SECONDS, repeats: int = 1, only: Sequence[str] = ()) -> list[Cell]:
-    """Plan every experiment, or of each what one of the patterns in `only` matches."""
+def full(
+    *,
+    seconds: float = SECONDS,
+    repeats: int = 1,
+    only: Sequence[str] = (),
+    trimmed: bool = True,
+) -> list[Cell]:
+    """Plan every experiment, or of each what one of the patterns in `only` matches.
+
+    Without what `TRIMMED` has, unless `trimmed` is false.
+    """
     wanted = [
         cell.model_copy(update={"seconds": max(cell.seconds, seconds)})
         for cell in everything()
-        if not _is_trimmed(cell)
+        if not (trimmed and _is_trimmed(cell))
     ]
     return _planned(wanted, repeats, only)
 
@@ -128,12 +140,14 @@ def changes(profile: Profile) -> bool:
     return any(way.changes or way.trace is not None for way in ways)
 
 
-def estimate_s(cells: Sequence[Cell], *, own_error: bool = False) -> float:
-    """How long these cells will take, one after the other."""
+def estimate_s(cells: Sequence[Cell], *, own_error: bool = False, emulator: bool = False) -> float:
+    """How long these cells will take, one after the other, and what is measured before them."""
     total_s = sum(cell_s(cell) for cell in cells) + (_REPORT_S if cells else 0.0)
     for before, cell in zip([None, *cells], cells, strict=False):
         if before is None or _stage(before) != _stage(cell) or changes(_profile(cell.profile)):
             total_s += _STAGE_S
+    if emulator:
+        total_s += _VERIFIED_S * len({cell.profile for cell in cells})
     return total_s + (_OWN_ERROR_S if own_error else 0.0)
 
 

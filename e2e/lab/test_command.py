@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from e2e.harness.missing import missing
+from e2e.lab.__main__ import NOT_RUN
 from e2e.lab.browsers.window import installed
 from e2e.lab.errors import NotRunError
 from e2e.lab.folder import CELLS, PLAN
@@ -90,12 +92,23 @@ def test_an_unwritable_folder_leaves_nothing() -> None:
 
 @pytest.mark.usefixtures("_possible")
 def test_no_browser_is_one_sentence(tmp_path: Path) -> None:
-    """Without a browser nothing is written; the sentence says what to install."""
+    """Without a browser nothing is written; the sentence says what to install, and 77 that."""
     done = run_lab("--quick", "--out", str(tmp_path / "run"), WAX_CHROMIUM="", PATH="/usr/sbin")
-    assert done.returncode == 2
+    assert done.returncode == NOT_RUN
     assert done.stderr.startswith("lab not run: there is no ")
     assert done.stderr.count("\n") == 1
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.usefixtures("_possible")
+def test_a_browser_that_does_not_start_is_no_missing_one(tmp_path: Path) -> None:
+    """What is there and broken ends with 2, which nobody takes for a lab that cannot be run."""
+    browser = shutil.which("false")
+    assert browser is not None
+    done = run_lab("--quick", "--out", str(tmp_path / "run"), WAX_CHROMIUM=browser)
+    assert done.returncode == 2
+    assert done.stderr.startswith("lab: Chromium does not start")
+    assert done.stderr.count("\n") == 1
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root has rights to give up")
@@ -108,9 +121,9 @@ def test_no_browser_is_one_sentence(tmp_path: Path) -> None:
 )
 @pytest.mark.usefixtures("_possible")
 def test_no_link_is_one_sentence(tmp_path: Path, before: str, said: str) -> None:
-    """Without the device, or the right to make namespaces, the lab says so and writes nothing."""
+    """Without the device, or the right to make namespaces, 77 says so and nothing is written."""
     done = run_lab("--quick", "--out", str(tmp_path / "run"), before=before)
-    assert (done.returncode, done.stdout) == (2, "")
+    assert (done.returncode, done.stdout) == (NOT_RUN, "")
     assert done.stderr.startswith(said)
     assert done.stderr.count("\n") == 1
     assert not (tmp_path / "run").exists()

@@ -9,9 +9,10 @@ import pytest
 
 from e2e.lab import plan
 from e2e.lab.cell import Cell
+from e2e.lab.client2004.table import MU_LENGTHS_MS
 from e2e.lab.errors import LabError
 from e2e.lab.link import load, names
-from e2e.lab.plan import EVERY_SYSTEM, MU_LENGTHS_MS, estimate_s, full, matches, quick
+from e2e.lab.plan import EVERY_SYSTEM, estimate_s, full, matches, quick
 from e2e.lab.wanted import Wanted
 
 HOUR_S = 3600
@@ -62,6 +63,14 @@ def test_what_is_trimmed_was_there() -> None:
     for pattern in chain.from_iterable(plan.TRIMMED.values()):
         assert [cell for cell in plan.everything() if fnmatchcase(cell.variant, pattern)]
         assert not [cell for cell in full() if fnmatchcase(cell.variant, pattern)]
+
+
+def test_only_the_hour_is_trimmed_for() -> None:
+    """What is left out of the whole is there with --long, and for whoever asks for it by name."""
+    trimmed = "E5/same-machine/stock/16-viewers"
+    assert trimmed not in {cell.variant for cell in Wanted(repeats=3).cells()}
+    assert trimmed in {cell.variant for cell in Wanted(only=["E5"]).cells()}
+    assert f"{trimmed}/60s" in {cell.variant for cell in Wanted(long=True).cells()}
 
 
 def test_changes_are_watched_to_their_end() -> None:

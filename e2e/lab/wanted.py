@@ -25,6 +25,11 @@ class Wanted:
     repeats: int = 1
     out: Path | None = None
 
+    @property
+    def is_trimmed(self) -> bool:
+        """Whether cells are left out so that the hour is kept, which nobody else has to keep."""
+        return not (self.quick or self.long or self.only)
+
     def cells(self) -> list[Cell]:
         """Plan them; raises `LabError` where a pattern matches none."""
         everything = self._planned([])
@@ -40,7 +45,7 @@ class Wanted:
         if self.quick:
             return plan.quick(repeats=self.repeats, only=only)
         seconds = plan.LONG_SECONDS if self.long else plan.SECONDS
-        return plan.full(seconds=seconds, repeats=self.repeats, only=only)
+        return plan.full(seconds=seconds, repeats=self.repeats, only=only, trimmed=self.is_trimmed)
 
 
 def _near(pattern: str, cells: list[Cell]) -> str:
