@@ -88,7 +88,9 @@ async def play(
         link.said.append("opened")
 
     async def told() -> dict[str, float | str]:
-        return {"fail_safe_s": 2.0}
+        link.said.append("told")
+        count = float(link.said.count("told"))
+        return {"viewer.id": 1.0, "viewer.streams.skipped": 10 * count, "turn": count}
 
     @asynccontextmanager
     async def start(*_: object) -> AsyncIterator[Any]:
@@ -109,13 +111,14 @@ async def play(
 async def test_a_cell_is_measured_in_its_order(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """Page, picture, ear, then the link's changes and the time, then the readings; with costs."""
+    """Page, picture, ear, the link's changes, the time, the readings; with costs and counts."""
     began_ms = SystemClock().wall_ms()
     found, link = await play(monkeypatch, tmp_path, sees=True)
-    assert link.said == ["goto http://there", "opened", "listen", "changes", "readings"]
+    before, during = ["goto http://there", "opened", "listen"], ["changes", "told"]
+    assert link.said == [*before, *during, "readings", "told"]
     assert (found.status, found.problem) == ("ok", None)
     assert found.took_s >= CELL.seconds
-    assert found.told["fail_safe_s"] == 2.0
+    assert (found.told["viewer.streams.skipped"], found.told["turn"]) == (10.0, 2.0)
     assert found.told["link.late_share"] == 0.2
     assert began_ms - 1 <= found.told["changes_began_ms"] <= SystemClock().wall_ms()
     assert (found.down.packets, found.down.bytes) == (10, 1000)
@@ -133,6 +136,15 @@ async def test_no_picture_is_a_failure_with_figures(
     assert found.figures is not None
     assert found.readings.first_picture_ms is None
     assert "changes" not in link.said
+
+
+def test_counts_are_of_the_cells_own_time() -> None:
+    """What rose before is taken off; a viewer that joined anew was counted from 0 again."""
+    before: dict[str, float | str] = {"viewer.id": 1.0, "viewer.streams.fail_safe_s": 4.0}
+    after: dict[str, float | str] = {"viewer.id": 1.0, "viewer.streams.fail_safe_s": 4.5}
+    assert watching.since(before, after)["viewer.streams.fail_safe_s"] == 0.5
+    assert watching.since(before, after | {"viewer.id": 2.0})["viewer.streams.fail_safe_s"] == 4.5
+    assert watching.since({}, after) == after
 
 
 def test_thin_links_are_waited_for_longer() -> None:
@@ -162,6 +174,15 @@ def test_a_process_is_counted_with_its_children() -> None:
             os.killpg(process.pid, 9)
     with pytest.raises(LabError, match="the server of stock"):
         meter.read()
+
+
+async def test_there_is_no_crowd_at_livekit() -> None:
+    """Nobody posts an offer to a server that takes none: it is told instead."""
+    cell = CELL.model_copy(update={"viewers": 3, "system": "livekit"})
+    nowhere: Link = SimpleNamespace()  # type: ignore[assignment]
+    with pytest.raises(LabError, match="was not built"):
+        async with crowd(cell, nowhere, "http://127.0.0.1:9"):
+            raise AssertionError
 
 
 async def test_a_crowd_that_does_not_come_is_one_sentence() -> None:

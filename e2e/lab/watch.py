@@ -8,11 +8,11 @@ from contextlib import AsyncExitStack, suppress
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from e2e.lab.crowd import crowd
-from e2e.lab.face.lips import lip_lag
 from e2e.lab.folder import utc
-from e2e.lab.instrument import PRELOAD, Instrument, figures
+from e2e.lab.instrument import PRELOAD, Instrument
 from e2e.lab.process import CostMeter
 from e2e.lab.results import CellResult, Way
+from e2e.lab.summed import summed
 from e2e.lab.systems import start
 from wax.clock import SystemClock
 
@@ -22,10 +22,8 @@ if TYPE_CHECKING:
 
     from e2e.lab.browsers import Browser, Window
     from e2e.lab.cell import Cell
-    from e2e.lab.figures import Figures
     from e2e.lab.link import Link
     from e2e.lab.link.statistics import Counters, Lateness, Statistics
-    from e2e.lab.readings import Readings
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -37,6 +35,8 @@ THIN_PICTURE_WITHIN_S: Final = 45.0
 THIN_BPS: Final = 200_000
 """On a slower link than this the page alone takes several seconds."""
 LATE_MS: Final = 5.0
+RISING: Final = tuple(f"viewer.streams.{one}" for one in ("fail_safe_s", "sent", "skipped", "lost"))
+"""What WAX counts of the viewer since it came; a cell is told what came of it in its own time."""
 _HEARS_WITHIN_S: Final = 4.0
 _LOOK_EVERY_S: Final = 0.1
 
@@ -49,6 +49,7 @@ async def watch(cell: Cell, link: Link, browser: Browser, folder: Path) -> CellR
     """
     started_utc, started_s = utc(), time.monotonic()
     told: dict[str, float | str] = {}
+    until_now: dict[str, float | str] = {}
     async with AsyncExitStack() as leaving:
         running, window = await _both(
             leaving.enter_async_context(start(cell, link, folder)),
@@ -70,23 +71,25 @@ async def watch(cell: Cell, link: Link, browser: Browser, folder: Path) -> CellR
             server = CostMeter(running.pid, f"the server of {cell.system}")
             before = await link.statistics()
             told["changes_began_ms"] = _unix_ms(await link.start_changes())
-            until_s = picture_s + settle_s + cell.seconds - SETTLE_S
-            await asyncio.sleep(until_s - time.monotonic())
+            from_s = picture_s + settle_s
+            await asyncio.sleep(from_s - time.monotonic())
+            until_now = await running.told()
+            told["counted_from_ms"] = SystemClock().wall_ms()
+            await asyncio.sleep(from_s + cell.seconds - SETTLE_S - time.monotonic())
             if cell.viewers > 1:
                 told |= await others.told()
         readings = await instrument.readings()
         cost = server.read()
         after = await link.statistics()
-        told |= await running.told()
+        told |= since(until_now, await running.told())
     told["link.late_share"] = _late_share(before, after)
-    found = figures(readings, settle_s=settle_s)
     return CellResult(
         cell=cell,
         status="ok" if sees else "failed",
         problem=None if sees else f"there was no picture within {within_s:.0f} s",
         started_utc=started_utc,
         took_s=time.monotonic() - started_s,
-        figures=_with_lips(found, readings) if cell.content == "face" else found,
+        figures=summed(cell, readings, settle_s=settle_s),
         readings=readings,
         down=_way(before.down, after.down),
         up=_way(before.up, after.up),
@@ -134,11 +137,19 @@ async def _until(is_so: Callable[[], Awaitable[bool]]) -> None:
         await asyncio.sleep(_LOOK_EVERY_S)
 
 
-def _with_lips(found: Figures, readings: Readings) -> Figures:
-    lag = lip_lag(readings, from_ms=found.from_ms, to_ms=found.to_ms)
-    if lag is None:
+def since(before: dict[str, float | str], after: dict[str, float | str]) -> dict[str, float | str]:
+    """Give what a system tells `after`, of `RISING` only what came since `before`.
+
+    A viewer that joined anew in between has been counted from 0 again.
+    """
+    found = dict(after)
+    if before.get("viewer.id") != after.get("viewer.id"):
         return found
-    return found.model_copy(update={"lip_lag_ms": lag.lag_ms, "lip_correlation": lag.correlation})
+    for name in RISING:
+        old, new = before.get(name), after.get(name)
+        if isinstance(old, float) and isinstance(new, float):
+            found[name] = new - old
+    return found
 
 
 def _way(before: Counters, after: Counters) -> Way:

@@ -21,8 +21,7 @@ def figures(readings: Readings, *, settle_s: float = 3.0, to_ms: float | None = 
     Sound counts from `settle_s` after it was first heard, if that is later: its jitter buffer
     settles too. What there is nothing to sum up of is None. The lips are not judged here.
     """
-    begin_ms = readings.first_picture_ms or readings.first_sound_ms or readings.opened_ms
-    from_ms = begin_ms + 1000 * settle_s
+    from_ms = begin_ms(readings) + 1000 * settle_s
     to_ms = max(from_ms, _last_ms(readings) if to_ms is None else to_ms)
     sound_from_ms = max(from_ms, (readings.first_sound_ms or 0.0) + 1000 * settle_s)
 
@@ -35,10 +34,11 @@ def figures(readings: Readings, *, settle_s: float = 3.0, to_ms: float | None = 
     skews = skews_ms(heard, ages)
     absolute = quantiles([abs(skew) for skew in skews])
     counters = _within(readings.counters, from_ms, to_ms)
-    shown = _shown_ms(readings.pictures)
+    shown = shown_ms(readings.pictures)
     return Figures(
         from_ms=from_ms,
         to_ms=to_ms,
+        sound_from_ms=sound_from_ms,
         picture_age_ms=quantiles([age for _, age in aged]),
         sound_age_ms=quantiles([burst.age_ms for burst in heard]),
         skew_ms=quantiles(skews),
@@ -71,6 +71,11 @@ def figures(readings: Readings, *, settle_s: float = 3.0, to_ms: float | None = 
     )
 
 
+def begin_ms(readings: Readings) -> float:
+    """When there was something to judge: what settles is counted from here, Unix ms."""
+    return readings.first_picture_ms or readings.first_sound_ms or readings.opened_ms
+
+
 def _last_ms(readings: Readings) -> float:
     series = (
         readings.pictures.at_ms,
@@ -92,33 +97,34 @@ def _is_face(pictures: Pictures) -> bool:
 
 
 def picture_ages(pictures: Pictures) -> list[tuple[float, float]]:
+    """Moment and age of each presented picture whose stamp was read."""
     return [
         (at, at - stamp)
-        for at, stamp in zip(pictures.at_ms, pictures.stamp_ms, strict=True)
+        for at, stamp in zip(pictures.at_ms, pictures.stamp_ms, strict=False)
         if stamp is not None
     ]
 
 
-def _shown_ms(pictures: Pictures) -> list[float]:
+def shown_ms(pictures: Pictures) -> list[float]:
     """When the picture changed: the same stamp again is the same picture, shown again."""
-    rows = list(zip(pictures.at_ms, pictures.stamp_ms, strict=True))
+    rows = list(zip(pictures.at_ms, pictures.stamp_ms, strict=False))
     again = [False] + [
         stamp is not None and stamp == old for (_, old), (_, stamp) in pairwise(rows)
     ]
     return [at for (at, _), same in zip(rows, again, strict=False) if not same]
 
 
-def _pictures_per_s(shown_ms: list[float], from_ms: float, to_ms: float) -> float | None:
-    if not shown_ms or to_ms <= from_ms:
+def _pictures_per_s(shown: list[float], from_ms: float, to_ms: float) -> float | None:
+    if not shown or to_ms <= from_ms:
         return None
-    return 1000 * sum(from_ms <= at <= to_ms for at in shown_ms) / (to_ms - from_ms)
+    return 1000 * sum(from_ms <= at <= to_ms for at in shown) / (to_ms - from_ms)
 
 
-def _longest_freeze_ms(shown_ms: list[float], from_ms: float, to_ms: float) -> float | None:
+def _longest_freeze_ms(shown: list[float], from_ms: float, to_ms: float) -> float | None:
     """Return the longest time without a change, cut to the window at both of its ends."""
-    if not shown_ms or to_ms <= from_ms:
+    if not shown or to_ms <= from_ms:
         return None
-    inside = [at for at in shown_ms if from_ms <= at <= to_ms]
+    inside = [at for at in shown if from_ms <= at <= to_ms]
     edges = [from_ms, *inside, to_ms]
     return max(after - before for before, after in pairwise(edges))
 

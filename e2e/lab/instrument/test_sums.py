@@ -18,8 +18,9 @@ END_MS = OPENED_MS + 60_000
 def test_of_nothing_there_is_nothing() -> None:
     """A page that showed and played nothing has no figures, and that is no error."""
     found = figures(Readings(opened_ms=OPENED_MS))
-    assert found.from_ms == found.to_ms == OPENED_MS + 3000
-    assert found.model_dump(exclude={"from_ms", "to_ms"}, exclude_defaults=True) == {}
+    assert found.from_ms == found.to_ms == found.sound_from_ms == OPENED_MS + 3000
+    window = {"from_ms", "to_ms", "sound_from_ms"}
+    assert found.model_dump(exclude=window, exclude_defaults=True) == {}
 
 
 def test_a_perfect_page_is_read_as_what_it_is() -> None:
@@ -131,6 +132,22 @@ def test_time_that_has_no_blocks_is_a_pause_too() -> None:
     found = tone_pauses(sound, OPENED_MS, OPENED_MS + 13_000)
     assert found.at_ms == [OPENED_MS + 4500, OPENED_MS + 10_000]
     assert found.length_ms == [200, 3000]
+
+
+def test_late_sound_is_judged_from_its_own_settling_on() -> None:
+    """Of sound first heard after 5 s, what is 3 s later counts; after 12 of 13 s, nothing does."""
+    page = readings(20)
+    page.first_sound_ms = OPENED_MS + 5000
+    for begin in (600, 900):
+        page.sound.tone[begin : begin + 20] = [0.0] * 20
+        page.sound.burst[begin : begin + 20] = [0.0] * 20
+    found = figures(page)
+    assert (found.from_ms, found.sound_from_ms) == (OPENED_MS + 3000, OPENED_MS + 8000)
+    assert found.tone_pauses == Pauses(at_ms=[OPENED_MS + 9000], length_ms=[200])
+    page.first_sound_ms = OPENED_MS + 12_000
+    found = figures(page, to_ms=OPENED_MS + 13_000)
+    assert found.sound_from_ms == OPENED_MS + 15_000
+    assert (found.tone_pauses, found.sound_age_ms) == (Pauses(), None)
 
 
 def test_pauses_are_cut_to_the_window() -> None:
