@@ -41,6 +41,15 @@ class Begun(BaseModel):
     """Whether a cell without a picture is a failure of the run: on a link that can carry it."""
     instrument: dict[str, Any] = {}
     """That error, once it is known."""
+    verify: bool = False
+    """Whether the emulator is verified first."""
+    emulator: list[dict[str, Any]] = []
+    """What came of that, profile by profile."""
+
+    def left(self, results: list[CellResult]) -> list[Cell]:
+        """Return what is to be measured: what failed or was not run is tried again."""
+        done = {result.cell.key for result in results if result.status == "ok"}
+        return [cell for cell in self.cells if cell.key not in done]
 
 
 class RunFolder:
@@ -69,15 +78,17 @@ class RunFolder:
 
     @classmethod
     def unfinished(cls, path: Path | None) -> Self:
-        """Find the run to continue: this one, or the newest. Raises `LabError` if there is none."""
+        """Find the run to continue: this one, or the newest that did not end.
+
+        One that did end has something left where cells failed or were not run. Raises `LabError`
+        where there is none, or nothing is left.
+        """
         if path is None:
             found = [plan.parent for plan in RUNS.glob(f"*/{PLAN}")]
             unfinished = sorted(run for run in found if not (run / RUN).exists())
             if not unfinished:
                 raise LabError(f"there is no unfinished run in {RUNS}; begin one without --resume")
             path = unfinished[-1]
-        if (path / RUN).exists():
-            raise LabError(f"the run in {path} is finished; its figures are in {path / RUN}")
         try:
             begun = Begun.model_validate_json((path / PLAN).read_bytes())
         except OSError as error:
@@ -90,6 +101,11 @@ class RunFolder:
             ) from error
         folder = cls(path, begun)
         folder._cut_torn_line()
+        if (path / RUN).exists() and not begun.left(folder.results()):
+            raise LabError(
+                f"the run in {path} is finished and no cell of it failed; its figures are in "
+                f"{path / RUN}, and python -m e2e.lab.report {path / RUN} makes the page of them"
+            )
         return folder
 
     def save(self) -> None:
@@ -97,12 +113,16 @@ class RunFolder:
         self._replace(PLAN, self.begun.model_dump_json(indent=1))
 
     def results(self) -> list[CellResult]:
-        """Read the cells that are finished, in the order in which they were."""
+        """Read the cells that are finished, in the order in which they first were.
+
+        Of one that was measured again the last time counts.
+        """
         try:
             lines = (self.path / CELLS).read_bytes().splitlines()
         except FileNotFoundError:
             return []
-        return [CellResult.model_validate_json(line) for line in lines]
+        results = map(CellResult.model_validate_json, lines)
+        return list({result.cell.key: result for result in results}.values())
 
     def add(self, result: CellResult) -> None:
         """Keep a finished cell; it is on the disk on return."""

@@ -62,3 +62,5 @@ class Run(_Result):
     """The rows of `e2e.lab.client2004`."""
     instrument: dict[str, Any] = {}
     """Its own error, measured in this run."""
+    emulator: list[dict[str, Any]] = []
+    """Of each profile what the link made of it (`e2e.lab.emulator`), where that was asked for."""

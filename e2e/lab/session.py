@@ -6,11 +6,13 @@ import asyncio
 import shlex
 import sys
 import time
+import traceback
 from contextlib import suppress
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from e2e.bench import machine
+from e2e.lab.emulator import verified
 from e2e.lab.errors import LabError
 from e2e.lab.folder import REPORT, RUN, Begun, RunFolder, utc
 from e2e.lab.instrument.error import own_error
@@ -46,6 +48,7 @@ async def begin(wanted: Wanted) -> int:
             cells=cells,
             own_error=not wanted.quick,
             strict=wanted.quick,
+            verify=wanted.long,
         )
         return await _go_on(RunFolder.create(wanted.out, begun), stage)
     finally:
@@ -53,11 +56,11 @@ async def begin(wanted: Wanted) -> int:
 
 
 async def resume(path: Path | None) -> int:
-    """Measure what an unfinished run has left; otherwise as `begin`."""
+    """Measure what a run has left, and again what failed in it; otherwise as `begin`."""
     folder = RunFolder.unfinished(path)
     stage = Stage()
     try:
-        left = _left(folder)
+        left = folder.begun.left(folder.results())
         if left:
             await stage.set_for(left[0])
         return await _go_on(folder, stage)
@@ -66,9 +69,10 @@ async def resume(path: Path | None) -> int:
 
 
 async def _go_on(folder: RunFolder, stage: Stage) -> int:
-    left, before = _left(folder), folder.results()
+    before = folder.results()
+    left = folder.begun.left(before)
     began_s = time.monotonic() - sum(result.took_s for result in before)
-    progress = Progress(left, before=len(before))
+    progress = Progress(left, before=len(folder.begun.cells) - len(left))
     progress.say(f"{count(left)}, about {duration(progress.left_s())}, into {folder.path}")
 
     async def watch_one(cell: Cell) -> CellResult:
@@ -82,6 +86,8 @@ async def _go_on(folder: RunFolder, stage: Stage) -> int:
             progress.say("the instrument's own error …")
             folder.begun.instrument = await _own_error(folder)
             folder.save()
+        if folder.begun.verify:
+            await _verify(folder, progress)
         await Runner(folder, stage, watch_one, progress).run(left)
     except asyncio.CancelledError:
         arguments = shlex.quote(f"--resume {shlex.quote(str(folder.path))}")
@@ -101,12 +107,10 @@ def _finish(folder: RunFolder, took_s: float, progress: Progress) -> int:
         cells=folder.results(),
         client2004=rows(),
         instrument=folder.begun.instrument,
+        emulator=folder.begun.emulator,
     )
     folder.finish(run)
-    try:
-        write(run, folder.path / REPORT)
-    except OSError as error:
-        raise LabError(f"{folder.path / REPORT} cannot be written: {error.strerror}") from error
+    write_report(run, folder)
     counts = {
         status: sum(result.status == status for result in run.cells)
         for status in ("ok", "failed", "not run")
@@ -119,9 +123,19 @@ def _finish(folder: RunFolder, took_s: float, progress: Progress) -> int:
     return 1 if lost else 0
 
 
-def _left(folder: RunFolder) -> list[Cell]:
-    done = {result.cell.key for result in folder.results()}
-    return [cell for cell in folder.begun.cells if cell.key not in done]
+def write_report(run: Run, folder: RunFolder) -> None:
+    """Write the page; raises `LabError` whatever goes wrong: the run itself is on the disk."""
+    path = folder.path / REPORT
+    try:
+        write(run, path)
+    except Exception as error:
+        with suppress(LabError):  # the disk may take neither
+            folder.log(f"{path}\n{traceback.format_exc()}")
+        why = getattr(error, "strerror", None) or f"{type(error).__name__}: {error}"
+        raise LabError(
+            f"{path} cannot be written ({why}); nothing that was measured is lost, the page is "
+            f"made by: python -m e2e.lab.report {shlex.quote(str(folder.path / RUN))}"
+        ) from error
 
 
 async def _describe(stage: Stage) -> dict[str, Any]:
@@ -136,6 +150,17 @@ async def _own_error(folder: RunFolder) -> dict[str, Any]:
     except LabError as error:
         folder.log(f"the instrument's own error: {error}")
         return {"problem": str(error)}
+
+
+async def _verify(folder: RunFolder, progress: Progress) -> None:
+    """Verify what this run uses of the emulator, as far as that is not done."""
+    begun = folder.begun
+    known = {found["profile"] for found in begun.emulator}
+    for profile in dict.fromkeys(cell.profile for cell in begun.cells):
+        if profile not in known:
+            progress.say(f"the emulator's {profile} …")
+            begun.emulator.append(await verified(profile))
+            folder.save()
 
 
 async def _leave(stage: Stage) -> None:

@@ -33,6 +33,10 @@ def ok(cell: Cell) -> CellResult:
     return CellResult(cell=cell, status="ok", started_utc="2024-01-01T00:00:00+00:00", took_s=1.0)
 
 
+def bad(cell: Cell) -> CellResult:
+    return ok(cell).model_copy(update={"status": "failed", "problem": "the link broke"})
+
+
 def run_of(folder: RunFolder) -> Run:
     wanted = folder.begun
     return Run(
@@ -64,6 +68,20 @@ def test_a_torn_line_costs_its_cell_only(tmp_path: Path) -> None:
     assert again.results() == [ok(ONE), ok(OTHER)]
 
 
+def test_what_failed_is_left_until_it_goes_well(tmp_path: Path) -> None:
+    """An ended run with a failed cell can be continued; of one measured twice the last counts."""
+    folder = RunFolder.create(tmp_path, begun())
+    folder.add(bad(ONE))
+    folder.add(ok(OTHER))
+    folder.finish(run_of(folder))
+    again = RunFolder.unfinished(tmp_path)
+    assert again.begun.left(again.results()) == [ONE]
+    again.add(ok(ONE))
+    assert again.results() == [ok(ONE), ok(OTHER)]
+    with pytest.raises(LabError, match=r"no cell of it failed.*e2e\.lab\.report"):
+        RunFolder.unfinished(tmp_path)
+
+
 def test_the_newest_unfinished_run_is_continued(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -83,6 +101,8 @@ def test_nothing_to_resume_is_one_sentence(tmp_path: Path, monkeypatch: pytest.M
     with pytest.raises(LabError, match="holds no run"):
         RunFolder.unfinished(tmp_path)
     folder = RunFolder.create(tmp_path / "done", begun())
+    for cell in (ONE, OTHER):
+        folder.add(ok(cell))
     folder.finish(run_of(folder))
     with pytest.raises(LabError, match="is finished"):
         RunFolder.unfinished(tmp_path / "done")
