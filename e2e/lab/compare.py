@@ -20,17 +20,16 @@ from typing import TYPE_CHECKING, Any, Final
 from e2e.lab.report import pick, recovery
 from e2e.lab.report.load import RunFileError, load
 from e2e.lab.report.measures import MEASURES
-from e2e.lab.report.shown import Spread, spread
+from e2e.lab.report.shown import SAME_MS, SAME_SHARE, Spread, spread
 
 if TYPE_CHECKING:
-    from e2e.lab.report.measures import Measure, Unit
+    from e2e.lab.report.measure import Measure, Unit
     from e2e.lab.report.pick import Entries
     from e2e.lab.results import Run
 
-SHARE_WITHOUT_SPREAD: Final = 0.1
 LEAST: Final[dict[Unit, float]] = {
-    "ms": 5.0,
-    "signed ms": 5.0,
+    "ms": SAME_MS,
+    "signed ms": SAME_MS,
     "per s": 0.2,
     "per min": 5.0,
     "s": 1.0,
@@ -85,7 +84,7 @@ def compare(a: Run, b: Run) -> Comparison:
         moved=sorted(moved, key=lambda one: (-one.beyond, one.variant, one.figure)),
         only_a=[variant for variant in cells_a if variant not in cells_b],
         only_b=[variant for variant in cells_b if variant not in cells_a],
-        remarks=[*_machines(a, b), *_statuses(cells_a, cells_b)],
+        remarks=[*_machines(a, b), *_statuses(cells_a, cells_b), *_figures(cells_a, cells_b)],
     )
 
 
@@ -146,7 +145,7 @@ def _moved(variant: str, measure: Measure, cells_a: Entries, cells_b: Entries) -
     if max(a.n, b.n) > 1:
         limit, limit_is = max(a.most - a.least, b.most - b.least), "spread"
     else:
-        limit, limit_is = SHARE_WITHOUT_SPREAD * abs(a.median), "10 %"
+        limit, limit_is = SAME_SHARE * abs(a.median), "10 %"
     if limit < LEAST[measure.unit]:
         limit, limit_is = LEAST[measure.unit], "instrument"
     return Moved(variant, measure.name, a, b, difference, limit, limit_is, abs(difference) / limit)
@@ -186,6 +185,23 @@ def _statuses(cells_a: dict[str, Entries], cells_b: dict[str, Entries]) -> list[
                 ("ok in A, in B", cells_b[variant]) if before["ok"] else ("ok in B, in A", entries)
             )
             found.append(f"{variant}: {gone} {cells[0].result.status}: {cells[0].problem}")
+    return found
+
+
+def _figures(cells_a: dict[str, Entries], cells_b: dict[str, Entries]) -> list[str]:
+    """Say which figures one run has of a variant and the other, though it is ok there, has not."""
+    found = []
+    for variant, entries in cells_a.items():
+        both = (entries, cells_b.get(variant, ()))
+        if not all(any(one.result.status == "ok" for one in cells) for cells in both):
+            continue
+        has_a, has_b = (
+            [measure.label for measure in ALL.values() if spread(cells, measure)] for cells in both
+        )
+        for name, has, other in (("A", has_a, has_b), ("B", has_b, has_a)):
+            lone = [label for label in has if label not in other]
+            if lone:
+                found.append(f"{variant}: only {name} has {'; '.join(lone)}")
     return found
 
 

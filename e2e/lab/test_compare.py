@@ -104,6 +104,18 @@ def test_a_cell_that_broke_is_said_with_its_sentence() -> None:
     assert found.remarks == ["E2/lan/stock: ok in A, in B failed: No picture came."]
 
 
+def test_a_figure_that_vanished_is_said() -> None:
+    """What one run has of a variant and the other has not is no difference, but it is told."""
+    without = _run(50)
+    figures = without.cells[0].figures
+    assert figures is not None
+    figures.sound_age_ms = None
+    found = compare(_run(50), without)
+    assert found.remarks == ["E2/lan/stock: only A has sound, p50; sound, p95"]
+    assert found.remarks[0] in to_text(found, "a", "b")
+    assert compare(without, _run(50)).remarks == ["E2/lan/stock: only B has sound, p50; sound, p95"]
+
+
 def test_other_machines_and_commits_are_said() -> None:
     """Another processor makes times incomparable; another commit is named."""
     b = run([], machine={**MACHINE, "cpu": "Another", "commit": "deadbee"})

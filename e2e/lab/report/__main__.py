@@ -1,5 +1,8 @@
 """``python -m e2e.lab.report RUN.json [OUT.html]``: the page, beside the run unless told where.
 
+The figures are computed anew from the run's readings before, over the time that they were of, so
+that where a sum was mended the run need not be measured again. The file of the run stays as it is.
+
 Exit status: 0, or 2 with one sentence when the run cannot be read or the page not be written.
 """
 
@@ -11,6 +14,7 @@ from pathlib import Path
 
 from e2e.lab.report import write
 from e2e.lab.report.load import RunFileError, load
+from e2e.lab.summed import ColumnsError, anew
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -26,13 +30,16 @@ def main(arguments: list[str] | None = None) -> int:
         run = load(path)
         if out.resolve() == path.resolve():
             raise RunFileError(f"{out} is the run itself; name another file for the page.")
-        write(run, out)
+        write(anew(run), out)
     except RunFileError as error:
         print(error, file=sys.stderr)
         return 2
     except OSError as error:
         why = error.strerror or error
         print(f"{out} cannot be written: {why}; name another file.", file=sys.stderr)
+        return 2
+    except ColumnsError as error:
+        print(f"{path}: {error}; name the JSON that the lab has written.", file=sys.stderr)
         return 2
     print(out)
     return 0

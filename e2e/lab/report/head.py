@@ -9,6 +9,7 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.lab.report.blocks import Finding
+from e2e.lab.report.emulator import Emulator, emulator
 from e2e.lab.report.names import SYSTEMS
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ class Head:
     again: str
     machine: tuple[tuple[str, str], ...]
     instrument: tuple[tuple[str, str], ...]
+    emulator: Emulator | None
     missing: tuple[Missing, ...]
     counted: Finding
 
@@ -44,12 +46,18 @@ def head(run: Run, cells: Entries) -> Head:
         again=_again(run.arguments),
         machine=tuple(_facts(run.machine)),
         instrument=tuple(_facts(run.instrument)),
+        emulator=emulator(run),
         missing=_missing(cells),
         counted=_counted(cells),
     )
 
 
 def _again(arguments: list[str]) -> str:
+    """Say how to measure the same again, wherever that is then put."""
+    if "--out" in arguments:
+        place = arguments.index("--out")
+        arguments = arguments[:place] + arguments[place + 2 :]
+    arguments = [one for one in arguments if not one.startswith("--out=")]
     return f"make lab ARGS={shlex.quote(shlex.join(arguments))}" if arguments else "make lab"
 
 

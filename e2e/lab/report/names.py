@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from e2e.lab.link import profile as profiles
 from e2e.lab.link.errors import LinkError
+from e2e.lab.plan import CHANGING, NARROW, TODAY, WIRED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -30,21 +31,9 @@ COLOURS: Final[dict[SystemName, str]] = {
 }
 """Okabe and Ito's, which the colour-blind can tell apart; the peers are dashed besides."""
 
-OF_THE_THESIS: Final = (
-    "same-machine",
-    "lan",
-    "campus",
-    "internet-5m",
-    "wireless-2m",
-    "wireless-1m",
-    "modem-56k",
-    "dual-modem",
-    "isdn-64k",
-)
-THIN: Final = ("wireless-2m", "wireless-1m", "modem-56k", "dual-modem", "isdn-64k")
-"""Those of 5.4, and those of 3.5's predictions."""
-CHANGING: Final = ("step-down", "outage")
-_ORDER: Final = (*OF_THE_THESIS, "lte-good", "lte-edge", "wifi-bad", "satellite", *CHANGING)
+OF_THE_THESIS: Final = (*WIRED, *NARROW)
+"""Those of 5.2 and 5.3, those of 5.4, and those of 3.5's predictions."""
+_ORDER: Final = (*OF_THE_THESIS, *TODAY, *CHANGING)
 
 
 def in_order(names: Iterable[str]) -> list[str]:
@@ -56,6 +45,14 @@ def about(name: str) -> str:
     """Give what a profile says of itself; empty where it is not at hand."""
     profile = _load(name)
     return "" if profile is None else profile.about
+
+
+def loses(name: str) -> bool:
+    """Whether packets are lost on the way to the browser by chance, not in a full queue alone."""
+    profile = _load(name)
+    if profile is None:
+        return False
+    return any(conditions.loss.mean > 0 for _, conditions in profile.down.steps())
 
 
 def changes_s(name: str) -> list[tuple[float, str]]:

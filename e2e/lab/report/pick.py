@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from e2e.lab.plan import CHANGING
 from e2e.lab.report.blocks import Entry
-from e2e.lab.report.names import CHANGING, SYSTEMS, in_order
+from e2e.lab.report.names import SYSTEMS, in_order
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -28,14 +29,24 @@ def where(cells: Entries, fits: Callable[[Cell], bool]) -> Entries:
     return tuple(entry for entry in cells if fits(entry.cell))
 
 
-def common(cells: Entries) -> Entries:
-    """One viewer with Chromium before the test card, on a link that does not change."""
+def alone(cells: Entries) -> Entries:
+    """One viewer with Chromium before the test card."""
     return where(
         cells,
-        lambda cell: (
-            (cell.viewers, cell.browser, cell.content) == (1, "chromium", "testcard")
-            and not is_changing(cell)
-        ),
+        lambda cell: (cell.viewers, cell.browser, cell.content) == (1, "chromium", "testcard"),
+    )
+
+
+def common(cells: Entries) -> Entries:
+    """Of those, the ones on a link that does not change."""
+    return where(alone(cells), lambda cell: not is_changing(cell))
+
+
+def intra(cells: Entries) -> Entries:
+    """Take the thesis policy with any MU; on links that change what was measured for E1."""
+    return where(
+        alone(cells),
+        lambda cell: cell.system == "thesis" and (cell.experiment == "E1" or not is_changing(cell)),
     )
 
 
@@ -46,14 +57,7 @@ def plain(cells: Entries) -> Entries:
 
 def changing(cells: Entries) -> Entries:
     """On a link that changes: of each system those that were watched for longest."""
-    here = where(
-        cells,
-        lambda cell: (
-            (cell.viewers, cell.browser, cell.content) == (1, "chromium", "testcard")
-            and is_changing(cell)
-            and is_500(cell)
-        ),
-    )
+    here = where(alone(cells), lambda cell: is_changing(cell) and is_500(cell))
     longest: dict[tuple[str, str], float] = {}
     for entry in here:
         key = (entry.cell.profile, entry.cell.system)

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Final, Literal
 
 from e2e.lab.report import series
-from e2e.lab.report.measures import Measure
+from e2e.lab.report.measure import Measure
 from e2e.lab.report.names import changes_s
 
 if TYPE_CHECKING:

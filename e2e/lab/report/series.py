@@ -7,6 +7,7 @@ from itertools import pairwise
 from statistics import median
 from typing import TYPE_CHECKING, Final
 
+from e2e.lab.instrument import sums
 from e2e.lab.instrument.bursts import Burst, bursts, skews_ms
 from e2e.lab.readings import Counters, Sound
 
@@ -39,11 +40,9 @@ def sane(series: Series) -> Series:
 def picture_ages(readings: Readings) -> Series:
     """Age of each presented picture whose stamp was read."""
     return [
-        (at_ms, at_ms - stamp_ms)
-        for at_ms, stamp_ms in zip(
-            readings.pictures.at_ms, readings.pictures.stamp_ms, strict=False
-        )
-        if stamp_ms is not None and _is_time(at_ms) and _is_time(stamp_ms)
+        (at_ms, age_ms)
+        for at_ms, age_ms in sums.picture_ages(readings.pictures)
+        if _is_time(at_ms) and _is_time(age_ms)
     ]
 
 
@@ -103,13 +102,7 @@ def late_pictures_per_s(readings: Readings, figures: Figures) -> float | None:
 
 def picture_stalls_per_s(readings: Readings, figures: Figures) -> float | None:
     """How often one picture stood for `STALL_MS` or longer; None without any picture."""
-    rows = zip(readings.pictures.at_ms, readings.pictures.stamp_ms, strict=False)
-    # The same stamp again is the same picture, shown again.
-    new = [
-        at
-        for (_, old), (at, stamp) in pairwise([(0.0, None), *rows])
-        if stamp is None or stamp != old
-    ]
+    new = sums.shown_ms(readings.pictures)
     shown = [at for at in new if figures.from_ms <= at <= figures.to_ms]
     seconds = (figures.to_ms - figures.from_ms) / 1000.0
     if not shown or not seconds > 0:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from statistics import median
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from e2e.lab.report.blocks import Line, Shown
 
@@ -12,9 +12,13 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from e2e.lab.report.blocks import Entry
-    from e2e.lab.report.measures import Measure
+    from e2e.lab.report.measure import Measure
     from e2e.lab.report.thesis import Said
 
+SAME_MS: Final = 5.0
+"""The instrument's own error."""
+SAME_SHARE: Final = 0.1
+"""What one repetition is trusted for where there are no others."""
 NOTHING = Shown("nothing", (Line("–", "There is no such cell in this run."),))
 
 
@@ -34,6 +38,12 @@ def spread(entries: Sequence[Entry], measure: Measure) -> Spread | None:
     if not values:
         return None
     return Spread(median(values), min(values), max(values), len(values))
+
+
+def alike(one_ms: float, other_ms: float) -> bool:
+    """Whether two times are not to be told apart: within 5 ms or 10 % of the lesser."""
+    within_ms = max(SAME_MS, SAME_SHARE * min(abs(one_ms), abs(other_ms)))
+    return abs(one_ms - other_ms) <= within_ms
 
 
 def said(what: Said | None) -> Shown:

@@ -105,7 +105,7 @@ def measured(
             ],
             burst=[0.0 if speaks else _burst(row, sound_ms + 1000 * is_bad(row)) for row in rows],
         ),
-        counters=Counters(at_ms=[from_ms, to_ms]),
+        counters=_counters([from_ms, to_ms]),
         commands=Commands(at_ms=[from_ms], round_trip_ms=[21.0]),
         limits=list(limits),
     )
@@ -154,6 +154,14 @@ def bare(cell: Cell) -> CellResult:
         figures=Figures(from_ms=0.0, to_ms=0.0),
         readings=Readings(opened_ms=0.0),
     )
+
+
+def _counters(at_ms: list[float]) -> Counters:
+    """Make looks of a browser that counts nothing."""
+    columns: dict[str, list[float | None]] = {
+        name: [None for _ in at_ms] for name in Counters.model_fields if name != "at_ms"
+    }
+    return Counters(at_ms=at_ms, **columns)
 
 
 def _burst(row_ms: float, age_ms: float) -> float:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Literal
 
 from e2e.lab.report import pick, thesis
 from e2e.lab.report.blocks import Line, Row, Shown, Table
-from e2e.lab.report.measures import KINDS, MEASURES, UNITS, counts_concealment, hears_tone
+from e2e.lab.report.measure import UNITS
+from e2e.lab.report.measures import KINDS, MEASURES, counts_concealment, hears_tone
 from e2e.lab.report.names import SYSTEMS, about
 from e2e.lab.report.shown import cell, figure, partly, problem, said, spread
 
@@ -66,6 +67,19 @@ def pauses(kind: Literal["tone", "concealed"]) -> Column:
         return Shown("ok", (*lines, *partly(entries)))
 
     return Column(Line(count.label, f"{count.about}; in all: of the time"), show, f"{kind}_pauses")
+
+
+def both_pauses(entries: Entries) -> Shown:
+    """Show tone gaps and concealments in one place, each with its name."""
+    whole = problem(entries)
+    if whole is not None:
+        return whole
+    lines: list[Line] = []
+    for kind in ("tone", "concealed"):
+        column = pauses(kind)
+        first, *more = (one for one in column.show(entries).lines if not one.is_problem)
+        lines += [replace(first, text=f"{column.head.text}: {first.text}"), *more]
+    return Shown("ok", (*lines, *partly(entries)))
 
 
 def bytes_per_s(way: Literal["received", "sent"]) -> Column:

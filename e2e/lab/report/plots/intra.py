@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from matplotlib.ticker import ScalarFormatter
 
+from e2e.lab.client2004.table import MU_LENGTHS_MS
 from e2e.lab.report import pick, series, thesis
 from e2e.lab.report.blocks import Plot
 from e2e.lab.report.drawing import GREY, MU_COLOURS, data_uri, legend, panel
@@ -17,14 +18,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from e2e.lab.report.blocks import Entry
-    from e2e.lab.report.model2004 import ModelRow
+    from e2e.lab.report.model2004 import Rows
     from e2e.lab.report.pick import Entries
 
-MUS_MS: Final = (100, 200, 300, 400, 500)
 POINTS: Final = 800
 
 
-def falling(here: Entries, model: dict[tuple[str, int], ModelRow]) -> tuple[Plot, ...]:
+def falling(here: Entries, model: Rows) -> tuple[Plot, ...]:
     """Draw one panel for each profile: pauses a minute over the length of the MU."""
     plots = []
     for profile in pick.profiles(here):
@@ -33,7 +33,7 @@ def falling(here: Entries, model: dict[tuple[str, int], ModelRow]) -> tuple[Plot
             for number, (client, by_mu) in enumerate(thesis.AUDIO.get(profile, {}).items()):
                 _thesis(axes, by_mu, number, client)
             for scene, style in zip(thesis.SCENES.get(profile, {}), (":", "-."), strict=False):
-                rows = [row for mu_ms in MUS_MS if (row := model.get((scene, mu_ms)))]
+                rows = [row for mu_ms in MU_LENGTHS_MS if (row := model.get((scene, mu_ms)))]
                 axes.plot(
                     [row.mu_ms for row in rows],
                     [row.pauses_per_s * 60 for row in rows],
@@ -48,7 +48,7 @@ def falling(here: Entries, model: dict[tuple[str, int], ModelRow]) -> tuple[Plot
             axes.set_yscale("symlog", linthresh=1)
             axes.set_ylim(-0.3, 1500)
             axes.yaxis.set_major_formatter(ScalarFormatter())
-            axes.set_xticks(MUS_MS)
+            axes.set_xticks(MU_LENGTHS_MS)
             axes.set_xlim(60, 540)
             axes.set_xlabel("audio MU, ms")
             axes.set_ylabel("pauses per minute")
@@ -93,7 +93,7 @@ def _thesis(axes: Axes, by_mu: dict[int, thesis.Pauses], number: int, client: st
 
 def _ours(axes: Axes, cells: Entries, kind: Literal["tone", "concealed"]) -> bool:
     found = []
-    for mu_ms in MUS_MS:
+    for mu_ms in MU_LENGTHS_MS:
         here = tuple(entry for entry in cells if pick.mu_ms(entry.cell) == mu_ms)
         summed = spread(here, MEASURES[f"{kind}_pauses_per_min"])
         if summed is not None and summed.most < series.MOST:
@@ -124,7 +124,7 @@ def over_time(here: Entries) -> tuple[Plot, ...]:
     for profile in pick.profiles(here):
         first = [
             entry
-            for mu_ms in MUS_MS
+            for mu_ms in MU_LENGTHS_MS
             if (
                 entry := pick.first_ok(
                     pick.where(

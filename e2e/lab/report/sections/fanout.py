@@ -38,6 +38,8 @@ def section(cells: Entries) -> Section:
         tables.of("command_round_trip_p50_ms", "command_round_trip_p95_ms", head="command"),
         tables.of("pictures_per_s"),
         tables.of("longest_freeze_ms"),
+        tables.of("crowd_pictures_per_s_mean", "crowd_pictures_per_s_min", head="crowd’s pictures"),
+        tables.of("crowd_lost_share", head="crowd’s packets lost"),
     )
     rows: list[Row] = []
     for profile in pick.profiles(here):
@@ -51,7 +53,13 @@ def section(cells: Entries) -> Section:
         "Server and first viewer by the number of viewers",
         (Line(""), *(column.head for column in columns)),
         tuple(rows),
-        ("The server’s CPU includes its child processes; 100 % is one core.",),
+        (
+            "The server’s CPU includes its child processes; 100 % is one core. The crowd is all "
+            "viewers but the first, who only count what they receive: the mean of them and the "
+            "one that received least.",
+            "LiveKit is not here: its viewers join through its own client library, and a crowd of "
+            "those was not built.",
+        ),
     )
     return Section("e5", title, source, (table, plots.by_viewers(here)), tuple(findings(here)))
 
@@ -79,6 +87,30 @@ def findings(here: Entries) -> list[Finding]:
             about += least + most
         if parts:
             text = f"Server CPU, of one core, on {profile}: " + "; ".join(parts) + "."
+            found.append(Finding(text, about))
+    return [*found, *_crowds(here)]
+
+
+def _crowds(here: Entries) -> list[Finding]:
+    """Say what the largest crowds received: a server that starves them is no cheap one."""
+    least, lost = MEASURES["crowd_pictures_per_s_min"], MEASURES["crowd_lost_share"]
+    found = []
+    for profile in pick.profiles(here):
+        parts: list[str] = []
+        about: Entries = ()
+        for system in pick.systems(pick.on(here, profile)):
+            viewers = max(_viewers(here, profile, system))
+            entries = _of(here, profile, system, viewers)
+            rate, share = spread(entries, least), spread(entries, lost)
+            if rate is None or share is None:
+                continue
+            parts.append(
+                f"{SYSTEMS[system]} with {viewers} viewers {least.text(rate.median)} pictures a "
+                f"second, {lost.text(share.median)} % of the packets lost"
+            )
+            about += entries
+        if parts:
+            text = f"The least that one of the crowd received on {profile}: {'; '.join(parts)}."
             found.append(Finding(text, about))
     return found
 

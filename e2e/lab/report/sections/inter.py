@@ -9,7 +9,7 @@ from e2e.lab.report.blocks import Finding, Line, Row, Section, Table
 from e2e.lab.report.measures import MEASURES
 from e2e.lab.report.names import SYSTEMS, about
 from e2e.lab.report.plots import over_time
-from e2e.lab.report.shown import NOTHING, cell, said, spread
+from e2e.lab.report.shown import NOTHING, alike, cell, said, spread
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -72,7 +72,10 @@ def _table(
 
 
 def findings(card: Entries) -> list[Finding]:
-    """Say for each system where it is least in step, and what the thesis's limit came to."""
+    """Say for each system how far it is out of step, and what the thesis's limit came to.
+
+    Where it is best and where worst is said only if the two can be told apart.
+    """
     found: list[Finding] = []
     size = MEASURES["absolute_skew_p95_ms"]
     parts: list[str] = []
@@ -86,9 +89,12 @@ def findings(card: Entries) -> list[Finding]:
             continue
         worst = max(by_profile, key=by_profile.__getitem__)
         best = min(by_profile, key=by_profile.__getitem__)
-        text = f"{SYSTEMS[system]} {size.with_unit(by_profile[best])} on {best}"
-        if worst != best:
-            text += f" to {size.with_unit(by_profile[worst])} on {worst}"
+        if len(by_profile) > 1 and alike(by_profile[best], by_profile[worst]):
+            text = f"{SYSTEMS[system]} {size.with_unit(by_profile[worst])} everywhere"
+        else:
+            text = f"{SYSTEMS[system]} {size.with_unit(by_profile[best])} on {best}"
+            if worst != best:
+                text += f" to {size.with_unit(by_profile[worst])} on {worst}"
         parts.append(text)
     if parts:
         text = "95 % of the time sound and picture are no further apart than: "

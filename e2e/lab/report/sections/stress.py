@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from e2e.lab.plan import NARROW
 from e2e.lab.report import pick, tables, thesis
 from e2e.lab.report.blocks import Finding, Section
 from e2e.lab.report.measures import MEASURES
-from e2e.lab.report.names import THIN
 from e2e.lab.report.plots import over_time
 from e2e.lab.report.shown import spread
 
@@ -18,7 +18,7 @@ PREDICTED: Final = ("isdn-64k", "dual-modem")
 
 
 def section(cells: Entries) -> Section:
-    here = pick.where(pick.plain(cells), lambda one: one.profile in THIN)
+    here = pick.where(pick.plain(cells), lambda one: one.profile in NARROW)
     title, source = "E3 · Thin links", "thesis 5.4, bandwidth stress test, and 3.5, predictions"
     if not here:
         return Section("e3", title, source, ("This run has no cell of this experiment.",))
@@ -47,10 +47,25 @@ def section(cells: Entries) -> Section:
                 "is its age, from capture to the screen. Late: in 2004 a transfer of more than "
                 "100 ms, here more than 100 ms older than the cell’s youngest picture.",
                 f"The thesis’s WAX needs {least.text} ({least.where}).",
+                *_whole_fail_safe(here),
             ),
             over_time.ages(here, "picture"),
         ),
         tuple(findings(here)),
+    )
+
+
+def _whole_fail_safe(here: Entries) -> tuple[str, ...]:
+    """Say where the fail-safe time is not of the measured time, as in runs of older versions."""
+    is_whole = any(
+        MEASURES["fail_safe_s"].of(entry.result) and "counted_from_ms" not in entry.result.told
+        for entry in here
+    )
+    if not is_whole:
+        return ()
+    return (
+        "The time in fail-safe mode is counted in this run from when the page was opened, start-up "
+        "included, not from where the other figures begin.",
     )
 
 

@@ -8,7 +8,7 @@ from e2e.lab.report import pick, tables, thesis
 from e2e.lab.report.blocks import Finding, Folded, Line, Row, Section, Table
 from e2e.lab.report.measures import MEASURES
 from e2e.lab.report.names import OF_THE_THESIS, SYSTEMS, about
-from e2e.lab.report.shown import NOTHING, cell, said, spread
+from e2e.lab.report.shown import NOTHING, SAME_MS, SAME_SHARE, alike, cell, said, spread
 
 if TYPE_CHECKING:
     from e2e.lab.cell import SystemName
@@ -83,9 +83,9 @@ def _overview(here: Entries) -> Table:
 
 
 def findings(here: Entries) -> list[Finding]:
-    """Say for each system where its picture is the freshest, and whose comes next."""
+    """Say whose picture is the freshest where, and whose comes next; who is alike is one."""
     age = MEASURES["picture_age_p50_ms"]
-    freshest: dict[SystemName, list[str]] = {}
+    freshest: dict[tuple[SystemName, ...], list[str]] = {}
     about_cells: Entries = ()
     for profile in pick.profiles(here):
         medians = {
@@ -95,17 +95,34 @@ def findings(here: Entries) -> list[Finding]:
         }
         if len(medians) < 2:
             continue
-        first, second, *_ = sorted(medians, key=medians.__getitem__)
-        freshest.setdefault(first, []).append(
-            f"{profile} ({age.with_unit(medians[first])}, then {SYSTEMS[second]} "
-            f"{age.text(medians[second])})"
-        )
+        least = min(medians.values())
+        first = tuple(system for system in medians if alike(medians[system], least))
+        others = [system for system in medians if system not in first]
+        greatest = max(medians[system] for system in first)
+        text = age.text(least)
+        if age.text(greatest) != text:
+            text += f" to {age.text(greatest)}"
+        text += " ms"
+        if others:
+            second = min(others, key=medians.__getitem__)
+            text += f", then {SYSTEMS[second]} {age.text(medians[second])}"
+        freshest.setdefault(first, []).append(f"{profile} ({text})")
         about_cells += pick.on(here, profile)
     if not freshest:
         return []
-    text = "The freshest picture, by its median age: " + "; ".join(
-        f"{SYSTEMS[system]} on {', '.join(freshest[system])}"
-        for system in SYSTEMS
-        if system in freshest
+    order = list(SYSTEMS)
+    text = (
+        f"The freshest picture, by its median age (within {SAME_MS:.0f} ms or "
+        f"{100 * SAME_SHARE:.0f} % nobody is ahead): "
+    ) + "; ".join(
+        f"{_named(first)} on {', '.join(freshest[first])}"
+        for first in sorted(freshest, key=lambda first: [order.index(one) for one in first])
     )
     return [Finding(text + ".", about_cells)]
+
+
+def _named(systems: tuple[SystemName, ...]) -> str:
+    names = [SYSTEMS[system] for system in systems]
+    if len(names) == 1:
+        return names[0]
+    return f"{', '.join(names[:-1])} and {names[-1]} alike"
