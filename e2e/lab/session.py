@@ -87,7 +87,7 @@ async def _go_on(folder: RunFolder, stage: Stage) -> int:
             folder.begun.instrument = await _own_error(folder)
             folder.save()
         if folder.begun.verify:
-            await _verify(folder, progress)
+            await verify_emulator(folder, progress)
         await Runner(folder, stage, watch_one, progress).run(left)
     except asyncio.CancelledError:
         arguments = shlex.quote(f"--resume {shlex.quote(str(folder.path))}")
@@ -152,7 +152,7 @@ async def _own_error(folder: RunFolder) -> dict[str, Any]:
         return {"problem": str(error)}
 
 
-async def _verify(folder: RunFolder, progress: Progress) -> None:
+async def verify_emulator(folder: RunFolder, progress: Progress) -> None:
     """Verify what this run uses of the emulator, as far as that is not done."""
     begun = folder.begun
     known = {found["profile"] for found in begun.emulator}

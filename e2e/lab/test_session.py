@@ -1,7 +1,8 @@
-"""The end of a run: whatever becomes of its page, what was measured is there."""
+"""What a run does beside its cells: the emulator before them, the page after them."""
 
 from __future__ import annotations
 
+import io
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -10,6 +11,7 @@ from e2e.lab import session
 from e2e.lab.cell import Cell
 from e2e.lab.errors import LabError
 from e2e.lab.folder import LOG, REPORT, Begun, RunFolder
+from e2e.lab.progress import Progress
 from e2e.lab.report.synthetic import measured, run
 
 if TYPE_CHECKING:
@@ -47,3 +49,24 @@ def test_a_page_that_cannot_be_written_says_so(tmp_path: Path) -> None:
     (folder.path / REPORT).mkdir()
     with pytest.raises(LabError, match=r"Is a directory.*python -m e2e\.lab\.report"):
         session.write_report(run([measured(CELL)]), folder)
+
+
+async def test_each_profile_is_verified_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Who continues a run verifies what is left of its profiles; what is known is on the disk."""
+    asked: list[str] = []
+
+    async def verified(profile: str) -> dict[str, Any]:
+        asked.append(profile)
+        return {"profile": profile, "ok": True}
+
+    monkeypatch.setattr(session, "verified", verified)
+    folder = _folder(tmp_path)
+    cells = [CELL.model_copy(update={"profile": name}) for name in ("lan", "campus", "lan")]
+    folder.begun.cells = cells
+    folder.begun.emulator = [{"profile": "campus", "ok": False}]
+    await session.verify_emulator(folder, Progress(cells, io.StringIO()))
+    assert asked == ["lan"]
+    found = RunFolder.unfinished(folder.path).begun.emulator
+    assert [(one["profile"], one["ok"]) for one in found] == [("campus", False), ("lan", True)]

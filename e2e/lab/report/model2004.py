@@ -121,7 +121,7 @@ def _figures(model: Rows) -> list[Difference]:
                 "Figure 5.33",
                 "5.2.1.5, Figure 5.33",
                 "on the campus from 100 to 200 ms half as many pauses, as long as before",
-                f"from {short.words} to {long.words}",
+                f"with 100 ms {short.words}; with 200 ms {long.words}",
                 is_figure=True,
             )
         )

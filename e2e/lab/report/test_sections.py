@@ -119,7 +119,7 @@ def test_where_the_model_is_not_the_thesis_is_told() -> None:
     whole.client2004 += [row("LAN", 300, 1.0, 200)]
     page = page_of(whole)
     assert page.behind("1.0 per s, up to 200 ms") == ["client2004, LAN, 300 ms"]
-    assert page.behind("from 2.0 per s, up to 500 ms to 1.9 per s, up to 700 ms")
+    assert page.behind("with 100 ms 2.0 per s, up to 500 ms; with 200 ms 1.9 per s, up to 700 ms")
     assert "in 2 of 3 connections" in page.words
     assert "it does not reproduce what is said of Figure 5.33." in page.words
     whole.client2004[1]["pauses_per_s"] = 1.0
