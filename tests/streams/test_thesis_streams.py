@@ -212,7 +212,7 @@ async def test_release_ends_it_all(scene: Scene) -> None:
     told = len(scene.told)
     scene.streams.want(sound=True, picture=True, size=SIZE)
     for kind in ("audio", "video"):
-        scene.streams.received(kind, (last.packet.pts or 0) % 2**32)  # type: ignore[arg-type]
+        scene.streams.received(kind, (last.packet.pts or 0) % 2**32)
     scene.streams.round_trip(0.1)
     scene.streams.reported(PlayoutReport(sound=None, picture=None))
     assert await scene.capture(1.0) == []
