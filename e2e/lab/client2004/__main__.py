@@ -27,13 +27,21 @@ def main() -> int:
         print(table())
         return 0
     try:
-        path = RecordedPath.from_lines(trace.read_text().splitlines())
-    except (OSError, TraceError) as error:
-        print(f"{trace}: {error}", file=sys.stderr)
-        return 2
+        path = RecordedPath.from_lines(trace.read_text("utf-8").splitlines())
+    except UnicodeDecodeError:
+        return _refuse(trace, 'This is no text; a trace is lines of "sent_ms arrived_ms".')
+    except OSError as error:
+        return _refuse(trace, f"It cannot be read: {error.strerror}.")
+    except TraceError as error:
+        return _refuse(trace, str(error))
     for mu_ms in MU_LENGTHS_MS:
         print(f"{mu_ms} ms: {words(hear(SCENES[0], mu_ms, path=path))}")
     return 0
+
+
+def _refuse(trace: Path, sentence: str) -> int:
+    print(f"{trace}: {sentence}", file=sys.stderr)
+    return 2
 
 
 if __name__ == "__main__":

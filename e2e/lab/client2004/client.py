@@ -6,12 +6,17 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from e2e.lab.client2004.source import Recorder, SharedMemory
+from e2e.lab.client2004.source import SharedMemory
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from random import Random
 
     from e2e.lab.client2004.path import Path
+    from e2e.lab.client2004.source import Recorder, Server
+
+    Serve = Callable[[list[float]], Server]
+    """Makes a server of the times at which its MUs are ready."""
 
 _ROUNDING_MS: Final = 1e-6
 
@@ -27,21 +32,27 @@ class Client:
     least_turn_ms: float = 0.0
     most_turn_ms: float = 0.0
     block_ms: float = 50.0
-    queue_mus: int = 2
+    queue_mus: float = 2
 
 
 @dataclass(slots=True)
 class Heard:
-    """What came out. A pause is (when it began, how long), in ms; `skipped` MUs were never sent."""
+    """What came out. A pause is (when it began, how long), in ms; `given`, `skipped`: `Server`."""
 
     seconds: float
     pauses: list[tuple[float, float]] = field(default_factory=list)
     blocks: int = 0
-    skipped: int = 0
+    given: list[tuple[int, float]] = field(default_factory=list)
+    skipped: list[int] = field(default_factory=list)
 
     @property
     def pauses_per_s(self) -> float:
         return len(self.pauses) / self.seconds
+
+    @property
+    def pauses_per_block(self) -> float:
+        """Over as much sound, which is the axis of the thesis's figures."""
+        return len(self.pauses) / self.blocks
 
     @property
     def longest_ms(self) -> float:
@@ -62,10 +73,12 @@ def listen(
     chance: Random,
     seconds: float,
     from_s: float = 0.0,
+    serve: Serve = SharedMemory,
 ) -> Heard:
-    """Play for `seconds` after the first `from_s`, of which nothing is counted."""
+    """Play for `seconds` after the first `from_s`, of which no pause and no block is counted."""
     return _Playing(
         mu_ms=mu_ms,
+        serve=serve,
         recorder=recorder,
         path=path,
         client=client,
@@ -86,6 +99,7 @@ class _Playing:
         self,
         *,
         mu_ms: float,
+        serve: Serve,
         recorder: Recorder,
         path: Path,
         client: Client,
@@ -100,7 +114,7 @@ class _Playing:
         self._from_ms = from_s * 1000
         self._until_ms = (from_s + seconds) * 1000
         count = math.ceil(self._until_ms / mu_ms) + 1
-        self._memory = SharedMemory(recorder.ready_ms(mu_ms, count))
+        self._server = serve(recorder.ready_ms(mu_ms, count))
         self._heard = Heard(seconds)
         self._queued_ms = 0.0
         self._in_hand_ms = 0.0
@@ -124,13 +138,13 @@ class _Playing:
             while self._write(now_ms) or self._read(now_ms):
                 pass
         self._played_until(self._until_ms)
-        self._heard.skipped = self._memory.skipped
+        self._heard.given, self._heard.skipped = self._server.given, self._server.skipped
         return self._heard
 
     def _ask(self, now_ms: float) -> None:
         """Ask for the next MU: half the delay is the way there, half the way back."""
         half_ms = self._path.delay_ms(now_ms, self._chance) / 2
-        leaves_ms = self._memory.answer_ms(now_ms + half_ms)
+        leaves_ms = self._server.answer_ms(now_ms + half_ms)
         self._arrives_ms = math.inf if leaves_ms is None else leaves_ms + half_ms
 
     def _played_until(self, now_ms: float) -> None:

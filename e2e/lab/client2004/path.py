@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from dataclasses import dataclass
 from itertools import pairwise
@@ -44,6 +45,8 @@ class RecordedPath:
         """Raise `TraceError` unless the sending times rise and nothing arrives before it left."""
         if len(trace) < 2:
             raise TraceError("The trace has fewer than two lines; record more.")
+        if not all(math.isfinite(when) for line in trace for when in line):
+            raise TraceError("A time in the trace is NaN or infinite; leave such lines out.")
         if any(after[0] <= one[0] for one, after in pairwise(trace)):
             raise TraceError("The sending times do not rise; sort the trace by them.")
         if any(arrived < sent for sent, arrived in trace):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from e2e.lab.client2004.client import Client
@@ -33,6 +34,8 @@ RECORDER_REASONS = (
 NETSCAPE_LINUX = Client()
 WINDOWS = Client(least_turn_ms=250.0, most_turn_ms=350.0)
 JAVA_2 = Client(block_ms=256.0)
+PAGE = Client(queue_mus=math.inf)
+"""As our page acknowledges: on delivery, since a browser's buffer always has room."""
 CLIENT_REASONS = (
     "block 50 ms, Java 2 256 ms; queue twice an audio MU: 5.2.1.2, 5.2.2.6, 4.3.2.",
     "Linux, turn-round 0: it asks again at once, since nothing in the thesis says otherwise.",

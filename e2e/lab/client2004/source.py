@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,25 +32,48 @@ class Recorder:
         return ready
 
 
-class SharedMemory:
-    """Holds one MU; the next replaces it, so a client that asks late has missed some (3.3)."""
+class Server(Protocol):
+    """Whoever is asked for the sound: the shared memory of 2004, or what stands in its place.
 
-    def __init__(self, ready_ms: list[float]) -> None:
-        self._ready_ms = ready_ms
-        self._next = 0
-        self.skipped = 0
+    `given` is the number of each MU that left and when, ms; `skipped` the numbers of those that
+    never will.
+    """
+
+    given: list[tuple[int, float]]
+    skipped: list[int]
 
     def answer_ms(self, asked_ms: float) -> float | None:
         """Give the newest MU not given yet, or wait for the next; return when it leaves.
 
-        None when nothing more is recorded.
+        None when nothing more is recorded. `asked_ms` never falls, nor is it before the last left.
         """
-        if self._next >= len(self._ready_ms):
-            return None
-        leaves_ms = max(asked_ms, self._ready_ms[self._next])
-        newest = self._next
-        while newest + 1 < len(self._ready_ms) and self._ready_ms[newest + 1] <= leaves_ms:
-            newest += 1
-        self.skipped += newest - self._next
-        self._next = newest + 1
-        return leaves_ms
+        ...
+
+
+class SharedMemory:
+    """Holds one MU; the next replaces it, so a client that asks late has missed some (3.3).
+
+    `valid_ms` is how long an MU may wait besides. The thesis says the MU's own length, and "in
+    other words" until the next is ready, which is no limit, and the one taken where none is given.
+    """
+
+    def __init__(self, ready_ms: list[float], valid_ms: float = math.inf) -> None:
+        self._ready_ms = ready_ms
+        self._valid_ms = valid_ms
+        self._next = 0
+        self.given: list[tuple[int, float]] = []
+        self.skipped: list[int] = []
+
+    def answer_ms(self, asked_ms: float) -> float | None:
+        while self._next < len(self._ready_ms):
+            leaves_ms = max(asked_ms, self._ready_ms[self._next])
+            newest = self._next
+            while newest + 1 < len(self._ready_ms) and self._ready_ms[newest + 1] <= leaves_ms:
+                newest += 1
+            self.skipped += range(self._next, newest)
+            self._next = newest + 1
+            if leaves_ms - self._ready_ms[newest] <= self._valid_ms:
+                self.given.append((newest, leaves_ms))
+                return leaves_ms
+            self.skipped.append(newest)
+        return None
