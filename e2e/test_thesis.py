@@ -19,9 +19,9 @@ CONFIG = Path(__file__).parents[1] / "config" / "thesis.toml"
 
 
 def thesis(**more: Any) -> str:
-    """Return the shipped file with the test card before it, whose stamp the imprint would hide."""
+    """Return the shipped file with the test card before it, and what else is given."""
     tree = tomllib.loads(CONFIG.read_text(encoding="utf-8"))
-    tree["video"] |= {"source": "testcard", "imprint": False}
+    tree["video"]["source"] = "testcard"  # its stamp is at the top, the file's imprint below
     tree["audio"] = {"source": "testcard"}
     tree["thesis"] |= more
     return toml.dumps(tree)
