@@ -61,13 +61,14 @@ def end_stale() -> None:
             made_by = _mark(pid)
             if made_by is None or _is_alive(made_by) or namespace in stale | {own}:
                 continue
-            held.append(os.open(f"/proc/{pid}/ns/net", os.O_RDONLY | os.O_CLOEXEC))
+            try:
+                held.append(os.open(f"/proc/{pid}/ns/net", os.O_RDONLY | os.O_CLOEXEC))
+            except OSError:
+                continue  # it ended while we looked; the others have not
             if namespace_of(held[-1]) == namespace:
                 stale.add(namespace)
         if stale:
             end_all(stale)
-    except OSError:
-        pass  # it ended while we looked
     finally:
         for descriptor in held:
             os.close(descriptor)

@@ -252,6 +252,30 @@ async def test_the_next_link_clears_what_a_killed_one_left(owner: Any) -> None:
         await gone(process.pid, within_s=0.5)
 
 
+async def test_one_that_ends_while_we_look_spares_no_other(
+    owner: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A process that is gone when its namespace is to be held does not end the clearing up."""
+    process, mover = owner()
+    os.kill(mover, signal.SIGSTOP)
+    process.kill()
+    process.wait()
+    os.kill(mover, signal.SIGKILL)
+    real, too_late = os.open, list[str]()
+
+    def open_or_fail(path: str, *rest: Any, **more: Any) -> int:
+        if not too_late:
+            too_late.append(path)
+            raise ProcessLookupError(path)
+        return real(path, *rest, **more)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "open", open_or_fail)
+        leftovers.end_stale()
+    assert too_late[0].startswith("/proc/")
+    await gone(process.pid, within_s=0.5)
+
+
 @pytest.mark.usefixtures("_possible")
 async def test_a_killed_mover_is_told_and_cleared() -> None:
     """Without its mover the link says so in one sentence, and leaves nothing either."""
