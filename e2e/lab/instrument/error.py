@@ -145,9 +145,16 @@ async def _server(folder: Path) -> AsyncIterator[str]:
     port = free_port()
     url = f"http://127.0.0.1:{port}"
     arguments = ["-m", "wax", "--config", str(config), "--host", "127.0.0.1", "--port", str(port)]
+    # It runs outside any link, whose leftovers are found; so it must end with us, even if killed.
+    tether = [sys.executable, "-m", "e2e.lab.instrument.tether"]
     with log.open("ab") as output:
         process = await asyncio.create_subprocess_exec(
-            *[sys.executable, *arguments], cwd=_ROOT, stdout=output, stderr=output
+            *[*tether, sys.executable, *arguments],
+            cwd=_ROOT,
+            stdin=asyncio.subprocess.PIPE,
+            stdout=output,
+            stderr=output,
+            start_new_session=True,  # Ctrl-C is for us alone: we end it when we are ready
         )
     try:
 
@@ -164,13 +171,9 @@ async def _server(folder: Path) -> AsyncIterator[str]:
         await _until(serves, "the server does not serve")
         yield url
     finally:
-        if process.returncode is None:
-            process.terminate()
-            try:
-                await asyncio.wait_for(process.wait(), 10)
-            except TimeoutError:
-                process.kill()
-                await process.wait()
+        assert process.stdin is not None
+        process.stdin.close()
+        await process.wait()
 
 
 @asynccontextmanager

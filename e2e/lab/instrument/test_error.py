@@ -4,6 +4,12 @@ from __future__ import annotations
 
 import os
 import shutil
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
 
@@ -13,6 +19,20 @@ from e2e.lab.instrument.cards import LIE_MS, LyingClock, lies
 from e2e.lab.instrument.error import judge, own_error
 from e2e.lab.instrument.judge import shift
 from e2e.lab.instrument.synthetic import readings
+
+ROOT = Path(__file__).parents[3]
+OWNER = """
+import asyncio, sys
+from pathlib import Path
+from e2e.lab.instrument.error import _server
+
+async def main():
+    async with _server(Path(sys.argv[1])) as url:
+        print(url, flush=True)
+        await asyncio.sleep(60)
+
+asyncio.run(main())
+"""
 
 
 def test_the_clock_lies_in_every_other_second_only() -> None:
@@ -57,6 +77,35 @@ def test_an_instrument_that_reads_wrong_is_not_ok() -> None:
     assert not judge(right, readings(20, lie_ms=100, sound_age_ms=126))[0]["ok"]
     silent, certain = judge(readings(20, lie_ms=100, sound=False), right)
     assert (silent["ok"], certain) == (False, False)
+
+
+def test_a_crash_leaves_no_server(tmp_path: Path) -> None:
+    """When who measures is killed, the server that it started ends too."""
+
+    def serves(port: int) -> bool:
+        with socket.socket() as probe:
+            return probe.connect_ex(("127.0.0.1", port)) == 0
+
+    arguments = [sys.executable, "-c", OWNER, str(tmp_path)]
+    with subprocess.Popen(arguments, cwd=ROOT, stdout=subprocess.PIPE, text=True) as owner:
+        assert owner.stdout is not None
+        port = urlsplit(owner.stdout.readline().strip()).port
+        try:
+            assert port is not None
+            assert serves(port)
+        finally:
+            owner.kill()
+    until_s = time.monotonic() + 12
+    while serves(port):
+        assert time.monotonic() < until_s, "the server is still there"
+        time.sleep(0.05)
+
+
+def test_a_tethered_program_may_end_by_itself() -> None:
+    """Its exit status is told while the pipe is still open."""
+    tether = [sys.executable, "-m", "e2e.lab.instrument.tether", "sh", "-c", "exit 7"]
+    with subprocess.Popen(tether, cwd=ROOT, stdin=subprocess.PIPE) as process:
+        assert process.wait(10) == 7
 
 
 @pytest.mark.timeout(150)
