@@ -153,8 +153,12 @@ def figures() -> list[str]:
 
 def bridge() -> list[str]:
     """Say what is heard when our own sender serves the same client, and what differs why."""
-    whole, cut, waiting = 0, 0, []
+    whole = cut = 0
+    differ: list[str] = []
+    delivered: list[str] = []
     for scene in SCENES:
+        paged = replace(scene, client=PAGE)
+        cells: list[str] = []
         for mu_ms in MU_LENGTHS_MS:
             ours = partial(Baseline, mu_ms)
             in_one_piece = hear(scene, mu_ms, recorder=WITHOUT_FRAGMENTS, serve=ours)
@@ -162,29 +166,22 @@ def bridge() -> list[str]:
             heard, theirs = hear(scene, mu_ms, serve=ours), hear(scene, mu_ms)
             cut += heard == theirs
             if heard != theirs:
-                waiting.append(f"{scene.name}, {mu_ms} ms {words(heard)} ({words(theirs)})")
-    cells = len(SCENES) * len(MU_LENGTHS_MS)
-    delivered = "; ".join(
-        f"{scene.name} "
-        + ", ".join(
-            f"{mu_ms} ms {words(hear(paged, mu_ms, serve=partial(Baseline, mu_ms)))}"
-            for mu_ms in MU_LENGTHS_MS
-        )
-        for scene in SCENES
-        for paged in [replace(scene, client=PAGE)]
-    )
+                differ.append(f"{scene.name}, {mu_ms} ms {words(heard)} ({words(theirs)})")
+            cells.append(f"{mu_ms} ms {words(hear(paged, mu_ms, serve=ours))}")
+        delivered.append(f"{scene.name} {', '.join(cells)}")
+    count = len(SCENES) * len(MU_LENGTHS_MS)
     return [
         f"Sound that comes in one piece, as ours does, and what the client asks for taken for the "
-        f"acknowledgement: in {whole} of {cells} cells the same MUs leave at the same times, are "
+        f"acknowledgement: in {whole} of {count} cells the same MUs leave at the same times, are "
         f"skipped and are heard.",
-        f"The same with the card's fragments: in {cut} of {cells} cells. In the others an MU waits "
+        f"The same with the card's fragments: in {cut} of {count} cells. In the others an MU waits "
         f"at the source for a client that is long about asking. The thesis says that it waits no "
         f"longer than its own length, and in other words until the next is ready (3.3). That is "
         f"the same where MUs come one by one; a card that hands over several at once is then "
         f"silent for longer. Our sender drops it after its length, the model keeps it until the "
-        f"next is ready. Ours (model): {'; '.join(waiting) or 'none'}.",
+        f"next is ready. Ours (model): {'; '.join(differ) or 'none'}.",
         f"Acknowledged on delivery, as our page does, and not when that client asks, which is when "
-        f"its queue has room and on Windows a turn-round later: {delivered}. So the pauses of "
+        f"its queue has room and on Windows a turn-round later: {'; '.join(delivered)}. So the pauses of "
         f"Windows, and those of one machine, are the client's of 2004 and not the baseline's.",
     ]
 
