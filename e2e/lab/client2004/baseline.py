@@ -37,12 +37,12 @@ class Baseline:
 
         The sender waits for a second or longer, and TCP, which lost nothing, needed no limit.
         """
-        if not self.given:
+        before = len(self.given)
+        if not before:
             self._connect(asked_ms)
         while self._next_ms() <= asked_ms:
             self._step()
         self._now_ms = asked_ms
-        before = len(self.given)
         if before:
             number, _ = self.given[-1]
             self._obey(self._sender.acknowledged("sound", number, asked_ms / 1000))

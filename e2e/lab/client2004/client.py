@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     """Makes a server of the times at which its MUs are ready."""
 
 _ROUNDING_MS: Final = 1e-6
+_AHEAD_MS: Final = 1000.0
+"""It is recorded for so much longer than is listened; no client is that long about asking."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +115,7 @@ class _Playing:
         self._chance = chance
         self._from_ms = from_s * 1000
         self._until_ms = (from_s + seconds) * 1000
-        count = math.ceil(self._until_ms / mu_ms) + 1
+        count = math.ceil((self._until_ms + _AHEAD_MS) / mu_ms)
         self._server = serve(recorder.ready_ms(mu_ms, count))
         self._heard = Heard(seconds)
         self._queued_ms = 0.0

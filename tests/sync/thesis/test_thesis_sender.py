@@ -32,7 +32,7 @@ class Sent:
 
     @property
     def done_s(self) -> float | None:
-        """When the next might leave; what is given up keeps nothing waiting, acknowledged or not."""
+        """When the next might leave; an acknowledgement after it was given up changes nothing."""
         return self.acknowledged_s if self.lost_s is None else self.lost_s
 
 
