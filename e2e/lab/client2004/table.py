@@ -184,8 +184,8 @@ def bridge() -> list[str]:
         f"Acknowledged on delivery, as our page does, and not when that client asks, which is when "
         f"its queue has room, and on Windows a turn-round later: {'; '.join(delivered)}.",
         f"On delivery and in one piece, which is how our baseline runs: {clean} of {count} cells "
-        f"are clean. So the delays that the thesis prints give it no pauses: by this model those of "
-        f"chapter 5.2 are the card's and the client's of 2004, and those in the lab are the link's.",
+        f"are clean. So the delays that the thesis prints give it no pauses: by this model those "
+        f"of chapter 5.2 are the card's and the client's of 2004, and those in the lab the link's.",
     ]
 
 
