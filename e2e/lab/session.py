@@ -82,7 +82,8 @@ async def _go_on(folder: RunFolder, stage: Stage) -> int:
         return result
 
     try:
-        if folder.begun.own_error and not folder.begun.instrument:
+        # As with cells: what failed before is measured again.
+        if folder.begun.own_error and not folder.begun.instrument.get("ok"):
             progress.say("the instrument's own error …")
             folder.begun.instrument = await _own_error(folder)
             folder.save()
