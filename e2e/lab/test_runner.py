@@ -141,7 +141,8 @@ async def test_a_hung_cell_is_cut_off(
     assert result.status == "failed"
     assert result.problem is not None
     assert result.problem.startswith("it hung")
-    assert len(asyncio.all_tasks()) == 1
+    # Others' tasks may be on this loop: the browser of the session's tests is.
+    assert short.key not in {task.get_name() for task in asyncio.all_tasks()}
 
 
 async def test_an_interrupted_run_keeps_what_it_has(folder: RunFolder) -> None:
