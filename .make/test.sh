@@ -10,7 +10,6 @@ want_chromium
 want_firefox
 want_link
 want_voice
-sh .make/livekit.sh
 
 PATH=$PWD/.venv/bin:$PATH
 PYTHON=$PWD/.venv/bin/python
