@@ -79,3 +79,12 @@ want_voice() {
         _missing "the lab's face has no voice; install espeak-ng" \
             "(Debian: sudo apt-get install -y espeak-ng)"
 }
+
+# All that tests and lab drive.
+want_all() {
+    want_playwright
+    want_chromium
+    want_firefox
+    want_link
+    want_voice
+}

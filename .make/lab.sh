@@ -4,11 +4,7 @@ set -eu
 . .make/lib.sh
 python=.venv/bin/python
 . .make/browsers.sh
-want_playwright
-want_chromium
-want_firefox
-want_link
-want_voice
+want_all
 sh .make/livekit.sh
 
 PATH=$PWD/.venv/bin:$PATH

@@ -5,11 +5,7 @@ set -eu
 sh .make/install.sh check
 python=.venv/bin/python
 . .make/browsers.sh
-want_playwright
-want_chromium
-want_firefox
-want_link
-want_voice
+want_all
 
 PATH=$PWD/.venv/bin:$PATH
 PYTHON=$PWD/.venv/bin/python

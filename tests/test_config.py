@@ -115,7 +115,7 @@ def test_the_baseline_is_the_thesis() -> None:
     assert settings.sync.policy == "thesis"
     assert settings.turns.join == "auto"
     assert settings.video.imprint
-    assert settings.thesis.least_bandwidth_bps == 704_000
+    assert settings.thesis == config.Settings().thesis
 
 
 def test_all_problems_are_told_at_once(tmp_path: Path) -> None:

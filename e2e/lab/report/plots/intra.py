@@ -129,7 +129,7 @@ def over_time(here: Entries) -> tuple[Plot, ...]:
                 entry := pick.first_ok(
                     pick.where(
                         pick.on(here, profile),
-                        lambda cell, mu_ms=mu_ms: pick.mu_ms(cell) == mu_ms,  # type: ignore[misc]
+                        lambda cell, mu_ms=mu_ms: pick.mu_ms(cell) == mu_ms,  # type: ignore[misc]  # no type for a default
                     )
                 )
             )

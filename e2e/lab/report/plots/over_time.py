@@ -120,7 +120,7 @@ def _lines(
     """Of each system the first cell that was measured: (s since zero, value)."""
     found = []
     for system in pick.systems(entries):
-        entry = pick.first_ok(pick.where(entries, lambda cell, of=system: cell.system == of))  # type: ignore[misc]
+        entry = pick.first_ok(pick.where(entries, lambda cell, of=system: cell.system == of))  # type: ignore[misc]  # no type for a default
         zero_ms = zero(entry.result) if entry else None
         if entry is None or zero_ms is None:
             continue

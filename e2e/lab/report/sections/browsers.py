@@ -42,7 +42,7 @@ def section(cells: Entries) -> Section:
             for browser in ("chromium", "firefox"):
                 entries = pick.where(
                     on_it,
-                    lambda cell, system=system, browser=browser: (  # type: ignore[misc]
+                    lambda cell, system=system, browser=browser: (  # type: ignore[misc]  # no type for a default
                         (cell.system, cell.browser) == (system, browser)
                     ),
                 )

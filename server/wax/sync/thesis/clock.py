@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class VirtualClock:
-    """Shows the capture time that is due now; started by the first audio MU, A_1, as it leaves.
+    """Says when pictures are due; started by the first audio MU, A_1, as it leaves.
 
     A_1 is heard from its beginning, which is then `rollback_s` old: one audio MU, and as much
     more as it had waited at the source. The picture is rolled back as far.
@@ -32,10 +32,6 @@ class VirtualClock:
     @property
     def rollback_s(self) -> float:
         return self._rollback_s + self.extra_s
-
-    def shows_s(self, now_s: float) -> float:
-        """Return the capture time that is due at `now_s`."""
-        return now_s - self.rollback_s
 
     def due_s(self, picture: MediaUnit) -> float:
         """Return when a picture is due to leave."""

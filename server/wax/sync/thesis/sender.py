@@ -161,10 +161,6 @@ class Sender:
             rollback_s=None if self._clock is None else self._clock.rollback_s,
         )
 
-    def virtual_s(self, now_s: float) -> float | None:
-        """Return the capture time that is due now, None where nothing is synchronised."""
-        return None if self._clock is None else self._clock.shows_s(now_s)
-
     # --- what follows ------------------------------------------------------------------------
 
     @property

@@ -65,13 +65,3 @@ class ThesisSettings(BaseModel):
                 f"{audio_mu_ms} is no whole multiple of video_mu_ms, which is {video_mu_ms}"
             )
         return audio_mu_ms
-
-    @property
-    def audio_mu_bytes(self) -> int:
-        return self.audio_mu_ms * self.sample_rate_hz // 1000
-
-    @property
-    def least_bandwidth_bps(self) -> int:
-        """Everything and nothing skipped: 704 kbit/s with the thesis's values (3.5)."""
-        picture_bps = 8 * self.picture_bytes * 1000 // self.video_mu_ms
-        return picture_bps + 8 * self.sample_rate_hz
