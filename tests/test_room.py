@@ -7,6 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import pytest
+from tests.turned_clock import TurnedClock
 
 from wax import room as room_module
 from wax.board import Board
@@ -30,19 +31,6 @@ if TYPE_CHECKING:
 
 
 OFFER = "\n".join(["v=0", *(f"m={kind} 9 x 0" for kind in ("audio", "video", "application"))])
-
-
-class TurnedClock:
-    """A clock that stands until it is turned."""
-
-    def __init__(self) -> None:
-        self.time_s = 1000.0
-
-    def now_s(self) -> float:
-        return self.time_s
-
-    def wall_ms(self) -> int:
-        return 0
 
 
 class Robot:

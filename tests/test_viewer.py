@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.turned_clock import TurnedClock
 
 from wax.config import AudioSettings, SyncSettings, VideoSettings
 from wax.media.sound_hub import SoundHub
@@ -21,19 +22,6 @@ from wax.viewer import Viewer, clean_name
 if TYPE_CHECKING:
     from wax.control.gate import Command
     from wax.rtc.peer import Peer
-
-
-class TurnedClock:
-    """A clock that stands until it is turned."""
-
-    def __init__(self) -> None:
-        self.time_s = 100.0
-
-    def now_s(self) -> float:
-        return self.time_s
-
-    def wall_ms(self) -> int:
-        return 0
 
 
 @dataclass
@@ -79,7 +67,7 @@ class Scene:
 
 
 def _scene(sync: SyncSettings | None = None) -> Scene:
-    clock, house, counters = TurnedClock(), House(), Counters()
+    clock, house, counters = TurnedClock(100.0), House(), Counters()
     video = VideoHub(settings=VideoSettings(), clock=clock)
     audio = SoundHub(settings=AudioSettings())
     viewer = Viewer(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from structlog.testing import capture_logs
+from tests.turned_clock import TurnedClock
 
 from wax.clock import SystemClock
 from wax.config import DriveSettings, TurnSettings
@@ -24,19 +25,6 @@ if TYPE_CHECKING:
 
 A, B = 1, 2
 AHEAD = Twist(0.5, 0.0)
-
-
-class FakeClock:
-    """Stands still until it is turned."""
-
-    def __init__(self) -> None:
-        self.time_s = 1000.0
-
-    def now_s(self) -> float:
-        return self.time_s
-
-    def wall_ms(self) -> int:
-        return 0
 
 
 class FakeDriver:
@@ -90,7 +78,7 @@ class Bench:
     """A control loop with everything around it."""
 
     def __init__(self, *, grace_s: float = 3.0, limits: Limits = FakeDriver.limits) -> None:
-        self.clock = FakeClock()
+        self.clock = TurnedClock()
         self.driver = FakeDriver()
         self.driver.limits = limits
         self.turns = Turns(TurnSettings(turn_s=60.0, grace_s=grace_s))

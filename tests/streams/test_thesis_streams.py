@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import av
 import numpy as np
 import pytest
+from tests.turned_clock import TurnedClock
 
 from wax import messages
 from wax.config import SyncSettings, VideoSettings
@@ -27,19 +28,6 @@ if TYPE_CHECKING:
 
 SETTINGS = ThesisSettings()
 SIZE = "166x130"
-
-
-class TurnedClock:
-    """A clock that stands until it is turned."""
-
-    def __init__(self) -> None:
-        self.time_s = 1000.0
-
-    def now_s(self) -> float:
-        return self.time_s
-
-    def wall_ms(self) -> int:
-        return 0
 
 
 @dataclass
