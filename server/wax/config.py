@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from difflib import get_close_matches
+from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import (
@@ -73,8 +74,14 @@ class RenditionSettings(_Section):
     bitrate_bps: Annotated[int, Field(ge=10_000, le=20_000_000)]
 
     @property
-    def name(self) -> str:
+    def size(self) -> str:
+        """What a viewer chooses by."""
         return f"{self.width}x{self.height}"
+
+    @property
+    def name(self) -> str:
+        """What sets it apart from others of the same size."""
+        return f"{self.size} at {self.bitrate_bps / 1000:g} kbit/s"
 
 
 class VideoSettings(_Section):
@@ -88,35 +95,61 @@ class VideoSettings(_Section):
     keyframe_interval_s: Annotated[float, Field(ge=0.5, le=60)] = 10.0
     imprint: bool = False
     retry_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
-    renditions: Annotated[list[RenditionSettings], Field(min_length=1, max_length=6)] = [
+    renditions: Annotated[list[RenditionSettings], Field(min_length=1, max_length=8)] = [
         RenditionSettings(width=640, height=480, fps=30.0, bitrate_bps=1_000_000),
-        RenditionSettings(width=320, height=240, fps=30.0, bitrate_bps=350_000),
-        RenditionSettings(width=160, height=120, fps=15.0, bitrate_bps=80_000),
+        RenditionSettings(width=640, height=480, fps=30.0, bitrate_bps=600_000),
+        RenditionSettings(width=320, height=240, fps=30.0, bitrate_bps=300_000),
+        RenditionSettings(width=320, height=240, fps=15.0, bitrate_bps=120_000),
+        RenditionSettings(width=160, height=120, fps=15.0, bitrate_bps=50_000),
+        RenditionSettings(width=160, height=120, fps=10.0, bitrate_bps=16_000),
     ]
 
     @field_validator("renditions")
     @classmethod
-    def _sizes_differ(cls, renditions: list[RenditionSettings]) -> list[RenditionSettings]:
-        names = [rendition.name for rendition in renditions]
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if twice is not None:
-            raise ValueError(f"two have the size {twice}; a size is chosen by it, so keep one")
+    def _in_order(cls, renditions: list[RenditionSettings]) -> list[RenditionSettings]:
+        for above, below in pairwise(renditions):
+            if below.bitrate_bps >= above.bitrate_bps:
+                raise ValueError(
+                    f"{below.name} follows {above.name}; put the one of the higher bit rate first"
+                )
         return renditions
+
+
+class SoundFormSettings(_Section):
+    """One form of the sound, encoded once for everybody who gets it."""
+
+    mu_ms: Literal[10, 20, 40, 60, 120]
+    bitrate_bps: Annotated[int, Field(ge=6_000, le=256_000)]
 
 
 class AudioSettings(_Section):
     """`[audio]`."""
 
     source: Annotated[str, Field(min_length=1)] = "robot"
-    bitrate_bps: Annotated[int, Field(ge=6_000, le=256_000)] = 32_000
+    forms: Annotated[list[SoundFormSettings], Field(min_length=1, max_length=4)] = [
+        SoundFormSettings(mu_ms=20, bitrate_bps=32_000),
+        SoundFormSettings(mu_ms=40, bitrate_bps=24_000),
+        SoundFormSettings(mu_ms=60, bitrate_bps=12_000),
+    ]
     retry_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
+
+    @field_validator("forms")
+    @classmethod
+    def _in_order(cls, forms: list[SoundFormSettings]) -> list[SoundFormSettings]:
+        for above, below in pairwise(forms):
+            if below.mu_ms <= above.mu_ms or below.bitrate_bps > above.bitrate_bps:
+                raise ValueError(
+                    f"the form of {below.mu_ms} ms follows that of {above.mu_ms} ms; let media units"
+                    " grow and bit rates fall from one to the next"
+                )
+        return forms
 
 
 class SyncSettings(_Section):
     """`[sync.operator]` and `[sync.observer]`: which stream waits for which, and how long."""
 
     policy: Literal["audio-master", "video-first"] = "audio-master"
-    audio_mu_ms: Literal[20, 40, 60] = 20
+    audio_mu_ms: Literal["auto", 10, 20, 40, 60, 120] = "auto"
     audio_delay_ms: Literal["auto"] | Annotated[float, Field(ge=20, le=500)] = "auto"
     max_holdback_ms: Annotated[float, Field(ge=0, le=2000)] = 500.0
     max_skew_ms: Annotated[float, Field(ge=0, le=500)] = 20.0

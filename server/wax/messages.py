@@ -67,20 +67,43 @@ class Ping(_Incoming):
     pong_held_ms: Ms | None
 
 
-class StreamReport(_Incoming):
-    """How one stream plays: `age_ms` capture to presentation, `delay_ms` in the jitter buffer."""
+class SoundReport(_Incoming):
+    """How the sound plays; null where the browser does not tell.
+
+    `age_ms` is from capture to the ear, `delay_ms` the part of it in the jitter buffer and
+    `output_ms` that in the device (webrtc-stats, `media-playout`; a Bluetooth headset has much).
+    `concealed_ms` and `played_ms` count from the beginning of this peer: what was made up, and all.
+    """
+
+    age_ms: Ms | None
+    delay_ms: Ms | None
+    output_ms: Ms | None
+    concealed_ms: Ms | None
+    played_ms: Ms | None
+
+
+class PictureReport(_Incoming):
+    """How the picture plays; null where the browser does not tell.
+
+    `age_ms` is from capture to the eye, `delay_ms` the part of it in the jitter buffer, `rate_hz`
+    the pictures shown in the last second. `frozen_ms` counts from the beginning of this peer.
+    """
 
     age_ms: Ms | None
     delay_ms: Ms | None
     rate_hz: Annotated[float, Field(ge=0, le=1e6)] | None
+    frozen_ms: Ms | None
 
 
 class Report(_Incoming):
-    """What the page measures, a few times a second; a stream that is off is null."""
+    """What the page measures, a few times a second; a stream that is off is null.
+
+    `clock_error_ms` is how wrong the ages can be at most.
+    """
 
     type: Literal["report"]
-    sound: StreamReport | None
-    picture: StreamReport | None
+    sound: SoundReport | None
+    picture: PictureReport | None
     clock_error_ms: Ms | None
 
 
@@ -113,12 +136,16 @@ class Stop(_Incoming):
 
 
 class Want(_Incoming):
-    """Which streams this viewer wants and which size of the picture; unknown sizes are refused."""
+    """Which streams this viewer wants and the largest picture; unknown sizes are refused.
+
+    `policy` null leaves it to the role.
+    """
 
     type: Literal["want"]
     sound: bool
     picture: bool
     size: Annotated[str, Field(max_length=16)]
+    policy: Literal["audio-master", "video-first"] | None
 
 
 class Received(_Incoming):
@@ -225,6 +252,28 @@ class Playout(_Outgoing):
     reason: str
 
 
+class Served(_Outgoing):
+    """What this viewer is sent now, and what is known of his link; told when it changes.
+
+    `rendition` null is no picture, `sound_mu_ms` null no sound. `picture_hz` is what is left of the
+    rendition's rate by the layers sent. `redundancy` counts earlier units in each packet of sound.
+    `reason` is a sentence for a person: why it is this and not more. `in_step` false means that the
+    link cannot carry both in step, and each plays as soon as it can.
+    """
+
+    type: Literal["served"] = "served"
+    rendition: str | None
+    picture_hz: float
+    sound_mu_ms: int | None
+    sound_bps: int
+    redundancy: int
+    link_bps: int
+    used_bps: int
+    queue_ms: float
+    in_step: bool
+    reason: str
+
+
 class RtpClock(_Outgoing):
     """How RTP time maps to capture time: captured = origin + (rtp - rtp_origin) / rate."""
 
@@ -264,7 +313,7 @@ class Notice(_Outgoing):
 DriveIn = Drive | Ping | Report
 StateIn = SetName | Join | Leave | Stop | Want | Received
 DriveOut = Pong
-StateOut = Hello | Room | Playout | RtpClock | Units | DriveStatus | Notice
+StateOut = Hello | Room | Playout | Served | RtpClock | Units | DriveStatus | Notice
 
 _DRIVE: TypeAdapter[DriveIn] = TypeAdapter(Annotated[DriveIn, Field(discriminator="type")])
 _STATE: TypeAdapter[StateIn] = TypeAdapter(Annotated[StateIn, Field(discriminator="type")])
