@@ -107,7 +107,7 @@ def test_a_collision_is_a_thud() -> None:
 
     def bumped(impact_mps: float) -> NDArray[np.float64]:
         before = standing(QUIET, 0.5)
-        after = [Senses(0.5 + n * BLOCK_S, QUIET, bumps=1, bump_mps=impact_mps) for n in range(50)]
+        after = [Senses(0.5 + n * BLOCK_S, QUIET, bumps=1, bump_mps=impact_mps) for n in range(100)]
         return hear([*before, *after])
 
     hard, soft = bumped(0.6), bumped(0.1)
@@ -119,24 +119,25 @@ def test_a_collision_is_a_thud() -> None:
 
 def test_an_old_bump_is_not_heard_by_a_new_ear() -> None:
     """An ear that opens after a collision does not hear it."""
-    late = hear([Senses(0.0, QUIET, bumps=9, bump_mps=0.6)] * 10)
+    late = hear([Senses(0.0, QUIET, bumps=9, bump_mps=0.6)] * 20)
     assert level_db(late) < -50.0
 
 
 def test_no_click_and_no_clipping() -> None:
     """While everything changes at once, block borders are as smooth as the sound within."""
 
-    def wild(n: int) -> Senses:
+    def wild(number: int) -> Senses:
+        n = number / 2
         return Senses(
-            n * BLOCK_S,
+            number * BLOCK_S,
             Pose(1.1 + n * 0.007, 0.9 + n * 0.005, n * 0.05),
             left_mps=0.6 * math.sin(n / 20),
             right_mps=0.6 * math.cos(n / 15),
-            bumps=n // 100,
+            bumps=number // 200,
             bump_mps=0.6,
         )
 
-    sound = hear(wild(n) for n in range(500))
+    sound = hear(wild(n) for n in range(1000))
     assert np.abs(sound).max() < 0.98
     bend = np.abs(np.diff(sound, 2))
     places = np.arange(len(bend)) % BLOCK_SAMPLES

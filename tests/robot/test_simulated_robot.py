@@ -55,7 +55,7 @@ def test_what_it_sees_and_hears_changes_when_it_moves(robot: SimulatedRobot) -> 
     assert after.captured_s > before.captured_s
     assert np.mean(before.i420 != after.i420) > 0.02
     assert np.std(microphone.read().samples) > 0
-    assert still.samples.shape == (960,)
+    assert still.samples.shape == (480,)
     camera.close()
     microphone.close()
 
@@ -117,8 +117,8 @@ def test_sound_has_no_gap(clock: FakeClock) -> None:
     )
     ear.open()
     stamps = []
-    for late_s in (0.02, 0.03, 0.015, 0.02):
+    for late_s in (0.01, 0.015, 0.0075, 0.01):
         clock.time_s += late_s
         stamps.append(ear.read().captured_s)
     ear.close()
-    assert stamps == pytest.approx([1000.0, 1000.02, 1000.04, 1000.06])
+    assert stamps == pytest.approx([1000.0, 1000.01, 1000.02, 1000.03])

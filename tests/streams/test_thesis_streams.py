@@ -53,7 +53,8 @@ class Scene:
         for _ in range(round(seconds * 50)):
             self.clock.time_s += 0.02
             silence = np.zeros(BLOCK_SAMPLES, np.int16)
-            self.audio.push(Sound(silence, self.clock.time_s - 0.02))
+            for ago_s in (0.02, 0.01):
+                self.audio.push(Sound(silence, self.clock.time_s - ago_s))
             if round(self.clock.time_s * 50) % 5 == 0:
                 self.video._fan_out(_picture(self.clock.time_s))
             await asyncio.sleep(0)  # what comes from the capture's thread is on its way

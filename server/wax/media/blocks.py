@@ -1,4 +1,4 @@
-"""Cut sound into 20 ms blocks on an even time line, whatever pieces a source delivers.
+"""Cut sound into 10 ms blocks on an even time line, whatever pieces a source delivers.
 
 The encoder needs blocks of one length; synchronisation needs their capture times to be even,
 while a sound card's own times jitter by milliseconds and its crystal drifts from our clock.
@@ -21,16 +21,16 @@ _JITTER_S: Final = 0.1
 _JUMP_S: Final = 1.0
 """Longer gaps are not filled: the time line starts again where the sound does."""
 
-_FOLLOW: Final = 0.02
-_FOLLOW_MAX_S: Final = 0.0001
-"""A block's length on the time line differs from 20 ms by at most this (0.5 %)."""
+_FOLLOW: Final = 0.01
+_FOLLOW_MAX_S: Final = 0.00005
+"""A block's length on the time line differs from 10 ms by at most this (0.5 %)."""
 
 
 class Blocks:
     """Pure: sound goes in by `push`, whole blocks come out.
 
     * No sample is lost or made as long as capture times fit the number of samples within 100 ms;
-      the blocks' times then advance by 20 ms, corrected by at most 0.1 ms each towards the
+      the blocks' times then advance by 10 ms, corrected by at most 0.05 ms each towards the
       measured ones.
     * A gap of up to 1 s is filled with silence; sound that comes up to 1 s too early overlaps
       what was delivered already and is left out. So nothing ever adds to the delay.

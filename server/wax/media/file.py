@@ -171,7 +171,7 @@ class FileVideo(Face):
 
 
 class FileAudio(Face):
-    """The file's sound in pieces of at most 20 ms, delivered when the last sample is due.
+    """The file's sound in pieces of at most 10 ms, delivered when the last sample is due.
 
     A paced file's sound has no gap: where the file has none, silence is played.
     """

@@ -9,13 +9,13 @@ import av
 import numpy as np
 
 from wax.media.encoded import EncodedSound, SoundUnit
-from wax.media.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ, Sound
+from wax.media.source import BLOCK_MS, BLOCK_SAMPLES, SAMPLE_RATE_HZ, Sound
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MULAW_RATE_HZ: Final = 8000
-_PACKET_BLOCKS: Final = (5, 4, 3, 2, 1)
+_PACKET_MS: Final = (100, 80, 60, 40, 20)
 """100 ms, 800 bytes, or the most that divides the unit: TCP's segments of 2004 were of that order.
 Packets of the usual 20 ms (RFC 3551, 4.2) are a quarter headers, which alone fills a modem line."""
 
@@ -34,9 +34,9 @@ class MuLawEncoder:
 
     def __init__(self, *, mu_ms: int) -> None:
         self.unit_samples = MULAW_RATE_HZ * mu_ms // 1000
-        self._blocks_per_unit = mu_ms // 20
-        blocks = next(n for n in _PACKET_BLOCKS if self._blocks_per_unit % n == 0)
-        self._packet_samples = blocks * MULAW_RATE_HZ // 50
+        self._blocks_per_unit = mu_ms // BLOCK_MS
+        packet_ms = next(ms for ms in _PACKET_MS if mu_ms % ms == 0)
+        self._packet_samples = MULAW_RATE_HZ * packet_ms // 1000
         self._codec = av.CodecContext.create("pcm_mulaw", "w")
         assert isinstance(self._codec, av.AudioCodecContext)
         self._codec.sample_rate = MULAW_RATE_HZ
@@ -50,7 +50,7 @@ class MuLawEncoder:
         self._begin_source()
 
     def encode(self, block: Sound) -> SoundUnit | None:
-        """Take one block of 960 samples; a unit when it is full, else None."""
+        """Take one block; a unit when it is full, else None."""
         assert len(block.samples) == BLOCK_SAMPLES
         if self._next_pts is None or abs(block.captured_s - self._due_s) > _RESEAM_S:
             self._begin_source()

@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 SAMPLE_RATE_HZ = 48_000
 """All sound inside WAX is 48 kHz mono signed 16 bit, the native form of Opus."""
 
-BLOCK_SAMPLES = SAMPLE_RATE_HZ // 50
-"""20 ms, the thesis's shortest and Opus's usual media unit."""
+BLOCK_MS = 10
+BLOCK_SAMPLES = SAMPLE_RATE_HZ * BLOCK_MS // 1000
+"""What all sound is cut into, the shortest media unit; every other is a whole multiple."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +82,7 @@ class VideoSource(Protocol):
 
 
 class AudioSource(Protocol):
-    """Delivers sound at its own speed; pieces of 5 to 40 ms keep the delay low."""
+    """Delivers sound at its own speed; pieces of any length, the shorter the less delay (10 ms)."""
 
     def open(self) -> None:
         """Get ready; raises `SourceError` with a sentence for a person."""

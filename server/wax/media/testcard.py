@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 
 from wax.media.imprint import draw_text, wall_text
-from wax.media.source import SAMPLE_RATE_HZ, Picture, Sound
+from wax.media.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ, Picture, Sound
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -43,7 +43,6 @@ _TONE_AMPLITUDE: Final = 0.05
 _BURST_HZ: Final = 1000
 _BURST_AMPLITUDE: Final = 0.4
 _BURST_SAMPLES: Final = SAMPLE_RATE_HZ // 10
-_BLOCK_SAMPLES: Final = SAMPLE_RATE_HZ // 100
 _LATE_S: Final = 0.2
 """Sound that is more behind than this (the machine slept) is left out, not sent in a burst."""
 
@@ -184,19 +183,19 @@ class TestCardAudio:
         self._burst_sample = _BURST_SAMPLES
 
     def read(self) -> Sound:
-        end_s = self._start_s + (self._sample + _BLOCK_SAMPLES) / SAMPLE_RATE_HZ
+        end_s = self._start_s + (self._sample + BLOCK_SAMPLES) / SAMPLE_RATE_HZ
         behind_s = self._clock.now_s() - end_s
         if behind_s > _LATE_S:
             self._sample += math.floor(behind_s * SAMPLE_RATE_HZ)
-            end_s = self._start_s + (self._sample + _BLOCK_SAMPLES) / SAMPLE_RATE_HZ
+            end_s = self._start_s + (self._sample + BLOCK_SAMPLES) / SAMPLE_RATE_HZ
         _sleep_until(end_s, self._clock, self._sleep)
         self._follow_wall_clock()
         captured_s = self._start_s + self._sample / SAMPLE_RATE_HZ
-        index = self._sample + np.arange(_BLOCK_SAMPLES)
+        index = self._sample + np.arange(BLOCK_SAMPLES)
         # 300 Hz repeats every 160 samples: the argument stays small however long this runs.
         wave = _TONE_AMPLITUDE * np.sin(index % 160 * (2 * np.pi * _TONE_HZ / SAMPLE_RATE_HZ))
         self._add_burst(wave, captured_s + self._offset_s)
-        self._sample += _BLOCK_SAMPLES
+        self._sample += BLOCK_SAMPLES
         return Sound(samples=np.round(wave * 32767).astype(np.int16), captured_s=captured_s)
 
     def close(self) -> None:

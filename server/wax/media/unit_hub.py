@@ -34,7 +34,7 @@ class UnitHub:
         self._loop = asyncio.get_running_loop()
 
     def push(self, block: Sound) -> None:
-        """Take the next 20 ms from the microphone's thread."""
+        """Take the next block from the microphone's thread."""
         self._captured += 1
         unit = self._encoder.encode(block)
         if unit is None:
@@ -62,7 +62,7 @@ class UnitHub:
         return [self._mu_ms] if self._takers else []
 
     def counts(self) -> dict[str, int]:
-        """Count 20 ms blocks captured and packets encoded since the start."""
+        """Count blocks captured and packets encoded since the start."""
         return {"captured": self._captured, "encoded": self._encoded}
 
     def _fan_out(self, unit: SoundUnit) -> None:

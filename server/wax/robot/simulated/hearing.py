@@ -23,8 +23,10 @@ WALL_GAIN = 0.35
 BEHIND_GAIN = 0.4
 ROOM_NOISE_RMS = 0.0006
 HUM_LEVEL = 0.03
-_SMOOTHING = 0.25
+_SMOOTHING = 0.134
 """How much of the way to a new loudness each block goes, so that a doorway is no click."""
+_SPIN = 0.293
+"""How much of the way to its new speed a motor goes in each block."""
 
 
 def radio_gain(world: World, pose: Pose, ear_rad: float) -> tuple[float, int]:
@@ -97,7 +99,7 @@ class _Motor:
         self._speed_mps = 0.0
 
     def hum(self, speed_mps: float) -> NDArray[np.float64]:
-        old, new = self._speed_mps, self._speed_mps + 0.5 * (abs(speed_mps) - self._speed_mps)
+        old, new = self._speed_mps, self._speed_mps + _SPIN * (abs(speed_mps) - self._speed_mps)
         self._speed_mps = new
         speed = old + (new - old) * np.arange(1, BLOCK_SAMPLES + 1) / BLOCK_SAMPLES
         phase = self._phase + np.cumsum(

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class SimulatedMicrophone:
-    """Delivers what the robot hears in blocks of 20 ms; `listen` tells how it is just now."""
+    """Delivers what the robot hears in blocks of 10 ms; `listen` tells how it is just now."""
 
     def __init__(self, clock: Clock, *, world: World, listen: Callable[[], Senses]) -> None:
         self._clock = clock
