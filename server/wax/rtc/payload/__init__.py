@@ -1,0 +1,1 @@
+"""How encoded picture and sound become the payloads of RTP packets. Pure, one module a format."""
