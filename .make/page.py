@@ -44,7 +44,8 @@ class PageError(Exception):
 
 def sources() -> Iterator[Path]:
     """Every file that the page is made from."""
-    yield from (ROOT / "server/wax/messages.py", ROOT / "server/wax/web/schema.py")
+    for name in ("messages.py", "rows.py", "web/schema.py"):
+        yield ROOT / "server/wax" / name
     for folder, folders, files in os.walk(WEB):
         folders[:] = [name for name in folders if name not in NOT_SOURCES]
         yield from (Path(folder) / name for name in files)

@@ -24,6 +24,11 @@ if TYPE_CHECKING:
 CLIENT = "0a0a0a0a-0000-4000-8000-0a0a0a0a0a0a"
 
 
+def row(message: dict[str, object]) -> str:
+    """Return a message as the drive channel carries it."""
+    return json.dumps(list(message.values()))
+
+
 def offer(sdp: object, **more: object) -> bytes:
     return json.dumps({"sdp": sdp, "client": CLIENT, **more}).encode()
 
@@ -55,6 +60,7 @@ GO = {
     "angular": 1.0,
     "speed": "gross",
     "seen_server_ms": None,
+    "axes": {},
 }
 
 
@@ -95,8 +101,9 @@ async def test_an_unknown_address_is_a_404(server: Server) -> None:
 def bad_messages(turn: int, now_ms: float) -> list[str | bytes]:
     """Such as only the operator may send, while they are fresh; malformed, oversized, unknown."""
     return [
-        json.dumps(GO | {"turn": turn, "sent_server_ms": now_ms, "seq": 2**50}),
-        json.dumps(GO | {"turn": turn + 1, "sent_server_ms": now_ms}),
+        row(GO | {"turn": turn, "sent_server_ms": now_ms, "seq": 2**50}),
+        row(GO | {"turn": turn + 1, "sent_server_ms": now_ms}),
+        json.dumps(GO | {"turn": turn, "sent_server_ms": now_ms}),
         "",
         "no JSON",
         b"\x00\xff\xfe",
@@ -105,22 +112,23 @@ def bad_messages(turn: int, now_ms: float) -> list[str | bytes]:
         "{}",
         '{"type": "shutdown"}',
         '{"type": "drive"}',
+        '["drive"]',
         "{" * 300,
         "[" * 500,
         "x" * 5000,
         "x" * 60_000,
-        json.dumps(GO | {"turn": -1}),
-        json.dumps(GO | {"turn": 2**60}),
-        json.dumps(GO | {"linear": 1e308}),
-        json.dumps(GO | {"linear": float("nan")}),
-        json.dumps(GO | {"linear": "1"}),
-        json.dumps(GO | {"extra": 1}),
-        json.dumps(GO | {"axes": {str(n): 1.0 for n in range(9)}}),
-        json.dumps({"type": "want", "sound": True, "picture": True, "size": "9x9"}),
+        row(GO | {"turn": -1}),
+        row(GO | {"turn": 2**60}),
+        row(GO | {"linear": 1e308}),
+        row(GO | {"linear": float("nan")}),
+        row(GO | {"linear": "1"}),
+        row(GO | {"extra": 1}),
+        row(GO | {"axes": {str(n): 1.0 for n in range(9)}}),
+        json.dumps({"type": "want", "sound": True, "picture": True, "size": "9x9", "policy": None}),
         json.dumps({"type": "name", "name": "n" * 1000}),
         json.dumps({"type": "leave"}),
         json.dumps({"type": "join", "as": "operator"}),
-        json.dumps({"type": "ping", "id": 1}),
+        '["ping", 1]',
     ]
 
 
@@ -180,7 +188,7 @@ async def test_commands_of_an_old_turn_or_age_move_nothing(server: Server) -> No
 
         async def send(*, turn: int, late_ms: float = 0, **more: object) -> None:
             stamp = {"turn": turn, "sent_server_ms": driver.server_ms() - late_ms}
-            driver.drive.send(json.dumps(GO | stamp | {"seq": next(sequence)} | more))
+            driver.drive.send(row(GO | stamp | {"seq": next(sequence)} | more))
             await asyncio.sleep(0.02)
 
         await send(turn=turn, linear=0.0, angular=0.0)
@@ -209,6 +217,6 @@ async def test_a_flood_does_not_stop_the_others(server: Server, open_viewer: Ope
     await operator.drives()
     async with RawPeer(server) as stranger:
         for seq in range(2000):
-            stranger.drive.send(json.dumps(GO | {"seq": seq}))
+            stranger.drive.send(row(GO | {"seq": seq}))
         await turn_by_key(server, operator)
         await operator.page.keyboard.up("ArrowLeft")

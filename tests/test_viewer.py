@@ -29,7 +29,7 @@ class House:
     """The room and the peer of one viewer: notes what he does and what he is sent."""
 
     calls: list[tuple[str, Any]] = field(default_factory=list)
-    sent: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
+    sent: list[tuple[str, Any]] = field(default_factory=list)
 
     def viewer_connected(self, viewer: Viewer) -> None:
         self.calls.append(("connected", viewer.number))
@@ -96,8 +96,13 @@ def _drive(**changes: object) -> str:
         "angular": -1.0,
         "speed": "fine",
         "seen_server_ms": None,
+        "axes": {},
     }
-    return json.dumps(command | changes)
+    return json.dumps(list((command | changes).values()))
+
+
+def _want(size: str) -> dict[str, Any]:
+    return {"type": "want", "sound": True, "picture": True, "size": size, "policy": None}
 
 
 def test_a_command_becomes_a_value() -> None:
@@ -131,6 +136,7 @@ def test_a_command_becomes_a_value() -> None:
         "null",
         "",
         "\x00",
+        '["join"]',
         '{"type":"join"}',
     ],
 )
@@ -162,16 +168,8 @@ def test_a_failing_room_does_not_close_the_peer() -> None:
 def test_a_ping_is_answered_with_both_clocks() -> None:
     """The pong returns the page's stamp and adds the server's, on the lossy channel."""
     scene = _scene()
-    ping = {
-        "type": "ping",
-        "id": 3,
-        "sent_page_ms": 12.5,
-        "pong_id": None,
-        "pong_held_ms": None,
-    }
-    scene.viewer.received("drive", json.dumps(ping))
-    expected = {"type": "pong", "id": 3, "sent_page_ms": 12.5, "server_ms": 100_000.0}
-    assert scene.house.sent[-1] == ("drive", expected)
+    scene.viewer.received("drive", '["ping",3,12.5,null,null]')
+    assert scene.house.sent[-1] == ("drive", ["pong", 3, 12.5, 100_000.0])
 
 
 @pytest.mark.parametrize("request_type", ["join", "leave", "stop"])
@@ -187,7 +185,7 @@ def test_the_picture_comes_unasked_and_the_sound_when_wanted() -> None:
     scene = _scene()
     assert scene.video.wanted == ["640x480"]
     assert scene.audio.wanted == []
-    want = {"type": "want", "sound": True, "picture": True, "size": "160x120"}
+    want = _want("160x120")
     scene.viewer.received("state", json.dumps(want))
     assert scene.video.wanted == ["160x120"]
     assert scene.audio.wanted == [20]
@@ -199,7 +197,7 @@ def test_the_picture_comes_unasked_and_the_sound_when_wanted() -> None:
 def test_an_unknown_size_is_refused_with_a_sentence() -> None:
     """A size that does not exist changes nothing and says which do."""
     scene = _scene()
-    want = {"type": "want", "sound": False, "picture": True, "size": "9x9"}
+    want = _want("9x9") | {"sound": False}
     scene.viewer.received("state", json.dumps(want))
     assert scene.video.wanted == ["640x480"]
     channel, notice = scene.house.sent[-1]
@@ -210,7 +208,7 @@ def test_an_unknown_size_is_refused_with_a_sentence() -> None:
 def test_leaving_ends_what_nobody_else_wants() -> None:
     """When the last viewer's peer is gone nothing is encoded."""
     scene = _scene()
-    want = {"type": "want", "sound": True, "picture": True, "size": "640x480"}
+    want = _want("640x480")
     scene.viewer.received("state", json.dumps(want))
     scene.viewer.release()
     scene.viewer.release()
@@ -231,19 +229,14 @@ def test_what_the_page_has_received_reaches_its_streams(monkeypatch: pytest.Monk
 def test_the_policy_follows_reports_and_role() -> None:
     """Reports move the picture's target; a new role brings its own policy and media unit."""
     scene = _scene(SyncSettings(audio_delay_ms=200.0))
-    want = {"type": "want", "sound": True, "picture": True, "size": "640x480"}
+    want = _want("640x480")
     scene.viewer.received("state", json.dumps(want))
     playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
     assert (playout[-1]["sound_target_ms"], playout[-1]["picture_target_ms"]) == (200.0, 200.0)
-    report = {
-        "type": "report",
-        "sound": {"age_ms": 260.0, "delay_ms": 200.0, "rate_hz": 50.0},
-        "picture": {"age_ms": 215.0, "delay_ms": 200.0, "rate_hz": 30.0},
-        "clock_error_ms": 1.0,
-    }
+    report = '["report",[260,200,null,0,1000],[215,200,30,0],1]'
     for _ in range(2):
         scene.clock.time_s += 0.25
-        scene.viewer.received("drive", json.dumps(report))
+        scene.viewer.received("drive", report)
     playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
     assert 220 < playout[-1]["picture_target_ms"] < 250
     scene.viewer.follow(SyncSettings(policy="video-first", audio_mu_ms=60))

@@ -118,14 +118,15 @@ class Viewer:
 
         drive = self._peer.createDataChannel("drive", ordered=False, maxRetransmits=0)
         drive.on("open", lambda: self._start(drive))
-        drive.on("message", self._take)
+        drive.on("message", self._take_pong)
 
     def _take_state(self, data: str | bytes) -> None:
         message = json.loads(data)
         if message["type"] == "hello":
             self._receipts = Receipts() if message.get("acknowledge") else None
             size = SIZE if SIZE in message["sizes"] else message["sizes"][0]
-            self._tell({"type": "want", "sound": True, "picture": True, "size": size})
+            want = {"type": "want", "sound": True, "picture": True, "size": size, "policy": None}
+            self._tell(want)
         elif message["type"] == "units" and self._receipts is not None:
             for rtp in self._receipts.learn(message["last_rtp"], message["length"]):
                 self._tell({"type": "received", "kind": "audio", "rtp": rtp})
@@ -144,10 +145,9 @@ class Viewer:
             asyncio.create_task(self._report(drive), name="report"),
         ]
 
-    def _take(self, data: str | bytes) -> None:
-        message = json.loads(data)
-        if message["type"] == "pong":
-            self._pong = (message["id"], _now_ms())
+    def _take_pong(self, data: str | bytes) -> None:
+        _, number, *_ = json.loads(data)
+        self._pong = (number, _now_ms())
 
     async def _ping(self, drive: RTCDataChannel) -> None:
         number = 0
@@ -156,22 +156,16 @@ class Viewer:
             now_ms = _now_ms()
             pong_id, pong_ms = self._pong or (None, None)
             held_ms = None if pong_ms is None else now_ms - pong_ms
-            message = {"type": "ping", "id": number, "sent_page_ms": now_ms}
-            drive.send(json.dumps(message | {"pong_id": pong_id, "pong_held_ms": held_ms}))
+            drive.send(json.dumps(["ping", number, now_ms, pong_id, held_ms]))
             await asyncio.sleep(PING_INTERVAL_S)
 
     async def _report(self, drive: RTCDataChannel) -> None:
         # Fifty pages do not report in the same millisecond, so neither do fifty viewers.
         await asyncio.sleep(random.uniform(0, REPORT_INTERVAL_S))
-        stream = {"age_ms": None, "delay_ms": None}
-        report = {
-            "type": "report",
-            "sound": stream | {"rate_hz": 50.0},
-            "picture": stream | {"rate_hz": FPS},
-            "clock_error_ms": None,
-        }
+        sound, picture = [None] * 5, [None, None, FPS, None]
+        report = json.dumps(["report", sound, picture, None])
         while drive.readyState == "open":
-            drive.send(json.dumps(report))
+            drive.send(report)
             await asyncio.sleep(REPORT_INTERVAL_S)
 
     def _sum(self, kind: str) -> StreamCounts:

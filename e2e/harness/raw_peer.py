@@ -35,10 +35,11 @@ class RawPeer:
         )
         self.heard: list[dict[str, Any]] = []
         self._pings = itertools.count(1)
+        self._answered: set[int] = set()
         self._heartbeat: asyncio.Task[None] | None = None
         self._ahead_ms = 0.0
-        for channel in (self.state, self.drive):
-            channel.on("message", self._take)
+        self.state.on("message", lambda data: self.heard.append(json.loads(data)))
+        self.drive.on("message", self._take_pong)
 
     async def __aenter__(self) -> Self:
         for kind in ("audio", "video"):
@@ -69,7 +70,7 @@ class RawPeer:
         await self.peer.close()
 
     def newest(self, kind: str) -> dict[str, Any]:
-        """Return the newest message of this type, empty when none came."""
+        """Return the newest of this type on the state channel, empty when none came."""
         return next((m for m in reversed(self.heard) if m["type"] == kind), {})
 
     def server_ms(self) -> float:
@@ -81,23 +82,21 @@ class RawPeer:
         number = self._ping()
 
         async def answered() -> bool:
-            return any(m["type"] == "pong" and m["id"] == number for m in self.heard)
+            return number in self._answered
 
         try:
             return await eventually(answered, "a pong", within_s=1, every_s=0.02)
         except AssertionError:
             return False
 
-    def _take(self, data: str | bytes) -> None:
-        message = json.loads(data)
-        self.heard.append(message)
-        if message["type"] == "pong":
-            self._ahead_ms = message["server_ms"] - time.monotonic() * 1000
+    def _take_pong(self, data: str | bytes) -> None:
+        _, number, _, server_ms = json.loads(data)
+        self._answered.add(number)
+        self._ahead_ms = server_ms - time.monotonic() * 1000
 
     def _ping(self) -> int:
         number = next(self._pings)
-        ping = {"type": "ping", "id": number, "sent_page_ms": 1.0}
-        self.drive.send(json.dumps(ping | {"pong_id": None, "pong_held_ms": None}))
+        self.drive.send(f'["ping",{number},1.0,null,null]')
         return number
 
     async def _beat(self) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 import structlog
 
-from wax import messages
+from wax import messages, rows
 from wax.control.gate import Command
 from wax.errors import ProtocolError
 from wax.limiter import TokenBucket
@@ -186,7 +186,7 @@ class Viewer:
                     id=message.id, sent_page_ms=message.sent_page_ms, server_ms=now_s * 1000
                 )
                 if self.peer is not None:
-                    self.peer.send("drive", pong.model_dump_json())
+                    self.peer.send("drive", rows.write(pong))
             case messages.Report():
                 self.report = message
                 self.streams.reported(_playout(message))

@@ -68,7 +68,8 @@ def test_only_sources_make_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         file.parent.mkdir(parents=True)
         file.touch()
     found = [str(path.relative_to(tmp_path)) for path in page.sources()]
-    assert found == ["server/wax/messages.py", "server/wax/web/schema.py", "web/src/main.ts"]
+    made_from = [f"server/wax/{name}" for name in ("messages.py", "rows.py", "web/schema.py")]
+    assert found == [*made_from, "web/src/main.ts"]
 
 
 def test_texts_are_laid_ready_in_gzip(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ def test_every_message_is_described() -> None:
     made = schema()
     assert set(made["properties"]) == {"DriveIn", "DriveOut", "StateIn", "StateOut"}
     names = set().union(*(members(getattr(messages, name)) for name in made["properties"]))
-    assert len(names) == 17
+    assert len(names) == 18
     assert names <= set(made["$defs"])
 
 
@@ -44,7 +44,19 @@ def test_what_the_page_may_leave_out_is_optional() -> None:
 
 def test_the_page_is_told_how_long_a_name_is() -> None:
     """The page cuts names where the server does, and learns from it where."""
-    assert schema()["constants"] == {"MAX_NAME_CHARS": messages.MAX_NAME_CHARS}
+    assert schema()["constants"]["MAX_NAME_CHARS"] == messages.MAX_NAME_CHARS
+
+
+def test_the_page_is_told_what_stands_where_in_a_row() -> None:
+    """Of every message of the drive channel all fields are listed in order, those within too."""
+    made = schema()
+    columns = made["constants"]["DRIVE_COLUMNS"]
+    assert set(columns) == {"drive", "ping", "report", "pong"}
+    for name in members(messages.DriveIn) | members(messages.DriveOut):
+        fields = made["$defs"][name]["properties"]
+        assert list(columns[name.lower()]) == list(fields), name
+    assert list(columns["report"]["picture"]) == list(made["$defs"]["PictureReport"]["properties"])
+    assert columns["drive"]["axes"] is None
 
 
 def test_the_command_prints_it() -> None:

@@ -25,7 +25,7 @@ _CHANNELS: Final[dict[str, JsonSchemaMode]] = {
 }
 """What the page sends is described as it may be written, what it gets as it is written."""
 
-_CONSTANTS: Final = ("MAX_NAME_CHARS",)
+_CONSTANTS: Final = ("MAX_NAME_CHARS", "DRIVE_COLUMNS")
 """What the page must know as a value."""
 
 
@@ -44,7 +44,7 @@ class _ForThePage(GenerateJsonSchema):
 def schema() -> dict[str, Any]:
     """Return one schema: a property for each channel and direction, the messages in ``$defs``.
 
-    Its ``constants`` are no part of JSON Schema: numbers of `messages` that the page needs too.
+    Its ``constants`` are no part of JSON Schema: values of `messages` that the page needs too.
     """
     adapters = [
         (name, mode, TypeAdapter[Any](getattr(messages, name))) for name, mode in _CHANNELS.items()
