@@ -22,6 +22,10 @@ lab: ## the thesis's chapter 5 over shaped networks, with a report: make lab ARG
 	@sh .make/install.sh test
 	@sh .make/lab.sh $(ARGS)
 
+goals: ## issue 4's goals beside stock aiortc and LiveKit: make goals ARGS="--only modem"
+	@sh .make/install.sh test
+	@sh .make/lab.sh --goals $(ARGS)
+
 lock: ## renew the locked versions of the Python packages
 	@sh .make/lock.sh
 
@@ -29,4 +33,4 @@ clean: ## remove all that was installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run test check bench lab lock clean
+.PHONY: help run test check bench lab goals lock clean

@@ -6,7 +6,8 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
-Experiment = Literal["E1", "E2", "E3", "E4", "E5", "E6"]
+Experiment = Literal["E1", "E2", "E3", "E4", "E5", "E6", "G"]
+"""``G`` is what issue 4's goals are judged by."""
 SystemName = Literal["thesis", "audio-master", "operator", "video-first", "stock", "livekit"]
 """``audio-master`` is the observer's default, ``operator`` what a driver gets, on the page too."""
 
@@ -25,6 +26,10 @@ class Cell(BaseModel):
     browser: Literal["chromium", "firefox"] = "chromium"
     viewers: int = 1
     """All but the first only count what they get (E5)."""
+    slow: int = 0
+    """So many of those are behind a modem each."""
+    drives: bool = False
+    """Whether the page holds a key all the time; only for ``operator``."""
     seconds: float = 15.0
     """How long is measured, from the first picture on."""
     repeat: int = 0
@@ -42,6 +47,10 @@ class Cell(BaseModel):
             parts.append(self.browser)
         if self.viewers != 1:
             parts.append(f"{self.viewers}-viewers")
+        if self.slow:
+            parts.append(f"{self.slow}-slow")
+        if self.drives:
+            parts.append("drives")
         if self.seconds != 15.0:
             parts.append(f"{self.seconds:g}s")
         return "/".join(parts)

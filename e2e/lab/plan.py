@@ -196,17 +196,22 @@ def _cell(experiment: str, profile: str, system: SystemName, **more: object) -> 
 
 def _planned(wanted: Iterable[Cell], repeats: int, only: Sequence[str]) -> list[Cell]:
     """Take each measurement once; repetitions one after the other, links and browsers together."""
+    cells = in_order(wanted, only)
+    return [
+        cell.model_copy(update={"repeat": repeat}) for repeat in range(repeats) for cell in cells
+    ]
+
+
+def in_order(wanted: Iterable[Cell], only: Sequence[str]) -> list[Cell]:
+    """Take each measurement that a pattern in `only` matches once, links and browsers together."""
     once: dict[str, Cell] = {}
     for cell in wanted:
         if not only or matches(cell, only):
             once.setdefault(cell.variant.partition("/")[2], cell)
     profiles = _profiles()
-    in_order = sorted(
+    return sorted(
         once.values(), key=lambda cell: (profiles.index(cell.profile), cell.browser != "chromium")
     )
-    return [
-        cell.model_copy(update={"repeat": repeat}) for repeat in range(repeats) for cell in in_order
-    ]
 
 
 def _profiles() -> list[str]:

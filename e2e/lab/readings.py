@@ -24,6 +24,8 @@ class Pictures(_Columns):
     mouth: list[float | None] = []
     """How far the drawn face opens its mouth, 0…1; None where there is no face."""
     width: list[int] = []
+    height: list[int] = []
+    """Empty in runs of older versions."""
 
 
 class Sound(_Columns):
@@ -62,6 +64,9 @@ class Counters(_Columns):
     sent_bytes: list[float | None] = []
     data_received_bytes: list[float | None] = []
     data_sent_bytes: list[float | None] = []
+    output_ms: list[float | None] = []
+    """From the jitter buffer to the loudspeaker as the browser reckons it (`media-playout`), mean
+    since the look before. Empty in runs of older versions."""
 
 
 class Commands(_Columns):
@@ -69,6 +74,23 @@ class Commands(_Columns):
 
     at_ms: list[float] = []
     round_trip_ms: list[float] = []
+
+
+class SetPoints(_Columns):
+    """One row for each set-point that the page handed to its data channel (WAX only)."""
+
+    at_ms: list[float] = []
+    buffered_bytes: list[int] = []
+    """What of the channel was still waiting in the browser then."""
+
+
+class Connections(_Columns):
+    """One row for each change of the state of any of the page's peer connections."""
+
+    at_ms: list[float] = []
+    peer: list[int] = []
+    """Which of them, from 0 on."""
+    state: list[str] = []
 
 
 class Readings(BaseModel):
@@ -88,5 +110,7 @@ class Readings(BaseModel):
     sound: Sound = Sound()
     counters: Counters = Counters()
     commands: Commands = Commands()
+    set_points: SetPoints = SetPoints()
+    connections: Connections = Connections()
     limits: list[str] = []
     """What this browser does not expose, in sentences."""

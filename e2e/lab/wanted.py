@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
-from e2e.lab import plan
+from e2e.lab import goals, plan
 from e2e.lab.errors import LabError
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ class Wanted:
 
     quick: bool = False
     long: bool = False
+    goals: bool = False
     only: list[str] = field(default_factory=list)
     repeats: int = 1
     out: Path | None = None
@@ -28,7 +29,7 @@ class Wanted:
     @property
     def is_trimmed(self) -> bool:
         """Whether cells are left out so that the hour is kept, which nobody else has to keep."""
-        return not (self.quick or self.long or self.only)
+        return not (self.quick or self.long or self.goals or self.only)
 
     def cells(self) -> list[Cell]:
         """Plan them; raises `LabError` where a pattern matches none."""
@@ -44,6 +45,8 @@ class Wanted:
     def _planned(self, only: list[str]) -> list[Cell]:
         if self.quick:
             return plan.quick(repeats=self.repeats, only=only)
+        if self.goals:
+            return goals.planned(long=self.long, repeats=self.repeats, only=only)
         seconds = plan.LONG_SECONDS if self.long else plan.SECONDS
         return plan.full(seconds=seconds, repeats=self.repeats, only=only, trimmed=self.is_trimmed)
 

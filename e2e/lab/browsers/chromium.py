@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from playwright.async_api import Browser, Page
 
+    from e2e.lab.browsers.window import Key
     from e2e.lab.link import Link
 
 START_WITHIN_S: Final = 40.0
@@ -42,6 +43,12 @@ class ChromiumWindow:
         except Error as error:
             raise _told("a script failed in Chromium", error) from error
         return None if text is None else json.loads(text)
+
+    async def hold(self, key: Key) -> None:
+        try:
+            await self._page.keyboard.down(key)
+        except Error as error:
+            raise _told(f"{key} cannot be pressed in Chromium", error) from error
 
 
 class Chromium:

@@ -20,9 +20,12 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Sequence
     from pathlib import Path
 
+    from e2e.lab.browsers.window import Key
     from e2e.lab.link import Link
 
 END_WITHIN_S: Final = 5.0
+KEYS: Final[dict[Key, str]] = {"ArrowUp": "\ue013"}
+"""WebDriver's table of keys."""
 
 # The pages' own policies rightly refuse an instrument's scripts, and Firefox has neither a command
 # nor any more a preference to set them aside. An extension may.
@@ -63,6 +66,12 @@ class FirefoxWindow:
             return await self._window.evaluate(expression)
         except AssertionError as error:
             raise LabError(f"a script failed in Firefox: {error}") from error
+
+    async def hold(self, key: Key) -> None:
+        try:
+            await self._window.key("keyDown", KEYS[key])
+        except AssertionError as error:
+            raise LabError(f"{key} cannot be pressed in Firefox: {error}") from error
 
 
 class FirefoxBrowser:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final, Literal, Protocol
 
 from e2e.lab.errors import NotRunError
 
@@ -12,18 +12,22 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from contextlib import AbstractAsyncContextManager
 
+Key = Literal["ArrowUp"]
 LOAD_WITHIN_S: Final = 120.0
 """A page of some 100 kB takes a modem half a minute."""
 
 
 class Window(Protocol):
-    """One page. Both methods raise `LabError` with the browser's own words."""
+    """One page. All methods raise `LabError` with the browser's own words."""
 
     async def goto(self, url: str) -> None:
         """Open the page; return when it is loaded, with all that it names itself."""
 
     async def evaluate(self, expression: str) -> Any:
         """Return the value of an expression, awaited, as JSON has it; as if by a touch."""
+
+    async def hold(self, key: Key) -> None:
+        """Press a key and never let go of it."""
 
 
 class Browser(Protocol):

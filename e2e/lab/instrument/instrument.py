@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 from e2e.lab.errors import LabError
 from e2e.lab.instrument.preload import NAME
-from e2e.lab.readings import Commands, Counters, Pictures, Readings, Sound
+from e2e.lab.readings import (
+    Commands,
+    Connections,
+    Counters,
+    Pictures,
+    Readings,
+    SetPoints,
+    Sound,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -101,6 +109,8 @@ class Instrument:
         _extend(known.sound, Sound(start_ms=sound.pop("taken_ms"), **sound))
         _extend(known.counters, Counters(**taken["counters"]))
         _extend(known.commands, Commands(**taken["commands"]))
+        _extend(known.set_points, SetPoints(**taken["set_points"]))
+        _extend(known.connections, Connections(**taken["connections"]))
         known.limits = [*taken["limits"], *self._own_limits()]
 
     def _own_limits(self) -> list[str]:

@@ -132,7 +132,9 @@ def _longest_freeze_ms(shown: list[float], from_ms: float, to_ms: float) -> floa
 def _within(counters: Counters, from_ms: float, to_ms: float) -> Counters:
     rows = [i for i, at in enumerate(counters.at_ms) if from_ms <= at <= to_ms]
     columns = {name: getattr(counters, name) for name in Counters.model_fields}
-    return Counters(**{name: [column[i] for i in rows] for name, column in columns.items()})
+    # Runs of older versions lack the newer columns altogether.
+    known = {name: column for name, column in columns.items() if column}
+    return Counters(**{name: [column[i] for i in rows] for name, column in known.items()})
 
 
 def _concealed_share(counters: Counters) -> float | None:

@@ -19,6 +19,9 @@ THESIS: Final = Path(__file__).parents[3] / "config" / "thesis.toml"
 TURN_S: Final = 3600.0
 """Nobody's turn ends within a cell: who drives is not what is measured."""
 
+DRIVES_HZ: Final = 20.0
+"""Set-points a second where a cell drives: what the goal of the modem line says."""
+
 
 def settings(cell: Cell, media: str) -> dict[str, Any]:
     """Return the tree of keys that differ from what is shipped.
@@ -36,7 +39,8 @@ def settings(cell: Cell, media: str) -> dict[str, Any]:
         case "audio-master":
             return for_all
         case "operator":
-            return merged(for_all, {"turns": {"join": "ask"}})
+            asks = merged(for_all, {"turns": {"join": "ask"}})
+            return merged(asks, {"drive": {"command_rate_hz": DRIVES_HZ}}) if cell.drives else asks
         case "video-first":
             both = {"operator": {"policy": "video-first"}, "observer": {"policy": "video-first"}}
             return merged(for_all, {"sync": both})

@@ -58,6 +58,9 @@ class Page:
     async def evaluate(self, expression: str) -> Any:
         return self._says.pop(0) if len(self._says) > 1 else self._says[0]
 
+    async def hold(self, key: str) -> None:
+        raise NotImplementedError
+
 
 class Health:
     """A server that is well."""

@@ -26,11 +26,12 @@ _LOOK_EVERY_S: Final = 0.1
 
 
 class Wax:
-    def __init__(self, served: Served, *, joins: bool) -> None:
+    def __init__(self, served: Served, *, joins: bool, drives: bool = False) -> None:
         self.url = served.url
         self.pid = served.pid
         self._served = served
         self._joins = joins
+        self._drives = drives
 
     async def opened(self, window: Window) -> None:
         await window.evaluate(_press("Start"))
@@ -39,6 +40,8 @@ class Wax:
         await self._until(window, _press("Join the queue"), "lets nobody join the queue")
         says = "document.body.innerText.includes('You are driving')"
         await self._until(window, says, "does not say that the browser drives")
+        if self._drives:
+            await window.hold("ArrowUp")
 
     async def told(self) -> dict[str, float | str]:
         status = await self._served.json("/api/status")
@@ -61,7 +64,7 @@ async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Wax]:
     config = folder / "wax.toml"
     config.write_text(toml.dumps(settings(cell, media)), encoding="utf-8")
     async with serving("wax", link, folder, ["-m", "wax", "--config", str(config)]) as served:
-        yield Wax(served, joins=cell.system == "operator")
+        yield Wax(served, joins=cell.system == "operator", drives=cell.drives)
 
 
 def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, float | str]:

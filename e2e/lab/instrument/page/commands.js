@@ -1,15 +1,21 @@
 // Times the pings that WAX's page sends on the channel "drive", as the page itself sees them: from
-// its call of `send` to the event that brings the answer.
+// its call of `send` to the event that brings the answer. Set-points, which nobody answers, share
+// the channel with them; of each it is kept when it was handed over.
+//
+// A message is an object with a `type` or, as newer versions have it, a list whose first member
+// says what it is; the number of a ping is then the second.
 const makeCommands = (clock, hooks) => {
   const table = makeTable(["at_ms", "round_trip_ms"], 6000);
+  const setPoints = makeTable(["at_ms", "buffered_bytes"], 40_000);
   const watched = new WeakSet();
   const open = new Map(); // of each id, when it was sent
 
-  const parse = (data, type) => {
-    if (typeof data !== "string" || !data.includes(`"${type}"`)) return null;
+  const parse = (data) => {
+    if (typeof data !== "string") return null;
     try {
       const message = JSON.parse(data);
-      return message?.type === type ? message : null;
+      if (Array.isArray(message)) return { type: message[0], id: message[1] };
+      return { type: message?.type, id: message?.id };
     } catch {
       return null;
     }
@@ -17,22 +23,25 @@ const makeCommands = (clock, hooks) => {
 
   hooks.on("send", (channel, data) => {
     if (channel.label !== "drive") return;
-    const ping = parse(data, "ping");
-    if (ping === null) return;
+    const said = parse(data);
+    if (said?.type === "drive") {
+      setPoints.add(rounded(clock.now(), 1), channel.bufferedAmount);
+    }
+    if (said?.type !== "ping") return;
     if (!watched.has(channel)) {
       watched.add(channel);
       open.clear(); // a new peer counts anew
       channel.addEventListener("message", (event) => {
-        const pong = parse(event.data, "pong");
-        if (pong === null || !open.has(pong.id)) return;
+        const pong = parse(event.data);
+        if (pong?.type !== "pong" || !open.has(pong.id)) return;
         const now_ms = performance.now();
         const sent_ms = open.get(pong.id);
         open.delete(pong.id);
         table.add(rounded(clock.unix(now_ms), 1), rounded(now_ms - sent_ms, 2));
       });
     }
-    open.set(ping.id, performance.now());
+    open.set(said.id, performance.now());
     if (open.size > 1000) open.delete(open.keys().next().value);
   });
-  return { table };
+  return { table, setPoints };
 };

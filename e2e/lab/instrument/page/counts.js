@@ -16,6 +16,7 @@ const makeCounts = (clock, hooks, limit) => {
     "sent_bytes",
     "data_received_bytes",
     "data_sent_bytes",
+    "output_ms",
   ];
   const table = makeTable(["at_ms", ...COLUMNS], 6000);
   const numbers = new WeakMap(); // of each peer, a number
@@ -99,6 +100,11 @@ const makeCounts = (clock, hooks, limit) => {
       sent_bytes: sum(carriers, "bytesSent"),
       data_received_bytes: sum(channels, "bytesReceived"),
       data_sent_bytes: sum(channels, "bytesSent"),
+      output_ms: perItem_ms(
+        "output",
+        sum(of("media-playout"), "totalPlayoutDelay"),
+        sum(of("media-playout"), "totalSamplesCount"),
+      ),
     };
     table.add(rounded(clock.now(), 1), ...COLUMNS.map((name) => rounded(row[name], 2)));
   };

@@ -9,7 +9,7 @@ const makeEyes = (clock, hooks, limit) => {
   const COLUMNS = 16;
   const ROWS = 3;
   const FINE = 3; // drawn with 3 × 3 samples a cell, of which the middle one is read
-  const table = makeTable(["at_ms", "stamp40_ms", "mouth", "width"], 36_000);
+  const table = makeTable(["at_ms", "stamp40_ms", "mouth", "width", "height"], 36_000);
   const cost = { reads: 0, total_ms: 0, worst_ms: 0, missed: 0 };
   let first_ms = null;
   let chosen = null;
@@ -115,7 +115,7 @@ const makeEyes = (clock, hooks, limit) => {
       const stamp = byLuma ? await stampOfLuma(frame) : stampOfDrawing(video);
       const picture = byLuma ? frame : video;
       const mouth = stamp === null ? readMouth(picture, videoWidth, videoHeight) : null;
-      table.add(rounded(at_ms, 2), stamp, rounded(mouth, 3), videoWidth);
+      table.add(rounded(at_ms, 2), stamp, rounded(mouth, 3), videoWidth, videoHeight);
     } finally {
       frame?.close();
     }

@@ -4,7 +4,8 @@ const makeHooks = () => {
   const peers = [];
   const remoteTracks = new Set();
   const elements = [];
-  const listeners = { element: [], track: [], send: [] };
+  let peerCount = 0;
+  const listeners = { element: [], track: [], send: [], state: [] };
   const tell = (kind, ...what) => {
     for (const listener of listeners[kind]) {
       try {
@@ -23,8 +24,10 @@ const makeHooks = () => {
   };
 
   const meetPeer = (peer) => {
+    const number = peerCount++;
     peers.push(peer);
     peer.addEventListener("track", meetTrack);
+    peer.addEventListener("connectionstatechange", () => tell("state", number, peer.connectionState));
   };
 
   const meetElement = (element) => {

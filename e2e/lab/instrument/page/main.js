@@ -9,6 +9,8 @@ if (window === window.top && !(NAME in window)) {
   const ears = makeEars(clock, hooks, limit);
   const counts = makeCounts(clock, hooks, limit);
   const commands = makeCommands(clock, hooks);
+  const states = makeTable(["at_ms", "peer", "state"], 1000);
+  hooks.on("state", (number, state) => states.add(rounded(clock.now(), 1), number, state));
   const load = Math.random();
 
   const turn = async () => {
@@ -39,6 +41,8 @@ if (window === window.top && !(NAME in window)) {
         sound: ears.table.take(),
         counters: counts.table.take(),
         commands: commands.table.take(),
+        set_points: commands.setPoints.take(),
+        connections: states.take(),
         limits: [...limits],
       }),
     },

@@ -1,27 +1,15 @@
-"""The other viewers of a crowd: they count what they get, at the server's end of the link.
-
-There they load neither the link nor the browser's decoder; they have a process of their own, so
-that what they cost is not the server's. As a program: ``python -m e2e.lab.crowd URL HOW NUMBER``
-says a line of JSON when all see and hear, another for each line that it is given, and leaves at
-the end of its input.
-"""
+"""The lab's side of the crowd's process."""
 
 from __future__ import annotations
 
 import asyncio
-import json
-import sys
-import time
 from asyncio.subprocess import PIPE
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-import aiohttp
 from pydantic import BaseModel, ConfigDict
 
-from e2e.bench.errors import BenchError
-from e2e.bench.viewer import Offering, Viewer
 from e2e.lab.errors import LabError
 from e2e.lab.process import CostMeter
 
@@ -32,8 +20,9 @@ if TYPE_CHECKING:
     from e2e.lab.cell import Cell
     from e2e.lab.link import Link
 
-JOINING_AT_ONCE: Final = 4
-JOIN_WITHIN_S: Final = 60.0
+JOIN_WITHIN_S: Final = 40.0
+JOIN_EACH_S: Final = 0.5
+"""More for each of them."""
 _ANSWER_WITHIN_S: Final = 10.0
 _LEAVE_WITHIN_S: Final = 5.0
 
@@ -49,6 +38,12 @@ class Count(BaseModel):
     lost: int
     problem: str | None = None
     """Why there is no crowd."""
+    slow: int = 0
+    """The first of them so many are behind a modem each."""
+    feedbacks: int = 0
+    """Transport-wide feedback packets that all of them sent."""
+    repeats_asked: int = 0
+    keyframes_asked: int = 0
 
 
 @dataclass(slots=True)
@@ -69,13 +64,25 @@ class Crowd:
         ]
         packets = last.packets - self.first.packets
         lost = last.lost - self.first.lost
-        return {
+        slow, quick = rates[: last.slow], rates[last.slow :]
+        found: dict[str, float | str] = {
             "crowd.viewers": len(rates),
-            "crowd.pictures_per_s_min": min(rates),
-            "crowd.pictures_per_s_mean": sum(rates) / len(rates),
+            "crowd.slow": last.slow,
+            "crowd.pictures_per_s_min": min(quick),
+            "crowd.pictures_per_s_mean": sum(quick) / len(quick),
             "crowd.lost_share": lost / (packets + lost) if packets + lost > 0 else 0.0,
+            "crowd.packets_per_s": packets / span_s,
+            "crowd.feedbacks_per_s": (last.feedbacks - self.first.feedbacks) / span_s,
+            "crowd.repeats_asked_per_s": (last.repeats_asked - self.first.repeats_asked) / span_s,
+            "crowd.keyframes_asked_per_s": (
+                (last.keyframes_asked - self.first.keyframes_asked) / span_s
+            ),
             "crowd.cpu_share": self.meter.read().cpu_share,
         }
+        if slow:
+            found["crowd.slow_pictures_per_s_min"] = min(slow)
+            found["crowd.slow_pictures_per_s_mean"] = sum(slow) / len(slow)
+        return found
 
 
 @asynccontextmanager
@@ -88,13 +95,14 @@ async def crowd(cell: Cell, link: Link, url: str) -> AsyncIterator[Crowd]:
     if cell.system == "livekit":
         raise LabError("a crowd at LiveKit was not built; measure it with one viewer")
     how = "stock" if cell.system == "stock" else "wax"
+    number = cell.viewers - 1
     process = await link.server.spawn_python(
-        ["-m", "e2e.lab.crowd", url.rstrip("/"), how, str(cell.viewers - 1)],
+        ["-m", "e2e.lab.crowd", url.rstrip("/"), how, str(number), str(cell.slow)],
         stdin=PIPE,
         stdout=PIPE,
     )
     try:
-        first = await _answer(process, JOIN_WITHIN_S)
+        first = await _answer(process, JOIN_WITHIN_S + JOIN_EACH_S * number)
         yield Crowd(process, first, CostMeter(process.pid, "the crowd"))
     finally:
         assert process.stdin is not None
@@ -126,46 +134,3 @@ async def _answer(process: Process, within_s: float) -> Count:
     if count.problem is not None:
         raise LabError(f"the crowd did not come together: {count.problem}")
     return count
-
-
-async def _be_crowd(offering: Offering, number: int) -> None:
-    viewers = [Viewer(offering) for _ in range(number)]
-    try:
-        async with aiohttp.ClientSession() as http:
-            for start in range(0, number, JOINING_AT_ONCE):
-                some = viewers[start : start + JOINING_AT_ONCE]
-                await asyncio.gather(*(viewer.connect(http) for viewer in some))
-        _say(_count(viewers))
-        while await asyncio.to_thread(sys.stdin.readline):
-            _say(_count(viewers))
-    except (BenchError, aiohttp.ClientError) as error:
-        _say(Count(at_s=0.0, frames=[], packets=0, lost=0, problem=str(error)))
-    finally:
-        await asyncio.gather(*(viewer.close() for viewer in viewers))
-
-
-def _count(viewers: list[Viewer]) -> Count:
-    counts = [viewer.counts() for viewer in viewers]
-    streams = [stream for count in counts for stream in (count.video, count.audio)]
-    return Count(
-        at_s=time.monotonic(),
-        frames=[count.video.frames for count in counts],
-        packets=sum(stream.packets for stream in streams),
-        lost=sum(stream.lost for stream in streams),
-    )
-
-
-def _say(count: Count) -> None:
-    print(json.dumps(count.model_dump()), flush=True)
-
-
-def main() -> None:
-    """Hold a crowd until the input ends."""
-    url, how, number = sys.argv[1:]
-    wax = how == "wax"
-    offering = Offering(url=url + ("/api/offer" if wax else "/offer"), wax=wax)
-    asyncio.run(_be_crowd(offering, int(number)))
-
-
-if __name__ == "__main__":
-    main()
