@@ -1,0 +1,65 @@
+"""The way to one browser as a virtual queue: pictures wait until what was sent has left it.
+
+Sound spends without asking, so a picture is what gives way. Counted in bits, so that what is
+owed takes longer when the rate falls.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+_LEAST_BPS: Final = 1_000.0
+_MOST_DEBT_S: Final = 10.0
+"""More is never owed: after that long everything that was sent has arrived or is lost."""
+
+
+def gap_s(size_bytes: int, pace_bps: float) -> float:
+    """Return how long after a datagram of `size_bytes` the next of its train shall leave."""
+    return size_bytes * 8 / max(pace_bps, _LEAST_BPS)
+
+
+class Pacer:
+    """Tells when the way is free again. A `now_s` that falls frees nothing."""
+
+    def __init__(self, rate_bps: float) -> None:
+        self._rate_bps = max(rate_bps, _LEAST_BPS)
+        self._debt_bits = 0.0
+        self._now_s = -math.inf
+
+    @property
+    def rate_bps(self) -> float:
+        """How fast the queue empties; at least 1 kbit/s."""
+        return self._rate_bps
+
+    @rate_bps.setter
+    def rate_bps(self, rate_bps: float) -> None:
+        if math.isfinite(rate_bps):
+            self._rate_bps = max(rate_bps, _LEAST_BPS)
+
+    def spend(self, size_bytes: int, now_s: float) -> None:
+        """Count one datagram, headers and all."""
+        self._pass(now_s)
+        self._owe(self._debt_bits + max(size_bytes, 0) * 8)
+
+    def drain(self, queue_ms: float, now_s: float) -> None:
+        """Count what is measured to be waiting in the way, as far as it is not owed already."""
+        self._pass(now_s)
+        if math.isfinite(queue_ms):
+            self._owe(max(self._debt_bits, queue_ms / 1000 * self._rate_bps))
+
+    def free_in_s(self, now_s: float) -> float:
+        """Return how long a picture has yet to wait, 0 when it may go."""
+        self._pass(now_s)
+        return self._debt_bits / self._rate_bps
+
+    def _owe(self, bits: float) -> None:
+        self._debt_bits = min(bits, _MOST_DEBT_S * self._rate_bps)
+
+    def _pass(self, now_s: float) -> None:
+        if not now_s > self._now_s or not math.isfinite(now_s):
+            return
+        if self._now_s > -math.inf:
+            paid_bits = (now_s - self._now_s) * self._rate_bps
+            self._debt_bits = max(0.0, self._debt_bits - paid_bits)
+        self._now_s = now_s
