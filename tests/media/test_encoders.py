@@ -1,8 +1,7 @@
-"""The encoders: layers that can be dropped, keyframes when asked, time without a seam."""
+"""The video encoders: layers that can be dropped, keyframes when asked."""
 
 from __future__ import annotations
 
-import itertools
 from typing import TYPE_CHECKING, Literal
 
 import av
@@ -10,12 +9,9 @@ import cv2
 import numpy as np
 import pytest
 from av.packet import Packet
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from wax.config import RenditionSettings
-from wax.media.sound_encoder import SoundEncoder
-from wax.media.source import BLOCK_SAMPLES, Picture, Sound
+from wax.media.source import Picture
 from wax.media.video_encoder import VideoEncoder, resize_i420
 
 if TYPE_CHECKING:
@@ -139,46 +135,3 @@ def test_resize_keeps_each_plane() -> None:
     assert (small[48:60] == 90).all()
     assert (small[60:] == 30).all()
     assert resize_i420(i420, 160, 120) is i420
-
-
-def _blocks(count: int, jitter_s: list[float] | None = None) -> list[Sound]:
-    tone = (8000 * np.sin(np.arange(BLOCK_SAMPLES * count) * 2 * np.pi * 300 / 48000)).astype(
-        np.int16
-    )
-    late = jitter_s or [0.0] * count
-    return [
-        Sound(tone[i * BLOCK_SAMPLES : (i + 1) * BLOCK_SAMPLES], 10 + i * 0.02 + late[i])
-        for i in range(count)
-    ]
-
-
-@pytest.mark.parametrize("mu_ms", [20, 40, 60])
-def test_one_packet_holds_one_media_unit(mu_ms: int) -> None:
-    """The media unit is the length of a packet, and none is lost."""
-    encoder = SoundEncoder(bitrate_bps=32_000, mu_ms=mu_ms)
-    found = [one for block in _blocks(60) if (one := encoder.encode(block))]
-    assert len(found) == 60 * 20 // mu_ms
-    assert {one.duration_samples for one in found} == {mu_ms * 48}
-    decoder = av.CodecContext.create("opus", "r")
-    assert isinstance(decoder, av.AudioCodecContext)
-    frames = [frame for one in found for frame in decoder.decode(Packet(bytes(one.packet)))]
-    assert sum(frame.samples for frame in frames) == pytest.approx(60 * 960, abs=960 * 3)
-
-
-@settings(max_examples=50, deadline=None)
-@given(st.lists(st.floats(-0.02, 0.02), min_size=30, max_size=30))
-def test_jitter_of_the_capture_leaves_no_seam(jitter_s: list[float]) -> None:
-    """Jitter of capture times never reaches the RTP clock: it counts samples."""
-    encoder = SoundEncoder(bitrate_bps=32_000, mu_ms=20)
-    pts = [one.pts for block in _blocks(30, jitter_s) if (one := encoder.encode(block))]
-    assert {b - a for a, b in itertools.pairwise(pts)} == {960}
-
-
-def test_a_real_gap_moves_the_clock() -> None:
-    """When the microphone was away for a second, so is the RTP time."""
-    encoder = SoundEncoder(bitrate_bps=32_000, mu_ms=20)
-    first, second = _blocks(2, [0.0, 1.0])
-    a, b = encoder.encode(first), encoder.encode(second)
-    assert a is not None
-    assert b is not None
-    assert b.pts - a.pts == 960 + 48_000

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Any
 
 import av
 import numpy as np
-import pytest
 from av.packet import Packet
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wax.config import RenditionSettings
-from wax.media.encoded import EncodedPicture, EncodedSound
-from wax.media.lane import SoundLane, VideoLane
+from wax.media.encoded import EncodedPicture
+from wax.media.lane import VideoLane
 from wax.media.source import Picture
 from wax.media.video_encoder import VideoEncoder
 
@@ -130,43 +128,9 @@ def test_no_picture_means_nothing_waits() -> None:
     assert not lane.takes(SMALL.name)
 
 
-def _sound(number: int, blocks: int = 1) -> EncodedSound:
-    packet: Packet[Any] = Packet(b"x")
-    packet.pts = number * 960
-    return EncodedSound(packet, number / 50, 960 * blocks)
-
-
-async def test_sound_that_overlaps_is_sent_once() -> None:
-    """The past and the present may both bring a packet; it is sent once."""
-    lane = SoundLane()
-    lane.choose(20)
-    lane.put_all([_sound(1), _sound(2), _sound(3)])
-    lane.put_all([_sound(3), _sound(4)])
-    assert [(await lane.get()).pts // 960 for _ in range(4)] == [1, 2, 3, 4]
-
-
-async def test_a_longer_media_unit_does_not_repeat_sound() -> None:
-    """After a change of the media unit nothing is heard twice."""
-    lane = SoundLane()
-    lane.choose(20)
-    lane.put_all([_sound(3)])
-    lane.put_all([_sound(2, blocks=3), _sound(5, blocks=3)])
-    assert [(await lane.get()).pts // 960 for _ in range(2)] == [3, 5]
-
-
-def test_old_sound_goes_first() -> None:
-    """A viewer who takes no sound keeps the newest second of it, and the loss is counted."""
-    lane = SoundLane()
-    lane.choose(20)
-    lane.put_all(_sound(number) for number in range(200))
-    assert asyncio.run(lane.get()).pts // 960 == 150
-    assert lane.dropped == 150
-
-
-@pytest.mark.parametrize("kind", [VideoLane, SoundLane])
-async def test_get_waits(kind: type[VideoLane] | type[SoundLane]) -> None:
+async def test_get_waits() -> None:
     """An empty lane waits instead of turning in circles."""
-    task = asyncio.ensure_future(kind().get())
+    task = asyncio.ensure_future(VideoLane().get())
     await asyncio.sleep(0)
     assert not task.done()
     task.cancel()

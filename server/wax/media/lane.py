@@ -12,13 +12,9 @@ from collections import deque
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from wax.media.encoded import EncodedPicture, EncodedSound
+    from wax.media.encoded import EncodedPicture
 
 _PICTURES: Final = 8
-_SOUNDS: Final = 50
-"""One second of 20 ms packets: room for the largest pre-roll and as much again."""
 
 
 class VideoLane:
@@ -96,40 +92,3 @@ class VideoLane:
         self._queue = keep
         if self._cut_layer is None or top < self._cut_layer:
             self._cut_layer = top
-
-
-class SoundLane:
-    """Bounded queue of sound; when it is full the oldest go. Used from the event loop only."""
-
-    def __init__(self) -> None:
-        self._queue: deque[EncodedSound] = deque(maxlen=_SOUNDS)
-        self._ready = asyncio.Event()
-        self._next_pts = 0
-        self.mu_ms: int | None = None
-        self.dropped = 0
-
-    def choose(self, mu_ms: int | None) -> None:
-        """Choose the media unit, or None for no sound."""
-        self.mu_ms = mu_ms
-        if mu_ms is None:
-            self._queue.clear()
-            self._ready.clear()
-
-    def put_all(self, sounds: Iterable[EncodedSound]) -> None:
-        """Queue packets in order; what overlaps sound already queued is left out."""
-        for sound in sounds:
-            if sound.pts < self._next_pts:
-                continue
-            if len(self._queue) == _SOUNDS:
-                self.dropped += 1
-            self._next_pts = sound.pts + sound.duration_samples
-            self._queue.append(sound)
-        if self._queue:
-            self._ready.set()
-
-    async def get(self) -> EncodedSound:
-        """Wait for the next packet to send; a burst is handed out without a pause."""
-        while not self._queue:
-            self._ready.clear()
-            await self._ready.wait()
-        return self._queue.popleft()

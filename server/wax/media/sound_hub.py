@@ -1,53 +1,59 @@
-"""The fan-out of the sound: blocks in, one Opus encoder per media unit, packets to the lanes."""
+"""The fan-out of the sound: blocks in, one Opus encoder per form, packets to the lanes."""
 
 from __future__ import annotations
 
 import asyncio
 import threading
 from collections import deque
-from math import ceil
+from math import ceil, lcm
 from typing import TYPE_CHECKING, Final
 
-from wax.media.lane import SoundLane
+from wax.media.sample_clock import SampleClock
 from wax.media.sound_encoder import SoundEncoder
+from wax.media.sound_lane import SoundLane
+from wax.media.source import BLOCK_MS, SAMPLE_RATE_HZ
 
 if TYPE_CHECKING:
-    from wax.config import AudioSettings
     from wax.media.encoded import EncodedSound
     from wax.media.source import Sound
+    from wax.sync.serving import SoundForm
 
-_BLOCK_MS: Final = 20
-_PAST_BLOCKS: Final = 27
-"""540 ms of the past are kept for the pre-roll: the longest delay of sound that can be set, 500,
-in whole media units of 20, 40 or 60."""
+_PAST_MS: Final = 720
+"""So much of the past is kept: the longest pre-roll, 500, in whole media units of up to 120, and
+the unit that is under way."""
+
+_WARM_MS: Final = 480
+"""A fresh encoder begins with silence, and the speech codec needs as long until its packets are
+decoded well by whoever comes to them from another form; nobody shall hear that in the middle."""
 
 
-class _Unit:
-    """One media-unit length: its encoder, and the packets that a pre-roll can be made of."""
+class _Stream:
+    """One form: its encoder, and the packets that a pre-roll can be made of."""
 
-    def __init__(self, *, bitrate_bps: int, mu_ms: int) -> None:
-        self._encoder = SoundEncoder(bitrate_bps=bitrate_bps, mu_ms=mu_ms)
-        self.past: deque[EncodedSound] = deque(maxlen=_PAST_BLOCKS * _BLOCK_MS // mu_ms)
+    def __init__(self, form: SoundForm) -> None:
+        self._encoder = SoundEncoder(form)
+        self.unit_samples = self._encoder.unit_samples
+        self.past: deque[EncodedSound] = deque(maxlen=_PAST_MS // form.mu_ms)
 
-    def encode(self, block: Sound) -> EncodedSound | None:
-        sound = self._encoder.encode(block)
+    def encode(self, block: Sound, pts: int) -> EncodedSound | None:
+        sound = self._encoder.encode(block, pts)
         if sound is not None:
             self.past.append(sound)
         return sound
 
 
 class SoundHub:
-    """Encodes the sound once per media-unit length that somebody wants.
+    """Encodes the sound once per form that somebody wants.
 
-    `push` is called from the capture's thread, the rest from the event loop. Encoding 20 ms
+    `push` is called from the capture's thread, the rest from the event loop. Encoding 10 ms
     takes a fraction of a millisecond, so one lock holds it all together.
     """
 
-    def __init__(self, *, settings: AudioSettings) -> None:
-        self._settings = settings
+    def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._past: deque[Sound] = deque(maxlen=_PAST_BLOCKS)
-        self._units: dict[int, _Unit] = {}
+        self._clock = SampleClock()
+        self._past: deque[tuple[Sound, int]] = deque(maxlen=_PAST_MS // BLOCK_MS)
+        self._streams: dict[SoundForm, _Stream] = {}
         self._lanes: set[SoundLane] = set()
         self._dropped_by_gone = 0
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -58,15 +64,16 @@ class SoundHub:
         self._loop = asyncio.get_running_loop()
 
     def push(self, block: Sound) -> None:
-        """Take the next 20 ms from the microphone's thread."""
+        """Take the next block from the microphone's thread."""
         with self._lock:
             self._captured += 1
-            self._past.append(block)
-            for mu_ms, unit in self._units.items():
-                sound = unit.encode(block)
+            pts = self._clock.stamp(block.captured_s)
+            self._past.append((block, pts))
+            for form, stream in self._streams.items():
+                sound = stream.encode(block, pts)
                 if sound is not None:
                     self._encoded += 1
-                    self._from_thread(mu_ms, sound)
+                    self._from_thread(form, sound)
 
     def add(self) -> SoundLane:
         """Make a lane; nothing is sent to it until `choose`."""
@@ -81,29 +88,42 @@ class SoundHub:
             self._dropped_by_gone += lane.dropped
         self._forget_unwanted()
 
-    def choose(self, lane: SoundLane, mu_ms: int | None, preroll_ms: float) -> None:
-        """Send sound in media units of `mu_ms`, beginning `preroll_ms` in the past, or none.
+    def choose(self, lane: SoundLane, form: SoundForm | None, preroll_ms: float) -> None:
+        """Send sound in this form, beginning `preroll_ms` in the past, or none.
 
         The pre-roll fills the browser's buffer to its delay at once, instead of by the
         75 ms a second at which a browser stretches sound. It is whole media units. The first
-        listener of a length has as much of the past encoded as he needs; whoever follows within
+        listener of a form has as much of the past encoded as he needs; whoever follows within
         half a second and asks for more gets what there is.
+
+        Who hears another form already has no pre-roll: the new one follows where the old one
+        ends, at the next moment at which units of both do, which is no more than 120 ms from now.
         """
-        if mu_ms == lane.mu_ms:
+        if form == lane.form:
             return
-        began = lane.mu_ms is None
-        lane.choose(mu_ms)
-        if mu_ms is not None:
-            units = ceil(preroll_ms / mu_ms) if began else 0
+        old = lane.forms[0] if lane.forms else None
+        if form is None:
+            lane.choose(None)
+        elif old is None:
+            lane.choose(form)
+            units = ceil(preroll_ms / form.mu_ms)
             with self._lock:
-                past = self._last(mu_ms, units)
-            lane.put_all(past)
+                stream = self._stream(form, units)
+                past = list(stream.past)[-units:] if units else []
+            for sound in past:
+                lane.put(form, sound)
+        else:
+            with self._lock:
+                self._stream(form, _WARM_MS // form.mu_ms)
+                meet = lcm(old.mu_ms, form.mu_ms) * SAMPLE_RATE_HZ // 1000
+                change_pts = -(-self._clock.next_pts // meet) * meet
+            lane.choose(form, change_pts)
         self._forget_unwanted()
 
     @property
-    def wanted(self) -> list[int]:
-        """The media units, in ms, that somebody hears now; no other is encoded."""
-        return sorted(self._units)
+    def wanted(self) -> list[SoundForm]:
+        """The forms that somebody hears now, the shortest first; no other is encoded."""
+        return sorted(self._streams, key=lambda form: (form.mu_ms, form.bitrate_bps))
 
     @property
     def dropped(self) -> int:
@@ -111,33 +131,33 @@ class SoundHub:
         return self._dropped_by_gone + sum(lane.dropped for lane in self._lanes)
 
     def counts(self) -> dict[str, int]:
-        """Count 20 ms blocks captured and packets encoded since the start."""
+        """Count blocks captured and packets encoded since the start."""
         return {"captured": self._captured, "encoded": self._encoded}
 
-    def _last(self, mu_ms: int, units: int) -> list[EncodedSound]:
-        """Return the last packets of this length, which is encoded from now on."""
-        unit = self._units.get(mu_ms)
-        if unit is None:
-            unit = _Unit(bitrate_bps=self._settings.bitrate_bps, mu_ms=mu_ms)
-            self._units[mu_ms] = unit
-            blocks_per_unit = mu_ms // _BLOCK_MS
-            available = len(self._past) // blocks_per_unit
-            blocks = min(units, available) * blocks_per_unit
-            for block in list(self._past)[len(self._past) - blocks :]:
-                unit.encode(block)
-        past = list(unit.past)
-        return past[max(len(past) - units, 0) :]
+    def _stream(self, form: SoundForm, units: int) -> _Stream:
+        """Return this form's stream; a new one has the last `units` units, and what follows."""
+        stream = self._streams.get(form)
+        if stream is None:
+            stream = self._streams[form] = _Stream(form)
+            unit = stream.unit_samples
+            begin_pts = (self._clock.next_pts // unit - units) * unit
+            for block, pts in self._past:
+                if pts >= begin_pts:
+                    stream.encode(block, pts)
+        return stream
 
     def _forget_unwanted(self) -> None:
-        wanted = {lane.mu_ms for lane in self._lanes}
+        wanted = {form for lane in self._lanes for form in lane.forms}
         with self._lock:
-            self._units = {mu: unit for mu, unit in self._units.items() if mu in wanted}
+            self._streams = {f: stream for f, stream in self._streams.items() if f in wanted}
 
-    def _from_thread(self, mu_ms: int, sound: EncodedSound) -> None:
+    def _from_thread(self, form: SoundForm, sound: EncodedSound) -> None:
         if self._loop is not None and not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(self._fan_out, mu_ms, sound)
+            self._loop.call_soon_threadsafe(self._fan_out, form, sound)
 
-    def _fan_out(self, mu_ms: int, sound: EncodedSound) -> None:
-        for lane in self._lanes:
-            if lane.mu_ms == mu_ms:
-                lane.put_all((sound,))
+    def _fan_out(self, form: SoundForm, sound: EncodedSound) -> None:
+        takers = [lane for lane in self._lanes if form in lane.forms]
+        for lane in takers:
+            lane.put(form, sound)
+        if not takers:
+            self._forget_unwanted()
