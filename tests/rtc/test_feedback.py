@@ -1,0 +1,164 @@
+"""Transport-wide feedback: what browsers write is read, anything else is refused."""
+
+from __future__ import annotations
+
+from random import Random
+from typing import TYPE_CHECKING
+
+import pytest
+from aiortc.rtp import RtcpPacket, RtcpRrPacket, RtcpSdesPacket, RtcpSourceInfo
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.rtc.browser_feedback import feedback_packet
+
+from wax.errors import ProtocolError
+from wax.rtc.feedback import PERIOD_S, TICK_S, find, parse
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+CHROMIUM = bytes.fromhex("afcd0005fa17fa1743032fa0009900013de8021720019401")
+"""One packet, as Chromium wrote it (a sample that several implementations are tested on)."""
+
+steps = st.one_of(
+    st.none(),
+    st.integers(0, 255),
+    st.integers(-0x8000, -1),
+    st.integers(256, 0x7FFF),
+)
+
+
+def ticks_of(start: int, found: Sequence[int | None]) -> list[int | None]:
+    """Turn steps from one arrival to the next into arrivals."""
+    at, ticks = start, list[int | None]()
+    for step in found:
+        at += step or 0
+        ticks.append(None if step is None else at)
+    return ticks
+
+
+def test_what_chromium_wrote_is_read() -> None:
+    """Sequence number, reference time and delta of a known packet, its padding left aside."""
+    feedback = parse(CHROMIUM)
+    assert feedback.sequence_number == 153
+    assert feedback.arrivals == pytest.approx((4057090 * 0.064 + 148 * TICK_S,), abs=1e-6)
+
+
+def test_each_kind_of_chunk_is_read() -> None:
+    """Written by hand after the draft: a run, one-bit and two-bit vectors, a negative delta."""
+    packet = bytes.fromhex(
+        "8fcd0009 00000001 00000002"
+        "fffe 0019 ffffff 07"  # 25 statuses from 65534 on; the reference is 64 ms before zero
+        "2002"  # a run of two small deltas
+        "a001"  # one bit each: small, 12 lost, small
+        "d900"  # two bits each: small, large, small, 4 lost
+        "4001"  # a run of one large delta
+        "0001"  # a run of one lost
+        "04 00 05 06 07 fffc 08 0200"
+    )
+    ticks = [-252, -252, -247, *([None] * 12), -241]
+    ticks += [-234, -238, -230, None, None, None, None, 282, None]
+    feedback = parse(packet)
+    assert feedback.sequence_number == 65534
+    assert feedback.arrivals == tuple(None if t is None else t * TICK_S for t in ticks)
+
+
+@given(
+    st.integers(0, 0xFFFF),
+    st.integers(-(2**31) + 2**22, 2**31 - 2**22),
+    st.lists(steps, min_size=1, max_size=120)
+    | st.lists(st.sampled_from([None, 0, 3]), min_size=1, max_size=120),
+    st.randoms(use_true_random=False),
+)
+def test_whatever_a_browser_writes_is_read(
+    sequence_number: int, start: int, found: list[int | None], random: Random
+) -> None:
+    """Any pattern of losses, orders and gaps comes back, whichever chunks it was written in."""
+    ticks = ticks_of(start, found)
+    feedback = parse(feedback_packet(sequence_number, ticks, random))
+    assert feedback.sequence_number == sequence_number
+    assert feedback.arrivals == tuple(None if t is None else t * TICK_S for t in ticks)
+    assert all(t is None or abs(t) < PERIOD_S for t in feedback.arrivals)
+
+
+def test_runs_of_thousands_are_read() -> None:
+    """A long cut is one feedback about more packets than a single chunk can name."""
+    ticks = [0, *([None] * 20_000), 77]
+    assert parse(feedback_packet(9, ticks, Random(1))).arrivals == tuple(
+        None if t is None else t * TICK_S for t in ticks
+    )
+
+
+@given(st.binary(max_size=80))
+def test_bytes_of_any_kind_are_refused(data: bytes) -> None:
+    """Nothing but `ProtocolError` is raised, and `find` raises nothing."""
+    find(data)
+    with pytest.raises(ProtocolError):
+        parse(data)
+
+
+@given(
+    st.lists(steps, min_size=1, max_size=40),
+    st.randoms(use_true_random=False),
+    st.lists(st.tuples(st.integers(0, 10**6), st.integers(0, 255)), max_size=4),
+    st.integers(0, 200),
+)
+def test_damaged_feedback_is_refused_or_has_all_it_announces(
+    found: list[int | None], random: Random, damage: list[tuple[int, int]], cut: int
+) -> None:
+    """Bytes changed or cut off: a whole feedback or a `ProtocolError`, and nothing else."""
+    data = bytearray(feedback_packet(1, ticks_of(0, found), random))
+    for at, value in damage:
+        data[at % len(data)] = value
+    if cut < len(data) // 4:
+        data = data[: len(data) - 4 * cut]
+        data[2:4] = (len(data) // 4 - 1).to_bytes(2, "big")
+    try:
+        feedback = parse(bytes(data))
+    except ProtocolError:
+        return
+    assert len(feedback.arrivals) == int.from_bytes(data[14:16], "big") > 0
+    assert 0 <= feedback.sequence_number <= 0xFFFF
+
+
+@pytest.mark.parametrize(
+    "packet",
+    [
+        pytest.param("80c90001 00000001", id="a receiver report"),
+        pytest.param("8fce0005" + "00" * 20, id="payload-specific feedback"),
+        pytest.param("81cd0005" + "00" * 20, id="a NACK"),
+        pytest.param("4fcd0005" + CHROMIUM[4:].hex(), id="version 1"),
+        pytest.param("afcd0006" + CHROMIUM[4:].hex(), id="longer than it is"),
+        pytest.param(CHROMIUM.hex() + "00000000", id="shorter than it is"),
+        pytest.param(CHROMIUM[:-1].hex() + "00", id="padding of zero"),
+        pytest.param(CHROMIUM[:-1].hex() + "05", id="more padding than there is"),
+        pytest.param(CHROMIUM[:-1].hex() + "02", id="padding over the delta"),
+        pytest.param(CHROMIUM.hex().replace("00990001", "00990000"), id="no packet"),
+        pytest.param(CHROMIUM.hex().replace("20019401", "60019401"), id="an unknown status"),
+        pytest.param(CHROMIUM.hex().replace("20019401", "20009401"), id="a run of none"),
+    ],
+)
+def test_what_is_not_feedback_is_refused(packet: str) -> None:
+    """Each field is checked by itself."""
+    with pytest.raises(ProtocolError):
+        parse(bytes.fromhex(packet))
+
+
+def test_feedback_is_found_in_a_compound() -> None:
+    """All of it, between reports of other kinds, in its order."""
+    report = bytes(RtcpRrPacket(ssrc=1)) + bytes(
+        RtcpSdesPacket(chunks=[RtcpSourceInfo(ssrc=1, items=[(1, b"name")])])
+    )
+    other = feedback_packet(7, [1, None, 3], Random(1))
+    assert find(report + CHROMIUM + report + other) == [CHROMIUM, other]
+    assert find(CHROMIUM) == [CHROMIUM]
+    assert find(report) == find(b"") == []
+    assert [len(RtcpPacket.parse(report)), len(find(report + CHROMIUM[:-4]))] == [2, 0]
+
+
+@given(st.binary(max_size=30), st.binary(max_size=30))
+def test_a_wrong_length_ends_the_search(before: bytes, after: bytes) -> None:
+    """What stands before it is found; what stands behind it cannot be."""
+    broken = bytes((0x80, 201, 0xFF, 0xFF))
+    assert find(CHROMIUM + broken + after) == [CHROMIUM]
+    assert find(b"\x00" + before + CHROMIUM) == []
