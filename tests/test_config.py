@@ -175,7 +175,7 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
         ("[video]\nimprint = 'yes'", 'video.imprint: got "yes"; allowed is true or false'),
         (
             "[video]\nrenditions = []",
-            "video.renditions: got []; allowed is a list of tables, 1 to 6 of them",
+            "video.renditions: got []; allowed is a list of tables, 1 to 8 of them",
         ),
         ("[video]\nrenditions = [5]", "video.renditions[0]: got 5; allowed is a table"),
         (
@@ -229,12 +229,39 @@ def test_a_problem_is_one_sentence(text: str, problem: str, tmp_path: Path) -> N
     assert _problems(text, tmp_path) == [problem]
 
 
-def test_two_renditions_of_one_size_are_refused(tmp_path: Path) -> None:
-    """A viewer chooses by the size, so each stands for one rendition."""
-    size = "{ width = 64, height = 48, fps = 5.0, bitrate_bps = 50000 }"
-    problems = _problems(f"[video]\nrenditions = [{size}, {size}]", tmp_path)
-    assert len(problems) == 1
-    assert problems[0].startswith("video.renditions: two have the size 64x48")
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        (
+            "[video]\nrenditions = ["
+            "{ width = 64, height = 48, fps = 5.0, bitrate_bps = 50000 },"
+            "{ width = 96, height = 48, fps = 5.0, bitrate_bps = 50000 }]",
+            "video.renditions: 96x48 at 50 kbit/s follows 64x48 at 50 kbit/s; "
+            "put the one of the higher bit rate first",
+        ),
+        (
+            "[audio]\nforms = ["
+            "{ mu_ms = 40, bitrate_bps = 24000 }, { mu_ms = 20, bitrate_bps = 16000 }]",
+            "audio.forms: the form of 20 ms follows that of 40 ms; "
+            "let media units grow and bit rates fall from one to the next",
+        ),
+    ],
+)
+def test_a_ladder_that_does_not_go_down_is_refused(text: str, problem: str, tmp_path: Path) -> None:
+    """Whoever climbs down must find a step that costs less, so the order is checked."""
+    assert _problems(text, tmp_path) == [problem]
+
+
+def test_one_size_may_have_several_rates(tmp_path: Path) -> None:
+    """A viewer chooses by size, his link by rate."""
+    size = "width = 64, height = 48, fps = 5.0"
+    file = tmp_path / "robot.toml"
+    file.write_text(
+        f"[video]\nrenditions = [{{ {size}, bitrate_bps = 90000 }},"
+        f" {{ {size}, bitrate_bps = 50000 }}]",
+        encoding="utf-8",
+    )
+    assert [one.size for one in config.load(file).video.renditions] == ["64x48", "64x48"]
 
 
 def test_a_speed_byte_can_be_left_out(tmp_path: Path) -> None:
