@@ -79,9 +79,13 @@ class App:
             )
         else:
             self._video = VideoHub(settings=settings.video, clock=clock)
-            self._audio = SoundHub(settings=settings.audio)
+            self._audio = SoundHub()
             service = LiveService(
-                clock=clock, settings=settings.video, video=self._video, audio=self._audio
+                clock=clock,
+                video_settings=settings.video,
+                audio_settings=settings.audio,
+                video=self._video,
+                audio=self._audio,
             )
         self._captures: dict[str, Capture[Picture] | Capture[Sound]] = {}
         if sources.video is not None:

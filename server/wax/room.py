@@ -104,14 +104,15 @@ class Room:
             viewer = self._known(client)
         if viewer is None:
             viewer = self._admit(client)
-        video_lane, sound_lane = viewer.lanes()
+        lanes = viewer.lanes()
         peer = Peer(
             ice_servers=self._settings.ice.servers,
             codecs=self._service.codecs,
-            video=video_lane,
-            audio=sound_lane,
+            video=lanes.picture,
+            audio=lanes.sound,
+            way=lanes.way,
             events=viewer,
-            now_s=self._clock.now_s,
+            clock=self._clock,
             round_trip_s=lambda: viewer.link.newest_s,
         )
         viewer.peer = peer

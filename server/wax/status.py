@@ -82,7 +82,7 @@ class Status:
                     "problem": snapshot.video.problem,
                     "failures": self._failures("video"),
                     "captured_fps": self._rates.hz("video.captured"),
-                    "encoded_fps": {n: self._rates.hz(f"video.{n}") for n in self._video.sizes},
+                    "encoded_fps": {n: self._rates.hz(f"video.{n}") for n in self._video.names},
                     "wanted": self._video.wanted,
                     "dropped": self._video.dropped,
                 },

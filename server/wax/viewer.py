@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config import SyncSettings
     from wax.rtc.peer import Channel, Peer
-    from wax.rtc.tracks import Lane
-    from wax.streams.streams import Kind, Service
+    from wax.streams.streams import Kind, Lanes, Service
     from wax.telemetry import Counters
 
 _LOG = structlog.get_logger(__name__)
@@ -87,11 +86,11 @@ class Viewer:
             "drive": TokenBucket(rate_hz=_DRIVE_HZ, burst=_DRIVE_BURST, now_s=now_s),
             "state": TokenBucket(rate_hz=state_hz, burst=state_burst, now_s=now_s),
         }
-        self.streams = service.streams(self.send, sync)
+        self.streams = service.streams(self, sync)
 
     # --- the peer's life -------------------------------------------------------------------
 
-    def lanes(self) -> tuple[Lane, Lane]:
+    def lanes(self) -> Lanes:
         """Make fresh lanes for a fresh peer; those of the peer before are given up."""
         self.release()
         self.link = Link(self._clock.now_s())
@@ -132,8 +131,7 @@ class Viewer:
         units = self.streams.units
         if kind == "audio" and units is not None and self.peer is not None:
             last_rtp = self.peer.rtp_time("audio", units.last_pts)
-            if last_rtp is not None:
-                self.send(messages.Units(last_rtp=last_rtp, length=units.length))
+            self.send(messages.Units(last_rtp=last_rtp, length=units.length))
 
     # --- to the page -----------------------------------------------------------------------
 
@@ -145,6 +143,10 @@ class Viewer:
         """Send what was made once for everybody."""
         if self.peer is not None:
             self.peer.send("state", text)
+
+    def hold_back(self, least_ms: float) -> bool:
+        """Let the browser show pictures this late; False where it does not take that from us."""
+        return self.peer is not None and self.peer.hold_back(least_ms)
 
     def follow(self, sync: SyncSettings) -> None:
         """Change the policy with the role, while the streams go on."""
@@ -214,11 +216,13 @@ class Viewer:
             sizes = ", ".join(self._service.sizes)
             self.send(messages.Notice(text=f"There is no size {want.size}; choose of {sizes}."))
             return
-        self.streams.want(sound=want.sound, picture=want.picture, size=want.size)
+        self.streams.want(
+            sound=want.sound, picture=want.picture, size=want.size, policy=want.policy
+        )
 
     def _received(self, received: messages.Received) -> None:
-        pts = None if self.peer is None else self.peer.media_time(received.kind, received.rtp)
-        if pts is not None:
+        if self.peer is not None:
+            pts = self.peer.media_time(received.kind, received.rtp)
             self.streams.received(received.kind, pts)
 
 
@@ -242,7 +246,17 @@ def _command(message: messages.Drive) -> Command:
 
 
 def _playout(report: messages.Report) -> PlayoutReport:
-    def stream(one: messages.StreamReport | None) -> StreamPlayout | None:
-        return None if one is None else StreamPlayout(age_ms=one.age_ms, delay_ms=one.delay_ms)
-
-    return PlayoutReport(sound=stream(report.sound), picture=stream(report.picture))
+    sound, picture = report.sound, report.picture
+    return PlayoutReport(
+        sound=None
+        if sound is None
+        else StreamPlayout(
+            age_ms=sound.age_ms,
+            delay_ms=sound.delay_ms,
+            concealed_ms=sound.concealed_ms,
+            played_ms=sound.played_ms,
+        ),
+        picture=None
+        if picture is None
+        else StreamPlayout(age_ms=picture.age_ms, delay_ms=picture.delay_ms),
+    )

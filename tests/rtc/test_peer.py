@@ -3,39 +3,95 @@
 from __future__ import annotations
 
 import asyncio
+import struct
 from dataclasses import dataclass, field
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Literal
 
 import pytest
 from aiortc import RTCPeerConnection, RTCSessionDescription
-from aiortc.rtp import RtcpPsfbPacket, RtcpRtpfbPacket, RtpPacket
+from aiortc.rtp import (
+    RtcpPacket,
+    RtcpPsfbPacket,
+    RtcpRtpfbPacket,
+    RtcpSrPacket,
+    RtpPacket,
+    is_rtcp,
+)
 from av.packet import Packet
 
+from wax.clock import SystemClock
 from wax.errors import SignallingError
 from wax.media.encoded import VIDEO_TIME_BASE
 from wax.rtc import private
 from wax.rtc.peer import Peer
+from wax.rtc.way import OpenWay
 from wax.streams.streams import Codecs
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Callable, Sequence
+
+    from wax.sync.delivery import Delivery
 
 
 @dataclass(frozen=True)
 class Timed:
     packet: Packet[Any]
     captured_s: float
+    keyframe: bool = True
+    layer: int = 0
+    sync: bool = False
+    droppable: bool = False
+
+
+class Noted(OpenWay):
+    """A way that is always open and notes what it is told."""
+
+    watched = True
+
+    def __init__(self) -> None:
+        self.sent_bytes: list[tuple[int, bool]] = []
+        self.delivered_: list[Delivery] = []
+        self.closed = False
+
+    def sent(self, size_bytes: int, now_s: float, *, is_media: bool) -> None:
+        self.sent_bytes.append((size_bytes, is_media))
+
+    def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
+        self.delivered_ += deliveries
+
+    def free_in_s(self, now_s: float) -> float:
+        return 0.01 if self.closed else 0.0
 
 
 class Ticking:
-    """A lane that gives a small packet every 10 ms."""
+    """A lane that gives a small packet every 10 ms, as both kinds."""
 
     def __init__(self) -> None:
         self.number = 0
+        self.again: tuple[Timed, ...] = ()
 
     async def get(self) -> Timed:
         await asyncio.sleep(0.01)
+        return self._next()
+
+    def earlier(self, _sound: object) -> tuple[Timed, ...]:
+        return self.again
+
+    def listen(self, on_news: Callable[[], None]) -> None:
+        self._on_news = on_news
+        asyncio.get_running_loop().call_later(0.01, on_news)
+
+    def take(self) -> Timed | None:
+        asyncio.get_running_loop().call_later(0.01, self._on_news)
+        return self._next() if self._may() else None
+
+    def _may(self) -> bool:
+        """Every other time, so that the sender also waits for news."""
+        self.turn = not getattr(self, "turn", False)
+        return self.turn
+
+    def _next(self) -> Timed:
         self.number += 1
         packet: Packet[Any] = Packet(b"\x00\x00\x00\x01\x41" + b"\x80" * 60)
         packet.pts = 90_000 * 5 + 900 * self.number
@@ -91,6 +147,7 @@ class Pair:
     browser: RTCPeerConnection
     channels: dict[str, Any]
     lane: Ticking
+    way: Noted
 
 
 @pytest.fixture(params=["vp8", "h264"])
@@ -99,13 +156,15 @@ async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
     codec: Literal["vp8", "h264"] = request.param
     events = Events()
     lane = Ticking()
+    way = Noted()
     peer = Peer(
         ice_servers=[],
         codecs=Codecs(audio="opus", video=codec),
         video=lane,
         audio=Ticking(),
+        way=way,
         events=events,
-        now_s=monotonic,
+        clock=SystemClock(),
         round_trip_s=lambda: 0.5,
     )
     browser = RTCPeerConnection()
@@ -119,7 +178,7 @@ async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
     answer = await peer.answer(browser.localDescription.sdp)
     await browser.setRemoteDescription(RTCSessionDescription(answer, "answer"))
     await events.wait("ready")
-    yield Pair(events, peer, browser, channels, lane)
+    yield Pair(events, peer, browser, channels, lane, way)
     await peer.close()
     await browser.close()
 
@@ -152,33 +211,131 @@ async def test_the_rtp_clock_is_the_one_on_the_wire(
     elapsed_s = (packet.timestamp - rtp) % 2**32 / 90_000
     assert captured_s + elapsed_s == pytest.approx(5 + lane.number / 100, abs=1e-6)
     media_time = pair.peer.media_time("video", packet.timestamp)
-    assert media_time is not None
     assert media_time == round((captured_s + elapsed_s) * 90_000)
     assert pair.peer.rtp_time("video", media_time) == packet.timestamp
+
+
+async def _asked_ten_times(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
+    """Ask ten times for one packet that was sent; return the copies that were sent of it."""
+    sender = pair.peer._picture
+    wire: asyncio.Queue[bytes] = asyncio.Queue()
+    monkeypatch.setattr(sender.transport, "_send_rtp", wire.put)
+    while (packet := RtpPacket.parse(await asyncio.wait_for(wire.get(), 5))).ssrc != sender._ssrc:
+        pass
+    asked = RtcpRtpfbPacket(fmt=1, ssrc=1, media_ssrc=sender._ssrc, lost=[packet.sequence_number])
+    number = packet.sequence_number.to_bytes(2, "big")
+    copies = []
+    for _ in range(10):
+        await sender._handle_rtcp_packet(asked)
+        await asyncio.sleep(0.005)
+    await asyncio.sleep(0.05)
+    while not wire.empty():
+        data = wire.get_nowait()
+        if is_rtcp(data):
+            continue
+        copy = RtpPacket.parse(data)
+        if copy.ssrc == sender._rtx_ssrc and copy.payload == number + packet.payload:
+            copies.append(data)
+    return copies
 
 
 async def test_a_lost_packet_is_sent_again_once_a_round_trip(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A browser that asks ten times for one packet gets one copy, not ten."""
-    sender = pair.peer._senders["video"]
+    assert len(await _asked_ten_times(pair, monkeypatch)) == 1
+
+
+async def test_a_full_way_is_not_fed_with_copies(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the way says no, a lost packet is not sent again."""
+    monkeypatch.setattr(pair.way, "repeats", lambda *_: False)
+    assert await _asked_ten_times(pair, monkeypatch) == []
+
+
+async def test_a_closed_way_holds_pictures_but_not_sound(pair: Pair) -> None:
+    """While the way is not free no picture leaves; sound goes on."""
+    pair.way.closed = True
+    await asyncio.sleep(0.05)
+    pictures, sounds = pair.lane.number, pair.peer._sound._packets
+    await asyncio.sleep(0.1)
+    assert pair.lane.number == pictures
+    assert pair.peer._sound._packets > sounds
+    pair.way.closed = False
+    await asyncio.sleep(0.1)
+    assert pair.lane.number > pictures
+
+
+async def test_every_datagram_is_counted(pair: Pair) -> None:
+    """Sound, pictures, reports and messages all spend the viewer's budget, headers and all."""
+    pair.way.sent_bytes.clear()
+    pair.peer.send("state", "x" * 500)
+    await asyncio.sleep(0.1)
+    others = [size for size, is_media in pair.way.sent_bytes if not is_media]
+    assert max(others) > 500 + 28
+    media = [size for size, is_media in pair.way.sent_bytes if is_media]
+    assert min(media) > 65 + 12 + 28
+
+
+async def test_sound_carries_what_may_be_lost_again(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Earlier sound goes with the next packets where the browser takes that (RFC 2198)."""
+    sender = pair.peer._sound
     wire: asyncio.Queue[bytes] = asyncio.Queue()
     monkeypatch.setattr(sender.transport, "_send_rtp", wire.put)
-    while (packet := RtpPacket.parse(await asyncio.wait_for(wire.get(), 5))).ssrc != sender._ssrc:
-        pass
-    asked = RtcpRtpfbPacket(fmt=1, ssrc=1, media_ssrc=sender._ssrc, lost=[packet.sequence_number])
-    copies = 0
-    for _ in range(10):
-        while not wire.empty():
-            wire.get_nowait()
-        await sender._handle_rtcp_packet(asked)
-        copies += wire.qsize()
-    assert copies == 1
+    monkeypatch.setattr(sender, "_extra_payload_type", 63)
+    packet: Packet[Any] = Packet(b"before")
+    lane = pair.peer._sound._lane
+    assert isinstance(lane, Ticking)
+    packet.pts = 90_000 * 5 + 900 * lane.number
+    lane.again = (Timed(packet, 5.0),)
+    while True:
+        data = await asyncio.wait_for(wire.get(), 5)
+        if is_rtcp(data):
+            continue
+        read = RtpPacket.parse(data)
+        if read.ssrc == sender._ssrc and read.payload_type == 63:
+            break
+    assert b"before" in read.payload
+
+
+async def test_a_report_tells_the_time_of_capture(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A sender report pairs now with the RTP time of what is captured now, not sent now."""
+    sender = pair.peer._picture
+    wire: asyncio.Queue[bytes] = asyncio.Queue()
+    monkeypatch.setattr(sender.transport, "_send_rtp", wire.put)
+    # The newest picture left just now and was captured a second ago.
+    monkeypatch.setattr(sender, "_newest", (450_000, monotonic() - 1.0))
+    monkeypatch.setattr(sender, "_left", lambda *_: None)
+    while True:
+        data = await asyncio.wait_for(wire.get(), 5)
+        if is_rtcp(data) and (report := RtcpPacket.parse(data)[0]).ssrc == sender._ssrc:
+            break
+    assert isinstance(report, RtcpSrPacket)
+    elapsed_s = (report.sender_info.rtp_timestamp - sender.origin - 450_000) % 2**32 / 90_000
+    assert 1.0 <= elapsed_s < 6.0
+
+
+async def test_feedback_reaches_the_way(pair: Pair) -> None:
+    """What the browser tells of packets is matched with what was sent."""
+    outlet = pair.peer._outlet
+    number = outlet.mark(100, "audio", None)
+    assert number is not None
+    # One packet, received 0.25 ms after the reference time (draft-holmer-rmcat, 3.1).
+    feedback = struct.pack("!BBHLLHHLHBB", 0x8F, 205, 5, 1, 2, number, 1, 1 << 8, 1 << 13 | 1, 1, 0)
+    await pair.peer._sound.transport._handle_rtcp_data(feedback)
+    told = [one for one in pair.way.delivered_ if one.kind == "audio"]
+    assert told
+    assert told[-1].arrived_s is not None
 
 
 async def test_a_lost_picture_asks_for_a_keyframe(pair: Pair) -> None:
     """PLI, which aiortc forgets for packet tracks, reaches the encoder."""
-    sender = pair.peer._senders["video"]
+    sender = pair.peer._picture
     await sender._handle_rtcp_packet(RtcpPsfbPacket(fmt=1, ssrc=1, media_ssrc=sender._ssrc))
     await pair.events.wait("keyframe")
 
@@ -228,9 +385,10 @@ async def test_garbage_is_refused_with_a_sentence() -> None:
         ice_servers=[],
         codecs=Codecs(audio="opus", video="vp8"),
         video=Ticking(),
+        way=OpenWay(),
         audio=Ticking(),
         events=events,
-        now_s=monotonic,
+        clock=SystemClock(),
         round_trip_s=lambda: 0.5,
     )
     sections = [f"m={kind} 9 UDP/TLS/RTP/SAVPF x" for kind in ("audio", "video", "application")]

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import asyncio
+import re
+
 import aioice.ice
 import pytest
-from aiortc import RTCPeerConnection, RTCRtpSender
+from aiortc import (
+    RTCDtlsTransport,
+    RTCIceTransport,
+    RTCPeerConnection,
+    RTCRtpSender,
+    RTCSctpTransport,
+    RTCSessionDescription,
+)
+from aiortc.rtcrtptransceiver import RTCRtpTransceiver
 
 from wax.errors import StartError
-from wax.rtc import private
+from wax.rtc import private, rtp
 
 
 def test_all_private_parts_are_there() -> None:
@@ -20,8 +31,11 @@ def test_all_private_parts_are_there() -> None:
     [
         (aioice.ice, "CONSENT_FAILURES"),
         (aioice.ice, "get_host_addresses"),
-        (RTCRtpSender, "_send_keyframe"),
-        (RTCRtpSender, "_retransmit"),
+        (RTCDtlsTransport, "_send_rtp"),
+        (RTCDtlsTransport, "_handle_rtcp_data"),
+        (RTCDtlsTransport, "_register_rtp_sender"),
+        (RTCDtlsTransport, "_unregister_rtp_sender"),
+        (RTCSctpTransport, "_send_sack"),
     ],
 )
 def test_a_part_that_moved_is_named(
@@ -29,6 +43,27 @@ def test_a_part_that_moved_is_named(
 ) -> None:
     """A version that has moved a part is refused at start with its name."""
     monkeypatch.delattr(owner, name)
+    with pytest.raises(StartError, match=name):
+        private.check()
+
+
+@pytest.mark.parametrize(
+    ("owner", "method", "name"),
+    [
+        (RTCRtpTransceiver, "__init__", "__sender"),
+        (RTCRtpTransceiver, "__init__", "_codecs"),
+        (RTCRtpTransceiver, "__init__", "_headerExtensions"),
+        (RTCRtpSender, "__init__", "_ssrc"),
+        (RTCRtpSender, "__init__", "_rtx_ssrc"),
+        (RTCRtpSender, "replaceTrack", "_track_id"),
+        (RTCIceTransport, "__init__", "_send"),
+    ],
+)
+def test_an_attribute_that_moved_is_named(
+    owner: type, method: str, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A version whose objects have another attribute in its place is refused at start."""
+    monkeypatch.setattr(owner, method, lambda _self: None)
     with pytest.raises(StartError, match=name):
         private.check()
 
@@ -47,12 +82,68 @@ def test_consent_never_gives_up() -> None:
     assert aioice.ice.CONSENT_FAILURES > 1_000_000
 
 
-async def test_each_track_has_a_stream_of_its_own() -> None:
-    """The answer puts sound and picture into streams that a browser does not couple."""
-    pc = RTCPeerConnection()
-    for kind in ("audio", "video"):
-        private.own_sync_group(pc.addTransceiver(kind, direction="sendonly").sender, f"wax-{kind}")
-    sdp = (await pc.createOffer()).sdp
-    streams = {line.split()[0] for line in sdp.splitlines() if line.startswith("a=msid:")}
-    await pc.close()
-    assert streams == {"a=msid:wax-audio", "a=msid:wax-video"}
+OFFERED = (
+    "a=extmap:7 " + rtp.TRANSPORT_SEQUENCE + "\r\na=extmap:8 urn:example:unknown\r\n"
+    "a=rtcp-fb:96 transport-cc\r\na=rtpmap:63 red/48000/2\r\na=fmtp:63 96/96\r\n"
+)
+
+
+async def _answered(extra: str, formats: str) -> str:
+    """Answer an offer of sound to which `extra` lines were added; return the answer."""
+    browser, ours = RTCPeerConnection(), RTCPeerConnection()
+    browser.addTransceiver("audio", direction="recvonly")
+    offer = (await browser.createOffer()).sdp
+    await browser.setLocalDescription(RTCSessionDescription(offer, "offer"))
+    offer = browser.localDescription.sdp.replace(" 96 9 0 8\r\n", f" {formats}\r\n", 1) + extra
+    transceiver = ours.addTransceiver("audio", direction="sendonly")
+    opus = [c for c in RTCRtpSender.getCapabilities("audio").codecs if c.name == "opus"]
+    transceiver.setCodecPreferences(opus)
+    await ours.setRemoteDescription(RTCSessionDescription(offer, "offer"))
+    private.widen(transceiver, offer, [rtp.TRANSPORT_SEQUENCE])
+    await ours.setLocalDescription(await ours.createAnswer())
+    answer: str = ours.localDescription.sdp
+    await browser.close()
+    await ours.close()
+    return answer
+
+
+async def test_what_aiortc_does_not_know_is_agreed_to() -> None:
+    """Of what a browser offers the wanted extension, the feedback and redundant sound are taken."""
+    answer = await _answered(OFFERED, "96 63 9 0 8")
+    assert f"a=extmap:7 {rtp.TRANSPORT_SEQUENCE}\r\n" in answer
+    assert "urn:example:unknown" not in answer
+    assert "a=rtcp-fb:96 transport-cc\r\n" in answer
+    assert "a=rtpmap:63 red/48000/2\r\n" in answer
+    assert "a=fmtp:63 96/96\r\n" in answer
+    assert re.search(r"m=audio \d+ \S+ 96 63\r\n", answer)
+
+
+async def test_what_is_not_offered_is_not_agreed_to() -> None:
+    """A browser that offers none of it gets none of it."""
+    answer = await _answered("", "96 9 0 8")
+    assert "transport" not in answer.replace("SAVPF", "")
+    assert "red/" not in answer
+
+
+async def test_redundancy_of_another_codec_is_not_taken() -> None:
+    """Redundant packets of a codec that is not sent are of no use."""
+    answer = await _answered(OFFERED.replace("96/96", "111/111"), "96 63 9 0 8")
+    assert "red/" not in answer
+
+
+async def test_acknowledgements_go_together() -> None:
+    """Many messages within the delay are acknowledged once, and later ones again."""
+    sent: list[float] = []
+
+    class Sctp:
+        async def _send_sack(self) -> None:
+            sent.append(asyncio.get_running_loop().time())
+
+    sctp = Sctp()
+    private.delay_acknowledgements(sctp, 0.02)  # type: ignore[arg-type]  # all that is used of it
+    for _ in range(2):
+        for _ in range(5):
+            await sctp._send_sack()
+        assert len(sent) < 2
+        await asyncio.sleep(0.06)
+    assert len(sent) == 2

@@ -20,7 +20,7 @@ class EncodedPicture:
     """One encoded picture. `packet.pts` is its capture time at 90 kHz on the server's clock.
 
     `layer` is the temporal layer: pictures of a layer depend only on pictures of the same or a
-    lower one, and pictures of the highest layer are depended on by none.
+    lower one, `sync` ones on layer 0 alone, and on `droppable` ones nothing depends.
     """
 
     packet: Packet[Any]
@@ -28,6 +28,8 @@ class EncodedPicture:
     keyframe: bool
     layer: int
     captured_s: float
+    sync: bool = False
+    droppable: bool = False
 
 
 @dataclass(frozen=True, slots=True)

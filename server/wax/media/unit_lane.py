@@ -4,36 +4,50 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Sequence
 
     from wax.media.encoded import EncodedPicture, EncodedSound
 
-    Encoded = EncodedPicture | EncodedSound
+
+ItemT = TypeVar("ItemT", "EncodedPicture", "EncodedSound")
 
 
-class UnitLane:
+class UnitLane(Generic[ItemT]):
     """Hands out one media unit's packets without a pause, then waits for the next unit.
 
     It needs no bound: nothing is put into it before what went before was acknowledged or lost.
     """
 
     def __init__(self) -> None:
-        self._queue: deque[Encoded] = deque()
+        self._queue: deque[ItemT] = deque()
         self._ready = asyncio.Event()
+        self._on_news: Callable[[], None] = self._ready.set
 
-    def put(self, packets: Iterable[Encoded]) -> None:
+    def listen(self, on_news: Callable[[], None]) -> None:
+        """Call back whenever there is something to take."""
+        self._on_news = on_news
+
+    def put(self, packets: Iterable[ItemT]) -> None:
         self._queue.extend(packets)
-        self._ready.set()
+        self._on_news()
 
-    async def get(self) -> Encoded:
+    def take(self) -> ItemT | None:
+        """Return the next packet to send, None where there is none."""
+        return self._queue.popleft() if self._queue else None
+
+    async def get(self) -> ItemT:
         """Wait for the next packet to send."""
         while not self._queue:
             self._ready.clear()
             await self._ready.wait()
         return self._queue.popleft()
+
+    def earlier(self, sound: object) -> Sequence[EncodedSound]:  # noqa: ARG002  # as lanes have it
+        """Repeat nothing: a lost unit is the page's to skip."""
+        return ()
 
 
 class PictureIntake:

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 _VP8_LAYERS: Final = (0, 2, 1, 2)
 """Temporal layers by picture after a keyframe: 1/4, 1/2 and all of the frame rate."""
 
+_VP8_SYNC: Final = (False, True, True, False)
+"""Which of them depend on layer 0 only: the last one is made of layer 1 too."""
+
 _NEVER: Final = 100_000
 """Pictures between automatic keyframes: they would restart the layers unseen."""
 
@@ -73,12 +76,16 @@ class VideoEncoder:
             return None
         self._fresh = False
         self._since_keyframe = 0 if keyframe else self._since_keyframe + 1
+        place = self._since_keyframe % len(self._layers)
+        layer = self._layers[place]
         return EncodedPicture(
             packet=packet,
             rendition=self._rendition.name,
             keyframe=keyframe,
-            layer=self._layers[self._since_keyframe % len(self._layers)],
+            layer=layer,
             captured_s=picture.captured_s,
+            sync=layer > 0 and _VP8_SYNC[place],
+            droppable=layer == 2,
         )
 
 

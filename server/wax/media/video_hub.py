@@ -6,7 +6,7 @@ import asyncio
 from functools import partial
 from typing import TYPE_CHECKING, Final, Literal, Protocol
 
-from wax.media.lane import VideoLane
+from wax.media.video_lane import VideoLane
 from wax.media.rendition import Rendition
 from wax.media.slot import NewestSlot
 from wax.media.video_encoder import VideoEncoder
@@ -67,9 +67,14 @@ class VideoHub:
         }
 
     @property
-    def sizes(self) -> list[str]:
-        """The names of the renditions, the default first."""
+    def names(self) -> list[str]:
+        """The names of the renditions, the largest first."""
         return list(self._renditions)
+
+    @property
+    def sizes(self) -> list[str]:
+        """The sizes of the renditions, each once, the largest first."""
+        return list(dict.fromkeys(one.settings.size for one in self._renditions.values()))
 
     def start(self) -> None:
         self._loop = asyncio.get_running_loop()

@@ -15,17 +15,22 @@ from aiortc import (
 )
 
 from wax.errors import SignallingError
-from wax.rtc import private
-from wax.rtc.repeats import Repeats
-from wax.rtc.tracks import LaneTrack
+from wax.rtc import private, rtp
+from wax.rtc.outlet import Outlet
+from wax.rtc.picture_sender import PictureSender
+from wax.rtc.sender import Seat, Sender
+from wax.rtc.sound_sender import SoundSender
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from aiortc import RTCDataChannel
+    from aiortc.rtcrtptransceiver import RTCRtpTransceiver
 
+    from wax.clock import Clock
     from wax.config import IceServer
-    from wax.rtc.tracks import Encoded, Lane
+    from wax.rtc.lane import Encoded, PictureLane, SoundLane
+    from wax.rtc.way import Way
     from wax.streams.streams import Codecs, Kind
 
 _LOG = structlog.get_logger(__name__)
@@ -35,6 +40,9 @@ _CLOSE_S: Final = 2.0
 _CLOCK_EVERY_S: Final = 10.0
 _MAX_BUFFERED_BYTES: Final = 262_144
 """A page that reads nothing for this long will not catch up; he reconnects and starts anew."""
+
+_ACKNOWLEDGE_S: Final = 0.15
+_EXTENSIONS: Final = (rtp.TRANSPORT_SEQUENCE, rtp.PLAYOUT_DELAY)
 
 _UINT32: Final = 2**32
 
@@ -71,32 +79,37 @@ class Peer:
         *,
         ice_servers: list[IceServer],
         codecs: Codecs,
-        video: Lane,
-        audio: Lane,
+        video: PictureLane,
+        audio: SoundLane,
+        way: Way,
         events: PeerEvents,
-        now_s: Callable[[], float],
+        clock: Clock,
         round_trip_s: Callable[[], float | None],
     ) -> None:
         self._events = events
-        self._now_s = now_s
+        self._codecs = codecs
+        self._clock = clock
+        self._way = way
+        self._outlet = Outlet(way, clock.now_s)
         self._channels: dict[str, RTCDataChannel] = {}
         self._clock_told_s: dict[Kind, float] = {}
-        self._origins: dict[Kind, int] = {}
         self._closed = False
         self._closing: asyncio.Task[None] | None = None
         servers = [RTCIceServer(s.urls, s.username, s.credential) for s in ice_servers]
         # None would mean a public STUN server; nothing outside is contacted unless configured.
         self._pc = RTCPeerConnection(RTCConfiguration(iceServers=servers))
-        self._senders: dict[Kind, RTCRtpSender] = {
-            "audio": self._send("audio", audio, f"audio/{codecs.audio}"),
-            "video": self._send("video", video, f"video/{codecs.video}"),
-        }
-        self._repeats = Repeats()
-        private.ask_before_repeating(
-            self._senders["video"],
-            lambda number: self._repeats.allows(number, round_trip_s(), now_s()),
+        sound, picture = self._transceiver("audio"), self._transceiver("video")
+        self._picture = PictureSender(
+            self._seat("video", picture),
+            lane=video,
+            codec=codecs.video,
+            round_trip_s=round_trip_s,
+            on_keyframe_wanted=events.keyframe_wanted,
         )
-        private.on_keyframe_request(self._senders["video"], events.keyframe_wanted)
+        private.put_sender(picture, self._picture)
+        self._sound = SoundSender(self._seat("audio", sound), lane=audio)
+        private.put_sender(sound, self._sound)
+        self._senders: dict[Kind, Sender] = {"audio": self._sound, "video": self._picture}
         self._pc.on("connectionstatechange", self._state_changed)
         self._pc.on("datachannel", self._channel_opened)
 
@@ -106,6 +119,11 @@ class Peer:
             description = RTCSessionDescription(offer, "offer")
             async with asyncio.timeout(_ANSWER_S):
                 await self._pc.setRemoteDescription(description)
+                if self._way.watched:
+                    for transceiver in self._pc.getTransceivers():
+                        private.widen(transceiver, offer, _EXTENSIONS)
+                if self._pc.sctp is not None:
+                    private.delay_acknowledgements(self._pc.sctp, _ACKNOWLEDGE_S)
                 await self._pc.setLocalDescription(await self._pc.createAnswer())
         except Exception as error:
             # aiortc raises whatever its parser stumbles over; to the page it is one thing.
@@ -118,8 +136,12 @@ class Peer:
 
     @property
     def is_alive(self) -> bool:
-        """False once closed, or when a sender died, which aiortc does not tell."""
-        return not self._closed and all(one.track is not None for one in self._senders.values())
+        """False once closed, or when a sender died."""
+        return not self._closed and not any(one.failed for one in self._senders.values())
+
+    def hold_back(self, least_ms: float) -> bool:
+        """Let the browser show pictures this late; False where it does not take that from us."""
+        return self._picture.hold_back(least_ms)
 
     def send(self, channel: Channel, text: str) -> None:
         """Send at once, or not at all where the channel is not open or far behind."""
@@ -152,39 +174,44 @@ class Peer:
         finally:
             self._events.closed(self)
 
-    def _send(self, kind: Kind, lane: Lane, mime_type: str) -> RTCRtpSender:
-        track = LaneTrack(kind=kind, lane=lane, on_sent=lambda sent: self._sent(kind, sent))
-        transceiver = self._pc.addTransceiver(track, direction="sendonly")
-        codecs = RTCRtpSender.getCapabilities(kind).codecs
+    def rtp_time(self, kind: Kind, pts: int) -> int:
+        """Return the RTP time of what has this media time."""
+        return (self._senders[kind].origin + pts) % _UINT32
+
+    def media_time(self, kind: Kind, rtp_time: int) -> int:
+        """Return the media time modulo 2³² of an RTP time."""
+        return (rtp_time - self._senders[kind].origin) % _UINT32
+
+    def _transceiver(self, kind: Kind) -> RTCRtpTransceiver:
+        transceiver = self._pc.addTransceiver(kind, direction="sendonly")
+        codec = self._codecs.audio if kind == "audio" else self._codecs.video
         # Without this aiortc takes the browser's first codec, whatever our packets are.
         transceiver.setCodecPreferences(
-            [c for c in codecs if c.mimeType.lower() in (mime_type, f"{kind}/rtx")]
+            [
+                one
+                for one in RTCRtpSender.getCapabilities(kind).codecs
+                if one.mimeType.lower() in (f"{kind}/{codec}", f"{kind}/rtx")
+            ]
         )
-        private.own_sync_group(transceiver.sender, f"wax-{kind}")
-        return transceiver.sender
+        return transceiver
 
-    def rtp_time(self, kind: Kind, pts: int) -> int | None:
-        """Return the RTP time of what has this media time; None before anything was sent."""
-        origin = self._origins.get(kind)
-        return None if origin is None else (origin + pts) % _UINT32
-
-    def media_time(self, kind: Kind, rtp: int) -> int | None:
-        """Return the media time modulo 2³² of an RTP time; None before anything was sent."""
-        origin = self._origins.get(kind)
-        return None if origin is None else (rtp - origin) % _UINT32
+    def _seat(self, kind: Kind, transceiver: RTCRtpTransceiver) -> Seat:
+        return Seat(
+            stock=transceiver.sender,
+            rate_hz=self._codecs.rates_hz[kind],
+            outlet=self._outlet,
+            clock=self._clock,
+            on_sent=lambda sent: self._sent(kind, sent),
+        )
 
     def _sent(self, kind: Kind, sent: Encoded) -> None:
-        pts = sent.packet.pts or 0
-        if kind not in self._origins:
-            self._origins[kind] = private.rtp_origin(self._senders[kind], pts)
-        now_s = self._now_s()
+        now_s = self._clock.now_s()
         if now_s - self._clock_told_s.get(kind, float("-inf")) < _CLOCK_EVERY_S:
             return
         if "state" not in self._channels:
             return
         self._clock_told_s[kind] = now_s
-        rtp = (self._origins[kind] + pts) % _UINT32
-        self._events.rtp_clock(kind, rtp, sent.captured_s)
+        self._events.rtp_clock(kind, self.rtp_time(kind, sent.packet.pts or 0), sent.captured_s)
 
     def _state_changed(self) -> None:
         state = self._pc.connectionState

@@ -1,40 +1,70 @@
 """The only place that touches private parts of aiortc and aioice, and why each is needed.
 
 Pinned in pyproject.toml to the minor versions that this was read against; `check` fails with a
-readable sentence when a new version has moved something.
+readable sentence when a new version has moved something. `rtc/sender.py` besides has the names
+that aiortc calls on a sender.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+import asyncio
+import contextlib
+import copy
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import aioice.ice
-from aiortc import RTCRtpSender
+from aiortc import RTCDtlsTransport, RTCIceTransport, RTCRtpSender, RTCSctpTransport
+from aiortc.rtcrtpparameters import (
+    ParametersDict,
+    RTCRtcpFeedback,
+    RTCRtpCodecParameters,
+    RTCRtpHeaderExtensionParameters,
+)
+from aiortc.rtcrtptransceiver import RTCRtpTransceiver
+from aiortc.sdp import SessionDescription
 
 from wax.errors import StartError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
+
+    from wax.rtc.sender import Sender
 
 _FOR_EVER: Final = 10**9
-_LAST_RTP_TIME: Final = "_RTCRtpSender__rtp_timestamp"
-_UINT32: Final = 2**32
+_SENDER: Final = "_RTCRtpTransceiver__sender"
+_FEEDBACK: Final = RTCRtcpFeedback(type="transport-cc")
+_RED: Final = "audio/red"
 
 
 def check() -> None:
     """Raise `StartError` naming each private part that this version no longer has."""
+
+    def sets(owner: type, name: str) -> bool:
+        return name in owner.__init__.__code__.co_names  # type: ignore[misc]  # of that very class
+
     missing = [
         name
         for name, there in (
             ("aioice.ice.CONSENT_FAILURES", hasattr(aioice.ice, "CONSENT_FAILURES")),
             ("aioice.ice.get_host_addresses", hasattr(aioice.ice, "get_host_addresses")),
-            ("RTCRtpSender._send_keyframe", hasattr(RTCRtpSender, "_send_keyframe")),
-            ("RTCRtpSender._retransmit", hasattr(RTCRtpSender, "_retransmit")),
+            ("RTCRtpTransceiver.__sender", sets(RTCRtpTransceiver, _SENDER)),
+            ("RTCRtpTransceiver._codecs", sets(RTCRtpTransceiver, "_codecs")),
+            ("RTCRtpTransceiver._headerExtensions", sets(RTCRtpTransceiver, "_headerExtensions")),
+            ("RTCRtpSender._ssrc", sets(RTCRtpSender, "_ssrc")),
+            ("RTCRtpSender._rtx_ssrc", sets(RTCRtpSender, "_rtx_ssrc")),
+            ("RTCRtpSender._track_id", "_track_id" in RTCRtpSender.replaceTrack.__code__.co_names),
+            ("RTCDtlsTransport._send_rtp", hasattr(RTCDtlsTransport, "_send_rtp")),
+            ("RTCDtlsTransport._handle_rtcp_data", hasattr(RTCDtlsTransport, "_handle_rtcp_data")),
             (
-                "RTCRtpSender.__rtp_timestamp",
-                _LAST_RTP_TIME in RTCRtpSender.__init__.__code__.co_names,
+                "RTCDtlsTransport._register_rtp_sender",
+                hasattr(RTCDtlsTransport, "_register_rtp_sender"),
             ),
-            ("RTCRtpSender._stream_id", "_stream_id" in RTCRtpSender.__init__.__code__.co_names),
+            (
+                "RTCDtlsTransport._unregister_rtp_sender",
+                hasattr(RTCDtlsTransport, "_unregister_rtp_sender"),
+            ),
+            ("RTCIceTransport._send", sets(RTCIceTransport, "_send")),
+            ("RTCSctpTransport._send_sack", hasattr(RTCSctpTransport, "_send_sack")),
         )
         if not there
     ]
@@ -63,35 +93,92 @@ def _host_addresses(use_ipv4: bool, use_ipv6: bool) -> list[str]:
 _found_addresses = aioice.ice.get_host_addresses
 
 
-def on_keyframe_request(sender: RTCRtpSender, callback: Callable[[], None]) -> None:
-    """Call back on PLI and FIR: aiortc forgets them for tracks that return packets."""
-    sender._send_keyframe = callback  # type: ignore[method-assign]  # see above
+def put_sender(transceiver: RTCRtpTransceiver, sender: Sender) -> None:
+    """Let this transceiver send by our sender: aiortc has no way to bring one's own."""
+    setattr(transceiver, _SENDER, sender)
 
 
-def ask_before_repeating(sender: RTCRtpSender, allows: Callable[[int], bool]) -> None:
-    """Ask before a lost packet is sent again, by its sequence number: aiortc always does it."""
-    repeat = sender._retransmit
+def widen(transceiver: RTCRtpTransceiver, offer: str, extensions: Collection[str]) -> None:
+    """Agree to what the browser offers and aiortc does not know; between offer and answer.
 
-    async def repeat_if_allowed(sequence_number: int) -> None:
-        if allows(sequence_number):
-            await repeat(sequence_number)
-
-    sender._retransmit = repeat_if_allowed  # type: ignore[method-assign]  # see above
-
-
-def own_sync_group(sender: RTCRtpSender, name: str) -> None:
-    """Put this sender's track into a media stream of its own (`a=msid`, RFC 8830).
-
-    A browser delays the sound of a common stream for a late picture; here sound is the master
-    and `sync/` is the only coupling.
+    The header extensions with these URIs, feedback for the whole transport, and redundant sound
+    (RFC 2198) of the codec that was chosen.
     """
-    sender._stream_id = name
+    media = next(
+        (m for m in SessionDescription.parse(offer).media if m.rtp.muxId == transceiver.mid), None
+    )
+    if media is None or not transceiver._codecs:
+        return
+    transceiver._headerExtensions = [
+        *transceiver._headerExtensions,
+        *(
+            RTCRtpHeaderExtensionParameters(id=one.id, uri=one.uri)
+            for one in media.rtp.headerExtensions
+            if one.uri in extensions
+        ),
+    ]
+    chosen = transceiver._codecs[0]
+    for offered in media.rtp.codecs:
+        if offered.payloadType == chosen.payloadType and _FEEDBACK in offered.rtcpFeedback:
+            chosen.rtcpFeedback = [*chosen.rtcpFeedback, _FEEDBACK]
+        if _is_red_of(offered, chosen):
+            transceiver._codecs = [*transceiver._codecs, copy.deepcopy(offered)]
 
 
-def rtp_origin(sender: RTCRtpSender, pts: int) -> int:
-    """Return the random RTP time at which this sender counts zero (RFC 3550, 5.1).
+def _is_red_of(offered: RTCRtpCodecParameters, chosen: RTCRtpCodecParameters) -> bool:
+    wanted = cast("ParametersDict", {f"{chosen.payloadType}/{chosen.payloadType}": None})
+    return (
+        offered.mimeType.lower() == _RED
+        and offered.clockRate == chosen.clockRate
+        and offered.parameters == wanted
+    )
 
-    `pts` is the media time, in RTP clock units, of the packet that was sent last.
+
+def on_datagram(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) -> None:
+    """Call back with each datagram that leaves, the data channels' and RTCP's too."""
+    ice = transport.transport
+    send = ice._send
+
+    async def counted(data: bytes) -> None:
+        callback(data)
+        await send(data)
+
+    ice._send = counted
+
+
+def on_rtcp(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) -> None:
+    """Call back with all RTCP that comes: aiortc misreads transport-wide feedback."""
+    handle = transport._handle_rtcp_data
+
+    async def heard(data: bytes) -> None:
+        callback(data)
+        await handle(data)
+
+    transport._handle_rtcp_data = heard  # type: ignore[method-assign]  # see above
+
+
+def delay_acknowledgements(sctp: RTCSctpTransport, delay_s: float) -> None:
+    """Acknowledge together what comes within `delay_s` (RFC 9260, 6.2; 200 ms at most).
+
+    aiortc acknowledges each message at once, in a datagram of 93 bytes: at twenty set-points a
+    second that is a third of a modem line.
     """
-    last: int = getattr(sender, _LAST_RTP_TIME)
-    return (last - pts) % _UINT32
+    acknowledge = sctp._send_sack
+    waiting: list[asyncio.TimerHandle] = []
+    under_way: set[asyncio.Task[Any]] = set()
+
+    async def now() -> None:
+        waiting.clear()
+        with contextlib.suppress(ConnectionError):  # closed in between: nobody is left to tell
+            await acknowledge()
+
+    def due() -> None:
+        task = asyncio.ensure_future(now())
+        under_way.add(task)
+        task.add_done_callback(under_way.discard)
+
+    async def later() -> None:
+        if not waiting:
+            waiting.append(asyncio.get_running_loop().call_later(delay_s, due))
+
+    sctp._send_sack = later  # type: ignore[method-assign]  # see above

@@ -1,31 +1,46 @@
-"""`audio-master` and `video-first`: each viewer's own policy, one encoder for everybody."""
+"""`audio-master` and `video-first`: each viewer's own policy, one encoder for everybody.
+
+Three decisions are made for each viewer, each by something pure: what his link carries
+(`sync/estimate`), what he is sent over it (`sync/ladder`), and when it plays (`sync/policies`).
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
 from wax import messages
-from wax.streams.streams import Codecs, Kind, Units
+from wax.streams.live_way import LiveWay
+from wax.streams.streams import Codecs, Kind, Lanes, Policy, Units
+from wax.sync.ladder import Ladder
 from wax.sync.policies import make_policy
+from wax.sync.serving import Rung, SoundForm
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from pydantic import BaseModel
+    from collections.abc import Sequence
 
     from wax.clock import Clock
-    from wax.config import SyncSettings, VideoSettings
-    from wax.media.lane import SoundLane, VideoLane
+    from wax.config import AudioSettings, SyncSettings, VideoSettings
     from wax.media.sound_hub import SoundHub
+    from wax.media.sound_lane import SoundLane
     from wax.media.video_hub import VideoHub
+    from wax.media.video_lane import VideoLane
+    from wax.streams.streams import Page
+    from wax.sync.delivery import LinkEstimate
     from wax.sync.playout import PlayoutReport, PlayoutTargets
+    from wax.sync.serving import Serving
 
 _RETARGET_MS: Final = 4.0
 """A buffer is not retargeted for less: each change of the picture's is a small jump."""
+_TELL_S: Final = 1.0
+_TELL_THIN_S: Final = 5.0
+"""Between two `Served` of a link that has not much to spare."""
+_THIN_BPS: Final = 150_000
+_RESUME_S: Final = 1.0
+"""Between two keyframes that are asked for because a lane has lost its thread."""
 
 
 class LiveStreams:
-    """One viewer's lanes, and the targets of his page's two jitter buffers."""
+    """One viewer's lanes and way, and what is decided for them."""
 
     units: Units | None = None
 
@@ -35,91 +50,230 @@ class LiveStreams:
         clock: Clock,
         video: VideoHub,
         audio: SoundHub,
-        send: Callable[[BaseModel], None],
+        rungs: Sequence[Rung],
+        forms: Sequence[SoundForm],
+        page: Page,
         sync: SyncSettings,
     ) -> None:
         self._clock = clock
         self._video = video
         self._audio = audio
-        self._send = send
-        self._sync = sync
+        self._rungs = rungs
+        self._forms = forms
+        self._page = page
+        self._role_sync = sync
+        self._wanted_policy: Policy | None = None
         self._policy = make_policy(sync)
-        self._targets: PlayoutTargets | None = None
+        self._size: str | None = rungs[0].size
         self._sound_wanted = False
         self._is_ready = False
-        self._video_lane: VideoLane | None = None
+        self._picture_lane: VideoLane | None = None
         self._sound_lane: SoundLane | None = None
+        self._begin()
 
-    def lanes(self) -> tuple[VideoLane, SoundLane]:
+    def _begin(self) -> None:
+        """Know nothing of the link and have decided nothing."""
+        self._way = LiveWay(self._decide)
+        self._ladder = Ladder(self._rungs, self._forms)
+        self._serving: Serving | None = None
+        self._targets: PlayoutTargets | None = None
+        self._held_ms: float | None = None
+        self._told: messages.Served | None = None
+        self._told_s = float("-inf")
+        self._asked_s = float("-inf")
+
+    @property
+    def _sync(self) -> SyncSettings:
+        """The role's settings, with the policy that this viewer has asked for."""
+        if self._wanted_policy in (None, self._role_sync.policy):
+            return self._role_sync
+        return self._role_sync.model_copy(update={"policy": self._wanted_policy})
+
+    # --- the peer's life -------------------------------------------------------------------
+
+    def lanes(self) -> Lanes:
         self.release()
-        self._video_lane = self._video.add()
+        self._begin()
+        self._picture_lane = self._video.add()
         self._sound_lane = self._audio.add()
-        return self._video_lane, self._sound_lane
+        return Lanes(self._picture_lane, self._sound_lane, self._way)
 
     def release(self) -> None:
-        if self._video_lane is not None and self._sound_lane is not None:
-            self._video.remove(self._video_lane)
+        if self._picture_lane is not None and self._sound_lane is not None:
+            self._video.remove(self._picture_lane)
             self._audio.remove(self._sound_lane)
-        self._video_lane = self._sound_lane = None
+        self._picture_lane = self._sound_lane = None
         self._sound_wanted = False
         self._is_ready = False
-        self._targets = None
 
     def connected(self) -> None:
         """Start the picture before the page can ask for it: it plays on load."""
-        if self._video_lane is not None:
-            self._video.choose(self._video_lane, self._video.sizes[0])
+        self._hold_back(0.0)
+        self._decide(self._clock.now_s())
 
     def ready(self) -> None:
         self._is_ready = True
         self._retarget(self._policy.start())
 
-    def want(self, *, sound: bool, picture: bool, size: str) -> None:
+    def want(self, *, sound: bool, picture: bool, size: str, policy: Policy | None) -> None:
         self._sound_wanted = sound
-        if self._video_lane is not None:
-            self._video.choose(self._video_lane, size if picture else None)
-        self._choose_sound()
+        self._size = size if picture else None
+        if policy != self._wanted_policy:
+            self._wanted_policy = policy
+            self._begin_policy()
+        self._decide(self._clock.now_s())
 
     def follow(self, sync: SyncSettings) -> None:
-        if sync is self._sync:
+        if sync is self._role_sync:
             return
-        self._sync = sync
-        self._policy = make_policy(sync)
-        self._choose_sound()
-        self._targets = None  # its name and reason are news even where its targets are not
-        if self._is_ready:
-            self._retarget(self._policy.start())
+        self._role_sync = sync
+        self._begin_policy()
+        self._decide(self._clock.now_s())
 
     def reported(self, report: PlayoutReport) -> None:
-        self._retarget(self._policy.decide(report, self._clock.now_s()))
+        now_s = self._clock.now_s()
+        estimate = self._way.estimate(now_s)
+        self._retarget(self._policy.decide(report, now_s, estimate, self._serving))
 
-    def round_trip(self, round_trip_s: float) -> None: ...
+    def round_trip(self, round_trip_s: float) -> None:
+        self._way.round_trip(round_trip_s, self._clock.now_s())
 
     def received(self, kind: Kind, pts: int) -> None: ...
 
     def keyframe_wanted(self) -> None:
-        if self._video_lane is not None:
-            self._video.request_keyframe(self._video_lane)
+        if self._picture_lane is not None:
+            self._video.request_keyframe(self._picture_lane)
 
     def status(self) -> dict[str, object]:
-        return {"policy": self._policy.name}
+        now_s = self._clock.now_s()
+        known: dict[str, object] = {"policy": self._policy.name}
+        if self._serving is not None:
+            known |= self._served(self._way.estimate(now_s), self._serving).model_dump(
+                exclude={"type"}
+            )
+        if self._targets is not None:
+            known |= {
+                "sound_target_ms": self._targets.sound_ms,
+                "picture_held_ms": self._held_ms,
+                "why_in_step": self._targets.reason,
+            }
+        return known
 
-    def _choose_sound(self) -> None:
-        if self._sound_lane is not None:
-            mu_ms = self._sync.audio_mu_ms if self._sound_wanted else None
-            self._audio.choose(self._sound_lane, mu_ms, self._policy.preroll_ms)
+    # --- what is sent ----------------------------------------------------------------------
+
+    def _decide(self, now_s: float) -> None:
+        if self._picture_lane is None or self._sound_lane is None:
+            return
+        estimate = self._way.estimate(now_s)
+        serving = self._ladder.decide(
+            estimate,
+            size=self._size,
+            sound=self._sound_wanted,
+            sound_form=self._fixed_form(),
+            other_bps=self._way.other_bps,
+            now_s=now_s,
+        )
+        before, self._serving = self._serving, serving
+        self._send_picture(self._picture_lane, before, serving, estimate, now_s)
+        self._send_sound(self._sound_lane, serving)
+        self._tell(estimate, serving, now_s)
+
+    def _send_picture(
+        self,
+        lane: VideoLane,
+        before: Serving | None,
+        serving: Serving,
+        estimate: LinkEstimate,
+        now_s: float,
+    ) -> None:
+        lane.top_layer = serving.top_layer
+        old = None if before is None else before.rung
+        if serving.rung != old or before is None:
+            name = None if serving.rung is None else serving.rung.name
+            self._video.choose(lane, name)
+            self._asked_s = now_s
+            if old is not None and serving.rung is not None and _falls(old, serving.rung):
+                # The link is full of the old one: each more of its pictures is one too late.
+                lane.give_up()
+        elif lane.is_cut and self._may_resume(estimate, now_s):
+            # It was let go while the link was full; now there is room for a beginning.
+            self._asked_s = now_s
+            self._video.request_keyframe(lane)
+
+    def _may_resume(self, estimate: LinkEstimate, now_s: float) -> bool:
+        return (
+            estimate.state in ("starting", "steady")
+            and now_s - self._asked_s >= _RESUME_S
+            and self._way.free_in_s(now_s) <= 0
+        )
+
+    def _send_sound(self, lane: SoundLane, serving: Serving) -> None:
+        lane.redundancy = serving.redundancy
+        self._audio.choose(lane, serving.sound, self._policy.preroll_ms)
+
+    def _fixed_form(self) -> SoundForm | None:
+        mu_ms = self._sync.audio_mu_ms
+        if mu_ms == "auto":
+            return None
+        nearest = min(self._forms, key=lambda form: abs(form.mu_ms - mu_ms))
+        return SoundForm(mu_ms=mu_ms, bitrate_bps=nearest.bitrate_bps)
+
+    # --- when it plays ---------------------------------------------------------------------
+
+    def _begin_policy(self) -> None:
+        self._policy = make_policy(self._sync)
+        self._targets = None  # its name and reason are news even where its targets are not
+        if self._is_ready:
+            self._retarget(self._policy.start())
 
     def _retarget(self, targets: PlayoutTargets) -> None:
         if self._targets is not None and not _moved(self._targets, targets):
             return
         self._targets = targets
-        self._send(
+        by_server = self._hold_back(targets.picture_ms or 0.0)
+        self._page.send(
             messages.Playout(
                 policy=self._policy.name,
                 sound_target_ms=targets.sound_ms,
-                picture_target_ms=targets.picture_ms,
+                picture_target_ms=None if by_server else targets.picture_ms,
                 reason=targets.reason,
             )
+        )
+
+    def _hold_back(self, least_ms: float) -> bool:
+        self._held_ms = least_ms
+        return self._page.hold_back(least_ms)
+
+    # --- what the page is told -------------------------------------------------------------
+
+    def _tell(self, estimate: LinkEstimate, serving: Serving, now_s: float) -> None:
+        if not self._is_ready:
+            return
+        every_s = _TELL_THIN_S if estimate.rate_bps < _THIN_BPS else _TELL_S
+        served = self._served(estimate, serving)
+        told = self._told
+        is_news = (
+            told is None or served.rendition != told.rendition or served.in_step != told.in_step
+        )
+        if served == told or (not is_news and now_s - self._told_s < every_s):
+            return
+        self._told, self._told_s = served, now_s
+        self._page.send(served)
+
+    def _served(self, estimate: LinkEstimate, serving: Serving) -> messages.Served:
+        rung, sound = serving.rung, serving.sound
+        layers_left_out = 0 if rung is None else max(rung.layers - 1 - serving.top_layer, 0)
+        return messages.Served(
+            rendition=None if rung is None else rung.name,
+            picture_hz=0.0 if rung is None else rung.fps / 2**layers_left_out,
+            sound_mu_ms=None if sound is None else sound.mu_ms,
+            sound_bps=0 if sound is None else sound.bitrate_bps,
+            redundancy=serving.redundancy,
+            link_bps=_rounded(estimate.rate_bps),
+            used_bps=_rounded(estimate.used_bps),
+            queue_ms=round(estimate.queue_ms / 10) * 10.0,
+            in_step=self._targets is None or self._targets.in_step,
+            reason=serving.reason,
         )
 
 
@@ -129,21 +283,56 @@ class LiveService:
     acknowledged = False
 
     def __init__(
-        self, *, clock: Clock, settings: VideoSettings, video: VideoHub, audio: SoundHub
+        self,
+        *,
+        clock: Clock,
+        video_settings: VideoSettings,
+        audio_settings: AudioSettings,
+        video: VideoHub,
+        audio: SoundHub,
     ) -> None:
-        self.codecs = Codecs(audio="opus", video=settings.codec)
+        self.codecs = Codecs(audio="opus", video=video_settings.codec)
         self._clock = clock
         self._video = video
         self._audio = audio
+        layers = 3 if video_settings.codec == "vp8" else 1
+        self._rungs = [
+            Rung(
+                name=one.name,
+                size=one.size,
+                fps=one.fps,
+                bitrate_bps=one.bitrate_bps,
+                layers=layers,
+            )
+            for one in video_settings.renditions
+        ]
+        self._forms = [
+            SoundForm(mu_ms=one.mu_ms, bitrate_bps=one.bitrate_bps) for one in audio_settings.forms
+        ]
 
     @property
     def sizes(self) -> Sequence[str]:
         return self._video.sizes
 
-    def streams(self, send: Callable[[BaseModel], None], sync: SyncSettings) -> LiveStreams:
+    def streams(self, page: Page, sync: SyncSettings) -> LiveStreams:
         return LiveStreams(
-            clock=self._clock, video=self._video, audio=self._audio, send=send, sync=sync
+            clock=self._clock,
+            video=self._video,
+            audio=self._audio,
+            rungs=self._rungs,
+            forms=self._forms,
+            page=page,
+            sync=sync,
         )
+
+
+def _falls(old: Rung, new: Rung) -> bool:
+    return new.bitrate_bps < old.bitrate_bps
+
+
+def _rounded(rate_bps: float) -> int:
+    """Two digits are what is known of a rate, and what is worth telling."""
+    return int(float(f"{rate_bps:.2g}"))
 
 
 def _moved(old: PlayoutTargets, new: PlayoutTargets) -> bool:
@@ -153,4 +342,8 @@ def _moved(old: PlayoutTargets, new: PlayoutTargets) -> bool:
         # A little is let be, but zero is always reached: nothing to hold back means none.
         return abs(a - b) >= _RETARGET_MS or (b == 0 and a != 0)
 
-    return differ(old.sound_ms, new.sound_ms) or differ(old.picture_ms, new.picture_ms)
+    return (
+        differ(old.sound_ms, new.sound_ms)
+        or differ(old.picture_ms, new.picture_ms)
+        or old.in_step != new.in_step
+    )

@@ -6,15 +6,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from pydantic import BaseModel
 
     from wax.config import SyncSettings
-    from wax.rtc.tracks import Lane
+    from wax.rtc.lane import PictureLane, SoundLane
+    from wax.rtc.way import Way
     from wax.sync.playout import PlayoutReport
 
 Kind = Literal["audio", "video"]
+Policy = Literal["audio-master", "video-first"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,14 +43,35 @@ class Units:
     length: int
 
 
+@dataclass(frozen=True, slots=True)
+class Lanes:
+    """What a peer sends, and the way by which it asks."""
+
+    picture: PictureLane
+    sound: SoundLane
+    way: Way
+
+
+class Page(Protocol):
+    """A viewer's page, as his streams see it."""
+
+    def send(self, message: BaseModel) -> None:
+        """Send on the reliable channel."""
+        ...
+
+    def hold_back(self, least_ms: float) -> bool:
+        """Let the browser show pictures this late; False where it does not take that from us."""
+        ...
+
+
 class Streams(Protocol):
     """Lives as long as the viewer; for each peer it begins anew with fresh lanes.
 
     Nothing here raises for what a page does or leaves undone.
     """
 
-    def lanes(self) -> tuple[Lane, Lane]:
-        """Make lanes for a fresh peer, picture and sound; those of the one before are given up."""
+    def lanes(self) -> Lanes:
+        """Make lanes for a fresh peer; those of the one before are given up."""
         ...
 
     def release(self) -> None:
@@ -63,8 +86,11 @@ class Streams(Protocol):
         """Tell the page what it must know: the data channels are open."""
         ...
 
-    def want(self, *, sound: bool, picture: bool, size: str) -> None:
-        """Send these from now on; `size` is one of the sizes on offer."""
+    def want(self, *, sound: bool, picture: bool, size: str, policy: Policy | None) -> None:
+        """Send these from now on, pictures of `size` at most, which is one of those on offer.
+
+        `policy` None is the role's.
+        """
         ...
 
     def follow(self, sync: SyncSettings) -> None:
@@ -107,6 +133,6 @@ class Service(Protocol):
         """The sizes on offer, the default first."""
         ...
 
-    def streams(self, send: Callable[[BaseModel], None], sync: SyncSettings) -> Streams:
-        """Make one viewer's; `send` reaches his page on the reliable channel."""
+    def streams(self, page: Page, sync: SyncSettings) -> Streams:
+        """Make one viewer's."""
         ...

@@ -8,26 +8,26 @@ whose mark would be the same for both.
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from wax import messages
 from wax.config import RenditionSettings, VideoSettings
 from wax.media.unit_lane import PictureIntake, UnitLane
-from wax.streams.streams import Codecs, Kind, Units
+from wax.rtc.way import OpenWay
+from wax.streams.streams import Codecs, Kind, Lanes, Policy, Units
 from wax.sync.thesis.compensation import Compensation
 from wax.sync.thesis.sender import Sender
 from wax.sync.thesis.units import MediaUnit, Stream
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from pydantic import BaseModel
+    from collections.abc import Sequence
 
     from wax.clock import Clock
     from wax.config import SyncSettings
     from wax.media.encoded import EncodedPicture, EncodedSound, SoundUnit
     from wax.media.unit_hub import UnitHub
     from wax.media.video_hub import VideoHub
+    from wax.streams.streams import Page
     from wax.sync.playout import PlayoutReport
     from wax.sync.thesis.sender import Decision
     from wax.sync.thesis.settings import ThesisSettings
@@ -48,14 +48,14 @@ class ThesisStreams:
         settings: ThesisSettings,
         video: VideoHub,
         audio: UnitHub,
-        send: Callable[[BaseModel], None],
+        page: Page,
     ) -> None:
         self._clock = clock
         self._settings = settings
         self._video = video
         self._audio = audio
-        self._send = send
-        self._lanes: dict[Stream, UnitLane] = {}
+        self._page = page
+        self._lanes: dict[Stream, UnitLane[Any]] = {}
         self._intake: PictureIntake | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._told: str | None = None
@@ -75,13 +75,16 @@ class ThesisStreams:
 
     # --- the peer's life -------------------------------------------------------------------
 
-    def lanes(self) -> tuple[UnitLane, UnitLane]:
+    def lanes(self) -> Lanes:
         self.release()
         self._begin()
-        self._lanes = {"picture": UnitLane(), "sound": UnitLane()}
+        picture: UnitLane[EncodedPicture] = UnitLane()
+        sound: UnitLane[EncodedSound] = UnitLane()
+        self._lanes = {"picture": picture, "sound": sound}
         self._intake = PictureIntake(self._picture_captured)
         self._video.attach(self._intake)
-        return self._lanes["picture"], self._lanes["sound"]
+        # What may leave is the sender's decision; once it may, it goes at once.
+        return Lanes(picture, sound, OpenWay())
 
     def release(self) -> None:
         if self._intake is not None:
@@ -102,10 +105,17 @@ class ThesisStreams:
     def ready(self) -> None:
         self._tell()
 
-    def want(self, *, sound: bool, picture: bool, size: str) -> None:
+    def want(
+        self,
+        *,
+        sound: bool,
+        picture: bool,
+        size: str,  # noqa: ARG002  # there is only one
+        policy: Policy | None,  # noqa: ARG002  # the baseline is the same for everybody
+    ) -> None:
         if self._intake is None:
             return
-        self._video.choose(self._intake, size if picture else None)
+        self._video.choose(self._intake, self._video.names[0] if picture else None)
         if sound:
             self._audio.listen(self._sound_captured)
         else:
@@ -202,7 +212,7 @@ class ThesisStreams:
             return
         self._told = reason
         # The browser's buffers are to add nothing: the roll-back is the server's work.
-        self._send(
+        self._page.send(
             messages.Playout(
                 policy="thesis", sound_target_ms=None, picture_target_ms=0.0, reason=reason
             )
@@ -256,7 +266,7 @@ class ThesisService:
 
     def streams(
         self,
-        send: Callable[[BaseModel], None],
+        page: Page,
         sync: SyncSettings,  # noqa: ARG002  # the baseline is the same for all roles
     ) -> ThesisStreams:
         return ThesisStreams(
@@ -264,7 +274,7 @@ class ThesisService:
             settings=self._settings,
             video=self._video,
             audio=self._audio,
-            send=send,
+            page=page,
         )
 
 

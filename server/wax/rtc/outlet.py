@@ -1,0 +1,65 @@
+"""Where all that one peer sends is counted and marked, and matched with what is told of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import structlog
+
+from wax.errors import ProtocolError
+from wax.rtc import feedback, private
+from wax.rtc.transmissions import Transmissions
+from wax.sync.delivery import UDP_IP_BYTES
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from aiortc import RTCDtlsTransport
+
+    from wax.rtc.way import Way
+
+_LOG = structlog.get_logger(__name__)
+
+
+class Outlet:
+    """Between the two senders of a peer and the transport that they share."""
+
+    def __init__(self, way: Way, now_s: Callable[[], float]) -> None:
+        self.way = way
+        self._now_s = now_s
+        self._transmissions = Transmissions()
+        self._transports: list[RTCDtlsTransport] = []
+
+    def join(self, transport: RTCDtlsTransport) -> None:
+        """Count whatever leaves by this transport and hear what comes back; safe to repeat."""
+        if transport not in self._transports:
+            self._transports.append(transport)
+            private.on_datagram(transport, self._sent)
+            private.on_rtcp(transport, self._told)
+
+    def mark(
+        self, size_bytes: int, kind: Literal["audio", "video", "repeat"], train: int | None
+    ) -> int | None:
+        """Return the transport-wide sequence number for a packet of about this size, or None."""
+        if not self.way.watched:
+            return None
+        return self._transmissions.sent(
+            self._now_s(), size_bytes=size_bytes, kind=kind, train=train
+        )
+
+    def _sent(self, datagram: bytes) -> None:
+        # DTLS, and with it the data channels, has first bytes 20 to 63, RTP 128 to 191 (RFC 7983).
+        is_media = datagram[0] > 127
+        self.way.sent(len(datagram) + UDP_IP_BYTES, self._now_s(), is_media=is_media)
+
+    def _told(self, rtcp: bytes) -> None:
+        if not self.way.watched:
+            return
+        now_s = self._now_s()
+        for one in feedback.find(rtcp):
+            try:
+                deliveries = self._transmissions.reported(feedback.parse(one), now_s)
+            except ProtocolError as error:
+                _LOG.debug("feedback refused", error=str(error))
+                continue
+            self.way.delivered(deliveries, now_s)

@@ -1,0 +1,154 @@
+"""The picture to one browser: what is best sent when the way is free, and lost packets again."""
+
+from __future__ import annotations
+
+import asyncio
+import random
+from collections import deque
+from typing import TYPE_CHECKING, Final, Literal
+
+from aiortc.rtp import RtcpPsfbPacket, RtcpRtpfbPacket
+
+from wax.rtc import rtp
+from wax.rtc.history import History, SentPacket
+from wax.rtc.payload import h264
+from wax.rtc.payload.vp8 import Vp8Packetizer
+from wax.rtc.repeats import Repeats
+from wax.rtc.sender import UINT16, UINT32, Seat, Sender
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from aiortc.rtp import AnyRtcpPacket
+
+    from wax.rtc.lane import Picture, PictureLane
+
+_TICK_S: Final = 0.001
+"""An event loop wakes no more finely than this."""
+_NACK: Final = 1
+_PLI: Final = 1
+_FIR: Final = 4
+
+
+class PictureSender(Sender):
+    """Sends the picture that is best sent when the way is free, and lost packets again."""
+
+    kind = "video"
+    _extra_name = "rtx"
+
+    def __init__(
+        self,
+        seat: Seat,
+        *,
+        lane: PictureLane,
+        codec: Literal["vp8", "h264"],
+        round_trip_s: Callable[[], float | None],
+        on_keyframe_wanted: Callable[[], None],
+    ) -> None:
+        super().__init__(seat)
+        self._lane = lane
+        self._packetizer = _packetizer(codec)
+        self._round_trip_s = round_trip_s
+        self._on_keyframe_wanted = on_keyframe_wanted
+        self._playout_delay: rtp.PlayoutDelay | None = None
+        self._news = asyncio.Event()
+        self._history = History()
+        self._repeats = Repeats()
+        self._asked_for: deque[int] = deque(maxlen=256)
+        self._rtx_number = random.getrandbits(15)
+        lane.listen(self._news.set)
+
+    def hold_back(self, least_ms: float) -> bool:
+        """Hold pictures back this long in the browser; False where it cannot be told."""
+        # Zero for both makes Chromium show a picture at once (its low-latency renderer);
+        # a range would let it choose by itself, so it is one value.
+        steps = min(max(round(least_ms / 10), 0), 4095)
+        self._playout_delay = rtp.PlayoutDelay(steps, steps)
+        return self._ids.playout_delay is not None
+
+    def _asked(self, packet: AnyRtcpPacket) -> None:
+        if isinstance(packet, RtcpRtpfbPacket) and packet.fmt == _NACK:
+            self._asked_for.extend(packet.lost)
+            self._news.set()
+        elif isinstance(packet, RtcpPsfbPacket) and packet.fmt in (_PLI, _FIR):
+            self._on_keyframe_wanted()
+
+    async def _run_lane(self) -> None:
+        while True:
+            if (wait_s := self._outlet.way.free_in_s(self._now_s())) > 0:
+                # A little later than free at most: what was sent meanwhile is seen then.
+                await asyncio.sleep(max(wait_s, _TICK_S))
+            elif self._asked_for:
+                await self._repeat(self._asked_for.popleft())
+            elif (picture := self._lane.take()) is not None:
+                await self._send_picture(picture)
+            else:
+                self._news.clear()
+                await self._news.wait()
+
+    async def _send_picture(self, picture: Picture) -> None:
+        data = bytes(picture.packet)
+        pts = picture.packet.pts or 0
+        now_s = self._now_s()
+        train = self._outlet.way.train(len(data), now_s)
+        payloads = self._packetizer(picture, data, train.payload_bytes)
+        timestamp = (self.origin + pts) % UINT32
+        due_s = now_s
+        for index, payload in enumerate(payloads):
+            if due_s - self._now_s() > _TICK_S:
+                await asyncio.sleep(due_s - self._now_s())
+            last = index == len(payloads) - 1
+            packet = SentPacket(timestamp, last, payload, self._now_s())
+            number, size = await self._send_new(
+                self._payload_type,
+                packet,
+                train=train.number,
+                playout_delay=self._playout_delay if index == 0 else None,
+            )
+            self._history.add(number, packet)
+            due_s += size * 8 / train.pace_bps
+        self._left(picture, pts)
+
+    async def _repeat(self, number: int) -> None:
+        now_s = self._now_s()
+        lost = self._history.get(number)
+        if lost is None or not self._repeats.allows(number, self._round_trip_s(), now_s):
+            return
+        if not self._outlet.way.repeats(len(lost.payload), now_s - lost.sent_s, now_s):
+            return
+        if self._extra_payload_type is None:
+            payload_type, to_send, ssrc, sequence_number = (
+                self._payload_type,
+                lost,
+                self._ssrc,
+                number,
+            )
+        else:  # RFC 4588: the number that it first had stands before the payload
+            payload_type, ssrc, sequence_number = (
+                self._extra_payload_type,
+                self._rtx_ssrc,
+                self._rtx_number,
+            )
+            self._rtx_number = (self._rtx_number + 1) % UINT16
+            to_send = lost._replace(payload=number.to_bytes(2, "big") + lost.payload)
+        await self._send(
+            payload_type=payload_type,
+            sequence_number=sequence_number,
+            ssrc=ssrc,
+            packet=to_send,
+            repeat=True,
+        )
+
+
+def _packetizer(codec: Literal["vp8", "h264"]) -> Callable[[Picture, bytes, int], list[bytes]]:
+    if codec == "h264":
+        return lambda _picture, data, max_bytes: h264.packets(data, max_bytes=max_bytes)
+    vp8 = Vp8Packetizer(picture_id=random.getrandbits(15), tl0_picidx=random.getrandbits(8))
+    return lambda picture, data, max_bytes: vp8.packets(
+        data,
+        layer=picture.layer,
+        sync=picture.sync,
+        droppable=picture.droppable,
+        keyframe=picture.keyframe,
+        max_bytes=max_bytes,
+    )

@@ -1,0 +1,106 @@
+"""RTP packets and sender reports as bytes (RFC 3550), with the few extensions that are sent. Pure.
+
+Built by hand and not by aiortc's classes, since this is done for each packet of each viewer.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from typing import Final
+
+TRANSPORT_SEQUENCE: Final = (
+    "http://www.ietf.org/id/draft-holmer-rmcat-transport-wide-cc-extensions-01"
+)
+PLAYOUT_DELAY: Final = "http://www.webrtc.org/experiments/rtp-hdrext/playout-delay"
+
+NTP_EPOCH_S: Final = 2_208_988_800
+"""From 1900, where NTP begins (RFC 5905), to 1970."""
+
+_ONE_BYTE_EXTENSIONS: Final = 0xBEDE
+_VERSION: Final = 0x80
+_HAS_EXTENSION: Final = 0x10
+_SENDER_REPORT: Final = 200
+_SOURCE_DESCRIPTION: Final = 202
+_CNAME: Final = 1
+
+
+@dataclass(frozen=True, slots=True)
+class ExtensionIds:
+    """The numbers that the browser gave to the extensions; None is one that it does not take."""
+
+    transport_sequence: int | None = None
+    playout_delay: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PlayoutDelay:
+    """The least and the most that a picture is held back, in steps of 10 ms (12 bits each)."""
+
+    least_10ms: int
+    most_10ms: int
+
+
+def rtp_packet(
+    *,
+    payload_type: int,
+    marker: bool,
+    sequence_number: int,
+    timestamp: int,
+    ssrc: int,
+    extensions: bytes,
+    payload: bytes,
+) -> bytes:
+    """Return one packet; `extensions` as `extension_block` makes them, or empty."""
+    header = struct.pack(
+        "!BBHLL",
+        _VERSION | (_HAS_EXTENSION if extensions else 0),
+        payload_type | (0x80 if marker else 0),
+        sequence_number,
+        timestamp,
+        ssrc,
+    )
+    return header + extensions + payload
+
+
+def extension_block(
+    ids: ExtensionIds, *, transport_sequence: int | None, playout_delay: PlayoutDelay | None
+) -> bytes:
+    """Return the header extensions (RFC 8285, one-byte form), empty where there are none."""
+    elements = b""
+    if ids.transport_sequence is not None and transport_sequence is not None:
+        elements = struct.pack("!BH", ids.transport_sequence << 4 | 1, transport_sequence)
+    if ids.playout_delay is not None and playout_delay is not None:
+        limits = playout_delay.least_10ms << 12 | playout_delay.most_10ms
+        elements += bytes((ids.playout_delay << 4 | 2,)) + limits.to_bytes(3, "big")
+    if not elements:
+        return b""
+    words = (len(elements) + 3) // 4
+    return struct.pack("!HH", _ONE_BYTE_EXTENSIONS, words) + elements.ljust(words * 4, b"\0")
+
+
+def ntp_time(unix_s: float) -> int:
+    """Return Unix time as the 64 bits of NTP."""
+    seconds, fraction = divmod(unix_s + NTP_EPOCH_S, 1)
+    return int(seconds) << 32 | int(fraction * 2**32)
+
+
+def sender_report(
+    *, ssrc: int, ntp: int, timestamp: int, packets: int, octets: int, cname: str
+) -> bytes:
+    """Return a compound of sender report and CNAME (RFC 3550, 6.4.1 and 6.5.1)."""
+    report = struct.pack(
+        "!BBHLQLLL",
+        _VERSION,
+        _SENDER_REPORT,
+        6,
+        ssrc,
+        ntp,
+        timestamp,
+        packets % 2**32,
+        octets % 2**32,
+    )
+    item = bytes((_CNAME, len(cname))) + cname.encode()
+    chunk = struct.pack("!L", ssrc) + item
+    chunk += b"\0" * (4 - len(chunk) % 4)
+    return report + struct.pack("!BBH", _VERSION | 1, _SOURCE_DESCRIPTION, len(chunk) // 4) + chunk

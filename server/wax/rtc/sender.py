@@ -1,0 +1,253 @@
+"""One stream to one browser: what aiortc has an RTCRtpSender for, made for lanes.
+
+aiortc's own encodes for each viewer, sends without pause or mark, repeats without limit, tells
+the time of sending as that of capture and loses every keyframe request. This one takes what
+was encoded for all, asks the viewer's `Way` before a picture leaves, and does none of that.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import random
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Final, Literal
+
+import structlog
+from aiortc.rtp import RtcpRrPacket
+
+from wax.rtc import rtp
+from wax.rtc.reports import ReportedTimes
+from wax.sync.delivery import UDP_IP_BYTES
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from aiortc import RTCDtlsTransport, RTCRtpSender
+    from aiortc.rtcrtpparameters import RTCRtpSendParameters
+    from aiortc.rtp import AnyRtcpPacket
+
+    from wax.clock import Clock
+    from wax.rtc.history import SentPacket
+    from wax.rtc.lane import Encoded
+    from wax.rtc.outlet import Outlet
+
+_LOG = structlog.get_logger(__name__)
+
+UINT16: Final = 2**16
+UINT32: Final = 2**32
+_REPORT_S: Final = 1.0
+"""Between two sender reports, on average (RFC 3550, 6.2 lets it vary by half)."""
+_SRTP_BYTES: Final = 10
+"""Authentication tag of the profile that Chromium negotiates (RFC 3711)."""
+_RTP_BYTES: Final = 20
+"""Header with the extension that every packet has."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seat:
+    """Where a sender sits: in the place of `stock`, whose identity it takes over.
+
+    `rate_hz` is the stream's RTP clock. `on_sent` is called with each item once it has left whole.
+    """
+
+    stock: RTCRtpSender
+    rate_hz: int
+    outlet: Outlet
+    clock: Clock
+    on_sent: Callable[[Encoded], None]
+
+
+class Sender(ABC):
+    """What both kinds have in common. Methods with aiortc's names are what its peers call."""
+
+    kind: ClassVar[Literal["audio", "video"]]
+
+    def __init__(self, seat: Seat) -> None:
+        stock = seat.stock
+        self.origin = random.getrandbits(32)
+        """The RTP time of media time zero (RFC 3550, 5.1: it shall be random)."""
+        self.failed = False
+        self._ssrc = stock._ssrc
+        self._rtx_ssrc = stock._rtx_ssrc
+        self._stream_id = f"wax-{self.kind}"
+        # A browser delays the sound of a common stream for a late picture (a=msid, RFC 8830);
+        # here sound is the master and sync/ is the only coupling.
+        self._track_id = stock._track_id
+        self._enabled = True
+        self.track = None
+        self._transport = stock.transport
+        self._outlet = seat.outlet
+        self._now_s = seat.clock.now_s
+        self._wall_ms = seat.clock.wall_ms
+        self._rate_hz = seat.rate_hz
+        self._on_sent = seat.on_sent
+        self._sequence_number = random.getrandbits(15)
+        self._ids = rtp.ExtensionIds()
+        self._cname = ""
+        self._payload_type = 0
+        self._extra_payload_type: int | None = None
+        self._packets = 0
+        self._octets = 0
+        self._newest: tuple[int, float] | None = None
+        self._reported = ReportedTimes()
+        self._tasks: list[asyncio.Task[None]] = []
+
+    # --- as RTCRtpSender -------------------------------------------------------------------
+
+    @property
+    def transport(self) -> RTCDtlsTransport:
+        return self._transport
+
+    def setTransport(self, transport: RTCDtlsTransport) -> None:  # noqa: N802  # aiortc's
+        self._transport = transport
+
+    async def send(self, parameters: RTCRtpSendParameters) -> None:
+        """Begin; `parameters` is what was negotiated."""
+        if self._tasks:
+            return
+        self._transport._register_rtp_sender(self, parameters)
+        self._outlet.join(self._transport)
+        numbers = {one.uri: one.id for one in parameters.headerExtensions}
+        self._ids = rtp.ExtensionIds(
+            transport_sequence=numbers.get(rtp.TRANSPORT_SEQUENCE),
+            playout_delay=numbers.get(rtp.PLAYOUT_DELAY),
+        )
+        self._cname = parameters.rtcp.cname or ""
+        self._payload_type = parameters.codecs[0].payloadType or 0
+        extra = next((c for c in parameters.codecs if c.name.lower() == self._extra_name), None)
+        self._extra_payload_type = None if extra is None else extra.payloadType
+        self._tasks = [
+            asyncio.create_task(self._run(), name=f"send {self.kind}"),
+            asyncio.create_task(self._report(), name=f"report {self.kind}"),
+        ]
+
+    async def stop(self) -> None:
+        """End for good; safe to call twice."""
+        tasks, self._tasks = self._tasks, []
+        if tasks:
+            self._transport._unregister_rtp_sender(self)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _handle_rtcp_packet(self, packet: AnyRtcpPacket) -> None:
+        if isinstance(packet, RtcpRrPacket):
+            for report in packet.reports:
+                trip_s = self._reported.round_trip_s(report.lsr, report.dlsr, self._now_s())
+                if report.ssrc == self._ssrc and trip_s is not None:
+                    self._outlet.way.round_trip(trip_s, self._now_s())
+        else:
+            self._asked(packet)
+
+    # --- what the two kinds do differently -------------------------------------------------
+
+    _extra_name: ClassVar[str]
+    """The codec that goes with the stream's own."""
+
+    @abstractmethod
+    async def _run_lane(self) -> None:
+        """Send what the lane gives, for ever."""
+
+    @abstractmethod
+    def _asked(self, packet: AnyRtcpPacket) -> None:
+        """Do what the browser asks for."""
+
+    # --- sending ---------------------------------------------------------------------------
+
+    async def _run(self) -> None:
+        try:
+            await self._run_lane()
+        except ConnectionError:
+            pass
+        except Exception:
+            _LOG.exception("a sender failed", kind=self.kind)
+        self.failed = True
+
+    async def _send(
+        self,
+        *,
+        payload_type: int,
+        sequence_number: int,
+        ssrc: int,
+        packet: SentPacket,
+        train: int | None = None,
+        playout_delay: rtp.PlayoutDelay | None = None,
+        repeat: bool = False,
+    ) -> int:
+        """Send one packet now; return its size on the wire."""
+        extensions = b""
+        size = len(packet.payload) + _RTP_BYTES + _SRTP_BYTES + UDP_IP_BYTES
+        if self._ids.transport_sequence is not None or playout_delay is not None:
+            kind: Literal["audio", "video", "repeat"] = "repeat" if repeat else self.kind
+            extensions = rtp.extension_block(
+                self._ids,
+                transport_sequence=(
+                    None
+                    if self._ids.transport_sequence is None
+                    else self._outlet.mark(size, kind, train)
+                ),
+                playout_delay=playout_delay,
+            )
+        data = rtp.rtp_packet(
+            payload_type=payload_type,
+            marker=packet.marker,
+            sequence_number=sequence_number,
+            timestamp=packet.timestamp,
+            ssrc=ssrc,
+            extensions=extensions,
+            payload=packet.payload,
+        )
+        await self._transport._send_rtp(data)
+        return size
+
+    async def _send_new(
+        self,
+        payload_type: int,
+        packet: SentPacket,
+        *,
+        train: int | None = None,
+        playout_delay: rtp.PlayoutDelay | None = None,
+    ) -> tuple[int, int]:
+        """Send the next packet of the stream; return its number and its size on the wire."""
+        number = self._sequence_number
+        self._sequence_number = (number + 1) % UINT16
+        size = await self._send(
+            payload_type=payload_type,
+            sequence_number=number,
+            ssrc=self._ssrc,
+            packet=packet,
+            train=train,
+            playout_delay=playout_delay,
+        )
+        self._packets += 1
+        self._octets += len(packet.payload)
+        return number, size
+
+    def _left(self, item: Encoded, pts: int) -> None:
+        self._newest = (pts, item.captured_s)
+        self._on_sent(item)
+
+    async def _report(self) -> None:
+        """Tell what RTP time it is now in capture time, so that encoding hides no skew."""
+        try:
+            while True:
+                await asyncio.sleep(_REPORT_S * (0.5 + random.random()))
+                if self._newest is None:
+                    continue
+                pts, captured_s = self._newest
+                now_s = self._now_s()
+                ntp = rtp.ntp_time(self._wall_ms() / 1000)
+                report = rtp.sender_report(
+                    ssrc=self._ssrc,
+                    ntp=ntp,
+                    timestamp=(self.origin + pts + round((now_s - captured_s) * self._rate_hz))
+                    % UINT32,
+                    packets=self._packets,
+                    octets=self._octets,
+                    cname=self._cname,
+                )
+                self._reported.sent(ntp, now_s)
+                await self._transport._send_rtp(report)
+        except ConnectionError:
+            pass

@@ -1,0 +1,48 @@
+"""The sound to one browser: each packet the moment that it is there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from wax.rtc.history import SentPacket
+from wax.rtc.payload.red import red_payload
+from wax.rtc.sender import UINT32, Seat, Sender
+
+if TYPE_CHECKING:
+    from aiortc.rtp import AnyRtcpPacket
+
+    from wax.rtc.lane import SoundLane
+
+_MAX_BYTES: Final = 1200
+
+
+class SoundSender(Sender):
+    """Sends sound the moment that it is there, with earlier sound again where links lose it."""
+
+    kind = "audio"
+    _extra_name = "red"
+
+    def __init__(self, seat: Seat, *, lane: SoundLane) -> None:
+        super().__init__(seat)
+        self._lane = lane
+
+    async def _run_lane(self) -> None:
+        while True:
+            sound = await self._lane.get()
+            pts = sound.packet.pts or 0
+            payload_type, payload = self._payload_type, bytes(sound.packet)
+            earlier = self._lane.earlier(sound) if self._extra_payload_type is not None else ()
+            if earlier:
+                payload = red_payload(
+                    payload,
+                    [(pts - (one.packet.pts or 0), bytes(one.packet)) for one in earlier],
+                    payload_type=payload_type,
+                    max_bytes=_MAX_BYTES,
+                )
+                payload_type = self._extra_payload_type or payload_type
+            packet = SentPacket((self.origin + pts) % UINT32, True, payload, self._now_s())
+            await self._send_new(payload_type, packet)
+            self._left(sound, pts)
+
+    def _asked(self, packet: AnyRtcpPacket) -> None:
+        """Do nothing: sound that was lost is late already, and goes with the next packets."""

@@ -1,0 +1,69 @@
+"""What a peer asks before it sends, and tells when it has: the policy of one viewer's link."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Protocol
+
+from wax.sync.delivery import Train
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wax.sync.delivery import Delivery
+
+_PAYLOAD_BYTES: Final = 1200
+"""Fits any tunnel (WireGuard's IPv6 has 1280) with all headers."""
+
+
+class Way(Protocol):
+    """The way to one browser. Nothing here raises; `now_s` never falls by much."""
+
+    @property
+    def watched(self) -> bool:
+        """Whether the browser shall tell when each packet has arrived."""
+        ...
+
+    def sent(self, size_bytes: int, now_s: float, *, is_media: bool) -> None:
+        """Learn that a datagram of this size, headers and all, has left."""
+        ...
+
+    def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
+        """Learn what became of packets."""
+        ...
+
+    def round_trip(self, round_trip_s: float, now_s: float) -> None:
+        """Learn how long the way there and back took just now."""
+        ...
+
+    def free_in_s(self, now_s: float) -> float:
+        """Return how long a picture has to wait; 0 lets one go."""
+        ...
+
+    def train(self, size_bytes: int, now_s: float) -> Train:
+        """Return how the packets of a picture of this size shall leave."""
+        ...
+
+    def repeats(self, size_bytes: int, age_s: float, now_s: float) -> bool:
+        """Tell whether to send a lost packet again that was first sent `age_s` ago."""
+        ...
+
+
+class OpenWay:
+    """A way that nobody measures: everything goes at once, in packets of ordinary size."""
+
+    watched = False
+
+    def sent(self, size_bytes: int, now_s: float, *, is_media: bool) -> None: ...
+
+    def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None: ...
+
+    def round_trip(self, round_trip_s: float, now_s: float) -> None: ...
+
+    def free_in_s(self, now_s: float) -> float:  # noqa: ARG002  # it is never full
+        return 0.0
+
+    def train(self, size_bytes: int, now_s: float) -> Train:  # noqa: ARG002  # all are alike
+        return Train(number=0, pace_bps=float("inf"), payload_bytes=_PAYLOAD_BYTES)
+
+    def repeats(self, size_bytes: int, age_s: float, now_s: float) -> bool:  # noqa: ARG002  # all
+        return True

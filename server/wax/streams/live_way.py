@@ -1,0 +1,110 @@
+"""The way to one browser as it is measured: what may leave, how fast, and what is known of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from wax.sync.estimate import LinkEstimator
+from wax.sync.pacer import Pacer
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from wax.sync.delivery import Delivery, LinkEstimate, Train
+
+_LOOK_S: Final = 0.1
+"""How often the estimate is looked at while nothing is heard from the browser."""
+_OTHER_S: Final = 2.0
+"""Over which the share of the data channels is averaged."""
+_REPEAT_SHARE: Final = 0.25
+"""Of the rate, for lost packets: a link that loses more needs a smaller picture."""
+_REPEAT_BURST_S: Final = 0.25
+_STALE_S: Final = 0.5
+"""A packet that was first sent so long ago, beyond a round trip, is of no use any more."""
+_FULL_MS: Final = 150.0
+"""With so much waiting in the way, copies would only make it longer."""
+
+
+class LiveWay:
+    """Joins estimator and pacer; `on_news` is called when a decision may have to change."""
+
+    watched = True
+
+    def __init__(self, on_news: Callable[[float], None]) -> None:
+        self._on_news = on_news
+        self._estimator = LinkEstimator()
+        self._pacer = Pacer()
+        self._looked_s = float("-inf")
+        self._other_bps = 0.0
+        self._other_s: float | None = None
+        self._repeated_bits = 0.0
+        self._repeated_s: float | None = None
+        self._estimate: LinkEstimate | None = None
+
+    @property
+    def other_bps(self) -> float:
+        """What everything but sound and picture takes: data channels and their acknowledgements."""
+        return self._other_bps
+
+    def estimate(self, now_s: float) -> LinkEstimate:
+        """Return what is known of the way now."""
+        self._estimate = self._estimator.estimate(now_s)
+        return self._estimate
+
+    def jitter_ms(self, quantile: float) -> float:
+        """Return within how much of the fastest this share of the sound's packets comes."""
+        return self._estimator.jitter_quantile_ms(quantile)
+
+    # --- as Way has it ---------------------------------------------------------------------
+
+    def sent(self, size_bytes: int, now_s: float, *, is_media: bool) -> None:
+        self._estimator.sent(size_bytes, now_s)
+        self._pacer.spend(size_bytes, now_s)
+        if not is_media:
+            self._count_other(size_bytes, now_s)
+        if now_s - self._looked_s >= _LOOK_S:
+            self._look(now_s)
+
+    def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
+        self._estimator.delivered(deliveries, now_s)
+        self._look(now_s)
+
+    def round_trip(self, round_trip_s: float, now_s: float) -> None:
+        self._estimator.round_trip(round_trip_s, now_s)
+
+    def free_in_s(self, now_s: float) -> float:
+        return self._pacer.free_in_s(now_s)
+
+    def train(self, size_bytes: int, now_s: float) -> Train:
+        return self._estimator.train(size_bytes, now_s)
+
+    def repeats(self, size_bytes: int, age_s: float, now_s: float) -> bool:
+        known = self._estimate or self.estimate(now_s)
+        if known.state == "blind" or known.queue_ms > _FULL_MS:
+            return False
+        if age_s > _STALE_S + (known.round_trip_ms or 0.0) / 1000:
+            return False
+        allowed_bps = _REPEAT_SHARE * known.rate_bps
+        gone_s = 0.0 if self._repeated_s is None else max(now_s - self._repeated_s, 0.0)
+        self._repeated_s = now_s
+        waiting = max(self._repeated_bits - gone_s * allowed_bps, 0.0)
+        if waiting > _REPEAT_BURST_S * allowed_bps:
+            self._repeated_bits = waiting
+            return False
+        self._repeated_bits = waiting + 8 * size_bytes
+        return True
+
+    def _look(self, now_s: float) -> None:
+        self._looked_s = now_s
+        estimate = self.estimate(now_s)
+        self._pacer.rate_bps = estimate.rate_bps
+        self._on_news(now_s)
+
+    def _count_other(self, size_bytes: int, now_s: float) -> None:
+        if self._other_s is None:
+            self._other_s = now_s
+        elapsed_s = max(now_s - self._other_s, 0.0)
+        self._other_s = now_s
+        # An average that forgets: each datagram adds its share of the window.
+        self._other_bps *= max(1.0 - elapsed_s / _OTHER_S, 0.0)
+        self._other_bps += 8 * size_bytes / _OTHER_S

@@ -1,0 +1,131 @@
+"""Packets and reports as they are on the wire, read by a parser that is not ours."""
+
+from __future__ import annotations
+
+from aiortc.rtcrtpparameters import RTCRtpHeaderExtensionParameters, RTCRtpParameters
+from aiortc.rtp import (
+    HeaderExtensionsMap,
+    RtcpPacket,
+    RtcpSdesPacket,
+    RtcpSrPacket,
+    RtpPacket,
+    unpack_header_extensions,
+)
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.rtc import rtp
+from wax.rtc.history import History, SentPacket
+from wax.rtc.reports import ReportedTimes
+
+UINT16 = st.integers(0, 2**16 - 1)
+UINT32 = st.integers(0, 2**32 - 1)
+
+
+@given(
+    payload_type=st.integers(96, 127),
+    marker=st.booleans(),
+    sequence_number=UINT16,
+    timestamp=UINT32,
+    ssrc=UINT32,
+    payload=st.binary(min_size=1, max_size=1200),
+    transport_sequence=st.none() | UINT16,
+)
+def test_a_packet_is_read_as_it_was_meant(
+    *,
+    payload_type: int,
+    marker: bool,
+    sequence_number: int,
+    timestamp: int,
+    ssrc: int,
+    payload: bytes,
+    transport_sequence: int | None,
+) -> None:
+    """Header, transport-wide number and payload come out as they went in."""
+    ids = rtp.ExtensionIds(transport_sequence=3, playout_delay=5)
+    data = rtp.rtp_packet(
+        payload_type=payload_type,
+        marker=marker,
+        sequence_number=sequence_number,
+        timestamp=timestamp,
+        ssrc=ssrc,
+        extensions=rtp.extension_block(
+            ids, transport_sequence=transport_sequence, playout_delay=None
+        ),
+        payload=payload,
+    )
+    known = HeaderExtensionsMap()
+    known.configure(
+        RTCRtpParameters(
+            headerExtensions=[RTCRtpHeaderExtensionParameters(id=3, uri=rtp.TRANSPORT_SEQUENCE)]
+        )
+    )
+    read = RtpPacket.parse(data, known)
+    assert read.payload_type == payload_type
+    assert bool(read.marker) == marker
+    assert read.sequence_number == sequence_number
+    assert read.timestamp == timestamp
+    assert read.ssrc == ssrc
+    assert read.payload == payload
+    assert read.extensions.transport_sequence_number == transport_sequence
+
+
+@given(st.integers(0, 4095), st.integers(0, 4095))
+def test_a_hold_back_is_two_times_twelve_bits(least: int, most: int) -> None:
+    """The playout delay is least and most in steps of 10 ms, beside the transport-wide number."""
+    ids = rtp.ExtensionIds(transport_sequence=3, playout_delay=5)
+    block = rtp.extension_block(
+        ids, transport_sequence=7, playout_delay=rtp.PlayoutDelay(least, most)
+    )
+    read = dict(unpack_header_extensions(int.from_bytes(block[:2], "big"), block[4:]))
+    assert read[3] == b"\x00\x07"
+    assert int.from_bytes(read[5], "big") == least << 12 | most
+    assert len(block) % 4 == 0
+
+
+def test_what_the_browser_does_not_take_is_left_out() -> None:
+    """Without agreed extensions a packet has none, not even an empty block."""
+    delay = rtp.PlayoutDelay(0, 0)
+    assert rtp.extension_block(rtp.ExtensionIds(), transport_sequence=7, playout_delay=delay) == b""
+
+
+@given(ntp=st.integers(0, 2**64 - 1), timestamp=UINT32, cname=st.text("abc-", max_size=40))
+def test_a_sender_report_is_read_as_it_was_meant(ntp: int, timestamp: int, cname: str) -> None:
+    """The two times, the counts and the name come out as they went in."""
+    data = rtp.sender_report(
+        ssrc=9, ntp=ntp, timestamp=timestamp, packets=2**32 + 5, octets=77, cname=cname
+    )
+    report, description = RtcpPacket.parse(data)
+    assert isinstance(report, RtcpSrPacket)
+    assert report.ssrc == 9
+    assert report.sender_info.ntp_timestamp == ntp
+    assert report.sender_info.rtp_timestamp == timestamp
+    assert (report.sender_info.packet_count, report.sender_info.octet_count) == (5, 77)
+    assert isinstance(description, RtcpSdesPacket)
+    assert description.chunks[0].items == [(1, cname.encode())]
+
+
+def test_ntp_begins_in_1900() -> None:
+    """1970 is 2 208 988 800 s of NTP, and half a second is half of the lower 32 bits."""
+    assert rtp.ntp_time(0.5) == 2_208_988_800 << 32 | 1 << 31
+
+
+def test_a_round_trip_longer_than_the_interval_of_reports_is_found() -> None:
+    """Answers to any of the last sixteen reports tell it, those to none of them nothing."""
+    times = ReportedTimes()
+    for second in range(20):
+        times.sent((1000 + second) << 32, float(second))
+    assert times.round_trip_s((1017 << 16) & 0xFFFFFFFF, 32768, 19.75) == 2.25
+    assert times.round_trip_s((1002 << 16) & 0xFFFFFFFF, 0, 19.75) is None
+    assert times.round_trip_s(0, 0, 19.75) is None
+    assert times.round_trip_s((1019 << 16) & 0xFFFFFFFF, 65536 * 9, 19.75) is None
+
+
+def test_old_packets_are_forgotten() -> None:
+    """As many are kept as a browser may ask for, and no more."""
+    history = History()
+    for number in range(1500):
+        history.add(number, SentPacket(number, False, b"", 0.0))
+    assert history.get(475) is None
+    assert history.get(476) is not None
+    assert history.get(1499) == SentPacket(1499, False, b"", 0.0)
