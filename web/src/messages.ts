@@ -1,7 +1,7 @@
 /** The message types, made from the server's models by `npm run types`. */
 export type * from "./generated/messages";
-/** As many characters of a name as the server keeps. */
-export { MAX_NAME_CHARS } from "./generated/messages";
+/** What stands where in a row, and as many characters of a name as the server keeps. */
+export { DRIVE_COLUMNS, MAX_NAME_CHARS } from "./generated/messages";
 
 import type { Messages } from "./generated/messages";
 

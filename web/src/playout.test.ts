@@ -19,6 +19,12 @@ it("gives each buffer its own target, and null back to the browser", () => {
   expect([sound.jitterBufferTarget, picture.jitterBufferTarget]).toEqual([null, 0]);
 });
 
+it("leaves the picture's buffer to the browser while it aims the sound's", () => {
+  const [sound, picture] = [receiver(), receiver()];
+  applyPlayout(playout(60, null), sound, picture);
+  expect([sound.jitterBufferTarget, picture.jitterBufferTarget]).toEqual([60, null]);
+});
+
 it("stays within what a browser takes", () => {
   const [sound, picture] = [receiver(), receiver()];
   applyPlayout(playout(9000, -5), sound, picture);

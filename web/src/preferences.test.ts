@@ -24,24 +24,31 @@ it("finds again what was saved", () => {
     sound: false,
     picture: false,
     size: "320x240",
+    policy: "video-first",
     speed: "gross",
   } as const;
   savePreferences(mine, chosen);
   expect(loadPreferences(mine)).toEqual(chosen);
 });
 
-it.each([null, "", "no JSON", "[]", "7", "null", '{"name": 7, "sound": "yes", "speed": "fast"}'])(
-  "starts with the defaults when it finds %j",
-  (kept) => {
-    expect(loadPreferences(store(kept))).toEqual({
-      name: "",
-      sound: true,
-      picture: true,
-      size: "",
-      speed: "fine",
-    });
-  },
-);
+it.each([
+  null,
+  "",
+  "no JSON",
+  "[]",
+  "7",
+  "null",
+  '{"name": 7, "sound": "yes", "speed": "fast", "policy": "thesis"}',
+])("starts with the defaults when it finds %j", (kept) => {
+  expect(loadPreferences(store(kept))).toEqual({
+    name: "",
+    sound: true,
+    picture: true,
+    size: "",
+    policy: null,
+    speed: "fine",
+  });
+});
 
 it("lives without a store", () => {
   expect(openStore(FORBIDDEN)).toBeNull();

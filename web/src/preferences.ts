@@ -1,13 +1,19 @@
 /** What a person chose on this device, kept over visits where the browser lets us. */
 
+import type { Want } from "./messages";
+
 export interface Preferences {
   name: string;
   sound: boolean;
   picture: boolean;
-  /** As `640x480`; empty for the server's first. */
+  /** The largest picture, as `640x480`; empty for the largest that there is. */
   size: string;
+  /** How picture and sound are kept together; null leaves it to the role. */
+  policy: Want["policy"];
   speed: "fine" | "gross";
 }
+
+export const POLICIES = [null, "audio-master", "video-first"] as const;
 
 const KEY = "wax-preferences";
 
@@ -16,6 +22,7 @@ const DEFAULTS: Preferences = {
   sound: true,
   picture: true,
   size: "",
+  policy: null,
   speed: "fine",
 };
 
@@ -38,6 +45,7 @@ export function loadPreferences(store: Store | null): Preferences {
     sound: typeof kept.sound === "boolean" ? kept.sound : DEFAULTS.sound,
     picture: typeof kept.picture === "boolean" ? kept.picture : DEFAULTS.picture,
     size: typeof kept.size === "string" ? kept.size : DEFAULTS.size,
+    policy: POLICIES.find((one) => one === kept.policy) ?? DEFAULTS.policy,
     speed: kept.speed === "gross" ? "gross" : DEFAULTS.speed,
   };
 }

@@ -9,6 +9,7 @@ import { Identity, openIdentityChannel } from "./link/identity";
 import { Link } from "./link/link";
 import type { Peer } from "./link/peer";
 import { watchFrames } from "./measure/picture";
+import { measureRefresh } from "./measure/refresh";
 import { Reporter } from "./measure/report";
 import { MAX_NAME_CHARS, type StateOut } from "./messages";
 import { Playback } from "./playback";
@@ -19,6 +20,8 @@ import { createState, type State } from "./state";
 
 const DIRECTIONS: Direction[] = ["forward", "back", "left", "right"];
 const CLOCKS_EVERY_MS = 200;
+/** Below this what the page itself sends counts. */
+const THIN_BPS = 100_000;
 
 /** What a person can do here. */
 export interface Actions {
@@ -26,6 +29,7 @@ export interface Actions {
   setSound(on: boolean): void;
   setPicture(on: boolean): void;
   setSize(size: string): void;
+  setPolicy(policy: Preferences["policy"]): void;
   setName(name: string): void;
   setSpeed(speed: Preferences["speed"]): void;
   setAxis(name: string, position: number): void;
@@ -101,6 +105,8 @@ export function startSession(): Session {
     sound.take(peer.sound.track);
     reporter.reset();
     state.driveReason.value = null;
+    state.playout.value = null;
+    state.served.value = null;
   }
 
   function received(message: StateOut): void {
@@ -116,7 +122,12 @@ export function startSession(): Session {
         state.room.value = message;
         break;
       case "playout":
+        state.playout.value = message;
         if (link.peer) applyPlayout(message, link.peer.sound, link.peer.picture);
+        break;
+      case "served":
+        state.served.value = message;
+        link.isThin = message.link_bps < THIN_BPS;
         break;
       case "rtp_clock":
         reporter.mapped(message);
@@ -153,9 +164,9 @@ export function startSession(): Session {
 
   function sendWant(): void {
     const sizes = state.hello.peek()?.sizes ?? [];
-    const kept = state.preferences.peek().size;
+    const { size: kept, policy } = state.preferences.peek();
     const size = sizes.includes(kept) ? kept : sizes[0];
-    if (size) link.sendState({ type: "want", ...wants(), size });
+    if (size) link.sendState({ type: "want", ...wants(), size, policy });
   }
 
   function prefer(change: Partial<Preferences>): void {
@@ -182,6 +193,10 @@ export function startSession(): Session {
     },
     setSize(size) {
       prefer({ size });
+      sendWant();
+    },
+    setPolicy(policy) {
+      prefer({ policy });
       sendWant();
     },
     setName(text) {
@@ -239,6 +254,9 @@ export function startSession(): Session {
     if (!document.hidden) link.hurry();
   });
 
+  void measureRefresh().then((refreshMs) => {
+    reporter.refreshMs = refreshMs;
+  });
   setInterval(() => {
     state.pageMs.value = performance.now();
     state.serverMs.value = link.clock.toServerMs(performance.now());

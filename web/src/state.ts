@@ -1,16 +1,31 @@
 import { computed, type ReadonlySignal, type Signal, signal } from "@preact/signals";
 import type { Direction } from "./drive/hands";
 import type { LinkState } from "./link/link";
-import type { Hello, Room, ViewerInfo } from "./messages";
+import type { Breaks } from "./measure/breaks";
+import type { Hello, Playout, Room, Served, ViewerInfo } from "./messages";
 import type { Preferences } from "./preferences";
 
 /** What is measured of the streams and the way, for a person to read; null where unknown. */
 export interface Facts {
   pictureMs: number | null;
+  /** How wrong `pictureMs` can be at most. */
+  pictureErrorMs: number | null;
   soundMs: number | null;
   roundTripMs: number | null;
   fps: number | null;
+  pauses: Breaks | null;
+  freezes: Breaks | null;
 }
+
+const NO_FACTS: Facts = {
+  pictureMs: null,
+  pictureErrorMs: null,
+  soundMs: null,
+  roundTripMs: null,
+  fps: null,
+  pauses: null,
+  freezes: null,
+};
 
 /** Everything that the page shows. Signals change; what is computed of them follows. */
 export interface State {
@@ -27,6 +42,9 @@ export interface State {
   /** The large Start button is still offered. */
   isStartOffered: Signal<boolean>;
   facts: Signal<Facts>;
+  /** What the policy wants of the buffers, and what is sent; null before the server has told. */
+  playout: Signal<Playout | null>;
+  served: Signal<Served | null>;
   held: Signal<ReadonlySet<Direction>>;
   axes: Signal<Readonly<Record<string, number>>>;
   /** Both clocks, a few times a second: for what counts down. */
@@ -61,7 +79,9 @@ export function createState(kept: Preferences): State {
     preferences: signal(kept),
     isSoundOn: signal(false),
     isStartOffered: signal(kept.sound),
-    facts: signal({ pictureMs: null, soundMs: null, roundTripMs: null, fps: null }),
+    facts: signal(NO_FACTS),
+    playout: signal(null),
+    served: signal(null),
     held: signal(new Set<Direction>()),
     axes: signal({}),
     pageMs: signal(0),

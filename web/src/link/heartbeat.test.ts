@@ -33,6 +33,16 @@ it("is eager in the first second only", () => {
   expect(heartbeat.pauseMs(6000, false)).toBe(1000);
 });
 
+it("is eager until a few pongs have come, and no longer", () => {
+  const heartbeat = new Heartbeat(new ServerClock());
+  for (let id = 1; id <= 6; id++) {
+    heartbeat.beat(100);
+    expect(heartbeat.pauseMs(110, false)).toBe(50);
+    heartbeat.heard(pong(id, 100, 0), 110);
+  }
+  expect(heartbeat.pauseMs(110, false)).toBe(1000);
+});
+
 it("calls three seconds of unanswered pings silence, and no shorter time", () => {
   const heartbeat = new Heartbeat(new ServerClock());
   expect(heartbeat.isSilent(1e6)).toBe(false);

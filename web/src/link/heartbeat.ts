@@ -2,6 +2,8 @@ import type { ServerClock } from "../clock";
 import type { Ping, Pong } from "../messages";
 
 const EAGER_MS = 1000;
+/** So many answers align the clock well enough to begin with. */
+const EAGER_PONGS = 6;
 const EAGER_EVERY_MS = 50;
 const KEEN_EVERY_MS = 200;
 const CALM_EVERY_MS = 1000;
@@ -13,6 +15,7 @@ export class Heartbeat {
   #startedMs: number | null = null;
   #newest: { id: number; atMs: number } | null = null;
   #unansweredSinceMs: number | null = null;
+  #pongs = 0;
 
   constructor(private readonly clock: ServerClock) {}
 
@@ -32,17 +35,19 @@ export class Heartbeat {
   /** Takes an answer; an older one than the newest still helps the clock. */
   heard(pong: Pong, nowMs: number): void {
     this.#unansweredSinceMs = null;
+    this.#pongs++;
     this.clock.add({ sentMs: pong.sent_page_ms, serverMs: pong.server_ms, receivedMs: nowMs });
     if (pong.id > (this.#newest?.id ?? 0)) this.#newest = { id: pong.id, atMs: nowMs };
   }
 
   /**
-   * The pause before the next ping: eager in the first second, so that the clock aligns soon;
-   * keen while this page drives or may drive next; calm for those who watch, who are many.
+   * The pause before the next ping: eager at first, so that the clock aligns soon; keen for
+   * whoever needs to be heard often; calm for all others.
    */
-  pauseMs(nowMs: number, mayDrive: boolean): number {
-    if (nowMs - (this.#startedMs ?? nowMs) < EAGER_MS) return EAGER_EVERY_MS;
-    return mayDrive ? KEEN_EVERY_MS : CALM_EVERY_MS;
+  pauseMs(nowMs: number, isKeen: boolean): number {
+    const isNew = nowMs - (this.#startedMs ?? nowMs) < EAGER_MS;
+    if (isNew && this.#pongs < EAGER_PONGS) return EAGER_EVERY_MS;
+    return isKeen ? KEEN_EVERY_MS : CALM_EVERY_MS;
   }
 
   /** True when pings have gone unanswered for 3 s. */

@@ -1,15 +1,22 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import type { DriveIn, StateOut } from "../messages";
+import type { StateOut } from "../messages";
 import { hello } from "../testing/messages";
 import { Link, type LinkState } from "./link";
 import type { PeerEvents } from "./peer";
+
+/** What is looked at of what went over the drive channel. */
+interface DrivePing {
+  type: string;
+  id: number;
+  sentMs: number;
+}
 
 const { FakePeer, peers } = vi.hoisted(() => {
   const made: InstanceType<typeof Fake>[] = [];
 
   /** Stands where the browser's peer connection would: what it hears is told by the test. */
   class Fake {
-    sent: DriveIn[] = [];
+    sent: DrivePing[] = [];
     isClosed = false;
 
     constructor(readonly events: PeerEvents) {
@@ -19,7 +26,8 @@ const { FakePeer, peers } = vi.hoisted(() => {
     async connect(): Promise<void> {}
 
     send(_channel: string, text: string): void {
-      this.sent.push(JSON.parse(text));
+      const [type, id, sentMs] = JSON.parse(text);
+      this.sent.push({ type, id, sentMs });
     }
 
     close(): void {
@@ -71,9 +79,8 @@ function open(): void {
 /** The server answers the newest ping. */
 function pong(): void {
   const ping = peer().sent.findLast((message) => message.type === "ping");
-  if (ping?.type !== "ping") throw new Error("there was no ping");
-  const { id, sent_page_ms } = ping;
-  const answer = { type: "pong", id, sent_page_ms, server_ms: sent_page_ms + 5000 };
+  if (!ping) throw new Error("there was no ping");
+  const answer = ["pong", ping.id, ping.sentMs, ping.sentMs + 5000];
   peer().events.received("drive", JSON.stringify(answer));
 }
 
@@ -96,6 +103,23 @@ it("aligns the clock by its heartbeat", () => {
   open();
   pong();
   expect(link.clock.toServerMs(performance.now())).toBeCloseTo(performance.now() + 5000);
+});
+
+it("pings five times a second while it may drive, over a thin way once", () => {
+  const pingsIn = (seconds: number) => {
+    const before = peer().sent.length;
+    answerFor(seconds);
+    return peer().sent.length - before;
+  };
+  link.mayDrive = true;
+  open();
+  answerFor(2);
+  expect(pingsIn(10)).toBeGreaterThanOrEqual(49);
+  link.isThin = true;
+  answerFor(1);
+  expect(pingsIn(10)).toBe(10);
+  link.connect();
+  expect(link.isThin).toBe(false);
 });
 
 it("comes back with a fresh peer, at once first, then ever later, saying why", () => {

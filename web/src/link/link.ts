@@ -1,8 +1,9 @@
 import { ServerClock } from "../clock";
-import type { Channel, DriveIn, DriveOut, StateIn, StateOut } from "../messages";
+import type { Channel, DriveIn, StateIn, StateOut } from "../messages";
 import { Heartbeat } from "./heartbeat";
 import { Peer } from "./peer";
 import { retryDelayMs } from "./reconnect";
+import { readRow, writeRow } from "./rows";
 
 /** How the connection is. `retryAtMs` is on the page's clock; reasons are sentences. */
 export type LinkState =
@@ -32,6 +33,8 @@ export class Link {
   clock = new ServerClock();
   /** This page drives or waits to drive, so its silence must be noticed soon. */
   mayDrive = false;
+  /** The way is so narrow that every datagram counts: a ping a second is all it gets. */
+  isThin = false;
   #heartbeat = new Heartbeat(this.clock);
   #peer: Peer | null = null;
   #failures = 0;
@@ -53,6 +56,7 @@ export class Link {
     this.#drop();
     this.clock = new ServerClock();
     this.#heartbeat = new Heartbeat(this.clock);
+    this.isThin = false;
     const peer = new Peer({
       opened: () => this.#beat(),
       received: (channel, text) => this.#received(channel, text),
@@ -79,7 +83,7 @@ export class Link {
 
   /** Sends what is worthless when late; `urgent` goes even when others wait before it. */
   sendDrive(message: DriveIn, urgent = false): void {
-    this.#peer?.send("drive", JSON.stringify(message), urgent);
+    this.#peer?.send("drive", writeRow(message), urgent);
   }
 
   /** Sends what must arrive; nothing is kept for later when there is no connection. */
@@ -94,12 +98,14 @@ export class Link {
     }
     this.sendDrive(this.#heartbeat.beat(now()));
     clearTimeout(this.#timer);
-    this.#timer = setTimeout(() => this.#beat(), this.#heartbeat.pauseMs(now(), this.mayDrive));
+    // Over a thin way the set-points already say that this page is there.
+    const isKeen = this.mayDrive && !this.isThin;
+    this.#timer = setTimeout(() => this.#beat(), this.#heartbeat.pauseMs(now(), isKeen));
   }
 
   #received(channel: Channel, text: string): void {
     if (channel === "drive") {
-      this.#heartbeat.heard(JSON.parse(text) as DriveOut, now());
+      this.#heartbeat.heard(readRow(text), now());
       return;
     }
     const message = JSON.parse(text) as StateOut;

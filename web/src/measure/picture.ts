@@ -1,3 +1,4 @@
+import { Freezes } from "./freezes";
 import type { RtpTimeline } from "./rtp";
 
 const RATE_WINDOW_MS = 1000;
@@ -15,6 +16,7 @@ export interface PictureFacts {
 export class PictureMeter {
   /** Capture time of the newest presented frame, on the server's clock; null while unknown. */
   newestServerMs: number | null = null;
+  freezes = new Freezes();
   #ages: number[] = [];
   #shown: number[] = [];
 
@@ -26,6 +28,7 @@ export class PictureMeter {
   /** Notes that the frame with this RTP time is seen at `atMs`. */
   presented(rtp: number | undefined, atMs: number): void {
     this.#shown.push(atMs);
+    this.freezes.presented(atMs);
     const capturedMs = this.timeline.capturedMs(rtp);
     const serverMs = this.toServerMs(atMs);
     if (capturedMs === null || serverMs === null) return;
@@ -47,6 +50,7 @@ export class PictureMeter {
   /** Forgets everything; a fresh peer's frames are other frames. */
   reset(): void {
     this.newestServerMs = null;
+    this.freezes = new Freezes();
     this.#ages = [];
     this.#shown = [];
   }

@@ -2,10 +2,11 @@ import type { Link } from "../link/link";
 import type { Peer } from "../link/peer";
 import type { Report, RtpClock } from "../messages";
 import type { Facts } from "../state";
-import { bufferCounters, DelayMeter } from "./delay";
+import { PictureCounts, SoundCounts } from "./counts";
 import { PictureMeter } from "./picture";
 import { RtpTimeline } from "./rtp";
 import { SoundMeter } from "./sound";
+import { look } from "./stats";
 
 const REPORT_EVERY_MS = 250;
 /** Often enough for a median of each report, seldom enough to cost nothing. */
@@ -25,9 +26,11 @@ export interface ReporterOptions {
 /** Measures both streams while there is a peer, tells the server, and now and then a person. */
 export class Reporter {
   readonly picture: PictureMeter;
+  /** The screen's refresh interval, null while unknown. */
+  refreshMs: number | null = null;
   readonly #timelines = { audio: new RtpTimeline(), video: new RtpTimeline() };
   readonly #sound: SoundMeter;
-  #delays = { sound: new DelayMeter(), picture: new DelayMeter() };
+  #counts = { sound: new SoundCounts(), picture: new PictureCounts() };
   #ticks = 0;
   #reports = 0;
   #reported = "";
@@ -44,7 +47,7 @@ export class Reporter {
   reset(): void {
     this.#timelines.audio.set(null);
     this.#timelines.video.set(null);
-    this.#delays = { sound: new DelayMeter(), picture: new DelayMeter() };
+    this.#counts = { sound: new SoundCounts(), picture: new PictureCounts() };
     this.picture.reset();
     this.#sound.take();
     this.#reports = 0;
@@ -69,32 +72,60 @@ export class Reporter {
     const reported = `${sound} ${picture}`;
     if (reported !== this.#reported) this.#reports = 0;
     this.#reported = reported;
-    const [soundMs, pictureMs] = await Promise.all([
-      sound ? this.#delayMs(peer.sound, this.#delays.sound) : null,
-      picture ? this.#delayMs(peer.picture, this.#delays.picture) : null,
+    const [ofSound, ofPicture] = await Promise.all([
+      sound ? look(peer.sound) : null,
+      picture ? look(peer.picture) : null,
     ]);
     if (peer !== link.peer) return;
     const nowMs = performance.now();
+    const counts = this.#counts;
+    // A hidden page presents nothing: how old that is tells nothing of the way.
+    const isSeen = picture && !document.hidden;
+    if (!isSeen) this.picture.freezes.rest();
+    if (!ofSound) counts.sound.rest();
+    if (!ofPicture) counts.picture.rest();
     const seen = this.picture.take(nowMs);
+    const heardMs = this.#sound.take();
+    const played = ofSound && counts.sound.next(ofSound, nowMs);
     const report: Report = {
       type: "report",
-      sound: sound ? { age_ms: this.#sound.take(), delay_ms: soundMs, rate_hz: null } : null,
-      picture: picture ? { age_ms: seen.ageMs, delay_ms: pictureMs, rate_hz: seen.rateHz } : null,
+      sound: played && {
+        // The receiver hands the sound to the device, which adds its own delay.
+        age_ms: heardMs === null ? null : heardMs + (played.output_ms ?? 0),
+        ...played,
+      },
+      picture: ofPicture && {
+        age_ms: isSeen ? seen.ageMs : null,
+        rate_hz: isSeen ? seen.rateHz : null,
+        ...counts.picture.next(ofPicture, this.picture.freezes, nowMs),
+      },
       clock_error_ms: link.clock.errorMs(nowMs),
     };
     const isFact = this.#reports++ % REPORTS_PER_FACTS === 0;
-    // Those who only watch are many; once settled, a report a second of theirs is enough.
-    if (isFact || link.mayDrive || this.#reports <= UNSETTLED_REPORTS) link.sendDrive(report);
-    if (!isFact) return;
-    onFacts({
-      pictureMs: report.picture?.age_ms ?? null,
-      soundMs: report.sound?.age_ms ?? null,
-      roundTripMs: link.clock.rttMs,
-      fps: report.picture?.rate_hz ?? null,
-    });
+    // Those who only watch are many, and a thin way has little room: one a second is enough there.
+    const isEager = link.mayDrive || this.#reports <= UNSETTLED_REPORTS;
+    if (isFact || (isEager && !link.isThin)) link.sendDrive(report);
+    if (isFact) onFacts(this.#facts(report, nowMs));
   }
 
-  async #delayMs(receiver: RTCRtpReceiver, meter: DelayMeter): Promise<number | null> {
-    return meter.next(await bufferCounters(receiver));
+  #facts({ sound, picture, clock_error_ms }: Report, nowMs: number): Facts {
+    return {
+      pictureMs: picture?.age_ms ?? null,
+      pictureErrorMs: this.#pictureErrorMs(clock_error_ms),
+      soundMs: sound?.age_ms ?? null,
+      roundTripMs: this.options.link.clock.rttMs,
+      fps: picture?.rate_hz ?? null,
+      pauses: sound && this.#counts.sound.pauses.take(nowMs),
+      freezes: picture && this.#counts.picture.freezes.take(nowMs),
+    };
+  }
+
+  /**
+   * How wrong the picture's age can be: by the clocks, and by half the time in which a screen
+   * draws one picture. RTP time counts 90 kHz, which adds nothing that could be seen.
+   */
+  #pictureErrorMs(clockErrorMs: number | null): number | null {
+    if (clockErrorMs === null || this.refreshMs === null) return null;
+    return clockErrorMs + this.refreshMs / 2;
   }
 }

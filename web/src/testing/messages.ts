@@ -1,5 +1,5 @@
 /** Messages as the server would send them, for tests. */
-import type { Hello, Room, ViewerInfo } from "../messages";
+import type { Hello, Playout, Room, Served, ViewerInfo } from "../messages";
 
 export function hello(more: Partial<Hello> = {}): Hello {
   return {
@@ -19,6 +19,36 @@ export function hello(more: Partial<Hello> = {}): Hello {
     command_rate_hz: 30,
     max_age_ms: 150,
     acknowledge: false,
+    ...more,
+  };
+}
+
+export function playout(more: Partial<Playout> = {}): Playout {
+  return {
+    type: "playout",
+    policy: "audio-master",
+    sound_target_ms: 40,
+    picture_target_ms: null,
+    reason: "The sound does not break at 40 ms.",
+    ...more,
+  };
+}
+
+export function served(more: Partial<Served> = {}): Served {
+  return {
+    type: "served",
+    rendition: "640x480 at 500 kbit/s",
+    picture_hz: 30,
+    sound_mu_ms: 20,
+    sound_bps: 32_000,
+    redundancy: 0,
+    link_bps: 2_400_000,
+    used_bps: 590_000,
+    queue_ms: 4,
+    in_step: true,
+    reason: "Everything is sent.",
+    layers: 3,
+    layers_made: 3,
     ...more,
   };
 }

@@ -1,27 +1,62 @@
+import type { ComponentChildren } from "preact";
 import { useState } from "./context";
-import { msWords, skewWords } from "./words";
+import {
+  ageWords,
+  breakWords,
+  linkWords,
+  msWords,
+  reasons,
+  sentPictureWords,
+  sentSoundWords,
+  skewWords,
+} from "./figures";
 
-/** How late everything is, for whoever wants to know. */
+/** How late everything is, and for whoever opens it: how well it plays, what is sent, and why. */
 export function Facts() {
-  const { facts, isConnected } = useState();
-  const { pictureMs, soundMs, roundTripMs, fps } = facts.value;
+  const { facts, served, playout, isConnected } = useState();
+  const { pictureMs, pictureErrorMs, soundMs, roundTripMs, fps, pauses, freezes } = facts.value;
   return (
     <details class={isConnected.value ? "facts" : "facts is-unknown"}>
       <summary>
         Delay <span class="figure">{msWords(pictureMs ?? soundMs)}</span>
       </summary>
       <dl>
-        <dt>Picture age</dt>
-        <dd>{msWords(pictureMs)}</dd>
-        <dt>Sound age</dt>
-        <dd>{msWords(soundMs)}</dd>
-        <dt>Skew</dt>
-        <dd>{skewWords(soundMs, pictureMs)}</dd>
-        <dt>Round trip</dt>
-        <dd>{msWords(roundTripMs)}</dd>
-        <dt>Pictures</dt>
-        <dd>{fps === null ? "–" : `${fps} a second`}</dd>
+        <Fact name="Picture age">{ageWords(pictureMs, pictureErrorMs)}</Fact>
+        <Fact name="Sound age">{msWords(soundMs)}</Fact>
+        <Fact name="Skew">{skewWords(soundMs, pictureMs)}</Fact>
+        <Fact name="Round trip">{msWords(roundTripMs)}</Fact>
+        <Fact name="Pictures">{fps === null ? "–" : `${fps} a second`}</Fact>
+        <Fact name="Pauses in a minute">{breakWords(pauses)}</Fact>
+        <Fact name="Freezes in a minute">{breakWords(freezes)}</Fact>
+        <Fact name="Policy">{playout.value?.policy ?? "–"}</Fact>
+        <Fact name="Sent picture">{sentPictureWords(served.value)}</Fact>
+        <Fact name="Sent sound">{sentSoundWords(served.value)}</Fact>
+        <Fact name="Link">{linkWords(served.value)}</Fact>
+        <Reasons sentences={reasons(playout.value, served.value)} />
       </dl>
     </details>
+  );
+}
+
+function Fact({ name, children }: { name: string; children: ComponentChildren }) {
+  return (
+    <>
+      <dt>{name}</dt>
+      <dd>{children}</dd>
+    </>
+  );
+}
+
+function Reasons({ sentences }: { sentences: string[] }) {
+  if (sentences.length === 0) return null;
+  return (
+    <>
+      <dt>Why</dt>
+      {sentences.map((sentence) => (
+        <dd key={sentence} class="reason">
+          {sentence}
+        </dd>
+      ))}
+    </>
   );
 }

@@ -1,31 +1,68 @@
+import { POLICIES, type Preferences } from "../preferences";
 import { useActions, useState } from "./context";
-import { sizeWords } from "./words";
+import { sizeWords } from "./figures";
 
-/** What is sent to this page, and how large. */
+/** What is sent to this page, how large at most, and what matters more. */
 export function Settings() {
-  const { isSoundOn, preferences, hello } = useState();
-  const { setSound, setPicture, setSize } = useActions();
-  const sizes = hello.value?.sizes ?? [];
-  const { picture, size } = preferences.value;
+  const { isSoundOn, preferences } = useState();
+  const { setSound, setPicture } = useActions();
   return (
-    <section class="settings" aria-label="Sound and picture">
+    <section class="settings" aria-label="Settings">
       <Switch name="Sound" isOn={isSoundOn.value} onSwitch={setSound} />
-      <Switch name="Picture" isOn={picture} onSwitch={setPicture} />
-      <label class="field size-field">
-        <span>Picture size</span>
-        <select
-          disabled={sizes.length === 0}
-          value={sizes.includes(size) ? size : sizes[0]}
-          onChange={(event) => setSize(event.currentTarget.value)}
-        >
-          {sizes.map((one) => (
-            <option key={one} value={one}>
-              {sizeWords(one)}
-            </option>
-          ))}
-        </select>
-      </label>
+      <Switch name="Picture" isOn={preferences.value.picture} onSwitch={setPicture} />
+      <Size />
+      <Policy />
     </section>
+  );
+}
+
+/** The largest size that may be sent; how large it is now is up to the link. */
+function Size() {
+  const { preferences, hello } = useState();
+  const { setSize } = useActions();
+  const sizes = hello.value?.sizes ?? [];
+  const { size } = preferences.value;
+  return (
+    <label class="field">
+      <span>Picture size</span>
+      <select
+        disabled={sizes.length === 0}
+        value={sizes.includes(size) ? size : sizes[0]}
+        onChange={(event) => setSize(event.currentTarget.value)}
+      >
+        {sizes.map((one, i) => (
+          <option key={one} value={one}>
+            {i === 0 ? `Largest, ${sizeWords(one)}` : `At most ${sizeWords(one)}`}
+          </option>
+        ))}
+      </select>
+    </label>
+  );
+}
+
+const POLICY_NAMES = { "audio-master": "In step", "video-first": "Picture first" };
+
+/** How picture and sound are kept together; where one policy holds for everybody, no choice. */
+function Policy() {
+  const { preferences, playout } = useState();
+  const { setPolicy } = useActions();
+  if (playout.value && !(playout.value.policy in POLICY_NAMES)) return null;
+  return (
+    <label class="field">
+      <span>Sound and picture</span>
+      <select
+        value={preferences.value.policy ?? ""}
+        onChange={(event) =>
+          setPolicy((event.currentTarget.value || null) as Preferences["policy"])
+        }
+      >
+        {POLICIES.map((one) => (
+          <option key={one} value={one ?? ""}>
+            {one ? POLICY_NAMES[one] : "Automatic"}
+          </option>
+        ))}
+      </select>
+    </label>
   );
 }
 

@@ -1,10 +1,13 @@
 import { useEffect, useRef } from "preact/hooks";
 import { useActions, useSession, useState } from "./context";
+import { msWords } from "./figures";
 import { EarIcon, PlayIcon } from "./icons";
-import { msWords, problemWords } from "./words";
+import { problemWords } from "./words";
 
 /** A picture older than this is not what the robot sees now. */
 const STALE_MS = 1500;
+
+const SLOW = "The connection is slow: picture and sound come as soon as they can.";
 
 /** The picture, and what is said over it. */
 export function Stage() {
@@ -60,15 +63,17 @@ function Start() {
 }
 
 function Warnings() {
-  const { room, facts, isConnected, preferences } = useState();
+  const { room, facts, served, isConnected, preferences } = useState();
   const ageMs = facts.value.pictureMs;
   const isStale = isConnected.value && preferences.value.picture && (ageMs ?? 0) > STALE_MS;
+  const isSlow = isConnected.value && served.value?.in_step === false;
   const problems = isConnected.value ? problemWords(room.value) : [];
   return (
     <ul class="warnings" aria-live="polite" aria-label="Problems">
       {problems.map((problem) => (
         <li key={problem}>{problem}</li>
       ))}
+      {isSlow && <li class="is-quiet">{SLOW}</li>}
       {isStale && problems.length === 0 && <li>The picture is {msWords(ageMs)} old.</li>}
     </ul>
   );

@@ -7,7 +7,7 @@ import { Hands } from "../drive/hands";
 import { loadPreferences } from "../preferences";
 import type { Actions, Session } from "../session";
 import { createState, type State } from "../state";
-import { hello, room } from "../testing/messages";
+import { hello, playout, room, served } from "../testing/messages";
 import { App } from "./App";
 
 let state: State;
@@ -27,6 +27,7 @@ beforeEach(() => {
     setSound: vi.fn(),
     setPicture: vi.fn(),
     setSize: vi.fn(),
+    setPolicy: vi.fn(),
     setName: vi.fn(),
     setSpeed: vi.fn(),
     setAxis: vi.fn(),
@@ -93,7 +94,8 @@ describe("every control is found by its role and name", () => {
       expect(getByRole(body, "switch", { name })).toBeTruthy();
     const speed = getByRole(body, "radiogroup", { name: "Speed" });
     for (const name of ["Fine", "Gross"]) expect(getByRole(speed, "radio", { name })).toBeTruthy();
-    expect(getByRole(body, "combobox", { name: "Picture size" })).toBeTruthy();
+    for (const name of ["Picture size", "Sound and picture"])
+      expect(getByRole(body, "combobox", { name })).toBeTruthy();
     expect(getByRole(body, "textbox", { name: "Your name" })).toBeTruthy();
     expect(getByRole(body, "list", { name: "Queue" })).toBeTruthy();
     expect(getByRole(body, "timer").textContent).toContain("42 s");
@@ -261,6 +263,55 @@ describe("sound and picture", () => {
     expect(actions.setPicture).toHaveBeenCalledWith(false);
   });
 
+  function choose(name: string, value: string): void {
+    const select = getByRole<HTMLSelectElement>(body, "combobox", { name });
+    act(() => {
+      select.value = value;
+      select.dispatchEvent(new Event("change", { bubbles: true }));
+    });
+  }
+
+  it("bounds the picture's size", () => {
+    show({ watching: [1] });
+    const select = getByRole(body, "combobox", { name: "Picture size" });
+    const options = [...select.children].map((one) => one.textContent);
+    expect(options).toEqual(["Largest, 640 × 480", "At most 320 × 240"]);
+    choose("Picture size", "320x240");
+    expect(actions.setSize).toHaveBeenCalledWith("320x240");
+  });
+
+  it("lets one choose what matters more, or leave it to the role", () => {
+    show({ watching: [1] });
+    const select = getByRole(body, "combobox", { name: "Sound and picture" });
+    const options = [...select.children].map((one) => one.textContent);
+    expect(options).toEqual(["Automatic", "In step", "Picture first"]);
+    choose("Sound and picture", "video-first");
+    expect(actions.setPolicy).toHaveBeenCalledWith("video-first");
+    choose("Sound and picture", "");
+    expect(actions.setPolicy).toHaveBeenLastCalledWith(null);
+  });
+
+  it("offers no choice where one policy holds for everybody", () => {
+    show({ watching: [1] });
+    act(() => {
+      state.playout.value = playout({ policy: "thesis" });
+    });
+    expect(queryByRole(body, "combobox", { name: "Sound and picture" })).toBeNull();
+  });
+
+  it("says quietly that the link cannot carry both in step, for as long as that is so", () => {
+    const words = "The connection is slow: picture and sound come as soon as they can.";
+    show({ watching: [1] });
+    act(() => {
+      state.served.value = served({ in_step: false });
+    });
+    expect(getByText(body, words)).toBeTruthy();
+    act(() => {
+      state.served.value = served();
+    });
+    expect(queryByText(body, words)).toBeNull();
+  });
+
   it("says calmly that the picture is off", () => {
     show({ watching: [1] });
     act(() => {
@@ -276,6 +327,36 @@ describe("sound and picture", () => {
     });
     expect(getByText(body, "Camera: it was unplugged")).toBeTruthy();
   });
+});
+
+it("shows how well it plays, what is sent and why", () => {
+  show({ watching: [1] });
+  act(() => {
+    state.facts.value = {
+      pictureMs: 46.2,
+      pictureErrorMs: 2.4,
+      soundMs: 80,
+      roundTripMs: 12,
+      fps: 25,
+      pauses: { count: 0, longestMs: 0 },
+      freezes: { count: 1, longestMs: 410 },
+    };
+    state.served.value = served();
+    state.playout.value = playout();
+  });
+  const told = (name: string) => getByText(body, name).nextElementSibling?.textContent;
+  expect(getByText(body, "Delay").textContent).toBe("Delay 46 ms");
+  expect(told("Picture age")).toBe("46 ms ± 3");
+  expect(told("Sound age")).toBe("80 ms");
+  expect(told("Skew")).toBe("sound 34 ms later");
+  expect(told("Pauses in a minute")).toBe("none");
+  expect(told("Freezes in a minute")).toBe("1, longest 410 ms");
+  expect(told("Policy")).toBe("audio-master");
+  expect(told("Sent picture")).toContain("640 × 480");
+  expect(told("Sent sound")).toContain("20 ms units");
+  expect(told("Link")).toContain("2400 kbit/s");
+  expect(getByText(body, "Everything is sent.")).toBeTruthy();
+  expect(getByText(body, "The sound does not break at 40 ms.")).toBeTruthy();
 });
 
 it("shows a notice for a few seconds", () => {

@@ -5,10 +5,8 @@ import {
   inOrder,
   joinWords,
   lostWords,
-  msWords,
   placeWords,
   problemWords,
-  skewWords,
   turnWords,
   waitWords,
 } from "./words";
@@ -132,13 +130,4 @@ it("names what has a problem", () => {
     "Camera: there is no camera",
     "Microphone: the microphone was unplugged",
   ]);
-});
-
-it("writes figures for people", () => {
-  expect(msWords(34.4)).toBe("34 ms");
-  expect(msWords(12_300)).toBe("12 s");
-  expect(msWords(null)).toBe("–");
-  expect(skewWords(80, 34)).toBe("sound 46 ms later");
-  expect(skewWords(30, 34)).toBe("sound 4 ms earlier");
-  expect(skewWords(null, 34)).toBe("–");
 });

@@ -103,22 +103,3 @@ export function problemWords(room: Room | null): string[] {
     ...(room.audio.problem ? [`Microphone: ${room.audio.problem}`] : []),
   ];
 }
-
-/** A figure in ms, or a dash where nothing could be measured. */
-export function msWords(ms: number | null): string {
-  if (ms === null) return "–";
-  return ms < 10_000 ? `${Math.round(ms)} ms` : `${Math.round(ms / 1000)} s`;
-}
-
-/** How much later than the picture the sound is heard. */
-export function skewWords(soundMs: number | null, pictureMs: number | null): string {
-  if (soundMs === null || pictureMs === null) return "–";
-  const skewMs = Math.round(soundMs - pictureMs);
-  if (skewMs === 0) return "in step";
-  return `sound ${Math.abs(skewMs)} ms ${skewMs > 0 ? "later" : "earlier"}`;
-}
-
-/** `640x480` as people write it. */
-export function sizeWords(size: string): string {
-  return size.replace("x", " × ");
-}

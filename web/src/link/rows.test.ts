@@ -1,0 +1,38 @@
+import { readFileSync } from "node:fs";
+import { expect, it } from "vitest";
+import type { Drive, DriveIn, DriveOut } from "../messages";
+import { readRow, writeRow } from "./rows";
+
+/** Written by hand, and read by the server's own tests too. */
+const VECTORS: {
+  to_server: { row: string; message: DriveIn }[];
+  to_page: { row: string; message: DriveOut }[];
+} = JSON.parse(readFileSync(new URL("../../../tests/vectors/drive.json", import.meta.url), "utf8"));
+
+it.each(VECTORS.to_server)("writes $row", ({ row, message }) => {
+  expect(writeRow(message)).toBe(row);
+});
+
+it.each(VECTORS.to_page)("reads $row", ({ row, message }) => {
+  expect(readRow(row)).toEqual(message);
+});
+
+it("writes times to 0.1 ms and all else to a thousandth", () => {
+  const drive: Drive = {
+    type: "drive",
+    seq: 1,
+    turn: 2,
+    sent_server_ms: 1234.567,
+    linear: 1 / 3,
+    angular: -0.12345,
+    speed: "fine",
+    seen_server_ms: 99.96,
+    axes: {},
+  };
+  expect(writeRow(drive)).toBe('["drive",1,2,1234.6,0.333,-0.123,"fine",100,{}]');
+});
+
+it("is written in the order of the message type, whatever order the message has", () => {
+  const ping = { pong_held_ms: null, id: 4, pong_id: 3, sent_page_ms: 5, type: "ping" } as const;
+  expect(writeRow(ping)).toBe('["ping",4,5,3,null]');
+});

@@ -1,0 +1,78 @@
+import type { PictureReport, SoundReport } from "../messages";
+import { LastMinute } from "./breaks";
+import { DelayMeter } from "./delay";
+import type { Freezes } from "./freezes";
+import type { ReceiverStats } from "./stats";
+import { Tally } from "./tally";
+
+/** Less than this is hardly heard. */
+const PAUSE_MS = 30;
+
+/** What the receiver's counters tell of the sound. */
+export class SoundCounts {
+  readonly pauses = new LastMinute(PAUSE_MS);
+  readonly #buffer = new DelayMeter();
+  readonly #output = new DelayMeter();
+  readonly #tally = new Tally("concealed", "events", "played");
+
+  /** The sound is off. */
+  rest(): void {
+    this.#tally.rest();
+  }
+
+  /**
+   * All but the age. All that was made up counts as concealed, the silent part too: silence is
+   * what a browser makes up where a gap is long, so it is the worst of it. What the device adds
+   * (`output_ms`) is null where the browser has no `media-playout`.
+   */
+  next({ inbound, playout, clockHz }: ReceiverStats, nowMs: number): Omit<SoundReport, "age_ms"> {
+    const toMs = 1000 / clockHz;
+    const { packetsReceived, concealedSamples, concealmentEvents, totalSamplesReceived } = inbound;
+    const isCounted = packetsReceived !== undefined && concealedSamples !== undefined;
+    if (isCounted) {
+      const risen = this.#tally.add(packetsReceived, {
+        concealed: concealedSamples,
+        events: concealmentEvents ?? 0,
+        played: totalSamplesReceived ?? 0,
+      });
+      this.pauses.add(nowMs, risen.events, risen.concealed * toMs);
+    }
+    const { total } = this.#tally;
+    return {
+      delay_ms: this.#buffer.next(inbound.jitterBufferDelay, inbound.jitterBufferEmittedCount),
+      output_ms: this.#output.next(playout.totalPlayoutDelay, playout.totalSamplesCount),
+      concealed_ms: isCounted ? total.concealed * toMs : null,
+      played_ms: isCounted ? total.played * toMs : null,
+    };
+  }
+}
+
+/** What the receiver's counters tell of the picture; `seen` counts where the browser does not. */
+export class PictureCounts {
+  readonly freezes = new LastMinute(0);
+  readonly #buffer = new DelayMeter();
+  readonly #tally = new Tally("freezes", "frozenMs");
+
+  /** The picture is off, or nobody looks at it. */
+  rest(): void {
+    this.#tally.rest();
+  }
+
+  next(
+    { inbound }: ReceiverStats,
+    seen: Freezes,
+    nowMs: number,
+  ): Pick<PictureReport, "delay_ms" | "frozen_ms"> {
+    const { framesDecoded, freezeCount, totalFreezesDuration } = inbound;
+    const isCounted = freezeCount !== undefined && totalFreezesDuration !== undefined;
+    const risen = this.#tally.add(framesDecoded ?? 0, {
+      freezes: isCounted ? freezeCount : seen.count,
+      frozenMs: isCounted ? totalFreezesDuration * 1000 : seen.totalMs,
+    });
+    this.freezes.add(nowMs, risen.freezes, risen.frozenMs);
+    return {
+      delay_ms: this.#buffer.next(inbound.jitterBufferDelay, inbound.jitterBufferEmittedCount),
+      frozen_ms: this.#tally.total.frozenMs,
+    };
+  }
+}

@@ -1,0 +1,49 @@
+/**
+ * What counters rise by while a stream is on. Browsers go on counting when nothing is sent to them:
+ * the time in which a stream was switched off would be one long concealment or freeze.
+ */
+export class Tally<Name extends string> {
+  /** Sums since the beginning of this peer. */
+  readonly total: Readonly<Record<Name, number>>;
+  readonly #names: readonly Name[];
+  #last: Readonly<Record<Name, number>> | null = null;
+  #idleAt: number | null = 0;
+
+  constructor(...names: Name[]) {
+    this.#names = names;
+    this.total = this.#each(() => 0);
+  }
+
+  /** The stream is off; once on again, it counts from when something has come. */
+  rest(): void {
+    this.#last = null;
+    this.#idleAt = null;
+  }
+
+  /**
+   * Takes a look at the counters; returns by how much they have risen since the one before.
+   * `come` counts what has come: packets or pictures.
+   */
+  add(come: number, counts: Readonly<Record<Name, number>>): Readonly<Record<Name, number>> {
+    const last = this.#last;
+    if (!last) {
+      this.#idleAt ??= come;
+      if (come > this.#idleAt) this.#last = counts;
+      return this.#each(() => 0);
+    }
+    this.#last = counts;
+    const risen = this.#each((name) => Math.max(0, counts[name] - last[name]));
+    Object.assign(
+      this.total,
+      this.#each((name) => this.total[name] + risen[name]),
+    );
+    return risen;
+  }
+
+  #each(value: (name: Name) => number): Record<Name, number> {
+    return Object.fromEntries(this.#names.map((name) => [name, value(name)])) as Record<
+      Name,
+      number
+    >;
+  }
+}

@@ -1,0 +1,61 @@
+import { expect, it } from "vitest";
+import { playout, served } from "../testing/messages";
+import {
+  ageWords,
+  breakWords,
+  linkWords,
+  msWords,
+  reasons,
+  sentPictureWords,
+  sentSoundWords,
+  sizeWords,
+  skewWords,
+} from "./figures";
+
+it("writes a dash where nothing is known", () => {
+  expect(msWords(null)).toBe("–");
+  expect(ageWords(null, 3)).toBe("–");
+  expect(skewWords(null, 34)).toBe("–");
+  expect(breakWords(null)).toBe("–");
+  expect([sentPictureWords(null), sentSoundWords(null), linkWords(null)]).toEqual(["–", "–", "–"]);
+  expect(reasons(null, null)).toEqual([]);
+});
+
+it("writes times, and how wrong an age can be, never less than it is", () => {
+  expect(msWords(34.4)).toBe("34 ms");
+  expect(msWords(12_300)).toBe("12 s");
+  expect(ageWords(46.2, 2.1)).toBe("46 ms ± 3");
+  expect(ageWords(46.2, null)).toBe("46 ms");
+});
+
+it("writes which of the two comes first", () => {
+  expect(skewWords(80, 34)).toBe("sound 46 ms later");
+  expect(skewWords(30, 34)).toBe("sound 4 ms earlier");
+  expect(skewWords(34.2, 34)).toBe("in step");
+});
+
+it("writes how often it broke", () => {
+  expect(breakWords({ count: 0, longestMs: 0 })).toBe("none");
+  expect(breakWords({ count: 2, longestMs: 119.6 })).toBe("2, longest 120 ms");
+});
+
+it("writes what is sent", () => {
+  expect(sizeWords("640x480")).toBe("640 × 480");
+  expect(sentPictureWords(served({ picture_hz: 7.5, layers: 2, layers_made: 3 }))).toBe(
+    "640 × 480 at 500 kbit/s, 7.5 a second, 2 of 3 layers",
+  );
+  expect(sentPictureWords(served({ layers: null }))).toBe("640 × 480 at 500 kbit/s, 30 a second");
+  expect(sentPictureWords(served({ rendition: null }))).toBe("none");
+  expect(sentSoundWords(served({ sound_mu_ms: 60, redundancy: 1 }))).toBe(
+    "60 ms units, 32 kbit/s, redundancy 1",
+  );
+  expect(sentSoundWords(served({ sound_mu_ms: null }))).toBe("none");
+  expect(linkWords(served())).toBe("2400 kbit/s, 590 used, 4 ms queue");
+});
+
+it("gives every reason once", () => {
+  const [one, two] = [playout({ reason: "A." }), served({ reason: "B." })];
+  expect(reasons(one, two)).toEqual(["B.", "A."]);
+  expect(reasons(playout({ reason: "B." }), two)).toEqual(["B."]);
+  expect(reasons(playout({ reason: "" }), null)).toEqual([]);
+});

@@ -1,0 +1,71 @@
+/** What is measured and sent, in words and figures. */
+
+import type { Breaks } from "../measure/breaks";
+import type { Playout, Served } from "../messages";
+
+const UNKNOWN = "–";
+
+/** A figure in ms, or a dash where nothing could be measured. */
+export function msWords(ms: number | null): string {
+  if (ms === null) return UNKNOWN;
+  return ms < 10_000 ? `${Math.round(ms)} ms` : `${Math.round(ms / 1000)} s`;
+}
+
+/** An age and how wrong it can be at most, rounded up: `46 ms ± 3`. */
+export function ageWords(ms: number | null, errorMs: number | null): string {
+  return ms === null || errorMs === null ? msWords(ms) : `${msWords(ms)} ± ${Math.ceil(errorMs)}`;
+}
+
+/** How much later than the picture the sound is heard. */
+export function skewWords(soundMs: number | null, pictureMs: number | null): string {
+  if (soundMs === null || pictureMs === null) return UNKNOWN;
+  const skewMs = Math.round(soundMs - pictureMs);
+  if (skewMs === 0) return "in step";
+  return `sound ${Math.abs(skewMs)} ms ${skewMs > 0 ? "later" : "earlier"}`;
+}
+
+/** What broke in the last minute: `2, longest 120 ms`. */
+export function breakWords(breaks: Breaks | null): string {
+  if (!breaks) return UNKNOWN;
+  return breaks.count === 0 ? "none" : `${breaks.count}, longest ${msWords(breaks.longestMs)}`;
+}
+
+/** `640x480` as people write it. */
+export function sizeWords(size: string): string {
+  return size.replace("x", " × ");
+}
+
+export function sentPictureWords(served: Served | null): string {
+  if (!served) return UNKNOWN;
+  if (served.rendition === null) return "none";
+  const { layers, layers_made } = served;
+  const isLayered = layers !== null && layers_made !== null;
+  return [
+    sizeWords(served.rendition),
+    `${Number(served.picture_hz.toFixed(1))} a second`,
+    ...(isLayered ? [`${layers} of ${layers_made} layers`] : []),
+  ].join(", ");
+}
+
+export function sentSoundWords(served: Served | null): string {
+  if (!served) return UNKNOWN;
+  if (served.sound_mu_ms === null) return "none";
+  const { sound_mu_ms, sound_bps, redundancy } = served;
+  return `${sound_mu_ms} ms units, ${kbit(sound_bps)} kbit/s, redundancy ${redundancy}`;
+}
+
+/** What the link can carry and how much of it is used. */
+export function linkWords(served: Served | null): string {
+  if (!served) return UNKNOWN;
+  const { link_bps, used_bps, queue_ms } = served;
+  return `${kbit(link_bps)} kbit/s, ${kbit(used_bps)} used, ${msWords(queue_ms)} queue`;
+}
+
+/** Why this is sent and not more, why it is played so: sentences of the server's. */
+export function reasons(playout: Playout | null, served: Served | null): string[] {
+  return [...new Set([served?.reason, playout?.reason])].flatMap((one) => one || []);
+}
+
+function kbit(bps: number): number {
+  return Math.round(bps / 1000);
+}
