@@ -17,7 +17,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.lab.report import pick, recovery
+from e2e.lab.report import goal_measures, pick, recovery
 from e2e.lab.report.load import RunFileError, load
 from e2e.lab.report.measures import MEASURES
 from e2e.lab.report.shown import SAME_MS, SAME_SHARE, Spread, spread
@@ -43,7 +43,7 @@ LEAST: Final[dict[Unit, float]] = {
 cell of 12 s, 20 ms a minute is 5 ms in a cell of 15 s."""
 SHOWN: Final = 40
 """That many rows are for a person; all are in the JSON."""
-ALL: Final = {**MEASURES, **recovery.MEASURES}
+ALL: Final = {**MEASURES, **recovery.MEASURES, **goal_measures.MEASURES}
 
 
 @dataclass(frozen=True, slots=True)

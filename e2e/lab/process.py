@@ -53,6 +53,25 @@ class CostMeter:
         return costs
 
 
+class MachineMeter:
+    """How busy the whole machine is from its making on, whoever uses it."""
+
+    def __init__(self) -> None:
+        self._before = psutil.cpu_times()
+
+    def read(self) -> float:
+        """Return the share of all cores."""
+        now = psutil.cpu_times()
+        spent = [
+            getattr(now, name) - getattr(self._before, name)
+            for name in now._fields
+            if not name.startswith("guest")  # it is part of the user's
+        ]
+        idle = now.idle - self._before.idle
+        idle += getattr(now, "iowait", 0.0) - getattr(self._before, "iowait", 0.0)
+        return 1 - idle / sum(spent) if sum(spent) > 0 else 0.0
+
+
 def _costs(process: psutil.Process) -> tuple[float, int]:
     with process.oneshot():
         times = process.cpu_times()

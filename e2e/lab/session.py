@@ -17,8 +17,9 @@ from e2e.lab.errors import LabError
 from e2e.lab.folder import REPORT, RUN, Begun, RunFolder, utc
 from e2e.lab.instrument.error import own_error
 from e2e.lab.progress import Progress, count, duration
-from e2e.lab.report import write
+from e2e.lab.report import pick, write
 from e2e.lab.report.model2004 import rows
+from e2e.lab.report.sections import goals
 from e2e.lab.results import CellResult, Run
 from e2e.lab.runner import Runner
 from e2e.lab.stage import Stage
@@ -118,6 +119,9 @@ def _finish(folder: RunFolder, took_s: float, progress: Progress) -> int:
     }
     told = ", ".join(f"{number} {status}" for status, number in counts.items() if number)
     progress.say(f"{told} in {duration(took_s)}: {folder.path / RUN}, {folder.path / REPORT}")
+    if any(result.cell.experiment == "G" for result in run.cells):
+        for line in goals.text(pick.entries(run)):
+            progress.say(line)
     lost = [result for result in run.cells if result.status == "failed"]
     if not folder.begun.strict:
         lost = [result for result in lost if result.figures is None]

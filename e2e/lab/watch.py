@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from e2e.lab.crowd import crowd
 from e2e.lab.folder import utc
 from e2e.lab.instrument import PRELOAD, Instrument
-from e2e.lab.process import CostMeter
+from e2e.lab.process import CostMeter, MachineMeter
 from e2e.lab.results import CellResult, Way
 from e2e.lab.summed import summed
 from e2e.lab.systems import start
@@ -34,6 +34,8 @@ PICTURE_WITHIN_S: Final = 30.0
 THIN_PICTURE_WITHIN_S: Final = 45.0
 THIN_BPS: Final = 200_000
 """On a slower link than this the page alone takes several seconds."""
+FETCH_EVERY_S: Final = 240.0
+"""The page keeps ten minutes; nothing shorter is disturbed."""
 LATE_MS: Final = 5.0
 RISING: Final = tuple(f"viewer.streams.{one}" for one in ("fail_safe_s", "sent", "skipped", "lost"))
 """What WAX counts of the viewer since it came; a cell is told what came of it in its own time."""
@@ -75,7 +77,9 @@ async def watch(cell: Cell, link: Link, browser: Browser, folder: Path) -> CellR
             await asyncio.sleep(from_s - time.monotonic())
             until_now = await running.told()
             told["counted_from_ms"] = SystemClock().wall_ms()
-            await asyncio.sleep(from_s + cell.seconds - SETTLE_S - time.monotonic())
+            busy = MachineMeter()
+            await _wait(instrument, from_s + cell.seconds - SETTLE_S)
+            told["machine.busy_share"] = busy.read()
             if cell.viewers > 1:
                 told |= await others.told()
         readings = await instrument.readings()
@@ -96,6 +100,14 @@ async def watch(cell: Cell, link: Link, browser: Browser, folder: Path) -> CellR
         server=cost,
         told=told,
     )
+
+
+async def _wait(instrument: Instrument, until_s: float) -> None:
+    """Let time pass, and fetch what was read before the page has to forget it."""
+    while (left_s := until_s - time.monotonic()) > FETCH_EVERY_S:
+        await asyncio.sleep(FETCH_EVERY_S)
+        await instrument.readings()
+    await asyncio.sleep(left_s)
 
 
 def picture_within_s(link: Link) -> float:

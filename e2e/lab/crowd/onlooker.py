@@ -11,6 +11,7 @@ import asyncio
 import time
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import pylibsrtp
@@ -128,7 +129,7 @@ class Onlooker(Viewer):
         protocol.datagram_received = take
         if self._line is not None:
             down = Way("down", self._line, take)
-            up = Way("up", self._line, protocol.transport.sendto)
+            up = Way("up", self._line, partial(_send, protocol.transport))
             self._ways += [down, up]
             protocol.datagram_received = down.carry
             protocol.transport = _Through(protocol.transport, up)
@@ -181,6 +182,11 @@ class _Through:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._transport, name)
+
+
+def _send(transport: Any, data: bytes, address: Any) -> None:
+    if not transport.is_closing():  # ICE gives up those of its sockets that it does not need
+        transport.sendto(data, address)
 
 
 def offer_as_chromium() -> None:

@@ -83,6 +83,8 @@ def _series(entry: Entry) -> list[tuple[str, str]]:
             "sound": len(readings.sound.start_ms),
             "counters": len(readings.counters.at_ms),
             "commands": len(readings.commands.at_ms),
+            "set_points": len(readings.set_points.at_ms),
+            "connections": len(readings.connections.at_ms),
         }
         found.append((f"{entry.path}.readings", _counted(rows)))
     if figures is not None:

@@ -11,7 +11,7 @@ from e2e.lab.client2004.thesis import CONTRADICTIONS
 from e2e.lab.report import appendix, pick, thesis
 from e2e.lab.report.blocks import Folded, Table
 from e2e.lab.report.head import head
-from e2e.lab.report.sections import browsers, changes, fanout, inter, intra, stress, systems
+from e2e.lab.report.sections import browsers, changes, fanout, goals, inter, intra, stress, systems
 
 if TYPE_CHECKING:
     from e2e.lab.report.blocks import Block
@@ -37,6 +37,7 @@ def html(run: Run) -> str:
         run=run,
         head=head(run, cells),
         sections=(
+            *goals.sections(cells),
             intra.section(run, cells),
             inter.section(cells),
             stress.section(cells),

@@ -30,10 +30,13 @@ def where(cells: Entries, fits: Callable[[Cell], bool]) -> Entries:
 
 
 def alone(cells: Entries) -> Entries:
-    """One viewer with Chromium before the test card."""
+    """One viewer with Chromium before the test card, who does not drive."""
     return where(
         cells,
-        lambda cell: (cell.viewers, cell.browser, cell.content) == (1, "chromium", "testcard"),
+        lambda cell: (
+            (cell.viewers, cell.browser, cell.content) == (1, "chromium", "testcard")
+            and not cell.drives
+        ),
     )
 
 

@@ -21,7 +21,8 @@ def section(cells: Entries) -> Section:
         pick.where(
             cells,
             lambda one: (
-                (one.browser, one.content) == ("chromium", "testcard") and not pick.is_changing(one)
+                (one.browser, one.content) == ("chromium", "testcard")
+                and not (pick.is_changing(one) or one.drives or one.slow)
             ),
         ),
         lambda one: one.viewers > 1 or one.experiment == "E5",
