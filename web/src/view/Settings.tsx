@@ -32,7 +32,7 @@ function Size() {
       >
         {sizes.map((one, i) => (
           <option key={one} value={one}>
-            {i === 0 ? `Largest, ${sizeWords(one)}` : `At most ${sizeWords(one)}`}
+            {i === 0 ? "Largest" : `Up to ${sizeWords(one)}`}
           </option>
         ))}
       </select>
@@ -49,7 +49,7 @@ function Policy() {
   if (playout.value && !(playout.value.policy in POLICY_NAMES)) return null;
   return (
     <label class="field">
-      <span>Sound and picture</span>
+      <span>Timing</span>
       <select
         value={preferences.value.policy ?? ""}
         onChange={(event) =>

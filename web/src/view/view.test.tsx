@@ -94,7 +94,7 @@ describe("every control is found by its role and name", () => {
       expect(getByRole(body, "switch", { name })).toBeTruthy();
     const speed = getByRole(body, "radiogroup", { name: "Speed" });
     for (const name of ["Fine", "Gross"]) expect(getByRole(speed, "radio", { name })).toBeTruthy();
-    for (const name of ["Picture size", "Sound and picture"])
+    for (const name of ["Picture size", "Timing"])
       expect(getByRole(body, "combobox", { name })).toBeTruthy();
     expect(getByRole(body, "textbox", { name: "Your name" })).toBeTruthy();
     expect(getByRole(body, "list", { name: "Queue" })).toBeTruthy();
@@ -275,19 +275,19 @@ describe("sound and picture", () => {
     show({ watching: [1] });
     const select = getByRole(body, "combobox", { name: "Picture size" });
     const options = [...select.children].map((one) => one.textContent);
-    expect(options).toEqual(["Largest, 640 × 480", "At most 320 × 240"]);
+    expect(options).toEqual(["Largest", "Up to 320 × 240"]);
     choose("Picture size", "320x240");
     expect(actions.setSize).toHaveBeenCalledWith("320x240");
   });
 
   it("lets one choose what matters more, or leave it to the role", () => {
     show({ watching: [1] });
-    const select = getByRole(body, "combobox", { name: "Sound and picture" });
+    const select = getByRole(body, "combobox", { name: "Timing" });
     const options = [...select.children].map((one) => one.textContent);
     expect(options).toEqual(["Automatic", "In step", "Picture first"]);
-    choose("Sound and picture", "video-first");
+    choose("Timing", "video-first");
     expect(actions.setPolicy).toHaveBeenCalledWith("video-first");
-    choose("Sound and picture", "");
+    choose("Timing", "");
     expect(actions.setPolicy).toHaveBeenLastCalledWith(null);
   });
 
@@ -296,7 +296,7 @@ describe("sound and picture", () => {
     act(() => {
       state.playout.value = playout({ policy: "thesis" });
     });
-    expect(queryByRole(body, "combobox", { name: "Sound and picture" })).toBeNull();
+    expect(queryByRole(body, "combobox", { name: "Timing" })).toBeNull();
   });
 
   it("says quietly that the link cannot carry both in step, for as long as that is so", () => {
