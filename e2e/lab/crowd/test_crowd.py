@@ -16,6 +16,7 @@ from e2e.lab.crowd.feedback import LEAST_EVERY_S, MOST_EVERY_S, URI, Feedback, e
 from e2e.lab.crowd.line import Way
 from e2e.lab.crowd.missing import AGAIN_S, MOST_TIMES, Missing
 from e2e.lab.crowd.onlooker import agreed
+from wax.rtc.feedback import find, parse
 
 ANSWER = f"""v=0
 m=audio 9 UDP/TLS/RTP/SAVPF 96
@@ -103,7 +104,10 @@ def read_feedback(data: bytes) -> tuple[int, dict[int, float]]:
     ),
 )
 def test_feedback_says_when_each_packet_came(first: int, arrivals: list[tuple[int, int]]) -> None:
-    """Lost, late and out of order: who reads it has each arrival to the tick, and none besides."""
+    """Lost, late and out of order: who reads it has each arrival to the tick, and none besides.
+
+    The server's own reader finds as many.
+    """
     feedback = Feedback()
     at_s, sequence, expected = 1000.0, first, {}
     for ahead, ticks in arrivals:
@@ -115,6 +119,8 @@ def test_feedback_says_when_each_packet_came(first: int, arrivals: list[tuple[in
     count, came = read_feedback(packet)
     assert count == 0
     assert came == pytest.approx(expected, abs=0.00026)
+    (found,) = find(packet)
+    assert [one is not None for one in parse(found).arrivals].count(True) == len(came)
     assert feedback.take(1, 2) is None
 
 

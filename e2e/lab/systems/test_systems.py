@@ -67,11 +67,12 @@ def cell(system: Any, **keys: Any) -> Cell:
     "cell",
     [
         cell("operator"),
+        cell("operator", drives=True),
         cell("stock"),
         cell("operator", browser="firefox"),
         cell("stock", browser="firefox"),
     ],
-    ids=lambda cell: f"{cell.system}-{cell.browser}",
+    ids=lambda cell: "-".join([cell.system, cell.browser, *(["drives"] * cell.drives)]),
 )
 async def test_a_session_runs_through_the_link(cell: Cell, link: Link, tmp_path: Path) -> None:
     """The browser at one end shows the test card and plays the sound of the server at the other."""
@@ -116,6 +117,12 @@ async def watch(cell: Cell, running: Any, browser: Any) -> None:
         told = await running.told()
         if cell.system == "operator":
             assert told["viewer.role"] == "operator"
+        if cell.drives:
+
+            async def moves() -> bool:
+                return float((await running.told())["robot.speed_mps"]) != 0
+
+            await eventually(moves, "the key that is held moves the robot")
         assert await kept(browser, running.url) == []
 
 
