@@ -1,0 +1,296 @@
+"""What one viewer's link carries, from what comes back of what was sent."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from wax.sync.delivery import LinkEstimate, Train
+from wax.sync.estimate.busy import BusyLink
+from wax.sync.estimate.evidence import Evidence
+from wax.sync.estimate.jitter import Jitter
+from wax.sync.estimate.losses import Losses
+from wax.sync.estimate.packets import payload_bytes, train_payload_bytes
+from wax.sync.estimate.probing import ENOUGH_BPS, STARTING_RATE_BPS, Prober
+from wax.sync.estimate.sent_log import SentLog
+from wax.sync.estimate.silence import Silence
+from wax.sync.estimate.standing import StandingQueue
+from wax.sync.estimate.trains import Probe, Trains
+from wax.sync.estimate.waiting import Waiting
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wax.sync.delivery import Delivery, LinkState
+
+_LEAST_BPS: Final = 8_000.0
+_MOST_BPS: Final = 50_000_000.0
+_CARE: Final = 0.9
+"""What of a rate that was measured at its limit is used, so that the queue empties."""
+_WORTH: Final = 1.03
+
+_STARTING_S: Final = 5.0
+_TRAIN_PACKETS: Final = 4
+_SLOW_S: Final = 0.010
+
+_CREEP_PER_S: Final = 0.08
+_CREEP_TRAINS: Final = 16
+_CALM_S: Final = 2.0
+_CEILING: Final = 1.05
+_CEILING_S: Final = 20.0
+_LONGER_WAY_S: Final = 3.0
+_LONG_SILENCE_S: Final = 3.0
+
+_MUCH_LOST: Final = 0.10
+_VERY_MUCH_LOST: Final = 0.30
+_LOSS_S: Final = 2.0
+_BRIEF_LOSS_S: Final = 0.5
+_LOSS_PACKETS: Final = 20
+_MOST_QUEUE_MS: Final = 10_000.0
+_OLD_S: Final = 60.0
+_MOST_BYTES: Final = 65_535
+
+
+class LinkEstimator:
+    """Follows the rate by trains of packets, and the queue by how long packets take.
+
+    Falls at once, to what comes out of a full queue; rises by pictures that leave faster than the
+    rate. Loss alone is no sign, unless it is much and more than usual. Whatever is reported, the
+    rate stays between 8 kbit/s and 50 Mbit/s and nothing is raised; time that runs back stands.
+    """
+
+    def __init__(self) -> None:
+        self._now_s = 0.0
+        self._rate_bps = STARTING_RATE_BPS
+        self._starting_until_s = math.inf
+        self._origin_s: float | None = None
+        self._log = SentLog()
+        self._waiting = Waiting()
+        self._busy = BusyLink()
+        self._queue = StandingQueue()
+        self._jitter = Jitter()
+        self._losses = Losses()
+        self._evidence = Evidence()
+        self._trains = Trains(self._log)
+        self._prober = Prober()
+        self._silence = Silence()
+        self._number = 0
+        self._crept_s = 0.0
+        self._fell_s = -math.inf
+        self._ceiling_bps = math.inf
+        self._losing = False
+        self._losses_from_s = 0.0
+        self._newest: tuple[float, float] | None = None  # when it was sent, how long it waited
+
+    def sent(self, size_bytes: int, now_s: float) -> None:
+        """Count a datagram that leaves, headers and all; `now_s` as in its `Delivery.sent_s`."""
+        now_s = self._pass(now_s)
+        if 0 < size_bytes <= _MOST_BYTES:
+            self._log.add(size_bytes, now_s)
+            self._silence.sent(now_s)
+
+    def round_trip(self, round_trip_s: float, now_s: float) -> None:
+        """Count a round trip that was measured, of any length."""
+        self._pass(now_s)
+        self._silence.round_trip(round_trip_s)
+
+    def train(self, size_bytes: int, now_s: float) -> Train:
+        """Decide how a picture of `size_bytes` leaves that is about to be sent."""
+        now_s = self._pass(now_s)
+        self._number += 1
+        pace_bps, many = self._rate_bps, False
+        if self._queue.since_s is None and not self._losing and not self._silence.blind(now_s):
+            pace_bps, many = self._prober.pace_bps(
+                size_bytes, self._rate_bps, starting=self._starting, now_s=now_s
+            )
+        payload = payload_bytes(self._rate_bps)
+        if many:
+            payload = train_payload_bytes(self._rate_bps, size_bytes, _TRAIN_PACKETS)
+        packets = math.ceil(size_bytes / payload)
+        if pace_bps > self._rate_bps and packets > 1:
+            self._trains.expect(self._number, packets)
+        return Train(self._number, pace_bps, payload)
+
+    def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
+        """Count what a feedback told of."""
+        now_s = self._pass(now_s)
+        known = sorted((one for one in deliveries if self._sane(one)), key=lambda one: one.sent_s)
+        if not known:
+            return
+        if self._silence.lasts_s(now_s) > _LONG_SILENCE_S:
+            self._begin_again()
+        self._silence.heard()
+        if self._starting_until_s == math.inf:
+            self._starting_until_s = now_s + _STARTING_S
+        for delivery in known:
+            self._count(delivery)
+        self._judge_queue()
+        self._judge_losses()
+        if self._queue.since_s is None and not self._losing:
+            self._rise()
+
+    def estimate(self, now_s: float) -> LinkEstimate:
+        """Return what is known now."""
+        now_s = self._pass(now_s)
+        round_trip_s = self._silence.round_trip_s
+        return LinkEstimate(
+            state=self._state(now_s),
+            rate_bps=self._rate_bps,
+            used_bps=self._log.used_bps(now_s),
+            queue_ms=self._queue_ms(now_s),
+            jitter_ms=self._jitter.quantile_ms(0.99),
+            lost=self._losses.since(-math.inf).lost_share,
+            burst=self._losses.burst(),
+            round_trip_ms=None if round_trip_s is None else round_trip_s * 1000,
+        )
+
+    def jitter_quantile_ms(self, q: float) -> float:
+        """Return within how many ms above the least `q` (0…1) of the sound came, of 20 s."""
+        return self._jitter.quantile_ms(q)
+
+    @property
+    def _starting(self) -> bool:
+        return self._now_s < self._starting_until_s
+
+    def _state(self, now_s: float) -> LinkState:
+        if self._silence.blind(now_s):
+            return "blind"
+        if self._queue.since_s is not None or self._losing:
+            return "congested"
+        return "starting" if self._starting else "steady"
+
+    def _queue_ms(self, now_s: float) -> float:
+        if self._newest is None:
+            return 0.0
+        sent_s, waited_s = self._newest
+        queue_s = self._log.queue_s(waited_s, sent_s, now_s, self._rate_bps)
+        return min(queue_s * 1000, _MOST_QUEUE_MS)
+
+    def _pass(self, now_s: float) -> float:
+        if self._now_s < now_s < math.inf:
+            self._now_s = now_s
+        return self._now_s
+
+    def _sane(self, delivery: Delivery) -> bool:
+        return (
+            0 < delivery.size_bytes <= _MOST_BYTES
+            and self._now_s - _OLD_S < delivery.sent_s <= self._now_s
+            and (delivery.arrived_s is None or math.isfinite(delivery.arrived_s))
+        )
+
+    def _count(self, delivery: Delivery) -> None:
+        sound = delivery.kind == "audio"
+        lost = delivery.arrived_s is None
+        self._losses.add(delivery.size_bytes, lost=lost, sound=sound, now_s=self._now_s)
+        if delivery.arrived_s is not None:
+            if self._origin_s is None:
+                self._origin_s = delivery.arrived_s - delivery.sent_s
+            arrived_s = delivery.arrived_s - self._origin_s
+            waited_s = self._waiting.add(
+                delivery.sent_s, arrived_s, delivery.size_bytes, self._rate_bps
+            )
+            self._newest = (delivery.sent_s, waited_s)
+            reached_s = delivery.sent_s + self._waiting.least_s
+            self._busy.add(reached_s, arrived_s, delivery.size_bytes)
+            if sound and self._queue.since_s is None:
+                self._jitter.add(arrived_s - delivery.sent_s, self._now_s)
+        for probe in self._trains.add(delivery):
+            self._judge_train(probe)
+
+    def _judge_train(self, probe: Probe) -> None:
+        passage = probe.passage(self._now_s)
+        if passage is None:
+            return
+        rough_s = self._waiting.rough_s
+        self._evidence.add(passage, rough_s)
+        if not self._starting:
+            return
+        # What the rate was is a mere assumption, so one train that is clearly slow is enough.
+        came_bps = probe.trimmed_bps()
+        late_s = passage.came_in_s - passage.sent_in_s
+        if came_bps is not None and late_s > 3 * rough_s + _SLOW_S:
+            self._starting_until_s = self._now_s
+            if came_bps < self._rate_bps:
+                self._fall(_CARE * came_bps)
+
+    def _judge_queue(self) -> None:
+        stood = self._queue.since_s is not None
+        if not self._queue.look(self._waiting, self._rate_bps, self._now_s):
+            self._waiting.settle()
+            return
+        since_s = self._queue.since_s or self._now_s
+        if not stood:
+            limit_s = self._waiting.least_s + self._queue.limit_s(self._rate_bps)
+            self._jitter.forget_since(self._now_s - 2 * _BRIEF_LOSS_S, limit_s)
+        came_bps = self._busy.rate_bps()
+        if came_bps is not None and _CARE * came_bps < self._rate_bps:
+            self._ceiling_bps = _CEILING * came_bps
+            self._fall(_CARE * came_bps)
+        elif (
+            self._now_s - since_s > _LONGER_WAY_S
+            and self._log.used_bps(self._now_s) < self._rate_bps / 2
+        ):
+            # So little would have left a queue by now: it is the way that has become longer.
+            self._waiting.relearn()
+            self._queue.clear()
+
+    def _judge_losses(self) -> None:
+        now_s = self._now_s
+        much = _MUCH_LOST + 2 * self._losses.usual
+        lately = self._losses.since(max(now_s - _LOSS_S, self._losses_from_s))
+        briefly = self._losses.since(max(now_s - _BRIEF_LOSS_S, self._losses_from_s))
+        window_s, fate = 0.0, briefly
+        if briefly.packets >= _LOSS_PACKETS and briefly.lost_share > _VERY_MUCH_LOST:
+            window_s = _BRIEF_LOSS_S
+        elif now_s - self._losses_from_s >= _LOSS_S and lately.packets >= _LOSS_PACKETS:
+            self._losing = lately.lost_share > much
+            window_s, fate = (_LOSS_S if self._losing else 0.0), lately
+        if window_s:
+            self._losing = True
+            came_bps = fate.arrived_bytes * 8 / window_s
+            self._losses_from_s = now_s
+            self._fall(max(_CARE * came_bps, self._rate_bps / 2))
+
+    def _rise(self) -> None:
+        now_s, rough_s = self._now_s, self._waiting.rough_s
+        least_bps = self._evidence.least_bps(rough_s)
+        if least_bps > _WORTH * self._rate_bps:
+            self._prober.risen(now_s)
+            self._set(least_bps)
+        elif len(self._evidence) >= _CREEP_TRAINS and now_s - self._fell_s > _CALM_S:
+            # Jitter hides a little more than what is certain: what is not excluded is tried.
+            most_bps = self._evidence.most_bps(rough_s)
+            if now_s - self._fell_s < _CEILING_S:
+                most_bps = min(most_bps, self._ceiling_bps)
+            step = 1 + _CREEP_PER_S * min(now_s - self._crept_s, 1.0)
+            if step * self._rate_bps < min(most_bps, ENOUGH_BPS):
+                self._set(step * self._rate_bps)
+        self._crept_s = now_s
+        if self._rate_bps >= ENOUGH_BPS:
+            self._starting_until_s = min(self._starting_until_s, now_s)
+
+    def _fall(self, rate_bps: float) -> None:
+        if rate_bps >= self._rate_bps:
+            return
+        self._set(rate_bps)
+        self._fell_s = self._now_s
+        self._starting_until_s = min(self._starting_until_s, self._now_s)
+        self._evidence.clear()
+        self._trains.clear()
+        self._prober.fallen(self._now_s)
+
+    def _begin_again(self) -> None:
+        """After a long silence nothing is known any more, but how little it was before."""
+        self._set(min(self._rate_bps, STARTING_RATE_BPS))
+        self._starting_until_s = math.inf
+        self._waiting.relearn()
+        self._busy.clear()
+        self._queue.clear()
+        self._evidence.clear()
+        self._trains.clear()
+        self._losses.forget()
+        self._losses_from_s = self._now_s
+        self._losing = False
+
+    def _set(self, rate_bps: float) -> None:
+        self._rate_bps = min(max(rate_bps, _LEAST_BPS), _MOST_BPS)

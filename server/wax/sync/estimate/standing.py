@@ -1,0 +1,48 @@
+"""Whether the queue of a link stands: nothing comes any more that has not waited."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from wax.sync.estimate.waiting import Waiting
+
+_STANDING_S: Final = 0.030
+_PACKETS: Final = 1.5
+_PACKET_BITS: Final = 8 * 250
+_SPAN_S: Final = 0.050
+_CERTAIN: Final = 2.5
+_GONE: Final = 0.6
+
+
+class StandingQueue:
+    """Entered when seen twice, or once where it is long; left when it is nearly gone."""
+
+    def __init__(self) -> None:
+        self._seen = 0
+        self.since_s: float | None = None
+        """When it was found; None while there is none."""
+
+    def look(self, waiting: Waiting, rate_bps: float, now_s: float) -> bool:
+        """Judge after each feedback; return whether the queue stands."""
+        limit_s = self.limit_s(rate_bps)
+        standing_s = waiting.standing_s
+        if self.since_s is not None:
+            if standing_s < _GONE * limit_s:
+                self.since_s = None
+                self._seen = 0
+        elif standing_s <= limit_s:
+            self._seen = 0
+        elif waiting.span_s >= _SPAN_S:
+            self._seen += 1
+            if self._seen >= 2 or standing_s > _CERTAIN * limit_s:
+                self.since_s = now_s
+        return self.since_s is not None
+
+    def limit_s(self, rate_bps: float) -> float:
+        """Return what is still no queue: on a slow link one packet before another."""
+        return max(_STANDING_S, _PACKETS * _PACKET_BITS / rate_bps)
+
+    def clear(self) -> None:
+        self._seen = 0
+        self.since_s = None

@@ -1,0 +1,249 @@
+"""What one viewer is sent: the best that his link carries, changed seldom."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from wax.sync.estimate import STARTING_RATE_BPS
+from wax.sync.serving import Serving
+from wax.sync.sound_choice import Budget, SoundChoice
+from wax.sync.wire_cost import picture_bps
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wax.sync.delivery import LinkEstimate
+    from wax.sync.serving import Rung, SoundForm
+
+_SHARE: Final = 0.85
+"""What of the rate a rung may take to be chosen,"""
+_KEPT_SHARE: Final = 0.95
+"""to stay whole,"""
+_LAST_SHARE: Final = 1.1
+"""and, being the smallest: its pictures are chosen when the link is free, upper layers last."""
+
+_QUICK_S: Final = 3.0
+_BETWEEN_S: Final = 5.0
+_HOLD_S: Final = 1.0
+_TRIAL_S: Final = 8.0
+_FAILED_HOLD_S: Final = 5.0
+_LONGEST_HOLD_S: Final = 60.0
+_PROVEN_S: Final = 30.0
+_FOLLOW_S: Final = 1.0
+_RESTORE_S: Final = 1.0
+_GONE_S: Final = 5.0
+_GLANCE_S: Final = 3.0
+
+
+class Since:
+    """For how long something has been so without a break."""
+
+    def __init__(self) -> None:
+        self._from_s: float | None = None
+
+    def lasts(self, so: bool, seconds: float, now_s: float) -> bool:
+        """Count one more look; return whether it has been so for that long."""
+        if not so:
+            self._from_s = None
+            return False
+        if self._from_s is None:
+            self._from_s = now_s
+        return now_s - self._from_s >= seconds
+
+
+class Ladder:
+    """Chooses sound, rung and layers for one viewer.
+
+    Down at once: upper layers are cut in the same decision, and the rung follows. Up after it
+    fitted for a while, longer after each try that failed, and at most one rung in 5 s; at the
+    beginning at once.
+    """
+
+    def __init__(self, rungs: Sequence[Rung], sounds: Sequence[SoundForm]) -> None:
+        """Raise ValueError where there is no rung, no sound or a size that is none."""
+        if not rungs or not sounds:
+            raise ValueError("a ladder needs at least one rung and one form of the sound")
+        self._rungs = tuple(sorted(rungs, key=lambda rung: -rung.bitrate_bps))
+        self._areas = tuple(_area(rung.size) for rung in self._rungs)
+        self._sound = SoundChoice(sounds)
+        self._now_s = self._begun_s = -math.inf
+        self._at: int | None = None
+        self._cut = 0
+        self._changed_s = self._rose_s = -math.inf
+        self._hold_s = _HOLD_S
+        self._better = Since()
+        self._fewer = Since()
+        self._worse = Since()
+        self._whole = Since()
+        self._glance_until_s = -math.inf
+        self._gone_s: float | None = None
+        self._pause_s = _GONE_S
+
+    def decide(
+        self,
+        estimate: LinkEstimate,
+        *,
+        size: str | None,
+        sound: bool,
+        sound_form: SoundForm | None,
+        other_bps: float,
+        now_s: float,
+    ) -> Serving:
+        """Decide what is sent from now on.
+
+        `size` is the largest picture that is wanted ("640x480"), None for none; `sound_form` the
+        one that the configuration fixes, None to choose. `other_bps` is what data channel and
+        acknowledgements take. Raises ValueError where `size` is no size.
+        """
+        if self._now_s < now_s < math.inf:
+            self._now_s = now_s
+        if self._begun_s == -math.inf:
+            self._begun_s = self._now_s
+        quick = estimate.state == "starting" or self._now_s - self._begun_s < _QUICK_S
+        budget = Budget(estimate.rate_bps, _SHARE, other_bps)
+        form, again = None, 0
+        if sound:
+            form, again = self._sound.choose(
+                budget,
+                sound_form,
+                alone=size is None,
+                lost=estimate.lost,
+                burst=estimate.burst,
+                quick=quick,
+                now_s=self._now_s,
+            )
+        else:
+            self._sound.none()
+        if size is None:
+            self._at, self._gone_s = None, None
+            return Serving(None, 0, form, again, "no picture is asked for")
+        allowed = self._allowed(size)
+        self._climb(estimate, budget, allowed, quick=quick)
+        reason = self._reason(estimate, allowed)
+        if self._at is None:
+            return Serving(None, 0, form, again, reason)
+        rung = self._rungs[self._at]
+        return Serving(rung, rung.layers - self._cut, form, again, reason)
+
+    def _climb(
+        self, estimate: LinkEstimate, budget: Budget, allowed: Sequence[int], *, quick: bool
+    ) -> None:
+        now_s, last = self._now_s, allowed[-1]
+        calm = estimate.state in ("starting", "steady")
+        target = self._target(estimate, budget, allowed)
+        if self._gone_s is not None and not self._comes_back(budget, last, calm=calm):
+            return
+        if self._at not in allowed:
+            self._move(target)
+        assert self._at is not None
+        cut = self._needed_cut(self._at, budget, last)
+        if cut is None and self._at != last:
+            self._failed()
+            self._move(max(target, self._at + 1))
+            cut = self._needed_cut(self._at, budget, last)
+        if cut is None and now_s >= self._glance_until_s:
+            self._at, self._gone_s = None, now_s
+            return
+        self._cut_to(self._rungs[self._at].layers if cut is None else cut, quick=quick)
+        between = quick or now_s - self._changed_s >= _BETWEEN_S
+        hold_s = 0.0 if quick else self._hold_s
+        better = calm and target < self._at and self._cut == 0
+        if self._better.lasts(better, hold_s, now_s) and between:
+            self._move(target)
+            self._rose_s = -math.inf if quick else now_s
+        worse = self._cut > 0 and target > self._at
+        if self._worse.lasts(worse, _FOLLOW_S, now_s) and between:
+            self._move(target)
+        if self._rose_s > -math.inf and now_s - self._rose_s > _PROVEN_S:
+            self._rose_s, self._hold_s = -math.inf, _HOLD_S
+
+    def _target(self, estimate: LinkEstimate, budget: Budget, allowed: Sequence[int]) -> int:
+        if estimate.state == "starting" and estimate.rate_bps <= STARTING_RATE_BPS:
+            return allowed[-1]  # the rate is an assumption, which would fill a modem line
+        left_bps = self._sound.left_bps(budget, _SHARE)
+        fitting = (
+            at for at in allowed if picture_bps(self._rungs[at], 0, estimate.rate_bps) <= left_bps
+        )
+        return next(fitting, allowed[-1])
+
+    def _needed_cut(self, at: int, budget: Budget, last: int) -> int | None:
+        """Return how many layers have to go, None where not even the lowest fits."""
+        share = _LAST_SHARE if at == last else _KEPT_SHARE
+        left_bps = self._sound.left_bps(budget, share)
+        rung = self._rungs[at]
+        return next(
+            (
+                cut
+                for cut in range(rung.layers + 1)
+                if picture_bps(rung, cut, budget.rate_bps) <= left_bps
+            ),
+            None,
+        )
+
+    def _cut_to(self, cut: int, *, quick: bool) -> None:
+        if cut > self._cut:
+            self._failed()
+        elif not self._fewer.lasts(cut < self._cut, _RESTORE_S, self._now_s) and not quick:
+            return
+        self._cut = cut
+
+    def _comes_back(self, budget: Budget, last: int, *, calm: bool) -> bool:
+        """Return whether the picture that is gone is sent again, or tried."""
+        assert self._gone_s is not None
+        fits = self._needed_cut(last, budget, last) is not None
+        if self._whole.lasts(fits, _RESTORE_S, self._now_s):
+            self._pause_s = _GONE_S
+        elif calm and self._now_s - self._gone_s >= self._pause_s:
+            self._pause_s = min(2 * self._pause_s, _LONGEST_HOLD_S)
+            self._glance_until_s = self._now_s + _GLANCE_S
+        else:
+            return False
+        self._gone_s = None
+        self._move(last)
+        self._cut = self._rungs[last].layers
+        return True
+
+    def _failed(self) -> None:
+        """Put the next try off where this was one."""
+        if self._now_s - self._rose_s < _TRIAL_S:
+            self._hold_s = min(max(2 * self._hold_s, _FAILED_HOLD_S), _LONGEST_HOLD_S)
+        self._rose_s = -math.inf
+
+    def _move(self, at: int) -> None:
+        if at != self._at:
+            self._changed_s = self._now_s
+            self._cut = 0
+        self._at = at
+
+    def _allowed(self, size: str) -> list[int]:
+        area = _area(size)
+        fitting = [at for at, other in enumerate(self._areas) if other <= area]
+        least = min(self._areas)
+        return fitting or [at for at, other in enumerate(self._areas) if other == least]
+
+    def _reason(self, estimate: LinkEstimate, allowed: Sequence[int]) -> str:
+        carries = f"the link carries about {_rate(estimate.rate_bps)}"
+        if estimate.state == "blind":
+            return "nothing is heard from the browser"
+        if self._at is None:
+            return f"{carries}, enough for sound alone"
+        if self._now_s < self._glance_until_s:
+            return "trying whether the link carries a picture again"
+        if self._at == allowed[0] and self._cut == 0:
+            return "as large as asked for"
+        if estimate.state == "starting":
+            return "finding out what the link carries"
+        return carries
+
+
+def _area(size: str) -> int:
+    width, _, height = size.partition("x")
+    return int(width) * int(height)
+
+
+def _rate(bps: float) -> str:
+    """Say a rate in two digits, as no estimate is better."""
+    digits = 10 ** max(0, math.floor(math.log10(max(bps, 10))) - 1)
+    rounded = round(bps / digits) * digits
+    return f"{rounded / 1e6:g} Mbit/s" if rounded >= 1e6 else f"{rounded / 1e3:g} kbit/s"
