@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from wax.sync.estimate import STARTING_RATE_BPS
 from wax.sync.serving import Serving
 from wax.sync.sound_choice import Budget, SoundChoice
 from wax.sync.wire_cost import picture_bps
@@ -32,6 +31,7 @@ _LONGEST_HOLD_S: Final = 60.0
 _PROVEN_S: Final = 30.0
 _FOLLOW_S: Final = 1.0
 _RESTORE_S: Final = 1.0
+_FULL_MS: Final = 100.0
 _GONE_S: Final = 5.0
 _GLANCE_S: Final = 3.0
 
@@ -140,6 +140,10 @@ class Ladder:
         cut = self._needed_cut(self._at, budget, last)
         if cut is None and self._at != last:
             self._failed()
+            if estimate.queue_ms > _FULL_MS:
+                # A keyframe would be old before it could leave; what comes later is newer.
+                self._cut = self._rungs[self._at].layers
+                return
             self._move(max(target, self._at + 1))
             cut = self._needed_cut(self._at, budget, last)
         if cut is None and now_s >= self._glance_until_s:
@@ -159,8 +163,8 @@ class Ladder:
             self._rose_s, self._hold_s = -math.inf, _HOLD_S
 
     def _target(self, estimate: LinkEstimate, budget: Budget, allowed: Sequence[int]) -> int:
-        if estimate.state == "starting" and estimate.rate_bps <= STARTING_RATE_BPS:
-            return allowed[-1]  # the rate is an assumption, which would fill a modem line
+        if estimate.assumed:
+            return allowed[-1]  # what is assumed would fill a modem line
         left_bps = self._sound.left_bps(budget, _SHARE)
         fitting = (
             at for at in allowed if picture_bps(self._rungs[at], 0, estimate.rate_bps) <= left_bps

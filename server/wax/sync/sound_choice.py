@@ -113,7 +113,7 @@ class SoundChoice:
 
     def _follow_loss(self, lost: float, burst: int, now_s: float) -> None:
         limit = _LOSS_OVER if self._again else _LOSS
-        wanted = min(max(burst, 1), _MOST_AGAIN) if lost >= limit else 0
+        wanted = min(burst, _MOST_AGAIN) if lost >= limit else 0
         if wanted >= self._again:
             self._again, self._fewer_since_s = wanted, None
         elif self._fewer_since_s is None:

@@ -29,12 +29,13 @@ _CARE: Final = 0.9
 """What of a rate that was measured at its limit is used, so that the queue empties."""
 _WORTH: Final = 1.03
 
-_STARTING_S: Final = 5.0
+_STARTING_S: Final = 3.0
 _TRAIN_PACKETS: Final = 4
 _SLOW_S: Final = 0.010
 
-_CREEP_PER_S: Final = 0.08
-_CREEP_TRAINS: Final = 16
+_CREEP_PER_S: Final = 0.1
+_CREEP_USED: Final = 4.0
+_REFUTED: Final = 0.85
 _CALM_S: Final = 2.0
 _CEILING: Final = 1.05
 _CEILING_S: Final = 20.0
@@ -75,6 +76,7 @@ class LinkEstimator:
         self._prober = Prober()
         self._silence = Silence()
         self._number = 0
+        self._assumed = True
         self._crept_s = 0.0
         self._fell_s = -math.inf
         self._ceiling_bps = math.inf
@@ -142,6 +144,7 @@ class LinkEstimator:
             lost=self._losses.since(-math.inf).lost_share,
             burst=self._losses.burst(),
             round_trip_ms=None if round_trip_s is None else round_trip_s * 1000,
+            assumed=self._assumed and self._starting,
         )
 
     def jitter_quantile_ms(self, q: float) -> float:
@@ -203,6 +206,7 @@ class LinkEstimator:
             return
         rough_s = self._waiting.rough_s
         self._evidence.add(passage, rough_s)
+        self._assumed = False
         if not self._starting:
             return
         # What the rate was is a mere assumption, so one train that is clearly slow is enough.
@@ -253,18 +257,20 @@ class LinkEstimator:
 
     def _rise(self) -> None:
         now_s, rough_s = self._now_s, self._waiting.rough_s
-        least_bps = self._evidence.least_bps(rough_s)
+        least_bps = self._evidence.least_bps(rough_s, bold=self._starting)
         if least_bps > _WORTH * self._rate_bps:
             self._prober.risen(now_s)
             self._set(least_bps)
-        elif len(self._evidence) >= _CREEP_TRAINS and now_s - self._fell_s > _CALM_S:
-            # Jitter hides a little more than what is certain: what is not excluded is tried.
-            most_bps = self._evidence.most_bps(rough_s)
+        elif self._evidence.most_bps(rough_s) < _REFUTED * self._rate_bps:
+            self._set(self._evidence.most_bps(rough_s))
+        elif now_s - self._fell_s > _CALM_S:
+            # Jitter hides some of what is carried: what is likely is tried, with care.
+            likely_bps = self._evidence.likely_bps(rough_s)
             if now_s - self._fell_s < _CEILING_S:
-                most_bps = min(most_bps, self._ceiling_bps)
+                likely_bps = min(likely_bps, self._ceiling_bps)
+            likely_bps = min(likely_bps, _CREEP_USED * self._log.used_bps(now_s), ENOUGH_BPS)
             step = 1 + _CREEP_PER_S * min(now_s - self._crept_s, 1.0)
-            if step * self._rate_bps < min(most_bps, ENOUGH_BPS):
-                self._set(step * self._rate_bps)
+            self._set(max(self._rate_bps, min(step * self._rate_bps, likely_bps)))
         self._crept_s = now_s
         if self._rate_bps >= ENOUGH_BPS:
             self._starting_until_s = min(self._starting_until_s, now_s)

@@ -17,9 +17,11 @@ if TYPE_CHECKING:
 _MEMORY_S: Final = 10.0
 _MOST: Final = 128
 _ERRORS: Final = 2.0
+_BOLD_ERRORS: Final = 0.7
 _PRIOR: Final = 3
-_LATE_SHARE: Final = 0.3
-_MANY: Final = 8
+_LIKELY_ERRORS: Final = 1.0
+_FEW: Final = 16
+_MANY: Final = 64
 
 
 class Passage(NamedTuple):
@@ -51,17 +53,27 @@ class Evidence:
     def clear(self) -> None:
         self._passages.clear()
 
-    def least_bps(self, rough_s: float) -> float:
-        """Return what the link carries at least: the best that the last 1, 2, 4… trains show."""
+    def least_bps(self, rough_s: float, *, bold: bool) -> float:
+        """Return what the link carries at least: the best that the last 1, 2, 4… trains show.
+
+        `bold` is for when too high a rate costs little, and it is sooner right than wrong.
+        """
+        errors = _BOLD_ERRORS if bold else _ERRORS
         trains = list(self._passages)
         least_bps, count = 0.0, 1
         while trains and count < 2 * len(trains):
-            least_bps = max(least_bps, _bound_bps(trains[-count:], rough_s, _ERRORS))
+            least_bps = max(least_bps, _bound_bps(trains[-count:], rough_s, errors))
             count *= 2
         return least_bps
 
+    def likely_bps(self, rough_s: float) -> float:
+        """Return what the link may well carry; of few trains nothing."""
+        if len(self._passages) < _FEW:
+            return 0.0
+        return _bound_bps(list(self._passages), rough_s, -_LIKELY_ERRORS)
+
     def most_bps(self, rough_s: float) -> float:
-        """Return what the link carries at most; of few trains it is infinite."""
+        """Return what the link carries at most; only many trains limit it."""
         if len(self._passages) < _MANY:
             return math.inf
         return _bound_bps(list(self._passages), rough_s, -_ERRORS)
@@ -70,15 +82,11 @@ class Evidence:
 def _bound_bps(trains: Sequence[Passage], rough_s: float, errors: float) -> float:
     count = len(trains)
     bits = sum(train.bits for train in trains)
-    sent_in_s = sum(train.sent_in_s for train in trains)
     came_in_s = sum(max(train.came_in_s, train.sent_in_s) for train in trains)
     slowness = came_in_s / bits
     # A few trains say little about how much they differ, so what single packets say counts too.
     squares = _PRIOR * 2 * rough_s**2
     squares += sum((train.came_in_s - slowness * train.bits) ** 2 for train in trains)
     error_s = math.sqrt(squares / (count + _PRIOR - 1))
-    if count >= _MANY:
-        # Packets keep their order, so the last of a train has the latest of several jitters.
-        came_in_s = max(came_in_s - _LATE_SHARE * error_s * count, sent_in_s)
     came_in_s += errors * error_s * math.sqrt(count)
     return bits / max(came_in_s, 1e-6) if came_in_s > 0 else math.inf

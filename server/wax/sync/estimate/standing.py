@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 _STANDING_S: Final = 0.030
 _PACKETS: Final = 1.5
 _PACKET_BITS: Final = 8 * 250
-_SPAN_S: Final = 0.050
+_SPAN_S: Final = 0.040
 _CERTAIN: Final = 2.5
 _GONE: Final = 0.6
 

@@ -13,11 +13,11 @@ from typing import Final
 
 _MEMORY_S: Final = 30.0
 _BUCKET_S: Final = 0.5
-_RECENT_S: Final = 0.12
+_RECENT_S: Final = 0.07
 _RECENT_PACKETS: Final = 3
 _SMALL_BYTES: Final = 100
-_TYPICAL_GAIN: Final = 0.05
-_MOST_TYPICAL_S: Final = 0.04
+_TYPICAL_GAIN: Final = 0.01
+_MOST_TYPICAL_S: Final = 0.015
 _ROUGH_GAIN: Final = 0.1
 _FIRST_ROUGH_S: Final = 0.002
 
