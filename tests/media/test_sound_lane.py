@@ -24,6 +24,11 @@ def _sound(number: int, form: SoundForm = SHORT) -> EncodedSound:
     return EncodedSound(packet, number / 50, form.mu_ms * 48)
 
 
+def _earlier(lane: SoundLane, sound: EncodedSound, count: int) -> tuple[EncodedSound, ...]:
+    lane.redundancy = count
+    return lane.earlier(sound)
+
+
 def _take(lane: SoundLane, count: int) -> list[EncodedSound]:
     return [asyncio.run(lane.get()) for _ in range(count)]
 
@@ -101,7 +106,7 @@ def test_what_is_sent_again_ends_where_the_packet_begins(lost: set[int], count: 
     for number in numbers:
         lane.put(SHORT, _sound(number))
     last = _take(lane, len(numbers))[-1]
-    again = _numbers(lane.redundant(last, count))
+    again = _numbers(_earlier(lane, last, count))
     assert len(again) <= count
     assert again == list(range(31 - len(again), 31))
     if len(again) < min(count, 7):
@@ -118,15 +123,15 @@ def test_what_is_sent_again_is_of_the_same_form() -> None:
     for number in range(3, 30, 3):
         lane.put(LONG, _sound(number, LONG))
     sounds = _take(lane, 4)
-    assert lane.redundant(sounds[2], 9) == tuple(sounds[:2])
-    assert lane.redundant(sounds[3], 9) == ()
+    assert _earlier(lane, sounds[2], 9) == tuple(sounds[:2])
+    assert _earlier(lane, sounds[3], 9) == ()
     lane = SoundLane()
     lane.choose(LONG)
     for number in range(0, 30, 3):
         lane.put(LONG, _sound(number, LONG))
     sounds = _take(lane, 10)
-    assert lane.redundant(sounds[9], 9) == tuple(sounds[4:9])
-    assert lane.redundant(sounds[8], 1) == (sounds[7],)
+    assert _earlier(lane, sounds[9], 9) == tuple(sounds[4:9])
+    assert _earlier(lane, sounds[8], 1) == (sounds[7],)
 
 
 async def test_get_waits() -> None:

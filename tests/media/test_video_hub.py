@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
     from wax.media.encoded import EncodedPicture
-    from wax.media.lane import VideoLane
+    from wax.media.video_lane import VideoLane
 
-BIG, SMALL = "64x48", "32x32"
 SETTINGS = VideoSettings(
     renditions=[
         RenditionSettings(width=64, height=48, fps=30, bitrate_bps=100_000),
         RenditionSettings(width=32, height=32, fps=15, bitrate_bps=50_000),
     ]
 )
+BIG, SMALL = (one.name for one in SETTINGS.renditions)
 
 
 class Camera:
@@ -54,12 +54,11 @@ async def hub() -> AsyncIterator[VideoHub]:
 
 async def _next(camera: Camera, lane: VideoLane) -> EncodedPicture:
     """Film until the lane has a picture."""
-    task = asyncio.ensure_future(lane.get())
     async with asyncio.timeout(5):
-        while not task.done():
+        while (picture := lane.take()) is None:
             camera.picture()
             await asyncio.sleep(0.002)
-    return task.result()
+    return picture
 
 
 async def test_two_viewers_share_one_encoder(hub: VideoHub) -> None:
@@ -67,9 +66,11 @@ async def test_two_viewers_share_one_encoder(hub: VideoHub) -> None:
     camera, a, b = Camera(hub), hub.add(), hub.add()
     hub.choose(a, BIG)
     hub.choose(b, BIG)
-    pictures = [await _next(camera, a) for _ in range(5)]
-    shared = [await b.get() for _ in range(5)]
-    assert [one.packet for one in pictures] == [one.packet for one in shared]
+    pictures, shared = [], []
+    for _ in range(5):
+        pictures.append(await _next(camera, a))
+        shared.append(b.take())
+    assert [one.packet for one in pictures] == [one and one.packet for one in shared]
     assert pictures[0].keyframe
 
 
@@ -102,15 +103,14 @@ async def test_a_joiner_gets_a_keyframe_and_the_crowd_few(hub: VideoHub) -> None
     started_s = monotonic()
     second = hub.add()
     hub.choose(second, BIG)
-    joined = asyncio.ensure_future(second.get())
-    while not joined.done():
+    while (joined := second.take()) is None:
         for _ in range(20):
             hub.request_keyframe(first)
         seen.append(await _next(camera, first))
     while monotonic() - started_s < 1.0:
         hub.request_keyframe(first)
         seen.append(await _next(camera, first))
-    assert joined.result().keyframe
+    assert joined.keyframe
     assert 2 <= sum(one.keyframe for one in seen) <= 6
 
 
@@ -166,8 +166,8 @@ async def test_encoders_that_hang_are_left_behind_together(*, asked: bool) -> No
 
     hub = VideoHub(settings=SETTINGS, clock=SystemClock(), make_encoder=Stuck)
     hub.start()
-    for size in (BIG, SMALL):
-        hub.choose(hub.add(), size)
+    for name in (BIG, SMALL):
+        hub.choose(hub.add(), name)
         assert await asyncio.to_thread(encoding.acquire, timeout=5)
     started_s = monotonic()
     if asked:

@@ -16,6 +16,7 @@ from wax.config import SyncSettings, VideoSettings
 from wax.media.encoded import VIDEO_TIME_BASE, EncodedPicture
 from wax.media.source import BLOCK_SAMPLES, Sound
 from wax.media.unit_hub import UnitHub
+from wax.media.unit_lane import UnitLane
 from wax.media.video_hub import VideoHub
 from wax.streams.thesis import ThesisService, ThesisStreams, thesis_video
 from wax.sync.playout import PlayoutReport, StreamPlayout
@@ -24,7 +25,8 @@ from wax.sync.thesis.settings import ThesisSettings
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-    from wax.media.unit_lane import UnitLane
+    from wax.streams.streams import Lanes
+
 
 SETTINGS = ThesisSettings()
 SIZE = "166x130"
@@ -44,8 +46,19 @@ class Scene:
         self.service = ThesisService(
             clock=self.clock, settings=SETTINGS, video=self.video, audio=self.audio
         )
-        self.streams: ThesisStreams = self.service.streams(self.told.append, SyncSettings())
-        self.picture, self.sound = self.streams.lanes()
+        self.streams: ThesisStreams = self.service.streams(self, SyncSettings())
+        self._take(self.streams.lanes())
+
+    def send(self, message: BaseModel) -> None:
+        self.told.append(message)
+
+    def hold_back(self, least_ms: float) -> bool:
+        raise AssertionError("the thesis's roll-back is the server's work")
+
+    def _take(self, lanes: Lanes) -> None:
+        assert isinstance(lanes.picture, UnitLane)
+        assert isinstance(lanes.sound, UnitLane)
+        self.picture, self.sound = lanes.picture, lanes.sound
 
     async def capture(self, seconds: float, *, acknowledge: bool = True) -> list[Any]:
         """Let time pass; return what left, in order. The link takes no time."""
@@ -108,7 +121,7 @@ async def test_nothing_leaves_before_the_page_wants_it(scene: Scene) -> None:
 
 async def test_sound_leaves_as_whole_units_and_the_picture_is_rolled_back(scene: Scene) -> None:
     """A unit of half a second leaves at once; in step, the picture leaves half a second old."""
-    scene.streams.want(sound=True, picture=True, size=SIZE)
+    scene.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     left = await scene.capture(8.0)
     sounds = [one for one in left if not isinstance(one, EncodedPicture)]
     assert len(sounds) % 5 == 0
@@ -125,7 +138,7 @@ async def test_sound_leaves_as_whole_units_and_the_picture_is_rolled_back(scene:
 
 async def test_nothing_newer_leaves_before_the_page_acknowledges(scene: Scene) -> None:
     """To send means to be received: one unit of each stream is under way, and no more."""
-    scene.streams.want(sound=True, picture=True, size=SIZE)
+    scene.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     left = await scene.capture(0.9, acknowledge=False)
     assert sum(isinstance(one, EncodedPicture) for one in left) == 1
     assert len(left) == 6
@@ -134,7 +147,7 @@ async def test_nothing_newer_leaves_before_the_page_acknowledges(scene: Scene) -
 
 async def test_a_link_that_never_answers_ends_in_fail_safe(scene: Scene) -> None:
     """It is told to the page, counted in seconds, and what was skipped is not kept."""
-    scene.streams.want(sound=True, picture=True, size=SIZE)
+    scene.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     await scene.capture(12.0, acknowledge=False)
     assert scene.status["mode"] == "fail-safe"
     assert scene.status["fail_safe_s"] > 8
@@ -150,7 +163,7 @@ async def test_a_link_that_never_answers_ends_in_fail_safe(scene: Scene) -> None
 
 async def test_only_the_packet_that_ends_a_unit_acknowledges_it(scene: Scene) -> None:
     """Any other time that a page may send changes nothing."""
-    scene.streams.want(sound=True, picture=False, size=SIZE)
+    scene.streams.want(sound=True, picture=False, size=SIZE, policy=None)
     (*_, last) = await scene.capture(0.7, acknowledge=False)
     for pts in (0, -1, last.pts - 800, last.pts + 800, last.pts + 1):
         scene.streams.received("audio", pts % 2**32)
@@ -162,7 +175,7 @@ async def test_only_the_packet_that_ends_a_unit_acknowledges_it(scene: Scene) ->
 
 async def test_the_page_is_told_which_packets_end_a_unit(scene: Scene) -> None:
     """From the first unit on; every other ends a whole number of lengths away."""
-    scene.streams.want(sound=True, picture=False, size=SIZE)
+    scene.streams.want(sound=True, picture=False, size=SIZE, policy=None)
     assert scene.streams.units is None
     left = await scene.capture(2.0)
     units = scene.streams.units
@@ -172,18 +185,18 @@ async def test_the_page_is_told_which_packets_end_a_unit(scene: Scene) -> None:
 
 async def test_a_fresh_peer_begins_anew(scene: Scene) -> None:
     """After a reconnect nothing is known of the link, and nothing of the old peer is waited for."""
-    scene.streams.want(sound=True, picture=True, size=SIZE)
+    scene.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     await scene.capture(2.0, acknowledge=False)
-    scene.picture, scene.sound = scene.streams.lanes()
+    scene._take(scene.streams.lanes())
     assert await scene.capture(1.0) == []
-    scene.streams.want(sound=True, picture=True, size=SIZE)
+    scene.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     assert len(await scene.capture(2.0)) > 20
     assert scene.status["lost"] == 0
 
 
 async def test_a_client_that_buffers_more_sound_gets_an_older_picture(scene: Scene) -> None:
     """Sound reported 200 ms after the picture rolls the picture back by as much (5.3.1)."""
-    scene.streams.want(sound=True, picture=True, size=SIZE)
+    scene.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     await scene.capture(4.0)
     before_ms = scene.status["rollback_ms"]
     report = PlayoutReport(sound=StreamPlayout(age_ms=800.0), picture=StreamPlayout(age_ms=600.0))
@@ -194,12 +207,12 @@ async def test_a_client_that_buffers_more_sound_gets_an_older_picture(scene: Sce
 
 async def test_release_ends_it_all(scene: Scene) -> None:
     """Nothing is listened to, timed or told after a viewer has parted, however often that is."""
-    scene.streams.want(sound=True, picture=True, size=SIZE)
+    scene.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     (*_, last) = await scene.capture(0.6, acknowledge=False)
     scene.streams.release()
     scene.streams.release()
     told = len(scene.told)
-    scene.streams.want(sound=True, picture=True, size=SIZE)
+    scene.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     for kind in ("audio", "video"):
         scene.streams.received(kind, (last.packet.pts or 0) % 2**32)
     scene.streams.round_trip(0.1)

@@ -24,6 +24,9 @@ _KEYFRAME_SPACING_S: Final = 0.3
 
 _POLL_S: Final = 0.5
 
+_LOAD_WEIGHT: Final = 0.05
+"""Of one picture in the mean time that encoding takes."""
+
 
 class Rendition:
     """Encodes one size for everybody; `deliver` is called from the thread with each packet."""
@@ -49,6 +52,12 @@ class Rendition:
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
         self.encoded = 0
+        self._encode_s = 0.0
+
+    @property
+    def load(self) -> float:
+        """The share of one core that it takes while it is wanted, 0 before it was."""
+        return self._encode_s * self.settings.fps if self.wanted else 0.0
 
     @property
     def wanted(self) -> bool:
@@ -116,9 +125,11 @@ class Rendition:
                 continue
             due_s = spacing_s + (due_s if late_s < spacing_s else picture.captured_s)
             keyframe = self._keyframe_due(self._clock.now_s() - last_keyframe_s)
+            began_s = self._clock.now_s()
             encoded = encoder.encode(picture, keyframe=keyframe)
             if encoded is None:
                 continue
+            self._encode_s += _LOAD_WEIGHT * (self._clock.now_s() - began_s - self._encode_s)
             if encoded.keyframe:
                 last_keyframe_s = self._clock.now_s()
             self.encoded += 1

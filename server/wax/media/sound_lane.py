@@ -36,6 +36,8 @@ class SoundLane:
         self._form: SoundForm | None = None
         self._next: SoundForm | None = None
         self._change_pts = 0
+        self.redundancy = 0
+        """How many earlier packets go once more with each, where links lose some (RFC 2198)."""
         self.dropped = 0
 
     @property
@@ -85,11 +87,13 @@ class SoundLane:
         self._sent.append((form, sound))
         return sound
 
-    def redundant(self, sound: EncodedSound, count: int) -> tuple[EncodedSound, ...]:
-        """Return the up to `count` packets to send once more with this one, the oldest first.
+    def earlier(self, sound: EncodedSound) -> tuple[EncodedSound, ...]:
+        """Return what is sent once more with this one, up to `redundancy`, the oldest first.
 
         `sound` was handed out by `get`. They are of its form, and each ends where the next begins.
         """
+        if self.redundancy == 0:
+            return ()
         found: list[EncodedSound] = []
         later: EncodedSound | None = None
         wanted: SoundForm | None = None
@@ -99,7 +103,7 @@ class SoundLane:
                 continue
             follows = form == wanted and earlier.pts + earlier.duration_samples == later.pts
             is_near = sound.pts - earlier.pts <= _REDUNDANT_SAMPLES
-            if len(found) == count or not follows or not is_near:
+            if len(found) >= self.redundancy or not follows or not is_near:
                 break
             found.append(earlier)
             later = earlier

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import os
 from functools import partial
 from typing import TYPE_CHECKING, Final, Literal, Protocol
 
-from wax.media.video_lane import VideoLane
 from wax.media.rendition import Rendition
 from wax.media.slot import NewestSlot
 from wax.media.video_encoder import VideoEncoder
+from wax.media.video_lane import VideoLane
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from wax.media.video_encoder import PictureEncoder
 
 _STOP_S: Final = 1.5
+_CORES_SHARE: Final = 0.5
 
 
 class PictureLane(Protocol):
@@ -54,27 +56,20 @@ class VideoHub:
         self._lanes: set[PictureLane] = set()
         self._dropped_by_gone = 0
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._renditions = {
-            one.name: Rendition(
-                settings=one,
-                keyframe_interval_s=settings.keyframe_interval_s,
-                make_encoder=partial(make, one),
-                slot=self.slot,
-                clock=clock,
-                deliver=self._from_thread,
-            )
-            for one in settings.renditions
-        }
+        self._make = make
+        self._keyframe_interval_s = settings.keyframe_interval_s
+        self._renditions = {one.name: self._rendition(one) for one in settings.renditions}
+        self._shared = tuple(self._renditions)
 
     @property
     def names(self) -> list[str]:
-        """The names of the renditions, the largest first."""
+        """The names of the renditions, those of the configuration first."""
         return list(self._renditions)
 
     @property
     def sizes(self) -> list[str]:
-        """The sizes of the renditions, each once, the largest first."""
-        return list(dict.fromkeys(one.settings.size for one in self._renditions.values()))
+        """The sizes of the shared renditions, each once, the largest first."""
+        return list(dict.fromkeys(self._renditions[name].settings.size for name in self._shared))
 
     def start(self) -> None:
         self._loop = asyncio.get_running_loop()
@@ -102,6 +97,23 @@ class VideoHub:
     def attach(self, lane: PictureLane) -> None:
         """Take a lane that somebody else has made; nothing is sent to it until `choose`."""
         self._lanes.add(lane)
+
+    def provide(self, settings: RenditionSettings) -> None:
+        """Let a rendition be chosen that is not in the configuration; it lives while wanted."""
+        if settings.name not in self._renditions and self._loop is not None:
+            rendition = self._rendition(settings)
+            self._renditions[settings.name] = rendition
+            rendition.start()
+
+    @property
+    def has_room(self) -> bool:
+        """Whether the machine can encode one more for somebody of his own.
+
+        Half of the cores is left to everything else; the largest that is encoded now is what one
+        more would cost.
+        """
+        loads = [one.load for one in self._renditions.values()]
+        return sum(loads) + max(loads) <= _CORES_SHARE * (os.cpu_count() or 1)
 
     def remove(self, lane: PictureLane) -> None:
         """Forget a lane; safe to call twice."""
@@ -139,9 +151,23 @@ class VideoHub:
         encoded = {name: one.encoded for name, one in self._renditions.items()}
         return {"captured": self.slot.count} | encoded
 
+    def _rendition(self, settings: RenditionSettings) -> Rendition:
+        return Rendition(
+            settings=settings,
+            keyframe_interval_s=self._keyframe_interval_s,
+            make_encoder=partial(self._make, settings),
+            slot=self.slot,
+            clock=self._clock,
+            deliver=self._from_thread,
+        )
+
     def _refresh(self) -> None:
-        for name, rendition in self._renditions.items():
-            rendition.want(any(lane.takes(name) for lane in self._lanes))
+        for name, rendition in list(self._renditions.items()):
+            wanted = any(lane.takes(name) for lane in self._lanes)
+            rendition.want(wanted)
+            if not wanted and name not in self._shared:
+                del self._renditions[name]
+                rendition.request_stop()
 
     def _from_thread(self, picture: EncodedPicture) -> None:
         if self._loop is not None and not self._loop.is_closed():

@@ -9,6 +9,8 @@ if TYPE_CHECKING:
 
     from av.packet import Packet
 
+    from wax.media.encoded import EncodedSound
+
 
 class Encoded(Protocol):
     """A packet and the moment its content was captured, on the server's clock."""
@@ -39,11 +41,11 @@ class Picture(Encoded, Protocol):
 class SoundLane(Protocol):
     """Gives sound in the order of its capture."""
 
-    async def get(self) -> Encoded:
+    async def get(self) -> EncodedSound:
         """Wait for the next packet to send."""
         ...
 
-    def earlier(self, sound: Encoded) -> Sequence[Encoded]:
+    def earlier(self, sound: EncodedSound) -> Sequence[EncodedSound]:
         """Return those just before this one that go with it once more, the oldest first."""
         ...
 

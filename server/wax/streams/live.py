@@ -63,7 +63,6 @@ class LiveStreams:
         self._page = page
         self._role_sync = sync
         self._wanted_policy: Policy | None = None
-        self._policy = make_policy(sync)
         self._size: str | None = rungs[0].size
         self._sound_wanted = False
         self._is_ready = False
@@ -73,6 +72,7 @@ class LiveStreams:
 
     def _begin(self) -> None:
         """Know nothing of the link and have decided nothing."""
+        self._policy = make_policy(self._sync)
         self._way = LiveWay(self._decide)
         self._ladder = Ladder(self._rungs, self._forms)
         self._serving: Serving | None = None
@@ -221,7 +221,7 @@ class LiveStreams:
     # --- when it plays ---------------------------------------------------------------------
 
     def _begin_policy(self) -> None:
-        self._policy = make_policy(self._sync)
+        self._policy = make_policy(self._sync, self._policy.watch)
         self._targets = None  # its name and reason are news even where its targets are not
         if self._is_ready:
             self._retarget(self._policy.start())
@@ -262,10 +262,10 @@ class LiveStreams:
 
     def _served(self, estimate: LinkEstimate, serving: Serving) -> messages.Served:
         rung, sound = serving.rung, serving.sound
-        layers_left_out = 0 if rung is None else max(rung.layers - 1 - serving.top_layer, 0)
+        left_out = 0 if rung is None else rung.layers - serving.top_layer
         return messages.Served(
             rendition=None if rung is None else rung.name,
-            picture_hz=0.0 if rung is None else rung.fps / 2**layers_left_out,
+            picture_hz=0.0 if rung is None else rung.fps / 2**left_out,
             sound_mu_ms=None if sound is None else sound.mu_ms,
             sound_bps=0 if sound is None else sound.bitrate_bps,
             redundancy=serving.redundancy,
@@ -295,7 +295,7 @@ class LiveService:
         self._clock = clock
         self._video = video
         self._audio = audio
-        layers = 3 if video_settings.codec == "vp8" else 1
+        layers = 2 if video_settings.codec == "vp8" else 0
         self._rungs = [
             Rung(
                 name=one.name,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from wax.sync.estimate import LinkEstimator
+from wax.sync.estimate import STARTING_RATE_BPS, LinkEstimator
 from wax.sync.pacer import Pacer
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class LiveWay:
     def __init__(self, on_news: Callable[[float], None]) -> None:
         self._on_news = on_news
         self._estimator = LinkEstimator()
-        self._pacer = Pacer()
+        self._pacer = Pacer(STARTING_RATE_BPS)
         self._looked_s = float("-inf")
         self._other_bps = 0.0
         self._other_s: float | None = None
@@ -98,6 +98,8 @@ class LiveWay:
         self._looked_s = now_s
         estimate = self.estimate(now_s)
         self._pacer.rate_bps = estimate.rate_bps
+        if estimate.state == "congested":
+            self._pacer.drain(estimate.queue_ms, now_s)
         self._on_news(now_s)
 
     def _count_other(self, size_bytes: int, now_s: float) -> None:
