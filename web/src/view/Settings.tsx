@@ -32,7 +32,7 @@ function Size() {
       >
         {sizes.map((one, i) => (
           <option key={one} value={one}>
-            {i === 0 ? "Largest" : `Up to ${sizeWords(one)}`}
+            {i === 0 ? `Largest, ${sizeWords(one)}` : `Up to ${sizeWords(one)}`}
           </option>
         ))}
       </select>

@@ -275,7 +275,7 @@ describe("sound and picture", () => {
     show({ watching: [1] });
     const select = getByRole(body, "combobox", { name: "Picture size" });
     const options = [...select.children].map((one) => one.textContent);
-    expect(options).toEqual(["Largest", "Up to 320 × 240"]);
+    expect(options).toEqual(["Largest, 640 × 480", "Up to 320 × 240"]);
     choose("Picture size", "320x240");
     expect(actions.setSize).toHaveBeenCalledWith("320x240");
   });
