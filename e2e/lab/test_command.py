@@ -63,6 +63,8 @@ def run_lab(
         (["--repeat", "0"], "got 0; allowed is a whole number from 1 to 100"),
         (["--quick", "--long"], "not allowed with argument"),
         (["--resume", "--quick"], "give --resume alone"),
+        (["--resume", "--goals"], "give --resume alone"),
+        (["--goals", "--quick"], "give --goals without --quick"),
     ],
 )
 def test_bad_input_is_one_sentence(arguments: list[str], said: str) -> None:

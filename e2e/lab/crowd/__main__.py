@@ -20,8 +20,8 @@ from e2e.lab.crowd.near import Count
 from e2e.lab.crowd.onlooker import Onlooker, offer_as_chromium
 
 JOINING_AT_ONCE: Final = 4
-_TURN_S: Final = 0.02
-"""How often it is looked whether somebody has something to say."""
+_TURN_S: Final = 0.01
+"""How often it is looked whether somebody has something to say: that is how late it may be."""
 
 
 async def _be_crowd(offering: Offering, number: int, slow: int) -> None:

@@ -77,7 +77,7 @@ class Onlooker(Viewer):
         await super().close()
 
     async def tell(self, now_s: float) -> None:
-        """Send what a browser would send now; called every few hundredths of a second."""
+        """Send what a browser would send now; called every hundredth of a second."""
         video = self._streams.get("video", {})
         if not video:
             return
