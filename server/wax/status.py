@@ -91,7 +91,7 @@ class Status:
                     "failures": self._failures("audio"),
                     "captured_hz": self._rates.hz("audio.captured"),
                     "encoded_hz": self._rates.hz("audio.encoded"),
-                    "wanted_mu_ms": self._audio.wanted,
+                    "wanted": self._audio.wanted,
                     "dropped": self._audio.dropped,
                     "filled_ms": self._blocks.filled_ms,
                     "cut_ms": self._blocks.dropped_ms,

@@ -131,14 +131,14 @@ async def test_forms_are_encoded_while_wanted() -> None:
     a, b = hub.add(), hub.add()
     hub.choose(a, FORMS[20], 0)
     hub.choose(b, FORMS[60], 0)
-    assert hub.wanted == [FORMS[20], FORMS[60]]
+    assert hub.wanted == [FORMS[20].name, FORMS[60].name]
     _speak(hub, 0, 12)
     assert hub.counts() == {"captured": 12, "encoded": 8}
     hub.choose(b, FORMS[20], 0)
-    assert hub.wanted == [FORMS[20], FORMS[60]]
+    assert hub.wanted == [FORMS[20].name, FORMS[60].name]
     _speak(hub, 12, 18)
     await asyncio.sleep(0)
-    assert hub.wanted == [FORMS[20]]
+    assert hub.wanted == [FORMS[20].name]
     hub.choose(b, None, 0)
     hub.remove(a)
     assert hub.wanted == []

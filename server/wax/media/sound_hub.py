@@ -121,9 +121,10 @@ class SoundHub:
         self._forget_unwanted()
 
     @property
-    def wanted(self) -> list[SoundForm]:
+    def wanted(self) -> list[str]:
         """The forms that somebody hears now, the shortest first; no other is encoded."""
-        return sorted(self._streams, key=lambda form: (form.mu_ms, form.bitrate_bps))
+        forms = sorted(self._streams, key=lambda form: (form.mu_ms, form.bitrate_bps))
+        return [form.name for form in forms]
 
     @property
     def dropped(self) -> int:

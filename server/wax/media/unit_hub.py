@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from wax.media.mulaw_encoder import MuLawEncoder
 
@@ -12,6 +12,9 @@ if TYPE_CHECKING:
 
     from wax.media.encoded import SoundUnit
     from wax.media.source import Sound
+
+_BITRATE_BPS: Final = 64_000
+"""PCMU (RFC 3551, 4.5.14)."""
 
 
 class UnitHub:
@@ -57,9 +60,9 @@ class UnitHub:
         return self._encoder.unit_samples
 
     @property
-    def wanted(self) -> list[int]:
-        """The media unit in ms, as long as somebody listens."""
-        return [self._mu_ms] if self._takers else []
+    def wanted(self) -> list[str]:
+        """The one form that there is, as long as somebody listens."""
+        return [f"{self._mu_ms} ms at {_BITRATE_BPS / 1000:g} kbit/s"] if self._takers else []
 
     def counts(self) -> dict[str, int]:
         """Count blocks captured and packets encoded since the start."""

@@ -247,7 +247,7 @@ class LiveStreams:
     # --- what the page is told -------------------------------------------------------------
 
     def _tell(self, estimate: LinkEstimate, serving: Serving, now_s: float) -> None:
-        if not self._is_ready:
+        if not self._is_ready or estimate.assumed:
             return
         every_s = _TELL_THIN_S if estimate.rate_bps < _THIN_BPS else _TELL_S
         served = self._served(estimate, serving)
@@ -265,6 +265,8 @@ class LiveStreams:
         left_out = 0 if rung is None else rung.layers - serving.top_layer
         return messages.Served(
             rendition=None if rung is None else rung.name,
+            layers=None if rung is None else serving.top_layer + 1,
+            layers_made=None if rung is None else rung.layers + 1,
             picture_hz=0.0 if rung is None else rung.fps / 2**left_out,
             sound_mu_ms=None if sound is None else sound.mu_ms,
             sound_bps=0 if sound is None else sound.bitrate_bps,
