@@ -7,36 +7,46 @@ late picture; the picture rolls back to it, and where it would have to wait long
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import TYPE_CHECKING, Final
 
+from wax.sync.hold_back import HoldBack
 from wax.sync.playout import PlayoutTargets
+from wax.sync.watch import Watch
 
 if TYPE_CHECKING:
     from wax.config import SyncSettings
+    from wax.sync.delivery import LinkEstimate
     from wax.sync.playout import PlayoutReport, StreamPlayout
+    from wax.sync.serving import Serving
 
 _AUTO_PREROLL_MS: Final = 40.0
 """What a browser's buffer settles at by itself on a good link."""
 
-_RATE_PER_S: Final = 2.5
-"""How fast the hold-back closes on the measured skew: 63 % of it in 0.4 s."""
+_SPREAD_MS: Final = 20.0
+"""How much single measurements differ: the screen shows a picture each 17 ms, and it is held back
+in steps of 10. The skew is kept so much inside of what is let be."""
 
-_MAX_STEP_S: Final = 0.4
-"""After a silence of the reports one report still moves the hold-back by this much time."""
+_USUAL_ROUND_TRIP_S: Final = 0.1
 
 
 class AudioMaster:
     """Holds the picture by the *measured* ages of both streams, not by a browser's own coupling.
 
-    Where a browser cannot tell the ages, the sound's measured buffer delay is followed instead.
+    Ages are to the eye and to the ear, so that the delay of a headset rolls the picture back, too
+    (thesis 5.3.1). Where a browser cannot tell them, the delays of the buffers are compared.
     """
 
-    def __init__(self, settings: SyncSettings) -> None:
-        self._settings = settings
-        delay = settings.audio_delay_ms
-        self._sound_ms = None if delay == "auto" else float(delay)
-        self._held_ms = min(self._sound_ms or 0.0, settings.max_holdback_ms)
-        self._decided_s: float | None = None
+    def __init__(self, settings: SyncSettings, watch: Watch | None = None) -> None:
+        self.watch = watch or Watch()
+        self.watch.follow(settings)
+        late_ms = max(settings.max_skew_ms - _SPREAD_MS, 0.0)
+        fixed_ms = self.watch.sound.fixed_ms
+        self._hold = HoldBack(
+            late_ms=late_ms,
+            max_ms=settings.max_holdback_ms,
+            held_ms=0.0 if fixed_ms is None else fixed_ms - late_ms,
+        )
 
     @property
     def name(self) -> str:
@@ -44,43 +54,67 @@ class AudioMaster:
 
     @property
     def preroll_ms(self) -> float:
-        return _AUTO_PREROLL_MS if self._sound_ms is None else self._sound_ms
+        return self.watch.sound.target_ms or _AUTO_PREROLL_MS
 
     def start(self) -> PlayoutTargets:
         return self._targets("the sound sets the time")
 
-    def decide(self, report: PlayoutReport, now_s: float) -> PlayoutTargets:
-        elapsed_s = 0.0 if self._decided_s is None else now_s - self._decided_s
-        self._decided_s = now_s
-        if report.picture is None:
-            return self._targets("no picture to hold back")
+    def decide(
+        self,
+        report: PlayoutReport,
+        now_s: float,
+        estimate: LinkEstimate | None = None,
+        serving: Serving | None = None,
+    ) -> PlayoutTargets:
+        self.watch.update(report, now_s, estimate, serving)
+        now_s = self.watch.now_s
+        if self.watch.fail_safe.reason is not None:
+            self._hold.forget(0.0, now_s)
+            return PlayoutTargets(
+                sound_ms=self.watch.sound.target_ms,
+                picture_ms=0.0,
+                reason=f"each as soon as possible: {self.watch.fail_safe.reason}",
+                in_step=False,
+            )
         if report.sound is None:
-            self._held_ms = 0.0
+            self._hold.forget(0.0, now_s)
             return self._targets("no sound to wait for")
-        early_ms = _early_ms(report.sound, report.picture)
+        if report.picture is None:
+            self._hold.forget(self._hold.held_ms, now_s)
+            return self._targets("no picture to hold back")
+        return self._targets(self._meet(report.sound, report.picture, _round_trip_s(estimate)))
+
+    def _meet(self, sound: StreamPlayout, picture: StreamPlayout, round_trip_s: float) -> str:
+        """Hold the picture back by what the measurement says; return the reason."""
+        early_ms = _early_ms(sound, picture)
         if early_ms is None:
-            return self._targets("waiting for the first measurement")
-        # Half the allowed skew is left alone: the measurement itself is no finer.
-        if abs(early_ms) > self._settings.max_skew_ms / 2:
-            step = min(max(elapsed_s, 0.0), _MAX_STEP_S) * _RATE_PER_S
-            self._held_ms += min(step, 1.0) * early_ms
-        ceiling_ms = self._settings.max_holdback_ms
-        if self._held_ms > ceiling_ms:
-            self._held_ms = ceiling_ms
-            return self._targets("the picture is held back as long as allowed")
-        self._held_ms = max(self._held_ms, 0.0)
-        return self._targets("the picture follows the sound")
+            return "waiting for the first measurement"
+        self._hold.update(early_ms, round_trip_s, self.watch.now_s)
+        if self._hold.is_short:
+            return "the picture is held back as long as allowed"
+        if self._hold.held_ms == 0:
+            return "there is nothing to hold the picture back for"
+        return "the picture follows the sound"
 
     def _targets(self, reason: str) -> PlayoutTargets:
         return PlayoutTargets(
-            sound_ms=self._sound_ms, picture_ms=round(self._held_ms, 1), reason=reason
+            sound_ms=self.watch.sound.target_ms, picture_ms=self._hold.held_ms, reason=reason
         )
 
 
 def _early_ms(sound: StreamPlayout, picture: StreamPlayout) -> float | None:
     """Return how much younger than the sound the picture is shown, None where unknown."""
-    if sound.age_ms is not None and picture.age_ms is not None:
-        return sound.age_ms - picture.age_ms
-    if sound.delay_ms is not None and picture.delay_ms is not None:
-        return sound.delay_ms - picture.delay_ms
-    return None
+    ages = _difference(sound.age_ms, picture.age_ms)
+    return _difference(sound.delay_ms, picture.delay_ms) if ages is None else ages
+
+
+def _difference(sound_ms: float | None, picture_ms: float | None) -> float | None:
+    if sound_ms is None or picture_ms is None:
+        return None
+    return sound_ms - picture_ms if isfinite(sound_ms - picture_ms) else None
+
+
+def _round_trip_s(estimate: LinkEstimate | None) -> float:
+    if estimate is None or estimate.round_trip_ms is None or not isfinite(estimate.round_trip_ms):
+        return _USUAL_ROUND_TRIP_S
+    return min(max(estimate.round_trip_ms / 1000, 0.0), 2.0)

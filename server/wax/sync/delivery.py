@@ -46,8 +46,8 @@ class LinkEstimate:
     `rate_bps` is what it can carry, headers and all, as far as that was ever seen; `used_bps` what
     was sent in the last second. `queue_ms` is how long a packet waits in the way now, beyond the
     least that was seen; `jitter_ms` how much single packets of sound differ (99 of 100 are within).
-    `lost` is the share of packets lost lately, and `burst` how many in a row at most (95 %), of sound where there is any. `assumed` while no picture has come
-    through yet, so that the rate is a mere guess.
+    `lost` is the share of packets lost lately, and `burst` how many in a row at most (95 %), of
+    sound where there is any. `assumed` while no picture came through, so that the rate is a guess.
     """
 
     state: LinkState

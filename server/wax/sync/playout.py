@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from wax.sync.delivery import LinkEstimate
+    from wax.sync.serving import Serving
+    from wax.sync.watch import Watch
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,12 +37,14 @@ class PlayoutReport:
 class PlayoutTargets:
     """The least delay that each jitter buffer shall keep, in ms; None leaves it to the browser.
 
-    `reason` says in plain words why.
+    `reason` says in plain words why. `in_step` False is fail-safe mode: the link cannot carry both,
+    and each plays as soon as it can.
     """
 
     sound_ms: float | None
     picture_ms: float | None
     reason: str
+    in_step: bool = True
 
 
 class PlayoutPolicy(Protocol):
@@ -45,6 +52,11 @@ class PlayoutPolicy(Protocol):
 
     @property
     def name(self) -> str: ...
+
+    @property
+    def watch(self) -> Watch:
+        """What it knows of the viewer's link, for the policy that follows it."""
+        ...
 
     @property
     def preroll_ms(self) -> float:
@@ -55,6 +67,15 @@ class PlayoutPolicy(Protocol):
         """Return the targets before anything has been measured."""
         ...
 
-    def decide(self, report: PlayoutReport, now_s: float) -> PlayoutTargets:
-        """Return the targets after a report; `now_s` never falls."""
+    def decide(
+        self,
+        report: PlayoutReport,
+        now_s: float,
+        estimate: LinkEstimate | None = None,
+        serving: Serving | None = None,
+    ) -> PlayoutTargets:
+        """Return the targets after a report, with the newest estimate of the link and what is sent.
+
+        A `now_s` that falls counts as one that stands still.
+        """
         ...

@@ -10,10 +10,14 @@ from wax.sync.video_first import VideoFirst
 if TYPE_CHECKING:
     from wax.config import SyncSettings
     from wax.sync.playout import PlayoutPolicy
+    from wax.sync.watch import Watch
 
 
-def make_policy(settings: SyncSettings) -> PlayoutPolicy:
-    """Make a fresh policy for one viewer in one role."""
+def make_policy(settings: SyncSettings, watch: Watch | None = None) -> PlayoutPolicy:
+    """Make a fresh policy for one viewer in one role.
+
+    `watch` is that of the policy before, if there was one: what it knows of the link stays true.
+    """
     if settings.policy == "video-first":
-        return VideoFirst(settings)
-    return AudioMaster(settings)
+        return VideoFirst(settings, watch)
+    return AudioMaster(settings, watch)

@@ -12,6 +12,10 @@ class SoundForm:
     mu_ms: int
     bitrate_bps: int
 
+    @property
+    def name(self) -> str:
+        return f"{self.mu_ms} ms at {self.bitrate_bps / 1000:g} kbit/s"
+
 
 @dataclass(frozen=True, slots=True)
 class Rung:

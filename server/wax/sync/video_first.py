@@ -5,22 +5,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from wax.sync.playout import PlayoutTargets
+from wax.sync.watch import Watch
 
 if TYPE_CHECKING:
     from wax.config import SyncSettings
+    from wax.sync.delivery import LinkEstimate
     from wax.sync.playout import PlayoutReport
+    from wax.sync.serving import Serving
 
 
 class VideoFirst:
     """The sound keeps its own delay, the picture is shown as soon as it is there."""
 
-    def __init__(self, settings: SyncSettings) -> None:
-        delay = settings.audio_delay_ms
-        self._targets = PlayoutTargets(
-            sound_ms=None if delay == "auto" else float(delay),
-            picture_ms=0.0,
-            reason="neither waits for the other",
-        )
+    def __init__(self, settings: SyncSettings, watch: Watch | None = None) -> None:
+        self.watch = watch or Watch()
+        self.watch.follow(settings)
 
     @property
     def name(self) -> str:
@@ -28,10 +27,21 @@ class VideoFirst:
 
     @property
     def preroll_ms(self) -> float:
-        return self._targets.sound_ms or 0.0
+        return self.watch.sound.target_ms or 0.0
 
     def start(self) -> PlayoutTargets:
-        return self._targets
+        return PlayoutTargets(
+            sound_ms=self.watch.sound.target_ms,
+            picture_ms=0.0,
+            reason="neither waits for the other",
+        )
 
-    def decide(self, report: PlayoutReport, now_s: float) -> PlayoutTargets:  # noqa: ARG002  # the protocol's form; this policy needs neither
-        return self._targets
+    def decide(
+        self,
+        report: PlayoutReport,
+        now_s: float,
+        estimate: LinkEstimate | None = None,
+        serving: Serving | None = None,
+    ) -> PlayoutTargets:
+        self.watch.update(report, now_s, estimate, serving)
+        return self.start()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from itertools import pairwise
 from typing import Final
 
 _WINDOW_S: Final = 0.8
@@ -38,10 +39,12 @@ class BusyLink:
         """Return the rate of the last 0.8 s without a pause; None where that is too little."""
         if len(self._run) < _LEAST_PACKETS:
             return None
-        (begin_s, before), (end_s, total) = self._run[0], self._run[-1]
-        if end_s - begin_s < _LEAST_S:
-            return None
-        return (total - before) * 8 / (end_s - begin_s)
+        steps = [(b - a, later - total) for (a, total), (b, later) in pairwise(self._run)]
+        # A stall is a pause of the link, but none of its rate.
+        longest = max(steps)
+        took_s = sum(step_s for step_s, _ in steps) - longest[0]
+        size_bytes = sum(size for _, size in steps) - longest[1]
+        return size_bytes * 8 / took_s if took_s >= _LEAST_S else None
 
     def clear(self) -> None:
         self._run.clear()

@@ -31,22 +31,19 @@ _WORTH: Final = 1.03
 
 _STARTING_S: Final = 3.0
 _TRAIN_PACKETS: Final = 4
+_FIRST_TRAINS: Final = 3
 _SLOW_S: Final = 0.010
 
-_CREEP_PER_S: Final = 0.1
+_CREEP_PER_S: Final = 0.15
 _CREEP_USED: Final = 4.0
 _REFUTED: Final = 0.85
 _CALM_S: Final = 2.0
 _CEILING: Final = 1.05
 _CEILING_S: Final = 20.0
+_HINDSIGHT_S: Final = 1.0
 _LONGER_WAY_S: Final = 3.0
 _LONG_SILENCE_S: Final = 3.0
 
-_MUCH_LOST: Final = 0.10
-_VERY_MUCH_LOST: Final = 0.30
-_LOSS_S: Final = 2.0
-_BRIEF_LOSS_S: Final = 0.5
-_LOSS_PACKETS: Final = 20
 _MOST_QUEUE_MS: Final = 10_000.0
 _OLD_S: Final = 60.0
 _MOST_BYTES: Final = 65_535
@@ -80,8 +77,6 @@ class LinkEstimator:
         self._crept_s = 0.0
         self._fell_s = -math.inf
         self._ceiling_bps = math.inf
-        self._losing = False
-        self._losses_from_s = 0.0
         self._newest: tuple[float, float] | None = None  # when it was sent, how long it waited
 
     def sent(self, size_bytes: int, now_s: float) -> None:
@@ -101,7 +96,7 @@ class LinkEstimator:
         now_s = self._pass(now_s)
         self._number += 1
         pace_bps, many = self._rate_bps, False
-        if self._queue.since_s is None and not self._losing and not self._silence.blind(now_s):
+        if not self._congested and not self._silence.blind(now_s):
             pace_bps, many = self._prober.pace_bps(
                 size_bytes, self._rate_bps, starting=self._starting, now_s=now_s
             )
@@ -127,8 +122,12 @@ class LinkEstimator:
         for delivery in known:
             self._count(delivery)
         self._judge_queue()
-        self._judge_losses()
-        if self._queue.since_s is None and not self._losing:
+        fallen_bps = self._losses.judge(
+            self._rate_bps, queue_stands=self._queue.since_s is not None, now_s=now_s
+        )
+        if fallen_bps is not None:
+            self._fall(fallen_bps)
+        if not self._congested:
             self._rise()
 
     def estimate(self, now_s: float) -> LinkEstimate:
@@ -141,7 +140,7 @@ class LinkEstimator:
             used_bps=self._log.used_bps(now_s),
             queue_ms=self._queue_ms(now_s),
             jitter_ms=self._jitter.quantile_ms(0.99),
-            lost=self._losses.since(-math.inf).lost_share,
+            lost=self._losses.share,
             burst=self._losses.burst(),
             round_trip_ms=None if round_trip_s is None else round_trip_s * 1000,
             assumed=self._assumed and self._starting,
@@ -155,10 +154,14 @@ class LinkEstimator:
     def _starting(self) -> bool:
         return self._now_s < self._starting_until_s
 
+    @property
+    def _congested(self) -> bool:
+        return self._queue.since_s is not None or self._losses.much
+
     def _state(self, now_s: float) -> LinkState:
         if self._silence.blind(now_s):
             return "blind"
-        if self._queue.since_s is not None or self._losing:
+        if self._congested:
             return "congested"
         return "starting" if self._starting else "steady"
 
@@ -206,16 +209,16 @@ class LinkEstimator:
             return
         rough_s = self._waiting.rough_s
         self._evidence.add(passage, rough_s)
-        self._assumed = False
-        if not self._starting:
+        if not self._starting or len(self._evidence) > _FIRST_TRAINS:
             return
         # What the rate was is a mere assumption, so one train that is clearly slow is enough.
+        if passage.came_in_s - passage.sent_in_s <= 3 * rough_s + _SLOW_S:
+            self._assumed = False
+            return
         came_bps = probe.trimmed_bps()
-        late_s = passage.came_in_s - passage.sent_in_s
-        if came_bps is not None and late_s > 3 * rough_s + _SLOW_S:
-            self._starting_until_s = self._now_s
-            if came_bps < self._rate_bps:
-                self._fall(_CARE * came_bps)
+        if came_bps is not None:
+            self._assumed = False
+            self._fall(_CARE * came_bps)
 
     def _judge_queue(self) -> None:
         stood = self._queue.since_s is not None
@@ -224,8 +227,8 @@ class LinkEstimator:
             return
         since_s = self._queue.since_s or self._now_s
         if not stood:
-            limit_s = self._waiting.least_s + self._queue.limit_s(self._rate_bps)
-            self._jitter.forget_since(self._now_s - 2 * _BRIEF_LOSS_S, limit_s)
+            limit_s = self._waiting.least_s + self._queue.limit_s(self._waiting, self._rate_bps)
+            self._jitter.forget_since(self._now_s - _HINDSIGHT_S, limit_s)
         came_bps = self._busy.rate_bps()
         if came_bps is not None and _CARE * came_bps < self._rate_bps:
             self._ceiling_bps = _CEILING * came_bps
@@ -237,23 +240,6 @@ class LinkEstimator:
             # So little would have left a queue by now: it is the way that has become longer.
             self._waiting.relearn()
             self._queue.clear()
-
-    def _judge_losses(self) -> None:
-        now_s = self._now_s
-        much = _MUCH_LOST + 2 * self._losses.usual
-        lately = self._losses.since(max(now_s - _LOSS_S, self._losses_from_s))
-        briefly = self._losses.since(max(now_s - _BRIEF_LOSS_S, self._losses_from_s))
-        window_s, fate = 0.0, briefly
-        if briefly.packets >= _LOSS_PACKETS and briefly.lost_share > _VERY_MUCH_LOST:
-            window_s = _BRIEF_LOSS_S
-        elif now_s - self._losses_from_s >= _LOSS_S and lately.packets >= _LOSS_PACKETS:
-            self._losing = lately.lost_share > much
-            window_s, fate = (_LOSS_S if self._losing else 0.0), lately
-        if window_s:
-            self._losing = True
-            came_bps = fate.arrived_bytes * 8 / window_s
-            self._losses_from_s = now_s
-            self._fall(max(_CARE * came_bps, self._rate_bps / 2))
 
     def _rise(self) -> None:
         now_s, rough_s = self._now_s, self._waiting.rough_s
@@ -294,9 +280,7 @@ class LinkEstimator:
         self._queue.clear()
         self._evidence.clear()
         self._trains.clear()
-        self._losses.forget()
-        self._losses_from_s = self._now_s
-        self._losing = False
+        self._losses.forget(self._now_s)
 
     def _set(self, rate_bps: float) -> None:
         self._rate_bps = min(max(rate_bps, _LEAST_BPS), _MOST_BPS)

@@ -18,10 +18,11 @@ _MEMORY_S: Final = 10.0
 _MOST: Final = 128
 _ERRORS: Final = 2.0
 _BOLD_ERRORS: Final = 0.7
+_WISER: Final = 0.1
 _PRIOR: Final = 3
 _LIKELY_ERRORS: Final = 1.0
 _FEW: Final = 16
-_MANY: Final = 64
+_MANY: Final = 32
 
 
 class Passage(NamedTuple):
@@ -56,9 +57,11 @@ class Evidence:
     def least_bps(self, rough_s: float, *, bold: bool) -> float:
         """Return what the link carries at least: the best that the last 1, 2, 4… trains show.
 
-        `bold` is for when too high a rate costs little, and it is sooner right than wrong.
+        `bold` is for the first trains, when it matters more to be soon than to be sure.
         """
-        errors = _BOLD_ERRORS if bold else _ERRORS
+        errors = _ERRORS
+        if bold:
+            errors = min(_BOLD_ERRORS + _WISER * len(self._passages), _ERRORS)
         trains = list(self._passages)
         least_bps, count = 0.0, 1
         while trains and count < 2 * len(trains):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from typing import Final, NamedTuple
 
@@ -10,6 +11,13 @@ _MEMORY_S: Final = 10.0
 _RUNS: Final = 200
 _RUNS_S: Final = 30.0
 _USUAL_GAIN: Final = _BUCKET_S / 20
+_USUAL_FIRST: Final = 8
+_MUCH: Final = 0.12
+_LATELY_S: Final = 2.0
+_VERY_MUCH: Final = 0.4
+_BRIEFLY_S: Final = 1.0
+_PACKETS: Final = 40
+_CARE: Final = 0.9
 _QUANTILE: Final = 0.95
 
 
@@ -41,11 +49,19 @@ class Losses:
         self._runs = _Runs()
         self._sound_runs = _Runs()
         self._usual = 0.0
+        self._closed = 0
+        self._much = False
+        self._from_s = -math.inf
 
     @property
-    def usual(self) -> float:
-        """The share that is lost when nothing is wrong (a mean over 20 s)."""
-        return self._usual
+    def share(self) -> float:
+        """What of the packets was lost in the last 10 s."""
+        return self._since(-math.inf).lost_share
+
+    @property
+    def much(self) -> bool:
+        """Whether the rate fell because of loss, and nothing yet shows that it was enough."""
+        return self._much
 
     def add(self, size_bytes: int, *, lost: bool, sound: bool, now_s: float) -> None:
         if not self._buckets or now_s >= self._buckets[-1].start_s + _BUCKET_S:
@@ -61,8 +77,43 @@ class Losses:
         if sound:
             self._sound_runs.add(lost=lost, now_s=now_s)
 
-    def since(self, from_s: float) -> Fate:
-        """Return what was told of since then, as far as is remembered (10 s)."""
+    def judge(self, rate_bps: float, *, queue_stands: bool, now_s: float) -> float | None:
+        """Return to what the rate falls because much is lost, None where it stays.
+
+        Much is more than 12 % beyond twice what is usual, over 2 s, or 40 % over one: the queue of
+        the link is too short to be seen. Where one stands it loses too, but tells more.
+        """
+        if queue_stands:
+            self._much, self._from_s = False, now_s
+            return None
+        briefly = self._since(max(now_s - _BRIEFLY_S, self._from_s))
+        if briefly.packets >= _PACKETS and briefly.lost_share > _VERY_MUCH:
+            return self._fallen_bps(briefly.arrived_bytes * 8 / _BRIEFLY_S, rate_bps, now_s)
+        if now_s - self._from_s < _LATELY_S:
+            return None
+        lately = self._since(max(now_s - _LATELY_S, self._from_s))
+        self._much = lately.packets >= _PACKETS and lately.lost_share > _MUCH + 2 * self._usual
+        if not self._much:
+            return None
+        return self._fallen_bps(lately.arrived_bytes * 8 / _LATELY_S, rate_bps, now_s)
+
+    def burst(self) -> int:
+        """Return how many are lost in a row at most (95 of 100 times), 0 when none are.
+
+        Of the sound, where sound is sent: its packets are fewer and so fewer of them in a row.
+        """
+        return self._sound_runs.longest() if self._sound_runs.told else self._runs.longest()
+
+    def forget(self, now_s: float) -> None:
+        """Begin to count anew; how long rows are stays known."""
+        self._buckets.clear()
+        self._much, self._from_s = False, now_s
+
+    def _fallen_bps(self, came_bps: float, rate_bps: float, now_s: float) -> float:
+        self._much, self._from_s = True, now_s
+        return max(_CARE * came_bps, rate_bps / 2)
+
+    def _since(self, from_s: float) -> Fate:
         packets = lost = arrived_bytes = 0
         for bucket in reversed(self._buckets):
             if bucket.start_s < from_s:
@@ -72,21 +123,12 @@ class Losses:
             arrived_bytes += bucket.arrived_bytes
         return Fate(packets, lost, arrived_bytes)
 
-    def burst(self) -> int:
-        """Return how many are lost in a row at most (95 of 100 times), 0 when none are.
-
-        Of the sound, where sound is sent: its packets are fewer and so fewer of them in a row.
-        """
-        return self._sound_runs.longest() if self._sound_runs.told else self._runs.longest()
-
-    def forget(self) -> None:
-        """Begin to count anew; how long rows are stays known."""
-        self._buckets.clear()
-
     def _close(self, now_s: float) -> None:
         if self._buckets:
             bucket = self._buckets[-1]
-            self._usual += _USUAL_GAIN * (bucket.lost / bucket.packets - self._usual)
+            self._closed += 1
+            gain = max(_USUAL_GAIN, 1 / (_USUAL_FIRST + self._closed))
+            self._usual += gain * (bucket.lost / bucket.packets - self._usual)
         while self._buckets and self._buckets[0].start_s < now_s - _MEMORY_S:
             self._buckets.popleft()
 

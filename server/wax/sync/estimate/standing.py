@@ -11,6 +11,8 @@ _STANDING_S: Final = 0.030
 _PACKETS: Final = 1.5
 _PACKET_BITS: Final = 8 * 250
 _SPAN_S: Final = 0.040
+_ROUGH: Final = 3.0
+_MOST_ROUGH_S: Final = 0.060
 _CERTAIN: Final = 2.5
 _GONE: Final = 0.6
 
@@ -25,7 +27,7 @@ class StandingQueue:
 
     def look(self, waiting: Waiting, rate_bps: float, now_s: float) -> bool:
         """Judge after each feedback; return whether the queue stands."""
-        limit_s = self.limit_s(rate_bps)
+        limit_s = self.limit_s(waiting, rate_bps)
         standing_s = waiting.standing_s
         if self.since_s is not None:
             if standing_s < _GONE * limit_s:
@@ -39,9 +41,10 @@ class StandingQueue:
                 self.since_s = now_s
         return self.since_s is not None
 
-    def limit_s(self, rate_bps: float) -> float:
-        """Return what is still no queue: on a slow link one packet before another."""
-        return max(_STANDING_S, _PACKETS * _PACKET_BITS / rate_bps)
+    def limit_s(self, waiting: Waiting, rate_bps: float) -> float:
+        """Return what is still no queue: one packet before another, and what is jitter."""
+        jitter_s = min(_ROUGH * waiting.rough_s, _MOST_ROUGH_S)
+        return max(_STANDING_S, _PACKETS * _PACKET_BITS / rate_bps, jitter_s)
 
     def clear(self) -> None:
         self._seen = 0

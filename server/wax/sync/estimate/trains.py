@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from wax.sync.estimate.sent_log import SentLog
 
 _MOST: Final = 64
-_LEAST_TRIMMED: Final = 4
+_LEAST_TRIMMED: Final = 3
 
 
 class Probe:
@@ -38,7 +38,7 @@ class Probe:
         return Passage(now_s, bits, max(sent_s - first_sent_s, 1e-6), came_s - first_came_s)
 
     def trimmed_bps(self) -> float | None:
-        """Return the rate without the longest pause, None where fewer than four packets came.
+        """Return the rate without the longest pause, None where fewer than three packets came.
 
         A slow link spreads a train evenly; a stall makes one pause.
         """

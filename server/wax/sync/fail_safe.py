@@ -1,0 +1,63 @@
+"""Fail-safe mode of the live policies: delivery first, synchronisation second (thesis 3.3, 3.5).
+
+The thesis enters it when a picture takes as long as an audio media unit (3.4), when too few
+pictures get through, or when the sound is too late. Here the link's estimate, the ladder and the
+sound's own delay say the same of a link that is adapted to all the time.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from wax.sync.delivery import LinkEstimate
+    from wax.sync.serving import Serving
+    from wax.sync.sound_delay import SoundDelay
+
+_ENTER_S: Final = 1.0
+_LEAVE_S: Final = 4.0
+
+
+def insufficient(
+    estimate: LinkEstimate | None, serving: Serving | None, sound: SoundDelay
+) -> str | None:
+    """Say why a link cannot carry the sound and the picture, both wanted; None when it can."""
+    if sound.is_useless:
+        return "the sound breaks however long it waits"
+    if serving is not None and serving.rung is None:
+        return "no picture fits the link"
+    if estimate is not None and estimate.state == "congested":
+        return "the link is congested"
+    return None
+
+
+class FailSafe:
+    """Entered after 1 s of trouble, left after 4 s of peace."""
+
+    def __init__(self) -> None:
+        self._trouble_since_s: float | None = None
+        self._peace_since_s: float | None = None
+        self.reason: str | None = None
+
+    @property
+    def is_active(self) -> bool:
+        return self.reason is not None
+
+    def update(self, trouble: str | None, now_s: float) -> None:
+        """Take what is insufficient now, None for nothing; `now_s` never falls."""
+        if trouble is None:
+            self._trouble_since_s = None
+            if self._peace_since_s is None:
+                self._peace_since_s = now_s
+            if now_s - self._peace_since_s >= _LEAVE_S:
+                self.reason = None
+            return
+        self._peace_since_s = None
+        if self._trouble_since_s is None:
+            self._trouble_since_s = now_s
+        if self.is_active or now_s - self._trouble_since_s >= _ENTER_S:
+            self.reason = trouble
+
+    def leave(self) -> None:
+        """Leave it whatever the link, as when only one stream is asked for any more."""
+        self.reason = self._trouble_since_s = self._peace_since_s = None

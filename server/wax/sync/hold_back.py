@@ -1,0 +1,116 @@
+"""How long the picture is held back, so that it is shown when its sound is heard."""
+
+from __future__ import annotations
+
+from collections import deque
+from itertools import pairwise
+from math import sqrt
+from typing import Final
+
+STEP_MS: Final = 10.0
+"""What RTP's playout-delay can tell apart."""
+
+_REPORT_S: Final = 0.25
+"""How much time a report looks back on."""
+_NEXT_PICTURE_S: Final = 0.02
+
+_SAMPLES: Final = 16
+_SURE_MS: Final = 8.0
+_UNSURE_MS: Final = 24.0
+"""An error of so much is corrected after one report; it takes several to believe a smaller one,
+and one below `_SURE_MS` is what steps of 10 ms and the measurement leave."""
+
+_JUMP_MS: Final = 40.0
+_FARTHEST_MS: Final = 10_000.0
+
+
+class HoldBack:
+    """Follows the skew that there would be without it: what was measured, plus what it held then.
+
+    So its own changes are no news to it, although a report tells of a change only in part and a
+    round trip later. The first report is believed at once, a jump when a second one says the same.
+    Of the reports as many count as tell the same: browsers stretch sound by up to 75 ms a second.
+    """
+
+    def __init__(self, *, late_ms: float, max_ms: float, held_ms: float) -> None:
+        """Let the sound be `late_ms` late, hold by `max_ms` at most and by `held_ms` at first."""
+        self._late_ms = late_ms
+        self._max_ms = max_ms
+        self._history = deque([(float("-inf"), self._bounded(held_ms))])
+        self._free: deque[float] = deque(maxlen=_SAMPLES)
+        self._doubted_ms: float | None = None
+
+    @property
+    def held_ms(self) -> float:
+        """By how much the picture is held back, from 0 to the bound."""
+        return self._history[-1][1]
+
+    @property
+    def is_short(self) -> bool:
+        """Whether more would be held, were it allowed."""
+        return self.held_ms >= self._max_ms and self._wanted_ms - self._max_ms >= _SURE_MS
+
+    def forget(self, held_ms: float, now_s: float) -> None:
+        """Hold by this from now on, and begin to measure anew."""
+        self._hold(held_ms, now_s)
+        self._free.clear()
+        self._doubted_ms = None
+
+    def update(self, early_ms: float, round_trip_s: float, now_s: float) -> None:
+        """Take how much younger than the sound the picture was shown lately."""
+        early_ms = min(max(early_ms, -_FARTHEST_MS), _FARTHEST_MS)
+        end_s = now_s - round_trip_s - _NEXT_PICTURE_S
+        if not self._believes(early_ms + self._held_between(end_s - _REPORT_S, end_s)):
+            return
+        error_ms = self._wanted_ms - self.held_ms
+        if abs(error_ms) >= max(_SURE_MS, _UNSURE_MS / len(self._free)):
+            was_ms = self.held_ms
+            self._hold(self._wanted_ms, now_s)
+            if was_ms == 0 != self.held_ms:
+                # A buffer that is held back by nothing keeps a few ms of its own, which are part
+                # of what it is held back by.
+                self._free.clear()
+
+    @property
+    def _wanted_ms(self) -> float:
+        return sum(self._free) / len(self._free) - self._late_ms if self._free else 0.0
+
+    def _hold(self, held_ms: float, now_s: float) -> None:
+        held_ms = self._bounded(held_ms)
+        if held_ms != self.held_ms:
+            self._history.append((now_s, held_ms))
+
+    def _held_between(self, begin_s: float, end_s: float) -> float:
+        """Return what was held on the average; what is before that is forgotten."""
+        while len(self._history) > 1 and self._history[1][0] <= begin_s:
+            self._history.popleft()
+        total = 0.0
+        for (from_s, held_ms), (to_s, _) in pairwise([*self._history, (float("inf"), 0.0)]):
+            total += held_ms * max(min(to_s, end_s) - max(from_s, begin_s), 0.0)
+        return total / (end_s - begin_s)
+
+    def _believes(self, free_ms: float) -> bool:
+        """Take a measurement, unless it is the first one far from those before."""
+        doubted_ms, self._doubted_ms = self._doubted_ms, None
+        free = self._free
+        if free and abs(free_ms - free[-1]) > _JUMP_MS:
+            if doubted_ms is None or abs(free_ms - doubted_ms) > _JUMP_MS:
+                self._doubted_ms = free_ms
+                return False
+            free.clear()
+        free.append(free_ms)
+        while _drifts(list(free)):
+            free.popleft()
+        return True
+
+    def _bounded(self, ms: float) -> float:
+        return min(max(round(ms / STEP_MS) * STEP_MS, 0.0), self._max_ms)
+
+
+def _drifts(samples: list[float]) -> bool:
+    """Whether the newer half tells something else than the older one."""
+    half = len(samples) // 2
+    if half == 0:
+        return False
+    newer, older = samples[-half:], samples[:-half]
+    return abs(sum(newer) / half - sum(older) / len(older)) > _UNSURE_MS / sqrt(half)

@@ -1,0 +1,179 @@
+"""The smallest delay of the sound at which it does not break on one viewer's link.
+
+A browser finds a delay of its own (NetEq: about what 97 of 100 packets need, and it stretches the
+sound by 75 ms a second to get there). That is left alone until this viewer's packets, or what he
+heard, show that it is too little; then it is given a minimum.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from math import ceil, isfinite
+from typing import Final
+
+BOUND_MS: Final = 500.0
+"""No sound waits longer: the thesis's audio media unit."""
+
+_STEP_MS: Final = 10.0
+_LEAST_MS: Final = 20.0
+"""What a browser keeps anyway; to ask for no more is to ask for nothing."""
+
+_WINDOW_S: Final = 2.0
+_BROKEN_MS: Final = 20.0
+"""More than this made up within the window, 1 %, is a break; less is how browsers follow clocks."""
+_USELESS_MS: Final = 100.0
+_GRACE_S: Final = 1.0
+"""So long after the sound began, or its form changed, what is made up says nothing of the link."""
+
+_RISE_MS: Final = (20.0, 120.0)
+_STRETCH_MS_PER_S: Final = 75.0
+_SHOWN_S: Final = 0.5
+"""A rise has its effect once the sound is stretched and the page has reported it."""
+
+_PATIENCE_S: Final = (30.0, 480.0)
+_FALL_EVERY_S: Final = 5.0
+
+
+class SoundDelay:
+    """Rises at once, falls by 10 ms in 5 s after half a minute without a break.
+
+    A fall that ends in a break doubles the patience before the next one, so that on a steady link
+    the breaks it costs become rare instead of regular. A delay that is set (`fixed_ms`) stays.
+    """
+
+    def __init__(self, fixed_ms: float | None, *, bound_ms: float = BOUND_MS) -> None:
+        self.fixed_ms = fixed_ms
+        self._bound_ms = bound_ms
+        self._level_ms = 0.0
+        self._heard = _Heard()
+        self._form: tuple[int, int] | None = None
+        self._now_s = float("-inf")
+        self._calm_since_s = float("-inf")
+        self._patience_s = _PATIENCE_S[0]
+        self._has_fallen = False
+
+    @property
+    def target_ms(self) -> float | None:
+        """The least that the browser shall buffer, None to leave it to it."""
+        if self.fixed_ms is not None:
+            return self.fixed_ms
+        return self._level_ms if self._level_ms > _LEAST_MS else None
+
+    @property
+    def is_breaking(self) -> bool:
+        """Whether the sound broke within the last two seconds."""
+        return self._heard.made_up_ms > _BROKEN_MS
+
+    @property
+    def is_useless(self) -> bool:
+        """Whether the sound breaks although it waits as long as allowed."""
+        at_bound = self.fixed_ms is None and self._level_ms >= self._bound_ms
+        return at_bound and self._heard.made_up_ms > _USELESS_MS
+
+    def restart(self) -> None:
+        """Leave the delay to the browser, and find it anew."""
+        self._level_ms = 0.0
+
+    def decide(
+        self,
+        *,
+        jitter_ms: float,
+        mu_ms: int,
+        redundancy: int,
+        concealed_ms: float | None,
+        played_ms: float | None,
+        now_s: float,
+        lost: float = 0.0,
+        burst: int = 0,
+        is_congested: bool = False,
+        learns: bool = True,
+    ) -> float | None:
+        """Return the target after a report.
+
+        99.x % of the packets of sound come within `jitter_ms` of the fastest. A unit that is lost
+        comes again with the `redundancy` next ones, so that it helps only who waits for them.
+        `concealed_ms` and `played_ms` are the page's counters; they may begin anew, and None is
+        unknown. Of what is made up, the share that is `lost`, at most `burst` packets in a row, is
+        brought back by no delay. While the link `is_congested` its queue is no jitter: it is
+        drained elsewhere, and nothing rises here, as little as without `learns`.
+        """
+        self._now_s = now_s = max(now_s, self._now_s) if isfinite(now_s) else self._now_s
+        if (mu_ms, redundancy) != self._form or is_congested:
+            self._form = (mu_ms, redundancy)
+            self._heard.ignore(now_s + _GRACE_S)
+        self._heard.count(concealed_ms, played_ms, now_s)
+        if self.fixed_ms is not None or is_congested or not learns:
+            return self.target_ms
+        jitter_ms = max(jitter_ms, 0.0) if isfinite(jitter_ms) else 0.0
+        need_ms = min(jitter_ms + redundancy * mu_ms + _STEP_MS, self._bound_ms)
+        allowed_ms = 1.5 * lost * _WINDOW_S * 1000 + (burst * mu_ms if lost > 0 else 0)
+        broken_ms = self._heard.made_up_ms - (allowed_ms if isfinite(allowed_ms) else 0.0)
+        if broken_ms > _BROKEN_MS:
+            self._rise(broken_ms, now_s)
+        if need_ms > self._level_ms:
+            self._level_ms = min(_steps(need_ms), self._bound_ms)
+            self._disturbed(now_s)
+        elif now_s - self._calm_since_s >= self._patience_s:
+            self._fall(need_ms, now_s)
+        return self.target_ms
+
+    def _rise(self, broken_ms: float, now_s: float) -> None:
+        self._disturbed(now_s)
+        if self._level_ms >= self._bound_ms:
+            return
+        rise_ms = min(max(broken_ms, _RISE_MS[0]), _RISE_MS[1])
+        level_ms = _steps(max(self._level_ms, _LEAST_MS) + rise_ms)
+        self._level_ms = min(level_ms, self._bound_ms)
+        self._heard.ignore(now_s + rise_ms / _STRETCH_MS_PER_S + _SHOWN_S)
+
+    def _disturbed(self, now_s: float) -> None:
+        self._calm_since_s = now_s
+        if self._has_fallen:
+            self._patience_s = min(2 * self._patience_s, _PATIENCE_S[1])
+            self._has_fallen = False
+
+    def _fall(self, need_ms: float, now_s: float) -> None:
+        if self._level_ms <= _LEAST_MS:
+            self._patience_s = _PATIENCE_S[0]
+        if need_ms > self._level_ms - 1.5 * _STEP_MS:
+            return
+        self._level_ms -= _STEP_MS
+        self._has_fallen = True
+        self._calm_since_s = now_s - self._patience_s + _FALL_EVERY_S
+
+
+class _Heard:
+    """How much of the sound was made up within the window."""
+
+    def __init__(self) -> None:
+        self._last: tuple[float, float] | None = None
+        self._ignored_until_s = float("-inf")
+        self._made_up: deque[tuple[float, float]] = deque()
+
+    @property
+    def made_up_ms(self) -> float:
+        return sum(ms for _, ms in self._made_up)
+
+    def ignore(self, until_s: float) -> None:
+        self._ignored_until_s = max(self._ignored_until_s, until_s)
+        self._made_up.clear()
+
+    def count(self, concealed_ms: float | None, played_ms: float | None, now_s: float) -> None:
+        while self._made_up and now_s - self._made_up[0][0] > _WINDOW_S:
+            self._made_up.popleft()
+        if concealed_ms is None or played_ms is None:
+            return
+        if not (isfinite(concealed_ms) and isfinite(played_ms)):
+            return
+        last, self._last = self._last, (concealed_ms, played_ms)
+        if last is None or concealed_ms < last[0] or played_ms < last[1]:
+            self.ignore(now_s + _GRACE_S)
+        elif now_s >= self._ignored_until_s:
+            # No more can be made up than was played.
+            made_up_ms = min(concealed_ms - last[0], played_ms - last[1])
+            if made_up_ms > 0:
+                self._made_up.append((now_s, made_up_ms))
+
+
+def _steps(ms: float) -> float:
+    return ceil(ms / _STEP_MS) * _STEP_MS
