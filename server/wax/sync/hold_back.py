@@ -87,7 +87,7 @@ class HoldBack:
         total = 0.0
         for (from_s, held_ms), (to_s, _) in pairwise([*self._history, (float("inf"), 0.0)]):
             total += held_ms * max(min(to_s, end_s) - max(from_s, begin_s), 0.0)
-        return total / (end_s - begin_s)
+        return total / (end_s - begin_s) if end_s > begin_s else self.held_ms
 
     def _believes(self, free_ms: float) -> bool:
         """Take a measurement, unless it is the first one far from those before."""

@@ -37,8 +37,8 @@ _FALL_EVERY_S: Final = 5.0
 class SoundDelay:
     """Rises at once, falls by 10 ms in 5 s after half a minute without a break.
 
-    A fall that ends in a break doubles the patience before the next one, so that on a steady link
-    the breaks it costs become rare instead of regular. A delay that is set (`fixed_ms`) stays.
+    A fall that ends in a break makes the next one wait four times as long, so that on a steady
+    link the breaks that this costs become rare. A delay that is set (`fixed_ms`) stays.
     """
 
     def __init__(self, fixed_ms: float | None, *, bound_ms: float = BOUND_MS) -> None:
@@ -129,7 +129,7 @@ class SoundDelay:
     def _disturbed(self, now_s: float) -> None:
         self._calm_since_s = now_s
         if self._has_fallen:
-            self._patience_s = min(2 * self._patience_s, _PATIENCE_S[1])
+            self._patience_s = min(4 * self._patience_s, _PATIENCE_S[1])
             self._has_fallen = False
 
     def _fall(self, need_ms: float, now_s: float) -> None:
