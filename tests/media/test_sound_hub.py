@@ -186,7 +186,7 @@ def test_every_sample_is_sent_once_whatever_the_changes(
     async def listen() -> tuple[list[EncodedSound], int]:
         hub = _hub()
         lanes = [hub.add() for _ in range(3)]
-        now = phase
+        now, waiting = phase, 0
         _speak(hub, now, begun)
         now += begun
         hub.choose(lanes[0], FORMS[first], 40)
@@ -199,9 +199,11 @@ def test_every_sample_is_sent_once_whatever_the_changes(
             elif act == "speak":
                 _speak(hub, now, one)
                 now += one
-            else:
+                waiting += one
+            if act == "deliver" or waiting > 60:  # a lane holds no more than 100
                 await asyncio.sleep(0)
                 heard += await _drain(lanes[0])
+                waiting = 0
         await asyncio.sleep(0)
         return heard + await _drain(lanes[0]), now
 

@@ -21,7 +21,7 @@ anything = st.floats(allow_nan=True, allow_infinity=True)
 class Ear:
     """A model of a browser's buffer: 30 ms by itself, stretched to the target by 75 ms a second.
 
-    Sound is made up while the buffer is shorter than what the link needs.
+    Sound is made up while the buffer is shorter than what the link needs, a packet at least.
     """
 
     needs_ms: float
@@ -42,7 +42,7 @@ class Ear:
             target_ms = max(30.0, self.delay.target_ms or 0.0)
             self.buffer_ms += max(min(target_ms - self.buffer_ms, 18.75), -18.75)
             if self.buffer_ms < self.needs_ms:
-                self.concealed_ms += min(self.needs_ms - self.buffer_ms, 200.0)
+                self.concealed_ms += min(max(self.needs_ms - self.buffer_ms, 20.0), 200.0)
                 self.breaks_s.append(self.now_s)
             self.targets.append(
                 self.delay.decide(
