@@ -45,6 +45,17 @@ def test_what_is_measured_in_the_way_is_not_counted_twice() -> None:
     assert pacer.free_in_s(1.0) == pytest.approx(0.400)
 
 
+def test_a_newer_measurement_replaces_an_older() -> None:
+    """A queue that turns out shorter is waited for no longer than what was sent takes."""
+    pacer = Pacer(100_000)
+    pacer.spend(1000, 1.0)
+    pacer.drain(400, 1.0)
+    pacer.spend(500, 1.0)
+    assert pacer.free_in_s(1.0) == pytest.approx(0.440)
+    pacer.drain(0, 1.01)
+    assert pacer.free_in_s(1.01) == pytest.approx(0.110)
+
+
 def test_a_debt_takes_longer_on_a_slower_link() -> None:
     """What is owed is bits, so half the rate takes twice the time."""
     pacer = Pacer(100_000)

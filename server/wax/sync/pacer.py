@@ -24,7 +24,8 @@ class Pacer:
 
     def __init__(self, rate_bps: float) -> None:
         self._rate_bps = max(rate_bps, _LEAST_BPS)
-        self._debt_bits = 0.0
+        self._owed_bits = 0.0
+        self._measured_bits = 0.0
         self._now_s = -math.inf
 
     @property
@@ -40,26 +41,31 @@ class Pacer:
     def spend(self, size_bytes: int, now_s: float) -> None:
         """Count one datagram, headers and all."""
         self._pass(now_s)
-        self._owe(self._debt_bits + max(size_bytes, 0) * 8)
+        most_bits = _MOST_DEBT_S * self._rate_bps
+        bits = max(size_bytes, 0) * 8
+        self._owed_bits = min(self._owed_bits + bits, most_bits)
+        self._measured_bits = min(self._measured_bits + bits, most_bits)
 
     def drain(self, queue_ms: float, now_s: float) -> None:
-        """Count what is measured to be waiting in the way, as far as it is not owed already."""
+        """Count what is measured to be waiting in the way, instead of what was measured before.
+
+        It counts as far as it is more than what is owed: the same datagrams are in both.
+        """
         self._pass(now_s)
         if math.isfinite(queue_ms):
-            self._owe(max(self._debt_bits, queue_ms / 1000 * self._rate_bps))
+            waiting_s = min(max(queue_ms / 1000, 0.0), _MOST_DEBT_S)
+            self._measured_bits = waiting_s * self._rate_bps
 
     def free_in_s(self, now_s: float) -> float:
         """Return how long a picture has yet to wait, 0 when it may go."""
         self._pass(now_s)
-        return self._debt_bits / self._rate_bps
-
-    def _owe(self, bits: float) -> None:
-        self._debt_bits = min(bits, _MOST_DEBT_S * self._rate_bps)
+        return max(self._owed_bits, self._measured_bits) / self._rate_bps
 
     def _pass(self, now_s: float) -> None:
         if not now_s > self._now_s or not math.isfinite(now_s):
             return
         if self._now_s > -math.inf:
             paid_bits = (now_s - self._now_s) * self._rate_bps
-            self._debt_bits = max(0.0, self._debt_bits - paid_bits)
+            self._owed_bits = max(0.0, self._owed_bits - paid_bits)
+            self._measured_bits = max(0.0, self._measured_bits - paid_bits)
         self._now_s = now_s

@@ -40,8 +40,10 @@ _REFUTED: Final = 0.85
 _CALM_S: Final = 2.0
 _CEILING: Final = 1.05
 _CEILING_S: Final = 20.0
+_LOSSY: Final = 0.1
 _HINDSIGHT_S: Final = 1.0
 _LONGER_WAY_S: Final = 3.0
+_FEW_LOST: Final = 0.02
 _LONG_SILENCE_S: Final = 3.0
 
 _MOST_QUEUE_MS: Final = 10_000.0
@@ -76,6 +78,7 @@ class LinkEstimator:
         self._assumed = True
         self._crept_s = 0.0
         self._fell_s = -math.inf
+        self._before_bps = 0.0
         self._ceiling_bps = math.inf
         self._newest: tuple[float, float] | None = None  # when it was sent, how long it waited
 
@@ -98,7 +101,11 @@ class LinkEstimator:
         pace_bps, many = self._rate_bps, False
         if not self._congested and not self._silence.blind(now_s):
             pace_bps, many = self._prober.pace_bps(
-                size_bytes, self._rate_bps, starting=self._starting, now_s=now_s
+                size_bytes,
+                self._rate_bps,
+                starting=self._starting,
+                lossy=self._losses.share > _LOSSY,
+                now_s=now_s,
             )
         payload = payload_bytes(self._rate_bps)
         if many:
@@ -225,8 +232,8 @@ class LinkEstimator:
         if not self._queue.look(self._waiting, self._rate_bps, self._now_s):
             self._waiting.settle()
             return
-        since_s = self._queue.since_s or self._now_s
         if not stood:
+            self._before_bps = self._rate_bps
             limit_s = self._waiting.least_s + self._queue.limit_s(self._waiting, self._rate_bps)
             self._jitter.forget_since(self._now_s - _HINDSIGHT_S, limit_s)
         came_bps = self._busy.rate_bps()
@@ -234,12 +241,12 @@ class LinkEstimator:
             self._ceiling_bps = _CEILING * came_bps
             self._fall(_CARE * came_bps)
         elif (
-            self._now_s - since_s > _LONGER_WAY_S
-            and self._log.used_bps(self._now_s) < self._rate_bps / 2
+            self._queue.level_for_s(self._now_s) > _LONGER_WAY_S and self._losses.share < _FEW_LOST
         ):
-            # So little would have left a queue by now: it is the way that has become longer.
+            # A queue would have grown or shrunk by now: it is the way that has become longer.
             self._waiting.relearn()
             self._queue.clear()
+            self._set(max(self._rate_bps, self._before_bps))
 
     def _rise(self) -> None:
         now_s, rough_s = self._now_s, self._waiting.rough_s

@@ -20,7 +20,7 @@ _ERRORS: Final = 2.0
 _BOLD_ERRORS: Final = 0.7
 _WISER: Final = 0.1
 _PRIOR: Final = 3
-_LIKELY_ERRORS: Final = 1.0
+_LIKELY_ERRORS: Final = 1.5
 _FEW: Final = 16
 _MANY: Final = 32
 

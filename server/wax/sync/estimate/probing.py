@@ -33,16 +33,20 @@ class Prober:
         self._pause_s = _FIRST_PAUSE_S
 
     def pace_bps(
-        self, size_bytes: int, rate_bps: float, *, starting: bool, now_s: float
+        self, size_bytes: int, rate_bps: float, *, starting: bool, lossy: bool, now_s: float
     ) -> tuple[float, bool]:
-        """Return the pace, and whether it is worth more packets than the picture needs."""
+        """Return the pace, and whether it is worth more packets than the picture needs.
+
+        Where the way is `lossy`, the queue may be too short for what leaves fast.
+        """
         if rate_bps >= ENOUGH_BPS or size_bytes <= 0:
             return rate_bps, False
         bits = size_bytes * 8
         unfelt_bps = _fastest_bps(rate_bps, bits, _UNFELT_DELAY_S, _FACTOR)
         climbing = starting or now_s < self._climbs_until_s
         if not climbing and now_s < self._next_s:
-            return (unfelt_bps, False) if unfelt_bps >= _WORTH * rate_bps else (rate_bps, False)
+            worth = unfelt_bps >= _WORTH * rate_bps and not lossy
+            return (unfelt_bps if worth else rate_bps), False
         factor = _STARTING_FACTOR if starting else _FACTOR
         pace_bps = _fastest_bps(rate_bps, bits, _DELAY_S, factor)
         if pace_bps < _WORTH * rate_bps:

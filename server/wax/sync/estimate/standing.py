@@ -14,6 +14,7 @@ _SPAN_S: Final = 0.040
 _ROUGH: Final = 3.0
 _MOST_ROUGH_S: Final = 0.060
 _CERTAIN: Final = 2.5
+_LEVEL_S: Final = 0.020
 _GONE: Final = 0.6
 
 
@@ -24,11 +25,15 @@ class StandingQueue:
         self._seen = 0
         self.since_s: float | None = None
         """When it was found; None while there is none."""
+        self._level_s = 0.0
+        self._level_from_s = 0.0
 
     def look(self, waiting: Waiting, rate_bps: float, now_s: float) -> bool:
         """Judge after each feedback; return whether the queue stands."""
         limit_s = self.limit_s(waiting, rate_bps)
         standing_s = waiting.standing_s
+        if abs(standing_s - self._level_s) > _LEVEL_S:
+            self._level_s, self._level_from_s = standing_s, now_s
         if self.since_s is not None:
             if standing_s < _GONE * limit_s:
                 self.since_s = None
@@ -40,6 +45,10 @@ class StandingQueue:
             if self._seen >= 2 or standing_s > _CERTAIN * limit_s:
                 self.since_s = now_s
         return self.since_s is not None
+
+    def level_for_s(self, now_s: float) -> float:
+        """Return for how long the wait has neither grown nor shrunk; a queue does one of both."""
+        return now_s - self._level_from_s
 
     def limit_s(self, waiting: Waiting, rate_bps: float) -> float:
         """Return what is still no queue: one packet before another, and what is jitter."""
