@@ -33,7 +33,7 @@ _FOLLOW_S: Final = 1.0
 _RESTORE_S: Final = 1.0
 _FULL_MS: Final = 100.0
 _GONE_S: Final = 5.0
-_GLANCE_S: Final = 3.0
+_GLANCE_S: Final = 5.0
 
 
 class Since:
@@ -137,7 +137,7 @@ class Ladder:
         if self._at not in allowed:
             self._move(target)
         assert self._at is not None
-        cut = self._needed_cut(self._at, budget, last)
+        cut = self._needed_cut(self._at, budget, self._kept_share(last))
         if cut is None and self._at != last:
             self._failed()
             if estimate.queue_ms > _FULL_MS:
@@ -145,9 +145,9 @@ class Ladder:
                 self._cut = self._rungs[self._at].layers
                 return
             self._move(max(target, self._at + 1))
-            cut = self._needed_cut(self._at, budget, last)
+            cut = self._needed_cut(self._at, budget, self._kept_share(last))
         if cut is None and now_s >= self._glance_until_s:
-            self._at, self._gone_s = None, now_s
+            self._at, self._gone_s, self._changed_s = None, now_s, now_s
             return
         self._cut_to(self._rungs[self._at].layers if cut is None else cut, quick=quick)
         between = quick or now_s - self._changed_s >= _BETWEEN_S
@@ -171,9 +171,11 @@ class Ladder:
         )
         return next(fitting, allowed[-1])
 
-    def _needed_cut(self, at: int, budget: Budget, last: int) -> int | None:
+    def _kept_share(self, last: int) -> float:
+        return _LAST_SHARE if self._at == last else _KEPT_SHARE
+
+    def _needed_cut(self, at: int, budget: Budget, share: float) -> int | None:
         """Return how many layers have to go, None where not even the lowest fits."""
-        share = _LAST_SHARE if at == last else _KEPT_SHARE
         left_bps = self._sound.left_bps(budget, share)
         rung = self._rungs[at]
         return next(
@@ -195,8 +197,8 @@ class Ladder:
     def _comes_back(self, budget: Budget, last: int, *, calm: bool) -> bool:
         """Return whether the picture that is gone is sent again, or tried."""
         assert self._gone_s is not None
-        fits = self._needed_cut(last, budget, last) is not None
-        if self._whole.lasts(fits, _RESTORE_S, self._now_s):
+        fits = self._needed_cut(last, budget, _KEPT_SHARE) is not None
+        if self._whole.lasts(fits, _BETWEEN_S, self._now_s):
             self._pause_s = _GONE_S
         elif calm and self._now_s - self._gone_s >= self._pause_s:
             self._pause_s = min(2 * self._pause_s, _LONGEST_HOLD_S)
@@ -243,6 +245,8 @@ class Ladder:
 
 def _area(size: str) -> int:
     width, _, height = size.partition("x")
+    if not (width.isascii() and width.isdecimal() and height.isascii() and height.isdecimal()):
+        raise ValueError(f"{size} is no size; write it as 640x480")
     return int(width) * int(height)
 
 

@@ -48,6 +48,7 @@ _LONG_SILENCE_S: Final = 3.0
 
 _MOST_QUEUE_MS: Final = 10_000.0
 _OLD_S: Final = 60.0
+_MOST_CLOCK_S: Final = 1e11
 _MOST_BYTES: Final = 65_535
 
 
@@ -188,7 +189,7 @@ class LinkEstimator:
         return (
             0 < delivery.size_bytes <= _MOST_BYTES
             and self._now_s - _OLD_S < delivery.sent_s <= self._now_s
-            and (delivery.arrived_s is None or math.isfinite(delivery.arrived_s))
+            and (delivery.arrived_s is None or abs(delivery.arrived_s) < _MOST_CLOCK_S)
         )
 
     def _count(self, delivery: Delivery) -> None:

@@ -9,10 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import TYPE_CHECKING, Final, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from typing import Final, NamedTuple
 
 _MEMORY_S: Final = 10.0
 _MOST: Final = 128
@@ -34,25 +31,53 @@ class Passage(NamedTuple):
     came_in_s: float
 
 
+class _Sums(NamedTuple):
+    """Of all trains until one of them, itself among them; bits in thousands, times in ms."""
+
+    judged_s: float
+    bits: float
+    ms: float
+    bits_2: float
+    bits_ms: float
+    ms_2: float
+
+
+_NONE: Final = _Sums(-math.inf, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
 class Evidence:
-    """Trains that were paced faster than the rate that was known."""
+    """Trains that were paced faster than the rate that was known; each question is cheap."""
 
     def __init__(self) -> None:
-        self._passages: deque[Passage] = deque(maxlen=_MOST)
+        self._sums: deque[_Sums] = deque([_NONE])
 
     def add(self, passage: Passage, rough_s: float) -> None:
         """Count a train; one that came in less time than it was sent in was held and let go."""
-        while self._passages and self._passages[0].judged_s < passage.judged_s - _MEMORY_S:
-            self._passages.popleft()
+        while len(self) and self._sums[1].judged_s < passage.judged_s - _MEMORY_S:
+            self._sums.popleft()
         if passage.came_in_s < 0.9 * passage.sent_in_s - 2 * rough_s:
             return
-        self._passages.append(passage)
+        if len(self) >= _MOST:
+            self._sums.popleft()
+        last = self._sums[-1]
+        bits = passage.bits / 1000
+        ms = max(passage.came_in_s, passage.sent_in_s) * 1000
+        self._sums.append(
+            _Sums(
+                passage.judged_s,
+                last.bits + bits,
+                last.ms + ms,
+                last.bits_2 + bits * bits,
+                last.bits_ms + bits * ms,
+                last.ms_2 + ms * ms,
+            )
+        )
 
     def __len__(self) -> int:
-        return len(self._passages)
+        return len(self._sums) - 1
 
     def clear(self) -> None:
-        self._passages.clear()
+        self._sums = deque([_NONE])
 
     def least_bps(self, rough_s: float, *, bold: bool) -> float:
         """Return what the link carries at least: the best that the last 1, 2, 4… trains show.
@@ -61,35 +86,37 @@ class Evidence:
         """
         errors = _ERRORS
         if bold:
-            errors = min(_BOLD_ERRORS + _WISER * len(self._passages), _ERRORS)
-        trains = list(self._passages)
+            errors = min(_BOLD_ERRORS + _WISER * len(self), _ERRORS)
         least_bps, count = 0.0, 1
-        while trains and count < 2 * len(trains):
-            least_bps = max(least_bps, _bound_bps(trains[-count:], rough_s, errors))
+        while len(self) and count < 2 * len(self):
+            least_bps = max(least_bps, self._bound_bps(min(count, len(self)), rough_s, errors))
             count *= 2
         return least_bps
 
     def likely_bps(self, rough_s: float) -> float:
         """Return what the link may well carry; of few trains nothing."""
-        if len(self._passages) < _FEW:
+        if len(self) < _FEW:
             return 0.0
-        return _bound_bps(list(self._passages), rough_s, -_LIKELY_ERRORS)
+        return self._bound_bps(len(self), rough_s, -_LIKELY_ERRORS)
 
     def most_bps(self, rough_s: float) -> float:
         """Return what the link carries at most; only many trains limit it."""
-        if len(self._passages) < _MANY:
+        if len(self) < _MANY:
             return math.inf
-        return _bound_bps(list(self._passages), rough_s, -_ERRORS)
+        return self._bound_bps(len(self), rough_s, -_ERRORS)
 
-
-def _bound_bps(trains: Sequence[Passage], rough_s: float, errors: float) -> float:
-    count = len(trains)
-    bits = sum(train.bits for train in trains)
-    came_in_s = sum(max(train.came_in_s, train.sent_in_s) for train in trains)
-    slowness = came_in_s / bits
-    # A few trains say little about how much they differ, so what single packets say counts too.
-    squares = _PRIOR * 2 * rough_s**2
-    squares += sum((train.came_in_s - slowness * train.bits) ** 2 for train in trains)
-    error_s = math.sqrt(squares / (count + _PRIOR - 1))
-    came_in_s += errors * error_s * math.sqrt(count)
-    return bits / max(came_in_s, 1e-6) if came_in_s > 0 else math.inf
+    def _bound_bps(self, count: int, rough_s: float, errors: float) -> float:
+        """Return the rate of the last `count` trains, so many standard errors below it."""
+        last, first = self._sums[-1], self._sums[-1 - count]
+        bits, ms = last.bits - first.bits, last.ms - first.ms
+        slowness = ms / bits
+        # A few trains say little about how much they differ, so what single packets say counts too.
+        squares = _PRIOR * 2 * (rough_s * 1000) ** 2
+        squares += max(
+            0.0,
+            (last.ms_2 - first.ms_2)
+            - 2 * slowness * (last.bits_ms - first.bits_ms)
+            + slowness**2 * (last.bits_2 - first.bits_2),
+        )
+        ms += errors * math.sqrt(squares / (count + _PRIOR - 1)) * math.sqrt(count)
+        return bits / ms * 1e6 if ms > 0 else math.inf

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from wax.sync.estimate.sent_log import SentLog
 
 _MOST: Final = 64
+_LONGEST_S: Final = 30.0
 _LEAST_TRIMMED: Final = 3
 
 
@@ -33,7 +34,7 @@ class Probe:
             return None
         (first_sent_s, first_came_s, _), (sent_s, came_s, _) = self.arrivals[0], self.arrivals[-1]
         bits = sum(bits for _, _, bits in self.arrivals[1:])
-        if bits <= 0 or came_s < first_came_s:
+        if bits <= 0 or not first_came_s <= came_s < first_came_s + _LONGEST_S:
             return None
         return Passage(now_s, bits, max(sent_s - first_sent_s, 1e-6), came_s - first_came_s)
 
