@@ -17,7 +17,7 @@ from wax.viewer import Viewer
 if TYPE_CHECKING:
     from wax.board import Board
     from wax.clock import Clock
-    from wax.config import Settings, SyncSettings
+    from wax.config import Settings
     from wax.control.gate import Command
     from wax.control.loop import ControlLoop
     from wax.control.turns import TurnEvent, Turns
@@ -187,17 +187,15 @@ class Room:
         for event in events:
             _LOG.info("turn", what=type(event).__name__, number=getattr(event, "number", None))
         for viewer in self._viewers.values():
-            viewer.follow(self._sync(viewer.number))
+            drives = viewer.number == self._turns.operator
+            roles = self._settings.sync
+            viewer.follow(roles.operator if drives else roles.observer, drives=drives)
         self.changed()
 
     def drive_status(self, number: int, moving: bool, reason: str | None) -> None:
         viewer = self._viewers.get(number)
         if viewer is not None:
-            viewer.send(messages.DriveStatus(moving=moving, reason=reason))
-
-    def _sync(self, number: int) -> SyncSettings:
-        roles = self._settings.sync
-        return roles.operator if number == self._turns.operator else roles.observer
+            viewer.drive_status = messages.DriveStatus(moving=moving, reason=reason)
 
     def link_delay_s(self, number: int) -> float | None:
         """Return the measured one-way delay of a viewer's link."""
@@ -227,6 +225,8 @@ class Room:
     def round(self, now_s: float) -> None:
         """Do one round; however much changes, the rounds keep their pace."""
         self._sweep(now_s)
+        for viewer in self._viewers.values():
+            viewer.tell_drive_status(now_s)
         if self._is_changed or now_s - self._looked_s >= _LOOK_S:
             self._is_changed = False
             self._looked_s = now_s

@@ -29,6 +29,7 @@ _DRIVE_HZ: Final = 100.0
 _DRIVE_BURST: Final = 200
 _STATE_HZ: Final = 20.0
 _STATE_BURST: Final = 60
+_DRIVE_STATUS_S: Final = 0.3
 _ACKNOWLEDGED_HZ: Final = 120.0
 _ACKNOWLEDGED_BURST: Final = 200
 """Twice what the liveliest page sends; what is beyond is not even read."""
@@ -82,6 +83,9 @@ class Viewer:
             if service.acknowledged
             else (_STATE_HZ, _STATE_BURST)
         )
+        self.drive_status: messages.DriveStatus | None = None
+        """What becomes of his commands, None while he has not driven."""
+        self._drive_told: tuple[messages.DriveStatus | None, float] = (None, float("-inf"))
         self._limits = {
             "drive": TokenBucket(rate_hz=_DRIVE_HZ, burst=_DRIVE_BURST, now_s=now_s),
             "state": TokenBucket(rate_hz=state_hz, burst=state_burst, now_s=now_s),
@@ -144,13 +148,23 @@ class Viewer:
         if self.peer is not None:
             self.peer.send("state", text)
 
+    def tell_drive_status(self, now_s: float) -> None:
+        """Tell what becomes of the commands when that has changed, a few times a second at most.
+
+        On a bad line each second command may be too old: to tell each would make it worse.
+        """
+        told, told_s = self._drive_told
+        if self.drive_status not in (None, told) and now_s - told_s >= _DRIVE_STATUS_S:
+            self._drive_told = self.drive_status, now_s
+            self.send(self.drive_status)
+
     def hold_back(self, least_ms: float) -> bool:
         """Let the browser show pictures this late; False where it does not take that from us."""
         return self.peer is not None and self.peer.hold_back(least_ms)
 
-    def follow(self, sync: SyncSettings) -> None:
+    def follow(self, sync: SyncSettings, *, drives: bool) -> None:
         """Change the policy with the role, while the streams go on."""
-        self.streams.follow(sync)
+        self.streams.follow(sync, drives=drives)
 
     # --- from the page ---------------------------------------------------------------------
 

@@ -37,6 +37,13 @@ _VP8_REALTIME: Final = {
 }
 
 
+_VP8_SMALL: Final = {"deadline": "good", "cpu-used": "2"}
+"""For pictures so small that a careful search costs little: at 16 kbit/s the fast one makes twice
+what it is asked for, which a modem line has not."""
+
+_SMALL_PIXELS_PER_S: Final = 300_000
+"""160×120 at 15 a second, and 3 ms a picture."""
+
 _LEVEL_31_MACROBLOCKS: Final = 3600
 _LEVEL_31_MACROBLOCKS_PER_S: Final = 108_000
 _LEVEL_31_BITRATE_BPS: Final = 14_000_000
@@ -172,9 +179,11 @@ def resize_i420(i420: NDArray[np.uint8], width: int, height: int) -> NDArray[np.
 def _vp8(rendition: RenditionSettings) -> av.VideoCodecContext:
     context = _context("libvpx", rendition)
     kbps = rendition.bitrate_bps // 1000
+    is_small = rendition.width * rendition.height * rendition.fps <= _SMALL_PIXELS_PER_S
     context.options = (
         _steady(rendition)
         | _VP8_REALTIME
+        | (_VP8_SMALL if is_small else {})
         | {
             "max-intra-rate": "300",
             "ts-parameters": (

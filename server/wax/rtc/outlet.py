@@ -29,6 +29,7 @@ class Outlet:
         self._now_s = now_s
         self._transmissions = Transmissions()
         self._transports: list[RTCDtlsTransport] = []
+        self._marked_s: float | None = None
 
     def join(self, transport: RTCDtlsTransport) -> None:
         """Count whatever leaves by this transport and hear what comes back; safe to repeat."""
@@ -41,16 +42,26 @@ class Outlet:
         self, size_bytes: int, kind: Literal["audio", "video", "repeat"], train: int | None
     ) -> int | None:
         """Return the transport-wide sequence number for a packet of about this size, or None."""
-        if not self.way.watched:
+        now_s = self._now_s()
+        if not self.way.marks(train, now_s):
             return None
-        return self._transmissions.sent(
-            self._now_s(), size_bytes=size_bytes, kind=kind, train=train
-        )
+        self._marked_s = now_s
+        return self._transmissions.sent(now_s, size_bytes=size_bytes, kind=kind, train=train)
+
+    def free_in_s(self, now_s: float) -> float:
+        """Return how long a picture has to wait; 0 lets one go."""
+        return self.way.free_in_s(self._transmissions.oldest_unreported_s(now_s), now_s)
 
     def _sent(self, datagram: bytes) -> None:
         # DTLS, and with it the data channels, has first bytes 20 to 63, RTP 128 to 191 (RFC 7983).
         is_media = datagram[0] > 127
-        self.way.sent(len(datagram) + UDP_IP_BYTES, self._now_s(), is_media=is_media)
+        # A packet that was marked leaves before anything else can: it has one time, not two.
+        now_s, self._marked_s = self._marked_s, None
+        self.way.sent(
+            len(datagram) + UDP_IP_BYTES,
+            self._now_s() if now_s is None else now_s,
+            is_media=is_media,
+        )
 
     def _told(self, rtcp: bytes) -> None:
         if not self.way.watched:

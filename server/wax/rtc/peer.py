@@ -41,7 +41,7 @@ _CLOCK_EVERY_S: Final = 10.0
 _MAX_BUFFERED_BYTES: Final = 262_144
 """A page that reads nothing for this long will not catch up; he reconnects and starts anew."""
 
-_ACKNOWLEDGE_S: Final = 0.15
+_ACKNOWLEDGE_S: Final = 0.2
 _EXTENSIONS: Final = (rtp.TRANSPORT_SEQUENCE, rtp.PLAYOUT_DELAY)
 
 _UINT32: Final = 2**32

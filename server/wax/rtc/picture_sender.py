@@ -75,7 +75,7 @@ class PictureSender(Sender):
 
     async def _run_lane(self) -> None:
         while True:
-            if (wait_s := self._outlet.way.free_in_s(self._now_s())) > _TICK_S:
+            if (wait_s := self._outlet.free_in_s(self._now_s())) > _TICK_S:
                 await asyncio.sleep(wait_s)
             elif self._asked_for:
                 await self._repeat(self._asked_for.popleft())

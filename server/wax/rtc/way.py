@@ -35,8 +35,15 @@ class Way(Protocol):
         """Learn how long the way there and back took just now."""
         ...
 
-    def free_in_s(self, now_s: float) -> float:
-        """Return how long a picture has to wait; 0 lets one go."""
+    def marks(self, train: int | None, now_s: float) -> bool:
+        """Tell whether the browser shall say when this packet of a picture, or of sound, came."""
+        ...
+
+    def free_in_s(self, unreported_s: float | None, now_s: float) -> float:
+        """Return how long a picture has to wait; 0 lets one go.
+
+        `unreported_s` is the age of the oldest packet of which should have been heard, or None.
+        """
         ...
 
     def train(self, size_bytes: int, now_s: float) -> Train:
@@ -59,7 +66,10 @@ class OpenWay:
 
     def round_trip(self, round_trip_s: float, now_s: float) -> None: ...
 
-    def free_in_s(self, now_s: float) -> float:  # noqa: ARG002  # it is never full
+    def marks(self, train: int | None, now_s: float) -> bool:  # noqa: ARG002  # all or none
+        return self.watched
+
+    def free_in_s(self, unreported_s: float | None, now_s: float) -> float:  # noqa: ARG002  # never full
         return 0.0
 
     def train(self, size_bytes: int, now_s: float) -> Train:  # noqa: ARG002  # all are alike

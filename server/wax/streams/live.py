@@ -66,6 +66,7 @@ class LiveStreams:
         self._size: str | None = rungs[0].size
         self._sound_wanted = False
         self._is_ready = False
+        self._drives = False
         self._picture_lane: VideoLane | None = None
         self._sound_lane: SoundLane | None = None
         self._begin()
@@ -74,6 +75,7 @@ class LiveStreams:
         """Know nothing of the link and have decided nothing."""
         self._policy = make_policy(self._sync)
         self._way = LiveWay(self._decide)
+        self._way.thorough = self._drives
         self._ladder = Ladder(self._rungs, self._forms)
         self._serving: Serving | None = None
         self._targets: PlayoutTargets | None = None
@@ -123,7 +125,8 @@ class LiveStreams:
             self._begin_policy()
         self._decide(self._clock.now_s())
 
-    def follow(self, sync: SyncSettings) -> None:
+    def follow(self, sync: SyncSettings, *, drives: bool) -> None:
+        self._drives = self._way.thorough = drives
         if sync is self._role_sync:
             return
         self._role_sync = sync
@@ -204,7 +207,7 @@ class LiveStreams:
         return (
             estimate.state in ("starting", "steady")
             and now_s - self._asked_s >= _RESUME_S
-            and self._way.free_in_s(now_s) <= 0
+            and self._way.free_in_s(None, now_s) <= 0
         )
 
     def _send_sound(self, lane: SoundLane, serving: Serving) -> None:

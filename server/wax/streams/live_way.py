@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from wax.sync.estimate import STARTING_RATE_BPS, LinkEstimator
+from wax.sync.marking import Marking
 from wax.sync.pacer import Pacer
 
 if TYPE_CHECKING:
@@ -21,6 +22,11 @@ _REPEAT_SHARE: Final = 0.25
 _REPEAT_BURST_S: Final = 0.25
 _STALE_S: Final = 0.5
 """A packet that was first sent so long ago, beyond a round trip, is of no use any more."""
+_ANSWER_S: Final = 0.15
+"""Within this and a round trip a browser tells what came: Chromium 50 to 100 ms later."""
+_TRY_S: Final = 0.3
+"""While nothing is heard a picture goes this often, to find out whether the way is open again."""
+_LOOK_AGAIN_S: Final = 0.02
 _FULL_MS: Final = 150.0
 """With so much waiting in the way, copies would only make it longer."""
 
@@ -31,7 +37,11 @@ class LiveWay:
     watched = True
 
     def __init__(self, on_news: Callable[[float], None]) -> None:
+        self.thorough = False
+        """Whether the browser tells of each packet all the time: of who drives, all is known."""
         self._on_news = on_news
+        self._marking = Marking()
+        self._trained_s = float("-inf")
         self._estimator = LinkEstimator()
         self._pacer = Pacer(STARTING_RATE_BPS)
         self._looked_s = float("-inf")
@@ -72,11 +82,22 @@ class LiveWay:
     def round_trip(self, round_trip_s: float, now_s: float) -> None:
         self._estimator.round_trip(round_trip_s, now_s)
 
-    def free_in_s(self, now_s: float) -> float:
-        return self._pacer.free_in_s(now_s)
+    def marks(self, train: int | None, now_s: float) -> bool:
+        return self._marking.marks(train, now_s)
+
+    def free_in_s(self, unreported_s: float | None, now_s: float) -> float:
+        wait_s = self._pacer.free_in_s(now_s)
+        if self._is_stuck(unreported_s):
+            # What is sent behind it would only make the sound later.
+            return max(wait_s, min(self._trained_s + _TRY_S - now_s, _LOOK_AGAIN_S))
+        return wait_s
 
     def train(self, size_bytes: int, now_s: float) -> Train:
-        return self._estimator.train(size_bytes, now_s)
+        self._trained_s = now_s
+        train = self._estimator.train(size_bytes, now_s)
+        if self._estimate is not None and train.pace_bps > self._estimate.rate_bps:
+            self._marking.mark(train.number)
+        return train
 
     def repeats(self, size_bytes: int, age_s: float, now_s: float) -> bool:
         known = self._estimate or self.estimate(now_s)
@@ -94,12 +115,20 @@ class LiveWay:
         self._repeated_bits = waiting + 8 * size_bytes
         return True
 
+    def _is_stuck(self, unreported_s: float | None) -> bool:
+        known = self._estimate
+        if known is None or known.state == "blind":
+            return known is not None
+        if unreported_s is None or self._marking.is_sparse:
+            return False
+        return unreported_s > _ANSWER_S + (known.round_trip_ms or 0.0) / 1000
+
     def _look(self, now_s: float) -> None:
         self._looked_s = now_s
         estimate = self.estimate(now_s)
         self._pacer.rate_bps = estimate.rate_bps
-        if estimate.state == "congested":
-            self._pacer.drain(estimate.queue_ms, now_s)
+        self._pacer.drain(estimate.queue_ms, now_s)
+        self._marking.follow(estimate, thorough=self.thorough)
         self._on_news(now_s)
 
     def _count_other(self, size_bytes: int, now_s: float) -> None:

@@ -93,7 +93,7 @@ class Streams(Protocol):
         """
         ...
 
-    def follow(self, sync: SyncSettings) -> None:
+    def follow(self, sync: SyncSettings, *, drives: bool) -> None:
         """Change the policy with the role, while the streams go on."""
         ...
 

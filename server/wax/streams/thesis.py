@@ -122,7 +122,7 @@ class ThesisStreams:
             self._audio.leave(self._sound_captured)
         self._act(self._sender.choose(sound=sound, picture=picture, now_s=self._clock.now_s()))
 
-    def follow(self, sync: SyncSettings) -> None:
+    def follow(self, sync: SyncSettings, *, drives: bool) -> None:
         """Do nothing: the baseline is the same for all roles."""
 
     def keyframe_wanted(self) -> None:

@@ -19,8 +19,9 @@ _LEAST_MS: Final = 20.0
 """What a browser keeps anyway; to ask for no more is to ask for nothing."""
 
 _WINDOW_S: Final = 2.0
-_BROKEN_MS: Final = 20.0
-"""More than this made up within the window, 1 %, is a break; less is how browsers follow clocks."""
+_BRIDGED_MS: Final = 60.0
+"""What a decoder makes up so that it is hardly heard: it goes on with the wave (NetEq: 100 ms, then
+it fades). More than this within the window is a break, and packets that come this much late are."""
 _USELESS_MS: Final = 100.0
 _GRACE_S: Final = 1.0
 """So long after the sound began, or its form changed, what is made up says nothing of the link."""
@@ -62,7 +63,7 @@ class SoundDelay:
     @property
     def is_breaking(self) -> bool:
         """Whether the sound broke within the last two seconds."""
-        return self._heard.made_up_ms > _BROKEN_MS
+        return self._heard.made_up_ms > _BRIDGED_MS
 
     @property
     def is_useless(self) -> bool:
@@ -105,10 +106,11 @@ class SoundDelay:
         if self.fixed_ms is not None or is_congested or not learns:
             return self.target_ms
         jitter_ms = max(jitter_ms, 0.0) if isfinite(jitter_ms) else 0.0
-        need_ms = min(jitter_ms + redundancy * mu_ms + _STEP_MS, self._bound_ms)
+        late_ms = max(jitter_ms - _BRIDGED_MS, 0.0)
+        need_ms = min(late_ms + redundancy * mu_ms + _STEP_MS, self._bound_ms)
         allowed_ms = 1.5 * lost * _WINDOW_S * 1000 + (burst * mu_ms if lost > 0 else 0)
         broken_ms = self._heard.made_up_ms - (allowed_ms if isfinite(allowed_ms) else 0.0)
-        if broken_ms > _BROKEN_MS:
+        if broken_ms > _BRIDGED_MS:
             self._rise(broken_ms, now_s)
         if need_ms > self._level_ms:
             self._level_ms = min(_steps(need_ms), self._bound_ms)

@@ -68,7 +68,7 @@ export function watchFrames(video: HTMLVideoElement, meter: PictureMeter): () =>
   if (!("requestVideoFrameCallback" in video)) return () => {};
   let handle = 0;
   const onFrame: VideoFrameRequestCallback = (nowMs, metadata) => {
-    meter.presented(metadata.rtpTimestamp, metadata.expectedDisplayTime || nowMs);
+    meter.presented(metadata.rtpTimestamp, metadata.presentationTime || nowMs);
     handle = video.requestVideoFrameCallback(onFrame);
   };
   handle = video.requestVideoFrameCallback(onFrame);

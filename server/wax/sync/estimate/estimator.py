@@ -80,6 +80,8 @@ class LinkEstimator:
         self._crept_s = 0.0
         self._fell_s = -math.inf
         self._before_bps = 0.0
+        self._counted_s = -math.inf
+        self._lost_bytes = 0
         self._ceiling_bps = math.inf
         self._newest: tuple[float, float] | None = None  # when it was sent, how long it waited
 
@@ -196,6 +198,8 @@ class LinkEstimator:
         sound = delivery.kind == "audio"
         lost = delivery.arrived_s is None
         self._losses.add(delivery.size_bytes, lost=lost, sound=sound, now_s=self._now_s)
+        if lost:
+            self._lost_bytes += delivery.size_bytes
         if delivery.arrived_s is not None:
             if self._origin_s is None:
                 self._origin_s = delivery.arrived_s - delivery.sent_s
@@ -205,7 +209,10 @@ class LinkEstimator:
             )
             self._newest = (delivery.sent_s, waited_s)
             reached_s = delivery.sent_s + self._waiting.least_s
-            self._busy.add(reached_s, arrived_s, delivery.size_bytes)
+            # With it came what left before it and was not marked, the data channels' and RTCP's.
+            size_bytes = self._log.between(self._counted_s, delivery.sent_s) - self._lost_bytes
+            self._busy.add(reached_s, arrived_s, max(size_bytes, delivery.size_bytes))
+            self._counted_s, self._lost_bytes = max(self._counted_s, delivery.sent_s), 0
             if sound and self._queue.since_s is None:
                 self._jitter.add(arrived_s - delivery.sent_s, self._now_s)
         for probe in self._trains.add(delivery):
@@ -266,6 +273,10 @@ class LinkEstimator:
             step = 1 + _CREEP_PER_S * min(now_s - self._crept_s, 1.0)
             self._set(max(self._rate_bps, min(step * self._rate_bps, likely_bps)))
         self._crept_s = now_s
+        if now_s - self._fell_s > _CALM_S and self._losses.share < _FEW_LOST:
+            # What was sent the second before last has come through, and no queue stands.
+            carried_bps = 8 * self._log.between(now_s - _CALM_S, now_s - _CALM_S / 2)
+            self._set(max(self._rate_bps, _CARE * carried_bps / (_CALM_S / 2)))
         if self._rate_bps >= ENOUGH_BPS:
             self._starting_until_s = min(self._starting_until_s, now_s)
 

@@ -1,0 +1,65 @@
+"""Of which packets a browser shall tell when they came: all while it matters, a sample otherwise.
+
+Each answer of a browser costs its uplink about 75 bytes, up to twenty times a second (a tenth of a
+modem line), and the server as much as sending four packets; a hundred settled observers need
+neither. Pure.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from wax.sync.delivery import LinkEstimate
+
+_WINDOW_S: Final = 0.03
+_SETTLED_EVERY_S: Final = 0.2
+_THIN_EVERY_S: Final = 0.5
+_THIN_BPS: Final = 150_000.0
+_CALM_MS: Final = 30.0
+_SPARE: Final = 1.5
+"""A settled link carries so much more than is sent over it."""
+
+
+class Marking:
+    """Opens a window now and then; a picture that begins in one is marked to its end."""
+
+    def __init__(self) -> None:
+        self._every_s = 0.0
+        self._opened_s = float("-inf")
+        self._train: tuple[int, bool] | None = None
+
+    @property
+    def is_sparse(self) -> bool:
+        """Whether only samples are marked, so that answers may be long in coming."""
+        return self._every_s > 0
+
+    def follow(self, estimate: LinkEstimate, *, thorough: bool) -> None:
+        """Learn how the link is; a `thorough` one is settled only where it is thin."""
+        if estimate.state != "steady":
+            self._every_s = 0.0  # how much comes through must be known to the packet
+        elif estimate.rate_bps < _THIN_BPS:
+            self._every_s = _THIN_EVERY_S
+        elif (
+            not thorough
+            and estimate.queue_ms < _CALM_MS
+            and estimate.rate_bps > _SPARE * estimate.used_bps
+        ):
+            self._every_s = _SETTLED_EVERY_S
+        else:
+            self._every_s = 0.0
+
+    def mark(self, train: int) -> None:
+        """Mark this picture, whatever the window."""
+        self._train = (train, True)
+
+    def marks(self, train: int | None, now_s: float) -> bool:
+        """Tell whether to mark a packet of this picture, or of sound (None)."""
+        if self._train is not None and train == self._train[0]:
+            return self._train[1]
+        if now_s - self._opened_s >= self._every_s:
+            self._opened_s = now_s
+        is_open = self._every_s == 0.0 or now_s - self._opened_s < _WINDOW_S
+        if train is not None:
+            self._train = (train, is_open)
+        return is_open
