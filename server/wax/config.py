@@ -126,7 +126,8 @@ class AudioSettings(_Section):
     """`[audio]`."""
 
     source: Annotated[str, Field(min_length=1)] = "robot"
-    forms: Annotated[list[SoundFormSettings], Field(min_length=1, max_length=4)] = [
+    forms: Annotated[list[SoundFormSettings], Field(min_length=1, max_length=5)] = [
+        SoundFormSettings(mu_ms=10, bitrate_bps=32_000),
         SoundFormSettings(mu_ms=20, bitrate_bps=32_000),
         SoundFormSettings(mu_ms=40, bitrate_bps=24_000),
         SoundFormSettings(mu_ms=60, bitrate_bps=12_000),
@@ -139,8 +140,8 @@ class AudioSettings(_Section):
         for above, below in pairwise(forms):
             if below.mu_ms <= above.mu_ms or below.bitrate_bps > above.bitrate_bps:
                 raise ValueError(
-                    f"the form of {below.mu_ms} ms follows that of {above.mu_ms} ms; let media units"
-                    " grow and bit rates fall from one to the next"
+                    f"the form of {below.mu_ms} ms follows that of {above.mu_ms} ms; let media"
+                    " units grow and bit rates fall from one to the next"
                 )
         return forms
 
@@ -150,6 +151,8 @@ class SyncSettings(_Section):
 
     policy: Literal["audio-master", "video-first"] = "audio-master"
     audio_mu_ms: Literal["auto", 10, 20, 40, 60, 120] = "auto"
+    least_audio_mu_ms: Literal[10, 20, 40, 60, 120] = 20
+    own_rendition: bool = False
     audio_delay_ms: Literal["auto"] | Annotated[float, Field(ge=20, le=500)] = "auto"
     max_holdback_ms: Annotated[float, Field(ge=0, le=2000)] = 500.0
     max_skew_ms: Annotated[float, Field(ge=0, le=500)] = 20.0
@@ -159,7 +162,9 @@ class RoleSyncSettings(_Section):
     """`[sync]`."""
 
     policy: Literal["by-role", "thesis"] = "by-role"
-    operator: SyncSettings = SyncSettings(max_holdback_ms=50.0, max_skew_ms=100.0)
+    operator: SyncSettings = SyncSettings(
+        max_holdback_ms=50.0, max_skew_ms=100.0, least_audio_mu_ms=10, own_rendition=True
+    )
     observer: SyncSettings = SyncSettings()
 
 

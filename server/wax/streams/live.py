@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Final
 
 from wax import messages
 from wax.streams.live_way import LiveWay
+from wax.streams.offer import Offer
 from wax.streams.streams import Codecs, Kind, Lanes, Policy, Units
 from wax.sync.ladder import Ladder
 from wax.sync.policies import make_policy
-from wax.sync.serving import Rung, SoundForm
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from wax.streams.streams import Page
     from wax.sync.delivery import LinkEstimate
     from wax.sync.playout import PlayoutReport, PlayoutTargets
-    from wax.sync.serving import Serving
+    from wax.sync.serving import Rung, Serving, SoundForm
 
 _RETARGET_MS: Final = 4.0
 """A buffer is not retargeted for less: each change of the picture's is a small jump."""
@@ -50,20 +50,18 @@ class LiveStreams:
         clock: Clock,
         video: VideoHub,
         audio: SoundHub,
-        rungs: Sequence[Rung],
-        forms: Sequence[SoundForm],
+        offer: Offer,
         page: Page,
         sync: SyncSettings,
     ) -> None:
         self._clock = clock
         self._video = video
         self._audio = audio
-        self._rungs = rungs
-        self._forms = forms
+        self._offer = offer
         self._page = page
         self._role_sync = sync
         self._wanted_policy: Policy | None = None
-        self._size: str | None = rungs[0].size
+        self._size: str | None = video.sizes[0]
         self._sound_wanted = False
         self._is_ready = False
         self._drives = False
@@ -76,7 +74,7 @@ class LiveStreams:
         self._policy = make_policy(self._sync)
         self._way = LiveWay(self._decide)
         self._way.thorough = self._drives
-        self._ladder = Ladder(self._rungs, self._forms)
+        self._ladder = self._make_ladder()
         self._serving: Serving | None = None
         self._targets: PlayoutTargets | None = None
         self._held_ms: float | None = None
@@ -90,6 +88,12 @@ class LiveStreams:
         if self._wanted_policy in (None, self._role_sync.policy):
             return self._role_sync
         return self._role_sync.model_copy(update={"policy": self._wanted_policy})
+
+    def _make_ladder(self) -> Ladder:
+        is_own = self._sync.own_rendition and self._video.has_room
+        return Ladder(
+            self._offer.rungs(is_own=is_own), self._offer.forms(self._sync.least_audio_mu_ms)
+        )
 
     # --- the peer's life -------------------------------------------------------------------
 
@@ -193,6 +197,8 @@ class LiveStreams:
         old = None if before is None else before.rung
         if serving.rung != old or before is None:
             name = None if serving.rung is None else serving.rung.name
+            if name is not None:
+                self._video.provide(self._offer.settings(name))
             self._video.choose(lane, name)
             self._asked_s = now_s
             if old is not None and serving.rung is not None and _falls(old, serving.rung):
@@ -218,13 +224,13 @@ class LiveStreams:
         mu_ms = self._sync.audio_mu_ms
         if mu_ms == "auto":
             return None
-        nearest = min(self._forms, key=lambda form: abs(form.mu_ms - mu_ms))
-        return SoundForm(mu_ms=mu_ms, bitrate_bps=nearest.bitrate_bps)
+        return self._offer.form(mu_ms)
 
     # --- when it plays ---------------------------------------------------------------------
 
     def _begin_policy(self) -> None:
         self._policy = make_policy(self._sync, self._policy.watch)
+        self._ladder = self._make_ladder()
         self._targets = None  # its name and reason are news even where its targets are not
         if self._is_ready:
             self._retarget(self._policy.start())
@@ -300,20 +306,7 @@ class LiveService:
         self._clock = clock
         self._video = video
         self._audio = audio
-        layers = 2 if video_settings.codec == "vp8" else 0
-        self._rungs = [
-            Rung(
-                name=one.name,
-                size=one.size,
-                fps=one.fps,
-                bitrate_bps=one.bitrate_bps,
-                layers=layers,
-            )
-            for one in video_settings.renditions
-        ]
-        self._forms = [
-            SoundForm(mu_ms=one.mu_ms, bitrate_bps=one.bitrate_bps) for one in audio_settings.forms
-        ]
+        self._offer = Offer(video_settings, audio_settings)
 
     @property
     def sizes(self) -> Sequence[str]:
@@ -324,8 +317,7 @@ class LiveService:
             clock=self._clock,
             video=self._video,
             audio=self._audio,
-            rungs=self._rungs,
-            forms=self._forms,
+            offer=self._offer,
             page=page,
             sync=sync,
         )

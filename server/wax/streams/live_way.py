@@ -94,10 +94,7 @@ class LiveWay:
 
     def train(self, size_bytes: int, now_s: float) -> Train:
         self._trained_s = now_s
-        train = self._estimator.train(size_bytes, now_s)
-        if self._estimate is not None and train.pace_bps > self._estimate.rate_bps:
-            self._marking.mark(train.number)
-        return train
+        return self._estimator.train(size_bytes, now_s)
 
     def repeats(self, size_bytes: int, age_s: float, now_s: float) -> bool:
         known = self._estimate or self.estimate(now_s)

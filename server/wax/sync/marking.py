@@ -49,15 +49,13 @@ class Marking:
         else:
             self._every_s = 0.0
 
-    def mark(self, train: int) -> None:
-        """Mark this picture, whatever the window."""
-        self._train = (train, True)
-
     def marks(self, train: int | None, now_s: float) -> bool:
         """Tell whether to mark a packet of this picture, or of sound (None)."""
-        if self._train is not None and train == self._train[0]:
+        if train is not None and self._train is not None and train == self._train[0]:
             return self._train[1]
-        if now_s - self._opened_s >= self._every_s:
+        # Pictures are what probes a link; sound opens a window only where none come.
+        patience_s = self._every_s if train is not None else 2 * self._every_s
+        if now_s - self._opened_s >= patience_s:
             self._opened_s = now_s
         is_open = self._every_s == 0.0 or now_s - self._opened_s < _WINDOW_S
         if train is not None:
