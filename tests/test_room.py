@@ -116,9 +116,10 @@ class House:
         self.counters = Counters()
         service = LiveService(
             clock=self.clock,
-            settings=settings.video,
+            video_settings=settings.video,
+            audio_settings=settings.audio,
             video=VideoHub(settings=settings.video, clock=self.clock),
-            audio=SoundHub(settings=settings.audio),
+            audio=SoundHub(),
         )
         self.room = Room(
             settings=settings,

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.turned_clock import TurnedClock
 
+from wax import messages
 from wax.config import AudioSettings, SyncSettings, VideoSettings
 from wax.media.sound_hub import SoundHub
 from wax.media.video_hub import VideoHub
@@ -52,8 +53,11 @@ class House:
     def send(self, channel: str, text: str) -> None:
         self.sent.append((channel, json.loads(text)))
 
-    def media_time(self, kind: str, rtp: int) -> int | None:
-        return rtp - 1000 if kind == "audio" else None
+    def media_time(self, kind: str, rtp: int) -> int:  # noqa: ARG002  # as a peer has it
+        return rtp - 1000
+
+    def hold_back(self, least_ms: float) -> bool:  # noqa: ARG002  # its browser takes none
+        return False
 
 
 @dataclass
@@ -66,16 +70,25 @@ class Scene:
     audio: SoundHub
 
 
+SMALLEST = VideoSettings().renditions[-1].name
+
+
 def _scene(sync: SyncSettings | None = None) -> Scene:
     clock, house, counters = TurnedClock(100.0), House(), Counters()
     video = VideoHub(settings=VideoSettings(), clock=clock)
-    audio = SoundHub(settings=AudioSettings())
+    audio = SoundHub()
     viewer = Viewer(
         number=7,
         client="c",
         clock=clock,
         counters=counters,
-        service=LiveService(clock=clock, settings=VideoSettings(), video=video, audio=audio),
+        service=LiveService(
+            clock=clock,
+            video_settings=VideoSettings(),
+            audio_settings=AudioSettings(),
+            video=video,
+            audio=audio,
+        ),
         events=house,
         sync=sync or SyncSettings(),
     )
@@ -181,14 +194,14 @@ def test_requests_reach_the_room(request_type: str) -> None:
 
 
 def test_the_picture_comes_unasked_and_the_sound_when_wanted() -> None:
-    """The default size plays on load; nothing else is sent before it is wanted."""
+    """A small picture plays on load; nothing else is sent before it is wanted."""
     scene = _scene()
-    assert scene.video.wanted == ["640x480"]
+    assert scene.video.wanted == [SMALLEST]
     assert scene.audio.wanted == []
     want = _want("160x120")
     scene.viewer.received("state", json.dumps(want))
-    assert scene.video.wanted == ["160x120"]
-    assert scene.audio.wanted == [20]
+    assert scene.video.wanted == [SMALLEST]
+    assert len(scene.audio.wanted) == 1
     scene.viewer.received("state", json.dumps(want | {"picture": False, "sound": False}))
     assert scene.video.wanted == []
     assert scene.audio.wanted == []
@@ -199,7 +212,7 @@ def test_an_unknown_size_is_refused_with_a_sentence() -> None:
     scene = _scene()
     want = _want("9x9") | {"sound": False}
     scene.viewer.received("state", json.dumps(want))
-    assert scene.video.wanted == ["640x480"]
+    assert scene.video.wanted == [SMALLEST]
     channel, notice = scene.house.sent[-1]
     assert (channel, notice["type"]) == ("state", "notice")
     assert "640x480" in notice["text"]
@@ -216,33 +229,56 @@ def test_leaving_ends_what_nobody_else_wants() -> None:
 
 
 def test_what_the_page_has_received_reaches_its_streams(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By the media time of its last packet; of a stream that was never sent nothing is believed."""
+    """An acknowledgement is told by the media time of the unit's last packet."""
     scene = _scene()
     got: list[tuple[str, int]] = []
     monkeypatch.setattr(scene.viewer.streams, "received", lambda *what: got.append(what))
-    for kind in ("audio", "video"):
-        message = {"type": "received", "kind": kind, "rtp": 5000}
-        scene.viewer.received("state", json.dumps(message))
+    message = {"type": "received", "kind": "audio", "rtp": 5000}
+    scene.viewer.received("state", json.dumps(message))
     assert got == [("audio", 4000)]
 
 
 def test_the_policy_follows_reports_and_role() -> None:
-    """Reports move the picture's target; a new role brings its own policy and media unit."""
+    """Reports move the picture's hold-back; a new role brings its own policy and media unit."""
     scene = _scene(SyncSettings(audio_delay_ms=200.0))
     want = _want("640x480")
     scene.viewer.received("state", json.dumps(want))
     playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
     assert (playout[-1]["sound_target_ms"], playout[-1]["picture_target_ms"]) == (200.0, 200.0)
     report = '["report",[260,200,null,0,1000],[215,200,30,0],1]'
-    for _ in range(2):
+    for _ in range(4):
         scene.clock.time_s += 0.25
         scene.viewer.received("drive", report)
     playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
-    assert 220 < playout[-1]["picture_target_ms"] < 250
-    scene.viewer.follow(SyncSettings(policy="video-first", audio_mu_ms=60))
+    assert playout[-1]["picture_target_ms"] > 220
+    scene.viewer.follow(SyncSettings(policy="video-first", audio_mu_ms=60), drives=False)
     playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
     assert (playout[-1]["policy"], playout[-1]["picture_target_ms"]) == ("video-first", 0.0)
-    assert scene.audio.wanted == [60]
+    assert scene.viewer.streams.status()["sound_mu_ms"] == 60
+
+
+def test_the_viewers_own_choice_of_policy_is_taken() -> None:
+    """A page may ask for a policy, and leave it to the role again."""
+    scene = _scene()
+    for asked, policy in (("video-first", "video-first"), (None, "audio-master")):
+        want = _want("640x480") | {"policy": asked}
+        scene.viewer.received("state", json.dumps(want))
+        playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
+        assert playout[-1]["policy"] == policy
+
+
+def test_what_becomes_of_commands_is_told_a_few_times_a_second() -> None:
+    """Reasons that change with each command are told three times a second, the last one surely."""
+    scene = _scene()
+    for tick in range(40):
+        scene.clock.time_s += 0.025
+        reason = "too old" if tick % 2 else None
+        scene.viewer.drive_status = messages.DriveStatus(moving=not tick % 2, reason=reason)
+        scene.viewer.tell_drive_status(scene.clock.now_s())
+    scene.viewer.tell_drive_status(scene.clock.now_s() + 1)
+    told = [m for _, m in scene.house.sent if m["type"] == "drive_status"]
+    assert 3 <= len(told) <= 5
+    assert told[-1]["reason"] == "too old"
 
 
 @pytest.mark.parametrize(

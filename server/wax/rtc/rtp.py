@@ -18,6 +18,8 @@ NTP_EPOCH_S: Final = 2_208_988_800
 """From 1900, where NTP begins (RFC 5905), to 1970."""
 
 _ONE_BYTE_EXTENSIONS: Final = 0xBEDE
+_SEQUENCE_ALONE: Final = struct.Struct("!HHBHB")
+_HEADER: Final = struct.Struct("!BBHLL")
 _VERSION: Final = 0x80
 _HAS_EXTENSION: Final = 0x10
 _SENDER_REPORT: Final = 200
@@ -52,8 +54,7 @@ def rtp_packet(
     payload: bytes,
 ) -> bytes:
     """Return one packet; `extensions` as `extension_block` makes them, or empty."""
-    header = struct.pack(
-        "!BBHLL",
+    header = _HEADER.pack(
         _VERSION | (_HAS_EXTENSION if extensions else 0),
         payload_type | (0x80 if marker else 0),
         sequence_number,
@@ -67,6 +68,10 @@ def extension_block(
     ids: ExtensionIds, *, transport_sequence: int | None, playout_delay: PlayoutDelay | None
 ) -> bytes:
     """Return the header extensions (RFC 8285, one-byte form), empty where there are none."""
+    number = ids.transport_sequence
+    if playout_delay is None and number is not None and transport_sequence is not None:
+        # What nearly every packet has, in one step.
+        return _SEQUENCE_ALONE.pack(_ONE_BYTE_EXTENSIONS, 1, number << 4 | 1, transport_sequence, 0)
     elements = b""
     if ids.transport_sequence is not None and transport_sequence is not None:
         elements = struct.pack("!BH", ids.transport_sequence << 4 | 1, transport_sequence)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from aiortc import RTCDtlsTransport, RTCRtpSender
     from aiortc.rtcrtpparameters import RTCRtpSendParameters
-    from aiortc.rtp import AnyRtcpPacket
+    from aiortc.rtp import AnyRtcpPacket, RtcpReceiverInfo
 
     from wax.clock import Clock
     from wax.rtc.history import SentPacket
@@ -113,6 +113,7 @@ class Sender(ABC):
             transport_sequence=numbers.get(rtp.TRANSPORT_SEQUENCE),
             playout_delay=numbers.get(rtp.PLAYOUT_DELAY),
         )
+        self._outlet.way.negotiated(tells=self._ids.transport_sequence is not None)
         self._cname = parameters.rtcp.cname or ""
         self._payload_type = parameters.codecs[0].payloadType or 0
         extra = next((c for c in parameters.codecs if c.name.lower() == self._extra_name), None)
@@ -134,11 +135,16 @@ class Sender(ABC):
     async def _handle_rtcp_packet(self, packet: AnyRtcpPacket) -> None:
         if isinstance(packet, RtcpRrPacket):
             for report in packet.reports:
-                trip_s = self._reported.round_trip_s(report.lsr, report.dlsr, self._now_s())
-                if report.ssrc == self._ssrc and trip_s is not None:
-                    self._outlet.way.round_trip(trip_s, self._now_s())
+                if report.ssrc == self._ssrc:
+                    self._heard(report, self._now_s())
         else:
             self._asked(packet)
+
+    def _heard(self, report: RtcpReceiverInfo, now_s: float) -> None:
+        self._outlet.way.lost(report.fraction_lost / 256, now_s)
+        trip_s = self._reported.round_trip_s(report.lsr, report.dlsr, now_s)
+        if trip_s is not None:
+            self._outlet.way.round_trip(trip_s, now_s)
 
     # --- what the two kinds do differently -------------------------------------------------
 

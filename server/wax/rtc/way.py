@@ -23,12 +23,20 @@ class Way(Protocol):
         """Whether the browser shall tell when each packet has arrived."""
         ...
 
+    def negotiated(self, *, tells: bool) -> None:
+        """Learn whether the browser tells when each packet has arrived."""
+        ...
+
     def sent(self, size_bytes: int, now_s: float, *, is_media: bool) -> None:
         """Learn that a datagram of this size, headers and all, has left."""
         ...
 
     def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
         """Learn what became of packets."""
+        ...
+
+    def lost(self, share: float, now_s: float) -> None:
+        """Learn which share of a stream's packets did not arrive lately, from 0 to 1."""
         ...
 
     def round_trip(self, round_trip_s: float, now_s: float) -> None:
@@ -59,6 +67,10 @@ class OpenWay:
     """A way that nobody measures: everything goes at once, in packets of ordinary size."""
 
     watched = False
+
+    def negotiated(self, *, tells: bool) -> None: ...
+
+    def lost(self, share: float, now_s: float) -> None: ...
 
     def sent(self, size_bytes: int, now_s: float, *, is_media: bool) -> None: ...
 

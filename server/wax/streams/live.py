@@ -258,16 +258,20 @@ class LiveStreams:
     def _tell(self, estimate: LinkEstimate, serving: Serving, now_s: float) -> None:
         if not self._is_ready or estimate.assumed:
             return
-        every_s = _TELL_THIN_S if estimate.rate_bps < _THIN_BPS else _TELL_S
-        served = self._served(estimate, serving)
         told = self._told
-        is_news = (
-            told is None or served.rendition != told.rendition or served.in_step != told.in_step
-        )
-        if served == told or (not is_news and now_s - self._told_s < every_s):
+        rendition = None if serving.rung is None else serving.rung.name
+        is_news = told is None or rendition != told.rendition or self._is_in_step != told.in_step
+        every_s = _TELL_THIN_S if estimate.rate_bps < _THIN_BPS else _TELL_S
+        if not is_news and now_s - self._told_s < every_s:
             return
-        self._told, self._told_s = served, now_s
-        self._page.send(served)
+        served = self._served(estimate, serving)
+        if served != told:
+            self._told, self._told_s = served, now_s
+            self._page.send(served)
+
+    @property
+    def _is_in_step(self) -> bool:
+        return self._targets is None or self._targets.in_step
 
     def _served(self, estimate: LinkEstimate, serving: Serving) -> messages.Served:
         rung, sound = serving.rung, serving.sound
@@ -283,7 +287,7 @@ class LiveStreams:
             link_bps=_rounded(estimate.rate_bps),
             used_bps=_rounded(estimate.used_bps),
             queue_ms=round(estimate.queue_ms / 10) * 10.0,
-            in_step=self._targets is None or self._targets.in_step,
+            in_step=self._is_in_step,
             reason=serving.reason,
         )
 

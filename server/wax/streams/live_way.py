@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from wax.sync.estimate import STARTING_RATE_BPS, LinkEstimator
+from wax.sync.estimate import STARTING_RATE_BPS, LinkEstimator, payload_bytes
+from wax.sync.loss_rate import LossRate
 from wax.sync.marking import Marking
 from wax.sync.pacer import Pacer
 
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     from wax.sync.delivery import Delivery, LinkEstimate, Train
 
 _LOOK_S: Final = 0.1
+_LOOK_SETTLED_S: Final = 0.5
 """How often the estimate is looked at while nothing is heard from the browser."""
 _OTHER_S: Final = 2.0
 """Over which the share of the data channels is averaged."""
@@ -22,8 +25,8 @@ _REPEAT_SHARE: Final = 0.25
 _REPEAT_BURST_S: Final = 0.25
 _STALE_S: Final = 0.5
 """A packet that was first sent so long ago, beyond a round trip, is of no use any more."""
-_ANSWER_S: Final = 0.15
-"""Within this and a round trip a browser tells what came: Chromium 50 to 100 ms later."""
+_ANSWER_S: Final = 0.1
+"""Within this and a round trip a browser tells what came: Chromium each 50 ms."""
 _TRY_S: Final = 0.3
 """While nothing is heard a picture goes this often, to find out whether the way is open again."""
 _LOOK_AGAIN_S: Final = 0.02
@@ -43,8 +46,11 @@ class LiveWay:
         self._marking = Marking()
         self._trained_s = float("-inf")
         self._estimator = LinkEstimator()
+        self._losses: LossRate | None = None
+        """In the estimator's place for a browser that tells of no arrivals."""
         self._pacer = Pacer(STARTING_RATE_BPS)
         self._looked_s = float("-inf")
+        self._look_every_s = _LOOK_S
         self._other_bps = 0.0
         self._other_s: float | None = None
         self._repeated_bits = 0.0
@@ -58,8 +64,19 @@ class LiveWay:
 
     def estimate(self, now_s: float) -> LinkEstimate:
         """Return what is known of the way now."""
-        self._estimate = self._estimator.estimate(now_s)
-        return self._estimate
+        known = self._estimator.estimate(now_s)
+        if self._losses is not None:
+            known = replace(
+                known,
+                state="steady",
+                rate_bps=self._losses.rate_bps,
+                queue_ms=0.0,
+                lost=self._losses.lost,
+                burst=1 if self._losses.lost > 0 else 0,
+                assumed=False,
+            )
+        self._estimate = known
+        return known
 
     def jitter_ms(self, quantile: float) -> float:
         """Return within how much of the fastest this share of the sound's packets comes."""
@@ -67,12 +84,19 @@ class LiveWay:
 
     # --- as Way has it ---------------------------------------------------------------------
 
+    def negotiated(self, *, tells: bool) -> None:
+        self._losses = None if tells else LossRate()
+
+    def lost(self, share: float, now_s: float) -> None:
+        if self._losses is not None:
+            self._losses.reported(share, now_s)
+
     def sent(self, size_bytes: int, now_s: float, *, is_media: bool) -> None:
         self._estimator.sent(size_bytes, now_s)
         self._pacer.spend(size_bytes, now_s)
         if not is_media:
             self._count_other(size_bytes, now_s)
-        if now_s - self._looked_s >= _LOOK_S:
+        if now_s - self._looked_s >= self._look_every_s:
             self._look(now_s)
 
     def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
@@ -94,7 +118,11 @@ class LiveWay:
 
     def train(self, size_bytes: int, now_s: float) -> Train:
         self._trained_s = now_s
-        return self._estimator.train(size_bytes, now_s)
+        train = self._estimator.train(size_bytes, now_s)
+        if self._losses is not None:
+            rate_bps = self._losses.rate_bps
+            train = replace(train, pace_bps=rate_bps, payload_bytes=payload_bytes(rate_bps))
+        return train
 
     def repeats(self, size_bytes: int, age_s: float, now_s: float) -> bool:
         known = self._estimate or self.estimate(now_s)
@@ -126,6 +154,8 @@ class LiveWay:
         self._pacer.rate_bps = estimate.rate_bps
         self._pacer.drain(estimate.queue_ms, now_s)
         self._marking.follow(estimate, thorough=self.thorough)
+        settled = self._marking.is_sparse or self._losses is not None
+        self._look_every_s = _LOOK_SETTLED_S if settled else _LOOK_S
         self._on_news(now_s)
 
     def _count_other(self, size_bytes: int, now_s: float) -> None:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from wax.sync.delivery import LinkEstimate
 
 _WINDOW_S: Final = 0.03
-_SETTLED_EVERY_S: Final = 0.2
+_SETTLED_EVERY_S: Final = 0.4
 _THIN_EVERY_S: Final = 0.5
 _THIN_BPS: Final = 150_000.0
 _CALM_MS: Final = 30.0

@@ -1,0 +1,296 @@
+"""One viewer under the live policies: what he is sent, when it plays, and what his page is told."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import av
+import numpy as np
+import pytest
+from tests.turned_clock import TurnedClock
+
+from wax import messages
+from wax.config import AudioSettings, SyncSettings, VideoSettings
+from wax.media.encoded import VIDEO_TIME_BASE, EncodedPicture
+from wax.media.sound_hub import SoundHub
+from wax.media.source import BLOCK_SAMPLES, Sound
+from wax.media.video_hub import VideoHub
+from wax.media.video_lane import VideoLane
+from wax.streams.live import LiveService
+from wax.sync.delivery import Delivery
+from wax.sync.playout import PlayoutReport, StreamPlayout
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+    from wax.rtc.way import Way
+    from wax.sync.delivery import Train
+
+SIZES = VideoSettings()
+OPERATOR = SyncSettings(max_holdback_ms=50.0, max_skew_ms=100.0, least_audio_mu_ms=10)
+
+
+@dataclass
+class Scene:
+    """A viewer behind a link of `rate_bps`, everything real but time, encoders and the wire."""
+
+    rate_bps: float = 20e6
+    takes_hold_back: bool = True
+    clock: TurnedClock = field(default_factory=lambda: TurnedClock(100.0))
+    told: list[BaseModel] = field(default_factory=list)
+    held_ms: list[float] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.video = VideoHub(settings=SIZES, clock=self.clock)
+        self.audio = SoundHub()
+        service = LiveService(
+            clock=self.clock,
+            video_settings=SIZES,
+            audio_settings=AudioSettings(),
+            video=self.video,
+            audio=self.audio,
+        )
+        self.streams = service.streams(self, SyncSettings())
+        lanes = self.streams.lanes()
+        assert isinstance(lanes.picture, VideoLane)
+        self.lane, self.way = lanes.picture, lanes.way
+        self.asked: list[str] = []
+        self.sizes: list[str] = []
+        self.left = 0
+        self._free_s = 0.0
+        self._feedback: list[tuple[float, Delivery]] = []
+        self._silent = False
+
+    # As a page.
+
+    def send(self, message: BaseModel) -> None:
+        self.told.append(message)
+
+    def hold_back(self, least_ms: float) -> bool:
+        self.held_ms.append(least_ms)
+        return self.takes_hold_back
+
+    def all(self, kind: type[BaseModel]) -> list[Any]:
+        return [message for message in self.told if isinstance(message, kind)]
+
+    # As encoders and wire.
+
+    def begin(self, *, sound: bool = True) -> None:
+        self.streams.connected()
+        self.streams.ready()
+        self.streams.want(sound=sound, picture=True, size="640x480", policy=None)
+
+    async def run(self, seconds: float) -> None:
+        """Film, encode what is wanted, send what the way lets go, and tell what came."""
+        for tick in range(round(seconds * 100)):
+            self.clock.time_s += 0.01
+            now_s = self.clock.now_s()
+            self.audio.push(Sound(np.zeros(BLOCK_SAMPLES, np.int16), now_s - 0.01))
+            await asyncio.sleep(0)
+            if tick % 2 == 0:
+                self._wire(120, "audio", None)
+            if tick % 4 == 0:
+                for name in self.video.wanted:
+                    self.video._fan_out(self._picture(name, now_s))
+            if self.way.free_in_s(None, now_s) <= 0.001 and (one := self.lane.take()) is not None:
+                self.sizes.append(one.rendition)
+                self._send(self.way, one)
+            due = [one for at_s, one in self._feedback if at_s <= now_s]
+            self._feedback = [one for one in self._feedback if one[0] > now_s]
+            if due and not self._silent:
+                self.way.delivered(due, now_s)
+
+    def _picture(self, name: str, now_s: float) -> EncodedPicture:
+        rendition = self.video._renditions[name]
+        keyframe = rendition._keyframe.is_set()
+        rendition._keyframe.clear()
+        if keyframe:
+            self.asked.append(name)
+        mean = rendition.settings.bitrate_bps / rendition.settings.fps / 8
+        packet: av.Packet[Any] = av.Packet(bytes(round(mean * (3 if keyframe else 1))))
+        packet.pts = round(now_s * 90_000)
+        packet.time_base = VIDEO_TIME_BASE
+        return EncodedPicture(packet, name, keyframe, 0, now_s)
+
+    def _send(self, way: Way, picture: EncodedPicture) -> None:
+        size = picture.packet.size
+        train: Train = way.train(size, self.clock.now_s())
+        while size > 0:
+            self._wire(min(size, train.payload_bytes) + 62, "video", train.number)
+            size -= train.payload_bytes
+        self.left += 1
+
+    def _wire(self, size: int, kind: Any, train: int | None) -> None:
+        now_s = self.clock.now_s()
+        self.way.sent(size, now_s, is_media=True)
+        self._free_s = max(self._free_s, now_s) + size * 8 / self.rate_bps
+        came = Delivery(now_s, 5000 + self._free_s + 0.02, size, kind, train)
+        self._feedback.append((self._free_s + 0.06, came))
+
+    def report(self, sound_ms: float | None, picture_ms: float | None) -> None:
+        self.clock.time_s += 0.25
+        played_ms = self.clock.time_s * 1000
+        self.streams.reported(
+            PlayoutReport(
+                sound=None
+                if sound_ms is None
+                else StreamPlayout(age_ms=sound_ms, concealed_ms=0.0, played_ms=played_ms),
+                picture=None if picture_ms is None else StreamPlayout(age_ms=picture_ms),
+            )
+        )
+
+
+TOP, *_, BOTTOM = (one.name for one in SIZES.renditions)
+
+
+async def test_a_picture_starts_small_and_grows_at_once() -> None:
+    """Before anything is known the smallest rendition goes; a fast link has the largest soon."""
+    scene = Scene()
+    scene.begin()
+    assert scene.video.wanted == [BOTTOM]
+    await scene.run(2.0)
+    assert scene.video.wanted == [TOP]
+    assert scene.sizes[0] == BOTTOM
+    assert scene.sizes[-1] == TOP
+
+
+async def test_a_thin_link_stays_with_what_it_carries() -> None:
+    """A modem line gets the smallest rendition and long units of sound, without a queue."""
+    scene = Scene(rate_bps=50e3)
+    scene.begin()
+    await scene.run(12.0)
+    served = scene.streams.status()
+    assert served["rendition"] == BOTTOM
+    assert served["sound_mu_ms"] == 60
+    assert float(str(served["queue_ms"])) < 400
+
+
+async def test_a_link_that_narrows_gets_a_fresh_start_with_less() -> None:
+    """What the old link carried is given up at once; the new rendition begins by a keyframe."""
+    scene = Scene(rate_bps=8e6)
+    scene.begin()
+    await scene.run(4.0)
+    assert scene.sizes[-1] == TOP
+    scene.rate_bps = 300e3
+    scene.sizes.clear()
+    await scene.run(4.0)
+    later = [name for name in scene.sizes if name != TOP]
+    assert later
+    assert scene.sizes[-1] != TOP
+    assert scene.sizes == sorted(scene.sizes, key=lambda name: name != TOP)
+
+
+async def test_a_picture_that_lost_its_thread_is_helped_when_there_is_room() -> None:
+    """After a way was closed for long one keyframe is asked for, not one a picture."""
+    scene = Scene()
+    scene.begin()
+    await scene.run(3.0)
+    scene.lane._shed()
+    scene.lane._cut_layer = 0
+    scene.asked.clear()
+    await scene.run(1.5)
+    assert 1 <= len(scene.asked) <= 2
+    assert not scene.lane.is_cut
+
+
+async def test_the_page_is_told_what_it_gets_when_that_changes() -> None:
+    """Nothing is told before anything is known, news at once, and figures once a second at most."""
+    scene = Scene()
+    scene.begin()
+    assert not scene.all(messages.Served)
+    await scene.run(10.0)
+    told = scene.all(messages.Served)
+    assert told[-1].rendition == TOP
+    assert told[-1].picture_hz == 30.0
+    assert (told[-1].layers, told[-1].layers_made) == (3, 3)
+    assert told[-1].reason == "as large as asked for"
+    assert len(told) <= 14
+
+
+async def test_the_picture_is_held_back_by_the_server_where_the_browser_takes_it() -> None:
+    """The hold-back goes with the packets; the page's own buffer is then left alone."""
+    scene = Scene()
+    scene.begin()
+    for _ in range(8):
+        scene.report(sound_ms=120.0, picture_ms=40.0)
+    assert scene.held_ms[0] == 0.0
+    assert max(scene.held_ms) >= 70.0
+    assert {one.picture_target_ms for one in scene.all(messages.Playout)} == {None}
+
+
+async def test_the_page_holds_the_picture_back_where_its_browser_does_not() -> None:
+    """A browser without the header extension gets the hold-back as its buffer's target."""
+    scene = Scene(takes_hold_back=False)
+    scene.begin()
+    for _ in range(8):
+        scene.report(sound_ms=120.0, picture_ms=40.0)
+    assert scene.all(messages.Playout)[-1].picture_target_ms >= 70.0
+
+
+async def test_nothing_to_hold_back_is_zero() -> None:
+    """Who drives sees the picture at once while the sound is no more than 80 ms behind it."""
+    scene = Scene()
+    scene.begin()
+    scene.streams.follow(OPERATOR, drives=True)
+    for _ in range(8):
+        scene.report(sound_ms=85.0, picture_ms=10.0)
+    assert set(scene.held_ms) == {0.0}
+
+
+@pytest.mark.parametrize("how", ["asked", "role"])
+async def test_the_policy_changes_without_a_black_picture(how: str) -> None:
+    """Asked for or with the role, a change of policy touches neither lanes nor renditions."""
+    scene = Scene()
+    scene.begin()
+    await scene.run(2.0)
+    for _ in range(6):
+        scene.report(sound_ms=160.0, picture_ms=60.0)
+    lane, left = scene.lane, scene.left
+    scene.asked.clear()
+    if how == "asked":
+        scene.streams.want(sound=True, picture=True, size="640x480", policy="video-first")
+    else:
+        scene.streams.follow(SyncSettings(policy="video-first"), drives=False)
+    assert scene.all(messages.Playout)[-1].policy == "video-first"
+    assert scene.held_ms[-1] == 0.0
+    await scene.run(1.0)
+    assert scene.lane is lane
+    assert scene.left > left + 15
+    assert not scene.asked
+
+
+async def test_a_wish_outlives_a_change_of_role() -> None:
+    """Who has asked for a policy keeps it in his turn, with the role's windows."""
+    scene = Scene()
+    scene.begin()
+    scene.streams.want(sound=True, picture=True, size="640x480", policy="video-first")
+    scene.streams.follow(OPERATOR, drives=True)
+    assert scene.all(messages.Playout)[-1].policy == "video-first"
+    scene.streams.want(sound=True, picture=True, size="640x480", policy=None)
+    assert scene.all(messages.Playout)[-1].policy == "audio-master"
+
+
+async def test_a_fixed_media_unit_is_kept() -> None:
+    """A unit that the configuration fixes is not the link's to choose."""
+    scene = Scene()
+    scene.begin()
+    scene.streams.follow(SyncSettings(audio_mu_ms=120), drives=False)
+    await scene.run(1.0)
+    assert scene.streams.status()["sound_mu_ms"] == 120
+
+
+async def test_what_is_not_wanted_is_not_sent() -> None:
+    """Without picture and sound the encoders rest; a smaller size is the largest that is sent."""
+    scene = Scene()
+    scene.begin()
+    await scene.run(2.0)
+    scene.streams.want(sound=True, picture=True, size="320x240", policy=None)
+    await scene.run(2.0)
+    assert all(name.startswith("320x240") for name in scene.video.wanted)
+    scene.streams.want(sound=False, picture=False, size="320x240", policy=None)
+    await scene.run(0.5)
+    assert (scene.video.wanted, scene.audio.wanted) == ([], [])
+    scene.streams.release()
+    scene.streams.release()
