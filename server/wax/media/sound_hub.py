@@ -54,7 +54,7 @@ class SoundHub:
         self._clock = SampleClock()
         self._past: deque[tuple[Sound, int]] = deque(maxlen=_PAST_MS // BLOCK_MS)
         self._streams: dict[SoundForm, _Stream] = {}
-        self._lanes: set[SoundLane] = set()
+        self._lanes: dict[SoundLane, None] = {}
         self._dropped_by_gone = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._captured = 0
@@ -78,13 +78,18 @@ class SoundHub:
     def add(self) -> SoundLane:
         """Make a lane; nothing is sent to it until `choose`."""
         lane = SoundLane()
-        self._lanes.add(lane)
+        self._lanes[lane] = None
         return lane
+
+    def favour(self, lane: SoundLane) -> None:
+        """Serve this lane before all others: who drives does not wait for a crowd."""
+        if lane in self._lanes:
+            self._lanes = {lane: None, **self._lanes}
 
     def remove(self, lane: SoundLane) -> None:
         """Forget a lane; safe to call twice."""
         if lane in self._lanes:
-            self._lanes.remove(lane)
+            del self._lanes[lane]
             self._dropped_by_gone += lane.dropped
         self._forget_unwanted()
 

@@ -53,7 +53,7 @@ class VideoHub:
         make = make_encoder or partial(_make_encoder, settings.codec)
         self.slot: NewestSlot[Picture] = NewestSlot()
         self._clock = clock
-        self._lanes: set[PictureLane] = set()
+        self._lanes: dict[PictureLane, None] = {}
         self._dropped_by_gone = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._make = make
@@ -96,7 +96,7 @@ class VideoHub:
 
     def attach(self, lane: PictureLane) -> None:
         """Take a lane that somebody else has made; nothing is sent to it until `choose`."""
-        self._lanes.add(lane)
+        self._lanes[lane] = None
 
     def provide(self, settings: RenditionSettings) -> None:
         """Let a rendition be chosen that is not in the configuration; it lives while wanted."""
@@ -115,10 +115,15 @@ class VideoHub:
         loads = [one.load for one in self._renditions.values()]
         return sum(loads) + max(loads) <= _CORES_SHARE * (os.cpu_count() or 1)
 
+    def favour(self, lane: PictureLane) -> None:
+        """Serve this lane before all others: who drives does not wait for a crowd."""
+        if lane in self._lanes:
+            self._lanes = {lane: None, **self._lanes}
+
     def remove(self, lane: PictureLane) -> None:
         """Forget a lane; safe to call twice."""
         if lane in self._lanes:
-            self._lanes.remove(lane)
+            del self._lanes[lane]
             self._dropped_by_gone += lane.dropped
         self._refresh()
 

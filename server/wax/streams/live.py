@@ -102,7 +102,14 @@ class LiveStreams:
         self._begin()
         self._picture_lane = self._video.add()
         self._sound_lane = self._audio.add()
+        self._favour()
         return Lanes(self._picture_lane, self._sound_lane, self._way)
+
+    def _favour(self) -> None:
+        """Let who drives be served first."""
+        if self._drives and self._picture_lane is not None and self._sound_lane is not None:
+            self._video.favour(self._picture_lane)
+            self._audio.favour(self._sound_lane)
 
     def release(self) -> None:
         if self._picture_lane is not None and self._sound_lane is not None:
@@ -131,6 +138,7 @@ class LiveStreams:
 
     def follow(self, sync: SyncSettings, *, drives: bool) -> None:
         self._drives = self._way.thorough = drives
+        self._favour()
         if sync is self._role_sync:
             return
         self._role_sync = sync
