@@ -47,10 +47,10 @@ it("writes what is sent", () => {
   expect(sentPictureWords(served({ layers: null }))).toBe("640 × 480 at 500 kbit/s, 30 a second");
   expect(sentPictureWords(served({ rendition: null }))).toBe("none");
   expect(sentSoundWords(served({ sound_mu_ms: 60, redundancy: 1 }))).toBe(
-    "60 ms units, 32 kbit/s, redundancy 1",
+    "60 ms units, 32 kbit/s, each with 1 before it",
   );
   expect(sentSoundWords(served({ sound_mu_ms: null }))).toBe("none");
-  expect(linkWords(served())).toBe("2400 kbit/s, 590 used, 4 ms queue");
+  expect(linkWords(served())).toBe("2.4 Mbit/s, 590 kbit/s used, 4 ms queue");
 });
 
 it("gives every reason once", () => {

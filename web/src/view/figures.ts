@@ -51,14 +51,15 @@ export function sentSoundWords(served: Served | null): string {
   if (!served) return UNKNOWN;
   if (served.sound_mu_ms === null) return "none";
   const { sound_mu_ms, sound_bps, redundancy } = served;
-  return `${sound_mu_ms} ms units, ${kbit(sound_bps)} kbit/s, redundancy ${redundancy}`;
+  const again = redundancy > 0 ? `, each with ${redundancy} before it` : "";
+  return `${sound_mu_ms} ms units, ${rateWords(sound_bps)}${again}`;
 }
 
 /** What the link can carry and how much of it is used. */
 export function linkWords(served: Served | null): string {
   if (!served) return UNKNOWN;
   const { link_bps, used_bps, queue_ms } = served;
-  return `${kbit(link_bps)} kbit/s, ${kbit(used_bps)} used, ${msWords(queue_ms)} queue`;
+  return `${rateWords(link_bps)}, ${rateWords(used_bps)} used, ${msWords(queue_ms)} queue`;
 }
 
 /** Why this is sent and not more, why it is played so: sentences of the server's. */
@@ -66,6 +67,8 @@ export function reasons(playout: Playout | null, served: Served | null): string[
   return [...new Set([served?.reason, playout?.reason])].flatMap((one) => one || []);
 }
 
-function kbit(bps: number): number {
-  return Math.round(bps / 1000);
+function rateWords(bps: number): string {
+  return bps < 1e6
+    ? `${Math.round(bps / 1000)} kbit/s`
+    : `${Number((bps / 1e6).toFixed(1))} Mbit/s`;
 }

@@ -354,7 +354,7 @@ it("shows how well it plays, what is sent and why", () => {
   expect(told("Policy")).toBe("audio-master");
   expect(told("Sent picture")).toContain("640 × 480");
   expect(told("Sent sound")).toContain("20 ms units");
-  expect(told("Link")).toContain("2400 kbit/s");
+  expect(told("Link")).toContain("2.4 Mbit/s");
   expect(getByText(body, "Everything is sent.")).toBeTruthy();
   expect(getByText(body, "The sound does not break at 40 ms.")).toBeTruthy();
 });
