@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from wax.media.source import Picture, Sound
     from wax.media.unit_hub import UnitHub
     from wax.media.video_hub import VideoHub
+    from wax.messages import Report
     from wax.robot.driver import Driver
     from wax.room import Room
     from wax.telemetry import Counters, Rates
@@ -108,6 +109,11 @@ class Status:
         return line | {
             "round_trip_ms": None if one_way_s is None else round(one_way_s * 2000, 1),
             "report": None if report is None else report.model_dump(exclude={"type"}),
+            "skew_ms": None if report is None else _skew_ms(report),
+            "last_minute": {
+                "made_up_ms": round(viewer.made_up_ms.sum, 1),
+                "frozen_ms": round(viewer.frozen_ms.sum, 1),
+            },
             "streams": viewer.streams.status(),
         }
 
@@ -125,3 +131,12 @@ class Status:
             "battery_fraction": state.battery_fraction,
             **state.extra,
         }
+
+
+def _skew_ms(report: Report) -> float | None:
+    """Return how much older than the picture the sound is that is heard with it."""
+    sound_ms = None if report.sound is None else report.sound.age_ms
+    picture_ms = None if report.picture is None else report.picture.age_ms
+    if sound_ms is None or picture_ms is None:
+        return None
+    return round(sound_ms - picture_ms, 1)

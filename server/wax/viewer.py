@@ -10,6 +10,7 @@ import structlog
 from wax import messages, rows
 from wax.control.gate import Command
 from wax.errors import ProtocolError
+from wax.last_minute import LastMinute
 from wax.limiter import TokenBucket
 from wax.rtc.link import Link
 from wax.sync.playout import PlayoutReport, StreamPlayout
@@ -71,6 +72,8 @@ class Viewer:
         self.peer: Peer | None = None
         self.link = Link(clock.now_s())
         self.report: messages.Report | None = None
+        self.made_up_ms = LastMinute()
+        self.frozen_ms = LastMinute()
         self.is_ready = False
         self.was_ready = False
         self._clock = clock
@@ -205,6 +208,9 @@ class Viewer:
                     self.peer.send("drive", rows.write(pong))
             case messages.Report():
                 self.report = message
+                sound, picture = message.sound, message.picture
+                self.made_up_ms.count(None if sound is None else sound.concealed_ms, now_s)
+                self.frozen_ms.count(None if picture is None else picture.frozen_ms, now_s)
                 self.streams.reported(_playout(message))
 
     def _on_state(self, message: messages.StateIn) -> None:
