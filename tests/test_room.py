@@ -85,6 +85,9 @@ class Wire:
     def send(self, channel: Literal["drive", "state"], text: str) -> None:
         self.sent.append(json.loads(text))
 
+    def hold_back(self, least_ms: float) -> bool:  # its browser takes none
+        return False
+
     def abandon(self) -> None:
         if self.is_alive:
             self.is_alive = False

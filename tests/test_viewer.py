@@ -53,10 +53,10 @@ class House:
     def send(self, channel: str, text: str) -> None:
         self.sent.append((channel, json.loads(text)))
 
-    def media_time(self, kind: str, rtp: int) -> int:  # noqa: ARG002  # as a peer has it
+    def media_time(self, kind: str, rtp: int) -> int:  # as a peer has it
         return rtp - 1000
 
-    def hold_back(self, least_ms: float) -> bool:  # noqa: ARG002  # its browser takes none
+    def hold_back(self, least_ms: float) -> bool:  # its browser takes none
         return False
 
 

@@ -22,7 +22,7 @@ from av.packet import Packet
 
 from wax.clock import SystemClock
 from wax.errors import SignallingError
-from wax.media.encoded import VIDEO_TIME_BASE
+from wax.media.encoded import VIDEO_TIME_BASE, EncodedPicture, EncodedSound
 from wax.rtc import private
 from wax.rtc.peer import Peer
 from wax.rtc.way import OpenWay
@@ -32,16 +32,6 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Sequence
 
     from wax.sync.delivery import Delivery
-
-
-@dataclass(frozen=True)
-class Timed:
-    packet: Packet[Any]
-    captured_s: float
-    keyframe: bool = True
-    layer: int = 0
-    sync: bool = False
-    droppable: bool = False
 
 
 class Noted(OpenWay):
@@ -60,43 +50,55 @@ class Noted(OpenWay):
     def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
         self.delivered_ += deliveries
 
-    def free_in_s(self, now_s: float) -> float:
+    def free_in_s(self, unreported_s: float | None, now_s: float) -> float:
         return 0.01 if self.closed else 0.0
 
 
 class Ticking:
-    """A lane that gives a small packet every 10 ms, as both kinds."""
+    """Gives a small packet every 10 ms."""
 
     def __init__(self) -> None:
         self.number = 0
-        self.again: tuple[Timed, ...] = ()
 
-    async def get(self) -> Timed:
+    def _next(self) -> tuple[Packet[Any], float]:
+        self.number += 1
+        packet: Packet[Any] = Packet(b"\x00\x00\x00\x01\x41" + b"\x80" * 60)
+        packet.pts = 90_000 * 5 + 900 * self.number
+        packet.time_base = VIDEO_TIME_BASE
+        return packet, 5 + self.number / 100
+
+
+class Sounds(Ticking):
+    """A lane of sound; `again` is what goes once more with each."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.again: tuple[EncodedSound, ...] = ()
+
+    async def get(self) -> EncodedSound:
         await asyncio.sleep(0.01)
-        return self._next()
+        return EncodedSound(*self._next(), 900)
 
-    def earlier(self, _sound: object) -> tuple[Timed, ...]:
+    def earlier(self, sound: EncodedSound) -> tuple[EncodedSound, ...]:
         return self.again
+
+
+class Pictures(Ticking):
+    """A lane of pictures that has one every other time, so that the sender also waits for news."""
+
+    _has_one = False
 
     def listen(self, on_news: Callable[[], None]) -> None:
         self._on_news = on_news
         asyncio.get_running_loop().call_later(0.01, on_news)
 
-    def take(self) -> Timed | None:
+    def take(self) -> EncodedPicture | None:
         asyncio.get_running_loop().call_later(0.01, self._on_news)
-        return self._next() if self._may() else None
-
-    def _may(self) -> bool:
-        """Every other time, so that the sender also waits for news."""
-        self.turn = not getattr(self, "turn", False)
-        return self.turn
-
-    def _next(self) -> Timed:
-        self.number += 1
-        packet: Packet[Any] = Packet(b"\x00\x00\x00\x01\x41" + b"\x80" * 60)
-        packet.pts = 90_000 * 5 + 900 * self.number
-        packet.time_base = VIDEO_TIME_BASE
-        return Timed(packet, 5 + self.number / 100)
+        self._has_one = not self._has_one
+        if not self._has_one:
+            return None
+        packet, captured_s = self._next()
+        return EncodedPicture(packet, "any", keyframe=True, layer=0, captured_s=captured_s)
 
 
 @dataclass
@@ -146,7 +148,7 @@ class Pair:
     peer: Peer
     browser: RTCPeerConnection
     channels: dict[str, Any]
-    lane: Ticking
+    lane: Pictures
     way: Noted
 
 
@@ -155,13 +157,13 @@ async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
     private.install()
     codec: Literal["vp8", "h264"] = request.param
     events = Events()
-    lane = Ticking()
+    lane = Pictures()
     way = Noted()
     peer = Peer(
         ice_servers=[],
         codecs=Codecs(audio="opus", video=codec),
         video=lane,
-        audio=Ticking(),
+        audio=Sounds(),
         way=way,
         events=events,
         clock=SystemClock(),
@@ -288,9 +290,9 @@ async def test_sound_carries_what_may_be_lost_again(
     monkeypatch.setattr(sender, "_extra_payload_type", 63)
     packet: Packet[Any] = Packet(b"before")
     lane = pair.peer._sound._lane
-    assert isinstance(lane, Ticking)
+    assert isinstance(lane, Sounds)
     packet.pts = 90_000 * 5 + 900 * lane.number
-    lane.again = (Timed(packet, 5.0),)
+    lane.again = (EncodedSound(packet, 5.0, 900),)
     while True:
         data = await asyncio.wait_for(wire.get(), 5)
         if is_rtcp(data):
@@ -313,9 +315,9 @@ async def test_a_report_tells_the_time_of_capture(
     monkeypatch.setattr(sender, "_left", lambda *_: None)
     while True:
         data = await asyncio.wait_for(wire.get(), 5)
-        if is_rtcp(data) and (report := RtcpPacket.parse(data)[0]).ssrc == sender._ssrc:
+        report = RtcpPacket.parse(data)[0] if is_rtcp(data) else None
+        if isinstance(report, RtcpSrPacket) and report.ssrc == sender._ssrc:
             break
-    assert isinstance(report, RtcpSrPacket)
     elapsed_s = (report.sender_info.rtp_timestamp - sender.origin - 450_000) % 2**32 / 90_000
     assert 1.0 <= elapsed_s < 6.0
 
@@ -384,9 +386,9 @@ async def test_garbage_is_refused_with_a_sentence() -> None:
     peer = Peer(
         ice_servers=[],
         codecs=Codecs(audio="opus", video="vp8"),
-        video=Ticking(),
+        video=Pictures(),
         way=OpenWay(),
-        audio=Ticking(),
+        audio=Sounds(),
         events=events,
         clock=SystemClock(),
         round_trip_s=lambda: 0.5,

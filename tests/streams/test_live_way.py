@@ -76,7 +76,7 @@ def test_what_is_stuck_stops_pictures_but_for_a_try() -> None:
     for _ in range(500):
         line.now_s += 0.002
         line.way.sent(120, line.now_s, is_media=True)
-        if line.way.free_in_s(1.0, line.now_s) <= 0:
+        if line.way.free_in_s(1.0, line.now_s) <= 0.001:
             line.way.train(4000, line.now_s)
             gone += 1
     assert 2 <= gone <= 4

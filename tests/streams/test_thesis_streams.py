@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 SETTINGS = ThesisSettings()
 SIZE = "166x130"
+NAME = thesis_video(VideoSettings(), SETTINGS).renditions[0].name
 
 
 @dataclass
@@ -93,11 +94,11 @@ def _picture(captured_s: float) -> EncodedPicture:
     packet.pts = round(captured_s * 90_000)
     packet.time_base = VIDEO_TIME_BASE
     return EncodedPicture(
-        packet=packet, rendition=SIZE, keyframe=True, layer=0, captured_s=captured_s
+        packet=packet, rendition=NAME, keyframe=True, layer=0, captured_s=captured_s
     )
 
 
-def _waiting(lane: UnitLane) -> list[Any]:
+def _waiting(lane: UnitLane[Any]) -> list[Any]:
     packets = list(lane._queue)
     lane._queue.clear()
     return packets
