@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from wax import messages
 from wax.streams.live_way import LiveWay
 from wax.streams.offer import Offer
+from wax.streams.playing import Playing
 from wax.streams.streams import Codecs, Kind, Lanes, Policy, Units
+from wax.streams.telling import Telling, served
 from wax.sync.ladder import Ladder
-from wax.sync.policies import make_policy
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,15 +26,9 @@ if TYPE_CHECKING:
     from wax.media.video_lane import VideoLane
     from wax.streams.streams import Page
     from wax.sync.delivery import LinkEstimate
-    from wax.sync.playout import PlayoutReport, PlayoutTargets
+    from wax.sync.playout import PlayoutReport
     from wax.sync.serving import Rung, Serving, SoundForm
 
-_RETARGET_MS: Final = 4.0
-"""A buffer is not retargeted for less: each change of the picture's is a small jump."""
-_TELL_S: Final = 1.0
-_TELL_THIN_S: Final = 5.0
-"""Between two `Served` of a link that has not much to spare."""
-_THIN_BPS: Final = 150_000
 _RESUME_S: Final = 1.0
 """Between two keyframes that are asked for because a lane has lost its thread."""
 
@@ -71,15 +65,12 @@ class LiveStreams:
 
     def _begin(self) -> None:
         """Know nothing of the link and have decided nothing."""
-        self._policy = make_policy(self._sync)
+        self._playing = Playing(self._page, self._sync)
+        self._telling = Telling(self._page)
         self._way = LiveWay(self._decide)
         self._way.thorough = self._drives
         self._ladder = self._make_ladder()
         self._serving: Serving | None = None
-        self._targets: PlayoutTargets | None = None
-        self._held_ms: float | None = None
-        self._told: messages.Served | None = None
-        self._told_s = float("-inf")
         self._asked_s = float("-inf")
 
     @property
@@ -121,19 +112,19 @@ class LiveStreams:
 
     def connected(self) -> None:
         """Start the picture before the page can ask for it: it plays on load."""
-        self._hold_back(0.0)
+        self._playing.connected()
         self._decide(self._clock.now_s())
 
     def ready(self) -> None:
         self._is_ready = True
-        self._retarget(self._policy.start())
+        self._playing.ready()
 
     def want(self, *, sound: bool, picture: bool, size: str, policy: Policy | None) -> None:
         self._sound_wanted = sound
         self._size = size if picture else None
         if policy != self._wanted_policy:
             self._wanted_policy = policy
-            self._begin_policy()
+            self._follow()
         self._decide(self._clock.now_s())
 
     def follow(self, sync: SyncSettings, *, drives: bool) -> None:
@@ -142,13 +133,12 @@ class LiveStreams:
         if sync is self._role_sync:
             return
         self._role_sync = sync
-        self._begin_policy()
+        self._follow()
         self._decide(self._clock.now_s())
 
     def reported(self, report: PlayoutReport) -> None:
         now_s = self._clock.now_s()
-        estimate = self._way.estimate(now_s)
-        self._retarget(self._policy.decide(report, now_s, estimate, self._serving))
+        self._playing.reported(report, now_s, self._way.estimate(now_s), self._serving)
 
     def round_trip(self, round_trip_s: float) -> None:
         self._way.round_trip(round_trip_s, self._clock.now_s())
@@ -161,18 +151,16 @@ class LiveStreams:
 
     def status(self) -> dict[str, object]:
         now_s = self._clock.now_s()
-        known: dict[str, object] = {"policy": self._policy.name}
+        known = self._playing.status()
         if self._serving is not None:
-            known |= self._served(self._way.estimate(now_s), self._serving).model_dump(
-                exclude={"type"}
-            )
-        if self._targets is not None:
-            known |= {
-                "sound_target_ms": self._targets.sound_ms,
-                "picture_held_ms": self._held_ms,
-                "why_in_step": self._targets.reason,
-            }
+            now = served(self._way.estimate(now_s), self._serving, in_step=self._playing.is_in_step)
+            known |= now.model_dump(exclude={"type"})
         return known
+
+    def _follow(self) -> None:
+        """Begin with another policy, while the streams go on."""
+        self._ladder = self._make_ladder()
+        self._playing.follow(self._sync)
 
     # --- what is sent ----------------------------------------------------------------------
 
@@ -191,7 +179,9 @@ class LiveStreams:
         before, self._serving = self._serving, serving
         self._send_picture(self._picture_lane, before, serving, estimate, now_s)
         self._send_sound(self._sound_lane, serving)
-        self._tell(estimate, serving, now_s)
+        if self._is_ready:
+            in_step = self._playing.is_in_step
+            self._telling.tell(estimate, serving, in_step=in_step, now_s=now_s)
 
     def _send_picture(
         self,
@@ -226,78 +216,13 @@ class LiveStreams:
 
     def _send_sound(self, lane: SoundLane, serving: Serving) -> None:
         lane.redundancy = serving.redundancy
-        self._audio.choose(lane, serving.sound, self._policy.preroll_ms)
+        self._audio.choose(lane, serving.sound, self._playing.preroll_ms)
 
     def _fixed_form(self) -> SoundForm | None:
         mu_ms = self._sync.audio_mu_ms
         if mu_ms == "auto":
             return None
         return self._offer.form(mu_ms)
-
-    # --- when it plays ---------------------------------------------------------------------
-
-    def _begin_policy(self) -> None:
-        self._policy = make_policy(self._sync, self._policy.watch)
-        self._ladder = self._make_ladder()
-        self._targets = None  # its name and reason are news even where its targets are not
-        if self._is_ready:
-            self._retarget(self._policy.start())
-
-    def _retarget(self, targets: PlayoutTargets) -> None:
-        if self._targets is not None and not _moved(self._targets, targets):
-            return
-        self._targets = targets
-        by_server = self._hold_back(targets.picture_ms or 0.0)
-        self._page.send(
-            messages.Playout(
-                policy=self._policy.name,
-                sound_target_ms=targets.sound_ms,
-                picture_target_ms=None if by_server else targets.picture_ms,
-                reason=targets.reason,
-            )
-        )
-
-    def _hold_back(self, least_ms: float) -> bool:
-        self._held_ms = least_ms
-        return self._page.hold_back(least_ms)
-
-    # --- what the page is told -------------------------------------------------------------
-
-    def _tell(self, estimate: LinkEstimate, serving: Serving, now_s: float) -> None:
-        if not self._is_ready or estimate.assumed:
-            return
-        told = self._told
-        rendition = None if serving.rung is None else serving.rung.name
-        is_news = told is None or rendition != told.rendition or self._is_in_step != told.in_step
-        every_s = _TELL_THIN_S if estimate.rate_bps < _THIN_BPS else _TELL_S
-        if not is_news and now_s - self._told_s < every_s:
-            return
-        served = self._served(estimate, serving)
-        if served != told:
-            self._told, self._told_s = served, now_s
-            self._page.send(served)
-
-    @property
-    def _is_in_step(self) -> bool:
-        return self._targets is None or self._targets.in_step
-
-    def _served(self, estimate: LinkEstimate, serving: Serving) -> messages.Served:
-        rung, sound = serving.rung, serving.sound
-        left_out = 0 if rung is None else rung.layers - serving.top_layer
-        return messages.Served(
-            rendition=None if rung is None else rung.name,
-            layers=None if rung is None else serving.top_layer + 1,
-            layers_made=None if rung is None else rung.layers + 1,
-            picture_hz=0.0 if rung is None else rung.fps / 2**left_out,
-            sound_mu_ms=None if sound is None else sound.mu_ms,
-            sound_bps=0 if sound is None else sound.bitrate_bps,
-            redundancy=serving.redundancy,
-            link_bps=_rounded(estimate.rate_bps),
-            used_bps=_rounded(estimate.used_bps),
-            queue_ms=round(estimate.queue_ms / 10) * 10.0,
-            in_step=self._is_in_step,
-            reason=serving.reason,
-        )
 
 
 class LiveService:
@@ -337,22 +262,3 @@ class LiveService:
 
 def _falls(old: Rung, new: Rung) -> bool:
     return new.bitrate_bps < old.bitrate_bps
-
-
-def _rounded(rate_bps: float) -> int:
-    """Two digits are what is known of a rate, and what is worth telling."""
-    return int(float(f"{rate_bps:.2g}"))
-
-
-def _moved(old: PlayoutTargets, new: PlayoutTargets) -> bool:
-    def differ(a: float | None, b: float | None) -> bool:
-        if a is None or b is None:
-            return a is not b
-        # A little is let be, but zero is always reached: nothing to hold back means none.
-        return abs(a - b) >= _RETARGET_MS or (b == 0 and a != 0)
-
-    return (
-        differ(old.sound_ms, new.sound_ms)
-        or differ(old.picture_ms, new.picture_ms)
-        or old.in_step != new.in_step
-    )
