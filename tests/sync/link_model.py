@@ -43,7 +43,9 @@ def default_rungs() -> list[Rung]:
 
 
 def default_sounds() -> list[SoundForm]:
-    return [SoundForm(one.mu_ms, one.bitrate_bps) for one in Settings().audio.forms]
+    """Return the forms of the default configuration that an observer's link chooses of."""
+    forms, least_mu_ms = Settings().audio.forms, Settings().sync.observer.least_audio_mu_ms
+    return [SoundForm(one.mu_ms, one.bitrate_bps) for one in forms if one.mu_ms >= least_mu_ms]
 
 
 def profile(name: str, **down: Any) -> Profile:

@@ -278,7 +278,7 @@ def test_a_browser_that_tells_no_ages_is_followed_by_its_buffers() -> None:
 def test_what_was_learned_of_the_link_outlives_a_change_of_role() -> None:
     """A delay of the sound that was found stays when the policy changes, one that is set rules."""
     policy = AudioMaster(OBSERVER)
-    estimate = LinkEstimate("steady", 1e6, 1e5, 0.0, 90.0, 0.0, 0, 50.0)
+    estimate = LinkEstimate("steady", 1e6, 1e5, 0.0, 150.0, 0.0, 0, 50.0)
     assert policy.decide(_told(150, 90), 1.0, estimate).sound_ms == 100.0
     other = make_policy(OPERATOR, policy.watch)
     assert (other.start().sound_ms, other.preroll_ms) == (100.0, 100.0)

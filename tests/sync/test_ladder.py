@@ -235,6 +235,14 @@ def test_the_sound_leaves_two_thirds_to_the_picture(rate_bps: float, mu_ms: int)
     assert serving.sound.mu_ms == mu_ms
 
 
+@pytest.mark.parametrize(("rate_bps", "mu_ms"), [(60e3, 60), (250e3, 20), (5e6, 10)])
+def test_shorter_units_are_sent_where_they_may_be(rate_bps: float, mu_ms: int) -> None:
+    """Whose role allows units of 10 ms has them over a link with room for twice the headers."""
+    serving = Viewer(Ladder(RUNGS, [SoundForm(10, 32_000), *SOUNDS])).run(10, rate_bps)[-1]
+    assert serving.sound is not None
+    assert serving.sound.mu_ms == mu_ms
+
+
 def test_sound_alone_may_take_everything() -> None:
     """Without a picture the best form that fits at all is sent."""
     viewer = Viewer()
