@@ -163,6 +163,13 @@ class House:
             self.loop.step(self.clock.time_s)
             self.room.round(self.clock.time_s)
 
+    def drive(self, wire: Wire, seq: int, *, linear: float) -> None:
+        """Let a page send a set-point at this moment, in the turn that runs."""
+        turn = self.room.snapshot(self.clock.time_s).turn.number
+        now_ms = self.clock.time_s * 1000
+        row = ["drive", seq, turn, now_ms, linear, 0.0, "gross", None, {}]
+        wire.events.received("drive", json.dumps(row))
+
     def names(self) -> list[str]:
         return [line.name for line in self.room.snapshot(self.clock.time_s).viewers]
 
@@ -425,3 +432,33 @@ async def test_the_role_brings_its_policy(house: House) -> None:
     ada.says(type="leave")
     house.wait(0.2, ada)
     assert ada.last("playout")["policy"] == "audio-master"
+
+
+async def test_who_drives_is_told_what_becomes_of_his_commands(house: House) -> None:
+    """The rounds tell the operator that the robot moves, and why it does not; nobody else."""
+    ada, bob = await house.enter("ada-1111"), await house.enter("bob-1111")
+    ada.says(type="join")
+    house.wait(0.3, ada, bob)
+    for seq in range(1, 8):
+        house.drive(ada, seq, linear=0.0 if seq < 3 else 1.0)
+        house.wait(0.1, ada, bob)
+    assert ada.last("drive_status") == {"type": "drive_status", "moving": True, "reason": None}
+    house.wait(0.5, ada, bob)
+    told = [message for message in ada.sent if message["type"] == "drive_status"]
+    assert not told[-1]["moving"]
+    assert told[-1]["reason"]
+    assert not [message for message in bob.sent if message["type"] == "drive_status"]
+    house.wait(2.0, ada, bob)
+    assert [message for message in ada.sent if message["type"] == "drive_status"] == told
+
+
+async def test_a_fresh_page_is_told_what_becomes_of_its_commands(house: House) -> None:
+    """Who reloads while he drives hears again why the robot stands, though that is nothing new."""
+    ada = await house.enter("ada-1111")
+    ada.says(type="join")
+    house.robot.problem = "the line is unplugged"
+    house.wait(0.5, ada)
+    assert ada.last("drive_status")["reason"]
+    again = await house.enter("ada-1111")
+    house.wait(0.5, again)
+    assert again.last("drive_status")["reason"]

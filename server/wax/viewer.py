@@ -108,6 +108,7 @@ class Viewer:
         self.streams.release()
         self.is_ready = False
         self.report = None
+        self.drive_status, self._drive_told = None, (None, float("-inf"))
 
     def connected(self) -> None:
         self.link.heard(self._clock.now_s())
@@ -156,6 +157,8 @@ class Viewer:
 
         On a bad line each second command may be too old: to tell each would make it worse.
         """
+        if not self.is_ready:
+            return  # a page that is not there yet must not miss it
         told, told_s = self._drive_told
         if self.drive_status not in (None, told) and now_s - told_s >= _DRIVE_STATUS_S:
             self._drive_told = self.drive_status, now_s
