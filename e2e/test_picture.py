@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-from itertools import pairwise
-from statistics import median
 from typing import TYPE_CHECKING
 
 import pytest
 import pytest_asyncio
 
 from e2e.harness import toml
+from e2e.harness.eye import assert_live
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 
     from e2e.conftest import OpenViewer, Serve
     from e2e.harness.server import Server
-    from e2e.harness.viewer import Card, Viewer
+    from e2e.harness.viewer import Viewer
 
 MIME_TYPE = {"vp8": "video/VP8", "h264": "video/H264"}
 
@@ -34,20 +33,6 @@ async def server(
 ) -> AsyncIterator[Server]:
     async with serve(tmp_path_factory.mktemp(codec), toml.card(codec)) as running:
         yield running
-
-
-def assert_live(cards: list[Card]) -> None:
-    """Nearly every frame is whole and newer than the one before, none is older or old."""
-    valid = [card for card in cards if card.valid]
-    assert len(valid) >= 0.9 * len(cards), f"{len(cards) - len(valid)} unreadable of {len(cards)}"
-    stamps = [card.stamp_ms for card in valid]
-    # A page that is late for a frame reads the next one twice.
-    assert all(a <= b for a, b in pairwise(stamps)), f"falling: {stamps}"
-    assert len(set(stamps)) >= 0.9 * len(stamps), f"standing still: {stamps}"
-    ages = [card.age_ms for card in valid]
-    assert min(ages) >= 0, f"a picture from the future: {ages}"
-    assert median(ages) < 500, f"old pictures: {ages}"
-    assert max(ages) < 1000, f"an old picture: {ages}"
 
 
 @pytest.mark.timeout(90)

@@ -75,6 +75,10 @@ class Viewer:
         return self.page.get_by_role("combobox", name="Picture size", exact=True)
 
     @property
+    def timing(self) -> Locator:
+        return self.page.get_by_role("combobox", name="Timing", exact=True)
+
+    @property
     def name(self) -> Locator:
         return self.page.get_by_role("textbox", name="Your name", exact=True)
 

@@ -1,0 +1,26 @@
+"""Sense out of what was seen, pure: whether the test card is live."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from statistics import median
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from e2e.harness.viewer import Card
+
+
+def assert_live(cards: Sequence[Card]) -> None:
+    """Nearly every frame is whole and newer than the one before, none is older or old."""
+    valid = [card for card in cards if card.valid]
+    assert len(valid) >= 0.9 * len(cards), f"{len(cards) - len(valid)} unreadable of {len(cards)}"
+    stamps = [card.stamp_ms for card in valid]
+    # A page that is late for a frame reads the next one twice.
+    assert all(a <= b for a, b in pairwise(stamps)), f"falling: {stamps}"
+    assert len(set(stamps)) >= 0.9 * len(stamps), f"standing still: {stamps}"
+    ages = [card.age_ms for card in valid]
+    assert min(ages) >= 0, f"a picture from the future: {ages}"
+    assert median(ages) < 500, f"old pictures: {ages}"
+    assert max(ages) < 1000, f"an old picture: {ages}"
