@@ -39,7 +39,7 @@ class NewestSlot(Generic[T]):
     def newer_than(self, number: int, timeout_s: float) -> tuple[int, T] | None:
         """Wait for an item newer than the one with `number`; None after `timeout_s` or `wake`."""
         with self._condition:
-            if self._number <= number:
+            if self._item is None or self._number <= number:
                 self._condition.wait(timeout_s)
             if self._number <= number or self._item is None:
                 return None
