@@ -92,8 +92,8 @@ class Scene:
             if tick % 2 == 0:
                 self._wire(120, "audio", None)
             if tick % 4 == 0:
-                for name in self.video.wanted:
-                    self.video._fan_out(self._picture(name, now_s))
+                for made in [self._picture(name, now_s) for name in self.video.wanted]:
+                    self.video._fan_out(made)
             if self.way.free_in_s(None, now_s) <= 0.001 and (one := self.lane.take()) is not None:
                 self.sizes.append(one.rendition)
                 self._send(self.way, one)
@@ -259,6 +259,25 @@ async def test_the_policy_changes_without_a_black_picture(how: str) -> None:
     assert scene.lane is lane
     assert scene.left > left + 15
     assert not scene.asked
+
+
+async def test_who_drives_may_have_a_rendition_of_his_own() -> None:
+    """In his turn a step between two of the others is encoded for him; after it nothing is left."""
+    scene = Scene(rate_bps=1.1e6)
+    shared = scene.video.names
+    scene.video.start()
+    try:
+        scene.begin()
+        scene.streams.follow(OPERATOR.model_copy(update={"own_rendition": True}), drives=True)
+        await scene.run(20.0)
+        assert scene.sizes[-1] not in shared
+        assert scene.video.wanted == [scene.sizes[-1]]
+        scene.streams.follow(SyncSettings(), drives=False)
+        await scene.run(20.0)
+        assert scene.sizes[-1] in shared
+        assert scene.video.names == shared
+    finally:
+        scene.video.stop()
 
 
 async def test_a_wish_outlives_a_change_of_role() -> None:
