@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import copy
+from collections import deque
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import aioice.ice
@@ -34,6 +35,10 @@ _FOR_EVER: Final = 10**9
 _SENDER: Final = "_RTCRtpTransceiver__sender"
 _FEEDBACK: Final = RTCRtcpFeedback(type="transport-cc")
 _RED: Final = "audio/red"
+_BURST: Final = 4
+_BURST_S: Final = 0.05
+"""So many packets within this time belong to one message, whose sender may send no more before
+they are acknowledged. Set-points are farther apart."""
 
 
 def check() -> None:
@@ -161,14 +166,17 @@ def delay_acknowledgements(sctp: RTCSctpTransport, delay_s: float) -> None:
     """Acknowledge together what comes within `delay_s` (RFC 9260, 6.2; 200 ms at most).
 
     aiortc acknowledges each message at once, in a datagram of 93 bytes: at twenty set-points a
-    second that is a third of a modem line.
+    second that is a third of a modem line. A message of many packets is acknowledged as it comes.
     """
     acknowledge = sctp._send_sack
     waiting: list[asyncio.TimerHandle] = []
     under_way: set[asyncio.Task[Any]] = set()
+    came_s: deque[float] = deque(maxlen=_BURST)
 
     async def now() -> None:
-        waiting.clear()
+        came_s.clear()
+        while waiting:
+            waiting.pop().cancel()
         with contextlib.suppress(ConnectionError):  # closed in between: nobody is left to tell
             await acknowledge()
 
@@ -178,7 +186,11 @@ def delay_acknowledgements(sctp: RTCSctpTransport, delay_s: float) -> None:
         task.add_done_callback(under_way.discard)
 
     async def later() -> None:
-        if not waiting:
-            waiting.append(asyncio.get_running_loop().call_later(delay_s, due))
+        loop = asyncio.get_running_loop()
+        came_s.append(loop.time())
+        if len(came_s) == _BURST and came_s[-1] - came_s[0] < _BURST_S:
+            await now()
+        elif not waiting:
+            waiting.append(loop.call_later(delay_s, due))
 
     sctp._send_sack = later  # type: ignore[method-assign]  # see above
