@@ -86,3 +86,39 @@ async def test_firefox_shows_sounds_and_drives(serve: Serve, tmp_path: Path) -> 
             return moved
 
         assert await undisturbed(server, moves_by_key)
+
+
+FEEDBACK = "http://www.ietf.org/id/draft-holmer-rmcat-transport-wide-cc-extensions-01"
+LARGEST = "640x480 at 1000 kbit/s"
+
+
+@pytest.mark.timeout(120)
+async def test_firefox_gets_the_largest_picture(serve: Serve, tmp_path: Path) -> None:
+    """Firefox tells of each packet's arrival, sound and picture, and by that the picture climbs."""
+    path = find_firefox()
+    profile = tmp_path / "profile"
+    profile.mkdir()
+    async with (
+        serve(tmp_path, toml.CARD) as server,
+        firefox(path, profile, PROBE.read_text(encoding="utf-8")) as window,
+    ):
+        await window.goto(server.url)
+        await eventually(
+            lambda: window.evaluate("waxProbe.playing()"), "the picture plays", within_s=20
+        )
+        # Where both agree to it the server has nothing else to go by, and begins with little.
+        answer = await window.evaluate("waxProbe.answer()")
+        sections = answer.split("m=")[1:]
+        agreed = {one.split()[0] for one in sections if FEEDBACK in one}
+        assert agreed == {"audio", "video"}, "Firefox is served by what it loses"
+
+        async def is_large() -> bool:
+            card = (await window.evaluate("waxProbe.cards(1)"))[0]
+            (viewer,) = (await server.status())["viewers"]
+            sent = viewer["streams"].get("rendition")
+            return (sent, card["width"], card["height"]) == (LARGEST, 640, 480)
+
+        await eventually(is_large, "the picture is as large as it gets", within_s=10)
+        cards = await window.evaluate("waxProbe.cards(20)")
+        assert sum(card["valid"] for card in cards) >= 18
+        assert {(card["width"], card["height"]) for card in cards} == {(640, 480)}

@@ -128,5 +128,6 @@
     },
     state: () => peer()?.connectionState ?? "none",
     peers: () => peers.length,
+    answer: () => peer()?.remoteDescription?.sdp ?? "",
   };
 })();
