@@ -71,6 +71,12 @@ async def _no_task_is_left() -> AsyncIterator[None]:
     assert not [task.get_name() for task in left]
 
 
+def pytest_collection_finish() -> None:
+    """Set aside what is loaded by now, so that after each test only its own is looked through."""
+    gc.collect()
+    gc.freeze()
+
+
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Hold async tests to leaving no task as well; set up first, so that it looks last."""
     if inspect.iscoroutinefunction(metafunc.function):

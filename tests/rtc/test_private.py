@@ -90,6 +90,7 @@ OFFERED = (
 
 async def _answered(extra: str, formats: str) -> str:
     """Answer an offer of sound to which `extra` lines were added; return the answer."""
+    before = asyncio.all_tasks()
     browser, ours = RTCPeerConnection(), RTCPeerConnection()
     browser.addTransceiver("audio", direction="recvonly")
     offer = (await browser.createOffer()).sdp
@@ -104,6 +105,8 @@ async def _answered(extra: str, formats: str) -> str:
     answer: str = ours.localDescription.sdp
     await browser.close()
     await ours.close()
+    if connecting := asyncio.all_tasks() - before:  # it notices in its own time
+        await asyncio.wait(connecting, timeout=5)
     return answer
 
 
