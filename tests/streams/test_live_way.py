@@ -111,3 +111,19 @@ def test_a_full_way_gets_no_copies() -> None:
         line.packet(1200, train=line.way.train(1200, line.now_s).number)
     line.run(0.6, 1000)
     assert not line.way.repeats(100, 0.05, line.now_s)
+
+
+def test_a_browser_that_tells_of_no_arrivals_is_served_by_its_losses() -> None:
+    """Without transport-wide feedback on either stream the rate follows what is lost."""
+    way = LiveWay(lambda _now_s: None)
+    way.negotiated(tells=False)
+    before = way.estimate(100.0)
+    assert (before.state, before.assumed) == ("steady", False)
+    way.lost(0.5, 101.0)
+    after = way.estimate(101.0)
+    assert after.rate_bps < 0.8 * before.rate_bps
+    assert after.lost == 0.5
+    assert way.train(4000, 101.0).pace_bps == after.rate_bps
+    way.negotiated(tells=True)
+    way.lost(0.5, 102.0)
+    assert way.estimate(102.0).assumed

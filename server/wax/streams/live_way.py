@@ -46,6 +46,7 @@ class LiveWay:
         self._marking = Marking()
         self._trained_s = float("-inf")
         self._estimator = LinkEstimator()
+        self._tells = False
         self._losses: LossRate | None = None
         """In the estimator's place for a browser that tells of no arrivals."""
         self._pacer = Pacer(STARTING_RATE_BPS)
@@ -85,7 +86,9 @@ class LiveWay:
     # --- as Way has it ---------------------------------------------------------------------
 
     def negotiated(self, *, tells: bool) -> None:
-        self._losses = None if tells else LossRate()
+        # Told once for each stream; what one of them tells is enough.
+        self._tells = self._tells or tells
+        self._losses = None if self._tells else LossRate()
 
     def lost(self, share: float, now_s: float) -> None:
         if self._losses is not None:
