@@ -130,7 +130,7 @@ def test_more_never_gives_less(
     assert more[2] >= less[2]
 
 
-@settings(max_examples=1500)
+@settings(max_examples=80)
 @given(st.floats(20e3, 3e6), st.lists(st.floats(0.93, 1.07), min_size=50, max_size=50))
 @example(29_237.0, [*[1.0] * 43, 0.9375, *[1.0] * 6])
 def test_a_steady_link_changes_no_rung_twice_in_5_s(rate_bps: float, noise: list[float]) -> None:
