@@ -94,7 +94,7 @@ def test_an_overlap_is_left_out(back_s: float) -> None:
     pieces = [sound(960, 1 + index * 0.02) for index in range(60)]
     pieces += [sound(960, 2.2 - back_s + index * 0.02) for index in range(60)]
     out = push_all(blocks, pieces)
-    assert blocks.dropped_samples == pytest.approx(back_s * 48000, abs=0.1 * 48000)
+    assert blocks.dropped_samples == pytest.approx(back_s * 48000, abs=0.1 * 48000 + 1)
     assert blocks.dropped_ms == blocks.dropped_samples // 48
     assert blocks.filled_ms == 0
     assert np.diff([block.captured_s for block in out]) == pytest.approx(0.01, abs=0.00006)

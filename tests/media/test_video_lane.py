@@ -202,6 +202,37 @@ def test_a_change_of_rendition_keeps_the_old_one_until_the_new_ones_keyframe() -
     assert not lane.takes(SMALL.name)
 
 
+def test_no_picture_follows_a_newer_one() -> None:
+    """A keyframe whose encoder was slower than the old one's is not taken; its next one is."""
+    lane = VideoLane()
+    lane.choose(SMALL.name)
+    lane.put(STREAM[0])
+    lane.put(STREAM[1])
+    assert lane.take() is STREAM[0]
+    lane.choose("other")
+    lane.put(EncodedPicture(STREAM[0].packet, "other", True, 0, 100.0))
+    assert lane.is_waiting
+    assert lane.take() is STREAM[1]
+    lane.put(OTHER)
+    assert lane.take() is OTHER
+    assert not lane.is_waiting
+
+
+def test_the_same_moment_in_another_rendition_has_a_time_of_its_own() -> None:
+    """Two renditions of one picture are two pictures to a browser: their RTP times differ."""
+    lane = VideoLane()
+    lane.choose(SMALL.name)
+    lane.put(STREAM[0])
+    assert lane.take() is STREAM[0]
+    lane.choose("other")
+    lane.put(EncodedPicture(STREAM[0].packet, "other", True, 0, 100.0))
+    taken = lane.take()
+    assert taken is not None
+    assert taken.packet.pts == (STREAM[0].packet.pts or 0) + 1
+    assert bytes(taken.packet) == bytes(STREAM[0].packet)
+    assert STREAM[0].packet.pts != taken.packet.pts
+
+
 def test_what_is_given_up_is_not_sent() -> None:
     """Once the old one is given up nothing of it leaves, and the new one begins by a keyframe."""
     lane = VideoLane()

@@ -109,7 +109,8 @@ class Rendition:
 
     def _encode_while_wanted(self) -> None:
         encoder = self._make_encoder()
-        number = self._slot.count - 1
+        # Not the picture that is there: others have sent it by the time that this one is encoded.
+        number = self._slot.count
         spacing_s = 1.0 / self.settings.fps
         due_s = 0.0
         last_keyframe_s = float("-inf")

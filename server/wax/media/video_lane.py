@@ -7,7 +7,12 @@ may be dropped, otherwise the lane waits for a keyframe, and it never asks for o
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from av.packet import Packet
+
+from wax.media.encoded import VIDEO_TIME_BASE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,6 +39,7 @@ class VideoLane:
         self._rendition: str | None = None
         self._current: str | None = None
         self._cut_layer: int | None = 0
+        self._newest_pts = -1
         self.top_layer = _TOP
         """Pictures above this temporal layer are left out."""
         self.dropped = 0
@@ -65,6 +71,11 @@ class VideoLane:
         """Whether pictures are wanted that only a keyframe makes decodable again."""
         return self._rendition is not None and self._cut_layer == 0
 
+    @property
+    def is_waiting(self) -> bool:
+        """Whether what is chosen has not begun, while what went before goes on."""
+        return self._rendition is not None and self._current not in (None, self._rendition)
+
     def takes(self, rendition: str) -> bool:
         """Tell whether pictures of this rendition are wanted here now."""
         return rendition in (self._rendition, self._current)
@@ -78,6 +89,8 @@ class VideoLane:
         if picture.rendition != self._current:
             if picture.rendition != self._rendition or not picture.keyframe:
                 return
+            if _pts(picture) < self._newest_pts:
+                return  # its encoder was slower: no picture is sent after a newer one
             self._current = picture.rendition
         if picture.keyframe:
             # What waits is older, and nothing that comes now depends on it.
@@ -89,6 +102,9 @@ class VideoLane:
         if picture.layer > self.top_layer:
             self._drop(picture)
             return
+        if _pts(picture) == self._newest_pts:
+            picture = _one_tick_later(picture)  # the same moment in another rendition
+        self._newest_pts = _pts(picture)
         self._queue.append(picture)
         base = sum(one.layer == 0 for one in self._queue)
         if base > _BASE_PICTURES or len(self._queue) > _PICTURES:
@@ -151,3 +167,15 @@ class VideoLane:
 
 
 def _nobody() -> None: ...
+
+
+def _pts(picture: EncodedPicture) -> int:
+    return picture.packet.pts or 0
+
+
+def _one_tick_later(picture: EncodedPicture) -> EncodedPicture:
+    """Return the picture with an RTP time of its own; the packet is shared with other lanes."""
+    packet: Packet[Any] = Packet(bytes(picture.packet))
+    packet.pts = _pts(picture) + 1
+    packet.time_base = VIDEO_TIME_BASE
+    return replace(picture, packet=packet)

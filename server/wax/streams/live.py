@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from wax.sync.playout import PlayoutReport
     from wax.sync.serving import Rung, Serving, SoundForm
 
-_RESUME_S: Final = 1.0
+_RESUME_S: Final = 0.5
 """Between two keyframes that are asked for because a lane has lost its thread."""
 
 
@@ -202,8 +202,9 @@ class LiveStreams:
             if old is not None and serving.rung is not None and _falls(old, serving.rung):
                 # The link is full of the old one: each more of its pictures is one too late.
                 lane.give_up()
-        elif lane.is_cut and self._may_resume(estimate, now_s):
-            # It was let go while the link was full; now there is room for a beginning.
+        elif (lane.is_cut or lane.is_waiting) and self._may_resume(estimate, now_s):
+            # It was let go while the link was full, and now there is room for a beginning; or the
+            # beginning came too late.
             self._asked_s = now_s
             self._video.request_keyframe(lane)
 
