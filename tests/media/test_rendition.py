@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from queue import Queue
+from contextlib import suppress
+from queue import Empty, Queue
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -46,13 +47,16 @@ class Studio:
         return EncodedPicture(packet, SETTINGS.name, keyframe, 0, picture.captured_s)
 
     def film(self, pictures: int) -> list[EncodedPicture]:
-        """Take so many pictures, each when the one before is encoded."""
-        found = []
-        for _ in range(pictures):
+        """Take pictures until so many are encoded, each when the one before is."""
+        return [self._next() for _ in range(pictures)]
+
+    def _next(self) -> EncodedPicture:
+        for _ in range(100):
             taken_s = 50.0 + self.slot.count / 30
             self.slot.put(Picture(np.zeros((72, 64), np.uint8), taken_s))
-            found.append(self.made.get(timeout=5))
-        return found
+            with suppress(Empty):  # what was taken before it began is not encoded
+                return self.made.get(timeout=0.05)
+        raise AssertionError("nothing is encoded")
 
 
 @pytest.fixture
