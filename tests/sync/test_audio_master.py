@@ -178,18 +178,30 @@ def test_an_operators_picture_is_held_back_just_as_much_as_brings_the_skew_insid
 
 
 def test_the_operators_picture_waits_at_most_its_bound() -> None:
-    """Beyond 50 ms delivery wins, and the reason says so."""
+    """More than 50 ms are not held back, and the reason says so."""
     policy = AudioMaster(OPERATOR)
-    browser = Browser(policy, sound_ms=430, picture_ms=20)
+    browser = Browser(policy, sound_ms=180, picture_ms=20)
     browser.play(3.0)
-    targets = policy.decide(_told(430, 78), 9.0)
+    targets = policy.decide(_told(180, 70), 9.0)
     assert targets.picture_ms == 50.0
     assert "as long as allowed" in targets.reason
 
 
+def test_a_picture_does_not_wait_in_vain() -> None:
+    """Where the longest hold-back would leave sound noticeably late, delivery wins: none is held."""
+    policy = AudioMaster(OPERATOR)
+    browser = Browser(policy, sound_ms=260, picture_ms=20)
+    browser.play(3.0)
+    targets = policy.decide(_told(260, 28), 9.0)
+    assert targets.picture_ms == 0.0
+    assert "too late to wait for" in targets.reason
+
+
 @given(st.floats(-500, 500), st.floats(-500, 500), st.sampled_from([OBSERVER, OPERATOR]))
 def test_later_sound_never_means_less_hold_back(a: float, b: float, sync: SyncSettings) -> None:
-    """What the first report leads to grows with how late the sound is."""
+    """What the first report leads to grows with how late the sound is, until it is in vain."""
+    in_vain_ms = sync.max_holdback_ms + 125.0
+    a, b = min(a, in_vain_ms), min(b, in_vain_ms)
     low, high = sorted((a, b))
     held = [AudioMaster(sync).decide(_told(500 + ms, 500), 1.0).picture_ms for ms in (low, high)]
     assert held[0] is not None

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from wax.config import AudioSettings, RenditionSettings, VideoSettings
 
-_WIDE: Final = 1.4
+_WIDE: Final = 1.7
 """Between two rungs whose rates differ by more there is one more for who has his own."""
 _LAYERS: Final = 2
 """Temporal layers of VP8 that can be left out; H.264 has none here."""

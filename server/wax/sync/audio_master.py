@@ -90,6 +90,8 @@ class AudioMaster:
         if early_ms is None:
             return "waiting for the first measurement"
         self._hold.update(early_ms, round_trip_s, self.watch.now_s)
+        if self._hold.is_in_vain:
+            return "the sound is too late to wait for"
         if self._hold.is_short:
             return "the picture is held back as long as allowed"
         if self._hold.held_ms == 0:

@@ -20,6 +20,11 @@ _UNSURE_MS: Final = 24.0
 """An error of so much is corrected after one report; it takes several to believe a smaller one,
 and one below `_SURE_MS` is what steps of 10 ms and the measurement leave."""
 
+_NOTICED_MS: Final = 125.0
+_MET_AGAIN_MS: Final = 105.0
+"""Sound so late is noticed (ITU-R BT.1359): where even the longest hold-back would leave more, it
+buys nothing, and the picture is shown at once. Thesis 3.3: delivery before synchronisation."""
+
 _JUMP_MS: Final = 40.0
 _FARTHEST_MS: Final = 10_000.0
 
@@ -36,6 +41,7 @@ class HoldBack:
         """Let the sound be `late_ms` late, hold by `max_ms` at most and by `held_ms` at first."""
         self._late_ms = late_ms
         self._max_ms = max_ms
+        self._in_vain = False
         self._history = deque([(float("-inf"), self._bounded(held_ms))])
         self._free: deque[float] = deque(maxlen=_SAMPLES)
         self._doubted_ms: float | None = None
@@ -49,6 +55,11 @@ class HoldBack:
     def is_short(self) -> bool:
         """Whether more would be held, were it allowed."""
         return self.held_ms >= self._max_ms and self._wanted_ms - self._max_ms >= _SURE_MS
+
+    @property
+    def is_in_vain(self) -> bool:
+        """Whether nothing is held because as much as is allowed would not be enough."""
+        return self._in_vain
 
     def forget(self, held_ms: float, now_s: float) -> None:
         """Hold by this from now on, and begin to measure anew."""
@@ -104,6 +115,10 @@ class HoldBack:
         return True
 
     def _bounded(self, ms: float) -> float:
+        left_ms = ms + self._late_ms - self._max_ms
+        self._in_vain = left_ms > (_MET_AGAIN_MS if self._in_vain else _NOTICED_MS)
+        if self._in_vain:
+            return 0.0
         return min(max(round(ms / STEP_MS) * STEP_MS, 0.0), self._max_ms)
 
 
