@@ -263,7 +263,7 @@ async def test_the_policy_changes_without_a_black_picture(how: str) -> None:
 
 async def test_who_drives_may_have_a_rendition_of_his_own() -> None:
     """In his turn a step between two of the others is encoded for him; after it nothing is left."""
-    scene = Scene(rate_bps=1.1e6)
+    scene = Scene(rate_bps=0.75e6)
     shared = scene.video.names
     scene.video.start()
     try:
