@@ -188,7 +188,7 @@ def test_the_operators_picture_waits_at_most_its_bound() -> None:
 
 
 def test_a_picture_does_not_wait_in_vain() -> None:
-    """Where the longest hold-back would leave sound noticeably late, delivery wins: none is held."""
+    """Where the longest hold-back would leave sound noticeably late, none is held."""
     policy = AudioMaster(OPERATOR)
     browser = Browser(policy, sound_ms=260, picture_ms=20)
     browser.play(3.0)
