@@ -119,13 +119,13 @@ class PictureSender(Sender):
             payload_type, to_send, ssrc, sequence_number = (
                 self._payload_type,
                 lost,
-                self._ssrc,
+                self.ssrc,
                 number,
             )
         else:  # RFC 4588: the number that it first had stands before the payload
             payload_type, ssrc, sequence_number = (
                 self._extra_payload_type,
-                self._rtx_ssrc,
+                self.rtx_ssrc,
                 self._rtx_number,
             )
             self._rtx_number = (self._rtx_number + 1) % UINT16

@@ -1,8 +1,7 @@
 """The only place that touches private parts of aiortc and aioice, and why each is needed.
 
 Pinned in pyproject.toml to the minor versions that this was read against; `check` fails with a
-readable sentence when a new version has moved something. `rtc/sender.py` besides has the names
-that aiortc calls on a sender.
+readable sentence when a new version has moved something.
 """
 
 from __future__ import annotations
@@ -10,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import copy
+from abc import ABC, abstractmethod
 from collections import deque
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -29,7 +29,8 @@ from wax.errors import StartError
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
 
-    from wax.rtc.sender import Sender
+    from aiortc.rtcrtpparameters import RTCRtpSendParameters
+    from aiortc.rtp import AnyRtcpPacket
 
 _FOR_EVER: Final = 10**9
 _SENDER: Final = "_RTCRtpTransceiver__sender"
@@ -98,7 +99,75 @@ def _host_addresses(use_ipv4: bool, use_ipv6: bool) -> list[str]:
 _found_addresses = aioice.ice.get_host_addresses
 
 
-def put_sender(transceiver: RTCRtpTransceiver, sender: Sender) -> None:
+class SenderInPlace(ABC):
+    """Stands in a transceiver where aiortc has put `stock`, whose identity it takes over.
+
+    It has what aiortc's peers read and call on a sender, under their names; a subclass does the
+    work under names of its own. `stream` is the media stream that the track belongs to (`a=msid`,
+    RFC 8830).
+    """
+
+    def __init__(self, stock: RTCRtpSender, stream: str) -> None:
+        self._ssrc = stock._ssrc
+        self._rtx_ssrc = stock._rtx_ssrc
+        self._track_id = stock._track_id
+        self._stream_id = stream
+        self._enabled = True
+        self._transport = stock.transport
+        self._is_sending = False
+        self.track = None
+
+    @property
+    def ssrc(self) -> int:
+        return self._ssrc
+
+    @property
+    def rtx_ssrc(self) -> int:
+        """The SSRC of repeats (RFC 4588)."""
+        return self._rtx_ssrc
+
+    @property
+    def transport(self) -> RTCDtlsTransport:
+        return self._transport
+
+    def setTransport(self, transport: RTCDtlsTransport) -> None:  # noqa: N802  # aiortc's
+        self._transport = transport
+
+    async def send(self, parameters: RTCRtpSendParameters) -> None:
+        """Begin; `parameters` is what was negotiated. Safe to repeat."""
+        if not self._is_sending:
+            self._is_sending = True
+            self._transport._register_rtp_sender(self, parameters)
+            self.begin(parameters)
+
+    async def stop(self) -> None:
+        """End for good; safe to call twice."""
+        if self._is_sending:
+            self._is_sending = False
+            self._transport._unregister_rtp_sender(self)
+            await self.end()
+
+    async def _handle_rtcp_packet(self, packet: AnyRtcpPacket) -> None:
+        self.heard(packet)
+
+    async def put(self, data: bytes) -> None:
+        """Put one RTP or RTCP packet on the wire; raises ConnectionError once that is closed."""
+        await self._transport._send_rtp(data)
+
+    @abstractmethod
+    def begin(self, parameters: RTCRtpSendParameters) -> None:
+        """Begin to send as was negotiated."""
+
+    @abstractmethod
+    async def end(self) -> None:
+        """Send no more."""
+
+    @abstractmethod
+    def heard(self, packet: AnyRtcpPacket) -> None:
+        """Take what the browser tells of this stream or asks for it."""
+
+
+def put_sender(transceiver: RTCRtpTransceiver, sender: SenderInPlace) -> None:
     """Let this transceiver send by our sender: aiortc has no way to bring one's own."""
     setattr(transceiver, _SENDER, sender)
 

@@ -9,21 +9,21 @@ from __future__ import annotations
 
 import asyncio
 import random
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 import structlog
 from aiortc.rtp import RtcpRrPacket
 
-from wax.rtc import rtp
+from wax.rtc import private, rtp
 from wax.rtc.reports import ReportedTimes
 from wax.sync.delivery import UDP_IP_BYTES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Coroutine
 
-    from aiortc import RTCDtlsTransport, RTCRtpSender
+    from aiortc import RTCRtpSender
     from aiortc.rtcrtpparameters import RTCRtpSendParameters
     from aiortc.rtp import AnyRtcpPacket, RtcpReceiverInfo
 
@@ -58,25 +58,18 @@ class Seat:
     on_sent: Callable[[Encoded], None]
 
 
-class Sender(ABC):
-    """What both kinds have in common. Methods with aiortc's names are what its peers call."""
+class Sender(private.SenderInPlace):
+    """What both kinds have in common."""
 
     kind: ClassVar[Literal["audio", "video"]]
 
     def __init__(self, seat: Seat) -> None:
-        stock = seat.stock
+        # A browser delays the sound of a common stream for a late picture; here sound is the
+        # master and sync/ is the only coupling.
+        super().__init__(seat.stock, f"wax-{self.kind}")
         self.origin = random.getrandbits(32)
         """The RTP time of media time zero (RFC 3550, 5.1: it shall be random)."""
         self.failed = False
-        self._ssrc = stock._ssrc
-        self._rtx_ssrc = stock._rtx_ssrc
-        self._stream_id = f"wax-{self.kind}"
-        # A browser delays the sound of a common stream for a late picture (a=msid, RFC 8830);
-        # here sound is the master and sync/ is the only coupling.
-        self._track_id = stock._track_id
-        self._enabled = True
-        self.track = None
-        self._transport = stock.transport
         self._outlet = seat.outlet
         self._now_s = seat.clock.now_s
         self._wall_ms = seat.clock.wall_ms
@@ -93,21 +86,10 @@ class Sender(ABC):
         self._reported = ReportedTimes()
         self._tasks: list[asyncio.Task[None]] = []
 
-    # --- as RTCRtpSender -------------------------------------------------------------------
+    # --- as its transceiver wants it -------------------------------------------------------
 
-    @property
-    def transport(self) -> RTCDtlsTransport:
-        return self._transport
-
-    def setTransport(self, transport: RTCDtlsTransport) -> None:  # noqa: N802  # aiortc's
-        self._transport = transport
-
-    async def send(self, parameters: RTCRtpSendParameters) -> None:
-        """Begin; `parameters` is what was negotiated."""
-        if self._tasks:
-            return
-        self._transport._register_rtp_sender(self, parameters)
-        self._outlet.join(self._transport)
+    def begin(self, parameters: RTCRtpSendParameters) -> None:
+        self._outlet.join(self.transport)
         numbers = {one.uri: one.id for one in parameters.headerExtensions}
         self._ids = rtp.ExtensionIds(
             transport_sequence=numbers.get(rtp.TRANSPORT_SEQUENCE),
@@ -119,28 +101,24 @@ class Sender(ABC):
         extra = next((c for c in parameters.codecs if c.name.lower() == self._extra_name), None)
         self._extra_payload_type = None if extra is None else extra.payloadType
         self._tasks = [
-            asyncio.create_task(self._run(), name=f"send {self.kind}"),
-            asyncio.create_task(self._report(), name=f"report {self.kind}"),
+            asyncio.create_task(self._guard(self._run_lane()), name=f"send {self.kind}"),
+            asyncio.create_task(self._guard(self._report()), name=f"report {self.kind}"),
         ]
 
-    async def stop(self) -> None:
-        """End for good; safe to call twice."""
-        tasks, self._tasks = self._tasks, []
-        if tasks:
-            self._transport._unregister_rtp_sender(self)
-        for task in tasks:
+    async def end(self) -> None:
+        for task in self._tasks:
             task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await asyncio.gather(*self._tasks, return_exceptions=True)
 
-    async def _handle_rtcp_packet(self, packet: AnyRtcpPacket) -> None:
+    def heard(self, packet: AnyRtcpPacket) -> None:
         if isinstance(packet, RtcpRrPacket):
             for report in packet.reports:
-                if report.ssrc == self._ssrc:
-                    self._heard(report, self._now_s())
+                if report.ssrc == self.ssrc:
+                    self._told(report, self._now_s())
         else:
             self._asked(packet)
 
-    def _heard(self, report: RtcpReceiverInfo, now_s: float) -> None:
+    def _told(self, report: RtcpReceiverInfo, now_s: float) -> None:
         self._outlet.way.lost(report.fraction_lost / 256, now_s)
         trip_s = self._reported.round_trip_s(report.lsr, report.dlsr, now_s)
         if trip_s is not None:
@@ -161,11 +139,12 @@ class Sender(ABC):
 
     # --- sending ---------------------------------------------------------------------------
 
-    async def _run(self) -> None:
+    async def _guard(self, work: Coroutine[None, None, None]) -> None:
+        """Let the peer end with either of its tasks: neither returns by itself."""
         try:
-            await self._run_lane()
+            await work
         except ConnectionError:
-            pass
+            pass  # the transport is closed, and the peer is about to be
         except Exception:
             _LOG.exception("a sender failed", kind=self.kind)
         self.failed = True
@@ -204,7 +183,7 @@ class Sender(ABC):
             extensions=extensions,
             payload=packet.payload,
         )
-        await self._transport._send_rtp(data)
+        await self.put(data)
         return size
 
     async def _send_new(
@@ -221,7 +200,7 @@ class Sender(ABC):
         size = await self._send(
             payload_type=payload_type,
             sequence_number=number,
-            ssrc=self._ssrc,
+            ssrc=self.ssrc,
             packet=packet,
             train=train,
             playout_delay=playout_delay,
@@ -236,24 +215,21 @@ class Sender(ABC):
 
     async def _report(self) -> None:
         """Tell what RTP time it is now in capture time, so that encoding hides no skew."""
-        try:
-            while True:
-                await asyncio.sleep(_REPORT_S * (0.5 + random.random()))
-                if self._newest is None:
-                    continue
-                pts, captured_s = self._newest
-                now_s = self._now_s()
-                ntp = rtp.ntp_time(self._wall_ms() / 1000)
-                report = rtp.sender_report(
-                    ssrc=self._ssrc,
-                    ntp=ntp,
-                    timestamp=(self.origin + pts + round((now_s - captured_s) * self._rate_hz))
-                    % UINT32,
-                    packets=self._packets,
-                    octets=self._octets,
-                    cname=self._cname,
-                )
-                self._reported.sent(ntp, now_s)
-                await self._transport._send_rtp(report)
-        except ConnectionError:
-            pass
+        while True:
+            await asyncio.sleep(_REPORT_S * (0.5 + random.random()))
+            if self._newest is None:
+                continue
+            pts, captured_s = self._newest
+            now_s = self._now_s()
+            ntp = rtp.ntp_time(self._wall_ms() / 1000)
+            now_pts = pts + round((now_s - captured_s) * self._rate_hz)
+            report = rtp.sender_report(
+                ssrc=self.ssrc,
+                ntp=ntp,
+                timestamp=(self.origin + now_pts) % UINT32,
+                packets=self._packets,
+                octets=self._octets,
+                cname=self._cname,
+            )
+            self._reported.sent(ntp, now_s)
+            await self.put(report)
