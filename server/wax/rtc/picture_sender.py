@@ -15,6 +15,7 @@ from wax.rtc.payload import h264
 from wax.rtc.payload.vp8 import Vp8Packetizer
 from wax.rtc.repeats import Repeats
 from wax.rtc.sender import UINT16, UINT32, Seat, Sender
+from wax.sync.pacer import gap_s
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -105,7 +106,7 @@ class PictureSender(Sender):
                 playout_delay=self._playout_delay if index == 0 else None,
             )
             self._history.add(number, packet)
-            due_s += size * 8 / train.pace_bps
+            due_s += gap_s(size, train.pace_bps)
         self._left(picture, pts)
 
     async def _repeat(self, number: int) -> None:

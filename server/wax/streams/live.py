@@ -113,7 +113,7 @@ class LiveStreams:
     def connected(self) -> None:
         """Start the picture before the page can ask for it: it plays on load."""
         self._playing.connected()
-        self._decide(self._clock.now_s())
+        self._decide_now()
 
     def ready(self) -> None:
         self._is_ready = True
@@ -125,7 +125,7 @@ class LiveStreams:
         if policy != self._wanted_policy:
             self._wanted_policy = policy
             self._follow()
-        self._decide(self._clock.now_s())
+        self._decide_now()
 
     def follow(self, sync: SyncSettings, *, drives: bool) -> None:
         self._drives = self._way.thorough = drives
@@ -134,7 +134,7 @@ class LiveStreams:
             return
         self._role_sync = sync
         self._follow()
-        self._decide(self._clock.now_s())
+        self._decide_now()
 
     def reported(self, report: PlayoutReport) -> None:
         now_s = self._clock.now_s()
@@ -164,10 +164,13 @@ class LiveStreams:
 
     # --- what is sent ----------------------------------------------------------------------
 
-    def _decide(self, now_s: float) -> None:
+    def _decide_now(self) -> None:
+        now_s = self._clock.now_s()
+        self._decide(self._way.estimate(now_s), now_s)
+
+    def _decide(self, estimate: LinkEstimate, now_s: float) -> None:
         if self._picture_lane is None or self._sound_lane is None:
             return
-        estimate = self._way.estimate(now_s)
         serving = self._ladder.decide(
             estimate,
             size=self._size,

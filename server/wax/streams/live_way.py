@@ -39,7 +39,7 @@ class LiveWay:
 
     watched = True
 
-    def __init__(self, on_news: Callable[[float], None]) -> None:
+    def __init__(self, on_news: Callable[[LinkEstimate, float], None]) -> None:
         self.thorough = False
         """Whether the browser tells of each packet all the time: of who drives, all is known."""
         self._on_news = on_news
@@ -78,10 +78,6 @@ class LiveWay:
             )
         self._estimate = known
         return known
-
-    def jitter_ms(self, quantile: float) -> float:
-        """Return within how much of the fastest this share of the sound's packets comes."""
-        return self._estimator.jitter_quantile_ms(quantile)
 
     # --- as Way has it ---------------------------------------------------------------------
 
@@ -159,7 +155,7 @@ class LiveWay:
         self._marking.follow(estimate, thorough=self.thorough)
         settled = self._marking.is_sparse or self._losses is not None
         self._look_every_s = _LOOK_SETTLED_S if settled else _LOOK_S
-        self._on_news(now_s)
+        self._on_news(estimate, now_s)
 
     def _count_other(self, size_bytes: int, now_s: float) -> None:
         if self._other_s is None:

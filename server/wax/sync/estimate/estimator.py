@@ -156,10 +156,6 @@ class LinkEstimator:
             assumed=self._assumed and self._starting,
         )
 
-    def jitter_quantile_ms(self, q: float) -> float:
-        """Return within how many ms above the least `q` (0…1) of the sound came, of 20 s."""
-        return self._jitter.quantile_ms(q)
-
     @property
     def _starting(self) -> bool:
         return self._now_s < self._starting_until_s
