@@ -127,6 +127,9 @@ class Viewer:
         self._counters.add("keyframes asked for")
         self.streams.keyframe_wanted()
 
+    def feedback_refused(self) -> None:
+        self._counters.add("feedback refused")
+
     def rtp_clock(self, kind: Kind, rtp: int, captured_s: float) -> None:
         self.send(
             messages.RtpClock(

@@ -23,7 +23,7 @@ from av.packet import Packet
 from wax.clock import SystemClock
 from wax.errors import SignallingError
 from wax.media.encoded import VIDEO_TIME_BASE, EncodedPicture, EncodedSound
-from wax.rtc import private
+from wax.rtc import private, rtp
 from wax.rtc.peer import Peer
 from wax.rtc.way import OpenWay
 from wax.streams.streams import Codecs
@@ -123,6 +123,9 @@ class Events:
 
     def keyframe_wanted(self) -> None:
         self._note("keyframe")
+
+    def feedback_refused(self) -> None:
+        self._note("feedback refused")
 
     def rtp_clock(self, kind: str, rtp: int, captured_s: float) -> None:
         self._note(f"clock {kind}", (rtp, captured_s))
@@ -333,6 +336,30 @@ async def test_feedback_reaches_the_way(pair: Pair) -> None:
     told = [one for one in pair.way.delivered_ if one.kind == "audio"]
     assert told
     assert told[-1].arrived_s is not None
+
+
+async def test_feedback_that_cannot_be_read_is_counted(pair: Pair) -> None:
+    """Feedback that promises more than it has is told as refused, and the peer lives on."""
+    feedback = struct.pack("!BBHLLHHLH", 0x8F, 205, 4, 1, 2, 7, 500, 1 << 8, 1 << 13 | 1)
+    await pair.peer._sound.transport._handle_rtcp_data(feedback.ljust(20, b"\0"))
+    await pair.events.wait("feedback refused")
+    assert pair.peer.is_alive
+
+
+async def test_a_report_that_cannot_be_made_ends_the_peer(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A sender whose reports fail is no half-living one: its peer ends, the viewer comes back."""
+
+    def broken(**_: object) -> bytes:
+        raise ValueError("no report")
+
+    monkeypatch.setattr(rtp, "sender_report", broken)
+    for _ in range(250):
+        if not pair.peer.is_alive:
+            break
+        await asyncio.sleep(0.02)
+    assert not pair.peer.is_alive
 
 
 async def test_a_lost_picture_asks_for_a_keyframe(pair: Pair) -> None:

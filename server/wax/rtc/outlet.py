@@ -24,8 +24,12 @@ _LOG = structlog.get_logger(__name__)
 class Outlet:
     """Between the two senders of a peer and the transport that they share."""
 
-    def __init__(self, way: Way, now_s: Callable[[], float]) -> None:
+    def __init__(
+        self, way: Way, now_s: Callable[[], float], on_refused: Callable[[], None]
+    ) -> None:
+        """`on_refused` is called for feedback that is none."""
         self.way = way
+        self._on_refused = on_refused
         self._now_s = now_s
         self._transmissions = Transmissions()
         self._transports: list[RTCDtlsTransport] = []
@@ -72,5 +76,6 @@ class Outlet:
                 deliveries = self._transmissions.reported(feedback.parse(one), now_s)
             except ProtocolError as error:
                 _LOG.debug("feedback refused", error=str(error))
+                self._on_refused()
                 continue
             self.way.delivered(deliveries, now_s)

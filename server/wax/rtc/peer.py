@@ -62,6 +62,10 @@ class PeerEvents(Protocol):
 
     def keyframe_wanted(self) -> None: ...
 
+    def feedback_refused(self) -> None:
+        """Learn that the browser told of packets in a way that cannot be read."""
+        ...
+
     def rtp_clock(self, kind: Kind, rtp: int, captured_s: float) -> None:
         """Learn that a packet with this RTP time carried what was captured at this moment."""
         ...
@@ -90,7 +94,7 @@ class Peer:
         self._codecs = codecs
         self._clock = clock
         self._way = way
-        self._outlet = Outlet(way, clock.now_s)
+        self._outlet = Outlet(way, clock.now_s, events.feedback_refused)
         self._channels: dict[str, RTCDataChannel] = {}
         self._clock_told_s: dict[Kind, float] = {}
         self._closed = False

@@ -112,10 +112,11 @@ class PictureSender(Sender):
     async def _repeat(self, number: int) -> None:
         now_s = self._now_s()
         lost = self._history.get(number)
-        if lost is None or not self._repeats.allows(number, self._round_trip_s(), now_s):
+        if lost is None or not self._repeats.is_due(number, self._round_trip_s(), now_s):
             return
         if not self._outlet.way.repeats(len(lost.payload), now_s - lost.sent_s, now_s):
             return
+        self._repeats.sent(number, now_s)
         if self._extra_payload_type is None:
             payload_type, to_send, ssrc, sequence_number = (
                 self._payload_type,

@@ -19,16 +19,17 @@ class Repeats:
     def __init__(self) -> None:
         self._sent_s: OrderedDict[int, float] = OrderedDict()
 
-    def allows(self, sequence_number: int, round_trip_s: float | None, now_s: float) -> bool:
-        """Tell whether to send this one again now, and remember it if so.
+    def is_due(self, sequence_number: int, round_trip_s: float | None, now_s: float) -> bool:
+        """Tell whether to send this one again now.
 
         A copy needs a round trip until its receipt can be known; None is an unknown one.
         """
         sent_s = self._sent_s.get(sequence_number)
-        if sent_s is not None and now_s - sent_s < (round_trip_s or 0.0):
-            return False
+        return sent_s is None or now_s - sent_s >= (round_trip_s or 0.0)
+
+    def sent(self, sequence_number: int, now_s: float) -> None:
+        """Remember that this one has been sent again."""
         self._sent_s[sequence_number] = now_s
         self._sent_s.move_to_end(sequence_number)
         if len(self._sent_s) > _REMEMBERED:
             self._sent_s.popitem(last=False)
-        return True

@@ -31,7 +31,6 @@ class Transmissions:
         self._oldest = 0
         self._next = 0
         self._ahead = 0  # the first number after all that have arrived
-        self._in_flight_bytes = 0
         self._missing: set[int] = set()
         self._told_lost: set[int] = set()
         self._newest_arrived_s: float | None = None
@@ -42,7 +41,6 @@ class Transmissions:
         number = self._next
         self._sent[number] = (now_s, size_bytes, kind, train)
         self._next = number + 1
-        self._in_flight_bytes += size_bytes
         return number & 0xFFFF
 
     def reported(self, feedback: Feedback, now_s: float) -> tuple[Delivery, ...]:
@@ -80,11 +78,6 @@ class Transmissions:
             told.sort(key=_number)
         return tuple([self._delivery(number, arrived_s) for number, arrived_s in told])
 
-    def in_flight_bytes(self, now_s: float) -> int:
-        """Return the bytes sent after the newest packet that has arrived, of the last 5 s."""
-        self._forget(now_s)
-        return self._in_flight_bytes
-
     def oldest_unreported_s(self, now_s: float) -> float | None:
         """Return how long ago the oldest packet in flight left, 5 s at most; None without one."""
         self._forget(now_s)
@@ -100,8 +93,6 @@ class Transmissions:
 
     def _pass(self, arrived: int) -> None:
         """Take all up to this number out of flight: it has come, is lost, or was never told."""
-        for number in range(self._ahead, arrived + 1):
-            self._in_flight_bytes -= self._sent[number][1]
         self._ahead = max(self._ahead, arrived + 1)
 
     def _delivery(self, number: int, arrived_s: float | None) -> Delivery:
@@ -122,9 +113,7 @@ class Transmissions:
                 del self._sent[number]
                 self._missing.discard(number)
                 self._told_lost.discard(number)
-                if number >= self._ahead:
-                    self._in_flight_bytes -= entry[1]
-                    self._ahead = number + 1
+                self._ahead = max(self._ahead, number + 1)
             self._oldest = number + 1
 
 
