@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from difflib import get_close_matches
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import (
     BaseModel,
@@ -14,6 +14,7 @@ from pydantic import (
     Field,
     ValidationError,
     field_validator,
+    model_validator,
 )
 
 from wax import allowed
@@ -179,10 +180,34 @@ class TurnSettings(_Section):
 class DriveSettings(_Section):
     """`[drive]`: how commands become motion."""
 
-    command_rate_hz: Annotated[float, Field(ge=20, le=50)] = 30.0
+    command_rate_hz: Annotated[float, Field(ge=20, le=50)] = 50.0
     loop_hz: Annotated[float, Field(ge=20, le=100)] = 50.0
     max_age_ms: Annotated[float, Field(ge=50, le=1000)] = 150.0
+    max_command_age_ms: Annotated[float, Field(ge=50, le=2000)] = 500.0
+    slow_picture_age_ms: Annotated[float, Field(ge=100, le=60_000)] = 400.0
+    stop_picture_age_ms: Annotated[float, Field(ge=100, le=60_000)] = 800.0
+    max_stop_distance_m: Annotated[float, Field(gt=0, le=10)] = 0.3
     fine_fraction: Annotated[float, Field(gt=0, le=1)] = 0.3
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.max_command_age_ms < self.max_age_ms:
+            raise ValueError(
+                f"max_command_age_ms is {self.max_command_age_ms:g} and max_age_ms"
+                f" {self.max_age_ms:g}; let max_command_age_ms be the larger one"
+            )
+        if self.stop_picture_age_ms < self.slow_picture_age_ms:
+            raise ValueError(
+                f"stop_picture_age_ms is {self.stop_picture_age_ms:g} and slow_picture_age_ms"
+                f" {self.slow_picture_age_ms:g}; let stop_picture_age_ms be the larger one"
+            )
+        return self
+
+
+class StopSettings(_Section):
+    """`[stop]`: who may press Stop."""
+
+    by: Literal["everybody", "operator"] = "everybody"
 
 
 Byte = Annotated[int, Field(ge=0, le=255)]
@@ -244,6 +269,11 @@ class RobotSettings(_Section):
     driver: Annotated[str, Field(min_length=1)] = "simulated"
     max_linear_mps: Annotated[float, Field(gt=0, le=10)] = 0.6
     max_angular_rps: Annotated[float, Field(gt=0, le=20)] = 1.5
+    max_linear_acceleration_mps2: Annotated[float, Field(gt=0, le=100)] = 1.5
+    max_angular_acceleration_rps2: Annotated[float, Field(gt=0, le=200)] = 6.0
+    braking_mps2: Annotated[float, Field(gt=0, le=100)] = 2.0
+    soft_braking: bool = False
+    silence_ms: Annotated[int, Field(ge=60, le=1000)] = 120
     wheel_base_m: Annotated[float, Field(gt=0, le=5)] = 0.3
     left_trim: Annotated[float, Field(ge=0.1, le=1)] = 1.0
     right_trim: Annotated[float, Field(ge=0.1, le=1)] = 1.0
@@ -264,6 +294,7 @@ class Settings(_Section):
     thesis: ThesisSettings = ThesisSettings()
     turns: TurnSettings = TurnSettings()
     drive: DriveSettings = DriveSettings()
+    stop: StopSettings = StopSettings()
     robot: RobotSettings = RobotSettings()
 
 

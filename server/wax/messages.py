@@ -43,7 +43,8 @@ class _Outgoing(BaseModel):
 class Drive(_Incoming):
     """A complete set-point: what the operator's hands say now.
 
-    `linear` and `angular` are shares of the robot's limits (ahead and left are positive).
+    `linear` and `angular` are shares of the robot's limits (ahead and left are positive). `held` is
+    the dead-man: some control is held down. Without it nothing moves, whatever the shares say.
     `seen_server_ms` is the capture time of the newest presented picture, null when unknown.
     """
 
@@ -53,6 +54,7 @@ class Drive(_Incoming):
     sent_server_ms: Ms
     linear: Unit
     angular: Unit
+    held: bool
     speed: Speed
     seen_server_ms: Ms | None
     axes: Annotated[dict[Annotated[str, Field(max_length=16)], Unit], Field(max_length=4)] = {}
@@ -135,9 +137,20 @@ class Leave(_Incoming):
 
 
 class Stop(_Incoming):
-    """Stand still now. Commands older than this do not move the robot again."""
+    """Stand still now, and until the stop is released."""
 
     type: Literal["stop"]
+
+
+class Release(_Incoming):
+    """End the stop with this number, deliberately; it moves nothing.
+
+    One that is late, or is meant for an earlier stop, releases nothing.
+    """
+
+    type: Literal["release"]
+    stop: Counter
+    sent_server_ms: Ms
 
 
 class Want(_Incoming):
@@ -186,8 +199,30 @@ class RobotInfo(_Outgoing):
     axes: list[str]
 
 
+class LossRules(_Outgoing):
+    """What the robot does when something fails: disclosed at connect, never negotiable.
+
+    A command is obeyed for `max_age_ms` beyond the line's own time, together at most
+    `max_command_age_ms`; a picture older than these, beyond the line's own time, slows or stops.
+    The process that speaks with the robot stops it after `silence_ms`, the robot itself after
+    `robot_ttl_ms`, null where it has no watchdog that is known of.
+    """
+
+    max_age_ms: float
+    max_command_age_ms: float
+    slow_picture_age_ms: float
+    stop_picture_age_ms: float
+    max_stop_distance_m: float
+    silence_ms: float
+    robot_ttl_ms: float | None
+    stop_by: Literal["everybody", "operator"]
+
+
 class Hello(_Outgoing):
-    """The first message on the state channel; `acknowledge` asks the page for `Received`."""
+    """The first message on the state channel; `acknowledge` asks the page for `Received`.
+
+    `is_host` says that this page is open on the server's own machine.
+    """
 
     type: Literal["hello"] = "hello"
     version: str
@@ -197,7 +232,8 @@ class Hello(_Outgoing):
     turn_s: float
     grace_s: float
     command_rate_hz: float
-    max_age_ms: float
+    on_loss: LossRules
+    is_host: bool
     acknowledge: bool
 
 
@@ -233,12 +269,20 @@ class SourceStatus(_Outgoing):
     problem: str | None
 
 
+class StopInfo(_Outgoing):
+    """The stop that is latched: its number, which only rises, and who pressed it."""
+
+    number: int
+    by: str
+
+
 class Room(_Outgoing):
-    """What everybody sees, sent on every change."""
+    """What everybody sees, sent on every change. `stop` is null while none is latched."""
 
     type: Literal["room"] = "room"
     viewers: list[ViewerInfo]
     turn: TurnInfo
+    stop: StopInfo | None
     robot: RobotStatus
     video: SourceStatus
     audio: SourceStatus
@@ -304,7 +348,10 @@ class Units(_Outgoing):
 
 
 class DriveStatus(_Outgoing):
-    """What becomes of the operator's commands; sent when `reason` changes."""
+    """What becomes of the operator's commands; sent when it changes.
+
+    `reason` is why the robot stands although it is told to move, or moves slower than it is told.
+    """
 
     type: Literal["drive_status"] = "drive_status"
     moving: bool
@@ -319,7 +366,7 @@ class Notice(_Outgoing):
 
 
 DriveIn = Drive | Ping | Report
-StateIn = SetName | Join | Leave | Stop | Want | Received
+StateIn = SetName | Join | Leave | Stop | Release | Want | Received
 DriveOut = Pong
 StateOut = Hello | Room | Playout | Served | RtpClock | Units | DriveStatus | Notice
 

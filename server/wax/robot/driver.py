@@ -61,11 +61,13 @@ class RobotState:
 
     `problem` is a sentence for a person while the robot cannot be driven, else None.
     `epoch` rises with every (re)connection: a set-point made before is never applied after.
+    `moving` is whether a wheel turns by the robot's own account, None where it does not tell.
     """
 
     connected: bool
     problem: str | None = None
     epoch: int = 0
+    moving: bool | None = None
     pose: Pose | None = None
     battery_fraction: float | None = None
     extra: dict[str, float] = field(default_factory=dict)
