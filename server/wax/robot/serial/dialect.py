@@ -23,8 +23,21 @@ class Dialect(Protocol):
         """Make the robot stand, whatever was said before."""
         ...
 
-    def hear(self, data: bytes) -> None:
+    def hear(self, data: bytes, now_s: float) -> None:
         """Take what the robot has written; never raises."""
+        ...
+
+    def answers(self, now_s: float, /) -> bool:
+        """Say whether the robot is there by its own account; where it tells nothing, yes."""
+        ...
+
+    def overdue(self, now_s: float, /) -> bool:
+        """Say whether the robot should have answered by now and has not."""
+        ...
+
+    @property
+    def moving(self) -> bool | None:
+        """Whether a wheel turns by the robot's account, None where it does not tell."""
         ...
 
     def known(self) -> dict[str, float]:

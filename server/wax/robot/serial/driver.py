@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 class SerialRobot:
     """A `Driver` for any URL that pyserial opens, in the dialect ``frames`` or ``bytes``.
 
-    Nothing moves after the line was opened until standstill was wanted once (`stop`, or `apply`
-    of zero) and then motion. Without a set-point for `ttl_ms` it tells the robot to stop.
+    In ``frames`` it is connected while the robot answers, in ``bytes`` while the port is open.
+    Nothing moves after that began until standstill was wanted once (`stop`, or `apply` of zero)
+    and then motion. Without a set-point for `ttl_ms` it tells the robot to stop.
     """
 
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
@@ -43,7 +44,7 @@ class SerialRobot:
             else SingleByteDialect(serial.bytes, self._limits)
         )
         self._clock = clock
-        self._talk = _Talk(dialect, SetPoints(self._limits, serial.ttl_ms / 1000.0))
+        self._talk = _Talk(dialect, SetPoints(self._limits, serial.ttl_ms / 1000.0), serial.url)
         self._port = Port(serial, clock, self._talk)
 
     @property
@@ -84,35 +85,36 @@ class SerialRobot:
 class _Talk:
     """The `Conversation` of a serial robot: set-points in, the dialect's bytes out, one lock."""
 
-    def __init__(self, dialect: Dialect, setpoints: SetPoints) -> None:
+    def __init__(self, dialect: Dialect, setpoints: SetPoints, url: str) -> None:
         self.lock = threading.Lock()
         self.setpoints = setpoints
         self._dialect = dialect
+        self._url = url
         self._connected = False
         self._problem: str | None = None
         self._epoch = 0
 
     def opened(self, now_s: float) -> bytes:
         with self.lock:
-            self.setpoints.connected()
-            self._connected, self._problem = True, None
-            self._epoch += 1
-            return self._dialect.hello(now_s)
+            words = self._dialect.hello(now_s)
+            self._look(now_s)
+            return words
 
     def next(self, now_s: float) -> tuple[bytes, float]:
         with self.lock:
+            self._look(now_s)
             order, changes_s = self.setpoints.order(now_s)
             words, due_s = self._dialect.say(order, now_s)
             return words, min(due_s, changes_s)
 
-    def received(self, data: bytes) -> None:
+    def received(self, data: bytes, now_s: float) -> None:
         with self.lock:
-            self._dialect.hear(data)
+            self._dialect.hear(data, now_s)
+            self._look(now_s)
 
     def lost(self, problem: DriverError) -> None:
         with self.lock:
-            self.setpoints.lost()
-            self._connected, self._problem = False, str(problem)
+            self._disconnect(str(problem))
 
     def farewell(self) -> bytes:
         with self.lock:
@@ -120,8 +122,7 @@ class _Talk:
 
     def close(self) -> None:
         with self.lock:
-            self.setpoints.lost()
-            self._connected, self._problem = False, None
+            self._disconnect(None)
 
     def state(self) -> RobotState:
         with self.lock:
@@ -129,5 +130,27 @@ class _Talk:
                 connected=self._connected,
                 problem=self._problem,
                 epoch=self._epoch,
+                moving=self._dialect.moving if self._connected else None,
                 extra=self._dialect.known(),
             )
+
+    def _look(self, now_s: float) -> None:
+        """Take note of whether the robot is there."""
+        if self._dialect.answers(now_s):
+            if not self._connected:
+                self.setpoints.connected()
+                self._connected, self._problem = True, None
+                self._epoch += 1
+        elif self._dialect.overdue(now_s):
+            self._disconnect(_silent(self._url))
+
+    def _disconnect(self, problem: str | None) -> None:
+        self.setpoints.lost()
+        self._connected, self._problem = False, problem
+
+
+def _silent(url: str) -> str:
+    return (
+        f"The robot does not answer on {url}: check its power, its cable and that its program is "
+        "that of server/firmware."
+    )

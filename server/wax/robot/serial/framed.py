@@ -1,10 +1,13 @@
-"""Speak the dialect ``frames``: each change at once, and all again four times a time-to-live."""
+"""Speak the dialect ``frames``: agree on a session, then each change at once and all again."""
 
 from __future__ import annotations
 
+import secrets
+from collections import deque
 from typing import TYPE_CHECKING, Final
 
 from wax.robot.serial.frames import (
+    NO_SESSION,
     POSITION_SCALE,
     Axis,
     Body,
@@ -21,48 +24,80 @@ if TYPE_CHECKING:
     from wax.robot.serial.setpoints import Order
     from wax.robot.serial.wheels import Mixer
 
-REPEATS_PER_TTL: Final = 4
+HELLO_EVERY_S: Final = 0.1
+DRIVE_EVERY_S: Final = 0.02
+STOP_EVERY_S: Final = 0.05
+SILENT_AFTER_S: Final = 0.5
+REMEMBERED: Final = 256
+"""Frames sent; more than half a second of them, axes included."""
 
 
 class FramedDialect:
-    """A `Dialect` for boards with a watchdog of their own: three frames in a row may be lost."""
+    """A `Dialect` for boards with a watchdog of their own.
+
+    The robot is there while its reports name a frame that was sent within the last
+    `SILENT_AFTER_S`: it speaks, and it hears. Until then it gets hello and stop, nothing else,
+    and after a silence those of a new session.
+    """
 
     def __init__(self, mixer: Mixer, ttl_ms: int, axes: tuple[str, ...]) -> None:
         self._mixer = mixer
         self._axes = axes
         self._ttl_ms = ttl_ms
+        self._session = NO_SESSION
         self._sequence = 0
+        self._sent: deque[tuple[int, float]] = deque(maxlen=REMEMBERED)
         self._said: Order | None = None
-        self._repeat_s = 0.0
-        self._decoder = Decoder()
+        self._again_s = 0.0
+        self._patience_ends_s = 0.0
+        self._answers = False
+        self._decoder = Decoder(NO_SESSION)
         self._report: Report | None = None
+        self._robot_time_ms = 0.0
+        self._heard_s = 0.0
 
     def hello(self, now_s: float) -> bytes:
-        self._said = None
-        self._repeat_s = now_s
-        self._decoder = Decoder()
+        self._session = _draw(self._session)
+        self._decoder = Decoder(self._session)
         self._report = None
-        return self._frame(Hello(), 0) + self._frame(Stop(), 0)
+        self._answers = False
+        self._sent.clear()
+        self._patience_ends_s = now_s + SILENT_AFTER_S
+        return self._greet(now_s)
 
     def say(self, order: Order, now_s: float) -> tuple[bytes, float]:
-        if order == self._said and now_s < self._repeat_s:
-            return b"", self._repeat_s
+        if self._answers and self.overdue(now_s):
+            return self.hello(now_s), self._again_s
+        if now_s < self._again_s and (order == self._said or not self._answers):
+            return b"", self._due_s()
+        if not self._answers:
+            return self._greet(now_s), self._again_s
         self._said = order
-        self._repeat_s = now_s + self._ttl_ms / 1000.0 / REPEATS_PER_TTL
-        words = self._frame(self._motion(order), order.turn)
+        self._again_s = now_s + (STOP_EVERY_S if order.twist.is_zero else DRIVE_EVERY_S)
+        words = self._frame(self._motion(order), order.turn, now_s)
         for name, position in order.axes:
             axis = Axis(self._axes.index(name), round(position * POSITION_SCALE))
-            words += self._frame(axis, order.turn)
-        return words, self._repeat_s
+            words += self._frame(axis, order.turn, now_s)
+        return words, self._due_s()
 
     def farewell(self) -> bytes:
         turn = 0 if self._said is None else self._said.turn
-        return self._frame(Stop(), turn)
+        return self._frame(Stop(), turn, self._heard_s)
 
-    def hear(self, data: bytes) -> None:
+    def hear(self, data: bytes, now_s: float) -> None:
         for frame in self._decoder.feed(data):
             if isinstance(frame.body, Report):
-                self._report = frame.body
+                self._take(frame.body, frame.time_ms, now_s)
+
+    def answers(self, now_s: float) -> bool:
+        return self._answers and not self.overdue(now_s)
+
+    def overdue(self, now_s: float) -> bool:
+        return now_s >= self._patience_ends_s
+
+    @property
+    def moving(self) -> bool | None:
+        return None if self._report is None else self._report.moving
 
     def known(self) -> dict[str, float]:
         known = {"line_errors": float(self._decoder.errors)}
@@ -76,8 +111,29 @@ class FramedDialect:
                 "moving": float(report.moving),
                 "timed_out": float(report.timed_out),
                 "last_sequence": float(report.sequence),
+                "robot_line_errors": float(report.damaged),
+                "robot_refused": float(report.refused),
             }
         return known
+
+    def _take(self, report: Report, robot_time_ms: int, now_s: float) -> None:
+        self._report = report
+        self._robot_time_ms, self._heard_s = float(robot_time_ms), now_s
+        sent_s = max((at_s for number, at_s in self._sent if number == report.sequence), default=0)
+        if now_s - sent_s >= SILENT_AFTER_S:
+            return
+        self._patience_ends_s = sent_s + SILENT_AFTER_S
+        if not self._answers:
+            self._answers = True
+            self._decoder.errors = 0  # what it wrote before it knew the session is no fault
+
+    def _greet(self, now_s: float) -> bytes:
+        self._said = None
+        self._again_s = now_s + HELLO_EVERY_S
+        return self._frame(Hello(self._session), 0, now_s) + self._frame(Stop(), 0, now_s)
+
+    def _due_s(self) -> float:
+        return min(self._again_s, self._patience_ends_s)
 
     def _motion(self, order: Order) -> Body:
         if order.twist.is_zero:
@@ -85,7 +141,17 @@ class FramedDialect:
         wheels = self._mixer.mix(order.twist)
         return Drive(round(wheels.left_mps * 1000.0), round(wheels.right_mps * 1000.0))
 
-    def _frame(self, body: Body, turn: int) -> bytes:
+    def _frame(self, body: Body, turn: int, now_s: float) -> bytes:
         self._sequence = (self._sequence + 1) & 0xFFFF
-        ttl_ms = self._ttl_ms if isinstance(body, Drive) else 0
-        return encode(Frame(body, sequence=self._sequence, turn=turn, ttl_ms=ttl_ms))
+        self._sent.append((self._sequence, now_s))
+        known = self._report is not None and not isinstance(body, Hello)
+        time_ms = self._robot_time_ms + (now_s - self._heard_s) * 1000.0 if known else 0.0
+        ttl_ms = self._ttl_ms if isinstance(body, Drive | Axis) else 0
+        frame = Frame(body, sequence=self._sequence, turn=turn, ttl_ms=ttl_ms, time_ms=int(time_ms))
+        return encode(frame, self._session)
+
+
+def _draw(last: int) -> int:
+    """Draw a session that is not the last one."""
+    session = 1 + secrets.randbelow(NO_SESSION - 2)
+    return session if session != last else NO_SESSION - 1

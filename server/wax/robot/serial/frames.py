@@ -1,4 +1,4 @@
-"""The dialect ``frames``, byte by byte (pure). All numbers are little-endian.
+"""The dialect ``frames``, second edition, byte by byte (pure). All numbers are little-endian.
 
 ====== ====== ==============================================================================
 offset size   what
@@ -9,31 +9,49 @@ offset size   what
 4      2      sequence number, rises by one with each frame of this sender, wraps to 0
 6      4      turn number; in frames of the robot the highest that it has seen
 10     2      time-to-live in ms, 0 where the type has none
-12     N      payload
-12+N   2      CRC-16 of bytes 2 to 11+N: polynomial 1021, start FFFF, not reflected, no
-              final xor ("CCITT-FALSE", "IBM-3740"; it is 29B1 for the text 123456789)
+12     4      time on the robot's clock in ms, wraps to 0; in frames of the server what it has
+              worked out from the robot's last report and the time since, 0 in hello
+16     N      payload
+16+N   2      CRC-16 of bytes 2 to 15+N: polynomial 1021, not reflected, no final xor; it
+              starts with FFFF in hello, in all others with the session
 ====== ====== ==============================================================================
+
+Started with FFFF this CRC is known as "CCITT-FALSE" and "IBM-3740"; 123456789 gives 29B1.
 
 From the server:
 
-- 00 hello, no payload: the server has opened the line. Stand still and forget turn and sequence.
+- 00 hello, ``uint16 session``, 1 to 65534, drawn at random: from now on this session counts, in
+  both directions. Stand still, forget turn and sequence, and report.
 - 01 drive, ``int16 left, int16 right``: wheel speeds in mm/s, ahead positive. They are worth the
-  time-to-live, counted from arrival; after it the robot stands still until the next drive.
+  time-to-live, at most 1000 ms, counted from arrival; after it the robot stands still until the
+  next drive.
 - 02 axis, ``uint8 number, int16 position``: move an axis to position / 10000 of its range,
-  -10000 to 10000. Its number is its place in the configuration's ``axes``, from 0.
-- 03 stop, no payload: stand still now, whatever the turn.
+  -10000 to 10000. Its number is its place in the configuration's ``axes``, from 0. Its
+  time-to-live is how late it may be.
+- 03 stop, no payload: stand still now, whatever the turn, the sequence and the time.
 
-The robot ignores drive and axis of a lower turn than it has seen, and within a turn those whose
-sequence number is not newer than the last (a 16 bit difference of 1 to 32767).
+The robot refuses drive and axis
 
-From the robot, 2 to 50 times a second as it likes:
+- of a lower turn than it has seen in this session;
+- within a turn, unless their sequence number is newer than that of the last frame that it took
+  (a 16 bit difference of 1 to 32767);
+- whose time is longer ago than their time-to-live, is more than 50 ms ahead, or is before the
+  last hello. So what a line held back, or says again, moves nothing, not even with its hello.
+
+Without a session, which is how it starts, it takes nothing but hello.
+
+From the robot, 20 times a second, and at once after a hello and when bit 0 of the flags changes:
 
 - 81 report, ``uint16 battery_mv, uint8 bumpers, int32 left, int32 right, uint8 flags,
-  uint16 sequence``: battery voltage (0: not measured), pressed bumpers bit by bit, encoder ticks,
-  flags (bit 0: a wheel turns; bit 1: stands because a time-to-live ran out), and the sequence
-  number of the last frame that it took.
+  uint16 sequence, uint16 damaged, uint16 refused``: battery voltage (0: not measured), pressed
+  bumpers bit by bit, encoder ticks, flags (bit 0: a wheel turns; bit 1: stands because a
+  time-to-live ran out), the sequence number of the last frame that it took, and how many since
+  it started were damaged or refused (both wrap to 0). Without a session its CRC starts with FFFF.
 
-What has another type or length, or a wrong CRC, is ignored.
+What has another type or length, or a wrong CRC, is ignored: another session's frame is as good
+as damaged, always, because the same bytes with another start never have the same CRC. One to
+three flipped bits, and any within a stretch of 16, are always found; of other damage one in
+65536 is not, and then still has to fit in turn, sequence and time.
 """
 
 from __future__ import annotations
@@ -46,14 +64,18 @@ from typing import Final
 START: Final = b"\xa5\x5a"
 MAX_PAYLOAD: Final = 32
 POSITION_SCALE: Final = 10_000
+NO_SESSION: Final = 0xFFFF
+"""What the CRC starts with where no session counts."""
 
-_HEADER: Final = struct.Struct("<2sBBHIH")
+_HEADER: Final = struct.Struct("<2sBBHIHI")
 _CRC: Final = struct.Struct("<H")
 
 
 @dataclass(frozen=True, slots=True)
 class Hello:
-    """The server has opened the line."""
+    """A session begins, 1 to 65534."""
+
+    session: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +109,8 @@ class Report:
     right_ticks: int
     flags: int
     sequence: int
+    damaged: int = 0
+    refused: int = 0
 
     @property
     def moving(self) -> bool:
@@ -108,19 +132,20 @@ class Frame:
     sequence: int = 0
     turn: int = 0
     ttl_ms: int = 0
+    time_ms: int = 0
 
 
 _TYPES: Final[dict[int, tuple[type[Body], struct.Struct]]] = {
-    0x00: (Hello, struct.Struct("<")),
+    0x00: (Hello, struct.Struct("<H")),
     0x01: (Drive, struct.Struct("<hh")),
     0x02: (Axis, struct.Struct("<Bh")),
     0x03: (Stop, struct.Struct("<")),
-    0x81: (Report, struct.Struct("<HBiiBH")),
+    0x81: (Report, struct.Struct("<HBiiBHHH")),
 }
 _CODES: Final = {body: code for code, (body, _) in _TYPES.items()}
 
 
-def encode(frame: Frame) -> bytes:
+def encode(frame: Frame, session: int) -> bytes:
     """Give the bytes of a frame; raises `struct.error` if the body does not fit its fields."""
     code = _CODES[type(frame.body)]
     fields = [getattr(frame.body, name) for name in frame.body.__dataclass_fields__]
@@ -132,21 +157,26 @@ def encode(frame: Frame) -> bytes:
         frame.sequence & 0xFFFF,
         frame.turn & 0xFFFF_FFFF,
         frame.ttl_ms & 0xFFFF,
+        frame.time_ms & 0xFFFF_FFFF,
     )
-    return header + payload + _crc(header[len(START) :] + payload)
+    return header + payload + _crc(header[len(START) :] + payload, code, session)
 
 
 class Decoder:
     """Finds frames in a stream of bytes; never raises, keeps at most one unfinished frame.
 
+    Given a session it understands hello and the frames of this session, as the server does. With
+    None it does as the robot: the session of the last hello counts, and before it none does.
     After garbage it goes on with the next start that holds. `errors` counts what began like a
     frame and was none, or none that is known; `skipped_bytes` counts all that was in no frame.
     """
 
-    def __init__(self) -> None:
-        self._rest = b""
+    def __init__(self, session: int | None = None) -> None:
+        self.session = NO_SESSION if session is None else session
         self.errors = 0
         self.skipped_bytes = 0
+        self._follows_hello = session is None
+        self._rest = b""
 
     def feed(self, data: bytes) -> list[Frame]:
         """Take the next bytes; return the frames that are complete."""
@@ -166,7 +196,7 @@ class Decoder:
             end = at + _HEADER.size + length + _CRC.size
             if end > len(stream):
                 break
-            if _crc(stream[at + len(START) : end - _CRC.size]) != stream[end - _CRC.size : end]:
+            if not _holds(stream[at:end], self.session):
                 at = self._skip(at)
                 continue
             frame = _parse(stream[at:end])
@@ -174,6 +204,8 @@ class Decoder:
                 self.errors += 1
             else:
                 frames.append(frame)
+                if self._follows_hello and isinstance(frame.body, Hello):
+                    self.session = frame.body.session
             at = end
         self._rest = stream[at:]
         return frames
@@ -192,14 +224,22 @@ def _find_start(stream: bytes, at: int) -> int:
     return len(stream) - 1 if stream[at:].endswith(START[:1]) else len(stream)
 
 
+def _holds(data: bytes, session: int) -> bool:
+    covered = data[len(START) : -_CRC.size]
+    return _crc(covered, data[len(START) + 1], session) == data[-_CRC.size :]
+
+
 def _parse(data: bytes) -> Frame | None:
-    _, _, code, sequence, turn, ttl_ms = _HEADER.unpack_from(data)
+    _, _, code, sequence, turn, ttl_ms, time_ms = _HEADER.unpack_from(data)
     payload = data[_HEADER.size : -_CRC.size]
-    body, layout = _TYPES.get(code, (None, None))
-    if body is None or layout is None or layout.size != len(payload):
+    body_type, layout = _TYPES.get(code, (None, None))
+    if body_type is None or layout is None or layout.size != len(payload):
         return None
-    return Frame(body(*layout.unpack(payload)), sequence=sequence, turn=turn, ttl_ms=ttl_ms)
+    body = body_type(*layout.unpack(payload))
+    if isinstance(body, Hello) and not 0 < body.session < NO_SESSION:
+        return None
+    return Frame(body, sequence=sequence, turn=turn, ttl_ms=ttl_ms, time_ms=time_ms)
 
 
-def _crc(data: bytes) -> bytes:
-    return _CRC.pack(binascii.crc_hqx(data, 0xFFFF))
+def _crc(data: bytes, code: int, session: int) -> bytes:
+    return _CRC.pack(binascii.crc_hqx(data, NO_SESSION if code == _CODES[Hello] else session))

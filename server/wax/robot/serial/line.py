@@ -25,7 +25,7 @@ class Conversation(Protocol):
         """Give what to write now, and when to ask again at the latest."""
         ...
 
-    def received(self, data: bytes) -> None:
+    def received(self, data: bytes, now_s: float) -> None:
         """Take what the other side has written."""
         ...
 
@@ -111,7 +111,7 @@ class Line:
             while not self._ended:
                 data = self._port.read(max(1, min(self._port.in_waiting, MAX_READ_BYTES)))
                 if data:
-                    self._conversation.received(data)
+                    self._conversation.received(data, self._clock.now_s())
         except Exception as error:
             # Whatever a handler of pyserial raises, the writer ends with it and it is reported.
             with self._changed:

@@ -68,8 +68,18 @@ class SingleByteDialect:
     def farewell(self) -> bytes:
         return bytes([self._stop] * STOP_TIMES)
 
-    def hear(self, data: bytes) -> None:
+    def hear(self, data: bytes, now_s: float) -> None:
         """Such boards have nothing to tell."""
+
+    def answers(self, _now_s: float, /) -> bool:
+        return True
+
+    def overdue(self, _now_s: float, /) -> bool:
+        return False
+
+    @property
+    def moving(self) -> bool | None:
+        return None
 
     def known(self) -> dict[str, float]:
         return {}
