@@ -1,0 +1,86 @@
+"""`wax prove-stop`: ask, prove, write the record."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import platform
+import signal
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from wax import __version__
+from wax.errors import ConfigError, StartError
+from wax.proof import record
+from wax.proof.config_file import check
+from wax.proof.proof import Progress, Proof
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.config import Settings
+    from wax.proof.verdict import Findings
+
+MAX_REPEATS: Final = 1000
+_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+def prove_stop(
+    settings: Settings,
+    *,
+    repeats: int,
+    path: Path | None,
+    confirm: Callable[[], bool],
+    tell: Callable[[Progress], None],
+) -> int:
+    """Prove the stop and write its record to `path`, or beside; 0 if all was in time, else 1.
+
+    `confirm` must see to it that the wheels are off the floor. Raises `ConfigError` for wrong use,
+    another `WaxError` where the proof cannot begin.
+    """
+    if not 1 <= repeats <= MAX_REPEATS:
+        raise ConfigError(f"--repeats: got {repeats}; allowed is a number from 1 to {MAX_REPEATS}")
+    check(settings)
+    if not confirm():
+        raise ConfigError("nothing was moved: lift the wheels off the floor first")
+    begun = datetime.now().astimezone()
+    path = path or Path(f"prove-stop-{begun:%Y-%m-%d-%H%M}.html")
+    if not path.parent.is_dir() or not os.access(path.parent, os.W_OK):
+        raise ConfigError(f"--record: {path} cannot be written there; name another place")
+    try:
+        findings = asyncio.run(_run(Proof(settings, repeats=repeats, tell=tell)))
+    except asyncio.CancelledError:
+        raise StartError("the proof was broken off before the robot moved") from None
+    occasion = record.Occasion(
+        date=f"{begun:%Y-%m-%d %H:%M %Z}",
+        machine=f"{platform.node()}, {platform.platform()}, Python {platform.python_version()}",
+        version=__version__,
+    )
+    try:
+        path.write_text(record.page(findings, settings, occasion), encoding="utf-8")
+    except OSError as error:
+        raise StartError(f"the record {path} cannot be written: {error.strerror}") from error
+    cuts = sum(len(finding.samples) for finding in findings.findings)
+    tell(Progress(f"{record.sentence(findings)} The record: {path}", cuts, cuts))
+    return 0 if findings.all_passed else 1
+
+
+async def _run(proof: Proof) -> Findings:
+    """Run it so that each way to end it makes the robot stand first."""
+    loop = asyncio.get_running_loop()
+    task = asyncio.current_task()
+    assert task is not None
+
+    def break_off() -> None:
+        for number in _SIGNALS:  # a second one must not disturb the first one's tidying up
+            loop.add_signal_handler(number, _do_nothing)
+        task.cancel()
+
+    for number in _SIGNALS:
+        loop.add_signal_handler(number, break_off)
+    return await proof.run()
+
+
+def _do_nothing() -> None:
+    """Let a signal pass."""

@@ -1,0 +1,75 @@
+"""The configuration of the server under proof: the host's own, but for what the proof replaces."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, Final
+
+from wax.errors import ConfigError
+
+if TYPE_CHECKING:
+    from wax.config import Settings
+
+_TURN_S: Final = 86_400.0
+"""No turn ends by itself during the proof."""
+
+
+def check(settings: Settings) -> None:
+    """Raise `ConfigError` where there is no line on which a stop could be measured."""
+    driver = settings.robot.driver
+    if driver == "simulated":
+        raise ConfigError(
+            "the robot is the simulated one: there is nothing to prove, nothing real moves;"
+            " name the configuration of a real robot with --config FILE"
+        )
+    if driver != "serial":
+        raise ConfigError(
+            f"robot.driver is {driver}, and the proof listens on a serial line:"
+            ' it is made for driver = "serial" only'
+        )
+
+
+def under_proof(settings: Settings, path: str) -> str:
+    """Return a configuration whose robot's port is `path`: [drive], [stop] and [robot] unchanged.
+
+    There is no camera, which may be in use, so that it drives at fine speed; and no outside host.
+    """
+    serial = settings.robot.serial.model_dump() | {"url": path}
+    table = serial["bytes"]
+    serial["bytes"] = {key: "none" if value is None else value for key, value in table.items()}
+    return write(
+        {
+            "video": {"source": "none"},
+            "audio": {"source": "none"},
+            "turns": settings.turns.model_dump() | {"turn_s": _TURN_S},
+            "drive": settings.drive.model_dump(),
+            "stop": settings.stop.model_dump(),
+            "robot": settings.robot.model_dump() | {"serial": serial},
+        }
+    )
+
+
+def write(tree: dict[str, Any]) -> str:
+    """Return the TOML of a tree of tables, lists, texts, numbers and truth values."""
+    return "".join(f"{_text(name)} = {_value(value)}\n" for name, value in tree.items())
+
+
+def _value(value: Any) -> str:
+    match value:
+        case dict():
+            inner = ", ".join(f"{_text(name)} = {_value(one)}" for name, one in value.items())
+            return f"{{{inner}}}"
+        case list():
+            return f"[{', '.join(map(_value, value))}]"
+        case bool():
+            return "true" if value else "false"
+        case str():
+            return _text(value)
+        case int() | float():
+            return repr(value)
+    raise TypeError(f"TOML cannot say {value!r}")
+
+
+def _text(text: str) -> str:
+    # JSON's escapes are TOML's, but for one character that TOML does not let stand.
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

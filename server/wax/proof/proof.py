@@ -1,0 +1,231 @@
+"""The proof itself: drive, cut a link, look how long the robot goes on, mend it, again."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import random
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from wax.errors import StartError, WaxError
+from wax.proof.config_file import under_proof
+from wax.proof.language import language_of
+from wax.proof.measure import measure
+from wax.proof.remote import RemoteOperator
+from wax.proof.server import ServerUnderProof, kill
+from wax.proof.tap import Tap
+from wax.proof.verdict import FAULTS, Finding, Findings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.config import Settings
+    from wax.proof.measure import Sample
+    from wax.proof.verdict import Fault
+
+_SETTLE_S: Final = 0.5
+"""Long enough to be at full speed, and for the gate to have forgotten the fault before."""
+_PHASE_S: Final = 0.1
+"""The moment of a fault is random over this: five beats, two reports."""
+_OBSERVE_S: Final = 1.2
+_RECOVER_S: Final = 40.0
+_PRESS_S: Final = 2.0
+_NEUTRAL_S: Final = 0.4
+_LOOK_S: Final = 0.02
+_NO_DRIVER: Final = "no process that speaks with the robot was found beside the server."
+_NO_WATCHDOG: Final = (
+    'robots of the dialect "bytes" have no watchdog that is known of, and do not tell whether they'
+    " move. Count on it that this one goes on."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """One line for a person; `done` of `of` cuts are made."""
+
+    line: str
+    done: int
+    of: int
+
+
+class Proof:
+    """One run over all faults. `tell` gets each step."""
+
+    def __init__(
+        self, settings: Settings, *, repeats: int, tell: Callable[[Progress], None]
+    ) -> None:
+        self._settings = settings
+        self._repeats = repeats
+        self._tell = tell
+        self._language = language_of(settings.robot.serial)
+        self._tap = Tap(settings.robot.serial, self._language)
+        self._done = 0
+        self._found: list[Finding] = []
+
+    async def run(self) -> Findings:
+        """Cut everything; whatever happens, the robot stands and nothing is left running.
+
+        Cancelled, or where something fails half-way, it returns what was found until then. Raises
+        `WaxError` where it cannot even begin.
+        """
+        self._tap.open()
+        broken: str | None = None
+        try:
+            with tempfile.TemporaryDirectory(prefix="wax-proof-") as folder:
+                async with contextlib.AsyncExitStack() as leaving:
+                    self._server = ServerUnderProof(
+                        Path(folder), under_proof(self._settings, self._tap.path)
+                    )
+                    leaving.push_async_callback(self._server.end)
+                    self._operator = RemoteOperator(Path(folder) / "operator.log")
+                    leaving.push_async_callback(self._operator.end)
+                    leaving.callback(self._tap.close)  # the first to be left: the robot stands
+                    self._say("The server under proof starts")
+                    await self._server.start()
+                    await self._operator.start(self._server.url)
+                    broken = await self._cut_all()
+        finally:
+            self._tap.close()
+        return self._findings(broken)
+
+    async def _cut_all(self) -> str | None:
+        """Cut each link in turn; return why it ended early."""
+        try:
+            for fault in FAULTS:
+                await self._prove(fault)
+        except asyncio.CancelledError:
+            return "it was broken off."
+        except WaxError as error:
+            return f"{error}"
+        return None
+
+    async def _prove(self, fault: Fault) -> None:
+        skipped = await self._why_not(fault)
+        if skipped is not None:
+            self._found.append(Finding(fault, skipped=skipped))
+            self._done += self._repeats
+            return
+        samples: list[Sample] = []
+        try:
+            for number in range(1, self._repeats + 1):
+                self._say(f"{fault.title}: {number} of {self._repeats}")
+                samples.append(await self._sample(fault))
+                self._done += 1
+        finally:
+            self._found.append(Finding(fault, tuple(samples)))
+
+    async def _why_not(self, fault: Fault) -> str | None:
+        if fault.ends == "robot" and not self._language.reports:
+            return _NO_WATCHDOG
+        if fault.key == "driver" and await self._driver_pid() is None:
+            return _NO_DRIVER
+        return None
+
+    async def _sample(self, fault: Fault) -> Sample:
+        await self._drive()
+        driver_pid = await self._driver_pid() if fault.key == "driver" else None
+        await asyncio.sleep(_SETTLE_S + random.uniform(0.0, _PHASE_S))
+        if not self._tap.moves():
+            raise StartError(f"the robot has stopped by itself. {self._reason()}")
+        fault_s = time.monotonic()
+        await self._inject(fault, driver_pid)
+        await asyncio.sleep(_OBSERVE_S)
+        sample = measure(self._tap.events(), fault_s)
+        await self._mend(fault)
+        return sample
+
+    async def _inject(self, fault: Fault, driver_pid: int | None) -> None:
+        match fault.key:
+            case "silent":
+                self._operator.freeze()
+            case "stop":
+                self._operator.tell("stop")
+            case "http":
+                self._operator.tell("stop by http")
+            case "leave":
+                self._operator.tell("leave")
+            case "frozen":
+                self._server.freeze()
+            case "killed":
+                await self._server.kill()
+            case "driver" if driver_pid is not None:
+                kill(driver_pid)
+            case "cut":
+                self._tap.cut()
+
+    async def _mend(self, fault: Fault) -> None:
+        self._operator.tell("neutral")
+        match fault.key:
+            case "silent":
+                self._operator.thaw()
+            case "frozen":
+                self._server.thaw()
+            case "killed":
+                await self._operator.end()
+                await self._server.start()
+                await self._operator.start(self._server.url)
+            case "cut":
+                self._tap.mend()
+
+    async def _drive(self) -> None:
+        """Get the robot to move, whatever the fault before has left; raises `StartError`."""
+        end_s = time.monotonic() + _RECOVER_S
+        while time.monotonic() < end_s:
+            if await self._may_drive():
+                self._operator.tell("neutral")
+                await asyncio.sleep(_NEUTRAL_S)
+                self._tap.forget()
+                self._operator.tell("drive")
+                if await self._moves_within(_PRESS_S):
+                    return
+            await asyncio.sleep(_NEUTRAL_S)
+        raise StartError(f"the robot does not begin to move. {self._reason()}")
+
+    async def _may_drive(self) -> bool:
+        seat = self._operator.seat
+        if not seat.is_open:
+            await self._operator.end()
+            await self._operator.start(self._server.url)
+            return False
+        if seat.stop is not None:
+            self._operator.tell("neutral")
+            self._operator.tell("release")
+            return False
+        if not seat.drives:
+            self._operator.tell("join")
+            return False
+        robot = await self._server.robot()
+        return robot is not None and bool(robot["connected"])
+
+    async def _moves_within(self, within_s: float) -> bool:
+        end_s = time.monotonic() + within_s
+        while time.monotonic() < end_s:
+            if self._tap.moves():
+                return True
+            await asyncio.sleep(_LOOK_S)
+        return False
+
+    async def _driver_pid(self) -> int | None:
+        return await asyncio.to_thread(self._server.driver_pid)
+
+    def _reason(self) -> str:
+        seat = self._operator.seat
+        if not seat.is_open:
+            return "Its operator has lost the server."
+        return f"The server says: {seat.reason}" if seat.reason else "Is its power on?"
+
+    def _say(self, line: str) -> None:
+        self._tell(Progress(line, self._done, len(FAULTS) * self._repeats))
+
+    def _findings(self, broken: str | None) -> Findings:
+        return Findings(
+            findings=tuple(self._found),
+            repeats=self._repeats,
+            reports=self._language.reports,
+            braking_mps2=self._settings.robot.braking_mps2,
+            broken=broken,
+        )

@@ -1,0 +1,204 @@
+"""The record of a proof: one page of HTML that explains itself, prints on A4 and needs nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from html import escape
+from typing import TYPE_CHECKING, Final
+
+from wax.proof.verdict import FRAME_LIMIT_MS, ROBOT_LIMIT_MS, spread
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from wax.config import Settings
+    from wax.proof.verdict import Finding, Findings, Spread
+
+_STYLE: Final = """
+@page { size: A4; margin: 15mm }
+body { font: 10pt/1.4 system-ui, sans-serif; color: #111; max-width: 180mm; margin: 8mm auto }
+h1 { font-size: 16pt; margin: 0 0 2mm }
+h2 { font-size: 11pt; margin: 5mm 0 1mm }
+.verdict { font-size: 12pt; padding: 3mm; border: 0.6mm solid; margin: 3mm 0 }
+.passed { border-color: #1a7f37 } .failed { border-color: #b3261e }
+table { border-collapse: collapse; width: 100% }
+th, td { text-align: left; vertical-align: top; padding: 0.8mm 2mm }
+th, td { border-bottom: 0.2mm solid #999 }
+td.number, th.number { text-align: right; font-variant-numeric: tabular-nums }
+ul { margin: 0; padding-left: 5mm }
+.sign { display: flex; gap: 8mm; margin-top: 14mm }
+.sign span { flex: 1; border-top: 0.2mm solid #111; padding-top: 1mm }
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Occasion:
+    """When and where the proof was made, in words for a person."""
+
+    date: str
+    machine: str
+    version: str
+
+
+def page(findings: Findings, settings: Settings, occasion: Occasion) -> str:
+    """Return the whole page."""
+    passed = findings.all_passed
+    verdict = "passed" if passed else "failed"
+    return f"""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width">
+<title>Proof of the stop, {escape(occasion.date)}</title>
+<style>{_STYLE}</style>
+</head>
+<body>
+<h1>Proof of the stop</h1>
+<p>{escape(occasion.date)} · {escape(occasion.machine)} · WAX {escape(occasion.version)}</p>
+<p class="verdict {verdict}">{escape(sentence(findings))}</p>
+{_table(findings)}
+<h2>How it was measured</h2>
+<p>{escape(_method(findings))}</p>
+<h2>Not measured</h2>
+{_list(_not_measured(findings))}
+<h2>The robot's configuration</h2>
+{_list(_configuration(findings, settings))}
+<h2>What this is not</h2>
+<p>This stop is software. It is no emergency stop and no certified safety function: where people
+may be hurt, a switch in the robot's power line that everybody near can reach is needed too. The
+record holds for this installation as it was configured on this day.</p>
+<p class="sign"><span>Place, date</span><span>Name</span><span>Signature</span></p>
+</body>
+</html>
+"""
+
+
+def sentence(findings: Findings) -> str:
+    """Say in one plain sentence what came out."""
+    if findings.broken is not None:
+        return f"Not proved: {findings.broken}"
+    measured = [one for one in findings.findings if one.skipped is None]
+    times = "once" if findings.repeats == 1 else f"{findings.repeats} times"
+    every = "Every link" if len(measured) == len(findings.findings) else "What could be measured"
+    what = "the robot stood" if findings.reports else "the robot was told to stop"
+    if findings.all_passed:
+        return f"{every} was cut {times}; {what} at the latest after {_ms(findings.latest_ms)}."
+    late = [one.fault.title for one in measured if not findings.passed(one)]
+    return f"Not proved: too late or not at all after: {'; '.join(late) or 'nothing was measured'}."
+
+
+def _table(findings: Findings) -> str:
+    heads = ["Link", "n", "stop frame: median", "max", "limit"]
+    if findings.reports:
+        heads += ["standing: median", "max", "limit", "of it braking"]
+    heads += ["result"]
+    cells = "".join(
+        f'<th class="number">{escape(head)}</th>' if 0 < at < len(heads) - 1 else f"<th>{head}</th>"
+        for at, head in enumerate(heads)
+    )
+    rows = "\n".join(_row(findings, one) for one in findings.findings)
+    return f"<table>\n<tr>{cells}</tr>\n{rows}\n</table>"
+
+
+def _row(findings: Findings, finding: Finding) -> str:
+    cells = [str(len(finding.samples)), *_frame_cells(finding)]
+    if findings.reports:
+        cells += _standing_cells(findings, finding)
+    if finding.skipped is not None:
+        result = "not measured"
+    elif len(finding.samples) < findings.repeats:
+        result = "NOT FINISHED"
+    else:
+        result = "passed" if findings.passed(finding) else "FAILED"
+    numbers = "".join(f'<td class="number">{escape(cell)}</td>' for cell in cells)
+    return f"<tr><td>{escape(finding.fault.title)}</td>{numbers}<td>{result}</td></tr>"
+
+
+def _frame_cells(finding: Finding) -> list[str]:
+    if finding.fault.ends == "robot" or not finding.samples:
+        return ["–", "–", "–"]
+    frames = spread(sample.frame_ms for sample in finding.samples)
+    return [_ms(frames.median_ms), _max(frames), _ms(FRAME_LIMIT_MS)]
+
+
+def _standing_cells(findings: Findings, finding: Finding) -> list[str]:
+    if not finding.samples:
+        return ["–", "–", "–", "–"]
+    standing = spread(sample.standing_ms for sample in finding.samples)
+    limit_ms = min(findings.standing_limit_ms(sample.speed_mps) for sample in finding.samples)
+    braking = "–"
+    if finding.fault.ends == "frame":
+        braking = _max(spread(sample.braking_ms for sample in finding.samples))
+    return [_ms(standing.median_ms), _max(standing), _ms(limit_ms), braking]
+
+
+def _method(findings: Findings) -> str:
+    times = "once" if findings.repeats == 1 else f"{findings.repeats} times"
+    method = (
+        f"Wheels off the floor, the robot was driven ahead at fine speed by an operator on this"
+        f" machine and each link was cut {times}, at a random moment. A tap on the serial line"
+        " measured from the cut to the stop frame after which no motion was asked for"
+    )
+    if not findings.reports:
+        return f"{method}. The robot does not tell when it stands."
+    return (
+        f"{method}, and to the robot's own report after which it told of no motion. Standing still"
+        f" has the limit of {_ms(ROBOT_LIMIT_MS)} and the time in which the robot brakes from its"
+        f" speed at {findings.braking_mps2:g} m/s² as configured. Where no server is left to say"
+        " stop, the robot's own watchdog must."
+    )
+
+
+def _not_measured(findings: Findings) -> list[str]:
+    skipped = [
+        f"{finding.fault.title}: {finding.skipped}"
+        for finding in findings.findings
+        if finding.skipped is not None
+    ]
+    return [
+        *skipped,
+        "The way over the Internet: the operator was on this machine. What a link adds is shown"
+        " to whoever drives.",
+        "The picture: there was none, and the robot drove at fine speed. The rules for pictures"
+        " that are late need a camera.",
+        "The weight of the robot on the floor: wheels in the air stop sooner.",
+    ]
+
+
+def _configuration(findings: Findings, settings: Settings) -> list[str]:
+    robot, drive = settings.robot, settings.drive
+    serial = robot.serial
+    lines = [
+        f"Serial line {serial.url}, {serial.baud} bit/s, dialect {serial.dialect}",
+        f"At most {robot.max_linear_mps:g} m/s and {robot.max_angular_rps:g} rad/s, faster by at"
+        f" most {robot.max_linear_acceleration_mps2:g} m/s² and"
+        f" {robot.max_angular_acceleration_rps2:g} rad/s²; fine speed is {drive.fine_fraction:g}"
+        " of it",
+        f"A command is obeyed for {drive.max_age_ms:g} ms beyond the line's own time, at most"
+        f" {drive.max_command_age_ms:g} ms",
+        f"The process that speaks with the robot stops it after {robot.silence_ms} ms of silence",
+    ]
+    if serial.dialect == "frames":
+        lines.append(f"The robot stops by itself {serial.ttl_ms} ms after the newest frame")
+    return [*lines, _braking(findings)]
+
+
+def _braking(findings: Findings) -> str:
+    configured = f"Braking as configured: {findings.braking_mps2:g} m/s²"
+    measured = findings.measured_braking_mps2
+    if measured is None:
+        return configured
+    advice = "" if measured >= findings.braking_mps2 else "; set robot.braking_mps2 to that or less"
+    return f"{configured}; measured, with the report's own way: {measured:.2g} m/s²{advice}"
+
+
+def _list(lines: Iterable[str]) -> str:
+    return "<ul>\n" + "\n".join(f"<li>{escape(line)}</li>" for line in lines) + "\n</ul>"
+
+
+def _max(times: Spread) -> str:
+    return f"{times.missing} × never" if times.missing else _ms(times.max_ms)
+
+
+def _ms(time_ms: float | None) -> str:
+    return "–" if time_ms is None else f"{time_ms:.0f} ms"

@@ -1,0 +1,147 @@
+"""A tap on the robot's serial line: bytes pass both ways, are noted, and can be cut.
+
+The server under proof opens a pseudo-terminal of ours, the tap opens the robot's port.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pty
+import select
+import threading
+import time
+import tty
+from typing import TYPE_CHECKING, Final
+
+import serial
+
+from wax.errors import DriverError
+
+if TYPE_CHECKING:
+    from wax.config import SerialSettings
+    from wax.proof.language import Language
+    from wax.proof.measure import Event
+
+_READ_S: Final = 0.05
+_WRITE_S: Final = 0.25
+_MAX_BYTES: Final = 4096
+_LAST_WORDS: Final = 10
+_LAST_WORDS_EVERY_S: Final = 0.05
+
+
+class Tap:
+    """From `open` to `close`; `path` is the port for the server. Two threads carry."""
+
+    def __init__(self, settings: SerialSettings, language: Language) -> None:
+        self._settings = settings
+        self._language = language
+        self._lock = threading.Lock()
+        self._events: list[Event] = []
+        self._problem: Exception | None = None
+        self._carries = True
+        self._is_open = False
+        self._threads: list[threading.Thread] = []
+
+    def open(self) -> None:
+        """Open the robot's port; raises `DriverError`."""
+        try:
+            self._port = serial.serial_for_url(
+                self._settings.url,
+                baudrate=self._settings.baud,
+                timeout=_READ_S,
+                write_timeout=_WRITE_S,
+                exclusive=True,
+            )
+        except Exception as error:  # the handlers of pyserial's many addresses raise what they like
+            raise DriverError(
+                f"the robot's port {self._settings.url} cannot be opened: {error}; end the"
+                " program that uses it, such as a running server, or plug the robot in"
+            ) from error
+        self._ours, self._theirs = pty.openpty()
+        tty.setraw(self._theirs)
+        os.set_blocking(self._ours, False)
+        self.path = os.ttyname(self._theirs)
+        self._is_open = True
+        self._threads = [
+            threading.Thread(target=self._keep, args=(way,), name=name, daemon=True)
+            for way, name in ((self._carry_down, "tap to robot"), (self._carry_up, "tap to server"))
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def cut(self) -> None:
+        """Carry nothing more, either way; the robot's reports are heard all the same."""
+        with self._lock:
+            self._carries = False
+
+    def mend(self) -> None:
+        with self._lock:
+            self._carries = True
+
+    def forget(self) -> None:
+        """Begin a new list of events."""
+        with self._lock:
+            self._events.clear()
+
+    def events(self) -> list[Event]:
+        """Return what was noted since `forget`; raises `DriverError` where the port is lost."""
+        if self._problem is not None:
+            raise DriverError(f"the robot's port was lost: {self._problem}; check its cable")
+        with self._lock:
+            return list(self._events)
+
+    def moves(self) -> bool:
+        """Tell whether the robot moves by its newest report, or, without any, is told to."""
+        who = "told" if self._language.reports else "said"
+        return next((event.moves for event in reversed(self.events()) if event.who == who), False)
+
+    def close(self) -> None:
+        """Make the robot stand, then close both ends; never raises, safe to call twice."""
+        if not self._is_open:
+            return
+        self.cut()
+        for _ in range(_LAST_WORDS):  # one may be lost, or come in the middle of a frame
+            with contextlib.suppress(Exception):  # the port may be lost, then nothing helps
+                self._write(self._language.last_words())
+            time.sleep(_LAST_WORDS_EVERY_S)
+        self._is_open = False
+        for thread in self._threads:
+            thread.join()
+        self._port.close()
+        os.close(self._ours)
+        os.close(self._theirs)
+
+    def _keep(self, way: object) -> None:
+        assert callable(way)
+        try:
+            while self._is_open:
+                way()
+        except Exception as error:
+            # Whatever a handler of pyserial raises: the proof is told at its next question.
+            self._problem = error
+
+    def _carry_down(self) -> None:
+        if select.select([self._ours], [], [], _READ_S)[0]:
+            data = os.read(self._ours, _MAX_BYTES)
+            with self._lock:
+                carries = self._carries
+            if carries:
+                self._write(data)
+
+    def _write(self, data: bytes) -> None:
+        # Whole under the lock, so that nothing of the server's comes between the last words.
+        with self._lock:
+            self._port.write(data)
+            self._events += self._language.said(data, time.monotonic())
+
+    def _carry_up(self) -> None:
+        data = self._port.read(max(1, min(self._port.in_waiting, _MAX_BYTES)))
+        if not data:
+            return
+        at_s = time.monotonic()
+        with self._lock:
+            self._events += self._language.told(data, at_s)
+            if self._carries:
+                with contextlib.suppress(BlockingIOError):  # no server reads: let it fall
+                    os.write(self._ours, data)

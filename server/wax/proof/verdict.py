@@ -1,0 +1,132 @@
+"""What was found, and whether it is good enough (pure)."""
+
+from __future__ import annotations
+
+import statistics
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from wax.proof.measure import Sample
+
+FRAME_LIMIT_MS: Final = 200.0
+"""From the fault to the stop frame on the robot's line."""
+ROBOT_LIMIT_MS: Final = 250.0
+"""From the fault to standstill, beyond the time in which the robot's body brakes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A link that is cut. `ends` is what has to stop the robot: a frame, or the robot itself."""
+
+    key: str
+    title: str
+    ends: Literal["frame", "robot"]
+
+
+FAULTS: Final = (
+    Fault("silent", "The operator's network vanishes", "frame"),
+    Fault("stop", "Stop is pressed, by the data channel", "frame"),
+    Fault("http", "Stop is pressed, by HTTP", "frame"),
+    Fault("leave", "The operator hands over and goes on sending", "frame"),
+    Fault("frozen", "The server is frozen", "frame"),
+    Fault("killed", "The server is killed", "frame"),
+    Fault("driver", "The process that speaks with the robot is killed", "robot"),
+    Fault("cut", "The serial line is cut", "robot"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One fault's samples; `skipped` is a sentence why it was not measured."""
+
+    fault: Fault
+    samples: tuple[Sample, ...] = ()
+    skipped: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """All that a proof has found. `reports` is whether the robot tells if it moves.
+
+    `braking_mps2` is what the configuration promises. `broken` is a sentence why it ended early.
+    """
+
+    findings: tuple[Finding, ...]
+    repeats: int
+    reports: bool
+    braking_mps2: float
+    broken: str | None = None
+
+    @property
+    def all_passed(self) -> bool:
+        """Whether everything that was to be measured was, and nothing took too long."""
+        measured = [one for one in self.findings if one.skipped is None]
+        return (
+            self.broken is None
+            and bool(measured)
+            and all(self.passed(finding) for finding in measured)
+        )
+
+    def passed(self, finding: Finding) -> bool:
+        """Tell whether each of the wanted samples is there and within the limits."""
+        return len(finding.samples) >= self.repeats and all(
+            self.sample_passed(finding.fault, sample) for sample in finding.samples
+        )
+
+    def sample_passed(self, fault: Fault, sample: Sample) -> bool:
+        frame_ms, standing_ms = sample.frame_ms, sample.standing_ms
+        if fault.ends == "frame" and (frame_ms is None or frame_ms > FRAME_LIMIT_MS):
+            return False
+        if not self.reports:
+            return fault.ends == "frame"
+        return standing_ms is not None and standing_ms <= self.standing_limit_ms(sample.speed_mps)
+
+    def standing_limit_ms(self, speed_mps: float | None) -> float:
+        """Return the limit to standstill from this speed."""
+        return ROBOT_LIMIT_MS + (speed_mps or 0.0) / self.braking_mps2 * 1000.0
+
+    @property
+    def latest_ms(self) -> float | None:
+        """The longest time to standstill, or to the stop frame where the robot does not tell."""
+        times = (
+            sample.standing_ms if self.reports else sample.frame_ms
+            for finding in self.findings
+            for sample in finding.samples
+        )
+        return max((time for time in times if time is not None), default=None)
+
+    @property
+    def measured_braking_mps2(self) -> float | None:
+        """How it braked from the stop frame on, at the worst; None where that is not known."""
+        rates = [
+            sample.speed_mps / sample.braking_ms * 1000.0
+            for finding in self.findings
+            for sample in finding.samples
+            if finding.fault.ends == "frame" and sample.speed_mps and sample.braking_ms
+        ]
+        return min(rates, default=None)
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """Median and maximum of what came; `missing` of `n` did not come."""
+
+    n: int
+    missing: int
+    median_ms: float | None
+    max_ms: float | None
+
+
+def spread(times_ms: Iterable[float | None]) -> Spread:
+    """Summarize times; those that did not come are counted apart."""
+    times = list(times_ms)
+    came = [time for time in times if time is not None]
+    return Spread(
+        n=len(times),
+        missing=len(times) - len(came),
+        median_ms=statistics.median(came) if came else None,
+        max_ms=max(came, default=None),
+    )
