@@ -1,0 +1,119 @@
+"""The record tells what was found, all of it, in plain words."""
+
+from __future__ import annotations
+
+from html.parser import HTMLParser
+
+import pytest
+
+from wax.config import parse
+from wax.proof.measure import Sample
+from wax.proof.record import Occasion, page, sentence
+from wax.proof.verdict import FAULTS, Finding, Findings
+
+SETTINGS = parse({"robot": {"driver": "serial", "serial": {"url": "/dev/<robot>"}}}, "the test")
+OCCASION = Occasion("2026-11-21 22:40 UTC", "lab <1>, Linux", "0.5")
+GOOD = Sample(frame_ms=161.0, standing_ms=251.0, speed_mps=0.18)
+LATE = Sample(frame_ms=900.0, standing_ms=990.0, speed_mps=0.18)
+
+
+def findings(*samples: Sample, skip: str | None = None, broken: str | None = None) -> Findings:
+    found = [
+        Finding(fault, skipped="there is none.")
+        if fault.key == skip
+        else Finding(fault, samples or (GOOD, GOOD))
+        for fault in FAULTS
+    ]
+    return Findings(tuple(found), 2, reports=True, braking_mps2=2.0, broken=broken)
+
+
+class Reader(HTMLParser):
+    """Collects tags and text."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: set[str] = set()
+        self.attributes: set[str] = set()
+        self.text = ""
+        self.feed(html)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        self.attributes |= {name for name, _ in attrs}
+        if tag != "meta":
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def test_it_says_in_one_sentence_what_came_out() -> None:
+    """Who reads one sentence knows how often was cut and when the robot stood at the latest."""
+    assert sentence(findings()) == (
+        "Every link was cut 2 times; the robot stood at the latest after 251 ms."
+    )
+
+
+def test_it_names_what_was_too_late() -> None:
+    """A proof that failed says at which link, and never that the robot stood."""
+    assert sentence(findings(GOOD, LATE)).startswith("Not proved: too late or not at all after: ")
+    assert FAULTS[0].title in sentence(findings(GOOD, LATE))
+    assert sentence(findings(broken="it was broken off.")) == "Not proved: it was broken off."
+
+
+def test_it_does_not_claim_what_was_not_measured() -> None:
+    """Where a link was not cut the sentence says so, and the page why."""
+    some = findings(skip="driver")
+    assert sentence(some).startswith("What could be measured was cut")
+    text = Reader(page(some, SETTINGS, OCCASION)).text
+    assert "killed: there is none." in text
+    assert "not measured" in text
+
+
+def test_the_page_stands_alone() -> None:
+    """One page of whole HTML without script, image or address; what was configured is escaped."""
+    html = page(findings(), SETTINGS, OCCASION)
+    read = Reader(html)
+    assert read.open == []
+    assert not read.tags & {"script", "img", "link", "iframe", "robot", "1"}
+    assert not read.attributes & {"src", "href", "onclick", "onload"}
+    assert "/dev/<robot>" in read.text
+    assert "lab <1>" in read.text
+
+
+@pytest.mark.parametrize(
+    "needed",
+    [
+        *(fault.title for fault in FAULTS),
+        "no emergency stop and no certified safety function",
+        "Signature",
+        "0.6 m/s",
+        "200 ms after the newest frame",
+        "150 ms beyond",
+        "340 ms",
+        "2026-11-21",
+    ],
+)
+def test_it_tells_what_a_person_must_know(needed: str) -> None:
+    """Each link, what it is not, who signs, limits and times of the configuration, and the date."""
+    assert needed in Reader(page(findings(), SETTINGS, OCCASION)).text
+
+
+def test_rows_tell_failures_apart() -> None:
+    """Late rows are marked, unfinished ones too, and a time that never came is no number."""
+    never = Sample(frame_ms=None, standing_ms=None, speed_mps=0.18)
+    text = Reader(page(findings(GOOD, never), SETTINGS, OCCASION)).text
+    assert "1 × never" in text
+    assert "FAILED" in text
+    assert "NOT FINISHED" in Reader(page(findings(GOOD), SETTINGS, OCCASION)).text
+
+
+def test_braking_that_is_worse_than_configured_is_advised() -> None:
+    """Who promises more braking than was measured is told what to set."""
+    slow = Sample(frame_ms=100.0, standing_ms=280.0, speed_mps=0.18)
+    assert "set robot.braking_mps2" in page(findings(slow, slow), SETTINGS, OCCASION)
+    assert "set robot.braking_mps2" not in page(findings(), SETTINGS, OCCASION)
