@@ -9,13 +9,16 @@ fresh.
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from wax.control.rules import Rules
 
 FUTURE_S: Final = 0.050
 """Further ahead than this, and the one-way delay, the sender's clock counts as not aligned."""
 
-MAX_ONE_WAY_S: Final = 1.0
-"""A link slower than this earns no further allowance: nobody drives two seconds behind."""
+MAX_ONE_WAY_S: Final = 2.0
+"""No more is forgiven: nobody may drive over a line that is longer, however it is configured."""
 
 
 def allowance_s(one_way_s: float | None) -> float:
@@ -25,9 +28,15 @@ def allowance_s(one_way_s: float | None) -> float:
     return min(one_way_s, MAX_ONE_WAY_S)
 
 
-def is_too_old(sent_s: float, now_s: float, *, max_age_s: float, one_way_s: float | None) -> bool:
+def time_to_live_s(one_way_s: float | None, rules: Rules) -> float | None:
+    """Say for how long a command counts after it was sent; None where the line is too long."""
+    ttl_s = rules.max_age_s + allowance_s(one_way_s)
+    return ttl_s if ttl_s <= rules.max_command_age_s else None
+
+
+def is_too_old(sent_s: float, now_s: float, ttl_s: float) -> bool:
     """Tell whether what was sent at `sent_s` must not move the robot at `now_s`."""
-    return not now_s - sent_s <= max_age_s + allowance_s(one_way_s)
+    return not now_s - sent_s <= ttl_s
 
 
 def is_from_future(sent_s: float, now_s: float, *, one_way_s: float | None) -> bool:

@@ -5,89 +5,45 @@ number, holds only numbers in range, follows every earlier one by its sequence n
 fresh. Whatever is wrong, the answer is standstill and a sentence that says why.
 
 Nothing moves at the start of a turn, after a stop and after a fault until a *neutral* command
-(no motion asked for) was seen that was sent after that moment: a key held down through it must
-be released and pressed anew. What was sent before that moment never moves the robot again.
+(all let go) was seen that was sent after that moment, by somebody who sees: a key held down
+through it must be released and pressed anew. What was sent before that moment never moves the
+robot again. Where the commands or the picture lapse for a moment (`LAPSE_S`) driving goes on by
+itself when they are back; after a longer lapse neutral comes first, as after a fault.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from enum import Enum
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final
 
-from wax.control.freshness import is_from_future, is_too_old
+from wax.control import sight, speed
+from wax.control.command import Command
+from wax.control.freshness import is_from_future, is_too_old, time_to_live_s
+from wax.control.reasons import (
+    NO_LIMITS,
+    NOBODY_DRIVES,
+    NOT_HELD,
+    Hold,
+    Limit,
+    Refusal,
+    stopped_by,
+)
+from wax.control.sight import Sight
+from wax.control.turn_view import TurnView
 from wax.robot.driver import STANDSTILL, Twist
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from wax.config import DriveSettings
+    from wax.control.latch import StopLatch
+    from wax.control.rules import Rules
     from wax.robot.driver import Limits
 
-NOBODY_DRIVES = "Nobody is driving."
+__all__ = ["Command", "GateState", "Hold", "Limit", "Refusal", "Setpoint", "TurnView"]
 
-
-class Refusal(Enum):
-    """Why a command does not count; the value is the sentence for its sender."""
-
-    NOT_YOUR_TURN = "It is not your turn."
-    LOST = "Your connection is lost; the robot waits for you."
-    OTHER_TURN = "This command belongs to another turn."
-    OUT_OF_RANGE = "A command held a number that is out of range."
-    OUT_OF_ORDER = "A newer command has arrived already."
-    TOO_OLD = "No fresh command: the link is late."
-    FROM_FUTURE = "Your clock and the robot's are not aligned yet."
-
-
-class Hold(Enum):
-    """Why a neutral command must come first; the value is the sentence for the operator."""
-
-    TURN_STARTED = "Your turn has begun: let go of all controls once, then drive."
-    STOPPED = "Stopped: let go of all controls, then drive again."
-    LOST = "Your connection was lost: let go of all controls, then drive again."
-    FAULT = "The robot was not ready: let go of all controls, then drive again."
-    LATE = "The server was late and stopped the robot: let go of all controls, then drive again."
-
-
-@dataclass(frozen=True, slots=True)
-class Command:
-    """A complete set-point of the operator's hands.
-
-    `linear` and `angular` are shares of the limits in -1…1 (ahead and left are positive),
-    `axes` positions in -1…1. `sent_s` and `seen_s` (the capture time of the newest presented
-    picture) are on the server's clock.
-    """
-
-    seq: int
-    turn: int
-    sent_s: float
-    linear: float
-    angular: float
-    speed: Literal["fine", "gross"]
-    seen_s: float | None = None
-    axes: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def is_neutral(self) -> bool:
-        """No motion is asked for; axes are positions and keep theirs."""
-        return self.linear == 0 and self.angular == 0
-
-    @property
-    def is_in_range(self) -> bool:
-        """Every number is finite and within its bounds."""
-        shares = (self.linear, self.angular, *self.axes.values())
-        return math.isfinite(self.sent_s) and all(-1 <= share <= 1 for share in shares)
-
-
-@dataclass(frozen=True, slots=True)
-class TurnView:
-    """What the gate knows of the turn. `one_way_s` was measured at its start; None if unknown."""
-
-    number: int
-    operator: int | None
-    present: bool
-    one_way_s: float | None
+LAPSE_S: Final = 1.0
+"""A hand that was steady for so long is still there; after more it must say so anew."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +53,7 @@ class GateState:
     `command` is the newest that counted, its `sent_s` never later than its arrival, never
     earlier than `hold_since_s`. While it is None only a neutral one is taken; `hold` says why.
     `refused` is why the operator's newest command did not count, None after one that did.
+    `well_s` is when a command was last fresh and its sender saw.
     """
 
     turn: int = 0
@@ -105,18 +62,23 @@ class GateState:
     refused: Refusal | None = None
     hold: Hold = Hold.TURN_STARTED
     hold_since_s: float = math.inf
+    well_s: float = -math.inf
 
 
 @dataclass(frozen=True, slots=True)
 class Setpoint:
-    """What the robot is told. `reason` is a sentence while the gate keeps it standing, else None.
+    """What the robot is told.
 
-    `axes` holds only axes that the robot has; one that is not named keeps its position.
+    `reason` is a sentence while the gate keeps it standing, `limit` one while it is slower than its
+    operator wants, else None. `soft` says that motion may end at the braking rate, where the robot
+    is so configured. `axes` holds only axes that the robot has; one not named keeps its position.
     """
 
     twist: Twist = STANDSTILL
     axes: Mapping[str, float] = field(default_factory=dict)
     reason: str | None = None
+    limit: str | None = None
+    soft: bool = False
 
 
 def begin(turn: int, now_s: float) -> GateState:
@@ -136,47 +98,52 @@ def accept(
     *,
     turn: TurnView,
     now_s: float,
-    settings: DriveSettings,
+    rules: Rules,
 ) -> tuple[GateState, Refusal | None]:
     """Take a command that has just arrived, or say why not; a refused one moves nothing."""
     refusal = _foreign(state, viewer, command, turn)
     if refusal is not None:
         return state, refusal
-    refusal = _unusable(command, turn, now_s, settings)
+    # Stamps ahead of us must not make the command, or what its sender sees, last longer.
+    seen_s = sight.believed_s(command.seen_s, now_s, turn.one_way_s)
+    refusal = _unusable(command, turn, now_s, rules) or _unseeing(state, seen_s, turn, now_s, rules)
     if refusal is not None:
         return replace(state, refused=refusal), refusal
-    # A stamp ahead of us must not make the command last longer.
-    command = replace(command, sent_s=min(command.sent_s, now_s))
+    command = replace(command, sent_s=min(command.sent_s, now_s), seen_s=seen_s)
     state = replace(state, newest_seq=command.seq, refused=None)
-    moves_on = state.command is not None or command.is_neutral
-    if moves_on and command.sent_s >= state.hold_since_s:
-        state = replace(state, command=command)
-    return state, None
+    if command.sent_s < state.hold_since_s:
+        return state, None
+    if state.command is None:
+        if not command.is_neutral:
+            return state, None
+        state = replace(state, well_s=now_s)
+    return replace(state, command=command), None
 
 
 def decide(
-    state: GateState, turn: TurnView, now_s: float, settings: DriveSettings, limits: Limits
-) -> Setpoint:
-    """Say what the robot is told now: within `limits`, whatever the command says."""
-    if turn.operator is None:
-        return Setpoint(reason=NOBODY_DRIVES)
-    if not turn.present:
-        return Setpoint(reason=Refusal.LOST.value)
-    if state.turn != turn.number:
-        return Setpoint(reason=Hold.TURN_STARTED.value)
+    state: GateState, turn: TurnView, stop: StopLatch | None, now_s: float, rules: Rules
+) -> tuple[GateState, Setpoint]:
+    """Say what the robot is told now: within the limits, whatever the command says.
+
+    To be asked at every beat: the state that comes back knows since when something lapses.
+    """
+    if stop is not None:
+        state = require_neutral(state, now_s, Hold.STOPPED)
+        return state, Setpoint(reason=stopped_by(stop.by))
+    ttl_s = time_to_live_s(turn.one_way_s, rules)
+    if turn.operator is None or not turn.present or state.turn != turn.number or ttl_s is None:
+        return state, Setpoint(reason=_no_way(state, turn))
     command = state.command
     if command is None:
-        return Setpoint(reason=(state.refused or state.hold).value)
-    if _is_stale(command, turn, now_s, settings):
-        return Setpoint(reason=(state.refused or Refusal.TOO_OLD).value)
-    fraction = settings.fine_fraction if command.speed == "fine" else 1.0
-    return Setpoint(
-        twist=Twist(
-            linear_mps=_clamp(command.linear * fraction) * limits.linear_mps,
-            angular_rps=_clamp(command.angular * fraction) * limits.angular_rps,
-        ),
-        axes={name: _clamp(command.axes[name]) for name in limits.axes if name in command.axes},
-    )
+        return state, _held_back(state)
+    seen = sight.judge(command.seen_s, now_s, turn, rules)
+    lapse = _lapse(command, seen, now_s, ttl_s)
+    if now_s - state.well_s > LAPSE_S:
+        state = require_neutral(state, now_s, Hold.LAPSED)
+        return state, _held_back(state)
+    if lapse is not None:
+        return state, Setpoint(reason=(state.refused or lapse).value, soft=True)
+    return replace(state, well_s=now_s), _driven(command, seen, ttl_s, rules)
 
 
 def _foreign(state: GateState, viewer: int, command: Command, turn: TurnView) -> Refusal | None:
@@ -192,23 +159,65 @@ def _foreign(state: GateState, viewer: int, command: Command, turn: TurnView) ->
     return None
 
 
-def _unusable(
-    command: Command, turn: TurnView, now_s: float, settings: DriveSettings
-) -> Refusal | None:
+def _unusable(command: Command, turn: TurnView, now_s: float, rules: Rules) -> Refusal | None:
     """Refuse what must not move the robot, whoever says it."""
     if not command.is_in_range:
         return Refusal.OUT_OF_RANGE
-    if _is_stale(command, turn, now_s, settings):
+    ttl_s = time_to_live_s(turn.one_way_s, rules)
+    if ttl_s is None:
+        return Refusal.TOO_SLOW
+    if is_too_old(command.sent_s, now_s, ttl_s):
         return Refusal.TOO_OLD
     if is_from_future(command.sent_s, now_s, one_way_s=turn.one_way_s):
         return Refusal.FROM_FUTURE
     return None
 
 
-def _is_stale(command: Command, turn: TurnView, now_s: float, settings: DriveSettings) -> bool:
-    max_age_s = settings.max_age_ms / 1000
-    return is_too_old(command.sent_s, now_s, max_age_s=max_age_s, one_way_s=turn.one_way_s)
+def _unseeing(
+    state: GateState, seen_s: float | None, turn: TurnView, now_s: float, rules: Rules
+) -> Refusal | None:
+    """Refuse what would begin to drive blindly: who sees nothing has not let go of this picture."""
+    is_blind = sight.judge(seen_s, now_s, turn, rules) is Sight.NONE
+    return Refusal.BLIND if is_blind and state.command is None else None
 
 
-def _clamp(share: float) -> float:
-    return max(-1.0, min(1.0, share))
+def _no_way(state: GateState, turn: TurnView) -> str:
+    """Say why nobody's command may move the robot, whatever it is."""
+    if turn.operator is None:
+        return NOBODY_DRIVES
+    if not turn.present:
+        return Refusal.LOST.value
+    return Hold.TURN_STARTED.value if state.turn != turn.number else Refusal.TOO_SLOW.value
+
+
+def _held_back(state: GateState) -> Setpoint:
+    """Stand until all is let go of."""
+    return Setpoint(reason=(state.refused or state.hold).value, soft=state.hold is Hold.LAPSED)
+
+
+def _lapse(command: Command, seen: Sight, now_s: float, ttl_s: float) -> Refusal | None:
+    """Say what is missing at this moment, and may be back in the next."""
+    if is_too_old(command.sent_s, now_s, ttl_s):
+        return Refusal.TOO_OLD
+    return Refusal.BLIND if seen is Sight.NONE else None
+
+
+def _driven(command: Command, seen: Sight, ttl_s: float, rules: Rules) -> Setpoint:
+    """Do what a command says that has passed; axes are positions and need no dead-man."""
+    limits = rules.limits
+    axes = {name: command.axes[name] for name in limits.axes if name in command.axes}
+    if not command.held:
+        reason = NOT_HELD if command.asks_for_motion else None
+        return Setpoint(axes=axes, reason=reason, soft=True)
+    twist, limit = speed.twist(command, seen, ttl_s, rules)
+    if not _is_within(twist, limits):
+        return Setpoint(reason=NO_LIMITS)
+    return Setpoint(twist, axes, limit=None if limit is None else limit.value, soft=True)
+
+
+def _is_within(twist: Twist, limits: Limits) -> bool:
+    """Look once more, at what comes out: also a number of the robot's own may be none."""
+    return (
+        abs(twist.linear_mps) <= limits.linear_mps < math.inf
+        and abs(twist.angular_rps) <= limits.angular_rps < math.inf
+    )

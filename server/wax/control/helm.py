@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.robot.driver import STANDSTILL, RobotState
+from wax.robot.driver import STANDSTILL, RobotState, Twist
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from wax.control.gate import Setpoint
-    from wax.robot.driver import Driver, Limits, Twist
+    from wax.robot.driver import Driver, Limits
 
 _LOG = structlog.get_logger(__name__)
 
@@ -25,15 +25,17 @@ class Helm:
     """Tells the driver what to do, and remembers what it was told and what it said of itself.
 
     `state` is the newest that it said; while it does not answer, the last with that problem.
-    A driver that raises is stopped, counted in `failures`, and logged once until all is well.
+    `twist` is the newest set-point that it took. A driver that raises is stopped, counted in
+    `failures`, and logged once until all is well.
     """
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
-        self._twist: Twist = STANDSTILL
         self._axes: dict[str, float] = {}
         self._answers = True
+        self._lent_for: str | None = None
         self.limits: Limits = driver.limits
+        self.twist: Twist = STANDSTILL
         self.state = RobotState(connected=False)
         self.epoch: int | None = None
         self.failures = 0
@@ -41,14 +43,28 @@ class Helm:
     @property
     def is_moving(self) -> bool:
         """Whether the newest set-point that the driver took asks for motion."""
-        return not self._twist.is_zero
+        return not self.twist.is_zero
+
+    def lend(self, reason: str | None, turn: int) -> None:
+        """Leave the driver to somebody else while there is a reason, after a last stop.
+
+        Taking it back counts as a new connection of the robot: it is stopped by the next `check`.
+        """
+        if reason is not None and self._lent_for is None:
+            self.stop(turn)
+        if reason is None and self._lent_for is not None:
+            self.epoch = None
+        self._lent_for = reason
 
     def check(self, turn: int) -> str | None:
         """Say why the robot cannot be driven; `epoch` changes when it was connected anew."""
+        if self._lent_for is not None:
+            self.state = replace(self.state, problem=self._lent_for, moving=None)
+            return self._lent_for
         try:
             state = _checked(self._driver.state())
         except Exception:
-            self.state = replace(self.state, problem=NO_ANSWER)
+            self.state = replace(self.state, problem=NO_ANSWER, moving=None)
             self._failed()
             self.stop(turn)
             return NO_ANSWER
@@ -59,20 +75,22 @@ class Helm:
             self.stop(turn)
         return state.problem or (None if state.connected else NOT_CONNECTED)
 
-    def would_change(self, setpoint: Setpoint) -> bool:
-        """Tell whether this set-point differs from what the robot was told last."""
-        return setpoint.twist != self._twist or bool(self._changes(setpoint.axes))
+    def would_turn(self, axes: Mapping[str, float]) -> bool:
+        """Tell whether some axis would be set to another position than the last."""
+        return bool(self._changes(axes))
 
     def steer(self, setpoint: Setpoint, turn: int) -> str | None:
         """Give the robot its set-point; a sentence if the driver raised, which was stopped then.
 
         Motion that ends with a `reason` ends with `Driver.stop`, not with a mere set-point.
         """
-        if setpoint.reason is not None and self.is_moving:
+        if self._lent_for is not None:
+            return None
+        if setpoint.reason is not None and setpoint.twist.is_zero and self.is_moving:
             self.stop(turn)
         try:
             self._driver.apply(setpoint.twist, turn)
-            self._twist = setpoint.twist
+            self.twist = setpoint.twist
             for name, position in self._changes(setpoint.axes).items():
                 self._driver.set_axis(name, position, turn)
                 self._axes[name] = position
@@ -85,8 +103,13 @@ class Helm:
         return None
 
     def stop(self, turn: int) -> None:
-        """Stand still now."""
-        self._twist = STANDSTILL
+        """Stand still now; not a word while the driver is lent."""
+        if self._lent_for is None:
+            self.stop_whoever_has_it(turn)
+
+    def stop_whoever_has_it(self, turn: int) -> None:
+        """Stand still now, also while the driver is lent."""
+        self.twist = STANDSTILL
         try:
             self._driver.stop(turn)
         except Exception:

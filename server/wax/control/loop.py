@@ -13,40 +13,40 @@ import math
 from collections import Counter
 from typing import TYPE_CHECKING, Final
 
-from wax.control import gate
-from wax.control.gate import GateState, Hold, Setpoint, TurnView
+from wax.control import gate, latch, ramp
+from wax.control.beat import Beat
+from wax.control.gate import GateState, Setpoint
 from wax.control.helm import Helm
-from wax.control.turns import PlaceLost, TurnEnded, TurnRenewed, TurnStarted
+from wax.control.latch import Latch
+from wax.control.line import Line
+from wax.control.reasons import Hold
+from wax.control.rules import Rules
+from wax.control.turn_view import TurnView
+from wax.control.turns import TurnEnded, TurnRenewed, TurnStarted
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from wax.clock import Clock
-    from wax.config import DriveSettings
-    from wax.control.gate import Command, Refusal
+    from wax.config import DriveSettings, RobotSettings
+    from wax.control.command import Command
+    from wax.control.latch import StopLatch
+    from wax.control.reasons import Refusal
     from wax.control.turns import TurnEvent, Turns
-    from wax.robot.driver import Driver, Limits, RobotState
+    from wax.robot.driver import Driver, RobotState
 
 MIN_GAP_S: Final = 0.005
 """Two set-points are never closer together, so that a slow serial line is not flooded."""
-
-MAX_LATE_S: Final = 0.2
-MIN_LATE_S: Final = 0.1
-"""A beat that is late by more than this stops the robot, and neutral must come first.
-
-It is the time after which the robot's own watchdog stops it, so that a robot that has stopped by
-itself does not start by itself; at most `MAX_LATE_S`. Less than `MIN_LATE_S` would stop a robot
-for every hiccup of a busy computer; commands that are too old by then are refused all the same.
-"""
 
 
 class ControlLoop:
     """Holds turns, gate and robot together.
 
     `link_delay_s` is asked for the operator's one-way delay until it is known, and again when
-    the turn renews or the operator connects anew. `on_events` gets what happened to the turns;
-    `on_status` gets the operator, whether the robot moves for him, and a sentence if it may not,
-    whenever one of them changes.
+    the turn renews or the operator connects anew. `sees` is asked whether a viewer means to see:
+    False where he has switched his picture off or the robot has no camera. `on_events` gets what
+    happened to the turns; `on_status` gets the operator, whether the robot moves for him, and a
+    sentence if it may not, or not as fast as he wants, whenever one of them changes.
     """
 
     def __init__(
@@ -56,28 +56,27 @@ class ControlLoop:
         turns: Turns,
         driver: Driver,
         settings: DriveSettings,
+        robot: RobotSettings,
         link_delay_s: Callable[[int], float | None],
+        sees: Callable[[int], bool],
         on_events: Callable[[tuple[TurnEvent, ...]], None],
         on_status: Callable[[int, bool, str | None], None],
     ) -> None:
         self._clock = clock
         self._turns = turns
         self._helm = Helm(driver)
-        self._settings = settings
-        self._link_delay_s = link_delay_s
+        self._rules = Rules.of(settings, robot, driver.limits)
+        self._line = Line(link_delay_s)
+        self._sees = sees
         self._on_events = on_events
         self._on_status = on_status
-        self._period_s = 1 / settings.loop_hz
-        self._max_late_s = _max_late_s(self._helm.limits)
-
+        self._beat = Beat(loop_hz=settings.loop_hz, ttl_s=driver.limits.ttl_s)
+        self._latch = Latch()
         self._gate = GateState()
-        self._one_way_s: float | None = None
+        self._target = Setpoint()  # where the ramp leads
         self._status: tuple[int, bool, str | None] | None = None
         self._counts: Counter[str] = Counter()
-        self._latest_ms = 0.0
-
         self._stopped = False
-        self._due_s = math.inf  # until the first step
         self._steered_s = -math.inf
         self._hurry = asyncio.Event()
 
@@ -98,39 +97,32 @@ class ControlLoop:
     def stop(self) -> None:
         """Stop the robot now, and move it never again; safe to call twice."""
         self._stopped = True
-        self._helm.stop(self._turns.number)
+        self._helm.stop_whoever_has_it(self._turns.number)
 
     def step(self, now_s: float) -> None:
         """Do what is due and give the robot its set-point."""
         if self._stopped:
             return
         self._hurry.clear()
-        if self._is_late(now_s):
+        if self._beat.is_too_late(now_s):
             self._counts["control.late"] += 1
             self._hold(now_s, Hold.LATE)
         self._follow(self._turns.tick(now_s), now_s)
         problem = self._watch(now_s)
         turn = self._turn()
-        setpoint = Setpoint(reason=problem) if problem else self._decide(turn, now_s)
+        self._target = Setpoint(reason=problem) if problem else self._decide(turn, now_s)
+        after_s = now_s - self._steered_s
+        setpoint = ramp.step(self._target, self._helm.twist, after_s, self._rules)
         failure = self._helm.steer(setpoint, turn.number)
         self._steered_s = self._clock.now_s()  # not now_s: a busy machine may pause in between
         if failure is not None:
             self._gate = gate.require_neutral(self._gate, now_s, Hold.FAULT)
-        self._tell(turn, failure or setpoint.reason)
-
-    def _is_late(self, now_s: float) -> bool:
-        """Measure the beat against its schedule, which never drifts, and set the next one."""
-        due_s = now_s if math.isinf(self._due_s) else self._due_s
-        late_s = now_s - due_s
-        if late_s >= 0:
-            self._due_s = due_s + self._period_s * (math.floor(late_s / self._period_s) + 1)
-            self._latest_ms = max(self._latest_ms, late_s * 1000)
-        return late_s > self._max_late_s
+        self._tell(turn, failure or self._target.reason or self._target.limit)
 
     async def _rest(self) -> None:
         """Sleep until the next beat, or until a command is in a hurry; keep the gap either way."""
         with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(max(0.0, self._due_s - self._clock.now_s())):
+            async with asyncio.timeout(self._beat.rest_s(self._clock.now_s())):
                 await self._hurry.wait()
         await asyncio.sleep(max(0.0, self._steered_s + MIN_GAP_S - self._clock.now_s()))
 
@@ -175,34 +167,71 @@ class ControlLoop:
         now_s = self._clock.now_s()
         turn = self._turn()
         self._gate, refusal = gate.accept(
-            self._gate, viewer, command, turn=turn, now_s=now_s, settings=self._settings
+            self._gate, viewer, command, turn=turn, now_s=now_s, rules=self._rules
         )
         name = "accepted" if refusal is None else f"refused.{refusal.name.lower()}"
         self._counts[f"commands.{name}"] += 1
-        if refusal is None and self._helm.would_change(self._decide(turn, now_s)):
+        if refusal is None and self._is_news(turn, now_s):
             if now_s - self._steered_s >= MIN_GAP_S:
                 self.step(now_s)
             else:
                 self._hurry.set()
         return refusal
 
-    def operator_stop(self, viewer: int) -> bool:
-        """Stop the robot at once if `viewer` is this turn's operator; False if he is not."""
-        if viewer != self._turns.operator:
-            return False
-        self._hold(self._clock.now_s(), Hold.STOPPED)
-        return True
+    # --- stop, and what else keeps the robot standing ------------------------------------------
+
+    def press_stop(self, by: str) -> int:
+        """Stop the robot now, before anything else, until the stop is released.
+
+        Returns the stop's number; pressing again keeps it. `by` is the name that people read.
+        """
+        try:
+            self._helm.stop_whoever_has_it(self._turns.number)
+        finally:
+            self._latch = latch.press(self._latch, by, self._clock.now_s())
+        self._counts["stops.pressed"] += 1
+        return self._latch.newest
+
+    def release_stop(self, viewer: int | None, stop: int, sent_s: float | None) -> Refusal | None:
+        """End the stop with this number, which moves nothing: neutral must come first.
+
+        `viewer` None is the server's own machine; `sent_s` None a request by HTTP, without a stamp.
+        """
+        now_s = self._clock.now_s()
+        self._latch, refusal = latch.release(
+            self._latch, viewer, stop, sent_s, turn=self._turn(), now_s=now_s
+        )
+        name = "released" if refusal is None else f"refused.{refusal.name.lower()}"
+        self._counts[f"stops.{name}"] += 1
+        if refusal is None:
+            self._hold(now_s, Hold.STOPPED)
+        return refusal
+
+    @property
+    def latched(self) -> StopLatch | None:
+        """The stop that lasts, None if none does."""
+        return self._latch.stop
+
+    def maintain(self, reason: str | None) -> None:
+        """Leave the driver to somebody else for this reason, or take it back with None.
+
+        Meanwhile the reason is the robot's problem, nothing moves, and the driver hears nothing of
+        the loop but the stop that somebody presses, or the loop's own end. Afterwards it is as
+        after a new connection: neutral must come first.
+        """
+        self._helm.lend(reason, self._turns.number)
 
     @property
     def robot_state(self) -> RobotState:
         """How the robot was at the newest beat; that it does not answer is its problem then."""
         return self._helm.state
 
-    def counts(self) -> dict[str, int]:
-        """Return what was counted since the start, and how late the latest beat was."""
+    def counts(self) -> dict[str, float]:
+        """Return what was counted since the start, and how late the last minute's beats were."""
         return dict(sorted(self._counts.items())) | {
             "control.driver_failures": self._helm.failures,
-            "control.latest_ms": round(self._latest_ms),
+            "control.jitter_p99_ms": round(self._beat.jitter_p99_ms, 1),
+            "control.latest_ms": round(self._beat.latest_ms, 1),
         }
 
     # --- turns, gate and robot -------------------------------------------------------------
@@ -216,9 +245,7 @@ class ControlLoop:
                 case TurnEnded():
                     self._helm.stop(event.number)
                 case TurnRenewed():
-                    self._one_way_s = self._link_delay_s(event.operator) or self._one_way_s
-                case PlaceLost():
-                    pass
+                    self._line.renew(event.operator)
         if events:
             self._on_events(events)
 
@@ -230,7 +257,7 @@ class ControlLoop:
     def _begin(self, number: int, now_s: float) -> None:
         self._helm.stop(number)
         self._gate = gate.begin(number, now_s)
-        self._one_way_s = None
+        self._line.begin()
         self._status = None
 
     def _hold(self, now_s: float, why: Hold) -> None:
@@ -247,17 +274,22 @@ class ControlLoop:
 
     def _turn(self) -> TurnView:
         operator = self._turns.operator
-        if operator is not None and self._one_way_s is None:
-            self._one_way_s = self._link_delay_s(operator)
         return TurnView(
             number=self._turns.number,
             operator=operator,
             present=operator is not None and not self._turns.is_lost(operator),
-            one_way_s=self._one_way_s,
+            one_way_s=self._line.one_way_s(operator),
+            sees=operator is not None and self._sees(operator),
         )
 
     def _decide(self, turn: TurnView, now_s: float) -> Setpoint:
-        return gate.decide(self._gate, turn, now_s, self._settings, self._helm.limits)
+        self._gate, setpoint = gate.decide(self._gate, turn, self.latched, now_s, self._rules)
+        return setpoint
+
+    def _is_news(self, turn: TurnView, now_s: float) -> bool:
+        """Tell whether a command has changed where the robot shall get to."""
+        setpoint = self._decide(turn, now_s)
+        return setpoint.twist != self._target.twist or self._helm.would_turn(setpoint.axes)
 
     def _tell(self, turn: TurnView, reason: str | None) -> None:
         if turn.operator is None:
@@ -266,7 +298,3 @@ class ControlLoop:
         if status != self._status:
             self._status = status
             self._on_status(*status)
-
-
-def _max_late_s(limits: Limits) -> float:
-    return MAX_LATE_S if limits.ttl_s is None else min(MAX_LATE_S, max(MIN_LATE_S, limits.ttl_s))

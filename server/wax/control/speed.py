@@ -1,0 +1,49 @@
+"""How fast: what the hands ask for, lowered by each rule that has something against it.
+
+A rule scales both parts of the twist alike, so that a curve stays the same curve.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wax.control.reach import fastest_mps
+from wax.control.reasons import Limit
+from wax.control.sight import Sight
+from wax.robot.driver import Twist
+
+if TYPE_CHECKING:
+    from wax.control.command import Command
+    from wax.control.rules import Rules
+
+_SLOW = {Sight.LATE: Limit.LATE_PICTURE, Sight.OFF: Limit.NO_PICTURE}
+
+
+def twist(command: Command, sight: Sight, ttl_s: float, rules: Rules) -> tuple[Twist, Limit | None]:
+    """Return the motion that a command becomes, and what has lowered it most."""
+    limit = None
+    shares = Twist(command.linear, command.angular)
+    if command.speed == "fine":
+        shares = _scaled(shares, rules.fine_fraction)
+    largest = max(abs(shares.linear_mps), abs(shares.angular_rps))
+    if sight in _SLOW and largest > rules.fine_fraction:
+        shares, limit = _scaled(shares, rules.fine_fraction / largest), _SLOW[sight]
+    wanted = Twist(
+        shares.linear_mps * rules.limits.linear_mps, shares.angular_rps * rules.limits.angular_rps
+    )
+    fastest = fastest_mps(ttl_s, rules)
+    ahead_mps = abs(wanted.linear_mps)
+    if ahead_mps > fastest:
+        limit = _stopping(ahead_mps, rules)
+        wanted = _scaled(wanted, fastest / ahead_mps)
+    return wanted, limit
+
+
+def _stopping(wanted_mps: float, rules: Rules) -> Limit:
+    """Tell a line that is long from a robot that could not stop in time on the shortest one."""
+    is_line = wanted_mps <= fastest_mps(rules.max_age_s, rules)
+    return Limit.LONG_LINE if is_line else Limit.STOPPING_DISTANCE
+
+
+def _scaled(one: Twist, factor: float) -> Twist:
+    return Twist(one.linear_mps * factor, one.angular_rps * factor)

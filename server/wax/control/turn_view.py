@@ -1,0 +1,21 @@
+"""What the gate and the latch know of the turn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class TurnView:
+    """The turn as it is now.
+
+    `present` is false while the operator's connection is lost. `one_way_s` is his line's delay,
+    measured at the turn's start, None if unknown. `sees` is false where he has switched his picture
+    off on purpose or the robot has no camera.
+    """
+
+    number: int
+    operator: int | None
+    present: bool
+    one_way_s: float | None
+    sees: bool
