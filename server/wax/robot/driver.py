@@ -3,7 +3,9 @@
 Every method returns at once (slow input and output belongs in a thread of the driver's own)
 and may be called from the event loop. A robot is written as a class with these methods and
 named in the configuration as ``package.module:Class``; it is built as
-``Class(settings, clock)`` with the `RobotSettings` of the configuration.
+``Class(settings, clock)`` with the `RobotSettings` of the configuration. Building it touches
+nothing outside, since it is built once to be asked for `kind` and `limits`, and again in the
+process where it is opened (`wax.robot.process`).
 """
 
 from __future__ import annotations

@@ -1,18 +1,19 @@
-"""Find the driver that the configuration names."""
+"""Find the driver that the configuration names, and the process in which it shall live."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final
 
 from wax.errors import ConfigError
 from wax.plugin import is_plugin_name, make_plugin
-from wax.robot.driver import Limits
+from wax.robot.driver import HasCamera, HasMicrophone, Limits
+from wax.robot.process.driver import ProcessDriver
 from wax.robot.serial.driver import SerialRobot
-from wax.robot.simulated.robot import SimulatedRobot
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config import RobotSettings
+    from wax.config import LogSettings, RobotSettings
     from wax.robot.driver import Driver
 
 _KEY: Final = "robot.driver"
@@ -20,10 +21,26 @@ _CONTRACT: Final = "wax/robot/driver.py"
 _METHODS: Final = ("open", "apply", "set_axis", "stop", "close", "state")
 
 
+def make_robot(settings: RobotSettings, clock: Clock, log: LogSettings | None = None) -> Driver:
+    """Build what the server drives, not yet opened; raises `ConfigError`.
+
+    That is the driver in a process of its own, which stops the robot when the server is silent or
+    gone. Only a robot with a camera or a microphone of its own shares the server's process, as it
+    shares its memory with them. The driver is built here in both cases, if only to be asked.
+    """
+    driver = make_driver(settings, clock)
+    if isinstance(driver, HasCamera | HasMicrophone):
+        return driver
+    return ProcessDriver(settings, clock, kind=driver.kind, limits=driver.limits, log=log)
+
+
 def make_driver(settings: RobotSettings, clock: Clock) -> Driver:
-    """Build the driver of `[robot] driver`, not yet opened; raises `ConfigError`."""
+    """Build the driver of `[robot] driver` itself, not yet opened; raises `ConfigError`."""
     name = settings.driver
     if name == "simulated":
+        # Only here: it draws pictures, and no other robot's process shall wait for the libraries.
+        from wax.robot.simulated.robot import SimulatedRobot  # noqa: PLC0415
+
         return SimulatedRobot(settings, clock)
     if name == "serial":
         return SerialRobot(settings, clock)
@@ -49,3 +66,7 @@ def _check_properties(name: str, driver: Driver) -> None:
         raise ConfigError(
             f"{_KEY}: {name} must have a text as kind and Limits as limits; see {_CONTRACT}."
         )
+    if not all(0.0 <= most < math.inf for most in (limits.linear_mps, limits.angular_rps)):
+        raise ConfigError(f"{_KEY}: {name} must have limits from 0 on; got {limits}.")
+    if not isinstance(limits.axes, tuple) or not all(isinstance(axis, str) for axis in limits.axes):
+        raise ConfigError(f"{_KEY}: {name} must name its axes in a tuple; got {limits.axes!r}.")

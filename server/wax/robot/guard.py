@@ -28,14 +28,14 @@ class TurnFence:
 def within(twist: Twist, limits: Limits) -> Twist:
     """Shrink `twist` into `limits`, both parts by one factor so that the curve stays the same.
 
-    What is not a finite number is standstill.
+    What is not a finite number is standstill. A limit of zero takes its part away, not the other.
     """
     if not (math.isfinite(twist.linear_mps) and math.isfinite(twist.angular_rps)):
         return STANDSTILL
     excess = max(
         1.0,
-        abs(twist.linear_mps) / limits.linear_mps,
-        abs(twist.angular_rps) / limits.angular_rps,
+        _share(twist.linear_mps, limits.linear_mps),
+        _share(twist.angular_rps, limits.angular_rps),
     )
     return Twist(
         linear_mps=_clamp(twist.linear_mps / excess, limits.linear_mps),
@@ -46,6 +46,10 @@ def within(twist: Twist, limits: Limits) -> Twist:
 def unit(position: float) -> float:
     """Clip an axis position to -1…1; what is not a number is the middle."""
     return _clamp(position, 1.0) if math.isfinite(position) else 0.0
+
+
+def _share(value: float, limit: float) -> float:
+    return abs(value) / limit if limit > 0.0 else 0.0
 
 
 def _clamp(value: float, limit: float) -> float:

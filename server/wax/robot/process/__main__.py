@@ -1,0 +1,86 @@
+"""The driver's process: `python -m wax.robot.process`, started by `ProcessDriver` and nobody else.
+
+It ends with the pipe that it reads from, however the server ended, and with nothing less: signals
+that a terminal or a service manager sends to all processes of the server are ignored, so that the
+robot is stopped in good order.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+from typing import Final
+
+import structlog
+
+from wax.clock import SystemClock
+from wax.errors import ConfigError
+from wax.robot.find import make_driver
+from wax.robot.process.host import READ_BYTES, Host
+from wax.robot.process.warden import Warden
+from wax.robot.process.wire import Begin, decode_begin
+from wax.telemetry import configure_logs
+
+_LOG = structlog.get_logger(__name__)
+
+NICENESS: Final = -10
+
+
+def main() -> int:
+    """Serve one robot until the pipe ends; 1 where the robot's driver cannot be built."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    # A set-point must not wait for the encoder, which uses all the time it gets. Where that is not
+    # allowed, as for most users, the robot's own watchdog is what a machine too busy runs into.
+    with contextlib.suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, 0, NICENESS)
+    reader, writer = _pipes()
+    begin = _begin(reader)
+    if begin is None:
+        return 0
+    configure_logs(begin.log)
+    clock = SystemClock()
+    try:
+        driver = make_driver(begin.robot, clock)
+    except ConfigError as error:
+        _LOG.error("there is no driver", problem=str(error))
+        return 1
+    os.set_blocking(reader, False)
+    os.set_blocking(writer, False)
+    warden = Warden(driver.limits, begin.robot.silence_ms / 1000.0)
+    Host(driver, warden, clock, reader=reader, writer=writer).run()
+    return 0
+
+
+def _pipes() -> tuple[int, int]:
+    """Keep the two pipes for us: what a driver prints goes to the log, and it reads nothing."""
+    reader, writer = os.dup(0), os.dup(1)
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, 0)
+    os.dup2(2, 1)
+    return reader, writer
+
+
+def _begin(reader: int) -> Begin | None:
+    """Wait for the first line; None when there is none. Raises `ProtocolError`."""
+    line = b""
+    while not line.endswith(b"\n"):
+        data = os.read(reader, READ_BYTES)
+        if not data:
+            return None
+        line += data
+    return decode_begin(line)
+
+
+if __name__ == "__main__":
+    status = 1
+    try:
+        status = main()
+    except Exception:
+        _LOG.exception("the driver's process fails")
+    finally:
+        sys.stderr.flush()
+        os._exit(status)  # a thread that somebody's driver left behind must not keep the robot

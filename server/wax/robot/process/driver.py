@@ -1,0 +1,230 @@
+"""The driver that the server holds: it says all to the process in which the real one lives."""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import structlog
+
+from wax.config import LogSettings
+from wax.errors import ProtocolError
+from wax.robot.driver import RobotState
+from wax.robot.guard import unit
+from wax.robot.process.spawn import Child
+from wax.robot.process.warden import COUNTS
+from wax.robot.process.wire import Axis, Begin, Halt, Lines, Move, Told, decode_answer, encode
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.config import RobotSettings
+    from wax.robot.driver import Limits, Twist
+    from wax.robot.process.wire import Message
+
+_LOG = structlog.get_logger(__name__)
+
+START_S: Final = 20.0
+"""Libraries of somebody's driver may take a while to load on a small machine."""
+HUNG_S: Final = 1.0
+FIRST_PAUSE_S: Final = 0.3
+LAST_PAUSE_S: Final = 3.0
+STEADY_S: Final = 5.0
+"""A process that has lived so long did not die of its beginning."""
+CLOSE_S: Final = 0.85
+KILL_S: Final = 0.1
+
+_IT: Final = "The process that speaks with the robot"
+_CHANGED: Final = "The robot's driver is not the one that it was at the start; start WAX again."
+_OURS: Final = ("driver_restarts", "driver_full", "driver_garbled")
+
+
+class ProcessDriver:
+    """A `Driver` in a process of its own, which is started again whenever it ends.
+
+    It adds to what the real driver promises: the robot is stopped when the server is silent for
+    `silence_ms`, frozen, or gone. `kind` and `limits` are those of the real driver. What is
+    counted is in the state's `extra`, under names that begin with ``driver_``.
+    """
+
+    def __init__(
+        self,
+        settings: RobotSettings,
+        clock: Clock,
+        *,
+        kind: str,
+        limits: Limits,
+        log: LogSettings | None = None,
+    ) -> None:
+        self._kind = kind
+        self._limits = limits
+        self._clock = clock
+        self._begin = encode(Begin(robot=settings, log=log or LogSettings()))
+        self._lock = threading.Lock()
+        self._thread: threading.Thread | None = None
+        self._closing = threading.Event()
+        self._child: Child | None = None
+        self._listens = False
+        self._sequence = 0
+        self._state = RobotState(connected=False)
+        self._epoch = 0
+        self._childs_epoch: int | None = None
+        self._past = Counter(dict.fromkeys((*COUNTS, *_OURS), 0))
+        self._counts: dict[str, int] = {}
+
+    @property
+    def kind(self) -> str:
+        return self._kind
+
+    @property
+    def limits(self) -> Limits:
+        return self._limits
+
+    def open(self) -> None:
+        """Begin to start the process; when already open, do nothing."""
+        if self._thread is not None:
+            return
+        self._closing = threading.Event()
+        self._thread = threading.Thread(
+            target=self._keep, args=(self._closing,), name="driver process", daemon=True
+        )
+        self._thread.start()
+
+    def apply(self, twist: Twist, turn: int) -> None:
+        with self._lock:
+            self._say(
+                Move(
+                    sequence=self._sequence,
+                    sent_s=self._clock.now_s(),
+                    turn=turn,
+                    linear_mps=twist.linear_mps,
+                    angular_rps=twist.angular_rps,
+                )
+            )
+
+    def set_axis(self, name: str, position: float, turn: int) -> None:
+        if name not in self._limits.axes:
+            return
+        with self._lock:
+            self._say(
+                Axis(
+                    sequence=self._sequence,
+                    sent_s=self._clock.now_s(),
+                    turn=turn,
+                    name=name,
+                    position=unit(position),
+                )
+            )
+
+    def stop(self, turn: int) -> None:
+        with self._lock:
+            self._say(Halt(sequence=self._sequence, sent_s=self._clock.now_s(), turn=turn))
+
+    def close(self) -> None:
+        thread, self._thread = self._thread, None
+        if thread is None:
+            return
+        self._closing.set()
+        with self._lock:
+            if self._child is not None:
+                self._child.hang_up()
+        thread.join(CLOSE_S)
+        if thread.is_alive():
+            with self._lock:
+                if self._child is not None:
+                    self._child.kill()
+            thread.join(KILL_S)
+
+    def state(self) -> RobotState:
+        with self._lock:
+            counts = self._past + Counter(self._counts)
+            extra = self._state.extra | {name: float(counts[name]) for name in self._past}
+            return replace(self._state, extra=extra)
+
+    def _say(self, message: Message) -> None:
+        """Say it, with the lock held; who does not listen yet begins at standstill anyway."""
+        self._sequence += 1
+        if self._child is None or not self._listens:
+            return
+        if not self._child.send(encode(message)):
+            # It does not read, so it would not hear a stop either: the robot's own watchdog must.
+            self._past["driver_full"] += 1
+            self._child.kill()
+
+    # --- the process's life, in a thread ----------------------------------------------------
+
+    def _keep(self, closing: threading.Event) -> None:
+        pause_s = FIRST_PAUSE_S
+        while not closing.is_set():
+            began_s = self._clock.now_s()
+            problem = self._attend(closing)
+            if closing.is_set():
+                self._lost(None)
+                return
+            _LOG.warning("the driver's process is started again", problem=problem)
+            self._lost(problem)
+            if self._clock.now_s() - began_s >= STEADY_S:
+                pause_s = FIRST_PAUSE_S
+            closing.wait(pause_s)
+            pause_s = min(LAST_PAUSE_S, pause_s * 2.0)
+
+    def _attend(self, closing: threading.Event) -> str:
+        """Start a process and listen to it until its end; say why it ended."""
+        try:
+            child = Child(self._begin)
+        except OSError as error:
+            return f"{_IT} cannot be started ({error.strerror or error}); it is tried again."
+        with self._lock:
+            self._child = child
+            if closing.is_set():
+                child.hang_up()
+        problem = self._listen(child)
+        with self._lock:
+            if self._child is child:
+                self._child, self._listens = None, False
+        status = child.end()
+        return problem or f"{_IT} has ended ({_how(status)}); it is started again."
+
+    def _listen(self, child: Child) -> str | None:
+        """Take its states; give a sentence if it must not go on, None when it has ended."""
+        lines = Lines()
+        deadline_s = self._clock.now_s() + START_S
+        while (data := child.receive(deadline_s - self._clock.now_s())) is not None:
+            for line in lines.feed(data):
+                try:
+                    answer = decode_answer(line)
+                except ProtocolError:
+                    with self._lock:
+                        self._past["driver_garbled"] += 1
+                    continue
+                if isinstance(answer, Told):
+                    self._take(answer)
+                elif (answer.kind, answer.limits) != (self._kind, self._limits):
+                    return _CHANGED
+                deadline_s = self._clock.now_s() + HUNG_S
+            if not data and self._clock.now_s() >= deadline_s:
+                child.kill()
+                return f"{_IT} does not answer; it is started again."
+        return None
+
+    def _take(self, told: Told) -> None:
+        with self._lock:
+            if told.state.epoch != self._childs_epoch:
+                self._childs_epoch = told.state.epoch
+                self._epoch += 1
+            self._state = replace(told.state, epoch=self._epoch)
+            self._counts = told.counts
+            self._listens = True
+
+    def _lost(self, problem: str | None) -> None:
+        with self._lock:
+            self._state = RobotState(connected=False, problem=problem, epoch=self._epoch)
+            self._childs_epoch = None
+            self._past.update(self._counts)
+            self._counts = {}
+            self._past["driver_restarts"] += problem is not None
+
+
+def _how(status: int) -> str:
+    return f"signal {-status}" if status < 0 else f"status {status}, see the server's log"

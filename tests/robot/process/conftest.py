@@ -1,0 +1,137 @@
+"""A robot's process with a robot that writes down what it was told and when."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import pytest
+
+from wax.config import RobotSettings, SerialSettings
+
+if TYPE_CHECKING:
+    import signal
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+PATIENCE_S = 10.0
+
+
+@dataclass(frozen=True)
+class Entry:
+    at_s: float
+    word: str
+    values: tuple[float, ...]
+
+    @property
+    def is_motion(self) -> bool:
+        return self.word == "axis" or (self.word == "apply" and self.values[:2] != (0.0, 0.0))
+
+
+class Log:
+    """What the recorder has written so far."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def entries(self, since_s: float = 0.0) -> list[Entry]:
+        if not self._path.exists():
+            return []
+        whole, _, _ = self._path.read_text().rpartition("\n")
+        split = [line.split() for line in whole.splitlines()]
+        found = [Entry(float(at), word, tuple(map(float, v))) for at, word, *v in split]
+        return [entry for entry in found if entry.at_s >= since_s]
+
+    def moves(self, since_s: float = 0.0) -> bool:
+        return any(entry.is_motion for entry in self.entries(since_s))
+
+    def stopped_s(self, since_s: float) -> float:
+        """Wait for the first stop since then, and say when it was."""
+        until(lambda: any(entry.word == "stop" for entry in self.entries(since_s)))
+        return next(entry.at_s for entry in self.entries(since_s) if entry.word == "stop")
+
+    def pid(self) -> int:
+        """Say in which process the robot was opened last."""
+        return int([entry.values[0] for entry in self.entries() if entry.word == "open"][-1])
+
+
+def until(so: Callable[[], bool]) -> None:
+    """Wait for it; fails when it takes too long."""
+    end_s = time.monotonic() + PATIENCE_S
+    while not so():
+        assert time.monotonic() < end_s
+        time.sleep(0.005)
+
+
+def is_alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+class Server:
+    """The process that holds the robot: `tests.robot.process.parent`."""
+
+    def __init__(self, settings: RobotSettings, log: Log) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "tests.robot.process.parent", settings.model_dump_json()],
+            stdin=subprocess.PIPE,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+            start_new_session=True,  # a terminal's foreground group
+        )
+        self.log = log
+
+    def tell(self, word: str) -> float:
+        """Tell it what to do; say when."""
+        assert self.process.stdin is not None
+        now_s = time.monotonic()
+        self.process.stdin.write(word.encode() + b"\n")
+        self.process.stdin.flush()
+        return now_s
+
+    def drive(self) -> None:
+        """Let it drive, with the standstill first that is needed."""
+        until(lambda: any(entry.word == "apply" for entry in self.log.entries()))
+        since_s = self.tell("stand")
+        until(lambda: any(e.word == "apply" for e in self.log.entries(since_s + 0.1)))
+        since_s = self.tell("drive")
+        until(lambda: self.log.moves(since_s))
+
+    def signal(self, number: signal.Signals) -> float:
+        """Send a signal; say when."""
+        now_s = time.monotonic()
+        os.kill(self.process.pid, number)
+        return now_s
+
+    def end(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        assert self.process.stdin is not None
+        self.process.stdin.close()
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Log:
+    return Log(tmp_path / "log")
+
+
+def settings_for(log: Log, name: str = "Recorder", silence_ms: int = 120) -> RobotSettings:
+    return RobotSettings(
+        driver=f"tests.robot.process.recorder:{name}",
+        silence_ms=silence_ms,
+        serial=SerialSettings(url=str(log._path)),
+    )
+
+
+@pytest.fixture
+def server(log: Log) -> Iterator[Server]:
+    """Start a server, which stands."""
+    server = Server(settings_for(log), log)
+    yield server
+    server.end()

@@ -1,0 +1,39 @@
+"""A server in the small: it holds a robot and does what it is told on its standard input.
+
+Started as ``python -m tests.robot.process.parent SETTINGS``, the `RobotSettings` as JSON.
+"""
+
+from __future__ import annotations
+
+import select
+import sys
+import time
+from typing import Final
+
+from wax.clock import SystemClock
+from wax.config import RobotSettings
+from wax.robot.driver import STANDSTILL, Twist
+from wax.robot.find import make_robot
+
+TWISTS: Final = {"stand": STANDSTILL, "drive": Twist(0.5, 0.0), "": None}
+
+
+def main() -> None:
+    robot = make_robot(RobotSettings.model_validate_json(sys.argv[1]), SystemClock())
+    robot.open()
+    while not robot.state().connected:
+        time.sleep(0.005)
+    twist: Twist | None = STANDSTILL
+    while True:
+        if twist is not None:
+            robot.apply(twist, 1)
+        if select.select([sys.stdin], [], [], 0.02)[0]:
+            word = sys.stdin.readline().strip()
+            if word == "close":
+                robot.close()
+                return
+            twist = TWISTS[word]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,76 @@
+"""A robot that writes down what it is told, as somebody's own driver: it lives in any process."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from wax.robot.driver import Limits, RobotState
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.config import RobotSettings
+    from wax.robot.driver import Twist
+
+
+class Recorder:
+    """Appends a line for each call to the file that the configuration calls its port."""
+
+    kind = "recorder"
+    limits = Limits(0.6, 1.5, axes=("pan",), ttl_s=0.2)
+
+    def __init__(self, settings: RobotSettings, clock: Clock) -> None:
+        self._path = Path(settings.serial.url)
+        self._epoch = 0
+
+    def open(self) -> None:
+        self._epoch += 1
+        print("what a driver prints is nobody's message")  # noqa: T201
+        self._write("open", os.getpid())
+
+    def apply(self, twist: Twist, turn: int) -> None:
+        self._write("apply", twist.linear_mps, twist.angular_rps, turn)
+
+    def set_axis(self, name: str, position: float, turn: int) -> None:
+        self._write("axis", position, turn)
+
+    def stop(self, turn: int) -> None:
+        self._write("stop", turn)
+
+    def close(self) -> None:
+        self._write("close", os.getpriority(os.PRIO_PROCESS, 0))
+
+    def state(self) -> RobotState:
+        return RobotState(connected=self._epoch > 0, epoch=self._epoch, extra={"battery_v": 7.4})
+
+    def _write(self, word: str, *values: float) -> None:
+        line = " ".join([f"{time.monotonic():.6f}", word, *map(str, values)])
+        with self._path.open("a") as file:
+            file.write(line + "\n")
+
+
+class Fragile(Recorder):
+    """Breaks when it shall turn."""
+
+    def apply(self, twist: Twist, turn: int) -> None:
+        if twist.angular_rps != 0.0:
+            raise OSError("no bus")
+        super().apply(twist, turn)
+
+
+class Liar(Recorder):
+    """Says what is no state."""
+
+    def state(self) -> RobotState:
+        extra: dict[str, float] = {"battery_v": None}  # type: ignore[dict-item]
+        return RobotState(connected=True, extra=extra)
+
+
+class Stuck(Recorder):
+    """Cannot be closed."""
+
+    def close(self) -> None:
+        super().close()
+        time.sleep(30.0)
