@@ -1,0 +1,118 @@
+# Build the robot's firmware for this machine, or for the Arduino; all of it goes to
+# .cache/firmware and is built again only when its source has changed.
+#
+#   board               wax-board, the core behind a pseudo-terminal; prints its path
+#   library [SOURCE]    the core as a shared library; prints its path. SOURCE is another
+#                       server/firmware, such as one with a fault in it
+#   coverage COMMAND…   run a command with WAX_FIRMWARE_LIBRARY set to a core that counts its
+#                       branches; print as JSON how many of how many were taken
+#   avr                 the sketch for the ATmega328P of an Uno; prints its sizes as JSON
+set -eu
+. .make/lib.sh
+
+firmware=server/firmware
+cache=$PWD/.cache/firmware
+warnings="-Wall -Wextra -Wconversion -Werror"
+
+want_compiler() {
+    ! command -v c++ >/dev/null || return 0
+    apt_install g++ libc6-dev && command -v c++ >/dev/null && return 0
+    die "the robot's firmware cannot be built for the tests: there is no C++ compiler; type:" \
+        "sudo apt-get install -y g++ (macOS: xcode-select --install)"
+}
+
+# usage: is_built FILE KEY
+is_built() { [ -e "$1" ] && [ "$(cat "$1.key" 2>/dev/null)" = "$2" ]; }
+
+# The checksum of all sources below a folder, and of this script.
+sources_of() {
+    find "$1" -type f \( -name '*.h' -o -name '*.cpp' -o -name '*.ino' \) | LC_ALL=C sort |
+        { xargs cat && cat .make/firmware.sh; } | cksum | tr ' ' -
+}
+
+# usage: build FILE KEY ARGUMENT…   (moved into place whole: two tests may build at once)
+build() {
+    out=$1 key=$2
+    shift 2
+    is_built "$out" "$key" && return
+    want_compiler
+    mkdir -p "$cache"
+    # shellcheck disable=SC2086
+    c++ -std=c++11 -O2 $warnings "$@" -o "$out.$$" && mv "$out.$$" "$out" && echo "$key" >"$out.key"
+}
+
+board() {
+    build "$cache/wax-board" "$(sources_of $firmware)" \
+        $firmware/wax/src/core/*.cpp $firmware/host/board.cpp $firmware/host/main.cpp \
+        $firmware/host/pty.cpp
+    echo "$cache/wax-board"
+}
+
+library() {
+    key=$(sources_of "$1")
+    build "$cache/libwax-$key.so" "$key" -shared -fPIC "$1"/wax/src/core/*.cpp "$1/host/capi.cpp"
+    echo "$cache/libwax-$key.so"
+}
+
+coverage() {
+    want_compiler
+    folder=$cache/coverage
+    rm -rf "$folder"
+    mkdir -p "$folder"
+    for source in $firmware/wax/src/core/*.cpp $firmware/host/capi.cpp; do
+        # shellcheck disable=SC2086
+        c++ -std=c++11 -O0 --coverage -fno-exceptions -fPIC $warnings -c "$source" \
+            -o "$folder/$(basename "$source" .cpp).o"
+    done
+    c++ --coverage -shared "$folder"/*.o -o "$folder/libwax.so"
+    WAX_FIRMWARE_LIBRARY=$folder/libwax.so "$@" >&2
+    .venv/bin/python .make/firmware_coverage.py "$folder"
+}
+
+avr() {
+    core=/usr/share/arduino/hardware/arduino/avr
+    { command -v avr-g++ >/dev/null && [ -d $core ]; } ||
+        apt_install gcc-avr avr-libc arduino-core-avr ||
+        die "the sketch cannot be compiled for the Arduino; type:" \
+            "sudo apt-get install -y gcc-avr avr-libc arduino-core-avr"
+    folder=$cache/avr
+    key=$(sources_of $firmware)
+    if ! is_built "$folder/wax.elf" "$key"; then
+        rm -rf "$folder"
+        mkdir -p "$folder"
+        common="-mmcu=atmega328p -DF_CPU=16000000L -DARDUINO=10819 -DARDUINO_AVR_UNO
+            -DARDUINO_ARCH_AVR -DDECIMAL_DIG=__DECIMAL_DIG__ -Os -ffunction-sections -fdata-sections -fno-exceptions
+            -I$core/cores/arduino -I$core/variants/standard"
+        # shellcheck disable=SC2086
+        {
+            (cd "$folder" && avr-gcc $common -w -c $core/cores/arduino/*.c &&
+                avr-g++ $common -w -std=gnu++11 -fno-threadsafe-statics -c $core/cores/arduino/*.cpp &&
+                avr-gcc $common -w -x assembler-with-cpp -c $core/cores/arduino/*.S)
+            # Arduino adds the first line itself.
+            avr-g++ $common -Wall -Wextra -std=gnu++11 -fno-threadsafe-statics -x c++ \
+                -include Arduino.h -c $firmware/wax/wax.ino -o "$folder/sketch.o"
+            for source in $firmware/wax/src/core/*.cpp; do
+                avr-g++ $common $warnings -std=gnu++11 -fno-threadsafe-statics -c "$source" \
+                    -o "$folder/core-$(basename "$source" .cpp).o"
+            done
+            avr-g++ -mmcu=atmega328p -Os -Wl,--gc-sections "$folder"/*.o -o "$folder/wax.elf"
+        }
+        echo "$key" >"$folder/wax.elf.key"
+    fi
+    avr-size -A "$folder/wax.elf" | awk '
+        { size[$1] = $2 }
+        END {
+            printf "{\"flash_bytes\": %d, \"flash_bytes_of\": 32256, ", size[".text"] + size[".data"]
+            printf "\"ram_bytes\": %d, \"ram_bytes_of\": 2048}\n", size[".data"] + size[".bss"]
+        }'
+}
+
+what=${1:-board}
+[ $# = 0 ] || shift
+case $what in
+board) board ;;
+library) library "${1:-$firmware}" ;;
+coverage) coverage "$@" ;;
+avr) avr ;;
+*) die "usage: sh .make/firmware.sh board | library [SOURCE] | coverage COMMAND… | avr" ;;
+esac

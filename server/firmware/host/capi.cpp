@@ -1,0 +1,62 @@
+// The core behind C functions, for tests that turn its clock by hand.
+#include <stdint.h>
+
+#include "../wax/src/core/robot.h"
+
+extern "C" {
+
+// All that can be asked about a robot, and of a frame what its verdict was about.
+struct WaxState {
+    int16_t left_mmps, right_mmps;
+    int16_t axes[wax::AXES];
+    uint8_t moving, timed_out;
+    uint16_t damaged;
+};
+
+struct WaxFrame {
+    uint8_t type, axis;
+    uint16_t sequence, ttl_ms, session;
+    uint32_t turn, time_ms;
+    int16_t left_mmps, right_mmps, position;
+};
+
+wax::Robot *wax_new(uint16_t acceleration_mmps2, uint16_t braking_mmps2, uint8_t front_bumpers,
+                    uint8_t back_bumpers, uint8_t still_ms, uint32_t now_ms) {
+    const wax::Settings settings = {acceleration_mmps2, braking_mmps2, front_bumpers, back_bumpers,
+                                    still_ms};
+    return new wax::Robot(settings, now_ms);
+}
+
+void wax_delete(wax::Robot *robot) { delete robot; }
+
+void wax_push(wax::Robot *robot, uint8_t byte) { robot->push(byte); }
+
+uint8_t wax_next(wax::Robot *robot, uint32_t now_ms, WaxFrame *out) {
+    wax::Frame frame;
+    const wax::Verdict verdict = robot->next(now_ms, frame);
+    if (verdict == wax::Verdict::NOTHING) return 0;
+    *out = {frame.type,    frame.axis,      frame.sequence,  frame.ttl_ms,    frame.session,
+            frame.turn,    frame.time_ms,   frame.left_mmps, frame.right_mmps, frame.position};
+    return static_cast<uint8_t>(verdict);
+}
+
+void wax_tick(wax::Robot *robot, uint32_t now_ms, uint16_t battery_mv, uint8_t bumpers,
+              int32_t left_ticks, int32_t right_ticks) {
+    const wax::Inputs inputs = {battery_mv, bumpers, left_ticks, right_ticks};
+    robot->tick(now_ms, inputs);
+}
+
+uint8_t wax_report(wax::Robot *robot, uint32_t now_ms, uint8_t *bytes) {
+    return robot->report(now_ms, bytes) ? wax::REPORT_SIZE : 0;
+}
+
+void wax_state(const wax::Robot *robot, WaxState *out) {
+    out->left_mmps = robot->left_mmps();
+    out->right_mmps = robot->right_mmps();
+    for (uint8_t at = 0; at < wax::AXES; ++at) out->axes[at] = robot->axis(at);
+    out->moving = robot->moving();
+    out->timed_out = robot->timed_out();
+    out->damaged = robot->damaged();
+}
+
+}  // extern "C"

@@ -1,0 +1,159 @@
+#include "robot.h"
+
+namespace wax {
+
+namespace {
+
+// After a pause of the program the wheels go on from where they are, they do not jump.
+const uint8_t MAX_STEP_MS = 20;
+
+// Longer ago than any frame that is not late; kept from growing until it wraps.
+const uint32_t LONG_AGO_MS = 60000;
+
+uint16_t ttl_of(const Frame &frame) {
+    return frame.ttl_ms < MAX_TTL_MS ? frame.ttl_ms : MAX_TTL_MS;
+}
+
+int16_t within(int16_t value, int16_t limit) {
+    if (value > limit) return limit;
+    if (value < -limit) return -limit;
+    return value;
+}
+
+}  // namespace
+
+Robot::Robot(const Settings &settings, uint32_t now_ms)
+    : settings_(settings),
+      left_(settings.acceleration_mmps2, settings.braking_mmps2),
+      right_(settings.acceleration_mmps2, settings.braking_mmps2),
+      hello_ms_(now_ms),
+      ticked_ms_(now_ms),
+      turned_ms_(now_ms),
+      reported_ms_(now_ms) {}
+
+Verdict Robot::next(uint32_t now_ms, Frame &frame) {
+    if (!decoder_.next(session_, frame)) return Verdict::NOTHING;
+    const Verdict verdict = judge(frame, now_ms);
+    if (verdict == Verdict::TAKEN)
+        obey(frame, now_ms);
+    else
+        ++refused_;
+    return verdict;
+}
+
+Verdict Robot::judge(const Frame &frame, uint32_t now_ms) const {
+    if (frame.type == HELLO || frame.type == STOP) return Verdict::TAKEN;
+    if (frame.turn < turn_) return Verdict::OLD_TURN;
+    if (!is_newer(frame.sequence)) return Verdict::OLD_SEQUENCE;
+    if (is_late(frame, now_ms)) return Verdict::LATE;
+    return Verdict::TAKEN;
+}
+
+bool Robot::is_newer(uint16_t sequence) const {
+    return static_cast<uint16_t>(sequence - sequence_ - 1) < 0x7FFF;
+}
+
+bool Robot::is_late(const Frame &frame, uint32_t now_ms) const {
+    const uint32_t ahead_ms = frame.time_ms - now_ms;
+    if (ahead_ms <= MAX_AHEAD_MS) return false;
+    const uint32_t age_ms = now_ms - frame.time_ms;
+    return age_ms > ttl_of(frame) || age_ms > now_ms - hello_ms_;
+}
+
+void Robot::obey(const Frame &frame, uint32_t now_ms) {
+    switch (frame.type) {
+        case HELLO:
+            session_ = frame.session;
+            turn_ = 0;
+            sequence_ = frame.sequence;
+            hello_ms_ = now_ms;
+            report_now_ = true;
+            stand();
+            return;
+        case DRIVE:
+            wanted_left_ = frame.left_mmps;
+            wanted_right_ = frame.right_mmps;
+            arrived_ms_ = now_ms;
+            ttl_ms_ = ttl_of(frame);
+            driven_ = true;
+            timed_out_ = false;
+            break;
+        case AXIS:
+            if (frame.axis < AXES) axes_[frame.axis] = within(frame.position, FULL_POSITION);
+            break;
+        default:
+            stand();
+    }
+    if (frame.turn > turn_) turn_ = frame.turn;
+    if (is_newer(frame.sequence)) sequence_ = frame.sequence;
+}
+
+void Robot::stand() {
+    driven_ = false;
+    wanted_left_ = wanted_right_ = 0;
+    timed_out_ = false;
+}
+
+void Robot::tick(uint32_t now_ms, const Inputs &inputs) {
+    if (driven_ && now_ms - arrived_ms_ >= ttl_ms_) {
+        stand();
+        timed_out_ = true;
+    }
+    if (now_ms - hello_ms_ > LONG_AGO_MS) hello_ms_ = now_ms - LONG_AGO_MS;
+
+    const uint32_t elapsed_ms = now_ms - ticked_ms_;
+    ticked_ms_ = now_ms;
+    const uint8_t step_ms =
+        elapsed_ms < MAX_STEP_MS ? static_cast<uint8_t>(elapsed_ms) : MAX_STEP_MS;
+    watch_wheels(now_ms, inputs);
+    const bool blocked = is_blocked();
+    left_.approach(blocked ? 0 : wanted_left_, step_ms);
+    right_.approach(blocked ? 0 : wanted_right_, step_ms);
+
+    const bool moves = turning_ || !left_.stands() || !right_.stands();
+    if (moves != moving_) {
+        moving_ = moves;
+        report_now_ = true;
+    }
+}
+
+void Robot::watch_wheels(uint32_t now_ms, const Inputs &inputs) {
+    if (inputs.left_ticks != inputs_.left_ticks || inputs.right_ticks != inputs_.right_ticks) {
+        turning_ = true;
+        turned_ms_ = now_ms;
+    } else if (now_ms - turned_ms_ >= settings_.still_ms) {
+        turning_ = false;
+    }
+    inputs_ = inputs;
+}
+
+// Whether a bumper is pressed on the side where it wants to go. On the spot it may turn.
+bool Robot::is_blocked() const {
+    const int32_t ahead = static_cast<int32_t>(wanted_left_) + wanted_right_;
+    if (ahead > 0) return inputs_.bumpers & settings_.front_bumpers;
+    if (ahead < 0) return inputs_.bumpers & settings_.back_bumpers;
+    return false;
+}
+
+bool Robot::report(uint32_t now_ms, uint8_t *bytes) {
+    if (!report_now_ && now_ms - reported_ms_ < REPORT_EVERY_MS) return false;
+    report_now_ = false;
+    reported_ms_ = now_ms;
+    Report report;
+    report.own_sequence = ++own_sequence_;
+    report.turn = turn_;
+    report.time_ms = now_ms;
+    report.battery_mv = inputs_.battery_mv;
+    report.bumpers = inputs_.bumpers;
+    report.left_ticks = inputs_.left_ticks;
+    report.right_ticks = inputs_.right_ticks;
+    report.moving = moving_;
+    report.timed_out = timed_out_;
+    report.sequence = sequence_;
+    report.damaged = damaged();
+    report.refused = refused_;
+    write_report(report, session_, bytes);
+    return true;
+}
+
+}  // namespace wax

@@ -1,0 +1,100 @@
+// What the robot does with what it is told: the last of four watchdogs, ignorant of the others.
+//
+// Time is any clock of milliseconds that wraps at 2^32. No heap, no float, no Arduino.
+#pragma once
+
+#include <stdint.h>
+
+#include "decoder.h"
+#include "frame.h"
+#include "ramp.h"
+
+namespace wax {
+
+const uint8_t AXES = 4;
+const uint8_t REPORT_EVERY_MS = 50;
+const uint16_t MAX_TTL_MS = 1000;
+const uint8_t MAX_AHEAD_MS = 50;
+
+struct Settings {
+    uint16_t acceleration_mmps2;
+    uint16_t braking_mmps2;
+    uint8_t front_bumpers, back_bumpers;  // the bits that keep it from going ahead, and back
+    uint8_t still_ms;  // without an encoder's tick for so long a wheel stands
+};
+
+struct Inputs {
+    uint16_t battery_mv;
+    uint8_t bumpers;
+    int32_t left_ticks, right_ticks;
+};
+
+enum class Verdict : uint8_t { NOTHING, TAKEN, OLD_TURN, OLD_SEQUENCE, LATE };
+
+class Robot {
+public:
+    // Start without a session, at standstill.
+    Robot(const Settings &settings, uint32_t now_ms);
+
+    // Take a byte from the line. After each, ask `next` until it gives NOTHING.
+    void push(uint8_t byte) { decoder_.push(byte); }
+
+    // Judge the next whole frame and, where it is TAKEN, obey it.
+    Verdict next(uint32_t now_ms, Frame &frame);
+
+    // Let time pass: end what has expired, and move the wheels' speeds towards what is wanted.
+    // Call it at least every few milliseconds, and after the frames.
+    void tick(uint32_t now_ms, const Inputs &inputs);
+
+    // Write a report of REPORT_SIZE bytes, where one is due; else return false.
+    bool report(uint32_t now_ms, uint8_t *bytes);
+
+    // What the motors shall do now.
+    int16_t left_mmps() const { return left_.mmps(); }
+    int16_t right_mmps() const { return right_.mmps(); }
+
+    // Where an axis below AXES shall be, -FULL_POSITION to FULL_POSITION.
+    int16_t axis(uint8_t number) const { return axes_[number]; }
+
+    bool moving() const { return moving_; }
+    bool timed_out() const { return timed_out_; }
+    uint16_t damaged() const { return decoder_.damaged(); }
+
+private:
+    Verdict judge(const Frame &frame, uint32_t now_ms) const;
+    void obey(const Frame &frame, uint32_t now_ms);
+    bool is_newer(uint16_t sequence) const;
+    bool is_late(const Frame &frame, uint32_t now_ms) const;
+    bool is_blocked() const;
+    void stand();
+    void watch_wheels(uint32_t now_ms, const Inputs &inputs);
+
+    Settings settings_;
+    Decoder decoder_;
+    Ramp left_, right_;
+    Inputs inputs_ = Inputs();
+
+    uint16_t session_ = NO_SESSION;
+    uint32_t turn_ = 0;
+    uint16_t sequence_ = 0;
+    uint32_t hello_ms_;
+
+    bool driven_ = false;
+    int16_t wanted_left_ = 0, wanted_right_ = 0;
+    uint32_t arrived_ms_ = 0;
+    uint16_t ttl_ms_ = 0;
+    bool timed_out_ = false;
+    int16_t axes_[AXES] = {};
+
+    uint32_t ticked_ms_;
+    uint32_t turned_ms_;
+    bool turning_ = false;
+    bool moving_ = false;
+
+    uint32_t reported_ms_;
+    bool report_now_ = false;
+    uint16_t own_sequence_ = 0;
+    uint16_t refused_ = 0;
+};
+
+}  // namespace wax
