@@ -133,7 +133,7 @@ class FramedDialect:
         return self._frame(Hello(self._session), 0, now_s) + self._frame(Stop(), 0, now_s)
 
     def _due_s(self) -> float:
-        return min(self._again_s, self._patience_ends_s)
+        return min(self._again_s, self._patience_ends_s) if self._answers else self._again_s
 
     def _motion(self, order: Order) -> Body:
         if order.twist.is_zero:

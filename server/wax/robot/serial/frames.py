@@ -33,8 +33,8 @@ From the server:
 The robot refuses drive and axis
 
 - of a lower turn than it has seen in this session;
-- within a turn, unless their sequence number is newer than that of the last frame that it took
-  (a 16 bit difference of 1 to 32767);
+- whose sequence number is not newer than that of the last frame that it took (a 16 bit
+  difference of 1 to 32767);
 - whose time is longer ago than their time-to-live, is more than 50 ms ahead, or is before the
   last hello. So what a line held back, or says again, moves nothing, not even with its hello.
 
