@@ -13,10 +13,12 @@ from structlog.testing import capture_logs
 from tests.turned_clock import TurnedClock
 
 from wax.clock import SystemClock
-from wax.config import DriveSettings, TurnSettings
-from wax.control.gate import Command, Hold, Refusal
+from wax.config import DriveSettings, RobotSettings, TurnSettings
+from wax.control.command import Command
 from wax.control.helm import NO_ANSWER, NOT_CONNECTED
+from wax.control.latch import StopLatch
 from wax.control.loop import ControlLoop
+from wax.control.reasons import Hold, Limit, Refusal, stopped_by
 from wax.control.turns import PlaceLost, TurnEnded, TurnEvent, TurnRenewed, Turns, TurnStarted
 from wax.robot.driver import STANDSTILL, Limits, RobotState, Twist
 
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
 
 A, B = 1, 2
 AHEAD = Twist(0.5, 0.0)
+AGILE = RobotSettings(max_linear_acceleration_mps2=100.0, braking_mps2=100.0)
+"""A body to which every speed is but one beat away."""
 
 
 class FakeDriver:
@@ -77,7 +81,14 @@ class FakeDriver:
 class Bench:
     """A control loop with everything around it."""
 
-    def __init__(self, *, grace_s: float = 3.0, limits: Limits = FakeDriver.limits) -> None:
+    def __init__(
+        self,
+        *,
+        grace_s: float = 3.0,
+        limits: Limits = FakeDriver.limits,
+        robot: RobotSettings = AGILE,
+        max_stop_distance_m: float = 1.0,
+    ) -> None:
         self.clock = TurnedClock()
         self.driver = FakeDriver()
         self.driver.limits = limits
@@ -87,12 +98,20 @@ class Bench:
         self.calls_before_event: list[tuple[object, ...]] = []
         self.statuses: list[tuple[int, bool, str | None]] = []
         self.seq = 0
+        self.has_picture = True
         self.loop = ControlLoop(
             clock=self.clock,
             turns=self.turns,
             driver=self.driver,
-            settings=DriveSettings(loop_hz=50.0, max_age_ms=150.0, fine_fraction=0.5),
+            settings=DriveSettings(
+                loop_hz=50.0,
+                max_age_ms=150.0,
+                fine_fraction=0.5,
+                max_stop_distance_m=max_stop_distance_m,
+            ),
+            robot=robot,
             link_delay_s=self.delays_s.get,
+            sees=lambda _: self.has_picture,
             on_events=self._on_events,
             on_status=lambda *status: self.statuses.append(status),
         )
@@ -116,7 +135,9 @@ class Bench:
             sent_s=self.clock.time_s,
             linear=linear,
             angular=0.0,
+            held=linear != 0,
             speed="gross",
+            seen_s=self.clock.time_s,
         )
 
     def offer(self, linear: float = 0.0, *, viewer: int = A) -> Refusal | None:
@@ -202,7 +223,7 @@ def test_changes_keep_their_distance(bench: Bench) -> None:
     bench.clock.time_s += 0.004
     bench.offer(1.0)
     assert bench.driver.take() == []
-    assert bench.step(0.001) == [("apply", AHEAD, 1)]
+    assert bench.step(0.002) == [("apply", AHEAD, 1)]
 
 
 def test_blocked_loop_stops_the_robot_first(bench: Bench) -> None:
@@ -213,7 +234,7 @@ def test_blocked_loop_stops_the_robot_first(bench: Bench) -> None:
     assert not bench.moves()
     bench.drive()
     assert bench.loop.counts()["control.late"] == 1
-    assert bench.loop.counts()["control.latest_ms"] == 201
+    assert bench.loop.counts()["control.latest_ms"] == 201.0
 
 
 def test_blocked_loop_is_noticed_by_a_command_too(bench: Bench) -> None:
@@ -358,21 +379,87 @@ def test_fresh_page_counts_from_the_start(bench: Bench, again: str) -> None:
 # --- stop -------------------------------------------------------------------------------------
 
 
-def test_operator_stops_at_once(bench: Bench) -> None:
-    """The operator's stop reaches the robot within the call, and a held key does not undo it."""
+def test_stop_reaches_the_robot_at_once(bench: Bench) -> None:
+    """Whoever presses it, the stop reaches the robot within the call, and lasts."""
     bench.drive()
-    assert bench.loop.operator_stop(A)
+    assert bench.loop.press_stop("Bob") == 1
+    assert bench.driver.take() == [("stop", 1)]
+    assert bench.loop.latched == StopLatch(1, "Bob")
+    for linear in (0.0, 1.0, 0.0, 1.0):
+        bench.offer(linear)
+        assert bench.step() == [("apply", STANDSTILL, 1)]
+    assert bench.statuses[-1] == (A, False, stopped_by("Bob"))
+
+
+def test_pressing_again_stops_again(bench: Bench) -> None:
+    """A second press sends another stop, and keeps the number and the name."""
+    assert bench.loop.press_stop("Bob") == bench.loop.press_stop("Eve") == 1
+    assert bench.driver.take()[-2:] == [("stop", 1), ("stop", 1)]
+    assert bench.loop.latched == StopLatch(1, "Bob")
+
+
+@pytest.mark.parametrize("releaser", [A, None])
+def test_release_moves_nothing(bench: Bench, releaser: int | None) -> None:
+    """A release by the operator or the server's machine lets drive, from neutral on."""
+    bench.drive()
+    number = bench.loop.press_stop("Bob")
+    bench.step()
+    assert bench.loop.release_stop(releaser, number, bench.clock.time_s) is None
+    assert bench.loop.latched is None
     assert bench.driver.take() == [("stop", 1)]
     assert not bench.moves()
     assert bench.statuses[-1] == (A, False, Hold.STOPPED.value)
     bench.drive()
 
 
-def test_only_the_operator_stops(bench: Bench) -> None:
-    """Whoever does not drive does not stop the robot by this way."""
+def test_release_without_a_beat_between_moves_nothing(bench: Bench) -> None:
+    """Also where stop and release come within one beat neutral must come first."""
     bench.drive()
-    assert not bench.loop.operator_stop(B)
-    assert bench.driver.take() == []
+    bench.loop.release_stop(A, bench.loop.press_stop("Bob"), None)
+    assert not bench.moves()
+
+
+def test_others_do_not_release(bench: Bench) -> None:
+    """Who waits cannot release the stop, and refusals are counted by their reason."""
+    number = bench.loop.press_stop("Ada")
+    assert bench.loop.release_stop(B, number, bench.clock.time_s) is Refusal.NOT_YOUR_STOP
+    assert bench.loop.latched is not None
+    assert bench.loop.counts()["stops.refused.not_your_stop"] == 1
+
+
+def test_stop_lives_across_turns(bench: Bench) -> None:
+    """The next operator finds the stop latched, and only he may release it then."""
+    bench.drive()
+    number = bench.loop.press_stop("Ada")
+    bench.loop.leave(A)
+    bench.offer(viewer=B)
+    bench.offer(1.0, viewer=B)
+    assert bench.step() == [("apply", STANDSTILL, 2)]
+    assert bench.statuses[-1] == (B, False, stopped_by("Ada"))
+    assert bench.loop.release_stop(A, number, bench.clock.time_s) is Refusal.NOT_YOUR_STOP
+    assert bench.loop.release_stop(B, number, bench.clock.time_s) is None
+    bench.drive(viewer=B)
+
+
+def test_stop_goes_out_although_nothing_can_be_noted() -> None:
+    """The robot is told before anything else that could fail, such as the clock."""
+    bench = Bench()
+    bench.clock.now_s = lambda: 1 / 0  # type: ignore[method-assign,assignment,return-value]
+    with pytest.raises(ZeroDivisionError):
+        bench.loop.press_stop("Bob")
+    assert bench.driver.take() == [("stop", 0)]
+
+
+def test_stop_latches_although_the_driver_fails_badly(bench: Bench) -> None:
+    """What even the helm lets through does not keep the stop from being latched."""
+
+    def interrupted(turn: int) -> None:
+        raise KeyboardInterrupt
+
+    bench.driver.stop = interrupted  # type: ignore[method-assign]
+    with pytest.raises(KeyboardInterrupt):
+        bench.loop.press_stop("Bob")
+    assert bench.loop.latched == StopLatch(1, "Bob")
 
 
 def test_after_stop_nothing_moves(bench: Bench) -> None:
@@ -484,9 +571,174 @@ def test_driver_that_cannot_even_stop(bench: Bench) -> None:
     bench.drive()
     bench.driver.broken = {"stop"}
     with capture_logs() as logs:
-        assert bench.loop.operator_stop(A)
+        assert bench.loop.press_stop("Ada") == 1
     assert len(logs) == 1
     assert bench.step() == [("apply", STANDSTILL, 1)]
+
+
+# --- maintenance ------------------------------------------------------------------------------
+
+
+def test_lent_driver_hears_nothing(bench: Bench) -> None:
+    """While somebody else has the driver it gets a last stop and then not a word of the loop."""
+    bench.drive()
+    bench.loop.maintain("The stop is being proved.")
+    assert bench.driver.take() == [("stop", 1)]
+    bench.loop.maintain("The stop is being proved, still.")
+    bench.driver.broken = {"state", "apply", "stop"}  # as one whose line is unplugged
+    for _ in range(10):
+        bench.offer(0.0)
+        bench.offer(1.0)
+        assert bench.step() == []
+    bench.loop.leave(A)
+    assert bench.step() == []
+    assert bench.statuses[-2] == (A, False, "The stop is being proved, still.")
+    assert bench.loop.robot_state.problem == "The stop is being proved, still."
+    assert bench.loop.robot_state.moving is None
+    assert bench.loop.counts()["control.driver_failures"] == 0
+
+
+def test_stop_is_heard_even_by_a_lent_driver(bench: Bench) -> None:
+    """A pressed stop and the end of the loop reach the robot whoever has it."""
+    bench.loop.maintain("The stop is being proved.")
+    bench.driver.take()
+    bench.loop.press_stop("Bob")
+    assert bench.driver.take() == [("stop", 1)]
+    bench.loop.stop()
+    assert bench.driver.take() == [("stop", 1)]
+
+
+def test_driver_that_comes_back_begins_with_neutral(bench: Bench) -> None:
+    """After maintenance the robot is stopped, its axes are unknown, and neutral must come first."""
+    bench.offer()
+    bench.loop.offer(A, replace(bench.command(), axes={"pan": 0.5}))
+    bench.step()
+    bench.loop.maintain("The stop is being proved.")
+    bench.step()
+    bench.loop.maintain(None)
+    assert bench.step() == [("stop", 1), ("apply", STANDSTILL, 1)]
+    assert bench.statuses[-1] == (A, False, Hold.FAULT.value)
+    assert not bench.moves()
+    bench.offer()
+    bench.loop.offer(A, replace(bench.command(), axes={"pan": 0.5}))
+    assert ("set_axis", "pan", 0.5, 1) in bench.step()
+
+
+def test_taking_back_what_was_not_lent_is_nothing(bench: Bench) -> None:
+    """The end of a maintenance that never began does not stop anybody."""
+    bench.drive()
+    bench.loop.maintain(None)
+    assert bench.step() == [("apply", AHEAD, 1)]
+
+
+def test_what_the_robot_says_of_itself_is_passed_on(bench: Bench) -> None:
+    """Whether the robot moves is told as it says, and unknown while it does not answer."""
+    bench.driver.now = RobotState(connected=True, epoch=1, moving=True)
+    bench.step()
+    assert bench.loop.robot_state.moving is True
+    bench.driver.broken = {"state"}
+    with capture_logs():
+        bench.step()
+    assert bench.loop.robot_state.moving is None
+
+
+# --- ramp, sight and reach --------------------------------------------------------------------
+
+
+def test_speed_grows_beat_by_beat() -> None:
+    """From beat to beat the speed grows by the acceleration times what the clock says."""
+    bench = Bench(robot=RobotSettings(max_linear_acceleration_mps2=1.0))
+    bench.enter(A)
+    bench.step()
+    bench.offer()
+    bench.step()
+    bench.offer(1.0)
+    speeds = [bench.step(after_s)[-1][1] for after_s in (0.02, 0.01, 0.04, 0.1)]
+    assert [round(twist.linear_mps, 6) for twist in speeds] == [0.02, 0.03, 0.07, 0.11]  # type: ignore[attr-defined]
+    bench.offer()
+    assert bench.step()[-1] == ("apply", STANDSTILL, 1)
+
+
+def test_soft_body_is_braked_and_then_stopped() -> None:
+    """Where the body needs it silence brakes it at its rate, and Stop still stops it at once."""
+    bench = Bench(robot=AGILE.model_copy(update={"soft_braking": True, "braking_mps2": 10.0}))
+    bench.enter(A)
+    bench.step()
+    bench.drive()
+    for _ in range(11):
+        bench.step()
+    told = [call for _ in range(3) for call in bench.step()]
+    speeds = [call[1].linear_mps for call in told if call[0] == "apply"]  # type: ignore[attr-defined]
+    assert [round(speed, 6) for speed in speeds] == [0.3, 0.1, 0.0]
+    assert told[-2:] == [("stop", 1), ("apply", STANDSTILL, 1)]
+    bench.drive()
+    bench.loop.press_stop("Bob")
+    assert bench.step() == [("apply", STANDSTILL, 1)]
+
+
+def test_who_sees_late_is_slowed_and_told_why(bench: Bench) -> None:
+    """A picture that is late slows the robot, the operator reads it, and one too late stops it."""
+    bench.drive()
+    late = replace(bench.command(1.0), seen_s=bench.clock.time_s - 0.52)
+    bench.loop.offer(A, late)
+    assert ("apply", Twist(0.25, 0.0), 1) in bench.step()
+    assert bench.statuses[-1] == (A, True, Limit.LATE_PICTURE.value)
+    blind = replace(bench.command(1.0), seen_s=bench.clock.time_s - 0.92)
+    bench.loop.offer(A, blind)
+    assert ("stop", 1) in bench.step()
+    assert bench.statuses[-1] == (A, False, Refusal.BLIND.value)
+
+
+def test_who_does_not_want_to_see_drives_slowly(bench: Bench) -> None:
+    """Without a picture, on purpose, the robot is driven at fine speed at most."""
+    bench.has_picture = False
+    bench.offer()
+    bench.step()
+    bench.loop.offer(A, replace(bench.command(1.0), seen_s=None))
+    assert bench.step() == [("apply", Twist(0.25, 0.0), 1)]
+    assert bench.statuses[-1] == (A, True, Limit.NO_PICTURE.value)
+
+
+def test_a_long_line_is_a_slow_one() -> None:
+    """The same robot is driven more slowly over a longer line, and its operator reads why."""
+    robot = RobotSettings(max_linear_acceleration_mps2=100.0, braking_mps2=2.0)
+    speeds = []
+    for delay_s in (0.0, 0.3):
+        bench = Bench(robot=robot, max_stop_distance_m=0.2)
+        bench.delays_s[A] = delay_s
+        bench.enter(A)
+        bench.step()
+        bench.offer()
+        bench.offer(1.0)
+        [(_, twist, _)] = [call for call in bench.step() if call[0] == "apply"]
+        assert isinstance(twist, Twist)
+        speeds.append(twist.linear_mps)
+        reason = Limit.LONG_LINE.value if delay_s else None
+        assert bench.statuses[-1] == (A, True, reason)
+    assert speeds[1] < speeds[0] == 0.5
+
+
+def test_a_line_that_is_too_long_is_for_watching() -> None:
+    """Over a line on which every command would be too old nobody drives, and he reads why."""
+    bench = Bench()
+    bench.delays_s[A] = 0.351
+    bench.enter(A)
+    bench.step()
+    assert bench.offer() is Refusal.TOO_SLOW
+    assert bench.offer(1.0) is Refusal.TOO_SLOW
+    assert bench.step() == [("apply", STANDSTILL, 1)]
+    assert bench.statuses[-1] == (A, False, Refusal.TOO_SLOW.value)
+
+
+@pytest.mark.parametrize(("lapse_s", "goes_on"), [(0.9, True), (1.1, False)])
+def test_driving_goes_on_after_a_short_lapse(bench: Bench, lapse_s: float, goes_on: bool) -> None:
+    """Who was not heard for up to a second drives on; after more he must let go first."""
+    bench.drive()
+    lapse_s += 0.25  # for so long the last command was fresh
+    for _ in range(round(lapse_s / 0.02)):
+        bench.step()
+    assert bench.moves() is goes_on
+    assert bench.loop.counts().get("control.late") is None
 
 
 # --- the link ---------------------------------------------------------------------------------
@@ -514,7 +766,7 @@ def test_delay_is_taken_as_soon_as_known() -> None:
     assert bench.loop.offer(A, old) is None
 
 
-@pytest.mark.parametrize(("delay_s", "refusal"), [(0.5, None), (None, Refusal.TOO_OLD)])
+@pytest.mark.parametrize(("delay_s", "refusal"), [(0.3, None), (None, Refusal.TOO_OLD)])
 def test_delay_is_taken_anew_when_the_turn_renews(
     delay_s: float | None, refusal: Refusal | None
 ) -> None:
@@ -538,7 +790,8 @@ def test_commands_are_counted(bench: Bench) -> None:
         "commands.accepted": 2,
         "commands.refused.not_your_turn": 1,
         "control.driver_failures": 0,
-        "control.latest_ms": 0,
+        "control.jitter_p99_ms": 0.0,
+        "control.latest_ms": 0.0,
     }
 
 
@@ -553,6 +806,12 @@ async def heard(driver: FakeDriver, *call: object) -> None:
             await driver.called.wait()
 
 
+def page(seq: int, linear: float) -> Command:
+    """Make what a page sends at this moment."""
+    now_s = SystemClock().now_s()
+    return Command(seq, 1, now_s, linear, 0.0, linear != 0, "gross", seen_s=now_s)
+
+
 def live(
     driver: FakeDriver,
     *,
@@ -560,13 +819,16 @@ def live(
     on_status: Callable[[int, bool, str | None], None] = lambda *_: None,
 ) -> ControlLoop:
     """Make a loop on the real clock."""
-    settings = DriveSettings(max_age_ms=1000.0).model_copy(update={"loop_hz": loop_hz})
+    slow = DriveSettings(max_age_ms=1000.0, max_command_age_ms=2000.0, max_stop_distance_m=10.0)
+    settings = slow.model_copy(update={"loop_hz": loop_hz})
     return ControlLoop(
         clock=SystemClock(),
         turns=Turns(TurnSettings()),
         driver=driver,
         settings=settings,
+        robot=AGILE,
         link_delay_s=lambda _: 1.0,
+        sees=lambda _: True,
         on_events=lambda _: None,
         on_status=on_status,
     )
@@ -582,7 +844,7 @@ async def test_runs_until_cancelled_and_stops_the_robot() -> None:
     for seq in itertools.count():  # as a page does it: a busy machine may ask for neutral again
         if ("apply", AHEAD, 1) in driver.calls:
             break
-        control.offer(A, Command(seq, 1, SystemClock().now_s(), seq % 2, 0.0, "gross"))
+        control.offer(A, page(seq, seq % 2))
         driver.called.clear()
         await driver.called.wait()
     task.cancel()
@@ -599,9 +861,8 @@ async def test_hurried_change_does_not_wait_for_the_beat() -> None:
     control.join(A)
     task = asyncio.create_task(control.run())
     await heard(driver, "apply", STANDSTILL, 1)
-    now_s = SystemClock().now_s()
-    control.offer(A, Command(1, 1, now_s, 0.0, 0.0, "gross"))
-    control.offer(A, Command(2, 1, now_s, 1.0, 0.0, "gross"))
+    control.offer(A, page(1, 0.0))
+    control.offer(A, page(2, 1.0))
     await heard(driver, "apply", AHEAD, 1)
     await asyncio.wait([task], timeout=0.03)
     assert len(driver.applied_s) == 2
@@ -621,8 +882,7 @@ async def test_flood_keeps_the_gap() -> None:
     seq = 0
     while len(driver.applied_s) < 12:
         seq += 1
-        now_s = SystemClock().now_s()
-        control.offer(A, Command(seq, 1, now_s, seq % 3 / 2, 0.0, "gross"))
+        control.offer(A, page(seq, seq % 3 / 2))
         await asyncio.sleep(0)
     gaps_s = [b - a for a, b in itertools.pairwise(driver.applied_s)]
     assert min(gaps_s) > 0.0045
