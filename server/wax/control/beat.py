@@ -8,6 +8,8 @@ from typing import Final
 
 MAX_LATE_S: Final = 0.2
 MIN_LATE_S: Final = 0.1
+_EARLY_S: Final = 0.001
+"""A step that comes so shortly before a beat is that beat: timers may fire a little early."""
 _REMEMBERED_S: Final = 60.0
 
 
@@ -33,9 +35,10 @@ class Beat:
         """Take note of a step at `now_s`, which may also come between two beats."""
         due_s = now_s if self._due_s is None else self._due_s
         late_s = now_s - due_s
-        if late_s >= 0:
-            self._due_s = due_s + self.period_s * (math.floor(late_s / self.period_s) + 1)
-            self._late_s.append(late_s)
+        if late_s >= -_EARLY_S:
+            missed = math.floor(max(0.0, late_s) / self.period_s)
+            self._due_s = due_s + self.period_s * (missed + 1)
+            self._late_s.append(max(0.0, late_s))
         return late_s > self._max_late_s
 
     def rest_s(self, now_s: float) -> float:

@@ -1,0 +1,26 @@
+"""Rules for the tests of the pure policies, with numbers that are easy to reckon with."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from wax.control.rules import Rules
+from wax.robot.driver import Limits
+
+RULES: Final = Rules(
+    limits=Limits(linear_mps=0.8, angular_rps=2.0, axes=("pan",)),
+    max_age_s=0.15,
+    max_command_age_s=0.5,
+    slow_picture_age_s=0.4,
+    stop_picture_age_s=0.8,
+    max_stop_distance_m=2.0,
+    fine_fraction=0.5,
+    beat_s=0.02,
+    watchdog_s=0.12,
+    acceleration_mps2=1.0,
+    acceleration_rps2=4.0,
+    soft_braking=False,
+    braking_mps2=2.0,
+    braking_rps2=8.0,
+)
+"""A robot that stands soon enough at any speed, braked at once."""

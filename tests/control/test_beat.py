@@ -1,0 +1,61 @@
+"""The beat's schedule, and how late it was."""
+
+from __future__ import annotations
+
+import pytest
+
+from wax.control.beat import Beat
+
+
+def test_schedule_does_not_drift() -> None:
+    """However late a beat is, the next ones are due where they always were."""
+    beat = Beat(loop_hz=50.0, ttl_s=None)
+    assert beat.rest_s(10.0) == 0.0
+    assert not beat.is_too_late(10.0)
+    assert beat.rest_s(10.0) == pytest.approx(0.02)
+    assert not beat.is_too_late(10.055)
+    assert beat.rest_s(10.055) == pytest.approx(0.005)
+    assert beat.rest_s(10.07) == 0.0
+
+
+def test_a_step_between_two_beats_is_not_late() -> None:
+    """What is done between two beats changes neither the schedule nor the record."""
+    beat = Beat(loop_hz=50.0, ttl_s=None)
+    beat.is_too_late(10.0)
+    assert not beat.is_too_late(10.015)
+    assert beat.rest_s(10.015) == pytest.approx(0.005)
+    beat.is_too_late(10.02 + 0.003)
+    assert beat.latest_ms == pytest.approx(3.0)
+
+
+def test_a_timer_that_fires_early_is_no_second_beat() -> None:
+    """A step just before its beat is that beat, neither early nor followed by another at once."""
+    beat = Beat(loop_hz=50.0, ttl_s=None)
+    beat.is_too_late(10.0)
+    beat.is_too_late(10.0195)
+    assert beat.rest_s(10.0195) == pytest.approx(0.0205)
+    assert beat.latest_ms == 0.0
+
+
+@pytest.mark.parametrize(
+    ("ttl_s", "let_be_s"), [(None, 0.2), (1.0, 0.2), (0.15, 0.15), (0.02, 0.1)]
+)
+def test_too_late(ttl_s: float | None, let_be_s: float) -> None:
+    """A beat may be as late as the robot's watchdog waits, between 100 and 200 ms."""
+    for late_s, expected in ((let_be_s - 0.001, False), (let_be_s + 0.001, True)):
+        beat = Beat(loop_hz=50.0, ttl_s=ttl_s)
+        beat.is_too_late(10.0)
+        assert beat.is_too_late(10.02 + late_s) is expected
+
+
+def test_record_of_the_last_minute() -> None:
+    """The record tells the 99th percentile and the latest beat, and forgets after a minute."""
+    beat = Beat(loop_hz=50.0, ttl_s=None)
+    assert (beat.jitter_p99_ms, beat.latest_ms) == (0.0, 0.0)
+    for number in range(3000):
+        beat.is_too_late(10 + number / 50 + (0.019 if number == 7 else number % 100 * 1e-5))
+    assert beat.latest_ms == pytest.approx(19.0)
+    assert beat.jitter_p99_ms == pytest.approx(0.98)
+    for number in range(3000, 6000):
+        beat.is_too_late(10 + number / 50 + 0.001)
+    assert beat.latest_ms == pytest.approx(1.0)
