@@ -112,7 +112,6 @@ class Warden:
         """Stop the robot when it is time to."""
         if now_s < self.silent_at_s:
             return ()
-        self.silent_at_s = math.inf
         self.counts["driver_silences"] += 1
         return self.hold(SILENT, now_s)
 
@@ -130,6 +129,7 @@ class Warden:
         """Stop the robot; what was asked for before `now_s` does not move it after."""
         self._disarm()
         self._held_s = now_s
+        self.silent_at_s = math.inf
         self.problem = problem
         self.holds += 1
         return (Stop(self._turn),)
