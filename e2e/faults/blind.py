@@ -1,0 +1,138 @@
+"""The operator does not see what he does: his camera freezes, or his pictures do not come."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.faults.camera import CONTROL, Control
+from e2e.faults.finding import Figure, timed
+from e2e.faults.operator import RawOperator
+from e2e.faults.page import chromiums
+from e2e.faults.stage import SEEING, random_phase, staged
+from e2e.faults.trials import Trials, repeat
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from e2e.faults.stage import Stage
+
+GOAL_MS: Final = 200.0
+SLOW_S: Final = 0.4
+STOP_S: Final = 0.8
+"""What `config/wax.toml` has for the age of the picture; what the line itself takes is added."""
+_FINE_MMPS: Final = 0.3 * 600 + 2
+"""Fine speed of the shipped configuration, and what rounding makes of it."""
+_LOOK_S: Final = 1.4
+
+
+@dataclass(frozen=True, slots=True)
+class Dimmed:
+    """From each limit of the picture's age to what the rule makes of it; None where it did not."""
+
+    slowed_ms: float | None
+    stopped_ms: float | None
+    moved_again: int
+
+
+async def camera_freezes(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
+    """Freeze the suite's own camera; a real page says what it shows."""
+    with Control() as control:
+        camera = {"video": {"source": "e2e.faults.camera:Camera"}}
+        environment = {CONTROL: str(control.folder)}
+        async with (
+            staged(SEEING, camera, settings, environment=environment) as stage,
+            chromiums() as launch,
+        ):
+            page = await launch(stage.server.url)
+            await page.take_the_wheel()
+            await page.viewer.radio("Gross").check()
+
+            async def trial() -> Dimmed | None:
+                await page.press()
+                await fast(stage)
+                await random_phase()
+                newest_s = await control.freeze()
+                await asyncio.sleep(_LOOK_S)
+                found = dimmed(stage, newest_s, time.monotonic())
+                await page.let_go()
+                control.thaw()
+                await asyncio.sleep(0.5)
+                return found
+
+            trials = await repeat("blind: camera", n, trial)
+    return _figures("blind: frozen camera", trials)
+
+
+async def video_starves(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
+    """Let a raw peer whose picture is on say truly that no newer one has come."""
+    async with (
+        staged(SEEING, settings) as stage,
+        RawOperator(stage.server, sees=True) as operator,
+    ):
+        await operator.join()
+
+        async def trial() -> Dimmed | None:
+            operator.sees_now = True
+            operator.let_go()
+            await asyncio.sleep(0.06)
+            operator.steer(1.0)
+            await fast(stage)
+            await random_phase()
+            operator.seen_server_ms, operator.sees_now = operator.server_ms(), False
+            newest_s = time.monotonic()
+            await asyncio.sleep(_LOOK_S)
+            return dimmed(stage, newest_s, time.monotonic())
+
+        trials = await repeat("blind: video", n, trial)
+    return _figures("blind: starved video", trials)
+
+
+async def fast(stage: Stage) -> None:
+    """Wait until the robot is told to be clearly faster than fine."""
+    async with asyncio.timeout(8):
+        while True:
+            await stage.moving()
+            if stage.record.frames[-1].left_mmps > 1.5 * _FINE_MMPS:
+                return
+            await asyncio.sleep(0.005)
+
+
+def dimmed(stage: Stage, newest_s: float, until_s: float) -> Dimmed | None:
+    """Read what followed on the last picture; None where the robot stood before the first limit."""
+    record = stage.record
+    record.read()
+    if not record.moved_at(newest_s + SLOW_S - 0.05):
+        return None
+    frames = record.between(newest_s, until_s)
+    slow_s = next((one.at_s for one in frames if one.left_mmps <= _FINE_MMPS), None)
+    stopping = record.stopping(newest_s, until_s)
+    told_ms = stopping.told_ms
+    return Dimmed(
+        slowed_ms=None if slow_s is None else (slow_s - newest_s - SLOW_S) * 1000,
+        stopped_ms=None if told_ms is None else told_ms - STOP_S * 1000,
+        moved_again=stopping.moved_again,
+    )
+
+
+def _figures(name: str, trials: Trials[Dimmed]) -> list[Figure]:
+    found = trials.results
+    wrong = sum(one.moved_again for one in found)
+    return [
+        timed(
+            f"{name}, slowed",
+            "picture older than 400 ms → fine speed on the wire",
+            [one.slowed_ms for one in found],
+            GOAL_MS,
+            void=trials.void,
+        ),
+        timed(
+            f"{name}, stopped",
+            "picture older than 800 ms → stop frame",
+            [one.stopped_ms for one in found],
+            GOAL_MS,
+            wrong=wrong,
+        ),
+    ]

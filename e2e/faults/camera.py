@@ -1,0 +1,130 @@
+"""The suite's own camera, a plug-in like anybody's: it freezes, and hurts its server, when told.
+
+It is told by files in the folder that the environment names: ``freeze`` (as long as it exists no
+picture comes), ``block`` (its content: for how many seconds to block the event loop; once).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import os
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Final
+
+from e2e.harness.wait import eventually
+from wax.media.testcard import TestCardVideo
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from wax.clock import Clock
+    from wax.config import VideoSettings
+    from wax.media.source import Picture
+
+CONTROL: Final = "WAX_FAULTS_CAMERA"
+_LOOK_S: Final = 0.01
+_LONGEST_READ_S: Final = 1.9
+"""A source may block for 2 s."""
+
+
+class Camera:
+    """The test card, until it is told otherwise."""
+
+    def __init__(self, settings: VideoSettings, clock: Clock) -> None:
+        self._folder = Path(os.environ[CONTROL])
+        self._card = TestCardVideo(settings, clock)
+        self._newest: Picture | None = None
+        self._loops: list[asyncio.AbstractEventLoop] = []
+
+    def open(self) -> None:
+        self._card.open()
+
+    def read(self) -> Picture:
+        """Return the next picture; while it is frozen the newest again, captured when it was."""
+        self._loops = self._loops or _running_loops()
+        self._block()
+        since_s = time.monotonic()
+        while (self._folder / "freeze").exists() and self._newest is not None:
+            self._note("frozen", self._newest.captured_s)
+            self._block()
+            time.sleep(_LOOK_S)
+            if time.monotonic() - since_s > _LONGEST_READ_S:
+                return self._newest
+        self._newest = self._card.read()
+        return self._newest
+
+    def close(self) -> None:
+        self._card.close()
+
+    def _block(self) -> None:
+        order = self._folder / "block"
+        if not order.exists():
+            return
+        seconds = float(order.read_text(encoding="utf-8"))
+        order.unlink()
+        for loop in self._loops:
+            loop.call_soon_threadsafe(self._hang, seconds)
+
+    def _hang(self, seconds: float) -> None:
+        self._note("blocked", time.monotonic())
+        time.sleep(seconds)
+
+    def _note(self, name: str, at_s: float) -> None:
+        """Write a moment at once and whole."""
+        half = self._folder / f"{name}.half"
+        half.write_text(repr(at_s), encoding="utf-8")
+        half.rename(self._folder / name)
+
+
+def _running_loops() -> list[asyncio.AbstractEventLoop]:
+    loops = [one for one in gc.get_objects() if isinstance(one, asyncio.AbstractEventLoop)]
+    return [loop for loop in loops if loop.is_running()]
+
+
+class Control:
+    """The near end: `with Control() as control:`; `folder` is for the server's environment."""
+
+    def __init__(self) -> None:
+        self._temporary = TemporaryDirectory(prefix="wax-camera-")
+        self.folder = Path(self._temporary.name)
+
+    def __enter__(self) -> Control:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._temporary.cleanup()
+
+    async def block(self, seconds: float) -> float:
+        """Block the event loop; returns when that began, on CLOCK_MONOTONIC."""
+        order = self.folder / "block.half"
+        order.write_text(str(seconds), encoding="utf-8")
+        order.rename(self.folder / "block")
+        return await self._moment("blocked")
+
+    async def freeze(self) -> float:
+        """Freeze the camera; returns when its last picture was captured."""
+        (self.folder / "freeze").touch()
+        return await self._moment("frozen")
+
+    def thaw(self) -> None:
+        (self.folder / "freeze").unlink(missing_ok=True)
+        (self.folder / "frozen").unlink(missing_ok=True)
+
+    async def _moment(self, name: str) -> float:
+        noted = self.folder / name
+
+        async def there() -> bool:
+            return noted.exists()
+
+        await eventually(there, f"the camera says {name}", within_s=5, every_s=0.005)
+        at_s = float(noted.read_text(encoding="utf-8"))
+        noted.unlink(missing_ok=True)
+        return at_s

@@ -1,0 +1,98 @@
+"""Stop is pressed while a stranger floods the command channel."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from itertools import cycle
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.faults.finding import Figure, timed
+from e2e.faults.flooder import flooding
+from e2e.faults.operator import RawOperator
+from e2e.faults.stage import BLIND, staged
+from e2e.faults.trials import repeat
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from e2e.faults.record import Stopping
+
+GOAL_MS: Final = 100.0
+RATE_HZ: Final = 10_000.0
+_WAYS: Final = ("operator, channel", "operator, HTTP", "observer, channel", "observer, HTTP")
+
+
+async def stop_in_flood(n: int, **settings: Mapping[str, Any]) -> Figure:
+    """From the press to the first frame that stops, each way alone, in turn."""
+    async with (
+        staged(BLIND, settings) as stage,
+        RawOperator(stage.server, is_host=True) as operator,
+        RawOperator(stage.server) as observer,
+        flooding(stage.server.url, RATE_HZ) as flood,
+    ):
+        await operator.join()
+        before = await _refused(stage.server)
+        begun_s = time.monotonic()
+        ways = cycle(_WAYS)
+        by_way: dict[str, list[float | None]] = {way: [] for way in _WAYS}
+
+        async def trial() -> Stopping | None:
+            await stage.drive(operator)
+            way = next(ways)
+            who = operator if way.startswith("operator") else observer
+            since_s = time.monotonic()
+            if way.endswith("HTTP"):
+                await who.press_stop()
+            else:
+                who.say(type="stop")
+            await asyncio.sleep(0.15)
+            until_s = time.monotonic()
+
+            async def told() -> bool:
+                return operator.stopped is not None
+
+            await eventually(told, "the operator is told of the stop", every_s=0.01)
+            stop = operator.stopped
+            assert stop is not None
+            operator.let_go()
+            await asyncio.sleep(0.04)
+            operator.release(stop)
+
+            async def released() -> bool:
+                return operator.stopped is None
+
+            await eventually(released, "the stop is released", every_s=0.01)
+            stage.record.read()
+            if not stage.record.moved_at(since_s):
+                return None
+            found = stage.record.stopping(since_s, until_s)
+            by_way[way].append(found.told_ms)
+            return found
+
+        trials = await repeat("stop-in-flood", n, trial)
+        took_s = time.monotonic() - begun_s
+        heard_hz = (await _refused(stage.server) - before) / took_s
+        sent = await flood.end()
+    return timed(
+        "stop-in-flood",
+        "Stop pressed → stop frame",
+        [one.told_ms for one in trials.results],
+        GOAL_MS,
+        judged="p99",
+        wrong=sum(one.moved_again for one in trials.results),
+        void=trials.void,
+        flood_wanted_hz=RATE_HZ,
+        flood_sent_hz=sent["sent_hz"],
+        flood_heard_hz=heard_hz,
+        by_way_max_ms={
+            way: max((ms for ms in values if ms is not None), default=None)
+            for way, values in by_way.items()
+        },
+    )
+
+
+async def _refused(server: Any) -> float:
+    counters = (await server.status())["counters"]
+    return float(counters.get("messages over the rate", 0))

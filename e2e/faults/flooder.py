@@ -1,0 +1,98 @@
+"""A stranger who sends commands as fast as he can, in a process of his own.
+
+``python -m e2e.faults.flooder URL RATE_HZ`` writes an empty line when it begins, floods until its
+standard input ends, and then writes as JSON how much it really sent.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import sys
+import time
+from asyncio.subprocess import PIPE, Process
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from e2e.faults.errors import FaultError
+from e2e.faults.operator import RawOperator
+from e2e.faults.stage import ROOT
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from e2e.harness.server import Server
+
+_TICK_S: Final = 0.005
+_MAX_WAITING_BYTES: Final = 256 * 1024
+"""What waits in the channel beyond this would only wait longer."""
+
+
+@dataclass(frozen=True, slots=True)
+class At:
+    """All that a peer needs to know of a server."""
+
+    url: str
+
+
+class Flood:
+    """The near end; `end` tells what was sent."""
+
+    def __init__(self, process: Process) -> None:
+        self._process = process
+
+    async def end(self) -> dict[str, Any]:
+        said, _ = await asyncio.wait_for(self._process.communicate(), 20)
+        found = json.loads(said)
+        if not isinstance(found, dict):
+            raise FaultError("the flood did not say what it sent")
+        return found
+
+
+@asynccontextmanager
+async def flooding(url: str, rate_hz: float) -> AsyncIterator[Flood]:
+    """Let a stranger flood the server's command channel for the time of the block."""
+    process = await asyncio.create_subprocess_exec(
+        sys.executable,
+        "-m",
+        "e2e.faults.flooder",
+        url,
+        str(rate_hz),
+        stdin=PIPE,
+        stdout=PIPE,
+        cwd=ROOT,
+    )
+    assert process.stdout is not None
+    try:
+        if not await asyncio.wait_for(process.stdout.readline(), 20):
+            raise FaultError("the flood ended before it began; its last words are above")
+        yield Flood(process)
+    finally:
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
+
+
+async def _flood(url: str, rate_hz: float) -> dict[str, float]:
+    ended = asyncio.create_task(asyncio.to_thread(sys.stdin.read))
+    async with RawOperator(cast("Server", At(url))) as peer:
+        print(flush=True)
+        row = peer.row(1, linear=-1.0, held=True)
+        sent = 0
+        start_s = time.monotonic()
+        while not ended.done():
+            owed = int((time.monotonic() - start_s) * rate_hz) - sent
+            for _ in range(min(owed, int(rate_hz * _TICK_S * 4))):
+                if peer.drive.bufferedAmount > _MAX_WAITING_BYTES:
+                    break
+                peer.drive.send(row)
+                sent += 1
+            await asyncio.sleep(_TICK_S)
+        took_s = time.monotonic() - start_s
+        waiting = peer.drive.bufferedAmount / len(row)
+    return {"sent_hz": (sent - waiting) / took_s, "wanted_hz": rate_hz, "took_s": took_s}
+
+
+if __name__ == "__main__":
+    print(json.dumps(asyncio.run(_flood(sys.argv[1], float(sys.argv[2])))))

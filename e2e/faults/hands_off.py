@@ -1,0 +1,100 @@
+"""Whatever takes the operator's hands off the page, zero is on the wire before he notices."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.faults.page import chromiums
+from e2e.faults.stage import SEEING, random_phase, staged
+from e2e.faults.trials import repeat, told
+from e2e.harness.hands import Fingers
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from e2e.faults.finding import Figure
+    from e2e.faults.page import Chromium
+    from e2e.faults.record import Stopping
+    from e2e.faults.stage import Stage
+
+GOAL_MS: Final = 120.0
+_LOOK_S: Final = 0.25
+
+_EVENTS: Final = {
+    "blur": "window.dispatchEvent(new Event('blur'));",
+    "hidden": """
+        Object.defineProperty(document, "visibilityState", { value: "hidden", configurable: true });
+        Object.defineProperty(document, "hidden", { value: true, configurable: true });
+        document.dispatchEvent(new Event("visibilitychange"));
+    """,
+    "pagehide": "window.dispatchEvent(new Event('pagehide'));",
+}
+"""What the browser tells a page; headless Chromium keeps every tab in front and in focus, so that
+these events have to be made. A cancelled touch is the browser's own (`Fingers.cancel`)."""
+
+_SHOW: Final = """() => {
+    delete document.visibilityState;
+    delete document.hidden;
+    document.dispatchEvent(new Event("visibilitychange"));
+    window.dispatchEvent(new Event("pageshow"));
+    window.dispatchEvent(new Event("focus"));
+}"""
+
+
+async def hands_off(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
+    """From the event to the first frame that stops; `n` times each."""
+    async with staged(SEEING, settings) as stage, chromiums() as launch:
+        page = await launch(stage.server.url, has_touch=True)
+        await page.take_the_wheel()
+        hands = _Hands(stage, page, await Fingers.of(page.viewer))
+        found = {
+            name: await repeat(f"hands-off: {name}", n, partial(hands.by_event, script))
+            for name, script in _EVENTS.items()
+        }
+        found["pointercancel"] = await repeat("hands-off: pointercancel", n, hands.by_touch)
+    what = "event in the page → zero on the wire"
+    return [told(f"hands-off: {name}", what, trials, GOAL_MS) for name, trials in found.items()]
+
+
+class _Hands:
+    """One trial each."""
+
+    def __init__(self, stage: Stage, page: Chromium, fingers: Fingers) -> None:
+        self._stage = stage
+        self._page = page
+        self._fingers = fingers
+
+    async def by_event(self, script: str) -> Stopping | None:
+        browser = self._page.viewer.page
+        await self._page.press()
+        await self._stage.moving()
+        await random_phase()
+        at_ms = await browser.evaluate(
+            f"() => {{ const at_ms = performance.now(); {script} return at_ms; }}"
+        )
+        await asyncio.sleep(_LOOK_S)
+        since_s = await self._page.monotonic_s(at_ms)
+        found = self._found(since_s)
+        await browser.evaluate(_SHOW)
+        await self._page.let_go()
+        return found
+
+    async def by_touch(self) -> Stopping | None:
+        await asyncio.sleep(0.08)
+        await self._fingers.press(0, self._page.viewer.button("Forward"))
+        await self._stage.moving()
+        await random_phase()
+        since_s = time.monotonic()
+        await self._fingers.cancel()
+        await asyncio.sleep(_LOOK_S)
+        return self._found(since_s)
+
+    def _found(self, since_s: float) -> Stopping | None:
+        record = self._stage.record
+        record.read()
+        if not record.moved_at(since_s):
+            return None
+        return record.stopping(since_s, time.monotonic())

@@ -1,0 +1,189 @@
+"""How often the robot stops for no reason over a link that is bad but good enough."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.faults.finding import Figure
+from e2e.faults.operator import RawOperator
+from e2e.faults.relay import Relay, Weather
+from e2e.faults.stage import BLIND, staged
+from wax.config import Settings
+from wax.control import gate
+from wax.control.gate import Command, TurnView
+from wax.control.rules import Rules
+from wax.robot.driver import Limits
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from e2e.faults.operator import Sent
+    from e2e.faults.record import Seen
+    from e2e.faults.relay import Packet
+
+BAD: Final = Weather(delay_ms=60, jitter_ms=30, loss=0.02)
+GOAL: Final = 1.0
+"""Stops in ten minutes."""
+TTLS_MS: Final = (100, 125, 150, 175, 200, 250, 300)
+_TEN_MINUTES_S: Final = 600.0
+_LANES: Final = 2
+"""So many links at once, each with a server and a robot of its own."""
+_COMMAND_BYTES: Final = 120
+_BEAT_S: Final = 0.02
+_VIEWER: Final = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """One command at the server, on one clock."""
+
+    at_s: float
+    seq: int
+    sent_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """One lane's run."""
+
+    seconds: float
+    stops: int
+    one_way_s: float
+    arrivals: tuple[Arrival, ...]
+    late_ms: float
+
+
+async def nuisance(n: int, **settings: Mapping[str, Any]) -> Figure:
+    """Drive for `n` seconds altogether over a bad link, and count the stops."""
+    lanes = await asyncio.gather(*(_lane(n / _LANES, seed, settings) for seed in range(_LANES)))
+    seconds = sum(lane.seconds for lane in lanes)
+    per_ten = sum(lane.stops for lane in lanes) * _TEN_MINUTES_S / seconds
+    curve = {
+        f"{ttl_ms} ms": round(
+            sum(replayed(lane.arrivals, lane.one_way_s, ttl_ms) for lane in lanes)
+            * _TEN_MINUTES_S
+            / seconds,
+            2,
+        )
+        for ttl_ms in TTLS_MS
+    }
+    return Figure(
+        name="nuisance",
+        what="stops in 10 min at 2 % loss and 60 ± 30 ms",
+        unit="",
+        n=round(seconds),
+        p50=None,
+        p99=None,
+        max=per_ten,
+        goal=GOAL,
+        judged="max",
+        met=per_ten <= GOAL,
+        detail={
+            "seconds": seconds,
+            "stops": sum(lane.stops for lane in lanes),
+            "stops_in_ten_minutes_by_time_to_live": curve,
+            "one_way_ms": [lane.one_way_s * 1000 for lane in lanes],
+            "late_by_this_machine_ms": max(lane.late_ms for lane in lanes),
+        },
+    )
+
+
+async def _lane(seconds: float, seed: int, settings: Mapping[str, Mapping[str, Any]]) -> Drive:
+    relay = Relay(BAD, seed=seed)
+    async with staged(BLIND, settings) as stage, RawOperator(stage.server, relay=relay) as operator:
+        # The way's own time must be known at the turn's start.
+        await asyncio.sleep(2.0)
+        await operator.join()
+        await stage.drive(operator)
+        operator.sent_before.clear()
+        relay.up.clear()
+        since_s = time.monotonic()
+        end_s = since_s + seconds
+        while time.monotonic() < end_s:
+            await asyncio.sleep(0.5)
+            stage.record.read()
+            # A longer lapse wants a new press; a person would give it.
+            frames = stage.record.frames
+            if frames and not frames[-1].moves:
+                operator.let_go()
+                await asyncio.sleep(0.25)
+                operator.steer(1.0)
+                await stage.moving()
+        until_s = time.monotonic()
+        stage.record.read()
+        stops = halts(stage.record.between(since_s, until_s))
+        late_ms = max(operator.worst_late_s, relay.worst_late_s) * 1000
+        return Drive(
+            seconds=until_s - since_s,
+            stops=stops,
+            one_way_s=operator.one_way_s,
+            arrivals=tuple(arrivals(operator.sent_before, relay.up)),
+            late_ms=late_ms,
+        )
+
+
+def halts(frames: Sequence[Seen]) -> int:
+    """Count how often motion turned into standstill."""
+    return sum(before.moves and not after.moves for before, after in pairwise(frames))
+
+
+def arrivals(sent: Iterable[Sent], packets: Iterable[Packet]) -> list[Arrival]:
+    """Find out which command each packet carried: the newest that was sent when it came.
+
+    What was sent between that and the one before went with it, or not at all; either way the
+    newer one counts.
+    """
+    commands = list(sent)
+    found: list[Arrival] = []
+    index = -1
+    for packet in packets:
+        if packet.size < _COMMAND_BYTES:
+            continue
+        newest = index
+        while newest + 1 < len(commands) and commands[newest + 1].at_s <= packet.came_s:
+            newest += 1
+        if newest > index:
+            index = newest
+            if packet.leaves_s is not None:
+                one = commands[index]
+                found.append(Arrival(packet.leaves_s, one.seq, one.at_s))
+    return sorted(found, key=lambda one: one.at_s)
+
+
+def replayed(found: Sequence[Arrival], one_way_s: float, max_age_ms: float) -> int:
+    """Count the stops that the real gate makes of these arrivals with another time to live."""
+    if not found:
+        return 0
+    limits = Limits(linear_mps=1.0, angular_rps=1.0)
+    shipped = Settings()
+    rules = replace(
+        Rules.of(shipped.drive, shipped.robot, limits),
+        max_age_s=max_age_ms / 1000,
+        max_command_age_s=2.0,
+    )
+    turn = TurnView(number=1, operator=_VIEWER, present=True, one_way_s=one_way_s, sees=False)
+    state = gate.begin(1, found[0].sent_s)
+    stops, moved, neutral = 0, False, True
+    now_s, at = found[0].at_s, 0
+    while now_s < found[-1].at_s:
+        while at < len(found) and found[at].at_s <= now_s:
+            one = found[at]
+            share = 0.0 if neutral else 1.0
+            command = Command(one.seq, 1, one.sent_s, share, 0.0, not neutral, "fine")
+            state, refusal = gate.accept(
+                state, _VIEWER, command, turn=turn, now_s=one.at_s, rules=rules
+            )
+            neutral = neutral and refusal is not None
+            at += 1
+        state, setpoint = gate.decide(state, turn, None, now_s, rules)
+        moves = not setpoint.twist.is_zero
+        stops += moved and not moves
+        # Whoever must let go does so; the next command that arrives is neutral.
+        neutral = neutral or state.command is None
+        moved = moves
+        now_s += _BEAT_S
+    return stops

@@ -1,0 +1,122 @@
+"""The operator is gone: his network vanishes, his browser freezes or is killed."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import TYPE_CHECKING, Final
+
+from e2e.faults.operator import RawOperator
+from e2e.faults.page import Chromium, chromiums
+from e2e.faults.relay import Relay
+from e2e.faults.stage import BLIND, SEEING, random_phase, staged
+from e2e.faults.trials import repeat, told
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Any
+
+    from e2e.faults.finding import Figure
+    from e2e.faults.record import Stopping
+    from e2e.faults.stage import Stage
+
+GOAL_MS: Final = 200.0
+_LOOK_S: Final = 0.4
+"""Shorter than the second after which a server takes an operator for lost."""
+_COMMAND_BYTES: Final = 120
+"""Smaller packets of a raw peer that only drives are acknowledgements and heartbeats."""
+
+
+async def network_vanishes(n: int, **settings: Mapping[str, Any]) -> Figure:
+    """From the last command that left the operator's network; nothing says goodbye."""
+    relay = Relay()
+    async with staged(BLIND, settings) as stage, RawOperator(stage.server, relay=relay) as operator:
+        await operator.join()
+
+        async def trial() -> Stopping | None:
+            await stage.drive(operator)
+            relay.cut()
+            cut_s = time.monotonic()
+            last_s = max(
+                one.leaves_s
+                for one in relay.up
+                if one.leaves_s is not None and one.size >= _COMMAND_BYTES
+            )
+            await asyncio.sleep(_LOOK_S)
+            until_s = time.monotonic()
+            relay.up.clear()
+            relay.mend()
+            stage.record.read()
+            if not stage.record.moved_at(cut_s):
+                return None
+            return stage.record.stopping(last_s, until_s)
+
+        trials = await repeat("network-vanishes", n, trial)
+        late_ms = operator.worst_late_s * 1000
+    return told(
+        "network-vanishes",
+        "last packet that arrived → stop frame",
+        trials,
+        GOAL_MS,
+        peer_late_ms=late_ms,
+    )
+
+
+async def browser_frozen(n: int, **settings: Mapping[str, Any]) -> Figure:
+    """From SIGSTOP to all processes of a browser whose key is held down."""
+    async with staged(SEEING, settings) as stage, chromiums() as launch:
+        page = await launch(stage.server.url)
+        await page.take_the_wheel()
+
+        async def trial() -> Stopping | None:
+            await hold(stage, page)
+            since_s = time.monotonic()
+            page.freeze()
+            try:
+                await asyncio.sleep(_LOOK_S)
+                until_s = time.monotonic()
+            finally:
+                page.thaw()
+            await page.let_go()
+            stage.record.read()
+            if not stage.record.moved_at(since_s):
+                return None
+            return stage.record.stopping(since_s, until_s)
+
+        trials = await repeat("browser-frozen", n, trial)
+    return told("browser-frozen", "SIGSTOP → stop frame", trials, GOAL_MS)
+
+
+async def browser_killed(n: int, **settings: Mapping[str, Any]) -> Figure:
+    """From SIGKILL to all processes of a browser; the next in the queue is already there."""
+    short = {"turns": {"grace_s": 0.0}}
+    async with staged(SEEING, short, settings) as stage, chromiums() as launch:
+        page = await launch(stage.server.url)
+        await page.take_the_wheel()
+
+        async def trial() -> Stopping | None:
+            nonlocal page
+            following = await launch(stage.server.url)
+            await following.viewer.join()
+            await hold(stage, page)
+            since_s = time.monotonic()
+            page.kill()
+            await asyncio.sleep(_LOOK_S)
+            until_s = time.monotonic()
+            await page.close()
+            page = following
+            await page.viewer.drives(15)
+            stage.record.read()
+            if not stage.record.moved_at(since_s):
+                return None
+            return stage.record.stopping(since_s, until_s)
+
+        trials = await repeat("browser-killed", n, trial)
+    return told("browser-killed", "SIGKILL → stop frame", trials, GOAL_MS)
+
+
+async def hold(stage: Stage, page: Chromium) -> None:
+    """Press anew and return at random phase while the robot moves."""
+    await page.press()
+    await stage.moving()
+    await random_phase()

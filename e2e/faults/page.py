@@ -1,0 +1,138 @@
+"""A person at a Chromium of his own, whose processes can be frozen and killed."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import time
+from contextlib import asynccontextmanager, suppress
+from typing import TYPE_CHECKING, Any, Final
+
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+from playwright.async_api import Error as PlaywrightError
+from playwright.async_api import async_playwright
+
+from e2e.faults.errors import FaultError
+from e2e.harness.chromium import launch_chromium
+from e2e.harness.viewer import Viewer
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Awaitable, Callable
+
+    from playwright.async_api import Browser
+
+    Launch = Callable[..., Awaitable["Chromium"]]
+
+KEY: Final = "ArrowUp"
+_CLOSE_S: Final = 3.0
+_TRIES: Final = 40
+
+_NOTES: Final = """() => {
+    if (!window.waxNotes) {
+        const note = () => window.waxNotes.push([performance.now(), document.body.innerText]);
+        const options = { subtree: true, childList: true, characterData: true, attributes: true };
+        new MutationObserver(note).observe(document.body, options);
+    }
+    window.waxNotes = [];
+}"""
+"""Notes what can be read on the page, each time that something of it changes."""
+
+
+class Chromium:
+    """One browser, one page, the key ahead."""
+
+    def __init__(self, browser: Browser, pid: int, viewer: Viewer) -> None:
+        self.viewer = viewer
+        self._browser = browser
+        self._pid = pid
+        self._pids: list[int] = []
+
+    async def take_the_wheel(self) -> None:
+        await self.viewer.join()
+        await self.viewer.drives(15)
+
+    async def press(self) -> None:
+        """Let go and press anew, as is asked for after every fault."""
+        await self.let_go()
+        await asyncio.sleep(0.08)
+        self.find()
+        await self.viewer.page.keyboard.down(KEY)
+
+    async def let_go(self) -> None:
+        await self.viewer.page.keyboard.up(KEY)
+
+    def freeze(self) -> None:
+        """SIGSTOP to all of its processes, the one that has the network among them."""
+        self._signal(signal.SIGSTOP)
+
+    def thaw(self) -> None:
+        self._signal(signal.SIGCONT)
+
+    def kill(self) -> None:
+        """SIGKILL to all of its processes."""
+        self._signal(signal.SIGKILL)
+
+    async def take_notes(self) -> None:
+        """Note from now on what the page shows, and forget what it showed before."""
+        await self.viewer.page.evaluate(_NOTES)
+
+    async def reads(self, text: str, within_s: float = 5.0) -> float:
+        """Return when the text came onto the page, on CLOCK_MONOTONIC."""
+        page = self.viewer.page
+        await page.get_by_text(text).first.wait_for(state="visible", timeout=within_s * 1000)
+        notes = await page.evaluate("window.waxNotes")
+        at_ms = next((at_ms for at_ms, shown in notes if text in shown), None)
+        if at_ms is None:
+            raise FaultError(f"the page shows, but was not seen to begin to show: {text}")
+        return await self.monotonic_s(at_ms)
+
+    async def monotonic_s(self, page_ms: float) -> float:
+        """Turn the page's `performance.now` into CLOCK_MONOTONIC, by the quickest of some asks."""
+        asks = []
+        for _ in range(_TRIES):
+            before_s = time.monotonic()
+            now_ms = float(await self.viewer.page.evaluate("performance.now()"))
+            after_s = time.monotonic()
+            asks.append((after_s - before_s, (after_s + before_s) / 2 - now_ms / 1000))
+        return min(asks)[1] + page_ms / 1000
+
+    async def close(self) -> None:
+        """Release what is left of it; safe after `kill`."""
+        with suppress(PlaywrightError, TimeoutError):
+            async with asyncio.timeout(_CLOSE_S):
+                await self._browser.close()
+
+    def find(self) -> None:
+        """Note its processes before they are signalled, since looking for them takes a while."""
+        children = psutil.Process(self._pid).children(recursive=True)
+        self._pids = [self._pid, *(child.pid for child in children)]
+
+    def _signal(self, how: signal.Signals) -> None:
+        for pid in self._pids:
+            with suppress(ProcessLookupError):
+                os.kill(pid, how)
+
+
+@asynccontextmanager
+async def chromiums() -> AsyncIterator[Launch]:
+    """Give a function that opens a page in a browser of its own; all are closed at the end."""
+    opened: list[Chromium] = []
+    async with async_playwright() as playwright:
+
+        async def launch(url: str, **options: Any) -> Chromium:
+            browser = await launch_chromium(playwright)
+            session = await browser.new_browser_cdp_session()
+            info = (await session.send("SystemInfo.getProcessInfo"))["processInfo"]
+            pid = next(int(one["id"]) for one in info if one["type"] == "browser")
+            viewer = await Viewer.prepare(await browser.new_context(**options), url)
+            await viewer.page.goto(url)
+            await viewer.sees_picture()
+            opened.append(Chromium(browser, pid, viewer))
+            return opened[-1]
+
+        try:
+            yield launch
+        finally:
+            for one in opened:
+                await one.close()

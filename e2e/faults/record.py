@@ -1,0 +1,154 @@
+"""What the board saw and did, from its own log; pure but for reading the file.
+
+Times are CLOCK_MONOTONIC, which is `time.monotonic` of every process of this machine.
+"""
+
+from __future__ import annotations
+
+import json
+from bisect import bisect_right
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """One frame that arrived whole and of this session; not every one is `taken`."""
+
+    at_s: float
+    kind: str
+    taken: bool
+    turn: int
+    left_mmps: int
+    right_mmps: int
+
+    @property
+    def moves(self) -> bool:
+        """Tell whether the board turns its wheels for it."""
+        return self.is_motion and self.taken
+
+    @property
+    def is_motion(self) -> bool:
+        return self.kind == "drive" and (self.left_mmps, self.right_mmps) != (0, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Wheels:
+    """How fast they really turn from now on."""
+
+    at_s: float
+    left_mmps: int
+    right_mmps: int
+
+    @property
+    def stand(self) -> bool:
+        return (self.left_mmps, self.right_mmps) == (0, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Stopping:
+    """What followed on a fault, in ms from it; None where it never came.
+
+    `told_ms` ends with the first frame that stops, `by_itself_ms` with the board's own watchdog,
+    `stands_ms` when both wheels stand. `moved_again` counts the frames that would have moved the
+    robot between the first frame that stops, or the watchdog, and the end of the look.
+    """
+
+    told_ms: float | None
+    by_itself_ms: float | None
+    stands_ms: float | None
+    moved_again: int
+
+    @property
+    def ends_ms(self) -> float | None:
+        """The end of the motion, whoever ended it."""
+        ends = [end for end in (self.told_ms, self.by_itself_ms) if end is not None]
+        return min(ends, default=None)
+
+
+class Record:
+    """All that a board has logged so far; `read` takes what is new."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._offset = 0
+        self._half = b""
+        self.frames: list[Seen] = []
+        self.wheels: list[Wheels] = []
+        self.expiries_s: list[float] = []
+
+    def read(self) -> None:
+        """Take the lines that were added since."""
+        with self._path.open("rb") as log:
+            log.seek(self._offset)
+            data = log.read()
+        self._offset += len(data)
+        *lines, self._half = (self._half + data).split(b"\n")
+        self.take(json.loads(line) for line in lines if line)
+
+    def take(self, events: Iterable[dict[str, Any]]) -> None:
+        """Take events in the order in which they happened."""
+        for event in events:
+            at_s = float(event["t_s"])
+            match event["event"]:
+                case "frame":
+                    self.frames.append(
+                        Seen(
+                            at_s,
+                            event["type"],
+                            event["verdict"] == "taken",
+                            int(event["turn"]),
+                            int(event["left"]),
+                            int(event["right"]),
+                        )
+                    )
+                case "wheels":
+                    self.wheels.append(Wheels(at_s, int(event["left"]), int(event["right"])))
+                case "ttl":
+                    self.expiries_s.append(at_s)
+
+    def is_moving(self, now_s: float, within_s: float = 0.06) -> bool:
+        """Tell whether the robot turns its wheels and was told so just now."""
+        if not self.frames or not self.wheels:
+            return False
+        newest = self.frames[-1]
+        return newest.moves and now_s - newest.at_s < within_s and not self.wheels[-1].stand
+
+    def moved_at(self, at_s: float, within_s: float = 0.06) -> bool:
+        """Tell whether the robot was driving at that moment."""
+        index = bisect_right(self.frames, at_s, key=lambda frame: frame.at_s) - 1
+        if index < 0 or not self.frames[index].moves:
+            return False
+        turning = bisect_right(self.wheels, at_s, key=lambda wheels: wheels.at_s) - 1
+        fresh = at_s - self.frames[index].at_s < within_s
+        return fresh and turning >= 0 and not self.wheels[turning].stand
+
+    def between(self, since_s: float, until_s: float) -> list[Seen]:
+        """Return the frames that came after `since_s`, up to `until_s`."""
+        begin = bisect_right(self.frames, since_s, key=lambda frame: frame.at_s)
+        end = bisect_right(self.frames, until_s, key=lambda frame: frame.at_s)
+        return self.frames[begin:end]
+
+    def stopping(self, since_s: float, until_s: float) -> Stopping:
+        """Say how the motion of `since_s` ended, looking no further than `until_s`."""
+        frames = self.between(since_s, until_s)
+        told_s = next((frame.at_s for frame in frames if not frame.is_motion), None)
+        expiry_s = next((at_s for at_s in self.expiries_s if since_s < at_s <= until_s), None)
+        stands_s = next(
+            (one.at_s for one in self.wheels if since_s < one.at_s <= until_s and one.stand), None
+        )
+        ended_s = min((at for at in (told_s, expiry_s) if at is not None), default=until_s)
+
+        def since_ms(at_s: float | None) -> float | None:
+            return None if at_s is None else (at_s - since_s) * 1000
+
+        return Stopping(
+            told_ms=since_ms(told_s),
+            by_itself_ms=since_ms(expiry_s),
+            stands_ms=since_ms(stands_s),
+            moved_again=sum(frame.moves and frame.at_s > ended_s for frame in frames),
+        )

@@ -1,0 +1,170 @@
+"""The network between one raw peer and the server: it can be cut, made late, and lose packets.
+
+Real UDP sockets on the server's own address, so that each end sees the relay in the other's place.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import re
+import time
+from dataclasses import dataclass
+from random import Random
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+from e2e.faults.errors import FaultError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_CANDIDATE: Final = re.compile(
+    r"^(?P<begin>a=candidate:\S+ \d+ udp \d+) (?P<host>[0-9.]+) (?P<port>\d+) typ host",
+    re.IGNORECASE,
+)
+
+Address = tuple[str | Any, int]
+Way = Literal["up", "down"]
+"""``up`` is towards the server."""
+
+
+@dataclass(frozen=True, slots=True)
+class Weather:
+    """What happens to each packet by itself: a delay, uniform about `delay_ms`, and its loss."""
+
+    delay_ms: float = 0.0
+    jitter_ms: float = 0.0
+    loss: float = 0.0
+
+
+CALM: Final = Weather()
+
+
+@dataclass(frozen=True, slots=True)
+class Packet:
+    """One on its way up; `leaves_s` is None where it is lost."""
+
+    came_s: float
+    size: int
+    leaves_s: float | None
+
+
+class Relay:
+    """One peer's way to the server and back; `weather` holds for both directions."""
+
+    def __init__(self, weather: Weather = CALM, *, seed: int = 0) -> None:
+        self.weather = weather
+        self.up: list[Packet] = []
+        self.worst_late_s = 0.0
+        """How much later than its time the latest packet was passed on, by this machine's fault."""
+        self._is_cut = False
+        self._random = Random(seed)
+        self._near = _Socket(self._from_peer)
+        self._far = _Socket(self._from_server)
+        self._peer: Address | None = None
+        self._server: Address | None = None
+
+    async def offer(self, sdp: str) -> str:
+        """Open the sockets; return the offer with the relay in place of the peer."""
+        host = _candidates(sdp)[0][0]
+        await self._near.open(host)
+        await self._far.open(host)
+        return _only(sdp, self._far.address)
+
+    def answer(self, sdp: str) -> str:
+        """Return the answer with the relay in place of the server."""
+        found = _candidates(sdp)
+        host = self._near.address[0]
+        self._server = next((address for address in found if address[0] == host), found[0])
+        return _only(sdp, self._near.address)
+
+    def close(self) -> None:
+        """Safe to call twice, and before `offer`."""
+        self._near.close()
+        self._far.close()
+
+    def cut(self) -> None:
+        """Let nothing through any more, in either direction, nor what is under way."""
+        self._is_cut = True
+
+    def mend(self) -> None:
+        self._is_cut = False
+
+    def _from_peer(self, data: bytes, source: Address) -> None:
+        self._peer = source
+        self._pass_on("up", data, self._far, self._server)
+
+    def _from_server(self, data: bytes, source: Address) -> None:
+        self._pass_on("down", data, self._near, self._peer)
+
+    def _pass_on(self, way: Way, data: bytes, out: _Socket, to: Address | None) -> None:
+        now_s = time.monotonic()
+        weather = self.weather
+        lost = self._is_cut or to is None or self._random.random() < weather.loss
+        swing_ms = self._random.uniform(-weather.jitter_ms, weather.jitter_ms)
+        delay_s = max(0.0, weather.delay_ms + swing_ms) / 1000
+        if way == "up":
+            self.up.append(Packet(now_s, len(data), None if lost else now_s + delay_s))
+        if lost or to is None:
+            return
+        if delay_s == 0:
+            out.send(data, to)
+            return
+        loop = asyncio.get_running_loop()
+        loop.call_later(delay_s, self._arrive, now_s + delay_s, data, out, to)
+
+    def _arrive(self, due_s: float, data: bytes, out: _Socket, to: Address) -> None:
+        if not self._is_cut:
+            self.worst_late_s = max(self.worst_late_s, time.monotonic() - due_s)
+            out.send(data, to)
+
+
+class _Socket(asyncio.DatagramProtocol):
+    """One UDP socket; `address` is its own, once it is open."""
+
+    def __init__(self, take: Callable[[bytes, Address], None]) -> None:
+        self._take = take
+        self._transport: asyncio.DatagramTransport | None = None
+        self.address = ("", 0)
+
+    async def open(self, host: str) -> None:
+        loop = asyncio.get_running_loop()
+        self._transport, _ = await loop.create_datagram_endpoint(lambda: self, local_addr=(host, 0))
+        self.address = self._transport.get_extra_info("sockname")[:2]
+
+    def close(self) -> None:
+        if self._transport is not None:
+            self._transport.close()
+
+    def send(self, data: bytes, to: Address) -> None:
+        if self._transport is not None and not self._transport.is_closing():
+            self._transport.sendto(data, to)
+
+    def datagram_received(self, data: bytes, addr: Address) -> None:
+        self._take(data, addr)
+
+    def error_received(self, exc: Exception) -> None:
+        """Bear a closed port: so looks a network without its other end."""
+
+
+def _candidates(sdp: str) -> list[tuple[str, int]]:
+    found = map(_CANDIDATE.match, sdp.splitlines())
+    addresses = [(match["host"], int(match["port"])) for match in found if match]
+    if not addresses:
+        raise FaultError("this machine has no IPv4 address that the relay could take part on")
+    return addresses
+
+
+def _only(sdp: str, address: tuple[str, int]) -> str:
+    """Give each section one candidate, at `address`."""
+    lines: list[str] = []
+    wanted = True
+    for line in sdp.splitlines():
+        match = _CANDIDATE.match(line)
+        if line.startswith("m="):
+            wanted = True
+        if match and wanted:
+            wanted = False
+            lines.append(f"{match['begin']} {address[0]} {address[1]} typ host")
+        elif not line.startswith("a=candidate:"):
+            lines.append(line)
+    return "\r\n".join(lines) + "\r\n"

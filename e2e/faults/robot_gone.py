@@ -1,0 +1,135 @@
+"""What lies next to the robot is gone: the process that speaks with it, its serial line."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.faults.finding import Figure, counted, timed
+from e2e.faults.operator import RawOperator
+from e2e.faults.page import chromiums
+from e2e.faults.stage import BLIND, SEEING, random_phase, staged
+from e2e.faults.trials import ended, repeat
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from e2e.faults.record import Stopping
+    from e2e.faults.stage import Stage
+
+GOAL_MS: Final = 250.0
+SAID_MS: Final = 500.0
+BACK_MS: Final = 2000.0
+_LOOK_S: Final = 0.4
+_HELD_ON_S: Final = 0.5
+"""So long a key is held on after the line has come back: nothing may move by it."""
+
+
+async def driver_killed(n: int, **settings: Mapping[str, Any]) -> Figure:
+    """From SIGKILL to the process that speaks with the robot: only the board can stop it."""
+    async with staged(BLIND, settings) as stage, RawOperator(stage.server) as operator:
+        await operator.join()
+
+        async def trial() -> Stopping | None:
+            await stage.answers()
+            await stage.drive(operator)
+            pid = stage.driver_pid
+            await random_phase()
+            since_s = time.monotonic()
+            os.kill(pid, signal.SIGKILL)
+            await asyncio.sleep(_LOOK_S)
+            until_s = time.monotonic()
+            # The new process starts from neutral: the control is held down all the time.
+            stage.record.read()
+            if not stage.record.moved_at(since_s):
+                return None
+            return stage.record.stopping(since_s, until_s)
+
+        trials = await repeat("driver-killed", n, trial)
+    return ended("driver-killed", "SIGKILL → the board stops by itself", trials, GOAL_MS)
+
+
+async def _problem(stage: Stage) -> str:
+    """Wait for the server's own sentence about the robot."""
+
+    async def problem() -> str:
+        return str((await stage.server.status())["robot"]["problem"] or "")
+
+    return await eventually(problem, "the server knows of the loss", within_s=3, every_s=0.02)
+
+
+@dataclass(frozen=True, slots=True)
+class Unplugged:
+    """One pulled plug; `back_ms` is from the plug's return to the server's word of it."""
+
+    stopping: Stopping
+    said_ms: float
+    back_ms: float
+    moved_by_itself: bool
+
+
+async def serial_unplugged(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
+    """From the pulled plug; the key is held until after the line has come back."""
+    async with staged(SEEING, settings) as stage, chromiums() as launch:
+        page = await launch(stage.server.url)
+        await page.take_the_wheel()
+        await page.take_notes()
+
+        async def trial() -> Unplugged | None:
+            await page.press()
+            await stage.moving()
+            await page.take_notes()
+            await random_phase()
+            since_s = time.monotonic()
+            await stage.board.unplug()
+            said_ms = (await page.reads(await _problem(stage)) - since_s) * 1000
+            await asyncio.sleep(max(0.0, since_s + _LOOK_S - time.monotonic()))
+            until_s = time.monotonic()
+            plugged_s = time.monotonic()
+            await stage.board.plug()
+            await stage.answers(within_s=10)
+            back_ms = (time.monotonic() - plugged_s) * 1000
+            await asyncio.sleep(_HELD_ON_S)
+            stage.record.read()
+            now_s = time.monotonic()
+            moved = any(frame.moves for frame in stage.record.between(plugged_s, now_s))
+            await page.let_go()
+            if not stage.record.moved_at(since_s):
+                return None
+            stopping = stage.record.stopping(since_s, until_s)
+            return Unplugged(stopping, said_ms, back_ms, moved)
+
+        trials = await repeat("serial-unplugged", n, trial)
+    found = trials.results
+    return [
+        timed(
+            "serial-unplugged",
+            "plug pulled → the board stops by itself",
+            [one.stopping.ends_ms for one in found],
+            GOAL_MS,
+            void=trials.void,
+        ),
+        timed(
+            "serial-unplugged: said",
+            "plug pulled → the page says so",
+            [one.said_ms for one in found],
+            SAID_MS,
+        ),
+        timed(
+            "serial-unplugged: back",
+            "plugged in → the server drives it",
+            [one.back_ms for one in found],
+            BACK_MS,
+        ),
+        counted(
+            "serial-unplugged: motion",
+            "motions without a new deliberate command",
+            sum(one.moved_by_itself for one in found),
+            len(found),
+        ),
+    ]

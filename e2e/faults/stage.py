@@ -1,0 +1,176 @@
+"""A board, and a server that drives it, in a folder of their own."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import random
+import time
+from contextlib import AsyncExitStack, asynccontextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Final, Self
+
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+
+from e2e.faults.errors import FaultError
+from e2e.faults.record import Record
+from e2e.harness import toml
+from e2e.harness.board import Board
+from e2e.harness.server import COMMAND, Server
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Mapping
+
+    from e2e.faults.operator import RawOperator
+
+ROOT: Final = Path(__file__).resolve().parents[2]
+
+BLIND: Final = {"video": {"source": "none"}, "audio": {"source": "none"}}
+"""Neither picture nor sound: what is measured is the way of the commands alone."""
+
+SEEING: Final = {
+    "video": {
+        "source": "testcard",
+        "width": 320,
+        "height": 240,
+        "fps": 15.0,
+        "renditions": [{"width": 320, "height": 240, "fps": 15.0, "bitrate_bps": 300_000}],
+    },
+    "audio": {"source": "none"},
+}
+"""A small picture, so that a browser that draws by software is not what is measured."""
+
+_LONG_TURNS: Final = {"turns": {"turn_s": 3600.0, "grace_s": 0.5}}
+
+
+class StagedServer(Server):
+    """Finds the suite's own camera by its name, as anybody's plug-in."""
+
+    environment: Mapping[str, str] = {}
+
+    async def launch(self) -> None:
+        arguments = ["--config", str(self._config_path)]
+        arguments += ["--host", "127.0.0.1", "--port", str(self.port)]
+        with self.log_path.open("ab") as log:
+            self._process = await asyncio.create_subprocess_exec(
+                str(COMMAND),
+                *arguments,
+                stdin=asyncio.subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                env={**os.environ, "PYTHONPATH": str(ROOT), **self.environment},
+            )
+
+
+class Stage:
+    """Use as an async context manager; inside, the server has found the board."""
+
+    def __init__(
+        self,
+        folder: Path,
+        *settings: Mapping[str, Any],
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
+        self.folder = folder
+        self.board = Board(folder)
+        robot = {"driver": "serial", "serial": {"url": str(self.board.path), "reopen_s": 0.2}}
+        tree = merged(_LONG_TURNS, {"robot": robot}, *settings)
+        self.server = StagedServer(folder, toml.dumps(tree))
+        self.server.environment = environment or {}
+        self.record = Record(self.board.log_path)
+        self._ending = AsyncExitStack()
+
+    async def __aenter__(self) -> Self:
+        async with AsyncExitStack() as ending:
+            await self.board.start()
+            ending.push_async_callback(self.board.stop)
+            await self.server.start()
+            ending.push_async_callback(self.server.kill)
+            await self.answers()
+            self._ending = ending.pop_all()
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self._ending.aclose()
+
+    async def answers(self, within_s: float = 15) -> None:
+        """Wait until the server knows of the board."""
+
+        async def connected() -> bool:
+            return bool((await self.server.status())["robot"]["connected"])
+
+        await eventually(connected, "the board is found", within_s=within_s, every_s=0.05)
+
+    async def again(self) -> None:
+        """Start the server anew after it was killed, on the same port."""
+        await self.server.kill()
+        await self.server.start()
+        await self.answers()
+
+    @property
+    def driver_pid(self) -> int:
+        """The process that speaks with the robot."""
+        for child in psutil.Process(self.server.pid).children(recursive=True):
+            if "wax.robot.process" in child.cmdline():
+                return int(child.pid)
+        raise FaultError("the server has no process that speaks with the robot")
+
+    # --- what the robot does -------------------------------------------------------------------
+
+    async def moving(self, within_s: float = 8.0) -> None:
+        """Wait until the wheels turn because somebody says so now."""
+        deadline_s = time.monotonic() + within_s
+        while True:
+            self.record.read()
+            if self.record.is_moving(time.monotonic()):
+                return
+            if time.monotonic() > deadline_s:
+                raise FaultError(f"the robot does not move within {within_s:g} s")
+            await asyncio.sleep(0.005)
+
+    async def standing(self, within_s: float = 3.0) -> None:
+        """Wait until the wheels stand."""
+        deadline_s = time.monotonic() + within_s
+        while True:
+            self.record.read()
+            if not self.record.wheels or self.record.wheels[-1].stand:
+                return
+            if time.monotonic() > deadline_s:
+                raise FaultError(f"the robot moves on for {within_s:g} s")
+            await asyncio.sleep(0.005)
+
+    async def drive(self, operator: RawOperator) -> None:
+        """Let go, press anew, and return at random phase while the robot moves."""
+        operator.let_go()
+        await asyncio.sleep(0.06)
+        operator.steer(1.0)
+        await self.moving()
+        await random_phase()
+
+
+async def random_phase() -> None:
+    """Wait for longer than any beat of the system, and nobody knows how long."""
+    await asyncio.sleep(random.uniform(0.06, 0.16))
+
+
+def merged(*trees: Mapping[str, Any]) -> dict[str, Any]:
+    """Put later tables over earlier ones, key by key."""
+    result: dict[str, Any] = {}
+    for tree in trees:
+        for key, value in tree.items():
+            before = result.get(key)
+            both = isinstance(before, dict) and isinstance(value, dict)
+            result[key] = merged(before, value) if both else value
+    return result
+
+
+@asynccontextmanager
+async def staged(
+    *settings: Mapping[str, Any], environment: Mapping[str, str] | None = None
+) -> AsyncIterator[Stage]:
+    """Set up a stage in a folder that is gone afterwards."""
+    with TemporaryDirectory(prefix="wax-faults-") as folder:
+        async with Stage(Path(folder), *settings, environment=environment) as stage:
+            yield stage

@@ -1,0 +1,58 @@
+"""The beat of the frames while twenty watch and hear, and the encoder works for them."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.bench.crowd import Crowd
+from e2e.bench.viewer import Offering
+from e2e.faults.finding import Figure, timed
+from e2e.faults.operator import RawOperator
+from e2e.faults.stage import staged
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+JITTER_MS: Final = 5.0
+GAP_MS: Final = 40.0
+VIEWERS: Final = 20
+PERIOD_MS: Final = 20.0
+_FULL: Final = {"video": {"source": "testcard"}, "audio": {"source": "testcard"}}
+
+
+async def steady_beat(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
+    """Read `n` gaps between the frames of a driving operator; the shipped picture and sound."""
+    async with staged(_FULL, settings) as stage, RawOperator(stage.server) as operator:
+        await operator.join()
+        offering = Offering(url=f"{stage.server.url}/api/offer", wax=True)
+        with await asyncio.to_thread(Crowd, offering) as crowd:
+            await asyncio.to_thread(crowd.hold, VIEWERS)
+            await stage.drive(operator)
+            await asyncio.sleep(1.0)
+            since_s = time.monotonic()
+            await asyncio.sleep(n * PERIOD_MS / 1000)
+            until_s = time.monotonic()
+        stage.record.read()
+        frames = stage.record.between(since_s, until_s)
+    gaps_ms: list[float | None] = [(b.at_s - a.at_s) * 1000 for a, b in pairwise(frames)]
+    # Where another frame goes out between two beats the next beat comes in time all the same.
+    jitter_ms: list[float | None] = [
+        max(0.0, gap_ms - PERIOD_MS) for gap_ms in gaps_ms if gap_ms is not None
+    ]
+    stops = sum(not frame.moves for frame in frames)
+    return [
+        timed(
+            "steady-beat: jitter",
+            "how much later than 20 ms after the one before",
+            jitter_ms,
+            JITTER_MS,
+            judged="p99",
+            viewers=VIEWERS,
+            stops=stops,
+            peer_late_ms=operator.worst_late_s * 1000,
+        ),
+        timed("steady-beat: gap", "from one frame to the next", gaps_ms, GAP_MS),
+    ]
