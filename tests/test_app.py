@@ -84,6 +84,7 @@ async def test_a_driver_that_raises_takes_nothing_down(monkeypatch: pytest.Monke
         "kind": "simulated",
         "connected": False,
         "problem": NO_ANSWER,
+        "moving": None,
         "pose": None,
         "battery_fraction": None,
     }

@@ -332,3 +332,18 @@ def test_no_tree_is_too_strange(tree: dict[str, Any]) -> None:
         heading, *lines = str(error).splitlines()
         assert heading.startswith("robot.toml: ")
         assert lines
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        {"max_age_ms": 600.0},
+        {"max_command_age_ms": 100.0},
+        {"slow_picture_age_ms": 900.0},
+        {"stop_picture_age_ms": 300.0},
+    ],
+)
+def test_limits_of_driving_that_contradict_each_other(tree: dict[str, float]) -> None:
+    """A limit that could never be reached is refused with both numbers and what to do."""
+    with pytest.raises(ConfigError, match=r"drive: .* be the larger one"):
+        config.parse({"drive": tree}, "wax.toml")

@@ -12,11 +12,10 @@ from tests.turned_clock import TurnedClock
 from wax import room as room_module
 from wax.board import Board
 from wax.config import Settings
-from wax.control.gate import Command
 from wax.control.helm import NO_ANSWER
 from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
-from wax.errors import FullError, SignallingError
+from wax.errors import ForbiddenError, FullError, SignallingError
 from wax.media.sound_hub import SoundHub
 from wax.media.video_hub import VideoHub
 from wax.robot.driver import Limits, RobotState, Twist
@@ -143,14 +142,16 @@ class House:
             turns=turns,
             driver=self.robot,
             settings=settings.drive,
+            robot=settings.robot,
             link_delay_s=self.room.link_delay_s,
+            sees=self.room.sees,
             on_events=self.room.turn_events,
             on_status=self.room.drive_status,
         )
         self.room.steer(self.loop)
 
-    async def enter(self, client: str) -> Wire:
-        await self.room.answer(client, OFFER)
+    async def enter(self, client: str, *, is_host: bool = False) -> Wire:
+        await self.room.answer(client, OFFER, is_host=is_host)
         Wire.made[-1].open()
         return Wire.made[-1]
 
@@ -167,7 +168,7 @@ class House:
         """Let a page send a set-point at this moment, in the turn that runs."""
         turn = self.room.snapshot(self.clock.time_s).turn.number
         now_ms = self.clock.time_s * 1000
-        row = ["drive", seq, turn, now_ms, linear, 0.0, "gross", None, {}]
+        row = ["drive", seq, turn, now_ms, linear, 0.0, linear != 0, "gross", now_ms, {}]
         wire.events.received("drive", json.dumps(row))
 
     def names(self) -> list[str]:
@@ -229,7 +230,7 @@ async def test_a_full_house_says_so(house: House) -> None:
     await house.enter("ada-1111")
     await house.enter("bob-1111")
     with pytest.raises(FullError, match="2 places"):
-        await house.room.answer("eve-1111", OFFER)
+        await house.room.answer("eve-1111", OFFER, is_host=False)
     assert len(house.names()) == 2
 
 
@@ -275,7 +276,7 @@ async def test_who_is_gone_is_forgotten_after_the_grace(house: House) -> None:
 
 async def test_half_open_and_dead_peers_are_closed(house: House) -> None:
     """A page that never opens its channels, and one that falls silent, are closed in 10 s."""
-    await house.room.answer("ada-1111", OFFER)
+    await house.room.answer("ada-1111", OFFER, is_host=False)
     half = Wire.made[-1]
     bob = await house.enter("bob-1111")
     house.wait(10.3)
@@ -299,21 +300,103 @@ async def test_a_turn_changes_hands_with_a_stop_between(house: House) -> None:
     assert {line["id"]: line["place"] for line in told["viewers"]} == {1: 1, 2: 0}
 
 
-async def test_only_the_operator_stops_and_drives(house: House) -> None:
-    """Another's stop is answered with a sentence, another's command moves nothing."""
+async def test_only_the_operator_drives(house: House) -> None:
+    """Another's command moves nothing."""
     ada, bob = await house.enter("ada-1111"), await house.enter("bob-1111")
     ada.says(type="join")
     house.wait(0.2, ada, bob)
-    bob.says(type="stop")
-    assert "Only whoever drives" in bob.last("notice")["text"]
-    house.room.viewer_drives(
-        house.room.viewers[1],
-        Command(seq=1, turn=1, sent_s=house.clock.time_s, linear=1.0, angular=0.0, speed="gross"),
-    )
+    house.drive(bob, 1, linear=1.0)
     house.wait(0.2, ada, bob)
     twists = [told for told in house.robot.told if isinstance(told, Twist)]
     assert all(twist.is_zero for twist in twists)
     assert house.loop.counts()["commands.refused.not_your_turn"] == 1
+
+
+async def test_everybody_stops_and_all_hear_who(house: House) -> None:
+    """An observer's stop reaches the robot at once, latches, and everybody reads his name."""
+    ada, bob = await house.enter("ada-1111"), await house.enter("bob-1111")
+    ada.says(type="join")
+    bob.says(type="name", name="Bob")
+    house.wait(0.2, ada, bob)
+    house.robot.told.clear()
+    bob.says(type="stop")
+    assert house.robot.told == ["stop"]
+    house.wait(0.1, ada, bob)
+    assert ada.last("room")["stop"] == {"number": 1, "by": "Bob"}
+    assert bob.last("room")["stop"] == {"number": 1, "by": "Bob"}
+
+
+async def test_only_operator_and_host_release(house: House) -> None:
+    """An observer's release is answered with a sentence; the operator's and the host's count."""
+    ada = await house.enter("ada-1111")
+    bob = await house.enter("bob-1111", is_host=False)
+    ada.says(type="join")
+    house.wait(0.2, ada, bob)
+
+    def release(wire: Wire, stop: int) -> None:
+        wire.says(type="release", stop=stop, sent_server_ms=house.clock.time_s * 1000)
+        house.wait(0.1, ada, bob)
+
+    bob.says(type="stop")
+    release(bob, 1)
+    assert bob.last("notice")["text"]
+    assert ada.last("room")["stop"] is not None
+    release(ada, 1)
+    assert ada.last("room")["stop"] is None
+    bob.says(type="stop")
+    house.room.viewers[1].is_host = True
+    release(bob, 2)
+    assert ada.last("room")["stop"] is None
+
+
+async def test_stop_and_release_by_the_second_way(house: House) -> None:
+    """By HTTP anybody stops, and a release needs the operator's secret or the host's machine."""
+    ada = await house.enter("ada-1111")
+    ada.says(type="join")
+    house.wait(0.2, ada)
+    house.robot.told.clear()
+    number = house.room.stop_by(None, is_host=False)
+    assert house.robot.told == ["stop"]
+    for client in (None, "eve-1111"):
+        with pytest.raises(ForbiddenError):
+            house.room.release_by(client, number, is_host=False)
+    with pytest.raises(ForbiddenError):
+        house.room.release_by("ada-1111", number + 1, is_host=False)
+    house.wait(0.1, ada)
+    assert ada.last("room")["stop"] == {"number": number, "by": "somebody"}
+    house.room.release_by("ada-1111", number, is_host=False)
+    house.wait(0.1, ada)
+    assert ada.last("room")["stop"] is None
+    number = house.room.stop_by("ada-1111", is_host=False)
+    house.room.release_by(None, number, is_host=True)
+    house.wait(0.1, ada)
+    assert ada.last("room")["stop"] is None
+
+
+@pytest.mark.usefixtures("house")
+async def test_where_only_the_operator_may_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where it is so configured an observer's stop is refused by both ways, the host's is not."""
+    closed = House({"stop": {"by": "operator"}})
+    ada, bob = await closed.enter("ada-1111"), await closed.enter("bob-1111")
+    ada.says(type="join")
+    closed.wait(0.2, ada, bob)
+    bob.says(type="stop")
+    assert "whoever drives" in bob.last("notice")["text"]
+    for client in (None, "bob-1111"):
+        with pytest.raises(ForbiddenError, match="whoever drives"):
+            closed.room.stop_by(client, is_host=False)
+    assert closed.room.stop_by("ada-1111", is_host=False) == 1
+    closed.room.release_by("ada-1111", 1, is_host=False)
+    assert closed.room.stop_by(None, is_host=True) == 2
+
+
+async def test_who_means_to_see(house: House) -> None:
+    """Who has switched his picture off does not, and nobody does where there is no camera."""
+    ada = await house.enter("ada-1111")
+    assert house.room.sees(1)
+    assert not house.room.sees(9)
+    ada.says(type="want", sound=True, picture=False, size="640x480", policy=None)
+    assert not house.room.sees(1)
 
 
 async def test_a_driver_that_raises_is_a_problem_of_the_robot(house: House) -> None:
@@ -378,9 +461,9 @@ async def test_bad_offers_take_no_place(house: House) -> None:
     ada = await house.enter("ada-1111")
     for number in range(50):
         with pytest.raises(SignallingError):
-            await house.room.answer(f"eve-{number:04}", "nonsense")
+            await house.room.answer(f"eve-{number:04}", "nonsense", is_host=False)
         with pytest.raises(SignallingError):
-            await house.room.answer("ada-1111", "nonsense")
+            await house.room.answer("ada-1111", "nonsense", is_host=False)
     assert ada.is_alive
     await house.enter("bob-1111")
     assert len(house.names()) == 2
@@ -389,7 +472,7 @@ async def test_bad_offers_take_no_place(house: House) -> None:
 async def test_a_peer_that_never_opened_frees_its_place_at_once(house: House) -> None:
     """Who failed to connect has no place to keep: no grace for him."""
     await house.enter("ada-1111")
-    await house.room.answer("eve-1111", OFFER)
+    await house.room.answer("eve-1111", OFFER, is_host=False)
     Wire.made[-1].abandon()
     await house.enter("bob-1111")
     assert len(house.names()) == 2
@@ -397,7 +480,7 @@ async def test_a_peer_that_never_opened_frees_its_place_at_once(house: House) ->
 
 async def test_of_two_offers_at_once_the_later_wins(house: House) -> None:
     """A page that offers twice at once ends with one living peer, the one of its later offer."""
-    await asyncio.gather(*(house.room.answer("ada-1111", OFFER) for _ in range(3)))
+    await asyncio.gather(*(house.room.answer("ada-1111", OFFER, is_host=False) for _ in range(3)))
     assert [wire.is_alive for wire in Wire.made] == [False, False, True]
     assert len(house.room.viewers) == 1
 
@@ -440,10 +523,10 @@ async def test_who_drives_is_told_what_becomes_of_his_commands(house: House) -> 
     ada.says(type="join")
     house.wait(0.3, ada, bob)
     for seq in range(1, 8):
-        house.drive(ada, seq, linear=0.0 if seq < 3 else 1.0)
+        house.drive(ada, seq, linear=0.0 if seq < 3 else 0.5)
         house.wait(0.1, ada, bob)
     assert ada.last("drive_status") == {"type": "drive_status", "moving": True, "reason": None}
-    house.wait(0.5, ada, bob)
+    house.wait(1.5, ada, bob)
     told = [message for message in ada.sent if message["type"] == "drive_status"]
     assert not told[-1]["moving"]
     assert told[-1]["reason"]

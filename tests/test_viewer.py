@@ -47,6 +47,9 @@ class House:
     def viewer_stops(self, viewer: Viewer) -> None:
         self.calls.append(("stop", viewer.number))
 
+    def viewer_releases(self, viewer: Viewer, release: messages.Release) -> None:
+        self.calls.append(("release", release.stop))
+
     def viewer_drives(self, viewer: Viewer, command: Command) -> None:
         self.calls.append(("drive", command))
 
@@ -107,6 +110,7 @@ def _drive(**changes: object) -> str:
         "sent_server_ms": 99_990.0,
         "linear": 0.5,
         "angular": -1.0,
+        "held": True,
         "speed": "fine",
         "seen_server_ms": None,
         "axes": {},
@@ -127,6 +131,7 @@ def test_a_command_becomes_a_value() -> None:
     assert (command.seq, command.turn, command.sent_s) == (1, 2, 99.99)
     assert (command.linear, command.angular, command.speed) == (0.5, -1.0, "fine")
     assert command.seen_s == 99.9
+    assert command.held is True
 
 
 @pytest.mark.parametrize(
@@ -183,6 +188,35 @@ def test_a_ping_is_answered_with_both_clocks() -> None:
     scene = _scene()
     scene.viewer.received("drive", '["ping",3,12.5,null,null]')
     assert scene.house.sent[-1] == ("drive", ["pong", 3, 12.5, 100_000.0])
+
+
+def test_a_stop_passes_in_a_flood() -> None:
+    """However many messages came before, a stop is heard; nothing else is."""
+    scene = _scene()
+    for _ in range(500):
+        scene.viewer.received("state", '{"type":"name","name":"x"}')
+    scene.house.calls.clear()
+    scene.viewer.received("state", '{"type":"join"}')
+    scene.viewer.received("state", "{" * 20)
+    scene.viewer.received("drive", '{"type":"stop"}')
+    scene.viewer.received("state", '{"type":"stop"}')
+    assert scene.house.calls == [("stop", 7)]
+
+
+def test_a_release_names_its_stop() -> None:
+    """The room learns which stop is meant."""
+    scene = _scene()
+    scene.viewer.received("state", '{"type":"release","stop":3,"sent_server_ms":99990.0}')
+    assert scene.house.calls[-1] == ("release", 3)
+
+
+def test_a_picture_switched_off_is_known() -> None:
+    """Whether the viewer means to see is what he asked for last."""
+    scene = _scene()
+    assert scene.viewer.wants_picture
+    size = VideoSettings().renditions[0].size
+    scene.viewer.received("state", json.dumps(_want(size) | {"picture": False}))
+    assert not scene.viewer.wants_picture
 
 
 @pytest.mark.parametrize("request_type", ["join", "leave", "stop"])

@@ -28,7 +28,8 @@ from wax.media.sound_hub import SoundHub
 from wax.media.unit_hub import UnitHub
 from wax.media.video_encoder import IntraEncoder
 from wax.media.video_hub import VideoHub
-from wax.robot.find import make_driver
+from wax.proving import Proving
+from wax.robot.find import make_robot
 from wax.room import Room
 from wax.rtc import private
 from wax.status import Status
@@ -40,6 +41,7 @@ from wax.web.routes import Routes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from wax.clock import Clock
     from wax.config import Settings
@@ -53,9 +55,14 @@ _STOP_S: Final = 2.5
 
 
 class App:
-    """One robot, one server. Built outside the event loop, `run` once inside it."""
+    """One robot, one server. Built outside the event loop, `run` once inside it.
 
-    def __init__(self, *, settings: Settings, clock: Clock) -> None:
+    `config_path` is where the settings came from, for the proof of the stop.
+    """
+
+    def __init__(
+        self, *, settings: Settings, clock: Clock, config_path: Path | None = None
+    ) -> None:
         self._settings = settings
         self._clock = clock
         self._stopping = asyncio.Event()
@@ -63,7 +70,7 @@ class App:
         self._supervisor = TaskSupervisor(self._task_died)
         counters = Counters()
 
-        self._driver = make_driver(settings.robot, clock)
+        self._driver = make_robot(settings.robot, clock)
         sources = make_sources(settings.video, settings.audio, clock, self._driver)
         self._audio: SoundHub | UnitHub
         service: Service
@@ -125,7 +132,9 @@ class App:
             turns=turns,
             driver=self._driver,
             settings=settings.drive,
+            robot=settings.robot,
             link_delay_s=self._room.link_delay_s,
+            sees=self._room.sees,
             on_events=self._room.turn_events,
             on_status=self._room.drive_status,
         )
@@ -142,8 +151,15 @@ class App:
             counters=counters,
             rates=Rates(),
         )
+        self._proving = Proving(
+            control=self._control,
+            driver=self._driver,
+            config_path=config_path,
+            changed=self._room.changed,
+        )
         routes = Routes(
             room=self._room,
+            proving=self._proving,
             ice=settings.ice,
             status=self._status,
             acknowledged=service.acknowledged,
@@ -209,6 +225,7 @@ class App:
         try:
             async with asyncio.timeout(_STOP_S):
                 await self._supervisor.stop()
+                await self._proving.stop()
                 # Together, not one after the other: a device that hangs costs its time once.
                 await asyncio.gather(self._room.close(), asyncio.to_thread(self._stop_threads))
                 await self._runner.cleanup()

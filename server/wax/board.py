@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from wax.config import Settings
+    from wax.control.latch import StopLatch
     from wax.control.turns import Turns
     from wax.media.capture import Capture
     from wax.media.source import Picture, Sound
@@ -38,7 +39,11 @@ class Board:
         self._turns = turns
         self._captures = captures
 
-    def hello(self, number: int) -> messages.Hello:
+    @property
+    def has_camera(self) -> bool:
+        return "video" in self._captures
+
+    def hello(self, number: int, *, is_host: bool) -> messages.Hello:
         """Greet the viewer with this number."""
         return messages.Hello(
             version=__version__,
@@ -54,11 +59,14 @@ class Board:
             turn_s=self._settings.turns.turn_s,
             grace_s=self._settings.turns.grace_s,
             command_rate_hz=self._settings.drive.command_rate_hz,
-            max_age_ms=self._settings.drive.max_age_ms,
+            on_loss=self._on_loss(),
+            is_host=is_host,
             acknowledge=self._acknowledge,
         )
 
-    def room(self, viewers: Iterable[Viewer], state: RobotState, now_s: float) -> messages.Room:
+    def room(
+        self, viewers: Iterable[Viewer], state: RobotState, stop: StopLatch | None, now_s: float
+    ) -> messages.Room:
         """Show those of these viewers who have come in, and how everything is."""
         ends_s = self._turns.ends_s
         return messages.Room(
@@ -68,9 +76,23 @@ class Board:
                 operator=self._turns.operator,
                 ends_server_ms=None if ends_s is None else ends_s * 1000,
             ),
+            stop=None if stop is None else messages.StopInfo(number=stop.number, by=stop.by),
             robot=messages.RobotStatus(connected=state.connected, problem=state.problem),
             video=messages.SourceStatus(problem=self._problem("video", "camera")),
             audio=messages.SourceStatus(problem=self._problem("audio", "microphone")),
+        )
+
+    def _on_loss(self) -> messages.LossRules:
+        drive, ttl_s = self._settings.drive, self._limits.ttl_s
+        return messages.LossRules(
+            max_age_ms=drive.max_age_ms,
+            max_command_age_ms=drive.max_command_age_ms,
+            slow_picture_age_ms=drive.slow_picture_age_ms,
+            stop_picture_age_ms=drive.stop_picture_age_ms,
+            max_stop_distance_m=drive.max_stop_distance_m,
+            silence_ms=self._settings.robot.silence_ms,
+            robot_ttl_ms=None if ttl_s is None else ttl_s * 1000,
+            stop_by=self._settings.stop.by,
         )
 
     def _line(self, viewer: Viewer, now_s: float) -> messages.ViewerInfo:

@@ -7,6 +7,7 @@ WaxError
  ├── ProtocolError    bytes from outside that are not a message of ours; refused and counted
  ├── SignallingError  an offer that cannot be answered
  ├── FullError        no room for one more viewer
+ ├── ForbiddenError   somebody who may not asks for something
  └── StartError       something the server needs at start is missing or taken
 """
 
@@ -43,6 +44,10 @@ class FullError(WaxError):
     """The configured number of viewers is reached."""
 
 
+class ForbiddenError(WaxError):
+    """Somebody asks for what he may not do, or not now."""
+
+
 class StartError(WaxError):
     """The server cannot start."""
 
@@ -50,6 +55,7 @@ class StartError(WaxError):
 HTTP_STATUS: Final[dict[type[WaxError], int]] = {
     ProtocolError: 400,
     SignallingError: 400,
+    ForbiddenError: 403,
     FullError: 503,
 }
 """The one table from an error to an HTTP status; anything else is 500."""

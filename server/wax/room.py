@@ -9,7 +9,8 @@ from weakref import WeakValueDictionary
 import structlog
 
 from wax import messages
-from wax.errors import FullError
+from wax.control.gate import Refusal
+from wax.errors import ForbiddenError, FullError
 from wax.rtc.peer import Peer
 from wax.rtc.signalling import clean_offer
 from wax.viewer import Viewer
@@ -37,6 +38,8 @@ _OTHERS_LOST_S: Final = 3.5
 """Who only watches is heard once a second, and whoever joins has just been doing that."""
 _DEAD_S: Final = 10.0
 """Nothing for this long: the peer is closed; a page that is still there makes a new one."""
+ONLY_THE_OPERATOR_STOPS: Final = "Here only whoever drives can stop the robot."
+
 _ROOM_EVERY_S: Final = 5.0
 """The waits run down by themselves and are not worth a message each second."""
 
@@ -86,17 +89,19 @@ class Room:
 
     # --- admission -------------------------------------------------------------------------
 
-    async def answer(self, client: str, offer: str) -> str:
+    async def answer(self, client: str, offer: str, *, is_host: bool) -> str:
         """Answer a page's offer; the same `client` gets back the same place, turn and name.
+
+        `is_host` says that the page is open on the server's own machine.
 
         Of two offers at once the later wins. Raises `FullError` or `SignallingError`.
         """
         # Before anything else: a bad offer shall neither take a place nor end a good peer.
         offer = clean_offer(offer)
         async with self._answering.setdefault(client, asyncio.Lock()):
-            return await self._answer(client, offer)
+            return await self._answer(client, offer, is_host=is_host)
 
-    async def _answer(self, client: str, offer: str) -> str:
+    async def _answer(self, client: str, offer: str, *, is_host: bool) -> str:
         viewer = self._known(client)
         if viewer is not None and (old := viewer.peer) is not None:
             self._part(viewer)
@@ -104,6 +109,7 @@ class Room:
             viewer = self._known(client)
         if viewer is None:
             viewer = self._admit(client)
+        viewer.is_host = is_host
         lanes = viewer.lanes()
         peer = Peer(
             ice_servers=self._settings.ice.servers,
@@ -146,7 +152,7 @@ class Room:
 
     def viewer_connected(self, viewer: Viewer) -> None:
         _LOG.info("viewer connected", viewer=viewer.number)
-        viewer.send(self._board.hello(viewer.number))
+        viewer.send(self._board.hello(viewer.number, is_host=viewer.is_host))
         if self._turns.is_lost(viewer.number):
             self.control.returned(viewer.number)
         else:
@@ -173,14 +179,58 @@ class Room:
         self.changed()
 
     def viewer_stops(self, viewer: Viewer) -> None:
-        if not self.control.operator_stop(viewer.number):
+        if not self._may_stop(viewer):
             self._counters.add("requests refused")
-            viewer.send(messages.Notice(text="Only whoever drives can stop the robot."))
+            viewer.send(messages.Notice(text=ONLY_THE_OPERATOR_STOPS))
+            return
+        self.press_stop(viewer.name)
+
+    def viewer_releases(self, viewer: Viewer, release: messages.Release) -> None:
+        refusal = self.control.release_stop(
+            None if viewer.is_host else viewer.number,
+            release.stop,
+            release.sent_server_ms / 1000,
+        )
+        if refusal is not None:
+            self._counters.add("requests refused")
+            viewer.send(messages.Notice(text=refusal.value))
+        self.changed()
 
     def viewer_drives(self, viewer: Viewer, command: Command) -> None:
         self.control.offer(viewer.number, command)
 
-    # --- what the control loop tells -------------------------------------------------------
+    # --- stop and release by HTTP ----------------------------------------------------------
+
+    def stop_by(self, client: str | None, *, is_host: bool) -> int:
+        """Latch the stop, ahead of everything; returns its number. Raises `ForbiddenError`."""
+        viewer = None if client is None else self._known(client)
+        if not is_host and not self._may_stop(viewer):
+            raise ForbiddenError(ONLY_THE_OPERATOR_STOPS)
+        return self.press_stop(viewer.name if viewer else "the host" if is_host else "somebody")
+
+    def release_by(self, client: str | None, stop: int, *, is_host: bool) -> None:
+        """Release the stop with this number; raises `ForbiddenError`."""
+        viewer = None if client is None else self._known(client)
+        if viewer is None and not is_host:
+            raise ForbiddenError(Refusal.NOT_YOUR_TURN.value)
+        number = None if is_host or viewer is None else viewer.number
+        refusal = self.control.release_stop(number, stop, None)
+        if refusal is not None:
+            raise ForbiddenError(refusal.value)
+        self.changed()
+
+    def press_stop(self, by: str) -> int:
+        """Latch the stop."""
+        number = self.control.press_stop(by)
+        self.changed()
+        return number
+
+    def _may_stop(self, viewer: Viewer | None) -> bool:
+        if self._settings.stop.by == "everybody":
+            return True
+        return viewer is not None and viewer.number == self._turns.operator
+
+    # --- what the control loop asks and tells ------------------------------------------------
 
     def turn_events(self, events: tuple[TurnEvent, ...]) -> None:
         """Follow the turns: the policy changes with the role, and everybody is told."""
@@ -201,6 +251,11 @@ class Room:
         """Return the measured one-way delay of a viewer's link."""
         viewer = self._viewers.get(number)
         return None if viewer is None else viewer.link.one_way_s
+
+    def sees(self, number: int) -> bool:
+        """Tell whether a viewer means to see: he has not switched off a picture that there is."""
+        viewer = self._viewers.get(number)
+        return viewer is not None and viewer.wants_picture and self._board.has_camera
 
     def _part(self, viewer: Viewer) -> None:
         """Part a viewer from his peer: the robot stops if he drove, his place is kept a while."""
@@ -234,7 +289,9 @@ class Room:
 
     def snapshot(self, now_s: float) -> messages.Room:
         """Return the room as everybody may see it."""
-        return self._board.room(self._viewers.values(), self.control.robot_state, now_s)
+        return self._board.room(
+            self._viewers.values(), self.control.robot_state, self.control.latched, now_s
+        )
 
     async def close(self) -> None:
         """Close every peer."""

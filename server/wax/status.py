@@ -77,6 +77,7 @@ class Status:
                 "operator": self._turns.operator,
                 "seconds_left": None if ends_s is None else round(max(ends_s - now_s, 0.0), 2),
             },
+            "stop": None if snapshot.stop is None else snapshot.stop.model_dump(),
             "robot": self._robot(),
             "streams": {
                 "video": {
@@ -127,6 +128,7 @@ class Status:
             "kind": self._kind,
             "connected": state.connected,
             "problem": state.problem,
+            "moving": state.moving,
             "pose": None if state.pose is None else asdict(state.pose),
             "battery_fraction": state.battery_fraction,
             **state.extra,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Protocol
 
 import structlog
@@ -31,6 +32,8 @@ _DRIVE_BURST: Final = 200
 _STATE_HZ: Final = 20.0
 _STATE_BURST: Final = 60
 _DRIVE_STATUS_S: Final = 0.3
+_MAX_STOP_CHARS: Final = 32
+"""A flood of anything longer is not even looked at for a stop."""
 _ACKNOWLEDGED_HZ: Final = 120.0
 _ACKNOWLEDGED_BURST: Final = 200
 """Twice what the liveliest page sends; what is beyond is not even read."""
@@ -48,6 +51,8 @@ class ViewerEvents(Protocol):
     def viewer_asks(self, viewer: Viewer, request: messages.Join | messages.Leave) -> None: ...
 
     def viewer_stops(self, viewer: Viewer) -> None: ...
+
+    def viewer_releases(self, viewer: Viewer, release: messages.Release) -> None: ...
 
     def viewer_drives(self, viewer: Viewer, command: Command) -> None: ...
 
@@ -76,6 +81,9 @@ class Viewer:
         self.frozen_ms = LastMinute()
         self.is_ready = False
         self.was_ready = False
+        self.is_host = False
+        """His page is open on the server's own machine."""
+        self.wants_picture = True
         self._clock = clock
         self._counters = counters
         self._service = service
@@ -181,7 +189,7 @@ class Viewer:
         """Take a message; never raises, since that would close the peer."""
         now_s = self._clock.now_s()
         self.link.heard(now_s)
-        if not self._limits[channel].take(now_s):
+        if not self._limits[channel].take(now_s) and not _is_stop(channel, data):
             self._counters.add("messages over the rate")
             return
         try:
@@ -227,6 +235,8 @@ class Viewer:
                 self._events.viewer_asks(self, message)
             case messages.Stop():
                 self._events.viewer_stops(self)
+            case messages.Release():
+                self._events.viewer_releases(self, message)
             case messages.Want():
                 self._want(message)
             case messages.Received():
@@ -242,6 +252,7 @@ class Viewer:
             sizes = ", ".join(self._service.sizes)
             self.send(messages.Notice(text=f"There is no size {want.size}; choose of {sizes}."))
             return
+        self.wants_picture = want.picture
         self.streams.want(
             sound=want.sound, picture=want.picture, size=want.size, policy=want.policy
         )
@@ -250,6 +261,15 @@ class Viewer:
         if self.peer is not None:
             pts = self.peer.media_time(received.kind, received.rtp)
             self.streams.received(received.kind, pts)
+
+
+def _is_stop(channel: Channel, data: str | bytes) -> bool:
+    """Tell the one message that passes whatever the rate is."""
+    if channel != "state" or len(data) > _MAX_STOP_CHARS:
+        return False
+    with suppress(ProtocolError):
+        return isinstance(messages.parse_state(data), messages.Stop)
+    return False
 
 
 def clean_name(name: str) -> str:
@@ -265,6 +285,7 @@ def _command(message: messages.Drive) -> Command:
         sent_s=message.sent_server_ms / 1000,
         linear=message.linear,
         angular=message.angular,
+        held=message.held,
         speed=message.speed,
         seen_s=None if message.seen_server_ms is None else message.seen_server_ms / 1000,
         axes=message.axes,

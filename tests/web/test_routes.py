@@ -10,7 +10,7 @@ import pytest
 from aiohttp.test_utils import TestClient, TestServer
 
 from wax.config import IceServer, IceSettings
-from wax.errors import FullError, SignallingError, StartError
+from wax.errors import ForbiddenError, FullError, SignallingError, StartError
 from wax.web import routes
 from wax.web.routes import Routes
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from aiohttp.web import Application, Request
 
+    from wax.proving import Proving
     from wax.room import Room
 
     Client = TestClient[Request, Application]
@@ -33,12 +34,40 @@ class Door:
     def __init__(self) -> None:
         self.error: Exception | None = None
         self.offers: list[tuple[str, str]] = []
+        self.hosts: list[bool] = []
+        self.stops: list[tuple[object, ...]] = []
 
-    async def answer(self, client: str, offer: str) -> str:
+    def stop_by(self, client: str | None, *, is_host: bool) -> int:
+        self.stops.append((client, is_host))
+        return 7
+
+    def release_by(self, client: str | None, stop: int, *, is_host: bool) -> None:
+        self.stops.append((client, stop, is_host))
+        if self.error is not None:
+            raise self.error
+
+    async def answer(self, client: str, offer: str, *, is_host: bool) -> str:
+        self.hosts.append(is_host)
         self.offers.append((client, offer))
         if self.error is not None:
             raise self.error
         return "v=0 answer"
+
+
+class Lent:
+    """A proof that is never under way."""
+
+    def __init__(self) -> None:
+        self.started = 0
+
+    async def start(self) -> None:
+        self.started += 1
+
+    def progress(self) -> dict[str, object]:
+        return {"state": "never", "line": "", "record": None}
+
+    def record(self) -> str:
+        raise ForbiddenError("no record")
 
 
 @pytest.fixture
@@ -47,8 +76,13 @@ def door() -> Door:
 
 
 @pytest.fixture
+def lent() -> Lent:
+    return Lent()
+
+
+@pytest.fixture
 async def client(
-    door: Door, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    door: Door, lent: Lent, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> AsyncIterator[Client]:
     page = tmp_path / "dist"
     (page / "assets").mkdir(parents=True)
@@ -62,6 +96,7 @@ async def client(
         room=cast("Room", door),
         ice=IceSettings(servers=[IceServer(urls="stun:stun.example:3478")]),
         status=lambda: {"version": "x"},
+        proving=cast("Proving", lent),
         acknowledged=False,
     )
     async with TestClient(TestServer(made.application())) as found:
@@ -76,7 +111,11 @@ async def test_the_page_knows_whether_to_acknowledge(
     (tmp_path / "index.html").write_text('<!doctype html><html lang="en"></html>')
     monkeypatch.setattr(routes, "PAGE", tmp_path)
     made = Routes(
-        room=cast("Room", door), ice=IceSettings(), status=dict, acknowledged=acknowledged
+        room=cast("Room", door),
+        ice=IceSettings(),
+        status=dict,
+        proving=cast("Proving", Lent()),
+        acknowledged=acknowledged,
     )
     async with TestClient(TestServer(made.application())) as client:
         page = await client.get("/")
@@ -199,6 +238,69 @@ def test_a_page_that_was_not_built_is_a_sentence(
 ) -> None:
     """Without the built page the server does not start, and says what to type."""
     monkeypatch.setattr(routes, "PAGE", tmp_path)
-    made = Routes(room=cast("Room", door), ice=IceSettings(), status=dict, acknowledged=False)
+    made = Routes(
+        room=cast("Room", door),
+        ice=IceSettings(),
+        status=dict,
+        proving=cast("Proving", Lent()),
+        acknowledged=False,
+    )
     with pytest.raises(StartError, match="make run"):
         made.application()
+
+
+async def test_stop_and_release_have_a_way_of_their_own(client: Client, door: Door) -> None:
+    """Whoever sees the page stops without a word of who he is; a release says which stop."""
+    response = await client.post("/api/stop", json={})
+    assert (response.status, await response.json()) == (200, {"stop": 7})
+    await client.post("/api/stop", json={"client": "12345678-abcd"})
+    await client.post("/api/release", json={"client": "12345678-abcd", "stop": 7})
+    assert door.stops == [(None, True), ("12345678-abcd", True), ("12345678-abcd", 7, True)]
+    door.error = ForbiddenError("not you")
+    refused = await client.post("/api/release", json={"stop": 7})
+    assert (refused.status, await refused.json()) == (403, {"error": "not you"})
+    assert (await client.post("/api/release", json={"client": "12345678-abcd"})).status == 400
+    assert (await client.post("/api/release", json={"stop": "7"})).status == 400
+
+
+ELSEWHERE = [
+    {"Host": "robot.example:8080"},
+    {"Host": "192.168.1.7:8080"},
+    {"Host": "localhost.evil.example"},
+    {"X-Forwarded-For": "10.0.0.7"},
+    {"Forwarded": "for=10.0.0.7"},
+    {"X-Real-IP": "10.0.0.7"},
+    {"Via": "1.1 proxy"},
+]
+
+
+@pytest.mark.parametrize("headers", ELSEWHERE)
+async def test_the_host_is_who_sits_at_this_machine(
+    client: Client, door: Door, lent: Lent, headers: dict[str, str]
+) -> None:
+    """What came through a proxy, or by another name, is not the host's."""
+    await client.post("/api/offer", json=GOOD)
+    await client.post("/api/offer", json=GOOD, headers=headers)
+    assert door.hosts == [True, False]
+    await client.post("/api/stop", json={}, headers=headers)
+    assert door.stops == [(None, False)]
+    for method, path in (
+        ("POST", "/api/proof"),
+        ("GET", "/api/proof"),
+        ("GET", "/api/proof/record"),
+    ):
+        response = await client.request(method, path, json={"lifted": True}, headers=headers)
+        assert response.status == 403
+        assert "own machine" in (await response.json())["error"]
+    assert lent.started == 0
+
+
+async def test_the_host_proves_the_stop(client: Client, lent: Lent) -> None:
+    """It begins only when he says that the wheels are off the floor."""
+    for body in ({}, {"lifted": False}, {"lifted": "yes"}):
+        assert (await client.post("/api/proof", json=body)).status == 400
+    assert lent.started == 0
+    response = await client.post("/api/proof", json={"lifted": True})
+    assert (response.status, lent.started) == (202, 1)
+    assert (await (await client.get("/api/proof")).json())["state"] == "never"
+    assert (await client.get("/api/proof/record")).status == 403

@@ -1,10 +1,17 @@
-"""The addresses under which the page can be opened."""
+"""The addresses under which the page can be opened, and who opens it on this very machine."""
 
 from __future__ import annotations
 
 import ipaddress
+from typing import TYPE_CHECKING, Final
+from urllib.parse import urlsplit
 
 import ifaddr
+
+if TYPE_CHECKING:
+    from aiohttp import web
+
+_FORWARDED: Final = ("Forwarded", "X-Forwarded-For", "X-Real-IP", "Via")
 
 
 def page_urls(host: str, port: int) -> list[str]:
@@ -28,3 +35,22 @@ def _usable(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
 
 def _literal(host: str) -> str:
     return f"[{host}]" if ":" in host else host
+
+
+def is_from_here(request: web.Request) -> bool:
+    """Tell whether a request was made on the server's own machine.
+
+    Behind a proxy everybody seems to be: what was forwarded, or asked for by another name than
+    this machine's own, is from elsewhere.
+    """
+    if any(name in request.headers for name in _FORWARDED):
+        return False
+    named = urlsplit(f"//{request.host}").hostname or ""
+    return _is_loopback(request.remote or "") and (named == "localhost" or _is_loopback(named))
+
+
+def _is_loopback(text: str) -> bool:
+    try:
+        return ipaddress.ip_address(text).is_loopback
+    except ValueError:
+        return False

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final, Literal, TypeVar
 from urllib.parse import urlsplit
 
 import structlog
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from wax.errors import HTTP_STATUS, ProtocolError, StartError, WaxError
+from wax.errors import HTTP_STATUS, ForbiddenError, ProtocolError, StartError, WaxError
 from wax.rtc.signalling import MAX_SDP_CHARS
+from wax.web.addresses import is_from_here
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
     from wax.config import IceSettings
+    from wax.proving import Proving
     from wax.room import Room
 
     Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
@@ -37,13 +39,44 @@ _HEADERS: Final = {
 }
 
 
+Client = Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{8,64}$")]
+"""The secret by which a page is known again."""
+
+_Body = TypeVar("_Body", bound=BaseModel)
+
+
 class Offer(BaseModel):
     """What a page posts: its session description, and the secret by which it is known again."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
     sdp: Annotated[str, Field(min_length=1, max_length=MAX_SDP_CHARS)]
-    client: Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{8,64}$")]
+    client: Client
+
+
+class StopPress(BaseModel):
+    """Who presses Stop, as far as he says."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    client: Client | None = None
+
+
+class StopRelease(BaseModel):
+    """Which stop is released, and by whom."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    client: Client | None = None
+    stop: Annotated[int, Field(ge=0)]
+
+
+class Lifted(BaseModel):
+    """That the wheels are off the floor."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    lifted: Literal[True]
 
 
 class Routes:
@@ -55,9 +88,11 @@ class Routes:
         room: Room,
         ice: IceSettings,
         status: Callable[[], dict[str, object]],
+        proving: Proving,
         acknowledged: bool,
     ) -> None:
         self._room = room
+        self._proving = proving
         self._ice = ice
         self._status = status
         self._acknowledged = acknowledged
@@ -77,6 +112,11 @@ class Routes:
                 web.get("/api/status", self.status),
                 web.get("/api/ice", self.ice),
                 web.post("/api/offer", self.offer),
+                web.post("/api/stop", self.stop),
+                web.post("/api/release", self.release),
+                web.post("/api/proof", self.prove),
+                web.get("/api/proof", self.proof),
+                web.get("/api/proof/record", self.record),
                 web.static("/", PAGE),
             ]
         )
@@ -105,13 +145,48 @@ class Routes:
         return web.json_response({"iceServers": servers})
 
     async def offer(self, request: web.Request) -> web.Response:
-        try:
-            offer = Offer.model_validate_json(await request.read())
-        except ValidationError as error:
-            first = error.errors(include_url=False, include_input=False)[0]
-            where = ".".join(str(part) for part in first["loc"]) or "the offer"
-            raise ProtocolError(f"{where}: {first['msg']}") from error
-        return web.json_response({"sdp": await self._room.answer(offer.client, offer.sdp)})
+        offer = await _body(request, Offer)
+        answer = await self._room.answer(offer.client, offer.sdp, is_host=is_from_here(request))
+        return web.json_response({"sdp": answer})
+
+    async def stop(self, request: web.Request) -> web.Response:
+        press = await _body(request, StopPress)
+        number = self._room.stop_by(press.client, is_host=is_from_here(request))
+        return web.json_response({"stop": number})
+
+    async def release(self, request: web.Request) -> web.Response:
+        release = await _body(request, StopRelease)
+        self._room.release_by(release.client, release.stop, is_host=is_from_here(request))
+        return web.json_response({"ok": True})
+
+    async def prove(self, request: web.Request) -> web.Response:
+        _only_here(request)
+        await _body(request, Lifted)
+        await self._proving.start()
+        return web.json_response(self._proving.progress(), status=202)
+
+    async def proof(self, request: web.Request) -> web.Response:
+        _only_here(request)
+        return web.json_response(self._proving.progress())
+
+    async def record(self, request: web.Request) -> web.Response:
+        _only_here(request)
+        return web.Response(text=self._proving.record(), content_type="text/html")
+
+
+async def _body(request: web.Request, model: type[_Body]) -> _Body:
+    """Return the JSON body; raises `ProtocolError`."""
+    try:
+        return model.model_validate_json(await request.read())
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        where = ".".join(str(part) for part in first["loc"]) or "the body"
+        raise ProtocolError(f"{where}: {first['msg']}") from error
+
+
+def _only_here(request: web.Request) -> None:
+    if not is_from_here(request):
+        raise ForbiddenError("Only a page on the server's own machine can do that.")
 
 
 async def _add_headers(request: web.Request, response: web.StreamResponse) -> None:

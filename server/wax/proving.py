@@ -1,0 +1,148 @@
+"""The host's button "Prove the stop": the robot is lent to `wax prove-stop` and taken back.
+
+The proof is a program of its own, because what it cuts is the server: it starts one of its own on
+the robot that this one has let go of.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Final, Literal
+
+import structlog
+
+from wax.errors import ForbiddenError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.control.loop import ControlLoop
+    from wax.robot.driver import Driver
+
+_LOG = structlog.get_logger(__name__)
+
+LENT: Final = "The host is proving the stop; the robot comes back in a few minutes."
+_END_S: Final = 5.0
+"""What the proof gets to leave the robot standing when this server ends."""
+
+State = Literal["never", "running", "done", "failed"]
+
+
+class Proving:
+    """One proof at a time; `driver` is closed for it and opened again."""
+
+    def __init__(
+        self,
+        *,
+        control: ControlLoop,
+        driver: Driver,
+        config_path: Path | None,
+        changed: Callable[[], None],
+    ) -> None:
+        self._control = control
+        self._driver = driver
+        self._config_path = config_path
+        self._changed = changed
+        self._state: State = "never"
+        self._line = ""
+        self._record: str | None = None
+        self._task: asyncio.Task[None] | None = None
+        self._is_ending = False
+
+    def progress(self) -> dict[str, object]:
+        """Tell how far it is, and where the newest record is."""
+        record = None if self._record is None else "/api/proof/record"
+        return {"state": self._state, "line": self._line, "record": record}
+
+    def record(self) -> str:
+        """Return the newest record as HTML; raises `ForbiddenError` where there is none."""
+        if self._record is None:
+            raise ForbiddenError("There is no record yet; prove the stop first.")
+        return self._record
+
+    async def start(self) -> None:
+        """Take the robot from everybody and begin; raises `ForbiddenError` if one is under way."""
+        if self._state == "running":
+            raise ForbiddenError("The stop is being proved already.")
+        self._state, self._line = "running", "The robot is let go of."
+        self._task = asyncio.create_task(self._lend(), name="prove-stop")
+
+    async def stop(self) -> None:
+        """End a proof that runs, for good; the robot stands afterwards. Safe to call twice."""
+        self._is_ending = True
+        task, self._task = self._task, None
+        if task is not None:
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+
+    async def _lend(self) -> None:
+        self._control.maintain(LENT)
+        self._changed()
+        try:
+            await asyncio.to_thread(self._driver.close)
+            await self._prove()
+        except Exception as error:
+            _LOG.exception("the proof could not be run")
+            self._state, self._line = "failed", f"The proof could not be run: {error}"
+        finally:
+            if self._state == "running":
+                self._state, self._line = "failed", "The proof was broken off."
+            if not self._is_ending:
+                self._driver.open()
+                self._control.maintain(None)
+                self._changed()
+
+    async def _prove(self) -> None:
+        with TemporaryDirectory(prefix="wax-proof-") as folder:
+            record = Path(folder) / "record.html"
+            process = await asyncio.create_subprocess_exec(
+                *self._command(record),
+                stdin=asyncio.subprocess.DEVNULL,
+                stdout=asyncio.subprocess.PIPE,
+                stderr=asyncio.subprocess.PIPE,
+            )
+            try:
+                complaint = await self._follow(process)
+                code = await process.wait()
+            finally:
+                await _end(process)
+            self._record = record.read_text(encoding="utf-8") if record.is_file() else None
+        if self._record is None:
+            self._state, self._line = "failed", complaint or "The proof ended without a word."
+        elif code == 0:
+            self._state, self._line = "done", "Every stop came in time."
+        else:
+            self._state, self._line = "failed", "Not every stop came in time; see the record."
+
+    def _command(self, record: Path) -> list[str]:
+        config = [] if self._config_path is None else ["--config", str(self._config_path)]
+        command = [sys.executable, "-m", "wax", *config, "prove-stop", "--lifted", "--json"]
+        return [*command, "--record", str(record)]
+
+    async def _follow(self, process: asyncio.subprocess.Process) -> str:
+        """Show what the proof says; return the last line of its complaints."""
+        assert process.stdout is not None
+        assert process.stderr is not None
+        complaints = asyncio.create_task(process.stderr.read())
+        async for line in process.stdout:
+            with contextlib.suppress(ValueError, KeyError, TypeError):
+                told = json.loads(line)
+                self._line = f"{told['line']} ({told['done']} of {told['of']})"
+        said = (await complaints).decode(errors="replace").strip()
+        return said.rpartition("\n")[2]
+
+
+async def _end(process: asyncio.subprocess.Process) -> None:
+    if process.returncode is not None:
+        return
+    process.terminate()
+    try:
+        await asyncio.wait_for(process.wait(), _END_S)
+    except TimeoutError:
+        process.kill()
+        await process.wait()
