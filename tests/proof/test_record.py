@@ -54,7 +54,8 @@ class Reader(HTMLParser):
 def test_it_says_in_one_sentence_what_came_out() -> None:
     """Who reads one sentence knows how often was cut and when the robot stood at the latest."""
     assert sentence(findings()) == (
-        "Every link was cut 2 times; the robot stood at the latest after 251 ms."
+        "Every link was cut 2 times; the robot stood at the latest after 251 ms,"
+        " its own braking included."
     )
 
 
@@ -94,7 +95,8 @@ def test_the_page_stands_alone() -> None:
         "0.6 m/s",
         "200 ms after the newest frame",
         "150 ms beyond",
-        "340 ms",
+        "340",
+        "250 ms and the time in which the robot brakes",
         "2026-11-21",
     ],
 )

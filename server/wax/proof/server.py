@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _START_S: Final = 30.0
-_END_S: Final = 4.0
+_END_S: Final = 3.0
 _LOOK_S: Final = 0.1
 _STATUS_S: Final = 2.0
 _DRIVER: Final = "wax.robot.process"
@@ -66,6 +66,7 @@ class ServerUnderProof:
                 aiohttp.ClientSession(timeout=timeout) as http,
                 http.get(f"{self.url}/api/status") as response,
             ):
+                response.raise_for_status()
                 robot: dict[str, Any] = (await response.json())["robot"]
                 return robot
         except (aiohttp.ClientError, TimeoutError):
