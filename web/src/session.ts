@@ -1,9 +1,8 @@
 /** The composition root: builds every part and wires it. Views get `state` and `actions`. */
 
-import { type Direction, Hands } from "./drive/hands";
-import { listenKeyboard } from "./drive/keyboard";
-import { Pump } from "./drive/pump";
-import { listenRelease } from "./drive/release";
+import { Halt } from "./drive/halt";
+import type { Direction } from "./drive/hands";
+import { Helm } from "./drive/helm";
 import { returnFocusAfterPointer } from "./focus";
 import { Identity, openIdentityChannel } from "./link/identity";
 import { Link } from "./link/link";
@@ -15,10 +14,10 @@ import { MAX_NAME_CHARS, type StateOut } from "./messages";
 import { Playback } from "./playback";
 import { applyPlayout } from "./playout";
 import { loadPreferences, openStore, type Preferences, savePreferences } from "./preferences";
+import { Prover } from "./proof";
 import { Acknowledger } from "./receipt/acknowledge";
 import { createState, type State } from "./state";
 
-const DIRECTIONS: Direction[] = ["forward", "back", "left", "right"];
 const CLOCKS_EVERY_MS = 200;
 /** Below this what the page itself sends counts. */
 const THIN_BPS = 100_000;
@@ -35,10 +34,15 @@ export interface Actions {
   setAxis(name: string, position: number): void;
   join(): void;
   leave(): void;
+  /** Stop for everybody, latched. */
   stop(): void;
-  press(holder: string, direction: Direction): void;
+  /** Ends the stop that is latched; it moves nothing. */
+  releaseStop(): void;
+  press(holder: string, direction: Direction | null): void;
   release(holder: string): boolean;
   letGo(): void;
+  lookAtProof(): void;
+  prove(): void;
 }
 
 export interface Session {
@@ -80,25 +84,30 @@ export function startSession(): Session {
     },
   });
 
-  const hands = new Hands(() => {
-    state.held.value = new Set(DIRECTIONS.filter((one) => hands.holds(one)));
-    pump.send();
-  });
-  const pump = new Pump({
-    controls: () => ({
-      motion: hands.motion,
-      speed: state.preferences.peek().speed,
-      axes: state.axes.peek(),
-    }),
+  const helm = new Helm({
+    state,
     serverMs: () => link.clock.toServerMs(performance.now()),
-    seenServerMs: () => reporter.picture.newestServerMs,
+    seenServerMs: () => (wants().picture ? reporter.picture.newestServerMs : null),
+    way: () => ({
+      linkBps: state.served.peek()?.link_bps ?? null,
+      waitingBytes: link.peer?.waitingBytes ?? 0,
+    }),
     send: (drive, urgent) => link.sendDrive(drive, urgent),
   });
+  const { hands } = helm;
+  const letGo = () => helm.letGo();
+  const halt = new Halt({ state, link, client: () => identity.client, letGo, say });
 
-  function letGo(): void {
-    hands.releaseAll();
-    pump.insist();
+  function say(text: string): void {
+    state.notice.value = { text };
   }
+
+  const prover = new Prover({
+    tell: (proof) => {
+      state.proof.value = proof;
+    },
+    complain: say,
+  });
 
   function fresh(peer: Peer): void {
     picture.take(peer.picture.track);
@@ -139,7 +148,7 @@ export function startSession(): Session {
         state.driveReason.value = message.reason;
         break;
       case "notice":
-        state.notice.value = { text: message.text };
+        say(message.text);
         break;
     }
   }
@@ -149,9 +158,7 @@ export function startSession(): Session {
     if (await acknowledger.start()) {
       link.connect();
     } else {
-      state.notice.value = {
-        text: "This browser cannot say what it has received; picture and sound will stutter here.",
-      };
+      say("This browser cannot say what it has received; picture and sound will stutter here.");
     }
   }
 
@@ -188,6 +195,7 @@ export function startSession(): Session {
       sendWant();
     },
     setPicture(on) {
+      reporter.picture.unsee();
       prefer({ picture: on });
       sendWant();
     },
@@ -207,43 +215,26 @@ export function startSession(): Session {
     },
     setSpeed(speed) {
       prefer({ speed });
-      pump.send();
+      helm.paced();
     },
-    setAxis(name, position) {
-      state.axes.value = { ...state.axes.value, [name]: position };
-      pump.send();
-    },
+    setAxis: (name, position) => helm.setAxis(name, position),
     join: () => link.sendState({ type: "join" }),
     leave: () => link.sendState({ type: "leave" }),
-    stop() {
-      link.sendState({ type: "stop" });
-      letGo();
-    },
+    stop: () => halt.stop(),
+    releaseStop: () => halt.release(),
     press: (holder, direction) => hands.press(holder, direction),
     release: (holder) => hands.release(holder),
     letGo,
+    lookAtProof: () => void prover.look(),
+    prove: () => void prover.start(),
   };
-
-  // A turn begins with empty hands and untouched axes, and ends with both.
-  state.drivingTurn.subscribe((turn) => {
-    state.axes.value = {};
-    if (turn === null) {
-      pump.end();
-      hands.disable();
-    } else {
-      pump.begin(turn, state.hello.peek()?.command_rate_hz ?? 0);
-      hands.enable();
-    }
-  });
 
   state.me.subscribe((me) => {
     link.mayDrive = me !== null && me.role !== "observer";
   });
 
   const { signal } = new AbortController();
-  const isDriving = () => state.drivingTurn.value !== null;
-  listenKeyboard(window, { hands, isDriving, stop: actions.stop, letGo, signal });
-  listenRelease(window, letGo, signal);
+  helm.listen(window, actions.stop, signal);
   returnFocusAfterPointer(document, signal);
   window.addEventListener("pagehide", () => link.close());
   window.addEventListener("pageshow", (event) => {
@@ -277,7 +268,9 @@ export function startSession(): Session {
     actions,
     attachPicture(element) {
       unwatch();
-      unwatch = element ? watchFrames(element, reporter.picture) : () => {};
+      unwatch = element
+        ? watchFrames(element, reporter.picture, () => link.peer?.picture)
+        : () => {};
       picture.attach(element);
     },
     attachSound: (element) => sound.attach(element),

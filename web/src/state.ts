@@ -4,6 +4,7 @@ import type { LinkState } from "./link/link";
 import type { Breaks } from "./measure/breaks";
 import type { Hello, Playout, Room, Served, ViewerInfo } from "./messages";
 import type { Preferences } from "./preferences";
+import type { Proof } from "./proof";
 
 /** What is measured of the streams and the way, for a person to read; null where unknown. */
 export interface Facts {
@@ -32,7 +33,7 @@ export interface State {
   link: Signal<LinkState>;
   hello: Signal<Hello | null>;
   room: Signal<Room | null>;
-  /** Why the robot stands although somebody drives it; a sentence. */
+  /** Why the robot stands, or moves slower than it is told, although somebody drives it. */
   driveReason: Signal<string | null>;
   /** The newest notice; each is an object of its own, so that the same words show again. */
   notice: Signal<{ text: string } | null>;
@@ -47,6 +48,10 @@ export interface State {
   served: Signal<Served | null>;
   held: Signal<ReadonlySet<Direction>>;
   axes: Signal<Readonly<Record<string, number>>>;
+  /** A stop was released while this page drives, and nothing was pressed since. */
+  isFreshlyReleased: Signal<boolean>;
+  /** How far the proof of the stop is; null before the host has asked. */
+  proof: Signal<Proof | null>;
   /** Both clocks, a few times a second: for what counts down. */
   pageMs: Signal<number>;
   serverMs: Signal<number | null>;
@@ -56,6 +61,14 @@ export interface State {
   operator: ReadonlySignal<ViewerInfo | null>;
   /** The turn's number while this page drives, else null. */
   drivingTurn: ReadonlySignal<number | null>;
+  /** The number of the stop that is latched, null for none. */
+  stopNumber: ReadonlySignal<number | null>;
+  /** This page drives and no stop is latched. */
+  mayMove: ReadonlySignal<boolean>;
+  /** Whoever watches, unless the server lets only the operator; who has lost the link, too. */
+  mayStop: ReadonlySignal<boolean>;
+  /** The operator, and a page on the server's own machine. */
+  mayRelease: ReadonlySignal<boolean>;
   /** Whole seconds left of the turn that runs, null when nobody drives. */
   secondsLeft: ReadonlySignal<number | null>;
 }
@@ -69,6 +82,15 @@ export function createState(kept: Preferences): State {
   const isConnected = computed(() => link.value.is === "connected");
   const viewer = (id: number | null | undefined) =>
     room.value?.viewers.find((one) => one.id === id) ?? null;
+
+  const me = computed(() => viewer(hello.value?.viewer));
+  const isOperator = computed(() => me.value?.role === "operator");
+  const stopNumber = computed(() => room.value?.stop?.number ?? null);
+  const drivingTurn = computed(() => {
+    const turn = room.value?.turn;
+    const mine = turn !== undefined && turn.operator === hello.value?.viewer;
+    return isConnected.value && mine ? turn.number : null;
+  });
 
   return {
     link,
@@ -84,16 +106,18 @@ export function createState(kept: Preferences): State {
     served: signal(null),
     held: signal(new Set<Direction>()),
     axes: signal({}),
+    isFreshlyReleased: signal(false),
+    proof: signal(null),
     pageMs: signal(0),
     serverMs,
     isConnected,
-    me: computed(() => viewer(hello.value?.viewer)),
+    me,
     operator: computed(() => viewer(room.value?.turn.operator)),
-    drivingTurn: computed(() => {
-      const turn = room.value?.turn;
-      const mine = turn !== undefined && turn.operator === hello.value?.viewer;
-      return isConnected.value && mine ? turn.number : null;
-    }),
+    drivingTurn,
+    stopNumber,
+    mayMove: computed(() => drivingTurn.value !== null && stopNumber.value === null),
+    mayStop: computed(() => hello.value?.on_loss.stop_by !== "operator" || isOperator.value),
+    mayRelease: computed(() => isOperator.value || hello.value?.is_host === true),
     secondsLeft: computed(() => {
       const endsMs = room.value?.turn.ends_server_ms ?? null;
       if (endsMs === null || serverMs.value === null) return null;

@@ -49,6 +49,19 @@ it("tells of each change once, and of nothing else", () => {
   expect(onChange).toHaveBeenCalledTimes(2);
 });
 
+it("holds as long as anything is held, though it makes no motion", () => {
+  hands.press("a", "forward");
+  hands.press("b", "back");
+  expect(hands.isHolding).toBe(true);
+  hands.release("a");
+  hands.press("slider", null);
+  hands.release("b");
+  expect(hands.motion).toEqual(STAND);
+  expect(hands.isHolding).toBe(true);
+  hands.release("slider");
+  expect(hands.isHolding).toBe(false);
+});
+
 it("holds nothing while disabled", () => {
   hands.press("a", "forward");
   hands.disable();

@@ -6,6 +6,11 @@ export interface Motion {
   angular: number;
 }
 
+/** What a finger, or the mouse, holds by: one holder wherever it came down. */
+export function fingerHolder(pointerId: number): string {
+  return `pointer ${pointerId}`;
+}
+
 /**
  * What is held down, by whatever holds it: a key, a finger, a button that has the focus.
  *
@@ -13,7 +18,7 @@ export interface Motion {
  * all: what was held down before a turn began moves nothing in it until it is pressed anew.
  */
 export class Hands {
-  #held = new Map<string, Direction>();
+  #held = new Map<string, Direction | null>();
   #enabled = false;
 
   /** `onChange` is called in the same turn of the event loop, whenever what is held changes. */
@@ -25,6 +30,11 @@ export class Hands {
       linear: share("forward") - share("back"),
       angular: share("left") - share("right"),
     };
+  }
+
+  /** The dead-man: whether anything is held, though two opposites make no motion. */
+  get isHolding(): boolean {
+    return this.#held.size > 0;
   }
 
   holds(direction: Direction): boolean {
@@ -42,7 +52,8 @@ export class Hands {
     this.releaseAll();
   }
 
-  press(holder: string, direction: Direction): void {
+  /** Holds a direction, or null for a control that has none, such as the slider of an axis. */
+  press(holder: string, direction: Direction | null): void {
     if (!this.#enabled || this.#held.get(holder) === direction) return;
     this.#held.set(holder, direction);
     this.onChange();

@@ -1,6 +1,6 @@
 // @vitest-environment happy-dom
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import { Hands } from "./hands";
+import { fingerHolder, Hands } from "./hands";
 import { listenKeyboard } from "./keyboard";
 import { listenRelease } from "./release";
 
@@ -18,7 +18,8 @@ beforeEach(() => {
   const letGo = () => hands.releaseAll();
   const { signal } = aborting;
   listenKeyboard(window, { hands, isDriving: () => driving, stop, letGo, signal });
-  listenRelease(window, letGo, signal);
+  const lift = (pointerId: number) => hands.release(fingerHolder(pointerId));
+  listenRelease(window, { letGo, lift, signal });
 });
 
 afterEach(() => {
@@ -111,10 +112,32 @@ it("stops by Space, except where Space operates what has the focus", () => {
   expect(stop).toHaveBeenCalledOnce();
 });
 
-it.each(["blur", "pagehide", "contextmenu"])("releases all on %s", (type) => {
+it.each(["blur", "pagehide", "beforeunload", "contextmenu"])("releases all on %s", (type) => {
   key("keydown", "ArrowUp");
   window.dispatchEvent(new Event(type));
-  expect(hands.motion.linear).toBe(0);
+  expect(hands.isHolding).toBe(false);
+});
+
+it("releases all when the page is frozen", () => {
+  key("keydown", "ArrowUp");
+  document.dispatchEvent(new Event("freeze"));
+  expect(hands.isHolding).toBe(false);
+});
+
+it("releases what a finger holds wherever it is lifted, and only that", () => {
+  hands.press(fingerHolder(3), "forward");
+  hands.press(fingerHolder(4), "left");
+  window.dispatchEvent(new PointerEvent("pointerup", { pointerId: 3 }));
+  expect(hands.motion).toEqual({ linear: 0, angular: 1 });
+});
+
+it("releases all when the system takes a finger away that held something", () => {
+  key("keydown", "ArrowUp");
+  window.dispatchEvent(new PointerEvent("pointercancel", { pointerId: 3 }));
+  expect(hands.motion.linear).toBe(1);
+  hands.press(fingerHolder(3), "left");
+  window.dispatchEvent(new PointerEvent("pointercancel", { pointerId: 3 }));
+  expect(hands.isHolding).toBe(false);
 });
 
 it("releases all when the page is hidden", () => {

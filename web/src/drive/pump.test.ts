@@ -2,55 +2,107 @@ import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { Drive } from "../messages";
 import { type Controls, Pump } from "./pump";
 
+const HOLDING: Controls = {
+  motion: { linear: 1, angular: -1 },
+  held: true,
+  speed: "gross",
+  axes: { pan: 0.5 },
+};
+const EMPTY: Controls = {
+  motion: { linear: 0, angular: 0 },
+  held: false,
+  speed: "fine",
+  axes: {},
+};
+
 let sent: (Drive & { urgent: boolean })[];
 let serverMs: number | null;
 let controls: Controls;
+let waitingBytes: number;
 let pump: Pump;
 
 beforeEach(() => {
   vi.useFakeTimers();
   sent = [];
   serverMs = 5000;
-  controls = { motion: { linear: 0, angular: 0 }, speed: "fine", axes: {} };
+  controls = EMPTY;
+  waitingBytes = 0;
   pump = new Pump({
     controls: () => controls,
     serverMs: () => serverMs,
     seenServerMs: () => 4900,
+    way: () => ({ linkBps: 5_000_000, waitingBytes }),
     send: (drive, urgent) => sent.push({ ...drive, urgent }),
   });
 });
 
 afterEach(() => vi.useRealTimers());
 
+/** How many set-points go out in this time. */
+function sentIn(ms: number): number {
+  const before = sent.length;
+  vi.advanceTimersByTime(ms);
+  return sent.length - before;
+}
+
 it("sends nothing until a turn begins and nothing after it ended", () => {
   pump.send();
   pump.insist();
-  vi.advanceTimersByTime(1000);
-  expect(sent).toEqual([]);
+  expect(sentIn(1000)).toBe(0);
   pump.begin(7, 25);
   pump.insist();
   pump.end();
-  const count = sent.length;
-  vi.advanceTimersByTime(1000);
-  expect(sent).toHaveLength(count);
+  expect(sentIn(1000)).toBe(0);
 });
 
-it("sends complete set-points at the rate that was asked for, standing still too", () => {
+it("sends a complete set-point at once when a turn begins", () => {
   pump.begin(7, 25);
+  expect(sent).toEqual([
+    {
+      type: "drive",
+      seq: 0,
+      turn: 7,
+      sent_server_ms: 5000,
+      linear: 0,
+      angular: 0,
+      held: false,
+      speed: "fine",
+      seen_server_ms: 4900,
+      axes: {},
+      urgent: false,
+    },
+  ]);
+});
+
+it("sends at the rate that was asked for while something is held", () => {
+  controls = HOLDING;
+  pump.begin(7, 50);
+  expect(sentIn(2000)).toBe(100);
+});
+
+it("sends 20 times a second while nothing is held, and is at full rate from the next press on", () => {
+  pump.begin(7, 50);
+  vi.advanceTimersByTime(600);
+  expect(sentIn(1000)).toBe(20);
+  controls = HOLDING;
+  pump.send();
+  expect(sentIn(200)).toBe(10);
+});
+
+it("is at full rate while something changes that is not held", () => {
+  pump.begin(7, 50);
   vi.advanceTimersByTime(1000);
-  expect(sent).toHaveLength(26);
-  expect(sent[0]).toEqual({
-    type: "drive",
-    seq: 0,
-    turn: 7,
-    sent_server_ms: 5000,
-    linear: 0,
-    angular: 0,
-    speed: "fine",
-    seen_server_ms: 4900,
-    axes: {},
-    urgent: false,
-  });
+  pump.stir();
+  expect(sentIn(400)).toBeGreaterThanOrEqual(18);
+});
+
+it("sends 20 times a second as soon as set-points wait to be sent", () => {
+  controls = HOLDING;
+  pump.begin(7, 50);
+  vi.advanceTimersByTime(500);
+  waitingBytes = 400;
+  vi.advanceTimersByTime(20);
+  expect(sentIn(1000)).toBe(20);
 });
 
 it("numbers its commands strictly rising, over turns too", () => {
@@ -65,9 +117,9 @@ it("numbers its commands strictly rising, over turns too", () => {
 
 it("reads what is held at the moment of sending", () => {
   pump.begin(7, 25);
-  controls = { motion: { linear: 1, angular: -1 }, speed: "gross", axes: { pan: 0.5 } };
+  controls = HOLDING;
   pump.send();
-  expect(sent.at(-1)).toMatchObject({ linear: 1, angular: -1, speed: "gross", axes: { pan: 0.5 } });
+  expect(sent.at(-1)).toMatchObject({ linear: 1, angular: -1, held: true, axes: { pan: 0.5 } });
 });
 
 it("waits until the clocks are aligned", () => {
@@ -86,5 +138,12 @@ it("says a release three times within 100 ms, past whatever waits", () => {
   pump.insist();
   expect(sent.filter((drive) => drive.urgent)).toHaveLength(1);
   vi.advanceTimersByTime(100);
+  expect(sent.filter((drive) => drive.urgent)).toHaveLength(3);
+});
+
+it("says it three times before the task ends where the page may not run again", () => {
+  pump.begin(7, 20);
+  sent = [];
+  pump.insistNow();
   expect(sent.filter((drive) => drive.urgent)).toHaveLength(3);
 });

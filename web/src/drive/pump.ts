@@ -1,9 +1,12 @@
 import type { Drive } from "../messages";
 import type { Motion } from "./hands";
+import { Rate, type Way } from "./rate";
 
 /** What a set-point is made of, read live at the moment of sending. */
 export interface Controls {
   motion: Motion;
+  /** The dead-man: some control is held down. */
+  held: boolean;
   speed: Drive["speed"];
   axes: Record<string, number>;
 }
@@ -12,42 +15,85 @@ export interface PumpOptions {
   controls: () => Controls;
   /** The time on the server's clock, null while the clocks are not aligned. */
   serverMs: () => number | null;
-  /** Capture time of the newest presented picture. */
+  /** Capture time of the newest presented picture, null when none is known. */
   seenServerMs: () => number | null;
+  way: () => Way;
   send: (drive: Drive, urgent: boolean) => void;
 }
 
-/** A release is said three times within 100 ms, since the channel may lose any of them. */
+/** A release is said three times, since the channel may lose any of them. */
 const AGAIN_AFTER_MS = [45, 90] as const;
+/**
+ * Who holds nothing is safe in silence too. He is heard 20 times a second all the same: the server
+ * must soon have heard of empty hands before it lets the next press move anything.
+ */
+const REST_HZ = 20;
+const REST_AFTER_MS = 500;
 
-/** Sends complete set-points at a steady rate while this page drives, and nothing otherwise. */
+/**
+ * Sends complete set-points while this page drives, and nothing otherwise.
+ *
+ * Its timer is the main thread's on purpose. A worker's would go on while the page is frozen, and
+ * say that something is held for somebody whom the page no longer hears letting go: a page that
+ * hangs must fall silent. Browsers do not slow a timer of a page in the foreground; in the
+ * background nothing is held.
+ */
 export class Pump {
   #seq = 0;
   #turn: number | null = null;
-  #timer: ReturnType<typeof setInterval> | undefined;
+  #rate = new Rate(0);
+  #busyMs = 0;
+  #timer: ReturnType<typeof setTimeout> | undefined;
   #repeats: ReturnType<typeof setTimeout>[] = [];
 
   constructor(private readonly options: PumpOptions) {}
 
-  /** Sends for this turn from now on; the number goes with every command. */
-  begin(turn: number, rateHz: number): void {
+  /** Sends for this turn from now on, never more often than `maxHz`; changes come on top. */
+  begin(turn: number, maxHz: number): void {
     this.end();
     this.#turn = turn;
-    this.#timer = setInterval(() => this.send(), 1000 / rateHz);
+    this.#rate = new Rate(maxHz);
+    this.stir();
     this.send();
   }
 
   end(): void {
     this.#turn = null;
-    clearInterval(this.#timer);
-    for (const timer of this.#repeats.splice(0)) clearTimeout(timer);
+    clearTimeout(this.#timer);
+    this.#forgetRepeats();
   }
 
   /** Sends the set-point of this moment; called by the timer, and at once on every change. */
   send(urgent = false): void {
+    if (this.#turn === null) return;
+    this.#say(urgent);
+    const nowMs = performance.now();
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => this.send(), 1000 / this.#hz(nowMs));
+  }
+
+  /** What changes too often to be sent each time: the timer sends it, no longer at rest. */
+  stir(): void {
+    this.#busyMs = performance.now();
+  }
+
+  /** Sends what is held after a release, now and again twice. */
+  insist(): void {
+    this.#forgetRepeats();
+    this.send(true);
+    this.#repeats = AGAIN_AFTER_MS.map((ms) => setTimeout(() => this.send(true), ms));
+  }
+
+  /** Says it three times at once: this may be the last that the browser lets the page do. */
+  insistNow(): void {
+    for (const _ of AGAIN_AFTER_MS) this.send(true);
+    this.insist();
+  }
+
+  #say(urgent: boolean): void {
     const serverMs = this.options.serverMs();
     if (this.#turn === null || serverMs === null) return;
-    const { motion, speed, axes } = this.options.controls();
+    const { motion, held, speed, axes } = this.options.controls();
     this.options.send(
       {
         type: "drive",
@@ -55,6 +101,7 @@ export class Pump {
         turn: this.#turn,
         sent_server_ms: serverMs,
         ...motion,
+        held,
         speed,
         seen_server_ms: this.options.seenServerMs(),
         axes,
@@ -63,10 +110,13 @@ export class Pump {
     );
   }
 
-  /** Sends what is held after a release, now and again twice. */
-  insist(): void {
+  #hz(nowMs: number): number {
+    if (this.options.controls().held) this.stir();
+    const hz = this.#rate.next(this.options.way(), nowMs);
+    return nowMs - this.#busyMs > REST_AFTER_MS ? Math.min(hz, REST_HZ) : hz;
+  }
+
+  #forgetRepeats(): void {
     for (const timer of this.#repeats.splice(0)) clearTimeout(timer);
-    this.send(true);
-    this.#repeats = AGAIN_AFTER_MS.map((ms) => setTimeout(() => this.send(true), ms));
   }
 }

@@ -86,9 +86,11 @@ export class Link {
     this.#peer?.send("drive", writeRow(message), urgent);
   }
 
-  /** Sends what must arrive; nothing is kept for later when there is no connection. */
-  sendState(message: StateIn): void {
-    this.#peer?.send("state", JSON.stringify(message));
+  /**
+   * Sends what must arrive. False where there is no connection: nothing is kept for later.
+   */
+  sendState(message: StateIn): boolean {
+    return this.#peer?.send("state", JSON.stringify(message)) ?? false;
   }
 
   #beat(): void {

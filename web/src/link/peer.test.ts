@@ -1,7 +1,17 @@
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { Peer } from "./peer";
 
 const STUN = [{ urls: "stun:example.org" }];
+
+/** A data channel that keeps what it was given. */
+class FakeChannel extends EventTarget {
+  readyState = "open";
+  bufferedAmount = 0;
+  sent: string[] = [];
+  send(text: string): void {
+    this.sent.push(text);
+  }
+}
 
 /** The browser's peer connection, as far as an offer needs it. */
 class FakeConnection extends EventTarget {
@@ -17,7 +27,12 @@ class FakeConnection extends EventTarget {
   }
 
   addTransceiver = () => ({ receiver: {} });
-  createDataChannel = () => new EventTarget();
+  channels = new Map<string, FakeChannel>();
+  createDataChannel = (name: string) => {
+    const channel = new FakeChannel();
+    this.channels.set(name, channel);
+    return channel;
+  };
   createOffer = vi.fn(async () => ({ type: "offer" as const, sdp: "v=0 offer" }));
   getConfiguration = () => ({});
   setConfiguration({ iceServers = [] }: RTCConfiguration): void {
@@ -47,15 +62,16 @@ afterEach(() => vi.unstubAllGlobals());
 /** A fresh peer that connects; the promise resolves when it has its answer or has failed. */
 function connect() {
   const lost = vi.fn();
-  const connected = new Peer({
+  const peer = new Peer({
     opened: () => {},
     received: () => {},
     lost,
     receivers: () => {},
-  }).connect("client");
+  });
+  const connected = peer.connect("client");
   const connection = FakeConnection.made.at(-1);
   if (!connection) throw new Error("there is no connection");
-  return { connected, connection, lost };
+  return { peer, connected, connection, lost };
 }
 
 it("asks for the ICE servers anew, so that one failed question spoils one peer only", async () => {
@@ -83,4 +99,38 @@ it("creates the offer while it asks", async () => {
   answer(new Response('{"iceServers": []}'));
   await connected;
   expect(connection.localDescription?.sdp).toBe("v=0 offer");
+});
+
+describe("sending", () => {
+  function channels() {
+    ice = async () => new Response('{"iceServers": []}');
+    const { peer, connection } = connect();
+    const drive = connection.channels.get("drive");
+    const state = connection.channels.get("state");
+    if (!drive || !state) throw new Error("there are no channels");
+    return { peer, drive, state };
+  }
+
+  it("drops a set-point that would wait behind others, but not one that is urgent", () => {
+    const { peer, drive } = channels();
+    drive.bufferedAmount = 300;
+    expect(peer.waitingBytes).toBe(300);
+    expect(peer.send("drive", "late")).toBe(false);
+    expect(peer.send("drive", "zero", true)).toBe(true);
+    expect(drive.sent).toEqual(["zero"]);
+  });
+
+  it("gives the state channel everything, however full the other is", () => {
+    const { peer, drive, state } = channels();
+    drive.bufferedAmount = 100_000;
+    expect(peer.send("state", "stop")).toBe(true);
+    expect(state.sent).toEqual(["stop"]);
+  });
+
+  it("says so where a channel is not open", () => {
+    const { peer, state } = channels();
+    state.readyState = "closing";
+    expect(peer.send("state", "stop")).toBe(false);
+    expect(state.sent).toEqual([]);
+  });
 });

@@ -12,8 +12,11 @@ export interface PeerEvents {
   receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
 }
 
-/** More than this waiting to be sent: a set-point would arrive late, so it is not sent at all. */
-const MAX_WAITING_BYTES = 1024;
+/**
+ * More than this waiting to be sent: a set-point would arrive late, so it is not sent at all. Two of
+ * them; whatever lies before a release delays it, on a modem's uplink by 40 ms each.
+ */
+const MAX_WAITING_BYTES = 256;
 
 const LOST = "The connection was lost.";
 
@@ -63,16 +66,25 @@ export class Peer {
     }
   }
 
-  /** Sends at once or not at all; `urgent` goes even when others wait before it. */
-  send(channel: Channel, text: string, urgent = false): void {
+  /** What still waits to be sent over the drive channel. */
+  get waitingBytes(): number {
+    return this.#channels.drive.bufferedAmount;
+  }
+
+  /**
+   * Sends at once or not at all, which is told; `urgent` goes even when others wait before it.
+   */
+  send(channel: Channel, text: string, urgent = false): boolean {
     const to = this.#channels[channel];
-    if (to.readyState !== "open") return;
-    if (channel === "drive" && !urgent && to.bufferedAmount > MAX_WAITING_BYTES) return;
+    if (to.readyState !== "open") return false;
+    if (channel === "drive" && !urgent && to.bufferedAmount > MAX_WAITING_BYTES) return false;
     try {
       to.send(text);
+      return true;
     } catch {
       // A full buffer; a state message that cannot go leaves nothing to hold on to.
       if (channel === "state") this.#lose(LOST);
+      return false;
     }
   }
 

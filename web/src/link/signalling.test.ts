@@ -1,5 +1,6 @@
 import { afterEach, expect, it, vi } from "vitest";
-import { askIceServers, postOffer, SignallingError } from "./signalling";
+import { RequestError } from "./http";
+import { askIceServers, postOffer } from "./signalling";
 
 const signal = new AbortController().signal;
 
@@ -22,7 +23,7 @@ it("posts offer and client as JSON and returns the answer's text", async () => {
 it("passes on the server's sentence when the offer is refused", async () => {
   answer(503, '{"error": "All 100 places are taken; try again later."}');
   await expect(postOffer("v=0", "c", signal)).rejects.toThrow(
-    new SignallingError("All 100 places are taken; try again later."),
+    new RequestError("All 100 places are taken; try again later.", true),
   );
 });
 

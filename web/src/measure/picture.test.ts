@@ -1,5 +1,5 @@
-import { beforeEach, expect, it } from "vitest";
-import { PictureMeter } from "./picture";
+import { beforeEach, describe, expect, it } from "vitest";
+import { PictureMeter, watchFrames } from "./picture";
 import { RtpTimeline } from "./rtp";
 
 const timeline = new RtpTimeline();
@@ -46,4 +46,81 @@ it("forgets all with a fresh peer", () => {
   meter.presented(0, 40);
   meter.reset();
   expect(meter.take(100)).toEqual({ ageMs: null, rateHz: 0 });
+});
+
+it("knows of nothing seen from the moment the picture is switched until the next", () => {
+  meter.presented(0, 40);
+  meter.unsee();
+  expect(meter.newestServerMs).toBeNull();
+  meter.presented(9000, 140);
+  expect(meter.newestServerMs).toBe(10_100);
+});
+
+it("takes no picture of the future for seen", () => {
+  meter.presented(90_000, 40);
+  expect(meter.newestServerMs).toBeNull();
+});
+
+describe("what is on the screen", () => {
+  let present: (rtpTimestamp: number | undefined, atMs: number) => void;
+  let receiver: { delivered: number | undefined } & Pick<
+    RTCRtpReceiver,
+    "getSynchronizationSources"
+  >;
+
+  function makeReceiver() {
+    return {
+      delivered: undefined as number | undefined,
+      getSynchronizationSources() {
+        const { delivered } = this;
+        return delivered === undefined
+          ? []
+          : [{ rtpTimestamp: delivered, source: 1, timestamp: 0 }];
+      },
+    };
+  }
+
+  beforeEach(() => {
+    let callback: VideoFrameRequestCallback | undefined;
+    const video = {
+      requestVideoFrameCallback(next: VideoFrameRequestCallback) {
+        callback = next;
+        return 1;
+      },
+    } as HTMLVideoElement;
+    receiver = makeReceiver();
+    watchFrames(video, meter, () => receiver as unknown as RTCRtpReceiver);
+    present = (rtpTimestamp, atMs) => {
+      const metadata = {
+        presentationTime: atMs,
+        ...(rtpTimestamp !== undefined && { rtpTimestamp }),
+      };
+      callback?.(atMs, metadata as VideoFrameCallbackMetadata);
+    };
+  });
+
+  it("is what the browser names", () => {
+    receiver.delivered = 90_000;
+    present(9000, 140);
+    expect(meter.newestServerMs).toBe(10_100);
+  });
+
+  it("is, where the browser names none, what the receiver had delivered by the frame before", () => {
+    receiver.delivered = 0;
+    present(undefined, 40);
+    expect(meter.newestServerMs).toBeNull();
+    receiver.delivered = 9000;
+    present(undefined, 140);
+    expect(meter.newestServerMs).toBe(10_000);
+    present(undefined, 240);
+    expect(meter.newestServerMs).toBe(10_100);
+  });
+
+  it("is never what another connection's receiver had delivered", () => {
+    receiver.delivered = 9000;
+    present(undefined, 140);
+    receiver = makeReceiver();
+    present(undefined, 180);
+    expect(meter.newestServerMs).toBeNull();
+  });
 });

@@ -17,7 +17,17 @@ export function hello(more: Partial<Hello> = {}): Hello {
     turn_s: 60,
     grace_s: 3,
     command_rate_hz: 30,
-    max_age_ms: 150,
+    on_loss: {
+      max_age_ms: 150,
+      max_command_age_ms: 500,
+      slow_picture_age_ms: 400,
+      stop_picture_age_ms: 800,
+      max_stop_distance_m: 0.3,
+      silence_ms: 120,
+      robot_ttl_ms: 200,
+      stop_by: "everybody",
+    },
+    is_host: false,
     acknowledge: false,
     ...more,
   };
@@ -73,10 +83,18 @@ interface RoomOptions {
   watching?: number[];
   number?: number;
   endsMs?: number;
+  stop?: Room["stop"];
 }
 
 export function room(options: RoomOptions): Room {
-  const { operator, waiting = [], watching = [], number = 1, endsMs = 60_000 } = options;
+  const {
+    operator,
+    waiting = [],
+    watching = [],
+    number = 1,
+    endsMs = 60_000,
+    stop = null,
+  } = options;
   return {
     type: "room",
     viewers: [
@@ -85,6 +103,7 @@ export function room(options: RoomOptions): Room {
       ...(operator ? [viewer(operator, { role: "operator", place: 0, wait_s: 0 })] : []),
     ],
     turn: { number, operator: operator ?? null, ends_server_ms: operator ? endsMs : null },
+    stop,
     robot: { connected: true, problem: null },
     video: { problem: null },
     audio: { problem: null },

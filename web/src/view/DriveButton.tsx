@@ -1,6 +1,6 @@
 import type { ComponentChildren, TargetedKeyboardEvent, TargetedPointerEvent } from "preact";
 import { useEffect } from "preact/hooks";
-import type { Direction } from "../drive/hands";
+import { type Direction, fingerHolder } from "../drive/hands";
 import { useActions, useState } from "./context";
 
 type Pointer = TargetedPointerEvent<HTMLButtonElement>;
@@ -19,11 +19,10 @@ interface Props {
  * Space and Enter while it has the focus.
  */
 export function DriveButton({ direction, name, children }: Props) {
-  const { held, drivingTurn } = useState();
+  const { held, mayMove } = useState();
   const { press, release, letGo } = useActions();
-  const isDriving = drivingTurn.value !== null;
   const focusHolder = `button ${direction}`;
-  const finger = (event: Pointer) => `pointer ${event.pointerId}`;
+  const finger = (event: Pointer) => fingerHolder(event.pointerId);
 
   useEffect(() => () => void release(focusHolder), [release, focusHolder]);
 
@@ -53,7 +52,7 @@ export function DriveButton({ direction, name, children }: Props) {
     <button
       type="button"
       class={`drive-button is-${direction}${held.value.has(direction) ? " is-held" : ""}`}
-      disabled={!isDriving}
+      disabled={!mayMove.value}
       aria-describedby="drive-hint"
       onPointerDown={onPointerDown}
       onPointerUp={(event) => release(finger(event))}

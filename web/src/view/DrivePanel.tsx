@@ -1,15 +1,15 @@
+import { fingerHolder } from "../drive/hands";
 import { useActions, useState } from "./context";
 import { DriveButton } from "./DriveButton";
 import { ArrowIcon } from "./icons";
-import { joinWords } from "./words";
+import { StopButton } from "./StopButton";
+import { joinWords, RELEASED } from "./words";
 
 const AXIS_STEP = 0.05;
 
-/** The controls; only whoever drives can press them. */
+/** The controls: Stop for whoever watches, all else for whoever drives. */
 export function DrivePanel() {
-  const { drivingTurn, hello } = useState();
-  const { stop } = useActions();
-  const isDriving = drivingTurn.value !== null;
+  const { hello } = useState();
   const axes = hello.value?.robot.axes ?? [];
   return (
     <section class="drive" aria-label="Drive">
@@ -20,15 +20,13 @@ export function DrivePanel() {
         <DriveButton direction="left" name="Left">
           <ArrowIcon />
         </DriveButton>
-        <button type="button" class="stop-button" disabled={!isDriving} onClick={stop}>
-          Stop
-        </button>
-        <DriveButton direction="right" name="Right">
-          <ArrowIcon />
-        </DriveButton>
         <DriveButton direction="back" name="Back">
           <ArrowIcon />
         </DriveButton>
+        <DriveButton direction="right" name="Right">
+          <ArrowIcon />
+        </DriveButton>
+        <StopButton />
       </div>
       <div class="trim">
         <Speed />
@@ -66,9 +64,11 @@ function Speed() {
   );
 }
 
+/** Moves while the slider itself is held, which is a dead-man like any other. */
 function Axis({ axis }: { axis: string }) {
-  const { axes, drivingTurn } = useState();
-  const { setAxis } = useActions();
+  const { axes, mayMove } = useState();
+  const { setAxis, press, release } = useActions();
+  const focusHolder = `axis ${axis}`;
   return (
     <label class="axis">
       <span>{axis}</span>
@@ -78,16 +78,21 @@ function Axis({ axis }: { axis: string }) {
         max={1}
         step={AXIS_STEP}
         value={axes.value[axis] ?? 0}
-        disabled={drivingTurn.value === null}
+        disabled={!mayMove.value}
+        // Wherever the pointer comes up, the window hears of it.
+        onPointerDown={(event) => press(fingerHolder(event.pointerId), null)}
+        onKeyDown={() => press(focusHolder, null)}
+        onKeyUp={() => release(focusHolder)}
+        onBlur={() => release(focusHolder)}
         onInput={(event) => setAxis(axis, event.currentTarget.valueAsNumber)}
       />
     </label>
   );
 }
 
-/** One line below the controls: why the robot stands, or how to drive it. */
+/** Beside the controls: why the robot stands or is slow, or how to drive it. */
 function Hint() {
-  const { drivingTurn, driveReason, isConnected, me } = useState();
+  const { drivingTurn, driveReason, isConnected, isFreshlyReleased, me } = useState();
   if (drivingTurn.value === null) {
     return (
       <p class="hint" id="drive-hint">
@@ -95,13 +100,10 @@ function Hint() {
       </p>
     );
   }
+  const reason = driveReason.value ?? (isFreshlyReleased.value ? RELEASED : null);
   return (
-    <p
-      class={driveReason.value ? "hint is-reason" : "hint is-keys"}
-      id="drive-hint"
-      aria-live="polite"
-    >
-      {driveReason.value ?? "Arrow keys or W A S D drive, Space stops."}
+    <p class={reason ? "hint is-reason" : "hint is-keys"} id="drive-hint" aria-live="polite">
+      {reason ?? "Arrow keys or W A S D drive, Space stops."}
     </p>
   );
 }

@@ -1,8 +1,10 @@
 import { POLICIES, type Preferences } from "../preferences";
 import { useActions, useState } from "./context";
 import { sizeWords } from "./figures";
+import { LossPanel } from "./LossPanel";
+import { ProofPanel } from "./ProofPanel";
 
-/** What is sent to this page, how large at most, and what matters more. */
+/** What is sent to this page, how large at most, and what matters more; and what is disclosed. */
 export function Settings() {
   const { isSoundOn, preferences } = useState();
   const { setSound, setPicture } = useActions();
@@ -12,6 +14,8 @@ export function Settings() {
       <Switch name="Picture" isOn={preferences.value.picture} onSwitch={setPicture} />
       <Size />
       <Policy />
+      <LossPanel />
+      <ProofPanel />
     </section>
   );
 }

@@ -1,11 +1,16 @@
 import { useEffect, useRef } from "preact/hooks";
+import { tellsFrames } from "../measure/picture";
 import { useActions, useSession, useState } from "./context";
 import { msWords } from "./figures";
 import { EarIcon, PlayIcon } from "./icons";
+import { StopBanner } from "./StopBanner";
 import { problemWords } from "./words";
 
 /** A picture older than this is not what the robot sees now. */
 const STALE_MS = 1500;
+
+const BLIND =
+  "This browser does not tell which picture it shows: here one drives with the picture off, by ear.";
 
 const SLOW = "The connection is slow: picture and sound come as soon as they can.";
 
@@ -33,6 +38,7 @@ export function Stage() {
       {!isOn && <PictureOff />}
       <Warnings />
       <Start />
+      <StopBanner />
     </section>
   );
 }
@@ -63,16 +69,18 @@ function Start() {
 }
 
 function Warnings() {
-  const { room, facts, served, isConnected, preferences } = useState();
+  const { room, facts, served, isConnected, preferences, drivingTurn } = useState();
   const ageMs = facts.value.pictureMs;
   const isStale = isConnected.value && preferences.value.picture && (ageMs ?? 0) > STALE_MS;
   const isSlow = isConnected.value && served.value?.in_step === false;
+  const isBlind = drivingTurn.value !== null && preferences.value.picture && !tellsFrames();
   const problems = isConnected.value ? problemWords(room.value) : [];
   return (
     <ul class="warnings" aria-live="polite" aria-label="Problems">
       {problems.map((problem) => (
         <li key={problem}>{problem}</li>
       ))}
+      {isBlind && <li>{BLIND}</li>}
       {isSlow && <li class="is-quiet">{SLOW}</li>}
       {isStale && problems.length === 0 && <li>The picture is {msWords(ageMs)} old.</li>}
     </ul>

@@ -3,12 +3,13 @@ import { getByRole, getByText, queryByRole, queryByText } from "@testing-library
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { Hands } from "../drive/hands";
+import { fingerHolder, Hands } from "../drive/hands";
 import { loadPreferences } from "../preferences";
 import type { Actions, Session } from "../session";
 import { createState, type State } from "../state";
 import { hello, playout, room, served } from "../testing/messages";
 import { App } from "./App";
+import { RELEASED } from "./words";
 
 let state: State;
 let actions: Actions;
@@ -34,6 +35,9 @@ beforeEach(() => {
     join: vi.fn(),
     leave: vi.fn(),
     stop: vi.fn(),
+    releaseStop: vi.fn(),
+    lookAtProof: vi.fn(),
+    prove: vi.fn(),
     press: (holder, direction) => hands.press(holder, direction),
     release: (holder) => hands.release(holder),
     letGo: vi.fn(() => hands.releaseAll()),
@@ -54,8 +58,8 @@ function show(options: Parameters<typeof room>[0], axes: string[] = []): void {
     state.room.value = room(options);
     state.link.value = { is: "connected" };
     state.serverMs.value = 18_000;
-    if (state.drivingTurn.value === null) hands.disable();
-    else hands.enable();
+    if (state.mayMove.value) hands.enable();
+    else hands.disable();
   });
 }
 
@@ -107,11 +111,9 @@ describe("driving", () => {
   it("is for the operator only", () => {
     show({ operator: 2, waiting: [1] });
     expect(button("Forward").disabled).toBe(true);
-    expect(button("Stop").disabled).toBe(true);
     expect(queryByText(body, "You are driving")).toBeNull();
     show({ operator: 1 });
     expect(button("Forward").disabled).toBe(false);
-    expect(button("Stop").disabled).toBe(false);
     expect(getByText(body, "You are driving")).toBeTruthy();
   });
 
@@ -181,6 +183,19 @@ describe("driving", () => {
     expect(getByRole(body, "slider", { name: "tilt" })).toBeTruthy();
   });
 
+  it("takes a slider that is held for a control that is held", () => {
+    show({ operator: 1 }, ["pan"]);
+    const slider = getByRole(body, "slider", { name: "pan" });
+    pointer(slider, "pointerdown", 4);
+    expect(hands.isHolding).toBe(true);
+    expect(hands.motion).toEqual({ linear: 0, angular: 0 });
+    hands.release(fingerHolder(4));
+    key(slider, "keydown", "ArrowRight");
+    expect(hands.isHolding).toBe(true);
+    key(slider, "keyup", "ArrowRight");
+    expect(hands.isHolding).toBe(false);
+  });
+
   it("is emphasised in its last ten seconds", () => {
     show({ operator: 1 });
     const card = () => getByRole(body, "region", { name: "Turn" }).className;
@@ -190,6 +205,213 @@ describe("driving", () => {
     });
     expect(getByRole(body, "timer").textContent).toContain("10 s");
     expect(card()).toContain("is-ending");
+  });
+});
+
+describe("Stop", () => {
+  it("acts at once when it is touched, and not again when the touch ends", () => {
+    show({ operator: 1 });
+    pointer(button("Stop"), "pointerdown");
+    expect(actions.stop).toHaveBeenCalledOnce();
+    pointer(button("Stop"), "pointerup");
+    button("Stop").dispatchEvent(new MouseEvent("click", { bubbles: true, detail: 1 }));
+    expect(actions.stop).toHaveBeenCalledOnce();
+  });
+
+  it.each(["Space", "Enter"])("acts at once by %s, while it has the focus", (code) => {
+    show({ watching: [1] });
+    key(button("Stop"), "keydown", code);
+    expect(actions.stop).toHaveBeenCalledOnce();
+  });
+
+  it("acts by a press that is neither finger nor key", () => {
+    show({ watching: [1] });
+    button("Stop").click();
+    expect(actions.stop).toHaveBeenCalledOnce();
+  });
+
+  it.each([
+    ["watches", { operator: 2, watching: [1] }],
+    ["waits", { operator: 2, waiting: [1] }],
+    ["drives", { operator: 1 }],
+  ])("is there for who %s, with or without a connection", (_, options) => {
+    show(options);
+    expect(button("Stop").disabled).toBe(false);
+    act(() => {
+      state.link.value = { is: "connecting" };
+    });
+    expect(button("Stop").disabled).toBe(false);
+  });
+
+  it("is the operator's alone where the server says so", () => {
+    show({ operator: 2, watching: [1] });
+    const { on_loss } = hello();
+    act(() => {
+      state.hello.value = hello({ viewer: 1, on_loss: { ...on_loss, stop_by: "operator" } });
+    });
+    expect(button("Stop").disabled).toBe(true);
+    act(() => {
+      state.room.value = room({ operator: 1 });
+    });
+    expect(button("Stop").disabled).toBe(false);
+  });
+});
+
+describe("a stop that is latched", () => {
+  const stop = { number: 7, by: "Cleo" };
+  const release = () => queryByRole(body, "button", { name: "Hold to release" });
+
+  beforeEach(() => {
+    vi.useFakeTimers();
+  });
+
+  afterEach(() => {
+    vi.useRealTimers();
+  });
+
+  function wait(ms: number): void {
+    act(() => {
+      vi.advanceTimersByTime(ms);
+    });
+  }
+
+  it("is told to everybody, with who pressed it and what ends it", () => {
+    show({ operator: 2, watching: [1], stop });
+    const alert = getByRole(body, "alert").textContent;
+    expect(alert).toContain("Stopped by Cleo");
+    expect(alert).toContain("Nothing moves until Bob or the host releases it.");
+    expect(release()).toBeNull();
+    show({ operator: 2, watching: [1] });
+    expect(queryByRole(body, "alert")).toBeNull();
+  });
+
+  it("takes the drive buttons away, and gives them back empty", () => {
+    show({ operator: 1 });
+    pointer(button("Forward"), "pointerdown");
+    show({ operator: 1, stop });
+    expect(hands.isHolding).toBe(false);
+    expect(button("Forward").disabled).toBe(true);
+    expect(button("Stop").disabled).toBe(false);
+    show({ operator: 1 });
+    expect(button("Forward").disabled).toBe(false);
+    expect(hands.isHolding).toBe(false);
+  });
+
+  it("is released by a hold of 0.8 s, and by nothing shorter", () => {
+    show({ operator: 1, stop });
+    pointer(button("Hold to release"), "pointerdown");
+    wait(700);
+    pointer(button("Hold to release"), "pointerup");
+    wait(1000);
+    expect(actions.releaseStop).not.toHaveBeenCalled();
+    pointer(button("Hold to release"), "pointerdown");
+    wait(900);
+    expect(actions.releaseStop).toHaveBeenCalledOnce();
+    wait(2000);
+    expect(actions.releaseStop).toHaveBeenCalledOnce();
+  });
+
+  it.each(["pointercancel", "pointerleave", "blur"])("is not released after %s", (type) => {
+    show({ operator: 1, stop });
+    pointer(button("Hold to release"), "pointerdown");
+    pointer(button("Hold to release"), type);
+    wait(2000);
+    expect(actions.releaseStop).not.toHaveBeenCalled();
+  });
+
+  it("is not released when the window goes away meanwhile", () => {
+    show({ operator: 1, stop });
+    pointer(button("Hold to release"), "pointerdown");
+    act(() => void window.dispatchEvent(new Event("blur")));
+    wait(2000);
+    expect(actions.releaseStop).not.toHaveBeenCalled();
+  });
+
+  it("is released by holding Enter, and never by Space or a click", () => {
+    show({ operator: 1, stop });
+    key(button("Hold to release"), "keydown", "Space");
+    wait(2000);
+    key(button("Hold to release"), "keyup", "Space");
+    button("Hold to release").click();
+    wait(2000);
+    expect(actions.releaseStop).not.toHaveBeenCalled();
+    key(button("Hold to release"), "keydown", "Enter");
+    wait(900);
+    expect(actions.releaseStop).toHaveBeenCalledOnce();
+  });
+
+  it("is released by the host too, who need not drive", () => {
+    show({ operator: 2, watching: [1], stop });
+    act(() => {
+      state.hello.value = hello({ viewer: 1, is_host: true });
+    });
+    expect(release()).not.toBeNull();
+  });
+
+  it("asks the operator to press anew once it is released, until he does", () => {
+    show({ operator: 1 });
+    act(() => {
+      state.isFreshlyReleased.value = true;
+    });
+    expect(getByText(body, RELEASED)).toBeTruthy();
+    act(() => {
+      state.driveReason.value = "Slow: the link is late.";
+    });
+    expect(queryByText(body, RELEASED)).toBeNull();
+    expect(getByText(body, "Slow: the link is late.")).toBeTruthy();
+  });
+});
+
+describe("what is disclosed", () => {
+  it("is there for everybody, and nothing of it can be changed", () => {
+    show({ watching: [1] });
+    const panel = getByText(body, "What the robot does when something fails").parentElement;
+    expect(panel?.textContent).toContain("150 ms");
+    expect(panel?.querySelector("input, select, button")).toBeNull();
+  });
+});
+
+describe("the proof of the stop", () => {
+  const showHost = () => {
+    show({ watching: [1] });
+    act(() => {
+      state.hello.value = hello({ viewer: 1, is_host: true });
+    });
+  };
+
+  it("is the host's", () => {
+    show({ watching: [1] });
+    expect(queryByText(body, "Prove the stop…")).toBeNull();
+    showHost();
+    expect(getByText(body, "Prove the stop…")).toBeTruthy();
+  });
+
+  it("starts only after the word that the wheels are off the floor, anew for each", () => {
+    showHost();
+    const box = getByRole<HTMLInputElement>(body, "checkbox", {
+      name: "The wheels are off the floor",
+    });
+    button("Prove it now").click();
+    expect(actions.prove).not.toHaveBeenCalled();
+    act(() => box.click());
+    act(() => button("Prove it now").click());
+    expect(actions.prove).toHaveBeenCalledOnce();
+    expect(box.checked).toBe(false);
+    expect(button("Prove it now").disabled).toBe(true);
+  });
+
+  it("shows how far it is, and where its record lies", () => {
+    showHost();
+    act(() => {
+      state.proof.value = { state: "running", line: "The page is closed (3 of 40)", record: null };
+    });
+    expect(getByRole(body, "status", { name: "Proof" }).textContent).toContain("3 of 40");
+    expect(getByRole<HTMLInputElement>(body, "checkbox").disabled).toBe(true);
+    act(() => {
+      state.proof.value = { state: "done", line: "In time.", record: "/api/proof/record" };
+    });
+    const link = getByRole(body, "link", { name: "Open the record" });
+    expect(link.getAttribute("href")).toBe("/api/proof/record");
   });
 });
 

@@ -1,7 +1,7 @@
 /** What the page says, as pure functions. */
 
 import type { LinkState } from "../link/link";
-import type { Room, ViewerInfo } from "../messages";
+import type { Room, StopInfo, ViewerInfo } from "../messages";
 
 /** The connection, for the status line. */
 export function connectionWords(link: LinkState, nowMs: number): string {
@@ -92,6 +92,24 @@ function waitingWords(count: number): string {
 export function joinWords(me: ViewerInfo | null): string {
   return me?.role === "queued" ? "You drive when it is your turn." : "Join the queue to drive.";
 }
+
+/** Who stopped the robot, and who can end that. */
+export function stoppedWords(
+  room: Room | null,
+  stop: StopInfo,
+  me: ViewerInfo | null,
+  mayRelease: boolean,
+): TurnWords {
+  const operator = room?.viewers.find((viewer) => viewer.role === "operator");
+  const who = operator && operator.id !== me?.id ? operator.name : "whoever drives";
+  return {
+    headline: `Stopped by ${stop.by}`,
+    next: `Nothing moves until ${mayRelease ? "you release it" : `${who} or the host releases it`}.`,
+  };
+}
+
+/** For whoever held something while the stop was released. */
+export const RELEASED = "Released: let go of everything, then press anew to drive.";
 
 /** Why there is no picture, no sound or no moving robot: sentences of the server's. */
 export function problemWords(room: Room | null): string[] {

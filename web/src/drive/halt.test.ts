@@ -1,0 +1,96 @@
+import { signal } from "@preact/signals";
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { ServerClock } from "../clock";
+import { Halt } from "./halt";
+
+let done: string[];
+let isOpen: boolean;
+let respond: () => Promise<Response>;
+const say = vi.fn();
+const stopNumber = signal<number | null>(null);
+let clock: ServerClock;
+let halt: Halt;
+
+beforeEach(() => {
+  done = [];
+  isOpen = true;
+  respond = async () => new Response('{"stop": 7}');
+  say.mockClear();
+  stopNumber.value = null;
+  clock = new ServerClock();
+  vi.stubGlobal("fetch", (path: string, { body }: RequestInit) => {
+    done.push(`${path} ${body}`);
+    return respond();
+  });
+  const link = {
+    sendState(message: { type: string }) {
+      done.push(message.type);
+      return isOpen;
+    },
+    get clock() {
+      return clock;
+    },
+  };
+  halt = new Halt({
+    state: { stopNumber },
+    link,
+    client: () => "uuid",
+    letGo: () => done.push("let go"),
+    say,
+  });
+});
+
+afterEach(() => vi.unstubAllGlobals());
+
+it.each([true, false])("stops by both ways before the task ends, channel open: %s", (open) => {
+  isOpen = open;
+  halt.stop();
+  expect(done).toEqual(["stop", '/api/stop {"client":"uuid"}', "let go"]);
+});
+
+it("says the server's sentence when it refuses", async () => {
+  respond = async () => new Response('{"error": "Only whoever drives."}', { status: 403 });
+  halt.stop();
+  await vi.waitFor(() => expect(say).toHaveBeenCalledWith("Only whoever drives."));
+});
+
+it("says so when nobody answers, unless the stop is known to be latched", async () => {
+  respond = () => Promise.reject(new TypeError("Failed to fetch"));
+  halt.stop();
+  await vi.waitFor(() => expect(say).toHaveBeenCalledWith(expect.stringContaining("by hand")));
+  say.mockClear();
+  stopNumber.value = 7;
+  halt.stop();
+  await new Promise((resolve) => setTimeout(resolve));
+  expect(say).not.toHaveBeenCalled();
+});
+
+it("releases by the channel, with the number and the server's time", () => {
+  const sendState = vi.fn(() => true);
+  clock.add({ sentMs: 0, receivedMs: 0, serverMs: 1_000_000 });
+  vi.spyOn(performance, "now").mockReturnValue(500);
+  stopNumber.value = 7;
+  const link = { sendState, clock };
+  new Halt({ state: { stopNumber }, link, client: () => "uuid", letGo: () => {}, say }).release();
+  expect(sendState).toHaveBeenCalledExactlyOnceWith({
+    type: "release",
+    stop: 7,
+    sent_server_ms: 1_000_500,
+  });
+  expect(done).toEqual([]);
+});
+
+it("releases by HTTP where no channel is open, or the clocks are not aligned", () => {
+  stopNumber.value = 7;
+  halt.release();
+  clock.add({ sentMs: 0, receivedMs: 0, serverMs: 1_000_000 });
+  isOpen = false;
+  halt.release();
+  const posted = '/api/release {"client":"uuid","stop":7}';
+  expect(done).toEqual([posted, "release", posted]);
+});
+
+it("releases nothing where nothing is latched", () => {
+  halt.release();
+  expect(done).toEqual([]);
+});

@@ -1,0 +1,42 @@
+import { expect, it } from "vitest";
+import { Rate } from "./rate";
+
+const WIDE = { linkBps: 5_000_000, waitingBytes: 0 };
+
+it("sends as often as the server allows where there is room", () => {
+  expect(new Rate(50).next(WIDE, 0)).toBe(50);
+  expect(new Rate(30).next(WIDE, 0)).toBe(30);
+});
+
+it.each([
+  [null, 20],
+  [33_600, 20],
+  [304_000, 20],
+  [608_000, 40],
+  [760_000, 50],
+])("over a link of %s bit/s it is %d Hz", (linkBps, hz) => {
+  expect(new Rate(50).next({ linkBps, waitingBytes: 0 }, 0)).toBeCloseTo(hz);
+});
+
+it("falls at once when set-points wait, and climbs again by 5 Hz in a second", () => {
+  const rate = new Rate(50);
+  rate.next(WIDE, 0);
+  expect(rate.next({ ...WIDE, waitingBytes: 400 }, 20)).toBe(20);
+  expect(rate.next(WIDE, 1020)).toBeCloseTo(25);
+  expect(rate.next(WIDE, 2020)).toBeCloseTo(30);
+  expect(rate.next(WIDE, 60_000)).toBe(50);
+});
+
+it("falls at once when the link is found to be thin", () => {
+  const rate = new Rate(50);
+  rate.next(WIDE, 0);
+  expect(rate.next({ linkBps: 50_000, waitingBytes: 0 }, 20)).toBe(20);
+});
+
+it("takes what was sent a moment ago for no backlog", () => {
+  expect(new Rate(50).next({ ...WIDE, waitingBytes: 150 }, 0)).toBe(50);
+});
+
+it("never exceeds what the server allows, not even by the floor", () => {
+  expect(new Rate(10).next({ linkBps: null, waitingBytes: 0 }, 0)).toBe(10);
+});

@@ -1,0 +1,40 @@
+/** Asks the server by HTTP; what goes wrong is a sentence for a person. */
+
+const UNREACHABLE = "The server cannot be reached.";
+
+/** The server said no, or nothing; `isRefusal` tells the first. */
+export class RequestError extends Error {
+  constructor(
+    sentence: string,
+    readonly isRefusal: boolean,
+  ) {
+    super(sentence);
+  }
+}
+
+/** Posts JSON and returns the JSON that comes back; throws `RequestError`. */
+export function post(path: string, body: object, init: RequestInit = {}): Promise<Answer> {
+  return ask(path, {
+    method: "POST",
+    headers: { "Content-Type": "application/json" },
+    body: JSON.stringify(body),
+    ...init,
+  });
+}
+
+export type Answer = Record<string, unknown>;
+
+/** The JSON object at this path; throws `RequestError`. */
+export async function ask(path: string, init: RequestInit = {}): Promise<Answer> {
+  let response: Response;
+  try {
+    response = await fetch(path, init);
+  } catch {
+    throw new RequestError(UNREACHABLE, false);
+  }
+  const body = await response.json().catch(() => null);
+  if (response.ok && body !== null) return body;
+  const sentence =
+    typeof body?.error === "string" ? body.error : `The server answered ${response.status}.`;
+  throw new RequestError(sentence, true);
+}

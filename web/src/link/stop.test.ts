@@ -1,0 +1,43 @@
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { RequestError } from "./http";
+import { postRelease, postStop } from "./stop";
+
+const fetching = vi.fn();
+
+beforeEach(() => {
+  fetching.mockReset();
+  vi.stubGlobal("fetch", fetching);
+});
+
+afterEach(() => vi.unstubAllGlobals());
+
+it("posts a stop in the same task, ahead of other requests and beyond the life of the page", async () => {
+  fetching.mockResolvedValue(new Response('{"stop": 7}'));
+  const posted = postStop("some-uuid");
+  expect(fetching).toHaveBeenCalledWith(
+    "/api/stop",
+    expect.objectContaining({
+      method: "POST",
+      body: '{"client":"some-uuid"}',
+      keepalive: true,
+      priority: "high",
+    }),
+  );
+  await posted;
+});
+
+it("tells a refusal from silence", async () => {
+  fetching.mockResolvedValue(new Response('{"error": "Only whoever drives."}', { status: 403 }));
+  await expect(postStop("c")).rejects.toEqual(new RequestError("Only whoever drives.", true));
+  fetching.mockRejectedValue(new TypeError("Failed to fetch"));
+  await expect(postStop("c")).rejects.toMatchObject({ isRefusal: false });
+});
+
+it("posts which stop is released", async () => {
+  fetching.mockResolvedValue(new Response('{"ok": true}'));
+  await postRelease("some-uuid", 7);
+  expect(fetching).toHaveBeenCalledWith(
+    "/api/release",
+    expect.objectContaining({ body: '{"client":"some-uuid","stop":7}' }),
+  );
+});

@@ -1,0 +1,59 @@
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { type Proof, Prover } from "./proof";
+
+let told: Proof[];
+let asked: string[];
+let now: Proof | { error: string };
+const complain = vi.fn();
+let prover: Prover;
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  told = [];
+  asked = [];
+  complain.mockClear();
+  vi.stubGlobal("fetch", async (path: string, { method = "GET", body }: RequestInit) => {
+    asked.push([method, path, ...(body ? [body] : [])].join(" "));
+    return new Response(JSON.stringify(now), { status: "error" in now ? 403 : 200 });
+  });
+  prover = new Prover({ tell: (proof) => told.push(proof), complain });
+});
+
+afterEach(() => {
+  vi.useRealTimers();
+  vi.unstubAllGlobals();
+});
+
+const RUNNING: Proof = { state: "running", line: "The page is closed (3 of 40)", record: null };
+const DONE: Proof = {
+  state: "done",
+  line: "Every stop came in time.",
+  record: "/api/proof/record",
+};
+
+it("starts with the word that the wheels are off the floor, and looks each second until the end", async () => {
+  now = RUNNING;
+  await prover.start();
+  expect(asked).toEqual(['POST /api/proof {"lifted":true}']);
+  await vi.advanceTimersByTimeAsync(2500);
+  expect(asked.slice(1)).toEqual(["GET /api/proof", "GET /api/proof"]);
+  now = DONE;
+  await vi.advanceTimersByTimeAsync(5000);
+  expect(asked).toHaveLength(4);
+  expect(told.at(-1)).toEqual(DONE);
+});
+
+it("looks once where none runs", async () => {
+  now = DONE;
+  await prover.look();
+  await vi.advanceTimersByTimeAsync(5000);
+  expect(asked).toEqual(["GET /api/proof"]);
+});
+
+it("says why it was refused, and looks no further", async () => {
+  now = { error: "The stop is being proved already." };
+  await prover.start();
+  expect(complain).toHaveBeenCalledWith("The stop is being proved already.");
+  await vi.advanceTimersByTimeAsync(5000);
+  expect(asked).toHaveLength(1);
+});

@@ -1,0 +1,73 @@
+import { useSignal } from "@preact/signals";
+import type { ComponentChildren } from "preact";
+import { useEffect } from "preact/hooks";
+
+/** Longer than any press that was not meant; the style sheet fills the button in this time. */
+const HOLD_MS = 800;
+const HOLDING = new Set(["Enter", "NumpadEnter"]);
+
+interface Props {
+  /** Called when it was held long enough. */
+  onHeld: () => void;
+  children: ComponentChildren;
+}
+
+/**
+ * A button that acts when it is held for a while: with the mouse, a finger, or Enter. Never with
+ * Space, which stops the robot and whose repetition may still come.
+ */
+export function HoldButton({ onHeld, children }: Props) {
+  const isHeld = useSignal(false);
+  const held = isHeld.value;
+  const begin = () => {
+    isHeld.value = true;
+  };
+  const end = () => {
+    isHeld.value = false;
+  };
+  useEffect(() => {
+    if (!held) return;
+    const ending = new AbortController();
+    const timer = setTimeout(() => {
+      isHeld.value = false;
+      onHeld();
+    }, HOLD_MS);
+    const letGo = () => {
+      isHeld.value = false;
+    };
+    window.addEventListener("blur", letGo, ending);
+    document.addEventListener("visibilitychange", letGo, ending);
+    return () => {
+      clearTimeout(timer);
+      ending.abort();
+    };
+  }, [held, isHeld, onHeld]);
+  return (
+    <button
+      type="button"
+      class={held ? "hold-button is-held" : "hold-button"}
+      onPointerDown={(event) => {
+        if (event.button === 0) begin();
+      }}
+      onPointerUp={end}
+      onPointerCancel={end}
+      onPointerLeave={end}
+      onBlur={end}
+      onKeyDown={(event) => {
+        if (event.code === "Space" || HOLDING.has(event.code)) event.preventDefault();
+        if (HOLDING.has(event.code) && !event.repeat) begin();
+      }}
+      onKeyUp={(event) => {
+        event.preventDefault();
+        end();
+      }}
+      onContextMenu={(event) => {
+        // What a long touch opens on some phones.
+        event.preventDefault();
+        event.stopPropagation();
+      }}
+    >
+      <span>{children}</span>
+    </button>
+  );
+}

@@ -1,0 +1,22 @@
+import { useState } from "./context";
+import { lossSentences } from "./rules";
+
+/** What the robot does when something fails: told by the server, and nothing to be changed. */
+export function LossPanel() {
+  const { hello } = useState();
+  if (!hello.value) return null;
+  return (
+    <details class="panel">
+      <summary>If something fails</summary>
+      <div class="panel-body">
+        <h2>What the robot does when something fails</h2>
+        <ul class="sentences">
+          {lossSentences(hello.value).map((sentence) => (
+            <li key={sentence}>{sentence}</li>
+          ))}
+        </ul>
+        <p class="quiet">The server has these rules; no page can change them.</p>
+      </div>
+    </details>
+  );
+}

@@ -1,0 +1,65 @@
+import { useSignal } from "@preact/signals";
+import { useActions, useState } from "./context";
+
+/** For the host: proves on this very robot how soon it stops. */
+export function ProofPanel() {
+  const { hello, proof } = useState();
+  const { lookAtProof, prove } = useActions();
+  const isLifted = useSignal(false);
+  if (!hello.value?.is_host) return null;
+  const isRunning = proof.value?.state === "running";
+  const start = () => {
+    isLifted.value = false;
+    prove();
+  };
+  return (
+    <details
+      class="panel"
+      onToggle={(event) => {
+        if (event.currentTarget.open) lookAtProof();
+      }}
+    >
+      <summary>Prove the stop…</summary>
+      <div class="panel-body">
+        <h2>Prove the stop</h2>
+        <p>
+          Each link to the robot is cut in turn, while its wheels turn, and measured is how long
+          they go on. It takes a few minutes, in which nobody drives. Lift the robot off the floor
+          first.
+        </p>
+        <label class="check">
+          <input
+            type="checkbox"
+            checked={isLifted.value}
+            disabled={isRunning}
+            onChange={(event) => {
+              isLifted.value = event.currentTarget.checked;
+            }}
+          />
+          <span>The wheels are off the floor</span>
+        </label>
+        <button type="button" disabled={!isLifted.value || isRunning} onClick={start}>
+          Prove it now
+        </button>
+        <Progress />
+      </div>
+    </details>
+  );
+}
+
+function Progress() {
+  const { proof } = useState();
+  const { line = "", record = null } = proof.value ?? {};
+  return (
+    <>
+      <p class="proof-line" role="status" aria-label="Proof">
+        {line}
+      </p>
+      {record && (
+        <a href={record} target="_blank" rel="noreferrer">
+          Open the record
+        </a>
+      )}
+    </>
+  );
+}

@@ -1,0 +1,32 @@
+/** What the robot does when something fails, in sentences; the server's rules, not the page's. */
+
+import type { Hello, LossRules } from "../messages";
+
+export function lossSentences({ on_loss, robot }: Hello): string[] {
+  return [
+    `The robot obeys a command for ${on_loss.max_age_ms} ms beyond the line's own time, ` +
+      `together ${on_loss.max_command_age_ms} ms at most. Then it stops. Over a line that is ` +
+      "slower you can watch, not drive.",
+    "When this page loses the keyboard, is hidden, frozen or closed, or a finger is taken from " +
+      "it, it lets go of everything at once.",
+    `Who sees a picture more than ${on_loss.slow_picture_age_ms} ms older than the line explains ` +
+      `drives no faster than fine; with more than ${on_loss.stop_picture_age_ms} ms the robot ` +
+      "stops. With the picture switched off it drives no faster than fine.",
+    `It never drives so fast that it would travel more than ${on_loss.max_stop_distance_m} m ` +
+      `after its operator is lost, nor faster than ${robot.max_linear_mps} m/s.`,
+    watchdogSentence(on_loss),
+    on_loss.stop_by === "everybody"
+      ? "Everybody who watches can press Stop. It holds until whoever drives, or the host, " +
+        "releases it; that alone moves nothing."
+      : "Only whoever drives can press Stop. It holds until he, or the host, releases it; that " +
+        "alone moves nothing.",
+    "A stop button here is not an emergency stop: that is a switch in the robot's power line.",
+  ];
+}
+
+function watchdogSentence({ silence_ms, robot_ttl_ms }: LossRules): string {
+  const server = `When the server fails, what speaks with the robot stops it after ${silence_ms} ms`;
+  return robot_ttl_ms === null
+    ? `${server}. Whether this robot would stop by itself is not known.`
+    : `${server}. When that fails too, the robot stops by itself after ${robot_ttl_ms} ms.`;
+}
