@@ -4,23 +4,47 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import pytest
+from tests.control.rules import RULES
 
-from wax.config import DriveSettings
 from wax.control import gate
-from wax.control.gate import Command, GateState, Hold, Refusal, Setpoint, TurnView
+from wax.control.command import Command
+from wax.control.gate import GateState, Setpoint
+from wax.control.latch import StopLatch
+from wax.control.reasons import (
+    NO_LIMITS,
+    NOBODY_DRIVES,
+    NOT_HELD,
+    Hold,
+    Limit,
+    Refusal,
+    stopped_by,
+)
+from wax.control.turn_view import TurnView
 from wax.robot.driver import STANDSTILL, Limits, Twist
 
+if TYPE_CHECKING:
+    from wax.control.rules import Rules
+
 OPERATOR, OTHER = 7, 8
-SETTINGS = DriveSettings(max_age_ms=150.0, fine_fraction=0.5)
-LIMITS = Limits(linear_mps=0.8, angular_rps=2.0, axes=("pan",))
-TURN = TurnView(number=3, operator=OPERATOR, present=True, one_way_s=0.1)
+TURN = TurnView(number=3, operator=OPERATOR, present=True, one_way_s=0.1, sees=True)
 START_S = 100.0
 
 
 def command(seq: int, sent_s: float, linear: float = 0.0, angular: float = 0.0) -> Command:
-    return Command(seq=seq, turn=3, sent_s=sent_s, linear=linear, angular=angular, speed="gross")
+    """Make a command of hands that hold whatever they ask for, and of eyes that see all."""
+    return Command(
+        seq=seq,
+        turn=3,
+        sent_s=sent_s,
+        linear=linear,
+        angular=angular,
+        held=linear != 0 or angular != 0,
+        speed="gross",
+        seen_s=sent_s,
+    )
 
 
 def offer(
@@ -33,11 +57,25 @@ def offer(
 ) -> tuple[GateState, Refusal | None]:
     """Offer a command that arrives at once, or at `now_s`."""
     now_s = offered.sent_s if now_s is None else now_s
-    return gate.accept(state, viewer, offered, turn=turn, now_s=now_s, settings=SETTINGS)
+    return gate.accept(state, viewer, offered, turn=turn, now_s=now_s, rules=RULES)
 
 
-def decide(state: GateState, now_s: float, turn: TurnView = TURN) -> Setpoint:
-    return gate.decide(state, turn, now_s, SETTINGS, LIMITS)
+def decide(
+    state: GateState,
+    now_s: float,
+    turn: TurnView = TURN,
+    *,
+    stop: StopLatch | None = None,
+    rules: Rules = RULES,
+) -> Setpoint:
+    return gate.decide(state, turn, stop, now_s, rules)[1]
+
+
+def beats(state: GateState, from_s: float, to_s: float, turn: TurnView = TURN) -> GateState:
+    """Let the loop ask at every 20 ms in between."""
+    for number in range(round((to_s - from_s) * 50)):
+        state, _ = gate.decide(state, turn, None, from_s + number / 50, RULES)
+    return state
 
 
 def ready() -> GateState:
@@ -58,7 +96,7 @@ def driving() -> GateState:
 def test_neutral_then_drive_moves() -> None:
     """After neutral, the operator's fresh command becomes motion, scaled by the limits."""
     state, _ = offer(ready(), command(11, 101.1, linear=-0.5, angular=0.25))
-    assert decide(state, 101.1) == Setpoint(Twist(-0.4, 0.5))
+    assert decide(state, 101.1) == Setpoint(Twist(-0.4, 0.5), soft=True)
 
 
 def test_fine_speed() -> None:
@@ -70,12 +108,12 @@ def test_fine_speed() -> None:
 def test_axes_of_the_robot_pass() -> None:
     """A position passes for the axes that the robot has; others are left out."""
     state, _ = offer(ready(), replace(command(11, 101.1), axes={"pan": -0.5, "arm": 0.5}))
-    assert decide(state, 101.1) == Setpoint(axes={"pan": -0.5})
+    assert decide(state, 101.1) == Setpoint(axes={"pan": -0.5}, soft=True)
 
 
 def test_neutral_command_needs_no_reason() -> None:
     """An operator who asks for no motion is told no reason why there is none."""
-    assert decide(ready(), 101.1) == Setpoint()
+    assert decide(ready(), 101.1) == Setpoint(soft=True)
 
 
 REFUSED = {
@@ -97,6 +135,7 @@ REFUSED = {
     "less than nothing": (Refusal.OUT_OF_RANGE, {}, {"angular": -1.001}),
     "an axis out of range": (Refusal.OUT_OF_RANGE, {}, {"axes": {"pan": math.nan}}),
     "a stamp that is no number": (Refusal.OUT_OF_RANGE, {}, {"sent_s": math.nan}),
+    "a line that is too long": (Refusal.TOO_SLOW, {"turn": replace(TURN, one_way_s=0.351)}, {}),
     "an old command": (Refusal.TOO_OLD, {"now_s": 101.451}, {}),
     "a command of the future": (Refusal.FROM_FUTURE, {"now_s": 101.049}, {}),
 }
@@ -117,7 +156,7 @@ def test_age_counts_from_the_senders_stamp() -> None:
     state, refusal = offer(ready(), command(11, 101.1, linear=1.0), now_s=101.2)
     assert refusal is None
     assert not decide(state, 101.349).twist.is_zero
-    assert decide(state, 101.351) == Setpoint(reason=Refusal.TOO_OLD.value)
+    assert decide(state, 101.351) == Setpoint(reason=Refusal.TOO_OLD.value, soft=True)
 
 
 def test_unknown_delay_is_no_allowance() -> None:
@@ -138,7 +177,7 @@ def test_stamp_ahead_does_not_last_longer() -> None:
 def test_standstill_without_operator() -> None:
     """Nothing moves without an operator, with a lost one, or in a turn new to the gate."""
     state = driving()
-    assert decide(state, 101.1, replace(TURN, operator=None)) == Setpoint(reason=gate.NOBODY_DRIVES)
+    assert decide(state, 101.1, replace(TURN, operator=None)) == Setpoint(reason=NOBODY_DRIVES)
     lost = replace(TURN, present=False)
     assert decide(state, 101.1, lost) == Setpoint(reason=Refusal.LOST.value)
     other = replace(TURN, number=4)
@@ -159,11 +198,12 @@ def test_turn_begins_with_neutral() -> None:
 def test_hold_needs_a_later_neutral(why: Hold) -> None:
     """After a hold nothing moves until a neutral command that was sent after it has come."""
     state = gate.require_neutral(driving(), 101.15, why)
-    assert decide(state, 101.15) == Setpoint(reason=why.value)
+    held_back = Setpoint(reason=why.value, soft=why is Hold.LAPSED)
+    assert decide(state, 101.15) == held_back
     state, _ = offer(state, command(12, 101.2, linear=1.0))
-    assert decide(state, 101.2) == Setpoint(reason=why.value)
+    assert decide(state, 101.2) == held_back
     state, _ = offer(state, command(13, 101.3))
-    assert decide(state, 101.3) == Setpoint()
+    assert decide(state, 101.3) == Setpoint(soft=True)
     state, _ = offer(state, command(14, 101.4, linear=1.0))
     assert decide(state, 101.4).twist == Twist(0.8, 0.0)
 
@@ -197,10 +237,10 @@ def test_reason_tells_what_is_wrong_with_the_commands() -> None:
     """While the operator's commands are refused he is told why, until one counts."""
     state, _ = offer(gate.begin(3, START_S), command(1, 101.0), now_s=100.5)
     assert decide(state, 100.5).reason == Refusal.FROM_FUTURE.value
-    state, _ = offer(driving(), command(12, 103.0), now_s=102.0)
-    assert decide(state, 102.0).reason == Refusal.FROM_FUTURE.value
-    state, _ = offer(state, command(13, 102.1))
-    assert decide(state, 102.1).reason is None
+    state, _ = offer(driving(), command(12, 103.0), now_s=101.5)
+    assert decide(state, 101.5).reason == Refusal.FROM_FUTURE.value
+    state, _ = offer(state, command(13, 101.6))
+    assert decide(state, 101.6).reason is None
 
 
 def test_others_do_not_change_the_operators_reason() -> None:
@@ -208,3 +248,161 @@ def test_others_do_not_change_the_operators_reason() -> None:
     before = driving()
     after, _ = offer(before, command(99, 101.2), viewer=OTHER)
     assert after is before
+
+
+# --- the dead-man -----------------------------------------------------------------------------
+
+
+def test_nothing_moves_that_is_not_held() -> None:
+    """Whatever the shares say, without the dead-man the robot stands, and says why."""
+    state, refusal = offer(driving(), replace(command(12, 101.2, linear=1.0), held=False))
+    assert refusal is None
+    assert decide(state, 101.2) == Setpoint(reason=NOT_HELD, soft=True)
+    state, _ = offer(state, command(13, 101.3, linear=1.0))
+    assert decide(state, 101.3).twist == Twist(0.8, 0.0)
+
+
+@pytest.mark.parametrize(
+    "change", [{"held": True}, {"linear": 0.1}, {"angular": 0.1}, {"linear": -0.1, "held": True}]
+)
+def test_neutral_is_all_let_go(change: dict[str, object]) -> None:
+    """Neither a held dead-man nor a share that is not held counts as neutral."""
+    half = replace(command(1, 100.1), **change)  # type: ignore[arg-type]  # a table
+    state, refusal = offer(gate.begin(3, START_S), half)
+    assert refusal is None
+    state, _ = offer(state, command(2, 100.2, linear=1.0))
+    assert decide(state, 100.2) == Setpoint(reason=Hold.TURN_STARTED.value)
+
+
+# --- the stop ---------------------------------------------------------------------------------
+
+
+def test_nothing_moves_while_a_stop_is_latched() -> None:
+    """While a stop lasts nothing moves, no axis either, and everybody reads who has pressed it."""
+    state, _ = offer(driving(), replace(command(12, 101.2, linear=1.0), axes={"pan": 0.5}))
+    stop = StopLatch(1, "Bob")
+    assert decide(state, 101.2, stop=stop) == Setpoint(reason=stopped_by("Bob"))
+
+
+def test_release_alone_moves_nothing() -> None:
+    """After a stop a held key moves nothing, nor what was sent while the stop lasted."""
+    state, _ = gate.decide(driving(), TURN, StopLatch(1, "Bob"), 101.2, RULES)
+    state, _ = offer(state, command(12, 101.19), now_s=101.21)
+    assert decide(state, 101.21) == Setpoint(reason=Hold.STOPPED.value)
+    state, _ = offer(state, command(13, 101.22, linear=1.0))
+    assert decide(state, 101.22) == Setpoint(reason=Hold.STOPPED.value)
+
+
+# --- the line, and what is seen ---------------------------------------------------------------
+
+
+def test_too_long_a_line_is_for_watching() -> None:
+    """Who would drive over a line that is too long is told so, and nothing moves."""
+    slow = replace(TURN, one_way_s=0.351)
+    assert decide(driving(), 101.1, slow) == Setpoint(reason=Refusal.TOO_SLOW.value)
+    assert not decide(driving(), 101.1, replace(TURN, one_way_s=0.349)).twist.is_zero
+
+
+@pytest.mark.parametrize("seen_s", [None, 100.19, 103.0, math.nan])
+def test_who_does_not_see_does_not_drive(seen_s: float | None) -> None:
+    """Without a fresh picture the robot stands, and its operator reads why."""
+    blind = replace(command(12, 101.1, linear=1.0), seen_s=seen_s)
+    state, refusal = offer(driving(), blind)
+    assert refusal is None
+    assert decide(state, 101.1) == Setpoint(reason=Refusal.BLIND.value, soft=True)
+
+
+def test_picture_grows_old_between_two_commands() -> None:
+    """The age of what is seen counts now, not when the command came."""
+    state, _ = offer(driving(), replace(command(12, 101.1, linear=1.0), seen_s=100.7))
+    assert decide(state, 101.19).limit is None
+    assert decide(state, 101.21).limit == Limit.LATE_PICTURE.value
+    state, _ = offer(driving(), replace(command(12, 101.1, linear=1.0), seen_s=100.3))
+    assert not decide(state, 101.19).twist.is_zero
+    assert decide(state, 101.21).reason == Refusal.BLIND.value
+
+
+def test_picture_ahead_does_not_last_longer() -> None:
+    """A picture somewhat ahead counts as of its arrival."""
+    late = replace(TURN, one_way_s=0.3)
+    rules = replace(RULES, slow_picture_age_s=0.1, max_age_s=0.2)
+    state, _ = offer(driving(), replace(command(12, 101.2, linear=1.0), seen_s=101.5), turn=late)
+    assert decide(state, 101.59, late, rules=rules).limit is None
+    assert decide(state, 101.61, late, rules=rules).limit == Limit.LATE_PICTURE.value
+
+
+def test_limit_stands_beside_the_motion() -> None:
+    """Who is slowed moves on, told why and without a reason to stand."""
+    off = replace(TURN, sees=False)
+    state, _ = offer(driving(), replace(command(12, 101.2, linear=1.0), seen_s=None), turn=off)
+    expected = Setpoint(Twist(0.4, 0.0), limit=Limit.NO_PICTURE.value, soft=True)
+    assert decide(state, 101.2, off) == expected
+
+
+def test_who_sees_nothing_has_not_let_go() -> None:
+    """A neutral that is sent blindly arms nothing, and its sender reads why."""
+    state, refusal = offer(gate.begin(3, START_S), replace(command(1, 100.1), seen_s=None))
+    assert refusal is Refusal.BLIND
+    assert decide(state, 100.1) == Setpoint(reason=Refusal.BLIND.value)
+    state, _ = offer(state, command(2, 100.2, linear=1.0))
+    assert decide(state, 100.2) == Setpoint(reason=Hold.TURN_STARTED.value)
+
+
+# --- lapses -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("back_s", "goes_on"), [(102.3, True), (102.4, False)])
+def test_after_a_silence(back_s: float, goes_on: bool) -> None:
+    """A silence of up to a second ends by itself, a longer one with neutral only."""
+    state = beats(driving(), 101.1, back_s)  # fresh until 101.35
+    state, refusal = offer(state, command(12, back_s, linear=1.0))
+    assert refusal is None
+    assert decide(state, back_s).twist.is_zero is not goes_on
+    if not goes_on:
+        assert decide(state, back_s) == Setpoint(reason=Hold.LAPSED.value, soft=True)
+        state, _ = offer(state, command(13, back_s + 0.1))
+        state, _ = offer(state, command(14, back_s + 0.2, linear=1.0))
+        assert decide(state, back_s + 0.2).twist == Twist(0.8, 0.0)
+
+
+@pytest.mark.parametrize(("blind_s", "goes_on"), [(0.95, True), (1.1, False)])
+def test_after_blindness(blind_s: float, goes_on: bool) -> None:
+    """A picture that is gone for up to a second lets drive on, after longer neutral comes first."""
+    state, seq = beats(driving(), 101.1, 101.12), 11
+    for number in range(round(blind_s * 50)):
+        seq, now_s = seq + 1, 101.12 + number / 50
+        blind = replace(command(seq, now_s, linear=1.0), seen_s=100.0)
+        state, _ = offer(state, blind)
+        state, setpoint = gate.decide(state, TURN, None, now_s, RULES)
+        assert setpoint.twist == STANDSTILL
+    now_s = 101.12 + blind_s
+    state, _ = offer(state, command(seq + 1, now_s, linear=1.0))
+    assert decide(state, now_s).twist.is_zero is not goes_on
+
+
+def test_a_lapse_that_nobody_watched_counts_too() -> None:
+    """Also where no beat came in between, a command after a long silence moves nothing."""
+    state, _ = offer(driving(), command(12, 103.0, linear=1.0))
+    assert decide(state, 103.0) == Setpoint(reason=Hold.LAPSED.value, soft=True)
+
+
+def test_who_lets_go_is_heard_anew_at_each_beat() -> None:
+    """Who stands with open eyes for a minute drives on at once."""
+    state = ready()
+    for seq in range(11, 3011):
+        state, _ = offer(state, command(seq, 101.0 + (seq - 10) / 50))
+        state, _ = gate.decide(state, TURN, None, 101.0 + (seq - 10) / 50, RULES)
+    state, _ = offer(state, command(3011, 161.02, linear=1.0))
+    assert decide(state, 161.02).twist == Twist(0.8, 0.0)
+
+
+# --- what comes out ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, -1.0])
+@pytest.mark.parametrize("part", ["linear_mps", "angular_rps"])
+def test_limits_that_are_no_numbers(wrong: float, part: str) -> None:
+    """A robot whose driver gives no sound limits stands, and its operator reads why."""
+    limits = replace(Limits(linear_mps=0.8, angular_rps=2.0), **{part: wrong})  # type: ignore[arg-type]  # a table
+    setpoint = decide(driving(), 101.1, rules=replace(RULES, limits=limits))
+    assert setpoint == Setpoint(reason=NO_LIMITS)

@@ -1,4 +1,4 @@
-"""The gate against random traces on a bad network."""
+"""Gate, latch and ramp against random traces on a bad network."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ from dataclasses import dataclass, field, replace
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.control.rules import RULES
 
-from wax.config import DriveSettings
-from wax.control import gate
-from wax.control.gate import Command, Hold, TurnView
-from wax.robot.driver import Limits
+from wax.control import gate, latch, ramp
+from wax.control.command import Command
+from wax.control.latch import Latch
+from wax.control.reasons import Hold
+from wax.control.turn_view import TurnView
+from wax.robot.driver import STANDSTILL, Limits, Twist
 
-SETTINGS = DriveSettings()
-LIMITS = Limits(linear_mps=0.6, angular_rps=1.5, axes=("pan",))
+LIMITS = RULES.limits
 OPERATOR = 1
 TURN = 5
 
@@ -30,30 +32,35 @@ class Word:
     """One thing that happens: the gap before it, and what it is."""
 
     gap_s: float
-    what: str  # "drive", "stop", "lose" or "return"
+    what: str
     viewer: int = OPERATOR
     turn: int = TURN
     seq_back: int = 0  # how far the sequence number lies behind the highest sent
     delay_s: float = 0.0
-    hands: tuple[float, float] = (0.0, 0.0)
+    hands: tuple[float, float, bool] = (0.0, 0.0, False)
     speed: str = "gross"
+    picture_s: float | None = 0.0  # how old what is seen was when the command was sent
     axes: dict[str, float] = field(default_factory=dict)
 
 
 words = st.builds(
     Word,
-    gap_s=st.sampled_from([0.0, 0.01, 0.033, 0.1, 0.14, 0.16, 0.3]),
-    what=st.sampled_from(["drive"] * 20 + ["stop", "lose", "return", "return", "return"]),
+    gap_s=st.sampled_from([0.0, 0.01, 0.02, 0.02, 0.033, 0.1, 0.14, 0.16, 0.3]),
+    what=st.sampled_from(
+        ["drive"] * 24
+        + ["fault", "press", "release", "release", "lose", "return", "return", "shut", "open"]
+    ),
     viewer=st.sampled_from([OPERATOR] * 6 + [2]),
     turn=st.sampled_from([TURN] * 6 + [TURN - 1, TURN + 1]),
     seq_back=st.sampled_from([0] * 6 + [1, 2]),
-    delay_s=st.one_of(st.just(0.0), st.floats(0.0, 0.2), st.floats(-0.3, 0.5)),
+    delay_s=st.one_of(st.just(0.0), st.just(0.0), st.floats(0.0, 0.2), st.floats(-0.3, 0.5)),
     hands=st.one_of(
-        st.just((0.0, 0.0)),
-        st.tuples(st.floats(-1, 1), st.sampled_from([0.0, 1.0, -1.0])),
-        st.tuples(any_share, any_share),
+        st.just((0.0, 0.0, False)),
+        st.tuples(st.floats(-1, 1), st.sampled_from([0.0, 1.0, -1.0]), st.just(True)),
+        st.tuples(any_share, any_share, st.booleans()),
     ),
     speed=st.sampled_from(["fine", "gross"]),
+    picture_s=st.one_of(st.sampled_from([0.0] * 5 + [0.45, 0.9, None]), st.floats(-0.5, 1.5)),
     axes=st.dictionaries(st.sampled_from(["pan", "arm"]), any_share, max_size=2),
 )
 
@@ -62,108 +69,230 @@ words = st.builds(
 class Judge:
     """The rules once more, naively: it remembers everything and forgets nothing."""
 
-    max_age_s: float
+    one_way_s: float
     hold_s: float
+    present: bool = True
+    sees: bool = True
+    stopped: bool = False
     taken: list[Command] = field(default_factory=list)
     released: bool = False
+    well_s: float = 0.0
 
     def hold(self, now_s: float) -> None:
         self.hold_s, self.released = now_s, False
 
-    def hear(
-        self, viewer: int, command: Command, present: bool, one_way_s: float, now_s: float
-    ) -> None:
+    def hear(self, viewer: int, command: Command, now_s: float) -> None:
         numbers = [command.linear, command.angular, *command.axes.values()]
+        seen_s = command.seen_s
+        if seen_s is not None and seen_s - now_s > 0.05 + self.one_way_s:
+            seen_s = None
+        seen_s = None if seen_s is None else min(seen_s, now_s)
         rules = [
-            viewer == OPERATOR and present,
+            viewer == OPERATOR and self.present,
             command.turn == TURN,
             all(command.seq > other.seq for other in self.taken),
             all(math.isfinite(n) and abs(n) <= 1 for n in numbers),
-            now_s - command.sent_s <= self.max_age_s,
-            command.sent_s - now_s <= 0.05 + one_way_s,
+            now_s - command.sent_s <= 0.15 + self.one_way_s,
+            command.sent_s - now_s <= 0.05 + self.one_way_s,
+            self.newest() is not None or self.sight(seen_s, now_s) != "none",
         ]
         if all(rules):
-            self.taken.append(replace(command, sent_s=min(command.sent_s, now_s)))
-            if command.linear == command.angular == 0 and self.taken[-1].sent_s >= self.hold_s:
-                self.released = True
+            command = replace(command, sent_s=min(command.sent_s, now_s), seen_s=seen_s)
+            self.taken.append(command)
+            hands_off = command.linear == command.angular == 0 and not command.held
+            if hands_off and command.sent_s >= self.hold_s and not self.released:
+                self.released, self.well_s = True, now_s
 
     def newest(self) -> Command | None:
         """Return the newest command sent since the hold, once that is released."""
         since = [c for c in self.taken if c.sent_s >= self.hold_s]
         return since[-1] if since and self.released else None
 
+    def sight(self, seen_s: float | None, now_s: float) -> str:
+        if not self.sees:
+            return "off"
+        age_s = math.inf if seen_s is None else now_s - seen_s - self.one_way_s
+        return "clear" if age_s <= 0.4 else "late" if age_s <= 0.8 else "none"
+
+    def allows(self, now_s: float) -> Command | None:
+        """Return the command that the robot may follow now."""
+        if self.stopped:
+            self.hold(now_s)
+        newest = self.newest()
+        if newest is None or not self.present:
+            return None
+        fresh = now_s - newest.sent_s <= 0.15 + self.one_way_s
+        seeing = self.sight(newest.seen_s, now_s) != "none"
+        if now_s - self.well_s > 1.0:
+            self.hold(now_s)
+            return None
+        if not (fresh and seeing):
+            return None
+        self.well_s = now_s
+        return newest
+
+
+def expected(command: Command, sight: str) -> Twist:
+    """Return the motion of a command that may be followed, by a robot that stands in time."""
+    shares = [command.linear, command.angular]
+    if command.speed == "fine":
+        shares = [share * RULES.fine_fraction for share in shares]
+    largest = max(map(abs, shares))
+    if sight != "clear" and largest > RULES.fine_fraction:
+        shares = [share * (RULES.fine_fraction / largest) for share in shares]
+    return Twist(shares[0] * LIMITS.linear_mps, shares[1] * LIMITS.angular_rps)
+
 
 @settings(max_examples=400, deadline=None)
-@given(st.lists(words, min_size=10, max_size=60), st.sampled_from([0.0, 0.02, 0.2]))
+@given(st.lists(words, min_size=10, max_size=80), st.sampled_from([0.0, 0.02, 0.2]))
 def test_motion_only_by_the_rules(trace: list[Word], one_way_s: float) -> None:
     """Whatever repeats, overtakes, delays or lies: only the newest that keeps all rules moves."""
-    now_s, seq, present = 1000.0, 10, True
-    state = gate.begin(TURN, now_s)
-    max_age_s = SETTINGS.max_age_ms / 1000 + one_way_s
-    judge = Judge(max_age_s=max_age_s, hold_s=now_s)
+    now_s, seq = 1000.0, 10
+    state, stop = gate.begin(TURN, now_s), Latch()
+    judge = Judge(one_way_s=one_way_s, hold_s=now_s)
     for word in trace:
         now_s += word.gap_s
-        turn = TurnView(number=TURN, operator=OPERATOR, present=present, one_way_s=one_way_s)
+        turn = TurnView(TURN, OPERATOR, judge.present, one_way_s, judge.sees)
         match word.what:
             case "drive":
                 seq += 1
+                sent_s = now_s - word.delay_s
                 command = Command(
                     seq=seq - word.seq_back,
                     turn=word.turn,
-                    sent_s=now_s - word.delay_s,
+                    sent_s=sent_s,
                     linear=word.hands[0],
                     angular=word.hands[1],
+                    held=word.hands[2],
                     speed="fine" if word.speed == "fine" else "gross",
+                    seen_s=None if word.picture_s is None else sent_s - word.picture_s,
                     axes=word.axes,
                 )
-                judge.hear(word.viewer, command, present, one_way_s, now_s)
+                judge.hear(word.viewer, command, now_s)
                 state, _ = gate.accept(
-                    state, word.viewer, command, turn=turn, now_s=now_s, settings=SETTINGS
+                    state, word.viewer, command, turn=turn, now_s=now_s, rules=RULES
                 )
-            case "stop":
-                state = gate.require_neutral(state, now_s, Hold.STOPPED)
+            case "fault":
+                state = gate.require_neutral(state, now_s, Hold.FAULT)
                 judge.hold(now_s)
+            case "press":
+                stop = latch.press(stop, "Bob", now_s)
+                judge.stopped = True
+            case "release":
+                stop, _ = latch.release(
+                    stop, word.viewer, stop.newest, now_s, turn=turn, now_s=now_s
+                )
+                judge.stopped = judge.stopped and not (word.viewer == OPERATOR and judge.present)
+                assert judge.stopped is (stop.stop is not None)
+            case "lose" | "return":
+                judge.present = word.what == "return"
             case _:
-                present = word.what == "return"
-        turn = TurnView(number=TURN, operator=OPERATOR, present=present, one_way_s=one_way_s)
-        setpoint = gate.decide(state, turn, now_s, SETTINGS, LIMITS)
-        twist, newest = setpoint.twist, judge.newest()
+                judge.sees = word.what == "open"
+        turn = TurnView(TURN, OPERATOR, judge.present, one_way_s, judge.sees)
+        state, setpoint = gate.decide(state, turn, stop.stop, now_s, RULES)
 
-        assert abs(twist.linear_mps) <= LIMITS.linear_mps
-        assert abs(twist.angular_rps) <= LIMITS.angular_rps
+        allowed = judge.allows(now_s)
         assert set(setpoint.axes) <= set(LIMITS.axes)
         assert all(abs(position) <= 1 for position in setpoint.axes.values())
-        fresh = newest is not None and now_s - newest.sent_s <= max_age_s
-        if newest is not None and fresh and present:
-            fraction = SETTINGS.fine_fraction if newest.speed == "fine" else 1.0
-            assert twist.linear_mps == newest.linear * fraction * LIMITS.linear_mps
-            assert twist.angular_rps == newest.angular * fraction * LIMITS.angular_rps
-            assert setpoint.reason is None
-        else:
-            assert twist.is_zero
+        if allowed is None:
+            assert setpoint.twist == STANDSTILL
             assert not setpoint.axes
             assert setpoint.reason
+        elif not allowed.held:
+            assert setpoint.twist == STANDSTILL
+            asks = allowed.linear != 0 or allowed.angular != 0
+            assert (setpoint.reason is not None) is asks
+        else:
+            assert setpoint.reason is None
+            assert setpoint.twist == expected(allowed, judge.sight(allowed.seen_s, now_s))
 
 
-@given(linear=any_share, angular=any_share, pan=any_share, sent_s=st.floats())
+@given(linear=any_share, angular=any_share, pan=any_share, sent_s=st.floats(), seen_s=st.floats())
 def test_no_number_gets_past_the_gate(
-    linear: float, angular: float, pan: float, sent_s: float
+    linear: float, angular: float, pan: float, sent_s: float, seen_s: float
 ) -> None:
     """NaN, infinity and what is out of range are refused, and the robot stands."""
-    turn = TurnView(number=TURN, operator=OPERATOR, present=True, one_way_s=math.inf)
+    turn = TurnView(number=TURN, operator=OPERATOR, present=True, one_way_s=0.3, sees=True)
+    neutral = Command(1, TURN, 0.5, 0, 0, False, "gross", seen_s=0.5)
     state, _ = gate.accept(
-        gate.begin(TURN, 0.0),
-        OPERATOR,
-        Command(1, TURN, 0.5, 0, 0, "gross"),
-        turn=turn,
-        now_s=0.5,
-        settings=SETTINGS,
+        gate.begin(TURN, 0.0), OPERATOR, neutral, turn=turn, now_s=0.5, rules=RULES
     )
-    wild = Command(2, TURN, sent_s, linear, angular, "gross", axes={"pan": pan})
-    state, refusal = gate.accept(state, OPERATOR, wild, turn=turn, now_s=0.5, settings=SETTINGS)
+    wild = Command(2, TURN, sent_s, linear, angular, True, "gross", seen_s, {"pan": pan})
+    state, refusal = gate.accept(state, OPERATOR, wild, turn=turn, now_s=0.5, rules=RULES)
     sound = all(abs(n) <= 1 for n in (linear, angular, pan)) and math.isfinite(sent_s)
     assert sound or refusal is not None
-    twist = gate.decide(state, turn, 0.5, SETTINGS, LIMITS).twist
-    assert abs(twist.linear_mps) <= LIMITS.linear_mps
-    assert abs(twist.angular_rps) <= LIMITS.angular_rps
-    assert sound or twist.is_zero
+    _, setpoint = gate.decide(state, turn, None, 0.5, RULES)
+    assert abs(setpoint.twist.linear_mps) <= LIMITS.linear_mps
+    assert abs(setpoint.twist.angular_rps) <= LIMITS.angular_rps
+    sees = math.isfinite(seen_s) and -0.6 <= seen_s <= 0.85
+    assert (sound and sees) or setpoint.twist == STANDSTILL
+
+
+weird = st.one_of(st.floats(), st.floats(0, 10), st.sampled_from([0.0, -1.0, math.inf, math.nan]))
+positive = st.floats(1e-3, 100.0)
+
+
+@given(
+    shares=st.tuples(st.floats(-1, 1), st.floats(-1, 1)),
+    limits=st.builds(Limits, linear_mps=weird, angular_rps=weird),
+    one_way_s=st.one_of(st.none(), st.floats(), st.floats(0, 0.4)),
+    distance_m=positive,
+    braking_mps2=positive,
+)
+def test_no_number_of_the_robots_own_gets_out(
+    shares: tuple[float, float],
+    limits: Limits,
+    one_way_s: float | None,
+    distance_m: float,
+    braking_mps2: float,
+) -> None:
+    """Whatever limits a driver gives, what comes out is within them and finite, or standstill."""
+    rules = replace(RULES, limits=limits, max_stop_distance_m=distance_m, braking_mps2=braking_mps2)
+    turn = TurnView(TURN, OPERATOR, present=True, one_way_s=one_way_s, sees=True)
+    state = gate.begin(TURN, 0.0)
+    for seq, (linear, angular) in enumerate([(0.0, 0.0), shares]):
+        held = (linear, angular) != (0.0, 0.0)
+        command = Command(seq, TURN, 0.5, linear, angular, held, "gross", seen_s=0.5)
+        state, _ = gate.accept(state, OPERATOR, command, turn=turn, now_s=0.5, rules=rules)
+    _, setpoint = gate.decide(state, turn, None, 0.5, rules)
+    for part, limit in (
+        (setpoint.twist.linear_mps, limits.linear_mps),
+        (setpoint.twist.angular_rps, limits.angular_rps),
+    ):
+        assert part == 0 or abs(part) <= limit < math.inf
+
+
+moments = st.tuples(
+    st.sampled_from([0.0, 0.005, 0.02, 0.02, 0.04, 0.3]),
+    st.sampled_from([None, (0.0, 0.0), (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (0.3, 0.1)]),
+    st.sampled_from([0.0, 0.0, 0.6, 2.0]),
+)
+
+
+@given(trace=st.lists(moments, min_size=5, max_size=60), soft_braking=st.booleans())
+def test_never_faster_by_more_than_the_acceleration(
+    trace: list[tuple[float, tuple[float, float] | None, float]], soft_braking: bool
+) -> None:
+    """What the robot is told is within its limits, and gets faster no sooner than it may."""
+    rules = replace(RULES, soft_braking=soft_braking)
+    turn = TurnView(TURN, OPERATOR, present=True, one_way_s=None, sees=True)
+    now_s, told = 1000.0, STANDSTILL
+    state = gate.begin(TURN, now_s)
+    for seq, (gap_s, hands, picture_s) in enumerate([(0.02, (0.0, 0.0), 0.0), *trace]):
+        now_s += gap_s
+        if hands is not None:
+            held = hands != (0.0, 0.0)
+            seen_s = now_s - picture_s
+            command = Command(seq, TURN, now_s, *hands, held, "gross", seen_s=seen_s)
+            state, _ = gate.accept(state, OPERATOR, command, turn=turn, now_s=now_s, rules=rules)
+        state, setpoint = gate.decide(state, turn, None, now_s, rules)
+        before, told = told, ramp.step(setpoint, told, gap_s, rules).twist
+        for was, now, limit, acceleration in (
+            (before.linear_mps, told.linear_mps, LIMITS.linear_mps, rules.acceleration_mps2),
+            (before.angular_rps, told.angular_rps, LIMITS.angular_rps, rules.acceleration_rps2),
+        ):
+            assert abs(now) <= limit
+            faster_by = abs(now) - (abs(was) if was * now > 0 else 0.0)
+            assert faster_by <= acceleration * min(gap_s, 0.04) + 1e-9
+        if setpoint.reason is not None and not soft_braking:
+            assert told == STANDSTILL
