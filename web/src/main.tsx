@@ -6,6 +6,8 @@ import "./style/turn.css";
 import "./style/drive.css";
 import "./style/queue.css";
 import "./style/settings.css";
+import "./style/panel.css";
+import "./style/stop.css";
 import "./style/notices.css";
 import { render } from "preact";
 import { startSession } from "./session";

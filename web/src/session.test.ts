@@ -1,5 +1,5 @@
 // @vitest-environment happy-dom
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { PeerEvents } from "./link/peer";
 import { MAX_NAME_CHARS, type StateIn, type StateOut } from "./messages";
 import { type Session, startSession } from "./session";
@@ -27,16 +27,20 @@ const { FakePeer, peers } = vi.hoisted(() => {
 
     async connect(): Promise<void> {}
 
-    send(channel: string, text: string): void {
+    waitingBytes = 0;
+
+    send(channel: string, text: string): boolean {
       const message = JSON.parse(text);
       if (channel === "state") {
         this.sent.push(message);
-        return;
+        return true;
       }
       this.rows.push(message);
       const [type, id, sentMs] = message;
-      if (type !== "ping") return;
-      this.events.received("drive", JSON.stringify(["pong", id, sentMs, sentMs]));
+      if (type === "ping") {
+        this.events.received("drive", JSON.stringify(["pong", id, sentMs, sentMs]));
+      }
+      return true;
     }
 
     close(): void {}
@@ -100,6 +104,103 @@ it("drives after a reconnect only when the new room says so", () => {
 
   receive(room({ operator: 1, number: 8 }));
   expect(turns()).toEqual([8]);
+});
+
+describe("hands", () => {
+  beforeEach(() => {
+    peer().events.opened();
+    receive(hello({ viewer: 1 }), room({ operator: 1, number: 7 }));
+    vi.advanceTimersByTime(1000);
+  });
+
+  /** What was sent in the same task: whether anything is held, and how far ahead. */
+  function said(during: () => void): unknown[] {
+    const before = peer().rows.length;
+    during();
+    const drives = peer()
+      .rows.slice(before)
+      .filter(([type]) => type === "drive");
+    return drives.map(([, , , , linear, , held]) => [held, linear]);
+  }
+
+  it("say in each command whether they hold anything", () => {
+    expect(said(() => session.actions.press("a", "forward"))).toEqual([[true, 1]]);
+    expect(said(() => session.actions.press("b", "back"))).toEqual([[true, 0]]);
+    session.actions.release("b");
+    expect(said(() => session.actions.release("a"))).toEqual([[false, 0]]);
+  });
+
+  it("say three times within 100 ms that they have let go", () => {
+    session.actions.press("a", "forward");
+    session.actions.release("a");
+    // Without the repeats there would be one in this time, after 50 ms.
+    expect(said(() => vi.advanceTimersByTime(95)).length).toBeGreaterThanOrEqual(2);
+  });
+
+  it("say it three times before the task ends in which the page loses them", () => {
+    session.actions.press("a", "forward");
+    const words = said(() => window.dispatchEvent(new Event("pagehide")));
+    expect(words.length).toBeGreaterThanOrEqual(3);
+    expect(new Set(words.map(String))).toEqual(new Set(["false,0"]));
+  });
+
+  it("are empty from the moment of a stop until the first press after its release", () => {
+    const stop = { number: 3, by: "Bob" };
+    session.actions.press("a", "forward");
+    expect(said(() => receive(room({ operator: 1, number: 7, stop })))).toEqual([[false, 0]]);
+    session.actions.press("a", "forward");
+    receive(room({ operator: 1, number: 7 }));
+    expect(session.state.isFreshlyReleased.value).toBe(true);
+    vi.advanceTimersByTime(500);
+    expect(session.state.held.value.size).toBe(0);
+    expect(said(() => session.actions.press("a", "forward"))).toEqual([[true, 1]]);
+    expect(session.state.isFreshlyReleased.value).toBe(false);
+  });
+
+  it("stop the robot by the channel before anything else is said", () => {
+    const fetching = vi.fn(() => Promise.reject(new TypeError("Failed to fetch")));
+    vi.stubGlobal("fetch", fetching);
+    session.actions.press("a", "forward");
+    session.actions.stop();
+    expect(peer().sent.at(-1)).toEqual({ type: "stop" });
+    expect(fetching).toHaveBeenCalledOnce();
+    expect(session.state.held.value.size).toBe(0);
+  });
+
+  it("say nothing of a picture that is switched off", () => {
+    receive({
+      type: "rtp_clock",
+      kind: "video",
+      rtp_origin: 0,
+      rate_hz: 90_000,
+      origin_server_ms: performance.now() - 40,
+    });
+    let present: VideoFrameRequestCallback = () => {};
+    const video = document.createElement("video");
+    session.attachPicture(
+      Object.assign(video, {
+        requestVideoFrameCallback: (next: VideoFrameRequestCallback) => {
+          present = next;
+          return 1;
+        },
+        cancelVideoFrameCallback: () => {},
+      }),
+    );
+    present(performance.now(), {
+      presentationTime: performance.now(),
+      rtpTimestamp: 0,
+    } as VideoFrameCallbackMetadata);
+    const seen = () => {
+      session.actions.press("a", "left");
+      session.actions.release("a");
+      return peer().rows.findLast(([type]) => type === "drive")?.[8];
+    };
+    expect(seen()).not.toBeNull();
+    session.actions.setPicture(false);
+    expect(seen()).toBeNull();
+    session.actions.setPicture(true);
+    expect(seen()).toBeNull();
+  });
 });
 
 it("cuts a name where the server does", () => {

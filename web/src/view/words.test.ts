@@ -7,6 +7,7 @@ import {
   lostWords,
   placeWords,
   problemWords,
+  stoppedWords,
   turnWords,
   waitWords,
 } from "./words";
@@ -130,4 +131,27 @@ it("names what has a problem", () => {
     "Camera: there is no camera",
     "Microphone: the microphone was unplugged",
   ]);
+});
+
+describe("a stop", () => {
+  const stop = { number: 3, by: "Eve" };
+  const words = (options: Parameters<typeof room>[0], me: number, mayRelease = false) => {
+    const now = room(options);
+    const viewer = now.viewers.find((one) => one.id === me) ?? null;
+    return stoppedWords(now, stop, viewer, mayRelease);
+  };
+
+  it("is told with who pressed it", () => {
+    expect(words({ watching: [1] }, 1).headline).toBe("Stopped by Eve");
+  });
+
+  it("is told with who ends it", () => {
+    expect(words({ operator: 1 }, 1, true).next).toBe("Nothing moves until you release it.");
+    expect(words({ operator: 2, watching: [1] }, 1).next).toBe(
+      "Nothing moves until Bob or the host releases it.",
+    );
+    expect(words({ watching: [1] }, 1).next).toBe(
+      "Nothing moves until whoever drives or the host releases it.",
+    );
+  });
 });

@@ -1,0 +1,36 @@
+import { expect, it } from "vitest";
+import { hello } from "../testing/messages";
+import { lossSentences } from "./rules";
+
+const all = (more: Parameters<typeof hello>[0] = {}) => lossSentences(hello(more)).join(" ");
+const { on_loss } = hello();
+
+it("tells each of the server's numbers", () => {
+  const own = {
+    max_age_ms: 151,
+    max_command_age_ms: 502,
+    slow_picture_age_ms: 403,
+    stop_picture_age_ms: 804,
+    max_stop_distance_m: 0.35,
+    silence_ms: 126,
+    robot_ttl_ms: 207,
+  };
+  const told = all({ on_loss: { ...on_loss, ...own } });
+  for (const figure of Object.values(own)) expect(told).toContain(`${figure} m`);
+});
+
+it("says honestly where nobody knows whether the robot stops by itself", () => {
+  expect(all({ on_loss: { ...on_loss, robot_ttl_ms: null } })).toContain("is not known");
+  expect(all()).not.toContain("is not known");
+});
+
+it("tells who may press Stop", () => {
+  expect(all()).toContain("Everybody who watches can press Stop");
+  expect(all({ on_loss: { ...on_loss, stop_by: "operator" } })).toContain(
+    "Only whoever drives can press Stop",
+  );
+});
+
+it("promises no emergency stop", () => {
+  expect(all()).toContain("is not an emergency stop");
+});
