@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import select
+import threading
 import time
 import tty
 from typing import TYPE_CHECKING
 
 import pytest
+from tests.firmware.core import Core
 
 from wax.robot.serial.frames import Decoder, Drive, Stop
 
@@ -40,56 +43,80 @@ class FakeClock:
 class Board:
     """The robot's end of a serial line, a real pseudo-terminal that can be unplugged.
 
-    `path` is what the driver opens; it is there while the board is plugged in.
+    Behind it runs the real firmware's core. `path` is what the driver opens; it is there while
+    the board is plugged in. While `deaf` it reads nothing, while `mute` it writes no reports.
     """
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / "robot"
-        self.heard = b""
-        self._master: int | None = None
-        self._slave: int | None = None
+        self.deaf = self.mute = False
+        self.core = Core(now_ms=_now_ms())
+        self._lock = threading.Lock()
+        self._heard = b""
+        self._frames: list[Frame] = []
+        self._decoder = Decoder()
+        self._ends: tuple[int, int] | None = None
+        self._thread: threading.Thread | None = None
 
     def plug(self) -> None:
-        self._master, self._slave = os.openpty()
-        tty.setraw(self._slave)
-        self.path.symlink_to(os.ttyname(self._slave))
-        self.heard = b""
+        master, slave = os.openpty()
+        tty.setraw(slave)
+        os.set_blocking(master, False)
+        self.forget()
+        self._decoder = Decoder()
+        self._ends = master, slave
+        self._thread = threading.Thread(target=self._live, args=(master,))
+        self._thread.start()
+        self.path.symlink_to(os.ttyname(slave))
 
     def unplug(self) -> None:
         """Hang up; safe to call twice."""
-        if self._master is None or self._slave is None:
+        if self._ends is None or self._thread is None:
             return
         self.path.unlink()
-        os.close(self._slave)
-        os.close(self._master)
-        self._master = self._slave = None
+        (master, slave), self._ends = self._ends, None
+        self._thread.join()
+        os.close(slave)
+        os.close(master)
+
+    @property
+    def heard(self) -> bytes:
+        with self._lock:
+            return self._heard
+
+    def forget(self) -> None:
+        with self._lock:
+            self._heard = b""
+            self._frames = []
 
     def say(self, data: bytes) -> None:
-        assert self._master is not None
-        os.write(self._master, data)
+        assert self._ends is not None
+        with contextlib.suppress(BlockingIOError):
+            os.write(self._ends[0], data)
+
+    def restart(self) -> None:
+        """Let it begin anew, as after a dip of its supply."""
+        with self._lock:
+            self.core.reset(_now_ms())
 
     def listen(self, seconds: float) -> bytes:
         """Give what comes within so many seconds."""
         before = len(self.heard)
-        end_s = time.monotonic() + seconds
-        while (left_s := end_s - time.monotonic()) > 0:
-            self._take(left_s)
+        time.sleep(seconds)
         return self.heard[before:]
 
     def until(self, enough: Callable[[], bool], within_s: float = 5.0) -> None:
         """Listen until what was heard is enough; fails when it takes too long."""
         end_s = time.monotonic() + within_s
         while not enough():
-            left_s = end_s - time.monotonic()
-            assert left_s > 0, f"only {self.heard!r} came"
-            self._take(left_s)
+            assert time.monotonic() < end_s, f"only {self.heard!r} came"
+            time.sleep(0.001)
 
     def frames(self) -> list[Frame]:
-        """Decode what was heard; fails on damage."""
-        decoder = Decoder()
-        found = decoder.feed(self.heard)
-        assert decoder.errors == 0
-        return found
+        """Give the frames that were heard; fails on damage."""
+        with self._lock:
+            assert self._decoder.errors == 0
+            return list(self._frames)
 
     def said(self, body: Body) -> bool:
         return any(frame.body == body for frame in self.frames())
@@ -104,13 +131,27 @@ class Board:
         """Tell whether the last that was heard is a stop."""
         if dialect == "bytes":
             return self.heard.endswith(b"S")
-        return isinstance(self.frames()[-1].body, Stop)
+        frames = self.frames()
+        return bool(frames) and isinstance(frames[-1].body, Stop)
 
-    def _take(self, timeout_s: float) -> None:
-        assert self._master is not None
-        ready, _, _ = select.select([self._master], [], [], timeout_s)
-        if ready:
-            self.heard += os.read(self._master, 4096)
+    def _live(self, master: int) -> None:
+        while self._ends is not None:
+            ready, _, _ = select.select([] if self.deaf else [master], [], [], 0.002)
+            data = os.read(master, 4096) if ready else b""
+            with self._lock:
+                self._heard += data
+                self._frames += self._decoder.feed(data)
+                now_ms = _now_ms()
+                self.core.hear(data, now_ms)
+                self.core.tick(now_ms)
+                report = self.core.report(now_ms)
+            if report and not self.mute:
+                with contextlib.suppress(BlockingIOError):
+                    os.write(master, report)
+
+
+def _now_ms() -> int:
+    return int(time.monotonic() * 1000.0)
 
 
 @pytest.fixture

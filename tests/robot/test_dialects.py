@@ -28,6 +28,38 @@ def framed() -> FramedDialect:
     return FramedDialect(Mixer(RobotSettings()), ttl_ms=200, axes=("pan", "lamp"))
 
 
+class Robot:
+    """The robot's end: understands what the dialect says, and answers by hand."""
+
+    def __init__(self) -> None:
+        self.decoder = Decoder()
+        self.heard: list[Frame] = []
+
+    def hear(self, wire: bytes) -> list[Body]:
+        found = self.decoder.feed(wire)
+        self.heard += found
+        assert self.decoder.errors == 0
+        return [frame.body for frame in found]
+
+    def answer(
+        self, dialect: FramedDialect, now_s: float, time_ms: int = 0, **report: int
+    ) -> Report:
+        """Report the last frame heard as taken."""
+        fields = {"battery_mv": 0, "bumpers": 0, "left_ticks": 0, "right_ticks": 0, "flags": 0}
+        fields |= {"sequence": self.heard[-1].sequence} | report
+        said = Report(**fields)
+        dialect.hear(encode(Frame(said, time_ms=time_ms), self.decoder.session), now_s)
+        return said
+
+
+def connected(now_s: float = 1.0, time_ms: int = 0) -> tuple[FramedDialect, Robot]:
+    """Give a dialect whose hello was answered at once."""
+    dialect, robot = framed(), Robot()
+    robot.hear(dialect.hello(now_s))
+    robot.answer(dialect, now_s, time_ms)
+    return dialect, robot
+
+
 def single() -> SingleByteDialect:
     """Give the dialect of single bytes after its hello and all its stops, at time 1."""
     dialect = SingleByteDialect(BytesDialectSettings(), LIMITS)
@@ -44,66 +76,125 @@ def says(
     return words, round(due_s, 6)
 
 
-def bodies(wire: bytes) -> list[Body]:
-    return [frame.body for frame in Decoder().feed(wire)]
-
-
 # --- frames -------------------------------------------------------------------------------
 
 
 def test_frames_begin_with_hello_and_stop() -> None:
-    """A fresh connection makes the robot forget and stand."""
-    assert bodies(framed().hello(0.0)) == [Hello(), Stop()]
+    """A fresh connection makes the robot forget and stand; each has a session of its own."""
+    dialect, robot = framed(), Robot()
+    first = robot.hear(dialect.hello(0.0))
+    assert [type(body) for body in first] == [Hello, Stop]
+    assert robot.hear(dialect.hello(1.0))[0] != first[0]
 
 
-def test_frames_are_sent_on_change_and_four_times_a_ttl() -> None:
-    """A change goes out at once, the same again every quarter of the time-to-live."""
-    dialect = framed()
-    assert bodies(dialect.say(going(1, 0), 1.0)[0]) == [Drive(600, 600)]
-    assert says(dialect, going(1, 0), 1.04) == (b"", 1.05)
-    assert bodies(dialect.say(going(1, 0), 1.05)[0]) == [Drive(600, 600)]
-    assert bodies(dialect.say(going(-1, 0), 1.051)[0]) == [Drive(-600, -600)]
-    words, due_s = dialect.say(STAND, 1.06)
-    assert bodies(words) == [Stop()]
-    assert due_s == pytest.approx(1.11)
-    assert bodies(dialect.say(STAND, 1.11)[0]) == [Stop()]
+def test_until_it_answers_the_robot_gets_hello_and_stop() -> None:
+    """Every 100 ms the same session is offered again, and no motion is said whatever is wanted."""
+    dialect, robot = framed(), Robot()
+    first = robot.hear(dialect.hello(1.0))
+    assert not dialect.answers(1.0)
+    assert says(dialect, going(1, 0), 1.05) == (b"", 1.1)
+    words, due_s = says(dialect, going(1, 0), 1.1)
+    assert (robot.hear(words), due_s) == (first, 1.2)
+    assert (dialect.overdue(1.4), dialect.overdue(1.5)) == (False, True)
+    assert says(dialect, going(1, 0), 1.6)[1] == 1.7
+
+
+def test_an_answer_is_one_to_what_was_said() -> None:
+    """A report of another session, or of no frame of the last half second, connects nothing."""
+    dialect, robot = framed(), Robot()
+    robot.hear(dialect.hello(1.0))
+    report = Report(0, 0, 0, 0, 0, robot.heard[-1].sequence)
+    for session in (0xFFFF, robot.decoder.session ^ 1):
+        dialect.hear(encode(Frame(report), session), 1.0)
+    robot.answer(dialect, 1.0, sequence=99)
+    assert not dialect.answers(1.0)
+    robot.answer(dialect, 1.5)
+    assert not dialect.answers(1.5)
+    robot.answer(dialect, 1.49)
+    assert dialect.answers(1.49)
+
+
+@pytest.mark.parametrize("deaf", [False, True])
+def test_a_silence_begins_a_new_session(deaf: bool) -> None:
+    """Half a second after the last frame that the robot took it gets hello, not the motion."""
+    dialect, robot = connected(1.0)
+    session = robot.decoder.session
+    taken = robot.heard[-1].sequence
+    for now_s in (1.1, 1.2, 1.3, 1.4, 1.49):
+        robot.hear(dialect.say(going(1, 0), now_s)[0])
+        if deaf:
+            robot.answer(dialect, now_s, sequence=taken)
+    assert says(dialect, going(1, 0), 1.495) == (b"", 1.5)
+    found = robot.hear(dialect.say(going(1, 0), 1.5)[0])
+    assert [type(body) for body in found] == [Hello, Stop]
+    assert robot.decoder.session != session
+    assert not dialect.answers(1.5)
+    robot.answer(dialect, 1.51)
+    assert dialect.answers(1.51)
+
+
+def test_frames_are_sent_on_change_and_fifty_times_a_second() -> None:
+    """A change goes out at once, the same motion again every 20 ms, standstill every 50."""
+    dialect, robot = connected(1.0)
+    assert robot.hear(dialect.say(going(1, 0), 1.0)[0]) == [Drive(600, 600)]
+    assert says(dialect, going(1, 0), 1.01) == (b"", 1.02)
+    assert robot.hear(dialect.say(going(1, 0), 1.02)[0]) == [Drive(600, 600)]
+    assert robot.hear(dialect.say(going(-1, 0), 1.021)[0]) == [Drive(-600, -600)]
+    words, due_s = dialect.say(STAND, 1.03)
+    assert robot.hear(words) == [Stop()]
+    assert due_s == pytest.approx(1.08)
+    assert robot.hear(dialect.say(STAND, 1.08)[0]) == [Stop()]
 
 
 def test_frames_carry_turn_ttl_and_a_rising_sequence() -> None:
     """Every frame has its number; a drive has its turn and how long it is worth."""
-    dialect = framed()
-    wire = dialect.hello(0.0)
-    wire += dialect.say(going(0.5, 0, turn=8), 1.0)[0] + dialect.say(going(0.5, 0, turn=9), 1.0)[0]
-    found = Decoder().feed(wire)
-    assert [frame.sequence for frame in found] == [1, 2, 3, 4]
-    assert [(frame.turn, frame.ttl_ms) for frame in found[2:]] == [(8, 200), (9, 200)]
+    dialect, robot = connected(1.0)
+    robot.hear(dialect.say(going(0.5, 0, turn=8), 1.0)[0])
+    robot.hear(dialect.say(going(0.5, 0, turn=9), 1.0)[0])
+    assert [frame.sequence for frame in robot.heard] == [1, 2, 3, 4]
+    assert [(frame.turn, frame.ttl_ms) for frame in robot.heard[2:]] == [(8, 200), (9, 200)]
+
+
+def test_frames_carry_the_robots_time() -> None:
+    """A frame's time is the last report's and what has passed since, over the clock's end."""
+    dialect, robot = connected(1.0, time_ms=2**32 - 100)
+    robot.hear(dialect.say(going(1, 0), 1.06)[0])
+    robot.hear(dialect.say(going(1, 0), 1.25)[0])
+    robot.answer(dialect, 1.3, time_ms=7000)
+    robot.hear(dialect.say(going(1, 0), 1.35)[0])
+    robot.hear(dialect.hello(2.0))
+    assert [frame.time_ms for frame in robot.heard] == [0, 0, 2**32 - 40, 150, 7050, 0, 0]
 
 
 def test_frames_move_axes() -> None:
     """An axis that was ever set is said with every frame, as ten-thousandths of its range."""
     order = replace(STAND, axes=(("pan", -0.5),))
-    assert bodies(framed().say(order, 0.0)[0]) == [Stop(), Axis(0, -5000)]
+    dialect, robot = connected()
+    assert robot.hear(dialect.say(order, 1.0)[0]) == [Stop(), Axis(0, -5000)]
+    assert robot.heard[-1].ttl_ms == 200
 
 
 def test_axes_are_numbered_by_their_place() -> None:
     """The first name of the configuration is axis 0, the next 1, in whatever order they are set."""
     order = replace(STAND, axes=(("lamp", 1.0), ("pan", 0.0)))
-    assert bodies(framed().say(order, 0.0)[0]) == [Stop(), Axis(1, 10_000), Axis(0, 0)]
+    dialect, robot = connected()
+    assert robot.hear(dialect.say(order, 1.0)[0]) == [Stop(), Axis(1, 10_000), Axis(0, 0)]
 
 
 def test_frames_say_farewell_with_a_stop() -> None:
     """The last word is a stop of the turn that ran."""
-    dialect = framed()
-    dialect.say(going(1, 0, turn=4), 0.0)
-    assert Decoder().feed(dialect.farewell())[0] == Frame(Stop(), sequence=2, turn=4)
+    dialect, robot = connected()
+    robot.hear(dialect.say(going(1, 0, turn=4), 1.0)[0])
+    assert robot.hear(dialect.farewell()) == [Stop()]
+    assert robot.heard[-1].turn == 4
 
 
 def test_reports_are_known_until_the_next_connection() -> None:
     """What the robot reports is known by name, errors are counted, and a new line begins anew."""
-    dialect = framed()
-    assert dialect.known() == {"line_errors": 0.0}
-    report = Report(7412, 2, -10, 20, 1, 77)
-    dialect.hear(b"\xa5\x5a\xff" + encode(Frame(report)) + encode(Frame(Drive(1, 1))))
+    dialect, robot = connected()
+    dialect.hear(b"\xa5\x5a\xff" + encode(Frame(Drive(1, 1)), robot.decoder.session), 1.0)
+    report = {"battery_mv": 7412, "bumpers": 2, "left_ticks": -10, "right_ticks": 20, "flags": 1}
+    robot.answer(dialect, 1.0, **report, damaged=3, refused=4)
     assert dialect.known() == {
         "line_errors": 1.0,
         "battery_v": 7.412,
@@ -112,10 +203,24 @@ def test_reports_are_known_until_the_next_connection() -> None:
         "right_ticks": 20.0,
         "moving": 1.0,
         "timed_out": 0.0,
-        "last_sequence": 77.0,
+        "last_sequence": 2.0,
+        "robot_line_errors": 3.0,
+        "robot_refused": 4.0,
     }
-    dialect.hello(0.0)
+    assert dialect.moving is True
+    dialect.hello(2.0)
     assert dialect.known() == {"line_errors": 0.0}
+    assert dialect.moving is None
+
+
+def test_what_came_before_the_session_is_no_error_of_the_line() -> None:
+    """Errors are counted from the first answer on."""
+    dialect, robot = framed(), Robot()
+    robot.hear(dialect.hello(1.0))
+    dialect.hear(encode(Frame(Report(0, 0, 0, 0, 0, 0)), 0xFFFF), 1.0)
+    assert dialect.known() == {"line_errors": 1.0}
+    robot.answer(dialect, 1.0)
+    assert dialect.known()["line_errors"] == 0.0
 
 
 # --- bytes --------------------------------------------------------------------------------
@@ -193,3 +298,10 @@ def test_bytes_say_farewell_with_three_stops() -> None:
     """The last word is the stop, three times."""
     assert single().farewell() == b"SSS"
     assert single().known() == {}
+
+
+def test_bytes_boards_need_not_answer() -> None:
+    """Such a board is there as long as its port is; whether it moves nobody knows."""
+    dialect = single()
+    dialect.hear(b"ok", 1.0)
+    assert (dialect.answers(99.0), dialect.overdue(99.0), dialect.moving) == (True, False, None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import socket
 import threading
@@ -10,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 import serial
+from tests.firmware.core import Core
 
 from wax.clock import SystemClock
 from wax.config import RobotSettings
 from wax.robot.driver import STANDSTILL, RobotState, Twist
 from wax.robot.serial.driver import SerialRobot
-from wax.robot.serial.frames import Axis, Decoder, Drive, Frame, Hello, Report, encode
+from wax.robot.serial.frames import NO_SESSION, Axis, Drive, Frame, Hello, Report, Stop, encode
 from wax.robot.serial.line import Line
 
 if TYPE_CHECKING:
@@ -53,6 +55,10 @@ def eventually(
         assert time.monotonic() - start_s < within_s, robot.state()
         time.sleep(0.002)
     return time.monotonic() - start_s
+
+
+def _now_ms() -> int:
+    return int(time.monotonic() * 1000.0)
 
 
 def online(robot: SerialRobot) -> None:
@@ -132,7 +138,7 @@ def test_silence_stops_the_robot(
     online(robot)
     robot.apply(STANDSTILL, 1)
     board.listen(0.1)
-    board.heard = b""
+    board.forget()
     start_s = time.monotonic()
     robot.apply(AHEAD, 1)
     board.until(lambda: board.moves(dialect) and board.stands(dialect))
@@ -178,7 +184,7 @@ def test_a_change_is_written_at_once(connect: Callable[..., SerialRobot], board:
     board.listen(0.1)
     delays_s = []
     for number in range(1, 51):
-        board.heard = b""
+        board.forget()
         start_s = time.monotonic()
         hold(robot, board, Twist(number / 100, 0.0), 1, drives(board, number * 10, number * 10))
         delays_s.append(time.monotonic() - start_s)
@@ -195,11 +201,12 @@ def test_reports_are_shown_and_garbage_is_survived(
     robot = connect()
     online(robot)
     board.say(os.urandom(3000) + b"\xa5\x5a\x20" + bytes(60))
-    board.say(encode(Frame(Report(7400, 1, 5, 6, 1, 2))))
-    eventually(robot, lambda state: state.extra.get("battery_v") == 7.4)
-    assert robot.state().problem is None
+    eventually(robot, lambda state: state.extra["line_errors"] > 0)
+    epoch = robot.state().epoch
     robot.apply(STANDSTILL, 1)
     hold(robot, board, AHEAD, 1, drives(board, 500, 500))
+    eventually(robot, lambda state: state.moving is True)
+    assert (robot.state().problem, robot.state().epoch) == (None, epoch)
 
 
 def test_a_talkative_robot_does_not_delay_commands(
@@ -210,7 +217,7 @@ def test_a_talkative_robot_does_not_delay_commands(
     online(robot)
     robot.apply(STANDSTILL, 1)
     stop_flood = threading.Event()
-    report = encode(Frame(Report(7400, 0, 0, 0, 0, 0)))
+    report = encode(Frame(Report(7400, 0, 0, 0, 0, 0)), NO_SESSION)
 
     def flood() -> None:
         while not stop_flood.wait(0.001):
@@ -224,6 +231,78 @@ def test_a_talkative_robot_does_not_delay_commands(
     stop_flood.set()
     thread.join()
     assert took_s < 0.5
+
+
+# --- a robot that does not answer -----------------------------------------------------------
+
+
+@pytest.mark.parametrize("fault", ["mute", "deaf"])
+def test_a_robot_that_does_not_answer_is_told_apart_from_a_lost_port(
+    connect: Callable[..., SerialRobot], board: Board, fault: str
+) -> None:
+    """A robot that does not speak, or does not hear, is told of in words of its own; and it is
+    greeted until it answers, and stands until standstill was wanted.
+    """
+    robot = connect()
+    online(robot)
+    epoch = robot.state().epoch
+    setattr(board, fault, True)
+    took_s = eventually(robot, lambda state: not state.connected)
+    assert took_s < 0.7
+    problem = robot.state().problem or ""
+    assert f"does not answer on {board.path}" in problem
+    assert "server/firmware" in problem
+    board.forget()
+    setattr(board, fault, False)
+    hold(robot, board, AHEAD, 1, lambda: robot.state().connected)
+    hold(robot, board, AHEAD, 1, lambda: len(board.frames()) > 5)
+    assert robot.state().epoch == epoch + 1
+    assert not board.moves("frames")
+    assert robot.state().problem is None
+
+
+def test_a_board_that_restarts_begins_a_new_epoch(
+    connect: Callable[..., SerialRobot], board: Board
+) -> None:
+    """A board that restarts under a held key moves no more before standstill was wanted."""
+    robot = connect()
+    online(robot)
+    epoch = robot.state().epoch
+    robot.apply(STANDSTILL, 1)
+    hold(robot, board, AHEAD, 1, lambda: board.core.moving)
+    board.restart()
+    board.forget()
+    hold(robot, board, AHEAD, 1, lambda: robot.state().epoch > epoch)
+    board.forget()
+    hold(robot, board, AHEAD, 1, lambda: len(board.frames()) > 5)
+    assert board.core.wheels_mmps == (0, 0)
+    assert not board.moves("frames")
+
+
+def test_a_program_of_another_kind_does_not_answer(
+    connect: Callable[..., SerialRobot], board: Board
+) -> None:
+    """Without the firmware's answer nothing but hello and stop is said."""
+    board.mute = True
+    robot = connect()
+    eventually(robot, lambda state: state.problem is not None)
+    robot.apply(STANDSTILL, 1)
+    robot.apply(AHEAD, 1)
+    board.listen(0.3)
+    assert {type(frame.body) for frame in board.frames()} == {Hello, Stop}
+    assert not robot.state().connected
+
+
+def test_drives_come_without_a_gap(connect: Callable[..., SerialRobot], board: Board) -> None:
+    """While a motion is wanted it is said fifty times a second, by the sender's own account."""
+    robot = connect()
+    online(robot)
+    robot.apply(STANDSTILL, 1)
+    board.forget()
+    hold(robot, board, AHEAD, 1, lambda: len(board.frames()) > 60)
+    times_ms = [frame.time_ms for frame in board.frames() if isinstance(frame.body, Drive)]
+    gaps_ms = sorted(after - before for before, after in itertools.pairwise(times_ms))
+    assert 19 <= gaps_ms[len(gaps_ms) // 2] <= 22
 
 
 # --- losing the line ----------------------------------------------------------------------
@@ -314,21 +393,26 @@ def test_a_line_over_the_network(connect: Callable[..., SerialRobot]) -> None:
         robot = connect(serial={"url": f"socket://127.0.0.1:{server.getsockname()[1]}"})
         far_end, _ = server.accept()
         with far_end:
-            online(robot)
-            robot.apply(STANDSTILL, 1)
-            robot.apply(AHEAD, 1)
-            wanted, decoder, driven = Drive(500, 500), Decoder(), False
-            while not driven:
-                driven = any(frame.body == wanted for frame in decoder.feed(far_end.recv(100)))
+            core = Core(now_ms=_now_ms())
+            while core.wheels_mmps == (0, 0):
+                now_ms = _now_ms()
+                core.hear(far_end.recv(100), now_ms)
+                core.tick(now_ms)
+                far_end.sendall(core.report(now_ms))
+                if robot.state().connected:
+                    robot.apply(STANDSTILL, 1)
+                    robot.apply(AHEAD, 1)
         assert eventually(robot, lambda state: not state.connected) < 0.5
 
 
 def test_a_loop_is_a_line(connect: Callable[..., SerialRobot]) -> None:
-    """Pyserial's loop, which has no descriptor to wait on, is read and closed like the others."""
+    """Pyserial's loop, which has no descriptor to wait on, is read and closed like the others.
+
+    What comes back of the server's own words is no robot's answer.
+    """
     robot = connect(serial={"url": "loop://"})
-    online(robot)
-    robot.apply(STANDSTILL, 1)
-    robot.apply(AHEAD, 1)
+    eventually(robot, lambda state: state.problem is not None)
+    assert "does not answer on loop://" in (robot.state().problem or "")
     assert robot.state().extra["line_errors"] == 0.0
     start_s = time.monotonic()
     robot.close()
@@ -368,7 +452,7 @@ class Flood:
     def next(self, now_s: float) -> tuple[bytes, float]:
         return b"F" * 1000, now_s
 
-    def received(self, data: bytes) -> None: ...
+    def received(self, data: bytes, now_s: float) -> None: ...
 
     def farewell(self) -> bytes:
         return b"SSS"
@@ -376,10 +460,12 @@ class Flood:
 
 def test_a_clogged_line_ends_with_a_stop(board: Board) -> None:
     """When a board took nothing for too long, what it has not taken yet yields to the stop."""
+    board.deaf = True
     port = serial.Serial(str(board.path), timeout=0.05, write_timeout=0.1)
     with pytest.raises(serial.SerialTimeoutException):
         Line(port, SystemClock(), Flood()).run()
     assert not port.is_open
+    board.deaf = False
     assert board.listen(0.05).endswith(b"SSS")
 
 
@@ -389,13 +475,14 @@ def test_a_board_that_takes_nothing_is_a_lost_one(
     """When nobody reads, writing does not block the callers, and closing stays bounded."""
     robot = connect(serial={"url": str(board.path), "axes": ["pan"], "ttl_ms": 20, "reopen_s": 5.0})
     online(robot)
+    board.deaf = True
     start_s = time.monotonic()
     number = 0
     while robot.state().connected:
         number += 1
         robot.set_axis("pan", 0.001 * (number % 500), number)
         assert time.monotonic() - start_s < 20.0
-    assert "lost" in (robot.state().problem or "")
+    assert robot.state().problem is not None
     start_s = time.monotonic()
     robot.close()
     assert time.monotonic() - start_s < 1.0

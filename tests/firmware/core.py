@@ -1,0 +1,205 @@
+"""The firmware's core as a shared library: the real C++, on a clock turned by hand."""
+
+from __future__ import annotations
+
+import ctypes
+import enum
+import os
+import subprocess
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from wax.robot.serial.frames import Axis, Drive, Frame, Hello, Stop
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.robot.serial.frames import Body
+
+ROOT = Path(__file__).resolve().parents[2]
+FIRMWARE = ROOT / "server" / "firmware"
+AXES = 4
+
+
+class Verdict(enum.IntEnum):
+    """What the core says of a frame; the numbers are those of `robot.h`."""
+
+    TAKEN = 1
+    OLD_TURN = 2
+    OLD_SEQUENCE = 3
+    LATE = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    acceleration_mmps2: int = 2500
+    braking_mmps2: int = 20_000
+    front_bumpers: int = 0x01
+    back_bumpers: int = 0x02
+    still_ms: int = 50
+
+
+class _State(ctypes.Structure):
+    _fields_ = [
+        ("left_mmps", ctypes.c_int16),
+        ("right_mmps", ctypes.c_int16),
+        ("axes", ctypes.c_int16 * AXES),
+        ("moving", ctypes.c_uint8),
+        ("timed_out", ctypes.c_uint8),
+        ("damaged", ctypes.c_uint16),
+    ]
+
+
+class _Frame(ctypes.Structure):
+    _fields_ = [
+        ("type", ctypes.c_uint8),
+        ("axis", ctypes.c_uint8),
+        ("sequence", ctypes.c_uint16),
+        ("ttl_ms", ctypes.c_uint16),
+        ("session", ctypes.c_uint16),
+        ("turn", ctypes.c_uint32),
+        ("time_ms", ctypes.c_uint32),
+        ("left_mmps", ctypes.c_int16),
+        ("right_mmps", ctypes.c_int16),
+        ("position", ctypes.c_int16),
+    ]
+
+
+def build(firmware: Path = FIRMWARE) -> Path:
+    """Build the library from these sources, where they have changed; raises what the build says."""
+    built = subprocess.run(
+        ["sh", ".make/firmware.sh", "library", str(firmware)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert built.returncode == 0, built.stderr
+    return Path(built.stdout.splitlines()[-1])
+
+
+@cache
+def load(path: Path) -> ctypes.CDLL:
+    library = ctypes.CDLL(str(path))
+    library.wax_new.restype = ctypes.c_void_p
+    return library
+
+
+@cache
+def library() -> ctypes.CDLL:
+    """Give the core of this tree, or the one that counts its branches."""
+    counting = os.environ.get("WAX_FIRMWARE_LIBRARY")
+    return load(Path(counting) if counting else build())
+
+
+class Core:
+    """One robot; every method takes the time of its clock, of which the lowest 32 bits count."""
+
+    def __init__(
+        self,
+        settings: Settings | None = None,
+        now_ms: int = 0,
+        core: ctypes.CDLL | None = None,
+    ) -> None:
+        self._core = core or library()
+        self._settings = settings or Settings()
+        self._robot = self._new(now_ms)
+        self._state = _State()
+        self._report = (ctypes.c_uint8 * 64)()
+
+    def __del__(self) -> None:
+        self._core.wax_delete(self._robot)
+
+    def reset(self, now_ms: int) -> None:
+        """Restart the board."""
+        self._core.wax_delete(self._robot)
+        self._robot = self._new(now_ms)
+
+    def push(self, data: bytes) -> None:
+        """Give it bytes without asking what they mean."""
+        for octet in data:
+            self._core.wax_push(self._robot, octet)
+
+    def next(self, now_ms: int) -> tuple[Frame, Verdict] | None:
+        found = _Frame()
+        now = ctypes.c_uint32(now_ms & 0xFFFF_FFFF)
+        verdict = self._core.wax_next(self._robot, now, ctypes.byref(found))
+        return (_frame(found), Verdict(verdict)) if verdict else None
+
+    def hear(self, data: bytes, now_ms: int) -> list[tuple[Frame, Verdict]]:
+        """Give it bytes as the sketch does; return its verdict on each frame in them."""
+        found = []
+        for octet in data:
+            self._core.wax_push(self._robot, octet)
+            while (judged := self.next(now_ms)) is not None:
+                found.append(judged)
+        return found
+
+    def tick(
+        self, now_ms: int, *, battery_mv: int = 0, bumpers: int = 0, ticks: tuple[int, int] = (0, 0)
+    ) -> None:
+        now = ctypes.c_uint32(now_ms & 0xFFFF_FFFF)
+        self._core.wax_tick(self._robot, now, battery_mv, bumpers, *ticks)
+
+    def report(self, now_ms: int) -> bytes:
+        """Give the report that is due, or nothing."""
+        now = ctypes.c_uint32(now_ms & 0xFFFF_FFFF)
+        size = self._core.wax_report(self._robot, now, self._report)
+        return bytes(self._report[:size])
+
+    @property
+    def wheels_mmps(self) -> tuple[int, int]:
+        state = self._look()
+        return state.left_mmps, state.right_mmps
+
+    @property
+    def axes(self) -> list[int]:
+        return list(self._look().axes)
+
+    @property
+    def moving(self) -> bool:
+        return bool(self._look().moving)
+
+    @property
+    def timed_out(self) -> bool:
+        return bool(self._look().timed_out)
+
+    @property
+    def damaged(self) -> int:
+        return int(self._look().damaged)
+
+    def _new(self, now_ms: int) -> ctypes.c_void_p:
+        own = self._settings
+        now = ctypes.c_uint32(now_ms & 0xFFFF_FFFF)
+        return ctypes.c_void_p(
+            self._core.wax_new(
+                own.acceleration_mmps2,
+                own.braking_mmps2,
+                own.front_bumpers,
+                own.back_bumpers,
+                own.still_ms,
+                now,
+            )
+        )
+
+    def _look(self) -> _State:
+        self._core.wax_state(self._robot, ctypes.byref(self._state))
+        return self._state
+
+
+def _frame(found: _Frame) -> Frame:
+    bodies: dict[int, Callable[[], Body]] = {
+        0x00: lambda: Hello(found.session),
+        0x01: lambda: Drive(found.left_mmps, found.right_mmps),
+        0x02: lambda: Axis(found.axis, found.position),
+        0x03: Stop,
+    }
+    return Frame(
+        bodies[found.type](),
+        sequence=found.sequence,
+        turn=found.turn,
+        ttl_ms=found.ttl_ms,
+        time_ms=found.time_ms,
+    )
