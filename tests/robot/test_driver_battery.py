@@ -12,7 +12,7 @@ import pytest
 from wax.clock import SystemClock
 from wax.config import RobotSettings
 from wax.robot.driver import STANDSTILL, Twist
-from wax.robot.find import make_driver
+from wax.robot.find import make_driver, make_robot
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -47,19 +47,20 @@ class SerialRig:
     """Sees whether a serial robot would move by what comes down the line."""
 
     dialect = "frames"
+    make = staticmethod(make_driver)
 
     def __init__(self, board: Board) -> None:
         serial: dict[str, Any] = {"url": str(board.path), "dialect": self.dialect, "axes": ["pan"]}
         settings = RobotSettings.model_validate(
             {"driver": "serial", "serial": serial | {"reopen_s": 0.05}}
         )
-        self.driver = make_driver(settings, SystemClock())
+        self.driver = self.make(settings, SystemClock())
         self._board = board
 
     def forget(self) -> None:
         """Leave aside what has come so far."""
         self._board.listen(0.005)
-        self._board.heard = b""
+        self._board.forget()
 
     def moves(self, during_s: float) -> bool:
         """Tell whether anything since `forget`, or within so many seconds, means motion."""
@@ -75,10 +76,20 @@ class SingleByteRig(SerialRig):
     dialect = "bytes"
 
 
+class ProcessRig(SerialRig):
+    """The same robot in a process of its own."""
+
+    make = staticmethod(make_robot)
+
+
+class SingleByteProcessRig(ProcessRig):
+    dialect = "bytes"
+
+
 Rig = SimulatedRig | SerialRig
 
 
-@pytest.fixture(params=[SimulatedRig, SerialRig, SingleByteRig])
+@pytest.fixture(params=[SimulatedRig, SerialRig, SingleByteRig, ProcessRig, SingleByteProcessRig])
 def rig(request: pytest.FixtureRequest, board: Board) -> Iterator[Rig]:
     rig: Rig = request.param(board)
     yield rig
@@ -108,8 +119,9 @@ def still(rig: Rig, after_s: float = 0.25) -> bool:
 
 
 def driven(rig: Rig, twist: Twist, turn: int) -> bool:
-    """Apply for a while, as the control loop does, and tell whether it moves."""
+    """Want standstill, then this for a while, as the control loop does; tell whether it moves."""
     rig.forget()
+    rig.driver.apply(STANDSTILL, turn)
     for _ in range(30):
         rig.driver.apply(twist, turn)
         if rig.moves(0.02):

@@ -9,7 +9,9 @@ import pytest
 
 from wax.config import RobotSettings
 from wax.errors import ConfigError
-from wax.robot.find import make_driver
+from wax.robot.find import make_driver, make_robot
+from wax.robot.process.driver import ProcessDriver
+from wax.robot.simulated.robot import SimulatedRobot
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -94,6 +96,13 @@ def test_a_whole_robot_is_taken(plugin: Callable[[str], str], clock: FakeClock) 
             "does not tell kind and limits: OSError('no bus')",
         ),
         (GOOD.replace(LIMITS, "limits = (1.0, 1.0)"), "must have a text as kind and Limits as"),
+        (GOOD.replace(LIMITS, "limits = Limits(1.0, -1.0)"), "must have limits from 0 on; got Lim"),
+        (GOOD.replace(LIMITS, "limits = Limits(float('nan'), 1.0)"), "must have limits from 0 on"),
+        (GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, ['pan'])"), "name its axes in a tuple"),
+        (
+            GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, (5,))"),
+            "name its axes in a tuple; got (5",
+        ),
     ],
 )
 def test_a_plugin_that_cannot_be_used_says_so_in_a_sentence(
@@ -101,7 +110,7 @@ def test_a_plugin_that_cannot_be_used_says_so_in_a_sentence(
 ) -> None:
     """Whatever is wrong with somebody's class is one line naming key and class, no traceback."""
     with pytest.raises(ConfigError) as refused:
-        make_driver(RobotSettings(driver=plugin(text)), clock)
+        make_robot(RobotSettings(driver=plugin(text)), clock)
     said = str(refused.value)
     assert said.startswith("robot.driver: wooden_robot:Robot")
     assert sentence in said
@@ -112,3 +121,25 @@ def test_a_plugin_that_is_not_there_says_so(clock: FakeClock) -> None:
     """A module that nobody has installed is a sentence naming the key and the module."""
     with pytest.raises(ConfigError, match=r"^robot\.driver: no\.such:Robot: cannot import no\.suc"):
         make_driver(RobotSettings(driver="no.such:Robot"), clock)
+
+
+EYE = "\n    def camera(self, settings, clock): pass"
+EAR = "\n    def microphone(self, clock): pass"
+
+
+@pytest.mark.parametrize(
+    ("text", "own_process"), [(GOOD, True), (GOOD + EYE, False), (GOOD + EAR, False)]
+)
+def test_a_robot_without_camera_and_microphone_gets_a_process(
+    plugin: Callable[[str], str], clock: FakeClock, text: str, own_process: bool
+) -> None:
+    """The server holds it by the process's driver, which says of itself what the robot would."""
+    robot = make_robot(RobotSettings(driver=plugin(text)), clock)
+    assert isinstance(robot, ProcessDriver) == own_process
+    assert (robot.kind, robot.limits.linear_mps) == ("wooden", 1.0)
+
+
+def test_the_simulated_robot_stays_with_the_server(clock: FakeClock) -> None:
+    """It draws its picture from where it stands, which only its own process knows."""
+    assert isinstance(make_robot(RobotSettings(), clock), SimulatedRobot)
+    assert isinstance(make_robot(RobotSettings(driver="serial"), clock), ProcessDriver)

@@ -41,6 +41,13 @@ def test_a_curve_stays_the_same_curve(linear: float, angular: float) -> None:
         assert safe == Twist(linear, angular)
 
 
+def test_a_limit_of_zero_takes_its_part_away() -> None:
+    """A robot that cannot turn goes straight as fast as it was told."""
+    straight = Limits(linear_mps=0.6, angular_rps=0.0)
+    assert within(Twist(0.5, 1.0), straight) == Twist(0.5, 0.0)
+    assert within(Twist(1.0, 0.5), Limits(linear_mps=0.0, angular_rps=1.5)) == Twist(0.0, 0.5)
+
+
 def test_an_axis_stays_in_its_range() -> None:
     """A position beyond -1…1 is clipped and one that is no number is the middle."""
     assert [unit(p) for p in (2.0, -7.0, 0.25, math.nan, math.inf)] == [1.0, -1.0, 0.25, 0.0, 0.0]

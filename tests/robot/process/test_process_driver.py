@@ -1,0 +1,308 @@
+"""The driver that the server holds, and the process that it keeps alive."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.robot.process.conftest import Log, is_alive, settings_for, until
+
+from wax.clock import SystemClock
+from wax.config import LogSettings
+from wax.robot.driver import STANDSTILL, Limits, Twist
+from wax.robot.find import make_robot
+from wax.robot.process.driver import ProcessDriver
+from wax.robot.process.spawn import Child
+from wax.robot.process.warden import NO_ANSWER
+from wax.robot.process.wire import Begin, Lines, Move, Told, decode_answer, encode
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from wax.robot.driver import Driver
+
+AHEAD = Twist(0.5, 0.0)
+
+
+@pytest.fixture
+def made(log: Log) -> Iterator[Callable[[str], Driver]]:
+    """Make the robot of this name, opened; it is closed after the test."""
+    robots: list[Driver] = []
+
+    def make(name: str) -> Driver:
+        robots.append(make_robot(settings_for(log, name), SystemClock()))
+        robots[-1].open()
+        return robots[-1]
+
+    yield make
+    for robot in robots:
+        robot.close()
+
+
+@pytest.fixture
+def robot(made: Callable[[str], Driver]) -> Driver:
+    """Open a robot, which stands and may be driven."""
+    robot = made("Recorder")
+    until(lambda: robot.state().connected)
+    robot.apply(STANDSTILL, 1)
+    return robot
+
+
+def drives(robot: Driver, log: Log, twist: Twist = AHEAD, during_s: float = 0.3) -> bool:
+    """Ask for motion for a while, as the control loop does, and tell whether it moved."""
+    since_s = time.monotonic()
+    while time.monotonic() < since_s + during_s and not log.moves(since_s):
+        robot.apply(twist, 1)
+        time.sleep(0.02)
+    return log.moves(since_s)
+
+
+def test_it_tells_what_the_robot_tells(robot: Driver) -> None:
+    """The real driver's state comes through, and what it prints does not get in between."""
+    state = robot.state()
+    assert state.extra["battery_v"] == 7.4
+    assert (state.problem, state.epoch, state.moving) == (None, 1, None)
+    assert state.extra["driver_garbled"] == 0
+
+
+def test_axes_come_through(robot: Driver, log: Log) -> None:
+    """An axis that is there is moved, within its range; another one is not spoken of."""
+    robot.set_axis("tilt", 0.5, 1)
+    robot.set_axis("pan", 7.0, 1)
+    until(lambda: any(entry.word == "axis" for entry in log.entries()))
+    assert [entry.values for entry in log.entries() if entry.word == "axis"] == [(1.0, 1.0)]
+
+
+def test_silence_is_told_and_ends_with_standstill(robot: Driver, log: Log) -> None:
+    """The server hears that its silence stopped the robot, as a problem and a new epoch."""
+    assert drives(robot, log)
+    before = robot.state()
+    until(lambda: robot.state().problem is not None)
+    state = robot.state()
+    assert "silent" in (state.problem or "")
+    assert state.epoch > before.epoch
+    assert state.extra["driver_silences"] == 1
+    assert not drives(robot, log)
+    robot.apply(STANDSTILL, 1)
+    until(lambda: robot.state().problem is None)
+    assert drives(robot, log)
+
+
+def test_a_killed_process_is_started_again(robot: Driver, log: Log) -> None:
+    """The server hears of it at once; in the new process nothing moves before standstill."""
+    assert drives(robot, log)
+    killed, epoch = log.pid(), robot.state().epoch
+    os.kill(killed, signal.SIGKILL)
+    until(lambda: not robot.state().connected)
+    assert "has ended (signal 9); it is started again." in (robot.state().problem or "")
+    killed_s = time.monotonic()
+    until(lambda: drives(robot, log, during_s=0.1) or robot.state().connected)
+    assert not drives(robot, log)
+    assert not log.moves(killed_s)
+    state = robot.state()
+    assert state.epoch > epoch
+    assert state.extra["driver_restarts"] == 1
+    assert state.extra["driver_unarmed"] > 0
+    assert log.pid() != killed
+    robot.apply(STANDSTILL, 1)
+    assert drives(robot, log)
+
+
+def test_what_was_counted_outlives_the_process(robot: Driver, log: Log) -> None:
+    """Counts only rise, whichever process has counted."""
+    assert drives(robot, log)
+    until(lambda: robot.state().extra["driver_silences"] == 1)
+    os.kill(log.pid(), signal.SIGKILL)
+    until(lambda: robot.state().extra["driver_restarts"] == 1)
+    assert robot.state().extra["driver_silences"] == 1
+    until(lambda: robot.state().connected)
+    assert robot.state().extra["driver_silences"] == 1
+
+
+def test_a_frozen_process_is_replaced(robot: Driver, log: Log) -> None:
+    """One that says nothing for a second is ended, and another one begins."""
+    frozen = log.pid()
+    os.kill(frozen, signal.SIGSTOP)
+    until(lambda: not robot.state().connected)
+    assert "does not answer; it is started again." in (robot.state().problem or "")
+    until(lambda: robot.state().connected)
+    assert log.pid() != frozen
+    assert not is_alive(frozen)
+
+
+def test_a_process_that_does_not_read_is_ended(robot: Driver, log: Log) -> None:
+    """Where the pipe is full a stop would not be heard: the robot's own watchdog is called."""
+    frozen = log.pid()
+    os.kill(frozen, signal.SIGSTOP)
+    took_s = []
+    while robot.state().extra["driver_full"] == 0:
+        start_s = time.monotonic()
+        robot.stop(1)
+        took_s.append(time.monotonic() - start_s)
+    assert sorted(took_s)[len(took_s) // 2] < 0.005
+    until(lambda: not is_alive(frozen))
+
+
+def test_what_waited_in_the_pipe_moves_nothing(robot: Driver, log: Log) -> None:
+    """A process that was frozen itself finds a backlog, old and fresh: none of it moves."""
+    assert drives(robot, log)
+    os.kill(log.pid(), signal.SIGSTOP)
+    assert not drives(robot, log)
+    going_s = time.monotonic()
+    os.kill(log.pid(), signal.SIGCONT)
+    assert not drives(robot, log)
+    assert log.stopped_s(going_s) - going_s < 0.2
+    robot.apply(STANDSTILL, 1)
+    assert drives(robot, log)
+
+
+def test_the_process_ignores_what_a_terminal_sends(robot: Driver, log: Log) -> None:
+    """Ctrl-C, hanging up and a service manager's end do not take it away before the server."""
+    for number in (signal.SIGINT, signal.SIGHUP, signal.SIGTERM):
+        os.kill(log.pid(), number)
+    assert not drives(robot, log, STANDSTILL)
+    assert drives(robot, log)
+    assert robot.state().extra["driver_restarts"] == 0
+
+
+def test_set_points_come_steadily(robot: Driver, log: Log) -> None:
+    """The robot hears at least 50 set-points a second also where the server says fewer."""
+    since_s = time.monotonic()
+    while time.monotonic() < since_s + 0.5:
+        robot.apply(STANDSTILL, 1)
+        time.sleep(0.07)
+    assert robot.state().extra["driver_silences"] == 0
+    assert len(log.entries(since_s)) >= 20
+
+
+def test_a_driver_that_raises_is_stopped(made: Callable[[str], Driver], log: Log) -> None:
+    """Its robot is told to stand, its server that it does not answer, and standstill mends it."""
+    robot = made("Fragile")
+    until(lambda: robot.state().connected)
+    robot.apply(STANDSTILL, 1)
+    assert drives(robot, log)
+    since_s = time.monotonic()
+    robot.apply(Twist(0.1, 0.1), 1)
+    until(lambda: robot.state().problem == NO_ANSWER)
+    assert robot.state().extra["driver_failures"] >= 1
+    assert log.stopped_s(since_s)
+    assert not drives(robot, log)
+    robot.apply(STANDSTILL, 1)
+    assert drives(robot, log)
+
+
+def test_a_driver_that_tells_nonsense_does_not_answer(made: Callable[[str], Driver]) -> None:
+    """What is no state is not told on; the process lives."""
+    robot = made("Liar")
+    until(lambda: robot.state().problem == NO_ANSWER)
+    assert not robot.state().connected
+    assert robot.state().extra["driver_restarts"] == 0
+
+
+def test_a_driver_that_cannot_be_closed_is_ended(made: Callable[[str], Driver], log: Log) -> None:
+    """Closing takes a second at most; the robot was stopped first."""
+    robot = made("Stuck")
+    until(lambda: robot.state().connected)
+    start_s = time.monotonic()
+    robot.close()
+    assert time.monotonic() - start_s < 1.0
+    assert [entry.word for entry in log.entries()][-2:] == ["stop", "close"]
+    until(lambda: not is_alive(log.pid()))
+    assert not robot.state().connected
+
+
+def test_it_may_be_closed_while_it_begins(made: Callable[[str], Driver]) -> None:
+    """A process that is just being started ends as well, and may be opened anew."""
+    robot = made("Recorder")
+    robot.close()
+    robot.close()
+    assert robot.state().problem is None
+    robot.open()
+    until(lambda: robot.state().connected)
+
+
+def test_another_robot_than_was_asked_is_not_driven(log: Log) -> None:
+    """Limits that changed since the server was started are not what its gate knows."""
+    robot = ProcessDriver(
+        settings_for(log), SystemClock(), kind="recorder", limits=Limits(0.3, 1.5)
+    )
+    robot.open()
+    until(lambda: robot.state().problem is not None)
+    assert "start WAX again" in (robot.state().problem or "")
+    assert not robot.state().connected
+    robot.close()
+
+
+def test_a_process_that_cannot_begin_says_so(log: Log) -> None:
+    """Where its driver is not to be built it ends, and is tried again."""
+    settings = settings_for(log).model_copy(update={"driver": "no.such:Robot"})
+    robot = ProcessDriver(settings, SystemClock(), kind="recorder", limits=Limits(0.6, 1.5))
+    robot.open()
+    until(lambda: robot.state().extra["driver_restarts"] >= 2)
+    assert "has ended (status 1, see the server's log)" in (robot.state().problem or "")
+    robot.close()
+
+
+def test_garbage_on_the_pipe_stops_the_robot(log: Log) -> None:
+    """Nonsense is counted and holds the robot, until it is told to stand and then to move."""
+    child = Child(encode(Begin(robot=settings_for(log), log=LogSettings())))
+    clock = SystemClock()
+    lines = Lines()
+    number = 0
+
+    def say(linear: float) -> None:
+        nonlocal number
+        number += 1
+        child.send(
+            encode(
+                Move(
+                    sequence=number,
+                    sent_s=clock.now_s(),
+                    turn=1,
+                    linear_mps=linear,
+                    angular_rps=0.0,
+                )
+            )
+        )
+
+    def moves() -> bool:
+        since_s = time.monotonic()
+        while time.monotonic() < since_s + 0.15:
+            say(0.5)
+            time.sleep(0.02)
+        return log.moves(since_s)
+
+    def counted() -> int:
+        answers = [decode_answer(line) for line in lines.feed(child.receive(1.0) or b"")]
+        return max([a.counts["driver_garbage"] for a in answers if isinstance(a, Told)] or [0])
+
+    until(lambda: bool(log.entries()))
+    for nonsense in (b"garbage\n", b"\xff\x00\n", b'{"say":"move"}\n', b"[" * 200_000 + b"\n"):
+        time.sleep(0.02)
+        say(0.0)
+        assert moves()
+        since_s = time.monotonic()
+        rest = nonsense
+        while rest:
+            child.send(rest[:4096])
+            rest = rest[4096:]
+            time.sleep(0.001)
+        log.stopped_s(since_s)
+        assert not moves()
+    until(lambda: counted() == 4)
+    assert child.end() == 0
+
+
+def test_the_process_loads_nothing_that_it_does_not_need() -> None:
+    """A restart is not to wait for the libraries of picture and sound."""
+    heavy = ("cv2", "av", "aiortc", "aiohttp", "numpy", "sounddevice")
+    asked = (
+        f"import sys, wax.robot.process.__main__; print([n for n in {heavy} if n in sys.modules])"
+    )
+    said = subprocess.run([sys.executable, "-c", asked], capture_output=True, check=True, text=True)
+    assert said.stdout == "[]\n"

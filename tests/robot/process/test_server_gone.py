@@ -1,0 +1,88 @@
+"""A server that is gone, frozen or silent: real processes, real signals."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.robot.process.conftest import Log, Server, is_alive, settings_for, until
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+STOP_S = 0.2
+"""A safety deadline: silence is 0.12 s here."""
+
+
+def stands_since(log: Log, stopped_s: float) -> bool:
+    time.sleep(0.3)
+    return not log.moves(stopped_s)
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_a_server_that_dies_leaves_a_robot_that_stands(
+    server: Server, log: Log, number: signal.Signals
+) -> None:
+    """However it dies, the robot is stopped at once and closed, and its process ends after it."""
+    server.drive()
+    pid = log.pid()
+    now_s = time.monotonic()
+    os.killpg(server.process.pid, number)  # as a terminal does
+    assert log.stopped_s(now_s) - now_s < STOP_S
+    server.process.wait()
+    until(lambda: not is_alive(pid))
+    *_, stop, close = log.entries(now_s)
+    assert (stop.word, close.word) == ("stop", "close")
+    assert close.at_s - now_s < 1.0
+
+
+def test_a_frozen_server_stops_the_robot(server: Server, log: Log) -> None:
+    """Its silence does, and when it goes on it must ask for standstill before it moves again."""
+    server.drive()
+    frozen_s = server.signal(signal.SIGSTOP)
+    assert log.stopped_s(frozen_s) - frozen_s < STOP_S
+    assert stands_since(log, log.stopped_s(frozen_s))
+    going_s = server.signal(signal.SIGCONT)
+    assert stands_since(log, going_s)
+    server.drive()
+    assert log.pid() != server.process.pid
+
+
+def test_a_silent_server_stops_the_robot(server: Server, log: Log) -> None:
+    """A server that lives, holds the pipe and says nothing is as good as none."""
+    server.drive()
+    silent_s = server.tell("")
+    assert log.stopped_s(silent_s) - silent_s < STOP_S
+    assert stands_since(log, log.stopped_s(silent_s))
+    server.tell("drive")
+    assert stands_since(log, log.stopped_s(silent_s))
+    server.drive()
+
+
+def test_an_orderly_end_stops_the_robot(server: Server, log: Log) -> None:
+    """`close` does not return before the robot was stopped and closed."""
+    server.drive()
+    closed_s = server.tell("close")
+    server.process.wait()
+    assert [entry.word for entry in log.entries()][-2:] == ["stop", "close"]
+    assert log.stopped_s(closed_s) - closed_s < STOP_S
+    assert not is_alive(log.pid())
+
+
+@pytest.fixture
+def patient(log: Log) -> Iterator[Server]:
+    """Start a server with a robot whose process puts up with a second of silence."""
+    server = Server(settings_for(log, silence_ms=1000), log)
+    yield server
+    server.end()
+
+
+def test_without_the_watchdog_it_would_drive_on(patient: Server, log: Log) -> None:
+    """With the silence set to a second the frozen server's robot moves on: it is what stops it."""
+    patient.drive()
+    frozen_s = patient.signal(signal.SIGSTOP)
+    until(lambda: log.moves(frozen_s + 2 * STOP_S))
+    assert log.stopped_s(frozen_s) - frozen_s > 2 * STOP_S
