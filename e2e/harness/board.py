@@ -1,0 +1,128 @@
+"""The robot's board: the real firmware's core behind a pseudo-terminal, in a process of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from asyncio.subprocess import PIPE
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from asyncio.subprocess import Process
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+class Board:
+    """`path` is the serial port while it is plugged in; `log_path` has what the board does.
+
+    Each line of the log is an event with ``t_s``, which is `time.monotonic()` of this machine:
+    ``frame`` (whole and of this session; ``verdict`` says whether it was taken), ``damaged``,
+    ``wheels`` (mm/s, when they begin to change and when they have), ``ttl`` (the board's own
+    watchdog stopped it), ``start``, ``plugged`` and ``unplugged``.
+    """
+
+    def __init__(self, folder: Path, *, boot_ms: int = 0) -> None:
+        self.path = folder / "robot-port"
+        self.log_path = folder / "board.jsonl"
+        self._boot_ms = boot_ms
+        self._process: Process | None = None
+        self._offset = 0
+        self._events: list[dict[str, Any]] = []
+
+    async def start(self) -> None:
+        """Build the firmware where that is due, and plug the board in."""
+        program = await _build()
+        self._process = await asyncio.create_subprocess_exec(
+            program,
+            *("--link", str(self.path), "--log", str(self.log_path)),
+            *("--boot-ms", str(self._boot_ms)),
+            stdin=PIPE,
+        )
+        await self._until("plugged", 0)
+
+    async def stop(self) -> None:
+        """End it; safe to call twice."""
+        process, self._process = self._process, None
+        if process is None or process.returncode is not None:
+            return
+        assert process.stdin is not None
+        process.stdin.close()
+        await asyncio.wait_for(process.wait(), 5)
+
+    async def unplug(self) -> float:
+        """Pull the cable, while the board lives on; return when it was out."""
+        return await self._do("unplug", "unplugged")
+
+    async def plug(self) -> float:
+        """Put the cable back; return when it was in."""
+        return await self._do("plug", "plugged")
+
+    async def reset(self) -> float:
+        """Restart the board; return when that was."""
+        return await self._do("reset", "start")
+
+    def press(self, bumpers: int) -> None:
+        """Hold the bumpers of these bits down; 0 lets go."""
+        self._command(f"bumper {bumpers}")
+
+    def charge(self, battery_mv: int) -> None:
+        self._command(f"battery {battery_mv}")
+
+    def mute(self, *, on: bool) -> None:
+        """Let it say nothing, as if its wire to the server were loose."""
+        self._command(f"mute {'on' if on else 'off'}")
+
+    def deafen(self, *, on: bool) -> None:
+        """Let it hear nothing, as if the wire from the server were loose."""
+        self._command(f"deaf {'on' if on else 'off'}")
+
+    def events(self, since_s: float = 0.0) -> list[dict[str, Any]]:
+        """Give what happened after that moment of `time.monotonic`, the oldest first."""
+        with self.log_path.open("rb") as log:
+            log.seek(self._offset)
+            whole, _, _ = log.read().rpartition(b"\n")
+        if whole:
+            self._offset += len(whole) + 1
+            self._events += [json.loads(line) for line in whole.split(b"\n")]
+        return [event for event in self._events if event["t_s"] > since_s]
+
+    @property
+    def moves(self) -> bool:
+        """Whether a wheel turns, by the newest word about them."""
+        wheels = [event for event in self.events() if event["event"] == "wheels"]
+        return bool(wheels) and (wheels[-1]["left"], wheels[-1]["right"]) != (0, 0)
+
+    def _command(self, command: str) -> None:
+        assert self._process is not None, "the board was not started"
+        assert self._process.stdin is not None
+        self._process.stdin.write(f"{command}\n".encode())
+
+    async def _do(self, command: str, event: str) -> float:
+        since_s = time.monotonic()
+        self._command(command)
+        return await self._until(event, since_s)
+
+    async def _until(self, event: str, since_s: float) -> float:
+        """Wait for an event after that moment and return its time."""
+
+        async def came() -> float:
+            if not self.log_path.exists():
+                return 0.0
+            found = [one["t_s"] for one in self.events(since_s) if one["event"] == event]
+            return float(found[0]) if found else 0.0
+
+        return await eventually(came, f"the board's log says {event}", every_s=0.002)
+
+
+async def _build() -> str:
+    build = await asyncio.create_subprocess_exec(
+        *("sh", ".make/firmware.sh", "board"), cwd=ROOT, stdout=PIPE, stderr=PIPE
+    )
+    told, complaint = await build.communicate()
+    assert build.returncode == 0, complaint.decode()
+    return told.decode().splitlines()[-1]
