@@ -57,3 +57,47 @@ def test_all_problems_of_a_file_are_told(
     shown = capsys.readouterr().err
     assert "turns.turn_s" in shown
     assert "drive.wheels" in shown
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--lifted"], "nothing to prove"),
+        (["--lifted", "--repeats", "0"], "--repeats"),
+        (["--lifted", "--config", "nowhere.toml"], "nowhere.toml"),
+    ],
+)
+def test_a_proof_that_cannot_be_made_is_a_sentence(
+    arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`wax prove-stop` refuses wrong use, and to prove what only looks like a robot."""
+    assert main(["prove-stop", *arguments]) == 2
+    shown = capsys.readouterr()
+    assert says in shown.err
+    assert "Traceback" not in shown.err
+
+
+@pytest.mark.parametrize("before", [True, False])
+def test_no_proof_moves_a_robot_that_may_stand_on_the_floor(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], *, before: bool
+) -> None:
+    """Without --lifted and a terminal to ask at nothing is opened and nothing is written."""
+    path = tmp_path / "robot.toml"
+    path.write_text('[robot]\ndriver = "serial"\n')
+    given = ["--config", str(path)]
+    arguments = [*given, "prove-stop"] if before else ["prove-stop", *given]
+    assert main([*arguments, "--record", str(tmp_path / "record.html")]) == 2
+    assert "--lifted" in capsys.readouterr().err
+    assert not (tmp_path / "record.html").exists()
+
+
+def test_a_robot_that_is_not_there_cannot_be_proved(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A port that cannot be opened is one sentence, status 1 and no record."""
+    path = tmp_path / "robot.toml"
+    path.write_text(f'[robot]\ndriver = "serial"\n[robot.serial]\nurl = "{tmp_path}/none"\n')
+    record = tmp_path / "record.html"
+    assert main(["prove-stop", "--config", str(path), "--lifted", "--record", str(record)]) == 1
+    assert "cannot be opened" in capsys.readouterr().err
+    assert not record.exists()

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import json
+import os
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from wax.config import Settings
+    from wax.proof.proof import Progress
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -25,7 +29,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         if arguments.command == "devices":
             return _devices()
-        return _serve(_settings(arguments))
+        if arguments.command == "prove-stop":
+            return _prove_stop(arguments)
+        return _serve(_settings(arguments), arguments.config)
     except ConfigError as error:
         print(f"wax: {error}", file=sys.stderr)
         return 2
@@ -45,7 +51,25 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     commands.add_parser("run", help="serve (also without a command)")
     commands.add_parser("devices", help="list cameras, microphones and serial ports")
+    _add_prove_stop(commands)
     return parser
+
+
+def _add_prove_stop(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    proof = commands.add_parser(
+        "prove-stop",
+        help="cut each link of the real robot, measure until it stands, write a record",
+        description="Cut each link between operator and wheels in turn, on the real robot with its"
+        " wheels off the floor, and write a one-page record of how soon it stood.",
+    )
+    # Also after the command; without a default, which would undo the one before it.
+    proof.add_argument(
+        "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
+    )
+    proof.add_argument("--record", type=Path, metavar="FILE", help="prove-stop-DATE-TIME.html")
+    proof.add_argument("--lifted", action="store_true", help="the wheels are off the floor")
+    proof.add_argument("--repeats", type=int, default=5, metavar="N", help="cuts of each link (5)")
+    proof.add_argument("--json", action="store_true", help="tell the progress as lines of JSON")
 
 
 def _settings(arguments: argparse.Namespace) -> Settings:
@@ -56,7 +80,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     return settings.model_copy(update={"server": checked.server})
 
 
-def _serve(settings: Settings) -> int:
+def _serve(settings: Settings, config_path: Path | None) -> int:
     # Only here: `wax devices` and a wrong option shall not wait for the media libraries.
     from wax.app import App
     from wax.web.addresses import page_urls
@@ -73,10 +97,37 @@ def _serve(settings: Settings) -> int:
         print("\n  Ctrl-C stops the robot and the server.\n", flush=True)
 
     async def run() -> None:
-        await App(settings=settings, clock=SystemClock()).run(ready)
+        await App(settings=settings, clock=SystemClock(), config_path=config_path).run(ready)
 
     asyncio.run(run())
     return 0
+
+
+def _prove_stop(arguments: argparse.Namespace) -> int:
+    if os.name != "posix":
+        raise ConfigError("the proof needs pseudo-terminals: run it on Linux or macOS")
+    from wax.proof.command import prove_stop
+
+    def tell(progress: Progress) -> None:
+        print(json.dumps(asdict(progress)) if arguments.json else progress.line, flush=True)
+
+    return prove_stop(
+        config.load(arguments.config),
+        repeats=arguments.repeats,
+        path=arguments.record,
+        confirm=lambda: arguments.lifted or _is_lifted(),
+        tell=tell,
+    )
+
+
+def _is_lifted() -> bool:
+    """Ask whoever is at the terminal; raises `ConfigError` where nobody is."""
+    if not sys.stdin.isatty():
+        raise ConfigError("nobody can be asked here; give --lifted if the wheels are off the floor")
+    try:
+        return input("Are the wheels off the floor? Type yes: ").strip().lower() == "yes"
+    except EOFError:
+        return False
 
 
 def _devices() -> int:
