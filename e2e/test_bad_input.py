@@ -58,6 +58,7 @@ GO = {
     "sent_server_ms": 0.0,
     "linear": 1.0,
     "angular": 1.0,
+    "held": True,
     "speed": "gross",
     "seen_server_ms": None,
     "axes": {},
@@ -187,18 +188,19 @@ async def test_commands_of_an_old_turn_or_age_move_nothing(server: Server) -> No
         sequence = itertools.count(1)
 
         async def send(*, turn: int, late_ms: float = 0, **more: object) -> None:
-            stamp = {"turn": turn, "sent_server_ms": driver.server_ms() - late_ms}
+            now_ms = driver.server_ms()
+            stamp = {"turn": turn, "sent_server_ms": now_ms - late_ms, "seen_server_ms": now_ms}
             driver.drive.send(row(GO | stamp | {"seq": next(sequence)} | more))
             await asyncio.sleep(0.02)
 
-        await send(turn=turn, linear=0.0, angular=0.0)
+        await send(turn=turn, linear=0.0, angular=0.0, held=False)
         start = await pose(server)
         for _ in range(20):
             await send(turn=turn)
         assert (await pose(server)).moved(start), "good commands move nothing either"
         assert await stands_still(server)
 
-        await send(turn=turn, linear=0.0, angular=0.0)
+        await send(turn=turn, linear=0.0, angular=0.0, held=False)
         start = await pose(server)
         for _ in range(30):
             await send(turn=turn - 1)
