@@ -1,0 +1,116 @@
+"""`wax prove-stop` on the real firmware: it tells the truth, and leaves the robot standing."""
+
+from __future__ import annotations
+
+import asyncio
+import html
+import json
+import signal
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import pytest_asyncio
+
+from e2e.harness import toml
+from e2e.harness.board import Board
+from e2e.harness.server import COMMAND
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from asyncio.subprocess import Process
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+CUTS = 8
+SLOW_WATCHDOGS = {
+    "drive": {"max_age_ms": 1000.0, "max_command_age_ms": 2000.0},
+    "robot": {"silence_ms": 1000, "serial": {"ttl_ms": 1000}},
+}
+"""The longest that the configuration allows: no watchdog is as soon as the proof wants it."""
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def board(tmp_path: Path) -> AsyncIterator[Board]:
+    robot = Board(tmp_path)
+    await robot.start()
+    yield robot
+    await robot.stop()
+
+
+async def start_proof(folder: Path, board: Board, tree: dict[str, Any] | None = None) -> Process:
+    """Start it as the server does for its host; `tree` is the configuration but for the port."""
+    tree = tree or {}
+    robot = tree.get("robot", {})
+    serial = robot.get("serial", {}) | {"url": str(board.path)}
+    whole = tree | {"robot": robot | {"driver": "serial", "serial": serial}}
+    (folder / "robot.toml").write_text(toml.dumps(whole), encoding="utf-8")
+    arguments = ["--config", str(folder / "robot.toml"), "prove-stop", "--lifted", "--json"]
+    arguments += ["--repeats", "1", "--record", str(folder / "record.html")]
+    return await asyncio.create_subprocess_exec(
+        str(COMMAND),
+        *arguments,
+        stdin=asyncio.subprocess.DEVNULL,
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.PIPE,
+    )
+
+
+async def prove(folder: Path, board: Board, tree: dict[str, Any] | None = None) -> tuple[int, str]:
+    """Run a whole proof; return its status and its record."""
+    process = await start_proof(folder, board, tree)
+    told, complaint = await process.communicate()
+    assert not complaint, complaint.decode()
+    lines = [json.loads(line) for line in told.splitlines()]
+    assert (lines[-1]["done"], lines[-1]["of"]) == (CUTS, CUTS)
+    assert process.returncode is not None
+    return process.returncode, (folder / "record.html").read_text(encoding="utf-8")
+
+
+def rows(record: str) -> dict[str, str]:
+    """Return each link's result, by its title."""
+    lines = [line for line in record.splitlines() if line.startswith("<tr><td>")]
+    cells = [line.removesuffix("</td></tr>").split("<td>") for line in lines]
+    return {html.unescape(title.partition("</td>")[0]): result for _, title, result in cells}
+
+
+@pytest.mark.timeout(180)
+async def test_a_stop_that_is_in_time_is_proved(tmp_path: Path, board: Board) -> None:
+    """As shipped, on the real firmware, each link is cut and each stop is in time."""
+    status, record = await prove(tmp_path, board)
+    assert rows(record) == dict.fromkeys(rows(record), "passed"), record
+    assert len(rows(record)) == CUTS
+    assert "Every link was cut once; the robot stood at the latest after " in record
+    assert status == 0
+
+
+@pytest.mark.timeout(180)
+async def test_a_stop_that_is_late_is_not_proved(tmp_path: Path, board: Board) -> None:
+    """With slow watchdogs the proof fails where they must stop, and passes where a hand does."""
+    status, record = await prove(tmp_path, board, SLOW_WATCHDOGS)
+    late = {title for title, result in rows(record).items() if result == "FAILED"}
+    assert late == {
+        "The operator's network vanishes",
+        "The server is frozen",
+        "The process that speaks with the robot is killed",
+        "The serial line is cut",
+    }, record
+    assert "Not proved: too late or not at all after: " in record
+    assert status == 1
+
+
+@pytest.mark.timeout(120)
+async def test_broken_off_it_leaves_a_robot_that_stands(tmp_path: Path, board: Board) -> None:
+    """Ended in the middle of driving it makes the robot stand and says that it proved nothing."""
+    process = await start_proof(tmp_path, board)
+
+    async def moves() -> bool:
+        return board.moves
+
+    await eventually(moves, "the robot is driven", within_s=60, every_s=0.02)
+    process.send_signal(signal.SIGINT)
+    _, complaint = await asyncio.wait_for(process.communicate(), 15)
+    assert not complaint, complaint.decode()
+    assert process.returncode == 1
+    assert not board.moves
+    record = (tmp_path / "record.html").read_text(encoding="utf-8")
+    assert "Not proved: it was broken off." in record
