@@ -31,7 +31,7 @@ async def measured(fault: Fault, n: int) -> list[Figure]:
     try:
         found = await fault.measure(n)
     except (AssertionError, BenchError, OSError, PlaywrightError, TimeoutError) as error:
-        raise FaultError(f"{fault.name}: {error or type(error).__name__}") from error
+        raise FaultError(f"{fault.name}: {str(error) or type(error).__name__}") from error
     return found if isinstance(found, list) else [found]
 
 

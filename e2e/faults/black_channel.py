@@ -59,8 +59,7 @@ async def black_channel(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
     ):
         await operator.join()
         # A second turn, so that there is an old one.
-        operator.say(type="leave")
-        await asyncio.sleep(0.2)
+        await operator.leave()
         await operator.join()
         await stage.drive(operator)
         begun_s = time.monotonic()

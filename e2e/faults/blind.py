@@ -13,6 +13,7 @@ from e2e.faults.operator import RawOperator
 from e2e.faults.page import chromiums
 from e2e.faults.stage import SEEING, random_phase, staged
 from e2e.faults.trials import Trials, repeat
+from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -51,7 +52,7 @@ async def camera_freezes(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
             await page.viewer.radio("Gross").check()
 
             async def trial() -> Dimmed | None:
-                await page.press()
+                await stage.moving(page.press)
                 await fast(stage)
                 await random_phase()
                 newest_s = await control.freeze()
@@ -76,11 +77,8 @@ async def video_starves(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
 
         async def trial() -> Dimmed | None:
             operator.sees_now = True
-            operator.let_go()
-            await asyncio.sleep(0.06)
-            operator.steer(1.0)
+            await stage.drive(operator)
             await fast(stage)
-            await random_phase()
             operator.seen_server_ms, operator.sees_now = operator.server_ms(), False
             newest_s = time.monotonic()
             await asyncio.sleep(_LOOK_S)
@@ -92,12 +90,12 @@ async def video_starves(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
 
 async def fast(stage: Stage) -> None:
     """Wait until the robot is told to be clearly faster than fine."""
-    async with asyncio.timeout(8):
-        while True:
-            await stage.moving()
-            if stage.record.frames[-1].left_mmps > 1.5 * _FINE_MMPS:
-                return
-            await asyncio.sleep(0.005)
+
+    async def so() -> bool:
+        stage.record.read()
+        return stage.record.frames[-1].left_mmps > 1.5 * _FINE_MMPS
+
+    await eventually(so, "the robot is fast, since its operator sees", every_s=0.01)
 
 
 def dimmed(stage: Stage, newest_s: float, until_s: float) -> Dimmed | None:

@@ -32,7 +32,7 @@ async def delay_step(n: int, **settings: Mapping[str, Any]) -> Figure:
         await operator.join()
         # The way's own time is measured by heartbeats before a turn can rely on it.
         await asyncio.sleep(1.0)
-        operator.say(type="leave")
+        await operator.leave()
         await operator.join()
 
         async def trial() -> Stopping | None:

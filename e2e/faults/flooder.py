@@ -15,9 +15,9 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, cast
 
+from e2e.bench.servers import ROOT
 from e2e.faults.errors import FaultError
 from e2e.faults.operator import RawOperator
-from e2e.faults.stage import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator

@@ -126,7 +126,7 @@ class Player:
         """Let go and press at once, as whoever waits for his turn does."""
         self.raw.let_go()
         self.raw.steer(1.0)
-        await self._stage.moving()
+        await self._stage.moves(_SHORT_TURN_S)
         await asyncio.sleep(0.02)
 
     async def ends(self, kind: str, random: Random) -> None:

@@ -69,8 +69,7 @@ class _Hands:
 
     async def by_event(self, script: str) -> Stopping | None:
         browser = self._page.viewer.page
-        await self._page.press()
-        await self._stage.moving()
+        await self._stage.moving(self._page.press)
         await random_phase()
         at_ms = await browser.evaluate(
             f"() => {{ const at_ms = performance.now(); {script} return at_ms; }}"
@@ -83,14 +82,17 @@ class _Hands:
         return found
 
     async def by_touch(self) -> Stopping | None:
-        await asyncio.sleep(0.08)
-        await self._fingers.press(0, self._page.viewer.button("Forward"))
-        await self._stage.moving()
+        await self._stage.moving(self._touch)
         await random_phase()
         since_s = time.monotonic()
         await self._fingers.cancel()
         await asyncio.sleep(_LOOK_S)
         return self._found(since_s)
+
+    async def _touch(self) -> None:
+        await self._fingers.cancel()
+        await asyncio.sleep(0.08)
+        await self._fingers.press(0, self._page.viewer.button("Forward"))
 
     def _found(self, since_s: float) -> Stopping | None:
         record = self._stage.record

@@ -109,10 +109,7 @@ async def _lane(seconds: float, seed: int, settings: Mapping[str, Mapping[str, A
             # A longer lapse wants a new press; a person would give it.
             frames = stage.record.frames
             if frames and not frames[-1].moves:
-                operator.let_go()
-                await asyncio.sleep(0.25)
-                operator.steer(1.0)
-                await stage.moving()
+                await stage.drive(operator)
         until_s = time.monotonic()
         stage.record.read()
         stops = halts(stage.record.between(since_s, until_s))

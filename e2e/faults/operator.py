@@ -174,6 +174,14 @@ class RawOperator(RawPeer):
         self.say(type="join")
         await self.gets_turn()
 
+    async def leave(self) -> None:
+        """End the turn, and wait until it has ended."""
+        self.say(type="leave")
+        async with asyncio.timeout(5):
+            while self.has_turn:
+                self.told.clear()
+                await self.told.wait()
+
     async def gets_turn(self, within_s: float = 15) -> None:
         async with asyncio.timeout(within_s):
             while not self.has_turn:

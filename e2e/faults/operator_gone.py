@@ -117,6 +117,5 @@ async def browser_killed(n: int, **settings: Mapping[str, Any]) -> Figure:
 
 async def hold(stage: Stage, page: Chromium) -> None:
     """Press anew and return at random phase while the robot moves."""
-    await page.press()
-    await stage.moving()
+    await stage.moving(page.press)
     await random_phase()

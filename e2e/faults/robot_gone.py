@@ -81,17 +81,14 @@ async def serial_unplugged(n: int, **settings: Mapping[str, Any]) -> list[Figure
         await page.take_notes()
 
         async def trial() -> Unplugged | None:
-            await page.press()
-            await stage.moving()
+            await stage.moving(page.press)
             await page.take_notes()
             await random_phase()
-            since_s = time.monotonic()
-            await stage.board.unplug()
+            since_s = await stage.board.unplug()
             said_ms = (await page.reads(await _problem(stage)) - since_s) * 1000
             await asyncio.sleep(max(0.0, since_s + _LOOK_S - time.monotonic()))
             until_s = time.monotonic()
-            plugged_s = time.monotonic()
-            await stage.board.plug()
+            plugged_s = await stage.board.plug()
             await stage.answers(within_s=10)
             back_ms = (time.monotonic() - plugged_s) * 1000
             await asyncio.sleep(_HELD_ON_S)

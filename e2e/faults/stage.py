@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 
+from e2e.bench.servers import ROOT
 from e2e.faults.errors import FaultError
 from e2e.faults.record import Record
 from e2e.harness import toml
@@ -21,11 +22,9 @@ from e2e.harness.server import COMMAND, Server
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Mapping
+    from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 
     from e2e.faults.operator import RawOperator
-
-ROOT: Final = Path(__file__).resolve().parents[2]
 
 BLIND: Final = {"video": {"source": "none"}, "audio": {"source": "none"}}
 """Neither picture nor sound: what is measured is the way of the commands alone."""
@@ -41,6 +40,9 @@ SEEING: Final = {
     "audio": {"source": "none"},
 }
 """A small picture, so that a browser that draws by software is not what is measured."""
+
+_PRESSES: Final = 6
+_PRESS_S: Final = 1.5
 
 _LONG_TURNS: Final = {"turns": {"turn_s": 3600.0, "grace_s": 0.5}}
 
@@ -119,16 +121,25 @@ class Stage:
 
     # --- what the robot does -------------------------------------------------------------------
 
-    async def moving(self, within_s: float = 8.0) -> None:
-        """Wait until the wheels turn because somebody says so now."""
+    async def moves(self, within_s: float) -> bool:
+        """Tell whether the wheels turn within that time because somebody says so now."""
         deadline_s = time.monotonic() + within_s
         while True:
             self.record.read()
             if self.record.is_moving(time.monotonic()):
-                return
+                return True
             if time.monotonic() > deadline_s:
-                raise FaultError(f"the robot does not move within {within_s:g} s")
+                return False
             await asyncio.sleep(0.005)
+
+    async def moving(self, press: Callable[[], Awaitable[None]]) -> None:
+        """Press, and anew where a hold of the server's asks for that, until the robot moves."""
+        for _ in range(_PRESSES):
+            await press()
+            if await self.moves(_PRESS_S):
+                return
+        state = await self.server.status()
+        raise FaultError(f"the robot does not move, pressed {_PRESSES} times: {state['robot']}")
 
     async def standing(self, within_s: float = 3.0) -> None:
         """Wait until the wheels stand."""
@@ -143,10 +154,13 @@ class Stage:
 
     async def drive(self, operator: RawOperator) -> None:
         """Let go, press anew, and return at random phase while the robot moves."""
-        operator.let_go()
-        await asyncio.sleep(0.06)
-        operator.steer(1.0)
-        await self.moving()
+
+        async def press() -> None:
+            operator.let_go()
+            await asyncio.sleep(0.06)
+            operator.steer(1.0)
+
+        await self.moving(press)
         await random_phase()
 
 
@@ -162,7 +176,7 @@ def merged(*trees: Mapping[str, Any]) -> dict[str, Any]:
         for key, value in tree.items():
             before = result.get(key)
             both = isinstance(before, dict) and isinstance(value, dict)
-            result[key] = merged(before, value) if both else value
+            result[key] = merged(before or {}, value) if both else value
     return result
 
 

@@ -46,17 +46,13 @@ async def repeat(name: str, n: int, trial: Callable[[], Awaitable[T | None]]) ->
     return trials
 
 
-def told(
-    name: str, what: str, trials: Trials[Stopping], goal_ms: float, **detail: object
-) -> Figure:
+def told(name: str, what: str, trials: Trials[Stopping], goal_ms: float, **detail: Any) -> Figure:
     """Judge the first frame that stops."""
     values_ms = [one.told_ms for one in trials.results]
     return timed(name, what, values_ms, goal_ms, **_beside(trials), **detail)
 
 
-def ended(
-    name: str, what: str, trials: Trials[Stopping], goal_ms: float, **detail: object
-) -> Figure:
+def ended(name: str, what: str, trials: Trials[Stopping], goal_ms: float, **detail: Any) -> Figure:
     """Judge the end of the motion, by a frame or by the board's own watchdog."""
     values_ms = [one.ends_ms for one in trials.results]
     return timed(name, what, values_ms, goal_ms, **_beside(trials), **detail)
