@@ -1,0 +1,486 @@
+"""The eight errors of a channel that nobody trusts (IEC 61784-3) against codec, gate and latch.
+
+Each trace is a minute part of driving over a bad channel: pages that send, a channel that does to
+drive, stop or release what the trace is about, and the server's real codec, gate and latch. Beside
+it an oracle that was told what was really sent, by whom and when, and knows nothing of sequence
+numbers or stamps, says which motion would be rightful.
+
+Integrity and authenticity of a record are the work of DTLS, which carries every data channel
+(RFC 8831); here an AEAD of the same kind stands in for it, one key for each connection. What gets
+through it, and everything that a page in disorder may send, is the gate's and the latch's work.
+
+``WAX_TRACES=100000`` runs the full matrix in some minutes.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final
+
+import pytest
+from cryptography.exceptions import InvalidTag
+from cryptography.hazmat.primitives.ciphers.aead import AESGCM
+from tests.control.rules import RULES
+
+from wax import messages
+from wax.control import gate, latch
+from wax.control.command import Command
+from wax.control.latch import Latch
+from wax.control.reasons import Hold
+from wax.control.turn_view import TurnView
+from wax.errors import ProtocolError
+from wax.robot.driver import STANDSTILL, Twist
+
+if TYPE_CHECKING:
+    from wax.control.gate import Setpoint
+
+ERRORS: Final = (
+    "corruption",
+    "repetition",
+    "wrong order",
+    "loss",
+    "delay",
+    "insertion",
+    "masquerade",
+    "wrong address",
+)
+KINDS: Final = ("drive", "stop", "release")
+CELLS: Final = tuple((error, kind) for error in ERRORS for kind in KINDS)
+
+ADA, BOB, STRANGER = 1, 2, 3
+KEYS: Final = {one: AESGCM(bytes([one] * 16)) for one in (ADA, BOB, STRANGER)}
+CHANNEL: Final = {"drive": "drive", "stop": "state", "release": "state"}
+_TICKS: Final = 32
+ROUNDING_S: Final = 1e-4
+"""Stamps have 0.1 ms on the wire."""
+
+
+@dataclass(frozen=True)
+class Sent:
+    """What somebody really meant: the truth that only the oracle knows."""
+
+    kind: str
+    sender: int
+    sent_s: float
+    turn: int = 0
+    hands: tuple[float, float] = (0.0, 0.0)
+    held: bool = False
+    pan: float | None = None
+    stop: int = 0
+
+
+@dataclass(frozen=True)
+class Record:
+    """What the channel brings, and to whose connection; `truth` is None if nobody meant it."""
+
+    due_s: float
+    link: int
+    channel: str
+    data: bytes
+    truth: Sent | None
+
+
+@dataclass
+class Tally:
+    """What came of all traces."""
+
+    wrong: list[str] = field(default_factory=list)
+    injected: Counter[tuple[str, str]] = field(default_factory=Counter)
+    happened: Counter[str] = field(default_factory=Counter)
+
+
+def text_of(sent: Sent, seq: int) -> str:
+    """Return what a page writes on the wire."""
+    now_ms = round(sent.sent_s * 1000, 1)
+    if sent.kind == "drive":
+        axes = {} if sent.pan is None else {"pan": sent.pan}
+        seen_ms = now_ms - 50.0
+        row = ["drive", seq, sent.turn, now_ms, *sent.hands, sent.held, "gross", seen_ms, axes]
+        return json.dumps(row)
+    if sent.kind == "stop":
+        return '{"type":"stop"}'
+    return json.dumps({"type": "release", "stop": sent.stop, "sent_server_ms": now_ms})
+
+
+def seal(rng: random.Random, key: int, channel: str, text: str) -> bytes:
+    nonce = rng.randbytes(12)
+    return nonce + KEYS[key].encrypt(nonce, text.encode(), channel.encode())
+
+
+class Channel:
+    """Carries records, and does one kind of harm to one kind of message."""
+
+    def __init__(self, rng: random.Random, cell: tuple[str, str], tally: Tally) -> None:
+        self.rng, self.cell, self.tally = rng, cell, tally
+        self.delay_s = rng.choice([0.0, 0.02, 0.06, 0.2])
+        # A delay is now this, now that, or from the first moment on the same for all.
+        self.step_s = rng.uniform(0.1, 3.0) if cell[0] == "delay" and rng.random() < 0.5 else None
+        self.harmed_share = 0.4 if self.step_s is None else 1.0
+        self.operator = ADA
+        self.under_way: list[Record] = []
+
+    def send(self, sent: Sent, seq: int) -> None:
+        """Carry a message well, or badly if it is what this trace is about."""
+        error, kind = self.cell
+        if sent.kind != kind or self.rng.random() > self.harmed_share:
+            error = self.rng.choice(ERRORS) if self.rng.random() < 0.03 else "none"
+        text, channel = text_of(sent, seq), CHANNEL[sent.kind]
+        record = Record(
+            sent.sent_s + self.delay_s,
+            sent.sender,
+            channel,
+            seal(self.rng, sent.sender, channel, text),
+            sent,
+        )
+        self.under_way += self._harmed(error, record, sent, seq)
+        if error != "none":
+            self.tally.injected[error, sent.kind] += 1
+
+    def due(self, now_s: float) -> list[Record]:
+        """Take what has arrived by now, in the order of its arrival."""
+        arrived = sorted((r for r in self.under_way if r.due_s <= now_s), key=lambda r: r.due_s)
+        self.under_way = [r for r in self.under_way if r.due_s > now_s]
+        return arrived
+
+    def _harmed(self, error: str, record: Record, sent: Sent, seq: int) -> list[Record]:
+        """Return what the channel makes of a record."""
+        rng = self.rng
+        carried = [record]
+        match error:
+            case "corruption":
+                carried = [replace(record, data=self._damaged(record.data), truth=None)]
+            case "repetition":
+                again_s = (rng.choice([0.0, 0.02, 0.1]), rng.uniform(0.2, 3.0))
+                carried += [_later(record, by_s) for by_s in again_s]
+            case "wrong order":
+                carried = [_later(record, rng.uniform(0.0, 0.14))]
+            case "loss":
+                carried = []
+            case "delay":
+                carried = [_later(record, self.step_s or rng.uniform(0.1, 4.0))]
+            case "insertion":
+                carried += [self._inserted(record, sent, seq)]
+            case "masquerade":
+                carried = [self._disguised(record, sent, seq)]
+            case "wrong address":
+                carried = [self._misdirected(record, sent, seq)]
+        return carried
+
+    def _damaged(self, data: bytes) -> bytes:
+        damaged = bytearray(data)
+        for bit in self.rng.sample(range(8 * len(data)), self.rng.randint(1, 3)):
+            damaged[bit // 8] ^= 1 << bit % 8
+        cut = self.rng.randrange(len(damaged)) if self.rng.random() < 0.2 else len(damaged)
+        return bytes(damaged[:cut])
+
+    def _inserted(self, record: Record, sent: Sent, seq: int) -> Record:
+        """Make what nobody has sent: noise, clear text, or the words of a page in disorder."""
+        text = text_of(sent, seq + 1)
+        data = self.rng.choice(
+            [
+                self.rng.randbytes(60),
+                text.encode(),
+                seal(self.rng, STRANGER, record.channel, text),
+                seal(self.rng, sent.sender, record.channel, self.rng.choice(_broken(sent, text))),
+            ]
+        )
+        return replace(record, data=data, truth=None)
+
+    def _disguised(self, record: Record, sent: Sent, seq: int) -> Record:
+        """Let a stranger say it on the sender's line, or another viewer on his own."""
+        text = text_of(sent, seq)
+        if sent.kind == "stop" or sent.sender != self.operator or self.rng.random() < 0.5:
+            data = seal(self.rng, STRANGER, record.channel, text)
+            return replace(record, data=data, truth=None)
+        other = _other(sent.sender)
+        data = seal(self.rng, other, record.channel, text)
+        return replace(record, link=other, data=data, truth=replace(sent, sender=other))
+
+    def _misdirected(self, record: Record, sent: Sent, seq: int) -> Record:
+        """Bring it to another's connection, to the other channel, or to another turn or stop."""
+        wrong = "state" if record.channel == "drive" else "drive"
+        match self.rng.randrange(3 if sent.kind == "stop" else 4):
+            case 0:
+                return replace(record, link=_other(sent.sender), truth=None)
+            case 1:
+                return replace(record, channel=wrong, truth=None)
+            case 2:
+                data = seal(self.rng, sent.sender, wrong, text_of(sent, seq))
+                return replace(record, channel=wrong, data=data, truth=None)
+            case _:
+                by = self.rng.choice([-1, 1])
+                elsewhere = replace(sent, turn=max(0, sent.turn + by), stop=max(0, sent.stop + by))
+                data = seal(self.rng, sent.sender, record.channel, text_of(elsewhere, seq))
+                return replace(record, data=data, truth=elsewhere)
+
+
+def _later(record: Record, by_s: float) -> Record:
+    return replace(record, due_s=record.due_s + by_s)
+
+
+def _other(viewer: int) -> int:
+    return BOB if viewer == ADA else ADA
+
+
+def _broken(sent: Sent, text: str) -> list[str]:
+    """Return what no page may send, though it nearly says the same."""
+    if sent.kind == "stop":
+        return ['{"type":"stop"', '{"type":"stop","now":1}', '["stop"]', '{"type":"Stop"}']
+    good, stamp = json.loads(text), str(round(sent.sent_s * 1000, 1))
+    if sent.kind == "release":
+        named = [{**good, "now": 1}, {**good, "stop": str(sent.stop)}, {**good, "stop": -1}]
+        return [text[:-1], text.replace(stamp, "NaN"), *map(json.dumps, named)]
+    rows = [
+        [*good, 0],
+        [*good[:4], 1.5, *good[5:]],
+        [*good[:4], "1", *good[5:]],
+        [*good[:6], 1, *good[7:]],
+        [*good[:-1], {"pan": 2.0}],
+    ]
+    return [text[:-1], text.replace(stamp, "Infinity"), *map(json.dumps, rows)]
+
+
+class Server:
+    """Codec, gate and latch as the server strings them together."""
+
+    def __init__(self, turn: TurnView, now_s: float) -> None:
+        self.turn, self.latch = turn, Latch()
+        self.gate = gate.begin(turn.number, now_s)
+
+    def begin(self, turn: TurnView, now_s: float) -> None:
+        self.turn, self.gate = turn, gate.begin(turn.number, now_s)
+
+    def receive(self, record: Record, now_s: float) -> str:
+        """Take a record; returns what became of it."""
+        key, channel = KEYS[record.link], record.channel.encode()
+        try:
+            text = key.decrypt(record.data[:12], record.data[12:], channel)
+            if record.channel == "drive":
+                message = messages.parse_drive(text)
+            else:
+                return self._state(messages.parse_state(text), record.link, now_s)
+        except (InvalidTag, ValueError):  # of DTLS: no record of this connection
+            return "not authentic"
+        except ProtocolError:
+            return "refused by the codec"
+        if not isinstance(message, messages.Drive):
+            return "no command"
+        self.gate, refusal = gate.accept(
+            self.gate,
+            record.link,
+            command(message),
+            turn=self.turn,
+            now_s=now_s,
+            rules=RULES,
+        )
+        return "accepted" if refusal is None else refusal.name
+
+    def _state(self, message: messages.StateIn, viewer: int, now_s: float) -> str:
+        match message:
+            case messages.Stop():
+                self.latch = latch.press(self.latch, str(viewer), now_s)
+                return "stopped"
+            case messages.Release():
+                sent_s = message.sent_server_ms / 1000
+                self.latch, refusal = latch.release(
+                    self.latch, viewer, message.stop, sent_s, turn=self.turn, now_s=now_s
+                )
+                if refusal is not None:
+                    return refusal.name
+                self.gate = gate.require_neutral(self.gate, now_s, Hold.STOPPED)
+                return "released"
+            case _:
+                return "no command"
+
+    def beat(self, now_s: float) -> Setpoint:
+        self.gate, setpoint = gate.decide(self.gate, self.turn, self.latch.stop, now_s, RULES)
+        return setpoint
+
+
+def command(drive: messages.Drive) -> Command:
+    return Command(
+        seq=drive.seq,
+        turn=drive.turn,
+        sent_s=drive.sent_server_ms / 1000,
+        linear=drive.linear,
+        angular=drive.angular,
+        held=drive.held,
+        speed=drive.speed,
+        seen_s=None if drive.seen_server_ms is None else drive.seen_server_ms / 1000,
+        axes=drive.axes,
+    )
+
+
+class Oracle:
+    """Says what would be rightful, from what was really sent and has really arrived."""
+
+    def __init__(self, operator: int, turn: int, now_s: float, ttl_s: float) -> None:
+        self.ttl_s = ttl_s
+        self.stops = 0
+        self.is_stopped = False
+        self.pressed_s = 0.0
+        self.begin(operator, turn, now_s)
+
+    def begin(self, operator: int, turn: int, now_s: float) -> None:
+        self.operator, self.turn, self.hold_s = operator, turn, now_s
+        self.heard: list[Sent] = []
+
+    def hear(self, truth: Sent | None, now_s: float) -> None:
+        """Take note of what has arrived just as it was sent."""
+        if truth is None:
+            return
+        age_s = now_s - truth.sent_s
+        match truth.kind:
+            case "stop":
+                self.stops += not self.is_stopped
+                self.is_stopped, self.pressed_s = True, now_s
+            case "release":
+                if (
+                    self.is_stopped
+                    and truth.sender == self.operator
+                    and truth.stop == self.stops
+                    and age_s <= 2.0
+                    and truth.sent_s >= self.pressed_s - ROUNDING_S
+                ):
+                    self.is_stopped, self.hold_s = False, now_s
+            case _:
+                if truth.sender == self.operator and truth.turn == self.turn:
+                    self.heard.append(truth)
+
+    def rightful(self, now_s: float) -> Sent | None:
+        """Return the one command that the robot may follow now."""
+        if self.is_stopped:
+            return None
+        since = [s for s in self.heard if s.sent_s >= self.hold_s - ROUNDING_S]
+        newest = max(since, key=lambda s: s.sent_s, default=None)
+        if newest is None or now_s - newest.sent_s > self.ttl_s + ROUNDING_S:
+            return None
+        let_go = any(s.hands == (0.0, 0.0) and not s.held for s in since)
+        return newest if let_go else None
+
+
+class Trace:
+    """A moment of driving over a channel that does one kind of harm."""
+
+    def __init__(self, rng: random.Random, cell: tuple[str, str], tally: Tally) -> None:
+        self.rng, self.cell, self.tally = rng, cell, tally
+        self.channel = Channel(rng, cell, tally)
+        self.now_s = 1000.0
+        self.tick_s = rng.choice([0.02, 0.02, 0.033, 0.05, 0.1])
+        self.stop_chance = 0.01 if cell[1] == "drive" else 0.1
+        self.number, self.operator = 5, ADA
+        self.server = Server(self._turn(), self.now_s)
+        self.oracle = Oracle(self.operator, self.number, self.now_s, 0.15 + self.channel.delay_s)
+        self.seqs: Counter[int] = Counter()
+        self.believed_turn = self.number
+        self.hands: tuple[float, float] = (0.0, 0.0)
+        self.held = False
+        self.pan: float | None = None
+
+    def run(self) -> str | None:
+        """Play the trace; returns what went wrong, if anything did."""
+        for _ in range(_TICKS):
+            self.now_s += self.tick_s
+            if self.rng.random() < 0.02:
+                self._hand_over()
+            self._pages_speak()
+            for record in self.channel.due(self.now_s):
+                self.tally.happened[self.server.receive(record, self.now_s)] += 1
+                self.oracle.hear(record.truth, self.now_s)
+                if (self.server.latch.stop is not None) is not self.oracle.is_stopped:
+                    return f"stop or release at {self.now_s:.3f} by {record.truth}"
+            setpoint = self.server.beat(self.now_s)
+            fault = judged(setpoint, self.oracle.rightful(self.now_s), self.tally)
+            if fault is not None:
+                return f"{fault} at {self.now_s:.3f}"
+        return None
+
+    def _turn(self) -> TurnView:
+        one_way_s = self.channel.delay_s
+        return TurnView(self.number, self.operator, present=True, one_way_s=one_way_s, sees=True)
+
+    def _hand_over(self) -> None:
+        self.number, self.operator = self.number + 1, _other(self.operator)
+        self.channel.operator = self.operator
+        self.server.begin(self._turn(), self.now_s)
+        self.oracle.begin(self.operator, self.number, self.now_s)
+
+    def _pages_speak(self) -> None:
+        """Send what the pages have to say, somewhen since the last beat."""
+        rng = self.rng
+        self._move_hands()
+        sent_s = self.now_s - self.tick_s * rng.uniform(0.1, 0.9)
+        for sender in (ADA, BOB):
+            if sender == self.operator or rng.random() < 0.3:
+                self.seqs[sender] += 1
+                turn = self.believed_turn
+                meant = Sent("drive", sender, sent_s, turn, self.hands, self.held, self.pan)
+                self.channel.send(meant, self.seqs[sender])
+        if rng.random() < self.stop_chance:
+            self.channel.send(Sent("stop", rng.choice([ADA, BOB]), sent_s), 0)
+        stop = self.server.latch.stop
+        if stop is not None and rng.random() < 0.35:
+            releaser = self.operator if rng.random() < 0.9 else rng.choice([ADA, BOB])
+            self.channel.send(Sent("release", releaser, sent_s, stop=stop.number), 0)
+
+    def _move_hands(self) -> None:
+        rng = self.rng
+        if rng.random() < 0.5:
+            self.believed_turn = self.number  # the news of a hand-over take their time
+        if rng.random() < 0.2:
+            self.held = rng.random() < 0.65
+            shares = (round(rng.uniform(-1, 1), 3), round(rng.uniform(-1, 1), 3))
+            self.hands = shares if self.held else (0.0, 0.0)
+            self.pan = rng.choice([None, round(rng.uniform(-1, 1), 2)])
+            if rng.random() < 0.05:
+                self.held = not self.held  # a page in disorder
+
+
+def judged(setpoint: Setpoint, rightful: Sent | None, tally: Tally) -> str | None:
+    """Say what is wrong with what the robot is told."""
+    if setpoint.twist == STANDSTILL and not setpoint.axes:
+        return None
+    if rightful is None:
+        return f"motion without right: {setpoint}"
+    limits = RULES.limits
+    twist = STANDSTILL
+    if rightful.held:
+        linear, angular = rightful.hands
+        twist = Twist(linear * limits.linear_mps, angular * limits.angular_rps)
+    axes = {} if rightful.pan is None else {"pan": rightful.pan}
+    if (setpoint.twist, dict(setpoint.axes)) != (twist, axes):
+        return f"another motion than was asked for: {setpoint} instead of {rightful}"
+    tally.happened["moved"] += setpoint.twist != STANDSTILL
+    return None
+
+
+def run(traces: int, seed: int) -> Tally:
+    """Run so many traces, the cells of the matrix in turn; the same seed makes the same traces."""
+    tally = Tally()
+    for number in range(traces):
+        cell = CELLS[number % len(CELLS)]
+        fault = Trace(random.Random(f"{seed}/{number}"), cell, tally).run()
+        if fault is not None:
+            tally.wrong.append(f"trace {number} of seed {seed}, {cell}: {fault}")
+    return tally
+
+
+@pytest.mark.timeout(3600)
+def test_nothing_wrong_is_ever_executed() -> None:
+    """Of all traces none ends in a motion, a stop or a release that nobody has rightfully sent."""
+    traces = int(os.environ.get("WAX_TRACES", "2000"))
+    tally = run(traces, seed=5)
+    assert tally.wrong == []
+    # It was no idle talk: each harm was done, each refusal was needed, and the robot was driven.
+    assert all(tally.injected[cell] >= traces // 50 for cell in CELLS)
+    for what in ("moved", "accepted", "stopped", "released", "not authentic"):
+        assert tally.happened[what] >= traces // 4, what
+    for what in ("NOT_YOUR_TURN", "OTHER_TURN", "OUT_OF_ORDER", "OTHER_STOP", "NOT_YOUR_STOP"):
+        assert tally.happened[what] >= traces // 20, what
+    for what in ("TOO_OLD", "refused by the codec"):
+        assert tally.happened[what] >= traces // 50, what
+    assert tally.happened["RELEASED_LATE"] >= traces // 1000
