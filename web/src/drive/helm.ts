@@ -29,6 +29,7 @@ export class Helm {
     this.hands = new Hands(() => this.#changed());
     this.#pump = new Pump({
       ...options,
+      hung: () => this.hands.releaseAll(),
       controls: () => ({
         motion: this.hands.motion,
         held: this.hands.isHolding,

@@ -19,6 +19,9 @@ let sent: (Drive & { urgent: boolean })[];
 let serverMs: number | null;
 let controls: Controls;
 let waitingBytes: number;
+/** What is said waits until the end of the task, as in a browser. */
+let saidBytes: number;
+const hung = vi.fn();
 let pump: Pump;
 
 beforeEach(() => {
@@ -27,12 +30,21 @@ beforeEach(() => {
   serverMs = 5000;
   controls = EMPTY;
   waitingBytes = 0;
+  saidBytes = 0;
+  hung.mockReset();
   pump = new Pump({
     controls: () => controls,
     serverMs: () => serverMs,
     seenServerMs: () => 4900,
-    way: () => ({ linkBps: 5_000_000, waitingBytes }),
-    send: (drive, urgent) => sent.push({ ...drive, urgent }),
+    way: () => ({ linkBps: 5_000_000, waitingBytes: waitingBytes + saidBytes }),
+    hung,
+    send: (drive, urgent) => {
+      sent.push({ ...drive, urgent });
+      saidBytes += 100;
+      setTimeout(() => {
+        saidBytes = 0;
+      });
+    },
   });
 });
 
@@ -94,6 +106,33 @@ it("is at full rate while something changes that is not held", () => {
   vi.advanceTimersByTime(1000);
   pump.stir();
   expect(sentIn(400)).toBeGreaterThanOrEqual(18);
+});
+
+it("takes what it has just said several times for no backlog", () => {
+  controls = HOLDING;
+  pump.begin(7, 50);
+  pump.insistNow();
+  expect(sentIn(2000)).toBeGreaterThanOrEqual(100);
+});
+
+it("says nothing of what was held before the page hung, not even once", () => {
+  const clock = vi.spyOn(performance, "now");
+  let nowMs = 0;
+  clock.mockImplementation(() => nowMs);
+  controls = HOLDING;
+  hung.mockImplementation(() => {
+    controls = EMPTY;
+  });
+  pump.begin(7, 50);
+  nowMs = 400;
+  vi.advanceTimersToNextTimer();
+  vi.advanceTimersByTime(20);
+  expect(hung).not.toHaveBeenCalled();
+  sent = [];
+  nowMs = 1000;
+  vi.advanceTimersByTime(20);
+  expect(hung).toHaveBeenCalledOnce();
+  expect(sent.map((drive) => drive.held)).toEqual([false]);
 });
 
 it("sends 20 times a second as soon as set-points wait to be sent", () => {

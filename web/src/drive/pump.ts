@@ -18,6 +18,8 @@ export interface PumpOptions {
   /** Capture time of the newest presented picture, null when none is known. */
   seenServerMs: () => number | null;
   way: () => Way;
+  /** The page hung, and what the hands did meanwhile it has yet to hear; called before it sends. */
+  hung: () => void;
   send: (drive: Drive, urgent: boolean) => void;
 }
 
@@ -29,6 +31,8 @@ const AGAIN_AFTER_MS = [45, 90] as const;
  */
 const REST_HZ = 20;
 const REST_AFTER_MS = 500;
+/** A timer so late tells of a page that hung, or a computer that slept. */
+const HUNG_MS = 500;
 
 /**
  * Sends complete set-points while this page drives, and nothing otherwise.
@@ -42,7 +46,9 @@ export class Pump {
   #seq = 0;
   #turn: number | null = null;
   #rate = new Rate(0);
+  #hz = 0;
   #busyMs = 0;
+  #dueMs = 0;
   #timer: ReturnType<typeof setTimeout> | undefined;
   #repeats: ReturnType<typeof setTimeout>[] = [];
 
@@ -54,7 +60,8 @@ export class Pump {
     this.#turn = turn;
     this.#rate = new Rate(maxHz);
     this.stir();
-    this.send();
+    this.#dueMs = performance.now();
+    this.#tick();
   }
 
   end(): void {
@@ -67,9 +74,10 @@ export class Pump {
   send(urgent = false): void {
     if (this.#turn === null) return;
     this.#say(urgent);
-    const nowMs = performance.now();
     clearTimeout(this.#timer);
-    this.#timer = setTimeout(() => this.send(), 1000 / this.#hz(nowMs));
+    const everyMs = 1000 / this.#pace();
+    this.#dueMs = performance.now() + everyMs;
+    this.#timer = setTimeout(() => this.#tick(), everyMs);
   }
 
   /** What changes too often to be sent each time: the timer sends it, no longer at rest. */
@@ -110,10 +118,18 @@ export class Pump {
     );
   }
 
-  #hz(nowMs: number): number {
+  /** Looks at the way before it sends: what it has just said itself is no backlog. */
+  #tick(): void {
+    const nowMs = performance.now();
+    if (nowMs - this.#dueMs > HUNG_MS) this.options.hung();
+    this.#hz = this.#rate.next(this.options.way(), nowMs);
+    this.send();
+  }
+
+  #pace(): number {
     if (this.options.controls().held) this.stir();
-    const hz = this.#rate.next(this.options.way(), nowMs);
-    return nowMs - this.#busyMs > REST_AFTER_MS ? Math.min(hz, REST_HZ) : hz;
+    const isAtRest = performance.now() - this.#busyMs > REST_AFTER_MS;
+    return isAtRest ? Math.min(this.#hz, REST_HZ) : this.#hz;
   }
 
   #forgetRepeats(): void {
