@@ -56,6 +56,7 @@ class _Frame(ctypes.Structure):
     _fields_ = [
         ("type", ctypes.c_uint8),
         ("axis", ctypes.c_uint8),
+        ("verdict", ctypes.c_uint8),
         ("sequence", ctypes.c_uint16),
         ("ttl_ms", ctypes.c_uint16),
         ("session", ctypes.c_uint16),
@@ -123,30 +124,26 @@ class Core:
             self._core.wax_push(self._robot, octet)
 
     def next(self, now_ms: int) -> tuple[Frame, Verdict] | None:
+        """Judge the next frame among the bytes pushed, if one is whole."""
         found = _Frame()
-        now = ctypes.c_uint32(now_ms & 0xFFFF_FFFF)
-        verdict = self._core.wax_next(self._robot, now, ctypes.byref(found))
-        return (_frame(found), Verdict(verdict)) if verdict else None
+        if not self._core.wax_next(self._robot, _clock(now_ms), ctypes.byref(found)):
+            return None
+        return _frame(found), Verdict(found.verdict)
 
     def hear(self, data: bytes, now_ms: int) -> list[tuple[Frame, Verdict]]:
         """Give it bytes as the sketch does; return its verdict on each frame in them."""
-        found = []
-        for octet in data:
-            self._core.wax_push(self._robot, octet)
-            while (judged := self.next(now_ms)) is not None:
-                found.append(judged)
-        return found
+        found = (_Frame * (len(data) + 1))()
+        count = self._core.wax_hear(self._robot, data, len(data), _clock(now_ms), found)
+        return [(_frame(one), Verdict(one.verdict)) for one in found[:count]]
 
     def tick(
         self, now_ms: int, *, battery_mv: int = 0, bumpers: int = 0, ticks: tuple[int, int] = (0, 0)
     ) -> None:
-        now = ctypes.c_uint32(now_ms & 0xFFFF_FFFF)
-        self._core.wax_tick(self._robot, now, battery_mv, bumpers, *ticks)
+        self._core.wax_tick(self._robot, _clock(now_ms), battery_mv, bumpers, *ticks)
 
     def report(self, now_ms: int) -> bytes:
         """Give the report that is due, or nothing."""
-        now = ctypes.c_uint32(now_ms & 0xFFFF_FFFF)
-        size = self._core.wax_report(self._robot, now, self._report)
+        size = self._core.wax_report(self._robot, _clock(now_ms), self._report)
         return bytes(self._report[:size])
 
     @property
@@ -172,7 +169,6 @@ class Core:
 
     def _new(self, now_ms: int) -> ctypes.c_void_p:
         own = self._settings
-        now = ctypes.c_uint32(now_ms & 0xFFFF_FFFF)
         return ctypes.c_void_p(
             self._core.wax_new(
                 own.acceleration_mmps2,
@@ -180,13 +176,17 @@ class Core:
                 own.front_bumpers,
                 own.back_bumpers,
                 own.still_ms,
-                now,
+                _clock(now_ms),
             )
         )
 
     def _look(self) -> _State:
         self._core.wax_state(self._robot, ctypes.byref(self._state))
         return self._state
+
+
+def _clock(now_ms: int) -> ctypes.c_uint32:
+    return ctypes.c_uint32(now_ms & 0xFFFF_FFFF)
 
 
 def _frame(found: _Frame) -> Frame:

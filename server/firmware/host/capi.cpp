@@ -14,7 +14,7 @@ struct WaxState {
 };
 
 struct WaxFrame {
-    uint8_t type, axis;
+    uint8_t type, axis, verdict;
     uint16_t sequence, ttl_ms, session;
     uint32_t turn, time_ms;
     int16_t left_mmps, right_mmps, position;
@@ -31,13 +31,31 @@ void wax_delete(wax::Robot *robot) { delete robot; }
 
 void wax_push(wax::Robot *robot, uint8_t byte) { robot->push(byte); }
 
-uint8_t wax_next(wax::Robot *robot, uint32_t now_ms, WaxFrame *out) {
+static uint8_t next(wax::Robot *robot, uint32_t now_ms, WaxFrame *out) {
     wax::Frame frame;
     const wax::Verdict verdict = robot->next(now_ms, frame);
     if (verdict == wax::Verdict::NOTHING) return 0;
-    *out = {frame.type,    frame.axis,      frame.sequence,  frame.ttl_ms,    frame.session,
-            frame.turn,    frame.time_ms,   frame.left_mmps, frame.right_mmps, frame.position};
-    return static_cast<uint8_t>(verdict);
+    *out = {frame.type,    frame.axis,    static_cast<uint8_t>(verdict),
+            frame.sequence, frame.ttl_ms, frame.session,
+            frame.turn,     frame.time_ms, frame.left_mmps,
+            frame.right_mmps, frame.position};
+    return 1;
+}
+
+uint8_t wax_next(wax::Robot *robot, uint32_t now_ms, WaxFrame *out) {
+    return next(robot, now_ms, out);
+}
+
+// Hear bytes as the sketch does; writes a frame for each verdict, of which there are fewer than
+// bytes, and returns how many.
+uint32_t wax_hear(wax::Robot *robot, const uint8_t *bytes, uint32_t size, uint32_t now_ms,
+                  WaxFrame *out) {
+    uint32_t count = 0;
+    for (uint32_t at = 0; at < size; ++at) {
+        robot->push(bytes[at]);
+        while (next(robot, now_ms, out + count)) ++count;
+    }
+    return count;
 }
 
 void wax_tick(wax::Robot *robot, uint32_t now_ms, uint16_t battery_mv, uint8_t bumpers,
