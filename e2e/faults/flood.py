@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from e2e.faults.record import Stopping
+    from e2e.faults.stage import Stage
+    from e2e.harness.server import Server
 
 GOAL_MS: Final = 100.0
 RATE_HZ: Final = 10_000.0
@@ -30,9 +32,13 @@ async def stop_in_flood(n: int, **settings: Mapping[str, Any]) -> Figure:
         staged(BLIND, settings) as stage,
         RawOperator(stage.server, is_host=True) as operator,
         RawOperator(stage.server) as observer,
-        flooding(stage.server.url, RATE_HZ) as flood,
     ):
         await operator.join()
+        return await _flooded(n, stage, operator, observer)
+
+
+async def _flooded(n: int, stage: Stage, operator: RawOperator, observer: RawOperator) -> Figure:
+    async with flooding(stage.server.url, RATE_HZ) as flood:
         before = await _refused(stage.server)
         begun_s = time.monotonic()
         ways = cycle(_WAYS)
@@ -93,6 +99,6 @@ async def stop_in_flood(n: int, **settings: Mapping[str, Any]) -> Figure:
     )
 
 
-async def _refused(server: Any) -> float:
+async def _refused(server: Server) -> float:
     counters = (await server.status())["counters"]
     return float(counters.get("messages over the rate", 0))

@@ -43,6 +43,8 @@ class Flood:
         self._process = process
 
     async def end(self) -> dict[str, Any]:
+        assert self._process.stdin is not None
+        self._process.stdin.close()
         said, _ = await asyncio.wait_for(self._process.communicate(), 20)
         found = json.loads(said)
         if not isinstance(found, dict):
@@ -78,7 +80,7 @@ async def _flood(url: str, rate_hz: float) -> dict[str, float]:
     ended = asyncio.create_task(asyncio.to_thread(sys.stdin.read))
     async with RawOperator(cast("Server", At(url))) as peer:
         print(flush=True)
-        row = peer.row(1, linear=-1.0, held=True)
+        row = peer.row(1, turn=max(0, peer.turn), linear=-1.0, held=True)
         sent = 0
         start_s = time.monotonic()
         while not ended.done():
