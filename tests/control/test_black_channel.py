@@ -420,9 +420,9 @@ class Trace:
                 turn = self.believed_turn
                 meant = Sent("drive", sender, sent_s, turn, self.hands, self.held, self.pan)
                 self.channel.send(meant, self.seqs[sender])
-        if rng.random() < self.stop_chance:
-            self.channel.send(Sent("stop", rng.choice([ADA, BOB]), sent_s), 0)
         stop = self.server.latch.stop
+        if rng.random() < (self.stop_chance if stop is None else self.stop_chance / 10):
+            self.channel.send(Sent("stop", rng.choice([ADA, BOB]), sent_s), 0)
         if stop is not None and rng.random() < 0.35:
             releaser = self.operator if rng.random() < 0.9 else rng.choice([ADA, BOB])
             self.channel.send(Sent("release", releaser, sent_s, stop=stop.number), 0)
