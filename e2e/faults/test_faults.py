@@ -1,0 +1,112 @@
+"""The faults suite, short: the stop comes in time, and does not where a watchdog is slow."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING
+
+import pytest
+
+from e2e.faults.blind import video_starves
+from e2e.faults.flood import stop_in_flood
+from e2e.faults.hands_off import hands_off
+from e2e.faults.operator_gone import browser_frozen, network_vanishes
+from e2e.faults.robot_gone import driver_killed, serial_unplugged
+from e2e.faults.server_gone import server_killed, server_stopped
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Awaitable, Callable
+
+    from e2e.faults.finding import Figure
+
+TRIALS = 3
+_TICK_S = 0.01
+
+pytestmark = pytest.mark.timeout(90)
+
+
+class Lateness:
+    """How late this machine was for a timer of 10 ms, at worst: none of the robot's fault."""
+
+    worst_s = 0.0
+
+    async def watch(self) -> None:
+        while True:
+            before_s = time.monotonic()
+            await asyncio.sleep(_TICK_S)
+            self.worst_s = max(self.worst_s, time.monotonic() - before_s - _TICK_S)
+
+
+@asynccontextmanager
+async def lateness() -> AsyncIterator[Lateness]:
+    machine = Lateness()
+    watching = asyncio.create_task(machine.watch())
+    try:
+        yield machine
+    finally:
+        watching.cancel()
+
+
+async def keeps(found: Awaitable[Figure | list[Figure]]) -> None:
+    """Assert that every goal is met; a failure says how late the machine itself was."""
+    async with lateness() as machine:
+        result = await found
+    figures = result if isinstance(result, list) else [result]
+    missed = [figure for figure in figures if not figure.met]
+    told = "\n".join(
+        f"{one.name}: max {one.max} {one.unit}, goal {one.goal}, wrong {one.wrong}; {one.detail}"
+        for one in missed
+    )
+    assert not missed, f"{told}\nThis machine was late by {machine.worst_s * 1000:.0f} ms itself."
+
+
+async def test_a_network_that_vanishes_stops_the_robot() -> None:
+    """The robot is told to stand 200 ms after the operator's last packet, at the latest."""
+    await keeps(network_vanishes(TRIALS))
+
+
+async def test_a_frozen_browser_stops_the_robot() -> None:
+    """The robot is told to stand 200 ms after its operator's browser froze, key held down."""
+    await keeps(browser_frozen(TRIALS))
+
+
+@pytest.mark.parametrize(
+    "measure", [server_killed, server_stopped, driver_killed], ids=lambda one: str(one.__name__)
+)
+async def test_a_dead_process_stops_the_robot(measure: Callable[[int], Awaitable[Figure]]) -> None:
+    """The robot stands soon after a process next to it is gone, and nothing late moves it."""
+    await keeps(measure(TRIALS))
+
+
+async def test_an_unplugged_line_stops_the_robot() -> None:
+    """The board stops by itself, the page says so, and what comes back needs a new press."""
+    await keeps(serial_unplugged(1))
+
+
+async def test_stop_is_heard_in_a_flood() -> None:
+    """Stop passes a flood of commands by both ways, pressed by operator and observer."""
+    await keeps(stop_in_flood(4))
+
+
+async def test_hands_off_is_zero_on_the_wire() -> None:
+    """Blur, a hidden tab, pagehide and a cancelled touch are zero on the wire 120 ms later."""
+    await keeps(hands_off(1))
+
+
+async def test_who_does_not_see_does_not_drive() -> None:
+    """A picture that does not come slows the robot and then stops it."""
+    await keeps(video_starves(1))
+
+
+async def test_without_the_watchdog_of_silence_the_stop_is_late() -> None:
+    """A slow driver's process and board are noticed: the measure of a stopped server can fail."""
+    slow = {"silence_ms": 1000, "serial": {"ttl_ms": 1000}}
+    assert not (await server_stopped(1, robot=slow)).met
+
+
+async def test_without_the_age_of_a_command_the_stop_is_late() -> None:
+    """A gate that obeys old commands is noticed: the measure of a vanished network can fail."""
+    slow = {"max_age_ms": 1000.0, "max_command_age_ms": 2000.0}
+    assert not (await network_vanishes(1, drive=slow)).met

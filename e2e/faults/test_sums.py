@@ -1,0 +1,130 @@
+"""The suite's own sense: what it makes of a board's log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+from e2e.faults.black_channel import corrupted
+from e2e.faults.finding import timed
+from e2e.faults.hand_over import switches
+from e2e.faults.nuisance import Arrival, arrivals, halts, replayed
+from e2e.faults.operator import Sent
+from e2e.faults.record import Record
+from e2e.faults.relay import Packet
+from wax.errors import ProtocolError
+from wax.messages import parse_drive
+
+
+def frame(at_s: float, kind: str = "drive", *, speed: int = 100, turn: int = 1) -> dict[str, Any]:
+    speed = speed if kind == "drive" else 0
+    return {
+        "t_s": at_s,
+        "event": "frame",
+        "type": kind,
+        "verdict": "taken",
+        "turn": turn,
+        "left": speed,
+        "right": speed,
+    }
+
+
+def wheels(at_s: float, speed: int) -> dict[str, Any]:
+    return {"t_s": at_s, "event": "wheels", "left": speed, "right": speed}
+
+
+def record(*events: dict[str, Any]) -> Record:
+    found = Record(Path("unread"))
+    found.take(events)
+    return found
+
+
+def test_a_stop_is_timed_to_its_first_frame_and_to_standing_wheels() -> None:
+    """The first frame that stops counts, not a later one, and the wheels are told apart."""
+    seen = record(
+        frame(1.0), wheels(1.0, 100), frame(1.1, "stop"), wheels(1.15, 0), frame(1.2, "stop")
+    )
+    stopping = seen.stopping(1.05, 2.0)
+    assert seen.moved_at(1.05)
+    assert stopping.told_ms == pytest.approx(50)
+    assert stopping.stands_ms == pytest.approx(100)
+    assert stopping.by_itself_ms is None
+    assert stopping.moved_again == 0
+
+
+def test_motion_after_a_stop_is_counted() -> None:
+    """Each frame that moves the robot after it was stopped is wrong."""
+    seen = record(frame(1.0), wheels(1.0, 100), frame(1.1, "stop"), frame(1.2), frame(1.3))
+    assert seen.stopping(1.05, 2.0).moved_again == 2
+    assert seen.stopping(1.05, 1.25).moved_again == 1
+
+
+def test_a_stop_that_never_comes_misses_every_goal() -> None:
+    """A robot that moves on is no missing figure but a missed one."""
+    seen = record(frame(1.0), wheels(1.0, 100), frame(1.1), frame(1.2))
+    stopping = seen.stopping(1.05, 2.0)
+    assert stopping.told_ms is None
+    assert not timed("x", "y", [100.0, stopping.told_ms], 200.0).met
+    assert timed("x", "y", [100.0, 120.0], 200.0).met
+    assert not timed("x", "y", [100.0, 120.0], 200.0, wrong=1).met
+
+
+def test_a_robot_that_stood_before_was_not_moving() -> None:
+    """A trial in which the machine had stopped the robot by itself does not count."""
+    seen = record(frame(1.0), wheels(1.0, 100), frame(1.1, "stop"), wheels(1.12, 0))
+    assert seen.moved_at(1.05)
+    assert not seen.moved_at(1.11)
+    assert not seen.moved_at(1.5)
+    assert not record(frame(1.0), wheels(1.0, 100)).moved_at(1.2)
+
+
+def test_a_late_frame_of_an_old_turn_is_found() -> None:
+    """Motion for a turn that is over, and a switch without a stop between, are told."""
+    good = record(frame(1.0), frame(1.1, "stop"), frame(1.2, turn=2)).frames
+    assert switches(good).n == 1
+    assert switches(good).late == 0
+    assert switches(good).without_stop == 0
+    assert switches(good).gaps_ms[0] == pytest.approx(200)
+    bad = record(frame(1.0), frame(1.2, turn=2), frame(1.3)).frames
+    assert switches(bad).late == 1
+    assert switches(bad).without_stop == 1
+
+
+def test_halts_are_counted() -> None:
+    """Each standstill after motion is one, however long it lasts."""
+    frames = [frame(1.0), frame(1.1, "stop"), frame(1.2, "stop"), frame(1.3), frame(1.4, "stop")]
+    assert halts(record(*frames).frames) == 2
+
+
+def test_packets_are_matched_with_the_commands_that_they_carried() -> None:
+    """A lost packet loses its command, and an acknowledgement carries none."""
+    sent = [Sent(1, 0.00), Sent(2, 0.02), Sent(3, 0.04)]
+    packets = [
+        Packet(0.001, 150, 0.061),
+        Packet(0.010, 65, 0.070),
+        Packet(0.021, 150, None),
+        Packet(0.041, 150, 0.101),
+    ]
+    assert arrivals(sent, packets) == [Arrival(0.061, 1, 0.00), Arrival(0.101, 3, 0.04)]
+
+
+def test_a_shorter_time_to_live_stops_more_often() -> None:
+    """A hole of 0.2 s in the arrivals stops by 100 ms and not by 300."""
+    times = [i * 0.02 for i in range(50)] + [1.18 + i * 0.02 for i in range(50)]
+    found = [Arrival(at_s + 0.001, seq, at_s) for seq, at_s in enumerate(times, 1)]
+    assert replayed(found, 0.0, 100) == 1
+    assert replayed(found, 0.0, 300) == 0
+
+
+def test_what_is_corrupted_cannot_be_meant() -> None:
+    """No damaged command is one that the codec would take."""
+    random = Random(1)
+    row = '["drive",7,2,1234.5,-1.0,0.0,true,"gross",null,{}]'
+    parse_drive(row)
+    for _ in range(500):
+        damaged = corrupted(row, random)
+        with pytest.raises(ProtocolError):
+            parse_drive(damaged)
