@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import time
 from typing import TYPE_CHECKING
 
 import pytest
 import pytest_asyncio
 
 from e2e.harness import toml
+from e2e.harness.board import Board
 from e2e.harness.line import SerialLine
 from e2e.harness.wait import eventually
-from wax.robot.serial.frames import Decoder, Drive, Hello, Stop
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Awaitable, Callable
     from pathlib import Path
 
     from e2e.conftest import OpenViewer, Serve
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
-    from wax.robot.serial.frames import Frame
 
 
 @pytest_asyncio.fixture(loop_scope="session")
@@ -31,27 +32,32 @@ async def line(tmp_path: Path) -> AsyncIterator[SerialLine]:
     cable.unplug()
 
 
-def settings(line: SerialLine, dialect: str) -> str:
+@pytest_asyncio.fixture(loop_scope="session")
+async def board(tmp_path: Path) -> AsyncIterator[Board]:
+    made = Board(tmp_path)
+    await made.start()
+    yield made
+    await made.stop()
+
+
+def settings(port: Path, dialect: str) -> str:
     return toml.card_with(
         robot='driver = "serial"',
-        robot__serial=f'url = "{line.path}"\ndialect = "{dialect}"\nreopen_s = 0.2',
+        robot__serial=f'url = "{port}"\ndialect = "{dialect}"\nreopen_s = 0.2',
     )
 
 
-def frames(line: SerialLine) -> list[Frame]:
-    """Decode everything received since `forget`; raises `AssertionError` on a damaged frame."""
-    decoder = Decoder()
-    found = decoder.feed(bytes(line.received))
-    assert decoder.errors == 0, f"{decoder.errors} damaged frames"
-    return found
+async def the_problem(server: Server) -> str:
+    """Wait until the server says what is wrong with the robot."""
+
+    async def problem() -> str:
+        return str((await server.status())["robot"]["problem"] or "")
+
+    return await eventually(problem, "the server knows of the loss", within_s=3)
 
 
-def moves(line: SerialLine, dialect: str) -> bool:
-    """Tell whether anything received since `forget` would move the robot."""
-    if dialect == "bytes":
-        return any(octet in b"FBLRGIHJ" for octet in line.received)
-    drives = [frame.body for frame in frames(line) if isinstance(frame.body, Drive)]
-    return any(drive.left_mmps or drive.right_mmps for drive in drives)
+async def mended(server: Server) -> bool:
+    return bool((await server.status())["robot"]["connected"])
 
 
 async def take_the_wheel(open_viewer: OpenViewer, server: Server) -> Viewer:
@@ -59,6 +65,18 @@ async def take_the_wheel(open_viewer: OpenViewer, server: Server) -> Viewer:
     await viewer.join()
     await viewer.drives()
     return viewer
+
+
+async def hold_ahead(viewer: Viewer, drives: Callable[[], Awaitable[bool]]) -> None:
+    """Hold a key until the robot moves; press anew where a busy machine asked for that."""
+    for _ in range(3):
+        await viewer.page.keyboard.down("ArrowUp")
+        with contextlib.suppress(AssertionError):
+            await eventually(drives, "the robot moves", within_s=1.5, every_s=0.02)
+            return
+        await viewer.page.keyboard.up("ArrowUp")
+        await asyncio.sleep(0.3)
+    raise AssertionError("the robot does not move")
 
 
 async def receives(line: SerialLine, octet: bytes, within_s: float = 2) -> None:
@@ -73,7 +91,7 @@ async def test_a_key_becomes_one_byte_and_its_release_another(
     serve: Serve, tmp_path: Path, line: SerialLine, open_viewer: OpenViewer
 ) -> None:
     """In the dialect of 2004 each press is one byte, sent on change, and the release is a stop."""
-    async with serve(tmp_path, settings(line, "bytes")) as server:
+    async with serve(tmp_path, settings(line.path, "bytes")) as server:
         viewer = await take_the_wheel(open_viewer, server)
         for key, octet in (("ArrowUp", b"F"), ("s", b"B"), ("ArrowLeft", b"L"), ("d", b"R")):
             await asyncio.sleep(0.3)
@@ -88,95 +106,118 @@ async def test_a_key_becomes_one_byte_and_its_release_another(
 
 @pytest.mark.timeout(90)
 async def test_a_key_becomes_frames_that_expire(
-    serve: Serve, tmp_path: Path, line: SerialLine, open_viewer: OpenViewer
+    serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
 ) -> None:
-    """While a key is held whole frames of this turn come steadily; its release brings a stop."""
-    async with serve(tmp_path, settings(line, "frames")) as server:
+    """While a key is held frames of this turn come steadily; its release brings a stop."""
+    async with serve(tmp_path, settings(board.path, "frames")) as server:
         viewer = await take_the_wheel(open_viewer, server)
         turn = (await server.status())["turn"]["number"]
-        assert isinstance(frames(line)[0].body, Hello)
-        await asyncio.sleep(0.2)
-        line.forget()
-        await viewer.page.keyboard.down("ArrowUp")
+
+        async def drives() -> bool:
+            return board.moves
+
+        await hold_ahead(viewer, drives)
+        await asyncio.sleep(0.3)
+        begun_s = time.monotonic()
         await asyncio.sleep(1)
-        held = frames(line)
-        line.forget()
+        ended_s = time.monotonic()
         await viewer.page.keyboard.up("ArrowUp")
         await asyncio.sleep(0.5)
-        released = frames(line)
 
-        drives = [frame for frame in held if isinstance(frame.body, Drive)]
-        assert len(drives) >= 20, f"only {len(drives)} frames in a second"
-        assert {frame.turn for frame in drives} == {turn}
-        assert all(20 <= frame.ttl_ms <= 1000 for frame in drives)
-        sequence = [frame.sequence for frame in held]
-        assert sequence == sorted(set(sequence)), "sequence numbers do not rise"
-        last = drives[-1].body
-        assert isinstance(last, Drive)
-        assert last.left_mmps > 0
-        assert last.left_mmps == last.right_mmps
-
-        stands = [
-            isinstance(frame.body, Stop) or frame.body == Drive(0, 0) for frame in released[-10:]
-        ]
-        assert stands, "nothing was sent after the release"
-        assert all(stands)
+        frames = [event for event in board.events(begun_s) if event["event"] == "frame"]
+        held = [frame for frame in frames if frame["t_s"] < ended_s]
+        released = [frame for frame in frames if frame["t_s"] > ended_s]
+        assert {frame["verdict"] for frame in frames} == {"taken"}
+        assert {frame["type"] for frame in held} == {"drive"}
+        assert len(held) >= 20, f"only {len(held)} frames in a second"
+        assert {frame["turn"] for frame in held} == {turn}
+        assert {frame["ttl_ms"] for frame in held} == {200}
+        assert held[-1]["left"] == held[-1]["right"] > 0
+        assert {frame["type"] for frame in released[-5:]} == {"stop"}
+        assert not board.moves
 
 
 @pytest.mark.timeout(90)
-@pytest.mark.parametrize("dialect", ["frames", "bytes"])
 async def test_a_pulled_plug_is_told_and_nothing_moves_until_a_new_press(
-    serve: Serve, tmp_path: Path, line: SerialLine, open_viewer: OpenViewer, dialect: str
+    serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
 ) -> None:
     """Without the line the page says so; it comes back by itself, but motion needs a new press."""
-    async with serve(tmp_path, settings(line, dialect)) as server:
+
+    async def drives() -> bool:
+        return board.moves
+
+    async with serve(tmp_path, settings(board.path, "frames")) as server:
+        viewer = await take_the_wheel(open_viewer, server)
+        await hold_ahead(viewer, drives)
+        await board.unplug()
+        sentence = await the_problem(server)
+        await viewer.page.get_by_text(sentence).first.wait_for(state="visible", timeout=2000)
+        plugged_s = await board.plug()
+        await eventually(lambda: mended(server), "the line is opened again", within_s=5)
+        await viewer.page.get_by_text(sentence).first.wait_for(state="hidden", timeout=2000)
+        await asyncio.sleep(1)
+        frames = [event for event in board.events(plugged_s) if event["event"] == "frame"]
+        assert {frame["type"] for frame in frames} >= {"hello", "stop"}
+        assert "drive" not in {frame["type"] for frame in frames}, "it moved without a new press"
+        await viewer.page.keyboard.up("ArrowUp")
+        await asyncio.sleep(0.2)
+        await hold_ahead(viewer, drives)
+        await viewer.page.keyboard.up("ArrowUp")
+
+
+@pytest.mark.timeout(90)
+async def test_a_board_that_hears_nothing_is_told(
+    serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
+) -> None:
+    """A line that is there with nobody at its end is no robot, and the page says what to check."""
+    async with serve(tmp_path, settings(board.path, "frames")) as server:
+        await eventually(lambda: mended(server), "the board answers", within_s=5)
+        viewer = await open_viewer(server)
+        board.deafen(on=True)
+        sentence = await the_problem(server)
+        await viewer.page.get_by_text(sentence).first.wait_for(state="visible", timeout=2000)
+        board.deafen(on=False)
+        await eventually(lambda: mended(server), "the board answers again", within_s=5)
+
+
+@pytest.mark.timeout(90)
+async def test_a_pulled_plug_of_a_board_of_2004(
+    serve: Serve, tmp_path: Path, line: SerialLine, open_viewer: OpenViewer
+) -> None:
+    """In single bytes, too: the page says so, the line comes back, motion needs a new press."""
+    async with serve(tmp_path, settings(line.path, "bytes")) as server:
         viewer = await take_the_wheel(open_viewer, server)
 
         async def drives() -> bool:
-            return moves(line, dialect)
+            return any(octet in b"FBLRGIHJ" for octet in line.received)
 
-        await viewer.page.keyboard.down("ArrowUp")
-        await eventually(drives, "the robot is told to move", within_s=2)
+        await hold_ahead(viewer, drives)
         line.unplug()
-
-        async def problem() -> str:
-            return str((await server.status())["robot"]["problem"] or "")
-
-        sentence = await eventually(problem, "the server knows of the loss", within_s=3)
+        sentence = await the_problem(server)
         await viewer.page.get_by_text(sentence).first.wait_for(state="visible", timeout=2000)
-
         line.forget()
         line.plug()
-
-        async def mended() -> bool:
-            return bool((await server.status())["robot"]["connected"])
-
-        await eventually(mended, "the line is opened again", within_s=5)
+        await eventually(lambda: mended(server), "the line is opened again", within_s=5)
         await viewer.page.get_by_text(sentence).first.wait_for(state="hidden", timeout=2000)
         await asyncio.sleep(1)
         assert line.received, "nothing is said on the new line"
-        assert not moves(line, dialect), "it moved without a new press"
+        assert not await drives(), "it moved without a new press"
         await viewer.page.keyboard.up("ArrowUp")
         await asyncio.sleep(0.2)
-        await viewer.page.keyboard.down("ArrowUp")
-        await eventually(drives, "the robot is told to move again", within_s=2)
+        await hold_ahead(viewer, drives)
         await viewer.page.keyboard.up("ArrowUp")
 
 
 @pytest.mark.timeout(90)
 async def test_a_missing_port_does_not_keep_the_server_from_starting(
-    serve: Serve, tmp_path: Path, line: SerialLine, open_viewer: OpenViewer
+    serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
 ) -> None:
     """With no robot plugged in the picture plays and the page says what is missing."""
-    line.unplug()
-    async with serve(tmp_path, settings(line, "frames")) as server:
+    await board.unplug()
+    async with serve(tmp_path, settings(board.path, "frames")) as server:
         viewer = await open_viewer(server)
-        robot = (await server.status())["robot"]
-        assert robot["connected"] is False
-        await viewer.page.get_by_text(robot["problem"]).first.wait_for(timeout=3000)
-        line.plug()
-
-        async def found() -> bool:
-            return bool((await server.status())["robot"]["connected"])
-
-        await eventually(found, "the robot is found when it is plugged in", within_s=5)
+        assert not await mended(server)
+        sentence = await the_problem(server)
+        await viewer.page.get_by_text(sentence).first.wait_for(timeout=3000)
+        await board.plug()
+        await eventually(lambda: mended(server), "the robot is found", within_s=5)
