@@ -2,8 +2,8 @@
 # .cache/firmware and is built again only when its source has changed.
 #
 #   board               wax-board, the core behind a pseudo-terminal; prints its path
-#   library [SOURCE]    the core as a shared library; prints its path. SOURCE is another
-#                       server/firmware, such as one with a fault in it
+#   library [SOURCE [FOLDER]]  the core as a shared library; prints its path. SOURCE is another
+#                       server/firmware, such as one with a fault in it, for another FOLDER
 #   coverage COMMAND…   run a command with WAX_FIRMWARE_LIBRARY set to a core that counts its
 #                       branches; print as JSON how many of how many were taken
 #   avr                 the sketch for the ATmega328P of an Uno; prints its sizes as JSON
@@ -49,9 +49,9 @@ board() {
 }
 
 library() {
-    key=$(sources_of "$1")
-    build "$cache/libwax-$key.so" "$key" -shared -fPIC "$1"/wax/src/core/*.cpp "$1/host/capi.cpp"
-    echo "$cache/libwax-$key.so"
+    build "$2/libwax.so" "$(sources_of "$1")" -shared -fPIC "$1"/wax/src/core/*.cpp \
+        "$1/host/capi.cpp"
+    echo "$2/libwax.so"
 }
 
 coverage() {
@@ -85,11 +85,12 @@ avr() {
             -I$core/cores/arduino -I$core/variants/standard"
         # shellcheck disable=SC2086
         {
+            # Neither its authors nor we promise anything about warnings in Arduino's own code.
             (cd "$folder" && avr-gcc $common -w -c $core/cores/arduino/*.c &&
                 avr-g++ $common -w -std=gnu++11 -fno-threadsafe-statics -c $core/cores/arduino/*.cpp &&
                 avr-gcc $common -w -x assembler-with-cpp -c $core/cores/arduino/*.S)
             # Arduino adds the first line itself.
-            avr-g++ $common -Wall -Wextra -std=gnu++11 -fno-threadsafe-statics -x c++ \
+            avr-g++ $common $warnings -std=gnu++11 -fno-threadsafe-statics -x c++ \
                 -include Arduino.h -c $firmware/wax/wax.ino -o "$folder/sketch.o"
             for source in $firmware/wax/src/core/*.cpp; do
                 avr-g++ $common $warnings -std=gnu++11 -fno-threadsafe-statics -c "$source" \
@@ -111,8 +112,8 @@ what=${1:-board}
 [ $# = 0 ] || shift
 case $what in
 board) board ;;
-library) library "${1:-$firmware}" ;;
+library) library "${1:-$firmware}" "${2:-$cache}" ;;
 coverage) coverage "$@" ;;
 avr) avr ;;
-*) die "usage: sh .make/firmware.sh board | library [SOURCE] | coverage COMMAND… | avr" ;;
+*) die "usage: sh .make/firmware.sh board | library [SOURCE [FOLDER]] | coverage COMMAND… | avr" ;;
 esac

@@ -68,10 +68,11 @@ class _Frame(ctypes.Structure):
     ]
 
 
-def build(firmware: Path = FIRMWARE) -> Path:
+def build(firmware: Path = FIRMWARE, folder: Path | None = None) -> Path:
     """Build the library from these sources, where they have changed; raises what the build says."""
+    into = [] if folder is None else [str(folder)]
     built = subprocess.run(
-        ["sh", ".make/firmware.sh", "library", str(firmware)],
+        ["sh", ".make/firmware.sh", "library", str(firmware), *into],
         cwd=ROOT,
         capture_output=True,
         text=True,

@@ -68,7 +68,8 @@ wax::Inputs inputs() {
     wax::Inputs now = wax::Inputs();
     now.battery_mv = battery_mv();
     for (uint8_t at = 0; at < config::BUMPERS; ++at)
-        if (!digitalRead(config::BUMPER_PINS[at])) now.bumpers |= static_cast<uint8_t>(1 << at);
+        if (!digitalRead(config::BUMPER_PINS[at]))
+            now.bumpers = static_cast<uint8_t>(now.bumpers | 1 << at);
     noInterrupts();
     now.left_ticks = left_ticks;
     now.right_ticks = right_ticks;

@@ -1,0 +1,80 @@
+"""The line as a black channel: nothing that it does moves a wheel that should not move."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections import Counter
+from random import Random
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.firmware.channel import ERRORS, make_trace, play
+from tests.firmware.core import FIRMWARE, build, load
+
+if TYPE_CHECKING:
+    import ctypes
+    from pathlib import Path
+
+TRACES = int(os.environ.get("WAX_TRACES", "2000"))
+MUTANT_TRACES = 400
+
+# What the core must not lack; each is a line of it, and what becomes of it.
+MUTANTS = {
+    "no time-to-live": ("robot.cpp", "now_ms - arrived_ms_ >= ttl_ms_", "false"),
+    "a time-to-live that never ends at the wrap": (
+        "robot.cpp", "now_ms - arrived_ms_ >= ttl_ms_", "now_ms >= arrived_ms_ + ttl_ms_",
+    ),
+    "no session": ("frame.cpp", "frame.type == HELLO ?", "session != 0 ?"),
+    "no turns": ("robot.cpp", "frame.turn < turn_", "false"),
+    "no sequence": ("robot.cpp", "!is_newer(frame.sequence)", "false"),
+    "the same again": ("robot.cpp", "sequence - sequence_ - 1", "sequence - sequence_"),
+    "no age": ("robot.cpp", "age_ms > ttl_of(frame)", "false"),
+    "no age since hello": ("robot.cpp", "age_ms > now_ms - hello_ms_", "false"),
+    "a stop is of its turn only": (
+        "robot.cpp", "frame.type == HELLO || frame.type == STOP", "frame.type == HELLO",
+    ),
+    "a stop that another motion follows": ("robot.cpp", "stand();\n    }", "break;\n    }"),
+    "a hello that does not stop": ("robot.cpp", "stand();\n            return;", "return;"),
+    "a stop that forgets what came after it": (
+        "robot.cpp", "if (is_newer(frame.sequence)) sequence_", "sequence_",
+    ),
+    "no CRC": ("frame.cpp", "!= get16(bytes + HEADER_SIZE + size)) return", "== 0) return"),
+}  # fmt: skip
+
+
+@pytest.mark.timeout(3600)
+def test_no_wrong_execution() -> None:
+    """Corrupted, repeated, disordered, lost, late, inserted, forged or another's: none moves it."""
+    counts: Counter[str] = Counter()
+    errors: Counter[str] = Counter()
+    for seed in range(TRACES):
+        trace = make_trace(Random(seed))
+        try:
+            counts += play(trace)
+        except AssertionError as error:
+            raise AssertionError(f"trace {seed}: {error}") from error
+        errors += trace.errors
+    assert set(errors) == set(ERRORS)
+    assert counts["taken"] > 5 * TRACES
+    assert counts["refused"] > TRACES
+
+
+@pytest.mark.parametrize("fault", MUTANTS)
+def test_a_core_without_one_of_its_rules_is_found_out(fault: str, tmp_path: Path) -> None:
+    """With any one rule taken out of the core the same traces find a wrong execution."""
+    core = _mutant(tmp_path, *MUTANTS[fault])
+    with pytest.raises(AssertionError):  # noqa: PT012
+        for seed in range(MUTANT_TRACES):
+            play(make_trace(Random(seed)), core)
+
+
+def _mutant(folder: Path, name: str, line: str, instead: str) -> ctypes.CDLL:
+    """Build the core with one line of it changed."""
+    shutil.copytree(FIRMWARE, folder / "firmware")
+    source = folder / "firmware" / "wax" / "src" / "core" / name
+    text = source.read_text(encoding="utf-8")
+    assert text.count(line) == 1, f"{name} has no such line any more: {line}"
+    source.write_text(text.replace(line, instead), encoding="utf-8")
+    library = build(folder / "firmware", folder)
+    return load(library)
