@@ -252,7 +252,7 @@ class Crowd:
 
     def _send(self, viewer: int, turn: int) -> None:
         self.seq += 1
-        neutral = self.neutral_since_s is None or self.rng.random() < 0.1
+        neutral = self.rng.random() < (0.5 if self.neutral_since_s is None else 0.1)
         share = 0.0 if neutral else 0.1 + 0.9 * self.rng.random()
         command = Command(
             seq=self.seq,
