@@ -35,18 +35,21 @@ _EVENTS: Final = {
 """What the browser tells a page; headless Chromium keeps every tab in front and in focus, so that
 these events have to be made. A cancelled touch is the browser's own (`Fingers.cancel`)."""
 
+_PATIENT: Final = {"turns": {"grace_s": 5.0}}
+"""A page that was hidden for good has closed its connection; it comes back to its own turn."""
+
 _SHOW: Final = """() => {
     delete document.visibilityState;
     delete document.hidden;
     document.dispatchEvent(new Event("visibilitychange"));
-    window.dispatchEvent(new Event("pageshow"));
+    window.dispatchEvent(new PageTransitionEvent("pageshow", { persisted: true }));
     window.dispatchEvent(new Event("focus"));
 }"""
 
 
 async def hands_off(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
     """From the event to the first frame that stops; `n` times each."""
-    async with staged(SEEING, settings) as stage, chromiums() as launch:
+    async with staged(SEEING, _PATIENT, settings) as stage, chromiums() as launch:
         page = await launch(stage.server.url, has_touch=True)
         await page.take_the_wheel()
         hands = _Hands(stage, page, await Fingers.of(page.viewer))
@@ -66,6 +69,7 @@ class _Hands:
         self._stage = stage
         self._page = page
         self._fingers = fingers
+        self._is_down = False
 
     async def by_event(self, script: str) -> Stopping | None:
         browser = self._page.viewer.page
@@ -79,6 +83,7 @@ class _Hands:
         found = self._found(since_s)
         await browser.evaluate(_SHOW)
         await self._page.let_go()
+        await self._page.viewer.drives()
         return found
 
     async def by_touch(self) -> Stopping | None:
@@ -86,12 +91,15 @@ class _Hands:
         await random_phase()
         since_s = time.monotonic()
         await self._fingers.cancel()
+        self._is_down = False
         await asyncio.sleep(_LOOK_S)
         return self._found(since_s)
 
     async def _touch(self) -> None:
-        await self._fingers.cancel()
+        if self._is_down:
+            await self._fingers.lift(0)
         await asyncio.sleep(0.08)
+        self._is_down = True
         await self._fingers.press(0, self._page.viewer.button("Forward"))
 
     def _found(self, since_s: float) -> Stopping | None:

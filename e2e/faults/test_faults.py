@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from e2e.faults.finding import Figure
 
-TRIALS = 3
+TRIALS = 2
 _TICK_S = 0.01
 
 pytestmark = pytest.mark.timeout(90)
