@@ -12,6 +12,7 @@ import pytest_asyncio
 from e2e.harness import toml
 from e2e.harness.hands import Fingers
 from e2e.harness.robot import moves, pose, stands_still, turn_by_key, undisturbed
+from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -69,6 +70,18 @@ async def drive_by_keys(server: Server, viewer: Viewer, *keys: str, seconds: flo
         return Drive(start, await pose(server))
 
     return await undisturbed(server, attempt)
+
+
+async def release_stop(server: Server, viewer: Viewer) -> None:
+    """Hold the button that releases the stop for as long as it asks for."""
+    await viewer.button("Hold to release").hover()
+    await viewer.page.mouse.down()
+
+    async def released() -> bool:
+        return (await server.status())["stop"] is None
+
+    await eventually(released, "the stop is released", within_s=3)
+    await viewer.page.mouse.up()
 
 
 @pytest.mark.timeout(90)
@@ -155,12 +168,37 @@ async def test_two_thumbs_drive_a_curve(server: Server, open_viewer: OpenViewer)
 
 
 @pytest.mark.timeout(90)
-async def test_stop_button_stops_under_a_held_key(server: Server, driver: Viewer) -> None:
-    """Stop ends the motion though a key is still down."""
+async def test_stop_latches_until_it_is_released(server: Server, driver: Viewer) -> None:
+    """Stop ends the motion though a key is still down; neither that nor the release moves it."""
     await turn_by_key(server, driver)
     await driver.button("Stop").click()
     assert await stands_still(server)
+    await driver.page.get_by_text("Stopped by").first.wait_for(state="visible", timeout=2000)
     await driver.page.keyboard.up("ArrowLeft")
+    await driver.page.keyboard.down("ArrowLeft")
+    assert not await moves(server, during_s=0.8)
+    await release_stop(server, driver)
+    assert not await moves(server, during_s=0.8)
+    await driver.page.keyboard.up("ArrowLeft")
+    await turn_by_key(server, driver)
+    await driver.page.keyboard.up("ArrowLeft")
+
+
+@pytest.mark.timeout(90)
+async def test_everybody_stops_the_robot(
+    server: Server, driver: Viewer, open_viewer: OpenViewer
+) -> None:
+    """One who only watches stops the robot, and all read his name."""
+    watching = await open_viewer(server)
+    await watching.name.fill("Wanda")
+    await watching.name.press("Enter")
+    await turn_by_key(server, driver)
+    await watching.button("Stop").click()
+    assert await stands_still(server)
+    for viewer in (driver, watching):
+        await viewer.page.get_by_text("Stopped by Wanda").first.wait_for(timeout=2000)
+    await driver.page.keyboard.up("ArrowLeft")
+    await release_stop(server, driver)
 
 
 @pytest.mark.timeout(90)

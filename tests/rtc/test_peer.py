@@ -425,3 +425,16 @@ async def test_garbage_is_refused_with_a_sentence() -> None:
         await peer.answer("\r\n".join(["v=0", *sections]))
     assert not peer.is_alive
     assert events.seen == [("closed", None)]
+
+
+@pytest.mark.parametrize(("at_once", "most_10ms"), [(True, 0), (False, 51)])
+async def test_a_picture_is_never_shown_untold(
+    pair: Pair, *, at_once: bool, most_10ms: int
+) -> None:
+    """Firefox, which does not tell of pictures shown at once, is left a range to show them in."""
+    picture = pair.peer._picture
+    picture.shows_at_once = at_once
+    pair.peer.hold_back(0)
+    assert picture._playout_delay == rtp.PlayoutDelay(0, most_10ms)
+    pair.peer.hold_back(50)
+    assert picture._playout_delay == rtp.PlayoutDelay(5, 5)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wax.errors import SignallingError
-from wax.rtc.signalling import MAX_SDP_CHARS, clean_offer
+from wax.rtc.signalling import MAX_SDP_CHARS, clean_offer, is_firefox
 
 GOOD = "\r\n".join(
     [
@@ -57,3 +57,10 @@ def test_any_text_is_cleaned_or_refused(text: str) -> None:
         pass
     else:
         assert text.startswith("v=0")
+
+
+def test_firefox_is_known_by_its_origin() -> None:
+    """Only the origin line counts, not what else an offer names."""
+    firefox = "v=0\r\no=mozilla...THIS_IS_SDPARTA-99.0 1 0 IN IP4 0.0.0.0\r\ns=-\r\n"
+    assert is_firefox(firefox)
+    assert not is_firefox("v=0\r\no=- 1 2 IN IP4 127.0.0.1\r\ns=mozilla o=mozilla\r\n")

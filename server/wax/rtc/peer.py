@@ -19,6 +19,7 @@ from wax.rtc import private, rtp
 from wax.rtc.outlet import Outlet
 from wax.rtc.picture_sender import PictureSender
 from wax.rtc.sender import Seat, Sender
+from wax.rtc.signalling import is_firefox
 from wax.rtc.sound_sender import SoundSender
 
 if TYPE_CHECKING:
@@ -121,6 +122,7 @@ class Peer:
         """Answer a clean offer; raises `SignallingError`, and the peer is closed then."""
         try:
             description = RTCSessionDescription(offer, "offer")
+            self._picture.shows_at_once = not is_firefox(offer)
             async with asyncio.timeout(_ANSWER_S):
                 await self._pc.setRemoteDescription(description)
                 if self._way.watched:

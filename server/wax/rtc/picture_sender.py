@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 _TICK_S: Final = 0.001
 """An event loop wakes no more finely than this."""
+_NOT_AT_ONCE_10MS: Final = 51
+"""Just beyond the 500 ms below which libwebrtc shows pictures at once where the least is 0."""
 _NACK: Final = 1
 _PLI: Final = 1
 _FIR: Final = 4
@@ -51,6 +53,8 @@ class PictureSender(Sender):
         self._packetizer = _packetizer(codec)
         self._round_trip_s = round_trip_s
         self._on_keyframe_wanted = on_keyframe_wanted
+        self.shows_at_once = True
+        """The browser tells of pictures that it shows at once as of others; Firefox does not."""
         self._playout_delay: rtp.PlayoutDelay | None = None
         self._news = asyncio.Event()
         self._history = History()
@@ -64,7 +68,8 @@ class PictureSender(Sender):
         # Zero for both makes Chromium show a picture at once (its low-latency renderer);
         # a range would let it choose by itself, so it is one value.
         steps = min(max(round(least_ms / 10), 0), 4095)
-        self._playout_delay = rtp.PlayoutDelay(steps, steps)
+        is_at_once = steps == 0 and not self.shows_at_once
+        self._playout_delay = rtp.PlayoutDelay(steps, _NOT_AT_ONCE_10MS if is_at_once else steps)
         return self._ids.playout_delay is not None
 
     def _asked(self, packet: AnyRtcpPacket) -> None:

@@ -31,6 +31,11 @@ def clean_offer(sdp: str) -> str:
     return "\r\n".join(kept) + "\r\n"
 
 
+def is_firefox(offer: str) -> bool:
+    """Tell whether Firefox made an offer; its origin says so (RFC 8866 5.2)."""
+    return "\no=mozilla" in offer
+
+
 def _is_unwanted(line: str) -> bool:
     if line.startswith("a=end-of-candidates"):
         return True
