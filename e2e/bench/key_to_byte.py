@@ -1,4 +1,4 @@
-"""From a key that goes down in the browser to the first byte on the serial line that moves."""
+"""From a key that goes down in the browser to the first frame on the serial line that moves."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from bisect import bisect_left
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from e2e.bench.board import Board
 from e2e.bench.browser import KEYS_JS, chromium, fresh_page, page_clock
 from e2e.bench.errors import BenchError
 from e2e.bench.motion import Change, changes
-from e2e.bench.serial_line import SerialLine
 from e2e.bench.servers import TEST_CARD, Server
 from e2e.bench.spread import Spread, spread
 
@@ -60,9 +60,9 @@ class KeyToByte:
 
 def measure(side: Side, plan: Plan) -> KeyToByte:
     """Type in a real browser; `side` is ours, since a stock aiortc server has no robot."""
-    with SerialLine() as line:
+    with Board() as board:
         with (
-            Server(side, settings=_settings(line.url)) as server,
+            Server(side, settings=_settings(board.url)) as server,
             chromium() as browser,
             fresh_page(browser, KEYS_JS) as page,
         ):
@@ -72,7 +72,7 @@ def measure(side: Side, plan: Plan) -> KeyToByte:
             _type(page, plan.presses)
             clock_after = page_clock(page)
             strokes = _strokes(page, min((clock_before, clock_after), key=lambda c: c.error_ms))
-        moves = changes(line.finish())
+        moves = changes(board.finish())
     drift_ms = abs(clock_before.offset_ms - clock_after.offset_ms)
     press_ms = delays(strokes, moves, down=True)
     release_ms = delays(strokes, moves, down=False)

@@ -1,16 +1,12 @@
-"""What the frames on the serial line mean: when the robot was told to move, and when to stand."""
+"""What the board's log means: when the robot was told to move, and when to stand."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-from wax.robot.serial.frames import Decoder, Drive, Stop
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from e2e.bench.serial_line import Piece
+    from collections.abc import Iterable, Mapping
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,21 +17,21 @@ class Change:
     moving: bool
 
 
-def changes(pieces: Iterable[Piece]) -> list[Change]:
-    """Read the dialect ``frames`` as a board does; the robot stands at first."""
-    decoder = Decoder()
+def changes(log: Iterable[Mapping[str, Any]]) -> list[Change]:
+    """Read a board's log; the robot stands at first. Only frames that were taken count."""
     found: list[Change] = []
     moving = False
-    for piece in pieces:
-        for frame in decoder.feed(piece.data):
-            match frame.body:
-                case Drive(left_mmps, right_mmps):
-                    moves = bool(left_mmps or right_mmps)
-                case Stop():
-                    moves = False
-                case _:
-                    continue
-            if moves is not moving:
-                moving = moves
-                found.append(Change(at_ms=piece.at_ms, moving=moving))
+    for event in log:
+        if event["event"] != "frame" or event["verdict"] != "taken":
+            continue
+        match event["type"]:
+            case "drive":
+                moves = bool(event["left"] or event["right"])
+            case "stop":
+                moves = False
+            case _:
+                continue
+        if moves is not moving:
+            moving = moves
+            found.append(Change(at_ms=event["t_s"] * 1000, moving=moving))
     return found

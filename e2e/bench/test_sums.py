@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from e2e.bench.errors import BenchError
 from e2e.bench.key_to_byte import Stroke, delays
 from e2e.bench.motion import Change, changes
-from e2e.bench.serial_line import Piece
 from e2e.bench.spread import spread
-from wax.robot.serial.frames import Body, Drive, Frame, Hello, Stop, encode
 
 
 def test_quantiles_are_of_the_values_that_were_measured() -> None:
@@ -26,25 +26,26 @@ def test_nothing_measured_is_said_and_not_summed_up() -> None:
 
 
 def test_only_a_change_of_motion_counts() -> None:
-    """Repeated frames, a curve, a drive of zero and the greeting are no new start or stop."""
-    bodies: list[Body] = [
-        Hello(),
-        Stop(),
-        Drive(0, 0),
-        Drive(9, 9),
-        Drive(9, 9),
-        Drive(5, 9),
-        Stop(),
-        Stop(),
+    """Repeated and refused frames, a curve, a drive of zero and hello are no new start or stop."""
+
+    def frame(kind: str, left: int = 0, right: int = 0, verdict: str = "taken") -> dict[str, Any]:
+        frame = {"event": "frame", "type": kind, "verdict": verdict}
+        return frame | {"left": left, "right": right}
+
+    log = [
+        {"event": "plugged"},
+        frame("hello"),
+        frame("stop"),
+        frame("drive"),
+        frame("drive", 9, 9, "late"),
+        frame("drive", 9, 9),
+        frame("drive", 9, 9),
+        frame("drive", 5, 9),
+        frame("stop"),
+        frame("stop"),
     ]
-    pieces = [Piece(float(at_ms), encode(Frame(body))) for at_ms, body in enumerate(bodies)]
-    assert changes(pieces) == [Change(3.0, moving=True), Change(6.0, moving=False)]
-
-
-def test_a_frame_in_two_pieces_counts_when_it_is_whole() -> None:
-    """A board cannot act on half a frame, so the second half's time is taken."""
-    data = encode(Frame(Drive(9, 9)))
-    assert changes([Piece(1.0, data[:7]), Piece(2.0, data[7:])]) == [Change(2.0, moving=True)]
+    timed = [event | {"t_s": float(at_s)} for at_s, event in enumerate(log)]
+    assert changes(timed) == [Change(5000.0, moving=True), Change(8000.0, moving=False)]
 
 
 def test_each_stroke_is_answered_by_the_first_change_after_it() -> None:
