@@ -295,6 +295,16 @@ def test_late_renewal_keeps_the_rhythm(now_s: float, ends_s: float) -> None:
     assert turns.tick(now_s) == (TurnRenewed(1, A, ends_s),)
 
 
+def test_renewal_is_one_event_whatever_is_rounded() -> None:
+    """A renewal that falls on the end of a later turn is one event, and ends after now."""
+    turns = make(turn_s=1.1)
+    turns.connect(A, 268.729)
+    turns.join(A, 268.729)
+    [renewed] = turns.tick(272.029)
+    assert isinstance(renewed, TurnRenewed)
+    assert renewed.ends_s == pytest.approx(273.129)
+
+
 def test_late_tick_replays_in_order() -> None:
     """What fell due meanwhile happens in the order of its time, also in a late tick."""
     turns = make(A, B, C)

@@ -213,7 +213,10 @@ class Turns:
         if self._next_present() is None and not self.is_lost(turn.operator):
             turn_s = self._settings.turn_s
             turns = math.floor((now_s - turn.ends_s) / turn_s) + 1
-            self._turn = _Turn(turn.operator, turn.ends_s + turns * turn_s)
+            ends_s = turn.ends_s + turns * turn_s
+            if ends_s <= now_s:  # rounded down to the very instant that is over now
+                ends_s += turn_s
+            self._turn = _Turn(turn.operator, min(ends_s, now_s + turn_s))
             return [TurnRenewed(self._number, turn.operator, self._turn.ends_s)]
         self._turn = None
         self._queue.append(turn.operator)
