@@ -1,0 +1,193 @@
+"""Runs tests in processes that are forked from one in which what they all need is loaded already.
+
+So that a fault costs the time of its tests and little more. The tests see a copy of the tree, and
+a module with a fault takes the place of the real one as it is imported: nothing is changed in any
+file, and the tree may be worked on meanwhile. Hypothesis draws the same examples for all
+(its profile for CI), and does not make a failure shorter.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.abc
+import importlib.util
+import math
+import os
+import resource
+import shutil
+import signal
+import sys
+import tempfile
+import time
+import traceback
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NoReturn
+
+import hypothesis
+import pytest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+    from importlib.machinery import ModuleSpec
+    from types import ModuleType
+
+ROOT: Final = Path(__file__).resolve().parents[2]
+_COPIED: Final = ("server", "tests", ".make", "config", "pyproject.toml")
+_NOT_COPIED: Final = shutil.ignore_patterns("__pycache__", "web", "node_modules")
+_LOADED: Final = (
+    "aiohttp",
+    "hypothesis.stateful",
+    "hypothesis.strategies",
+    "numpy",
+    "pydantic",
+    "pytest_asyncio",
+    "serial",
+    "structlog",
+)
+_LOADED_ALREADY: Final = "-Wignore::pytest.PytestAssertRewriteWarning"
+_OPTIONS: Final = (
+    "-x",
+    "-q",
+    "--no-header",
+    "-p",
+    "no:cacheprovider",
+    "--timeout=0",
+    _LOADED_ALREADY,
+)
+_MEMORY_BYTES: Final = 4 << 30
+PASSED, FAILED, BROKEN, NOTHING_TO_TEST, TIMED_OUT = 0, 1, 70, 71, -1000
+"""How a run ends: as pytest says, but for the last three."""
+
+
+class NothingToTestError(Exception):
+    """What was prepared is no other program."""
+
+
+class Nursery:
+    """Forks runs of tests on the copy of the tree in `tree`."""
+
+    def __init__(self, tree: Path) -> None:
+        self.tree = tree
+        self._ends_s: dict[int, float] = {}
+
+    def start(
+        self,
+        tests: Sequence[str],
+        prepare: Callable[[], None],
+        *,
+        cpu_s: float,
+        wall_s: float,
+        log: Path,
+    ) -> int:
+        """Begin to run tests after `prepare`, both in a process of their own; give its number.
+
+        `cpu_s` is the most that it may reckon, `wall_s` the most that it may take.
+        """
+        run = os.fork()
+        if run == 0:
+            _run(self.tree, tests, prepare, cpu_s, log)
+        self._ends_s[run] = time.monotonic() + wall_s
+        return run
+
+    def wait(self) -> tuple[int, int, float]:
+        """Wait until a run ends; give its number, how it ended, and the seconds it reckoned."""
+        while True:
+            run, status, used = os.wait4(-1, os.WNOHANG)
+            if run:
+                break
+            for late in [run for run, end_s in self._ends_s.items() if end_s < time.monotonic()]:
+                _kill(late)
+            time.sleep(0.01)
+        _kill(run)  # what it may have started
+        del self._ends_s[run]
+        code = os.waitstatus_to_exitcode(status)
+        timed_out = code in {-signal.SIGKILL, -signal.SIGXCPU}
+        return run, TIMED_OUT if timed_out else code, used.ru_utime + used.ru_stime
+
+    def end(self) -> None:
+        for run in self._ends_s:
+            _kill(run)
+
+
+def _kill(run: int) -> None:
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(run, signal.SIGKILL)
+
+
+@contextmanager
+def open_nursery() -> Iterator[Nursery]:
+    """Copy the tree, load what is needed, and leave nothing behind."""
+    os.environ["CI"] = "1"  # tests/conftest.py leaves the choice of a profile to it
+    hypothesis.settings.load_profile("ci")  # the same examples each time, and none remembered
+    for name in _LOADED:
+        importlib.import_module(name)
+    with tempfile.TemporaryDirectory(prefix="wax-mutants-") as folder:
+        for name in _COPIED:
+            here, there = ROOT / name, Path(folder) / name
+            if here.is_dir():
+                shutil.copytree(here, there, ignore=_NOT_COPIED)
+            else:
+                shutil.copy(here, there)
+        nursery = Nursery(Path(folder))
+        try:
+            yield nursery
+        finally:
+            nursery.end()
+
+
+def use_source(module: str, source: str, tree: Path) -> None:
+    """Let this process import a module from this source."""
+    sys.meta_path.insert(0, _Changeling(module, source, tree))
+
+
+def _run(
+    tree: Path, tests: Sequence[str], prepare: Callable[[], None], cpu_s: float, log: Path
+) -> NoReturn:
+    code = BROKEN
+    try:
+        os.setsid()
+        out = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
+        for stream in (1, 2):
+            os.dup2(out, stream)
+        limit_s = math.ceil(cpu_s)
+        resource.setrlimit(resource.RLIMIT_CPU, (limit_s, limit_s + 1))
+        resource.setrlimit(resource.RLIMIT_AS, (_MEMORY_BYTES, _MEMORY_BYTES))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        os.chdir(tree)
+        sys.path[:0] = [str(tree), str(tree / "server")]
+        prepare()
+        _do_not_shrink()
+        code = int(pytest.main([*_OPTIONS, *tests]))
+    except NothingToTestError:
+        code = NOTHING_TO_TEST
+    except BaseException:
+        traceback.print_exc()
+        sys.stderr.flush()
+    finally:
+        os._exit(code)
+
+
+def _do_not_shrink() -> None:
+    phases = [hypothesis.Phase.explicit, hypothesis.Phase.generate]
+    hypothesis.settings.register_profile("mutants", hypothesis.settings(), phases=phases)
+    hypothesis.settings.load_profile("mutants")
+
+
+class _Changeling(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    """Gives one module another source; all else about it is as it was."""
+
+    def __init__(self, module: str, source: str, tree: Path) -> None:
+        self._module = module
+        self._source = source
+        self._path = tree / "server" / (module.replace(".", "/") + ".py")
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        if fullname != self._module:
+            return None
+        return importlib.util.spec_from_file_location(fullname, self._path, loader=self)
+
+    def exec_module(self, module: ModuleType) -> None:
+        exec(compile(self._source, str(self._path), "exec"), module.__dict__)

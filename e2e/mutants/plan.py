@@ -1,0 +1,86 @@
+"""Which sources are put to the test, and by which tests.
+
+A mutant is run against its own tests in the order given here, and no further than the first that
+fails: the quick ones come first. Only they count, so each module is held by the tests that mean it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+ACCEPTED: Final = 0.95
+"""At least so many of all mutants must be noticed."""
+
+CORE: Final = "server/firmware/wax/src/core"
+
+_GATE: Final = ("test_gate", "test_gate_properties", "test_black_channel")
+_LOOP: Final = ("test_control_loop",)
+_CONTROL: Final[dict[str, tuple[str, ...]]] = {
+    "beat": ("test_beat", *_LOOP),
+    "command": _GATE,
+    "freshness": ("test_freshness", *_GATE),
+    "gate": _GATE,
+    "helm": _LOOP,
+    "latch": ("test_latch", *_LOOP),
+    "line": ("test_line", *_LOOP),
+    "loop": _LOOP,
+    "ramp": ("test_ramp", *_LOOP),
+    "reach": ("test_reach", "test_speed"),
+    "reasons": (*_GATE, *_LOOP),
+    "rules": ("test_rules", *_LOOP),
+    "sight": ("test_sight", *_GATE),
+    "speed": ("test_speed", *_GATE),
+    "turns": ("test_turns", "test_turns_properties"),
+}
+_ROBOT: Final[dict[str, tuple[str, ...]]] = {
+    "guard": ("test_guard", "test_wheels", "test_setpoints"),
+    "process/warden": ("process/test_warden",),
+    "serial/frames": ("test_serial_frames", "test_dialects"),
+    "serial/framed": ("test_dialects",),
+    "serial/setpoints": ("test_setpoints",),
+    "serial/wheels": ("test_wheels",),
+}
+_CORE_FILES: Final = (
+    "crc16.h",
+    "decoder.cpp",
+    "decoder.h",
+    "frame.cpp",
+    "frame.h",
+    "ramp.cpp",
+    "ramp.h",
+    "robot.cpp",
+    "robot.h",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A source, and the tests that must notice what is wrong with it."""
+
+    file: str
+    tests: tuple[str, ...]
+
+    @property
+    def is_cpp(self) -> bool:
+        return not self.file.endswith(".py")
+
+    @property
+    def module(self) -> str:
+        """Name it as Python does."""
+        return self.file.removeprefix("server/").removesuffix(".py").replace("/", ".")
+
+    @property
+    def test_folders(self) -> tuple[str, ...]:
+        return tuple(sorted({test.rpartition("/")[0] for test in self.tests}))
+
+
+def _in(folder: str, tests: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(f"tests/{folder}/{test}.py" for test in tests)
+
+
+TARGETS: Final = (
+    *(Target(f"server/wax/control/{k}.py", _in("control", v)) for k, v in _CONTROL.items()),
+    *(Target(f"server/wax/robot/{k}.py", _in("robot", v)) for k, v in _ROBOT.items()),
+    *(Target(f"{CORE}/{file}", _in("firmware", ("test_core",))) for file in _CORE_FILES),
+)

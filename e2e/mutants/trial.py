@@ -1,0 +1,124 @@
+"""Puts the mutants of one source to the test, several at once."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import shutil
+import time
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Final
+
+from e2e.mutants import cpp_build
+from e2e.mutants.nursery import BROKEN, FAILED, PASSED, TIMED_OUT, use_source
+from e2e.mutants.record import KILLED, NEVER_ENDED, NONE, SURVIVED, evidence_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from e2e.mutants.mutant import Mutant
+    from e2e.mutants.nursery import Nursery
+    from e2e.mutants.plan import Target
+    from e2e.mutants.record import Outcome, Record
+
+_OUTCOMES: Final = {PASSED: SURVIVED, FAILED: KILLED, TIMED_OUT: NEVER_ENDED}
+_LIBRARY: Final = "WAX_FIRMWARE_LIBRARY"
+
+
+class TrialError(Exception):
+    """The mutants cannot be tested; the text says why and shows what the tests said."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Pending:
+    mutant: Mutant
+    start_s: float
+    folder: Path
+
+
+class Bench:
+    """Tests mutants in `nursery`, `jobs` at once, with room for what they write in `folder`."""
+
+    def __init__(self, nursery: Nursery, record: Record, folder: Path, *, jobs: int) -> None:
+        self._nursery = nursery
+        self._record = record
+        self._folder = folder
+        self._jobs = jobs
+        self._numbers = itertools.count()
+        self._cpu_s: dict[tuple[str, ...], float] = {}
+
+    def try_all(self, target: Target, mutants: list[Mutant]) -> list[Outcome]:
+        """Test the mutants that are not on record; raises `TrialError`."""
+        evidence = evidence_of(target, self._nursery.tree)
+        found = {one: self._record.find(one, evidence) for one in mutants}
+        waiting = [one for one, outcome in reversed(found.items()) if outcome is None]
+        running: dict[int, _Pending] = {}
+        if waiting and target.tests not in self._cpu_s:
+            self._cpu_s[target.tests] = self._without_a_fault(target)
+        while waiting or running:
+            while waiting and len(running) < self._jobs:
+                pending = _Pending(waiting.pop(), time.monotonic(), self._room())
+                running[self._start(target, pending.mutant.source, pending.folder)] = pending
+            run, code, _ = self._nursery.wait()
+            done = running.pop(run)
+            took_s = time.monotonic() - done.start_s
+            outcome = _outcome(code, done)
+            found[done.mutant] = self._record.add(done.mutant, outcome, took_s, evidence)
+            shutil.rmtree(done.folder)
+        return [outcome for outcome in found.values() if outcome is not None]
+
+    def _without_a_fault(self, target: Target) -> float:
+        """Run the tests on the source as it is; gives what they reckon."""
+        source = (self._nursery.tree / target.file).read_text(encoding="utf-8")
+        folder = self._room()
+        self._start(target, source, folder, compare=False)
+        _, code, cpu_s = self._nursery.wait()
+        if code != PASSED:
+            raise TrialError(
+                f"the tests of {target.file} fail without a fault ({code}):\n{_said(folder)}"
+            )
+        return cpu_s
+
+    def _start(self, target: Target, source: str, folder: Path, *, compare: bool = True) -> int:
+        cpu_s = self._cpu_s.get(target.tests, 300.0)
+        prepare = partial(use_source, target.module, source, self._nursery.tree)
+        if target.is_cpp:
+            prepare = partial(
+                self._use_library, target.file, source, folder, self._whole if compare else None
+            )
+        return self._nursery.start(
+            [test for test in target.tests if (self._nursery.tree / test).exists()],
+            prepare,
+            cpu_s=10 + 4 * cpu_s,
+            wall_s=120 + 20 * cpu_s,
+            log=folder / "log",
+        )
+
+    def _use_library(self, file: str, source: str, folder: Path, whole: Path | None) -> None:
+        built = cpp_build.build(self._nursery.tree, file, source, folder / "build", whole)
+        os.environ[_LIBRARY] = str(built)
+
+    @cached_property
+    def _whole(self) -> Path:
+        return cpp_build.build_whole(self._nursery.tree, self._folder / "whole")
+
+    def _room(self) -> Path:
+        folder = self._folder / str(next(self._numbers))
+        folder.mkdir()
+        return folder
+
+
+def _outcome(code: int, done: _Pending) -> str:
+    """Say what an exit code means; raises `TrialError` where it is no fault of the mutant's."""
+    if code == BROKEN:
+        raise TrialError(f"{done.mutant} could not be tested:\n{_said(done.folder)}")
+    if code in _OUTCOMES:
+        return _OUTCOMES[code]
+    # A signal ended the tests. Whatever else pytest says, it came to no test, as after an import
+    # that fails: this is no program, as a compiler would say.
+    return KILLED if code < 0 else NONE
+
+
+def _said(folder: Path) -> str:
+    return (folder / "log").read_text(encoding="utf-8", errors="replace")
