@@ -98,10 +98,15 @@ class Server:
     def drive(self) -> None:
         """Let it drive, with the standstill first that is needed."""
         until(lambda: any(entry.word == "apply" for entry in self.log.entries()))
-        since_s = self.tell("stand")
-        until(lambda: any(e.word == "apply" for e in self.log.entries(since_s + 0.1)))
+        until(self._drives_off)
+
+    def _drives_off(self) -> bool:
+        """Try; a busy machine may let the server be silent for too long once more."""
+        self.tell("stand")
+        time.sleep(0.1)
         since_s = self.tell("drive")
-        until(lambda: self.log.moves(since_s))
+        time.sleep(0.1)
+        return self.log.moves(since_s)
 
     def signal(self, number: signal.Signals) -> float:
         """Send a signal; say when."""

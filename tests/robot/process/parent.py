@@ -15,7 +15,7 @@ from wax.config import RobotSettings
 from wax.robot.driver import STANDSTILL, Twist
 from wax.robot.find import make_robot
 
-TWISTS: Final = {"stand": STANDSTILL, "drive": Twist(0.5, 0.0), "": None}
+TWISTS: Final = {"stand": STANDSTILL, "drive": Twist(0.5, 0.0), "silence": None}
 
 
 def main() -> None:
@@ -28,11 +28,11 @@ def main() -> None:
         if twist is not None:
             robot.apply(twist, 1)
         if select.select([sys.stdin], [], [], 0.02)[0]:
-            word = sys.stdin.readline().strip()
-            if word == "close":
+            word = sys.stdin.readline()
+            if word in ("close\n", ""):  # or nobody is left to tell it anything
                 robot.close()
                 return
-            twist = TWISTS[word]
+            twist = TWISTS[word.strip()]
 
 
 if __name__ == "__main__":

@@ -54,7 +54,7 @@ def test_a_frozen_server_stops_the_robot(server: Server, log: Log) -> None:
 def test_a_silent_server_stops_the_robot(server: Server, log: Log) -> None:
     """A server that lives, holds the pipe and says nothing is as good as none."""
     server.drive()
-    silent_s = server.tell("")
+    silent_s = server.tell("silence")
     assert log.stopped_s(silent_s) - silent_s < STOP_S
     assert stands_since(log, log.stopped_s(silent_s))
     server.tell("drive")
