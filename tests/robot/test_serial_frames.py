@@ -101,6 +101,16 @@ def test_flipped_bits_are_never_believed(frame: Frame, data: st.DataObject) -> N
     assert Decoder(SESSION).feed(bytes(wire)) == []
 
 
+@given(any_frame, st.data())
+def test_a_burst_is_never_believed(frame: Frame, data: st.DataObject) -> None:
+    """Whatever happens to 16 bits in a row behind the length, it is found, at the end as well."""
+    wire = encode(frame, SESSION)
+    first = data.draw(st.integers(24, len(wire) * 8 - 16))
+    burst = data.draw(st.integers(1, 0xFFFF)) << len(wire) * 8 - 16 - first
+    damaged = int.from_bytes(wire, "big") ^ burst
+    assert Decoder(SESSION).feed(damaged.to_bytes(len(wire), "big")) == []
+
+
 @given(any_frame, sessions, sessions)
 def test_another_session_is_never_understood(frame: Frame, one: int, other: int) -> None:
     """What is no hello is understood in its own session, and in no other one, nor in none."""

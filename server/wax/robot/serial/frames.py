@@ -1,4 +1,6 @@
-"""The dialect ``frames``, second edition, byte by byte (pure). All numbers are little-endian.
+"""The dialect ``frames``, second edition, byte by byte (pure).
+
+All numbers but the CRC are little-endian.
 
 ====== ====== ==============================================================================
 offset size   what
@@ -12,11 +14,12 @@ offset size   what
 12     4      time on the robot's clock in ms, wraps to 0; in frames of the server what it has
               worked out from the robot's last report and the time since, 0 in hello
 16     N      payload
-16+N   2      CRC-16 of bytes 2 to 15+N: polynomial 1021, not reflected, no final xor; it
-              starts with FFFF in hello, in all others with the session
+16+N   2      CRC-16 of bytes 2 to 15+N, its high byte first: polynomial 1021, not reflected,
+              no final xor; it starts with FFFF in hello, in all others with the session
 ====== ====== ==============================================================================
 
-Started with FFFF this CRC is known as "CCITT-FALSE" and "IBM-3740"; 123456789 gives 29B1.
+Started with FFFF this CRC is known as "CCITT-FALSE" and "IBM-3740"; 123456789 gives 29B1. Were
+its low byte first, a disturbance of 16 bits in a row at the end of a frame could escape it.
 
 From the server:
 
@@ -50,8 +53,8 @@ From the robot, 20 times a second, and at once after a hello and when bit 0 of t
 
 What has another type or length, or a wrong CRC, is ignored: another session's frame is as good
 as damaged, always, because the same bytes with another start never have the same CRC. One to
-three flipped bits, and any within a stretch of 16, are always found; of other damage one in
-65536 is not, and then still has to fit in turn, sequence and time.
+three flipped bits, and any within 16 in a row, are always found where the length is left whole;
+of other damage one in 65536 is not, and then still has to fit in turn, sequence and time.
 """
 
 from __future__ import annotations
@@ -68,7 +71,7 @@ NO_SESSION: Final = 0xFFFF
 """What the CRC starts with where no session counts."""
 
 _HEADER: Final = struct.Struct("<2sBBHIHI")
-_CRC: Final = struct.Struct("<H")
+_CRC: Final = struct.Struct(">H")
 
 
 @dataclass(frozen=True, slots=True)
