@@ -26,6 +26,18 @@ goals: ## issue 4's goals beside stock aiortc and LiveKit: make goals ARGS="--on
 	@sh .make/install.sh test
 	@sh .make/lab.sh --goals $(ARGS)
 
+faults: ## each link from finger to wheel broken while the robot drives: make faults ARGS="--only server-killed"
+	@sh .make/install.sh test
+	@sh .make/faults.sh $(ARGS)
+
+mutants: ## small faults in what keeps the robot standing, which the tests must notice
+	@sh .make/install.sh test
+	@sh .make/mutants.sh $(ARGS)
+
+coverage: ## the branches of the same, which the tests must all take
+	@sh .make/install.sh test
+	@sh .make/coverage.sh
+
 lock: ## renew the locked versions of the Python packages
 	@sh .make/lock.sh
 
@@ -33,4 +45,4 @@ clean: ## remove all that was installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run test check bench lab goals lock clean
+.PHONY: help run test check bench lab goals faults mutants coverage lock clean

@@ -6,6 +6,7 @@ sh .make/install.sh check
 python=.venv/bin/python
 . .make/browsers.sh
 want_all
+sh .make/firmware.sh board >/dev/null
 
 PATH=$PWD/.venv/bin:$PATH
 PYTHON=$PWD/.venv/bin/python

@@ -70,7 +70,7 @@ class App:
         self._supervisor = TaskSupervisor(self._task_died)
         counters = Counters()
 
-        self._driver = make_robot(settings.robot, clock)
+        self._driver = make_robot(settings.robot, clock, settings.log)
         sources = make_sources(settings.video, settings.audio, clock, self._driver)
         self._audio: SoundHub | UnitHub
         service: Service

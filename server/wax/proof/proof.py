@@ -121,13 +121,13 @@ class Proof:
     async def _why_not(self, fault: Fault) -> str | None:
         if fault.ends == "robot" and not self._language.reports:
             return _NO_WATCHDOG
-        if fault.key == "driver" and await self._driver_pid() is None:
+        if fault.key == "driver" and await self._server.driver_pid() is None:
             return _NO_DRIVER
         return None
 
     async def _sample(self, fault: Fault) -> Sample:
         await self._drive()
-        driver_pid = await self._driver_pid() if fault.key == "driver" else None
+        driver_pid = await self._server.driver_pid() if fault.key == "driver" else None
         await asyncio.sleep(_SETTLE_S + random.uniform(0.0, _PHASE_S))
         if not self._tap.moves():
             raise StartError(f"the robot has stopped by itself. {self._reason()}")
@@ -208,9 +208,6 @@ class Proof:
                 return True
             await asyncio.sleep(_LOOK_S)
         return False
-
-    async def _driver_pid(self) -> int | None:
-        return await asyncio.to_thread(self._server.driver_pid)
 
     def _reason(self) -> str:
         seat = self._operator.seat

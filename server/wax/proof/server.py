@@ -7,7 +7,6 @@ import contextlib
 import os
 import signal
 import socket
-import subprocess
 import sys
 from typing import TYPE_CHECKING, Any, Final
 
@@ -23,8 +22,6 @@ _START_S: Final = 30.0
 _END_S: Final = 3.0
 _LOOK_S: Final = 0.1
 _STATUS_S: Final = 2.0
-_DRIVER: Final = "wax.robot.process"
-_PROCESSES: Final = ("ps", "-A", "-ww", "-o", "pid=", "-o", "ppid=", "-o", "args=")
 
 
 class ServerUnderProof:
@@ -84,11 +81,10 @@ class ServerUnderProof:
         if self._process is not None:
             await self._process.wait()
 
-    def driver_pid(self) -> int | None:
+    async def driver_pid(self) -> int | None:
         """Return which process speaks with the robot; None where it is the server itself."""
-        if self._process is None:
-            return None
-        return find_child(self._process.pid, _DRIVER)
+        pid = (await self.robot() or {}).get("driver_pid")
+        return None if pid is None else int(pid)
 
     async def end(self) -> None:
         """End it, frozen or not; safe to call twice."""
@@ -109,21 +105,6 @@ class ServerUnderProof:
     def _last_line(self) -> str:
         said = self._log.read_text(encoding="utf-8", errors="replace").strip()
         return said.rpartition("\n")[2] or "it said nothing"
-
-
-def find_child(parent: int, word: str) -> int | None:
-    """Return the process whose parent this is and in whose command line `word` stands, or None."""
-    try:
-        listed = subprocess.run(_PROCESSES, capture_output=True, check=False).stdout.decode(
-            errors="replace"
-        )
-    except OSError:  # a small machine may come without `ps`
-        return None
-    for line in listed.splitlines():
-        pid, its_parent, args = [*line.split(None, 2), "", "", ""][:3]
-        if its_parent == str(parent) and word in args:
-            return int(pid)
-    return None
 
 
 def kill(pid: int) -> None:

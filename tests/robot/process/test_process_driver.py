@@ -107,6 +107,7 @@ def test_a_killed_process_is_started_again(robot: Driver, log: Log) -> None:
     """The server hears of it at once; in the new process nothing moves before standstill."""
     drive_off(robot, log)
     killed, epoch = log.pid(), robot.state().epoch
+    assert robot.state().extra["driver_pid"] == killed
     os.kill(killed, signal.SIGKILL)
     until(lambda: not robot.state().connected)
     assert "has ended (signal 9); it is started again." in (robot.state().problem or "")

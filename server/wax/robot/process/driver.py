@@ -45,7 +45,7 @@ class ProcessDriver:
 
     It adds to what the real driver promises: the robot is stopped when the server is silent for
     `silence_ms`, frozen, or gone. `kind` and `limits` are those of the real driver. What is
-    counted is in the state's `extra`, under names that begin with ``driver_``.
+    counted is in the state's `extra`, under names that begin with ``driver_``, and ``driver_pid``.
     """
 
     def __init__(
@@ -140,6 +140,8 @@ class ProcessDriver:
         with self._lock:
             counts = self._past + Counter(self._counts)
             extra = self._state.extra | {name: float(counts[name]) for name in self._past}
+            if self._child is not None:
+                extra["driver_pid"] = self._child.pid
             return replace(self._state, extra=extra)
 
     def _say(self, message: Message) -> None:

@@ -39,6 +39,10 @@ class Child:
         self._news.register(self._stdout.fileno(), select.POLLIN)
         self.send(begin)
 
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
     def send(self, line: bytes) -> bool:
         """Say a line; False if the pipe is full. That it has ended is told by `receive` only."""
         if self._stdin.closed:
