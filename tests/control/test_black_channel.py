@@ -118,7 +118,9 @@ class Channel:
         self.rng, self.cell, self.tally = rng, cell, tally
         self.delay_s = rng.choice([0.0, 0.02, 0.06, 0.2])
         # A delay is now this, now that, or from the first moment on the same for all.
-        self.step_s = rng.uniform(0.1, 3.0) if cell[0] == "delay" and rng.random() < 0.5 else None
+        self.step_s = (
+            rng.choice([0.3, 1.0, 2.2]) if cell[0] == "delay" and rng.random() < 0.5 else None
+        )
         self.harmed_share = 0.4 if self.step_s is None else 1.0
         self.operator = ADA
         self.under_way: list[Record] = []
@@ -370,7 +372,7 @@ class Trace:
         self.rng, self.cell, self.tally = rng, cell, tally
         self.channel = Channel(rng, cell, tally)
         self.now_s = 1000.0
-        self.tick_s = rng.choice([0.02, 0.02, 0.033, 0.05, 0.1])
+        self.tick_s = rng.choice([0.02, 0.02, 0.033, 0.05, 0.1, 0.1])
         self.stop_chance = 0.01 if cell[1] == "drive" else 0.1
         self.number, self.operator = 5, ADA
         self.server = Server(self._turn(), self.now_s)
