@@ -6,7 +6,7 @@ export function LossPanel() {
   const { hello } = useState();
   if (!hello.value) return null;
   return (
-    <details class="panel">
+    <details class="panel" name="panel">
       <summary>If something fails</summary>
       <div class="panel-body">
         <h2>What the robot does when something fails</h2>

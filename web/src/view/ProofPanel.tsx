@@ -15,6 +15,7 @@ export function ProofPanel() {
   return (
     <details
       class="panel"
+      name="panel"
       onToggle={(event) => {
         if (event.currentTarget.open) lookAtProof();
       }}
