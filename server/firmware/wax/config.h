@@ -27,9 +27,10 @@ const uint8_t LEAST_PWM = 40;
 const uint8_t LEFT_ENCODER_A = 2, LEFT_ENCODER_B = 4;
 const uint8_t RIGHT_ENCODER_A = 3, RIGHT_ENCODER_B = 11;
 
-// --- bumpers: switches to ground, one bit each from bit 0.
+// --- bumpers: switches to ground, one bit each from bit 0. Not pin 13: on a Nano its LED pulls it
+// down, which would be a bumper that is always pressed.
 const uint8_t BUMPERS = 2;
-const uint8_t BUMPER_PINS[BUMPERS] = {12, 13};
+const uint8_t BUMPER_PINS[BUMPERS] = {12, 15};
 
 // --- battery: by two resistors to an analog pin, NONE without; mV that read as full scale.
 const uint8_t BATTERY_PIN = NONE;

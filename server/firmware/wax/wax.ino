@@ -81,7 +81,9 @@ wax::Inputs inputs() {
 
 void setup() {
 #if defined(__AVR__)
-    wdt_enable(WDTO_60MS);  // a program that hangs restarts, and a restart ends with motors off
+    // A program that hangs restarts, and a restart ends with motors off. The bootloader of Nanos from
+    // before 2018 restarts for ever after that: give such a board Optiboot.
+    wdt_enable(WDTO_60MS);
 #endif
     const uint8_t outputs[] = {config::LEFT_PWM,  config::LEFT_A,  config::LEFT_B,
                                config::RIGHT_PWM, config::RIGHT_A, config::RIGHT_B};
