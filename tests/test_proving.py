@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, cast
 
 import pytest
 
+from wax.control.latch import StopLatch
 from wax.errors import ForbiddenError
-from wax.proving import LENT, Proving
+from wax.proving import LENT, STOPPED, Proving
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -23,6 +24,7 @@ class Robot:
 
     def __init__(self) -> None:
         self.told: list[object] = []
+        self.latched: StopLatch | None = None
 
     def maintain(self, reason: str | None) -> None:
         self.told.append(reason)
@@ -83,3 +85,15 @@ async def test_a_server_that_ends_keeps_the_robot_shut(proving: Proving, robot: 
     await proving.stop()
     assert robot.told[:2] == [LENT, "close"]
     assert "open" not in robot.told
+
+
+async def test_a_stop_breaks_the_proof_off(proving: Proving, robot: Robot) -> None:
+    """Whoever presses Stop stops the robot of the proof too, and none begins while that lasts."""
+    await proving.start()
+    robot.latched = StopLatch(1, "Ada")
+    told = await _ended(proving)
+    assert (told["state"], told["line"]) == ("failed", STOPPED)
+    with pytest.raises(ForbiddenError, match="release it first"):
+        await proving.start()
+    robot.latched = None
+    await proving.start()

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 LENT: Final = "The host is proving the stop; the robot comes back in a few minutes."
+STOPPED: Final = "Somebody pressed Stop: the proof was broken off. Release the stop first."
+_LOOK_S: Final = 0.02
 _END_S: Final = 5.0
 """What the proof gets to leave the robot standing when this server ends."""
 
@@ -66,9 +68,11 @@ class Proving:
         return self._record
 
     async def start(self) -> None:
-        """Take the robot from everybody and begin; raises `ForbiddenError` if one is under way."""
+        """Take the robot from everybody and begin; raises `ForbiddenError` where that cannot be."""
         if self._state == "running":
             raise ForbiddenError("The stop is being proved already.")
+        if self._control.latched is not None:
+            raise ForbiddenError("A stop is pressed: release it first, then prove it.")
         self._state, self._line = "running", "The robot is let go of."
         self._task = asyncio.create_task(self._lend(), name="prove-stop")
 
@@ -106,18 +110,28 @@ class Proving:
                 stdout=asyncio.subprocess.PIPE,
                 stderr=asyncio.subprocess.PIPE,
             )
+            stopping = asyncio.create_task(self._obey_stop(process))
             try:
                 complaint = await self._follow(process)
                 code = await process.wait()
             finally:
+                stopping.cancel()
                 await _end(process)
             self._record = record.read_text(encoding="utf-8") if record.is_file() else None
-        if self._record is None:
+        if self._control.latched is not None:
+            self._state, self._line = "failed", STOPPED
+        elif self._record is None:
             self._state, self._line = "failed", complaint or "The proof ended without a word."
         elif code == 0:
             self._state, self._line = "done", "Every stop came in time."
         else:
             self._state, self._line = "failed", "Not every stop came in time; see the record."
+
+    async def _obey_stop(self, process: asyncio.subprocess.Process) -> None:
+        """Break the proof off, which stops the robot, when anybody presses Stop."""
+        while self._control.latched is None:  # noqa: ASYNC110  # it tells nobody when it latches
+            await asyncio.sleep(_LOOK_S)
+        process.terminate()
 
     def _command(self, record: Path) -> list[str]:
         config = [] if self._config_path is None else ["--config", str(self._config_path)]
