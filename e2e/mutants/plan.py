@@ -21,7 +21,7 @@ _CONTROL: Final[dict[str, tuple[str, ...]]] = {
     "command": _GATE,
     "freshness": ("test_freshness", *_GATE),
     "gate": _GATE,
-    "helm": _LOOP,
+    "helm": ("test_helm", *_LOOP),
     "latch": ("test_latch", *_LOOP),
     "line": ("test_line", *_LOOP),
     "loop": _LOOP,

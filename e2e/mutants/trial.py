@@ -90,8 +90,8 @@ class Bench:
         return self._nursery.start(
             [test for test in target.tests if (self._nursery.tree / test).exists()],
             prepare,
-            cpu_s=10 + 4 * cpu_s,
-            wall_s=120 + 20 * cpu_s,
+            cpu_s=5 + 3 * cpu_s,
+            wall_s=20 + 10 * cpu_s,  # a machine that has other work to do, too
             log=folder / "log",
         )
 

@@ -76,3 +76,8 @@ def test_age(sent_s: float, expected: bool) -> None:
 def test_future(sent_s: float, one_way_s: float | None, expected: bool) -> None:
     """A stamp ahead by more than 50 ms and the allowance comes from a clock that is not aligned."""
     assert is_from_future(sent_s, 10.0, one_way_s=one_way_s) is expected
+
+
+def test_future_begins_after_the_allowance() -> None:
+    """A stamp ahead by just what is allowed is of the present."""
+    assert not is_from_future(0.05, 0.0, one_way_s=None)

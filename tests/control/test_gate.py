@@ -226,6 +226,13 @@ def test_drive_sent_before_the_stop_does_not_count_after_release() -> None:
     assert decide(state, 101.17).twist == STANDSTILL
 
 
+def test_a_gate_that_no_turn_has_begun_takes_nothing() -> None:
+    """Before the first turn has begun here, its commands are another turn's."""
+    first = replace(TURN, number=1)
+    _, refusal = offer(GateState(), replace(command(1, 101.0), turn=1), turn=first)
+    assert refusal is Refusal.OTHER_TURN
+
+
 def test_new_turn_counts_its_commands_anew() -> None:
     """The sequence starts afresh with a turn, and with a fresh connection of its operator's."""
     state, refusal = offer(gate.begin(3, 101.2), command(1, 101.3))
@@ -384,6 +391,12 @@ def test_a_lapse_that_nobody_watched_counts_too() -> None:
     """Also where no beat came in between, a command after a long silence moves nothing."""
     state, _ = offer(driving(), command(12, 103.0, linear=1.0))
     assert decide(state, 103.0) == Setpoint(reason=Hold.LAPSED.value, soft=True)
+
+
+def test_a_lapse_of_just_a_second_ends_by_itself() -> None:
+    """At the very end of that time the operator is late, not gone."""
+    assert decide(ready(), 102.0).reason == Refusal.TOO_OLD.value
+    assert decide(ready(), 102.001).reason == Hold.LAPSED.value
 
 
 def test_who_lets_go_is_heard_anew_at_each_beat() -> None:

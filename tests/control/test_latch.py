@@ -26,6 +26,13 @@ def test_numbers_only_rise() -> None:
     assert press(free, "Ada", NOW_S).stop == StopLatch(2, "Ada")
 
 
+def test_a_guessed_number_releases_nothing() -> None:
+    """A release with the right number that was sent before the stop was pressed is no answer."""
+    latch = press(Latch(), "Bob", 100.0)
+    for sent_s, expected in ((99.999, Refusal.OTHER_STOP), (100.0, None)):
+        assert release(latch, ADA, 1, sent_s, turn=TURN, now_s=NOW_S)[1] is expected
+
+
 RELEASED = {
     "the operator": (ADA, 1, 100.5),
     "the server's own machine": (None, 1, 100.5),
@@ -47,6 +54,7 @@ def test_released(viewer: int | None, number: int, sent_s: float | None) -> None
 REFUSED = {
     "somebody else": (Refusal.NOT_YOUR_STOP, (BOB, 1, 100.5), {}),
     "a lost operator": (Refusal.LOST, (ADA, 1, 100.5), {"present": False}),
+    "somebody else, of another stop": (Refusal.NOT_YOUR_STOP, (BOB, 2, 100.5), {}),
     "nobody's turn": (Refusal.NOT_YOUR_STOP, (ADA, 1, 100.5), {"operator": None}),
     "an earlier stop": (Refusal.OTHER_STOP, (ADA, 0, 100.5), {}),
     "a later stop": (Refusal.OTHER_STOP, (None, 2, None), {}),

@@ -38,6 +38,8 @@ def test_unknown_delay_is_no_allowance() -> None:
     assert judge(10.0 - 0.399, 10.0, unknown, RULES) is Sight.CLEAR
     assert judge(10.0 - 0.401, 10.0, unknown, RULES) is Sight.LATE
     assert judge(10.0 - 0.801, 10.0, unknown, RULES) is Sight.NONE
+    assert judge(0.0, 0.4, unknown, RULES) is Sight.CLEAR
+    assert judge(0.0, 0.8, unknown, RULES) is Sight.LATE
 
 
 @pytest.mark.parametrize("seen_s", [None, 0.0, 10.0])

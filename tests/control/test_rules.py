@@ -1,0 +1,55 @@
+"""The configuration in the units of control."""
+
+from __future__ import annotations
+
+import pytest
+
+from wax.config import DriveSettings, RobotSettings
+from wax.control.rules import Rules
+from wax.robot.driver import Limits
+
+DRIVE = DriveSettings(
+    loop_hz=40.0,
+    max_age_ms=120.0,
+    max_command_age_ms=450.0,
+    slow_picture_age_ms=300.0,
+    stop_picture_age_ms=700.0,
+    max_stop_distance_m=0.7,
+    fine_fraction=0.3,
+)
+ROBOT = RobotSettings(
+    silence_ms=150,
+    max_linear_acceleration_mps2=1.5,
+    max_angular_acceleration_rps2=6.0,
+    soft_braking=True,
+    braking_mps2=2.5,
+    wheel_base_m=0.4,
+)
+LIMITS = Limits(0.6, 1.5, ttl_s=0.2)
+
+
+def test_every_rule_is_what_was_configured() -> None:
+    """Milliseconds become seconds, a rate a period, and the wheels' braking the body's."""
+    assert Rules.of(DRIVE, ROBOT, LIMITS) == Rules(
+        limits=LIMITS,
+        max_age_s=0.12,
+        max_command_age_s=0.45,
+        slow_picture_age_s=0.3,
+        stop_picture_age_s=0.7,
+        max_stop_distance_m=0.7,
+        fine_fraction=0.3,
+        beat_s=0.025,
+        watchdog_s=0.2,
+        acceleration_mps2=1.5,
+        acceleration_rps2=6.0,
+        soft_braking=True,
+        braking_mps2=2.5,
+        braking_rps2=12.5,
+    )
+
+
+@pytest.mark.parametrize(("ttl_s", "expected_s"), [(None, 0.15), (0.1, 0.15), (0.2, 0.2)])
+def test_the_slowest_watchdog_that_is_known(ttl_s: float | None, expected_s: float) -> None:
+    """The driver's process counts always, the robot's own watchdog where it is known."""
+    limits = Limits(0.6, 1.5, ttl_s=ttl_s)
+    assert Rules.of(DRIVE, ROBOT, limits).watchdog_s == expected_s
