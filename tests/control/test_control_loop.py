@@ -88,8 +88,9 @@ class Bench:
         limits: Limits = FakeDriver.limits,
         robot: RobotSettings = AGILE,
         max_stop_distance_m: float = 1.0,
+        clock: TurnedClock | None = None,
     ) -> None:
-        self.clock = TurnedClock()
+        self.clock = clock or TurnedClock()
         self.driver = FakeDriver()
         self.driver.limits = limits
         self.turns = Turns(TurnSettings(turn_s=60.0, grace_s=grace_s))
@@ -99,6 +100,7 @@ class Bench:
         self.statuses: list[tuple[int, bool, str | None]] = []
         self.seq = 0
         self.has_picture = True
+        self.asked_what_they_see: set[int] = set()
         self.loop = ControlLoop(
             clock=self.clock,
             turns=self.turns,
@@ -111,10 +113,14 @@ class Bench:
             ),
             robot=robot,
             link_delay_s=self.delays_s.get,
-            sees=lambda _: self.has_picture,
+            sees=self._sees,
             on_events=self._on_events,
             on_status=lambda *status: self.statuses.append(status),
         )
+
+    def _sees(self, viewer: int) -> bool:
+        self.asked_what_they_see.add(viewer)
+        return self.has_picture
 
     def _on_events(self, events: tuple[TurnEvent, ...]) -> None:
         self.events += events
@@ -180,6 +186,7 @@ def test_beat_goes_on_without_operator() -> None:
     bench.step()
     assert bench.step() == [("apply", STANDSTILL, 0)]
     assert bench.statuses == []
+    assert bench.asked_what_they_see == set()
 
 
 def test_beat_repeats_the_set_point(bench: Bench) -> None:
@@ -224,6 +231,29 @@ def test_changes_keep_their_distance(bench: Bench) -> None:
     bench.offer(1.0)
     assert bench.driver.take() == []
     assert bench.step(0.002) == [("apply", AHEAD, 1)]
+
+
+def test_the_distance_is_kept_and_no_more() -> None:
+    """A change just 5 ms after the last set-point goes out at once."""
+    bench = Bench()
+    bench.clock.time_s = 0.0  # where five milliseconds later is not rounded
+    bench.enter(A)
+    bench.loop.step(0.0)
+    bench.offer()
+    bench.driver.take()
+    bench.clock.time_s = 0.005
+    bench.offer(1.0)
+    assert bench.driver.take() == [("apply", AHEAD, 1)]
+
+
+def test_what_is_refused_makes_no_set_point(bench: Bench) -> None:
+    """However often somebody else sends, the robot hears of it when it is due, not before."""
+    bench.drive()
+    bench.clock.time_s += 0.235  # the operator's last word is too old by now
+    bench.driver.take()
+    assert bench.offer(1.0, viewer=B) is Refusal.NOT_YOUR_TURN
+    assert bench.driver.take() == []
+    assert ("stop", 1) in bench.step(0.001)
 
 
 def test_blocked_loop_stops_the_robot_first(bench: Bench) -> None:
@@ -376,6 +406,17 @@ def test_fresh_page_counts_from_the_start(bench: Bench, again: str) -> None:
     bench.drive()
 
 
+@pytest.mark.parametrize("again", ["connect", "returned"])
+def test_fresh_page_is_told_how_things_are(bench: Bench, again: str) -> None:
+    """Who has just connected knows nothing, so he hears also what has not changed."""
+    getattr(bench.loop, again)(A)
+    bench.step()
+    told = len(bench.statuses)
+    getattr(bench.loop, again)(A)
+    bench.step()
+    assert bench.statuses[told:] == [bench.statuses[told - 1]]
+
+
 # --- stop -------------------------------------------------------------------------------------
 
 
@@ -417,6 +458,22 @@ def test_release_without_a_beat_between_moves_nothing(bench: Bench) -> None:
     bench.drive()
     bench.loop.release_stop(A, bench.loop.press_stop("Bob"), None)
     assert not bench.moves()
+
+
+def test_stops_are_counted(bench: Bench) -> None:
+    """Each press counts, and each release by what became of it."""
+    bench.loop.press_stop("Bob")
+    number = bench.loop.press_stop("Eve")
+    bench.loop.release_stop(B, number, None)
+    bench.loop.release_stop(A, number, None)
+    bench.loop.release_stop(A, number, None)
+    counts = bench.loop.counts()
+    assert {name: n for name, n in counts.items() if name.startswith("stops.")} == {
+        "stops.pressed": 2,
+        "stops.refused.not_your_stop": 1,
+        "stops.refused.other_stop": 1,
+        "stops.released": 1,
+    }
 
 
 def test_others_do_not_release(bench: Bench) -> None:
@@ -473,6 +530,15 @@ def test_after_stop_nothing_moves(bench: Bench) -> None:
 
 
 # --- the robot --------------------------------------------------------------------------------
+
+
+def test_an_axis_goes_out_at_once(bench: Bench) -> None:
+    """A camera that shall turn does so when its command arrives, while the robot stands."""
+    bench.offer()
+    bench.step()
+    bench.clock.time_s += 0.006
+    bench.loop.offer(A, replace(bench.command(), axes={"pan": 0.5}))
+    assert ("set_axis", "pan", 0.5, 1) in bench.driver.take()
 
 
 def test_axes_move_on_change(bench: Bench) -> None:
@@ -782,6 +848,22 @@ def test_delay_is_taken_anew_when_the_turn_renews(
     assert bench.loop.offer(A, old) is None
 
 
+def test_delay_is_not_the_last_operators(bench: Bench) -> None:
+    """Another operator whose line is not measured yet has no allowance from the last one's."""
+    bench.drive()
+    del bench.delays_s[B]
+    bench.loop.leave(A)
+    old = replace(bench.command(), sent_s=bench.clock.time_s - 0.2)
+    assert bench.loop.offer(B, old) is Refusal.TOO_OLD
+
+
+def test_lateness_is_told_to_a_tenth(bench: Bench) -> None:
+    """How late the beats were is told in milliseconds with one place behind the point."""
+    bench.step(0.02 + 0.01234)
+    counts = bench.loop.counts()
+    assert counts["control.latest_ms"] == counts["control.jitter_p99_ms"] == 12.3
+
+
 def test_commands_are_counted(bench: Bench) -> None:
     """Commands are counted as accepted or by why they were refused."""
     bench.drive()
@@ -866,6 +948,35 @@ async def test_hurried_change_does_not_wait_for_the_beat() -> None:
     await heard(driver, "apply", AHEAD, 1)
     await asyncio.wait([task], timeout=0.03)
     assert len(driver.applied_s) == 2
+    task.cancel()
+    with contextlib.suppress(asyncio.CancelledError):
+        await task
+
+
+async def test_waiting_for_the_gap_is_no_work() -> None:
+    """A change that came too soon waits asleep; meanwhile the others are served."""
+
+    class Watched(TurnedClock):
+        looks = 0
+
+        def now_s(self) -> float:
+            self.looks += 1
+            return super().now_s()
+
+    watched = Watched()
+    bench = Bench(clock=watched)
+    bench.enter(A)
+    bench.step()
+    bench.offer()
+    bench.offer(1.0)  # too soon, as the clock stands
+    task = asyncio.create_task(bench.loop.run())
+    watched.looks = 0
+    for _ in range(1000):
+        await asyncio.sleep(0)
+    assert watched.looks < 1000
+    assert bench.driver.take() == []
+    watched.time_s += 0.006
+    await heard(bench.driver, "apply", AHEAD, 1)
     task.cancel()
     with contextlib.suppress(asyncio.CancelledError):
         await task

@@ -37,6 +37,9 @@ def test_without_a_fresh_picture_no_faster_than_fine(sight: Sight, why: Limit) -
     assert speed.twist(FULL, sight, TTL_S, RULES) == (Twist(-0.4, 0.5), why)
     turning = replace(FULL, linear=0.2, angular=1.0)
     assert speed.twist(turning, sight, TTL_S, RULES) == (Twist(0.1 * 0.8, 1.0), why)
+    slower, found = speed.twist(replace(FULL, linear=0.8, angular=0.0), sight, TTL_S, RULES)
+    assert slower.linear_mps == pytest.approx(0.4)
+    assert found is why
 
 
 @pytest.mark.parametrize("sight", [Sight.LATE, Sight.OFF])
@@ -60,6 +63,16 @@ def test_stopping_distance_keeps_the_curve() -> None:
     assert twist.linear_mps == pytest.approx(-fastest_mps(TTL_S, rules))
     assert twist.angular_rps / twist.linear_mps == pytest.approx(1.0 / -0.8)
     assert why is Limit.STOPPING_DISTANCE
+
+
+def test_as_fast_as_it_may_be_is_not_lowered() -> None:
+    """Who asks for just the speed from which the robot can stop is told of no limit."""
+    fastest = fastest_mps(TTL_S, RULES)
+    rules = replace(RULES, limits=replace(RULES.limits, linear_mps=fastest))
+    command = replace(FULL, linear=1.0, angular=0.0)
+    assert speed.twist(command, Sight.CLEAR, TTL_S, rules) == (Twist(fastest, 0.0), None)
+    # Over a longer line the same is too fast, and the line alone is to blame.
+    assert speed.twist(command, Sight.CLEAR, 0.4, rules)[1] is Limit.LONG_LINE
 
 
 def test_turning_on_the_spot_needs_no_distance() -> None:
