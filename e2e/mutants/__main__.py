@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from e2e.mutants import cpp_faults, python_faults, survivors
-from e2e.mutants.nursery import ROOT, open_nursery
-from e2e.mutants.plan import ACCEPTED, TARGETS
+from e2e.mutants.nursery import open_nursery
+from e2e.mutants.plan import ACCEPTED, ROOT, TARGETS
 from e2e.mutants.record import KILLED, NEVER_ENDED, NONE, SURVIVED, Record, to_table
 from e2e.mutants.trial import Bench, TrialError
 

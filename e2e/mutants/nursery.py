@@ -27,12 +27,13 @@ from typing import TYPE_CHECKING, Final, NoReturn
 import hypothesis
 import pytest
 
+from e2e.mutants.plan import ROOT
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from importlib.machinery import ModuleSpec
     from types import ModuleType
 
-ROOT: Final = Path(__file__).resolve().parents[2]
 _COPIED: Final = ("server", "tests", ".make", "config", "pyproject.toml")
 _NOT_COPIED: Final = shutil.ignore_patterns("__pycache__", "web", "node_modules")
 _LOADED: Final = (
