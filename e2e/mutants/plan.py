@@ -43,7 +43,7 @@ _ROBOT: Final[dict[str, tuple[str, ...]]] = {
     "guard": ("test_guard", "test_wheels", "test_setpoints"),
     "process/warden": ("process/test_warden",),
     "serial/frames": ("test_serial_frames", "test_dialects"),
-    "serial/framed": ("test_dialects",),
+    "serial/framed": ("test_framed", "test_dialects"),
     "serial/setpoints": ("test_setpoints",),
     "serial/wheels": ("test_wheels",),
 }

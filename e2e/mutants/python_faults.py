@@ -143,7 +143,7 @@ class _Faults:
                 yield f"({text})" if text else text, node
         if isinstance(node, ast.If | ast.IfExp | ast.While) and not _is_for_types(node):
             yield f"(not ({ast.unparse(node.test)}))", node.test
-        if isinstance(node, ast.Return) and node.value is not None:
+        if isinstance(node, ast.Return) and not _is_true_or_false(node.value):
             yield "return None", node
         if isinstance(node, ast.AugAssign) and type(node.op) in _ARITHMETIC:
             other = ast.AugAssign(node.target, _ARITHMETIC[type(node.op)](), node.value)
@@ -211,6 +211,11 @@ def _is_deletable(node: ast.AST) -> bool:
         case ast.AnnAssign(value=None):
             return False
     return isinstance(node, _DELETABLE)
+
+
+def _is_true_or_false(node: ast.expr | None) -> bool:
+    """Tell whether None would mean the same as it, or as its opposite."""
+    return node is None or (isinstance(node, ast.Constant) and isinstance(node.value, bool))
 
 
 def _is_union(node: ast.expr) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import binascii
 import json
 from pathlib import Path
 from typing import Any
@@ -152,3 +153,27 @@ def test_flags_have_names() -> None:
     flags = [Report(0, 0, 0, 0, flags, 0) for flags in (0, 1, 2, 3)]
     assert [report.moving for report in flags] == [False, True, False, True]
     assert [report.timed_out for report in flags] == [False, False, True, True]
+
+
+def test_what_is_not_said_is_zero() -> None:
+    """A frame of which only the body is given is the first of no turn, and worth no time."""
+    assert Frame(Stop()) == Frame(Stop(), sequence=0, turn=0, ttl_ms=0, time_ms=0)
+    bare = Report(1, 2, 3, 4, 5, 6)
+    assert (bare.damaged, bare.refused) == (0, 0)
+
+
+def test_a_frame_that_is_too_long_is_known_by_its_third_byte() -> None:
+    """A payload of 32 bytes is waited for; one of 33 is damage at once."""
+    waiting, damaged = Decoder(SESSION), Decoder(SESSION)
+    assert waiting.feed(b"\xa5\x5a\x20") == damaged.feed(b"\xa5\x5a\x21") == []
+    assert (waiting.errors, damaged.errors) == (0, 1)
+
+
+def test_a_whole_frame_that_is_none_of_ours_is_one_error() -> None:
+    """A type that is not known counts once, and what follows is understood."""
+    unknown = bytearray(STOP)
+    unknown[3] = 0x7F
+    unknown[-2:] = binascii.crc_hqx(bytes(unknown[2:-2]), SESSION).to_bytes(2, "big")
+    decoder = Decoder(SESSION)
+    assert len(decoder.feed(bytes(unknown) + STOP)) == 1
+    assert decoder.errors == 1

@@ -83,6 +83,27 @@ def test_after_a_loss_it_takes_neutral_and_then_motion(neutral: str) -> None:
     assert wanted(setpoints, 1.3) == AHEAD
 
 
+def test_before_anything_was_said_it_stands() -> None:
+    """Nobody's turn, no motion, no axis."""
+    assert SetPoints(LIMITS, TTL_S).order(0.0) == (Order(STANDSTILL, 0), math.inf)
+
+
+def test_an_axis_does_not_end_the_motion() -> None:
+    """Within a turn the camera turns while the robot drives."""
+    setpoints = ready()
+    setpoints.apply(AHEAD, 1, 1.0)
+    setpoints.set_axis("pan", 0.5, 1)
+    assert setpoints.order(1.1)[0] == Order(AHEAD, 1, (("pan", 0.5),))
+
+
+def test_no_axis_is_wanted_while_the_line_is_gone() -> None:
+    """What is asked for meanwhile is nobody's order."""
+    setpoints = ready()
+    setpoints.lost()
+    setpoints.set_axis("pan", 0.5, 1)
+    assert setpoints.order(0.0)[0].axes == ()
+
+
 def test_an_unknown_axis_is_ignored() -> None:
     """Only the axes of the limits are moved."""
     setpoints = ready()

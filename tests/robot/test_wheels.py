@@ -59,6 +59,12 @@ def test_no_wheel_is_too_fast_and_every_curve_keeps_its_radius(
     assert left * wanted_left >= -1e-9
 
 
+def test_no_wheel_is_faster_than_can_be_said() -> None:
+    """However fast the robot may turn, a wheel's speed in mm/s fits into 16 bits."""
+    limits = {"max_linear_mps": 1.0, "max_angular_rps": 20.0, "wheel_base_m": 5.0}
+    assert both(mixed(Twist(0.0, 20.0), **limits)) == pytest.approx((-32.767, 32.767))
+
+
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_no_number_is_standstill(bad: float) -> None:
     """NaN and infinity never reach a wheel."""

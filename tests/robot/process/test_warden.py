@@ -285,6 +285,15 @@ def test_garbage_holds_the_robot(server: Server) -> None:
     assert server.warden.problem == GARBLED  # the first reason stays
 
 
+def test_standstill_from_before_the_hold_is_no_offence(server: Server) -> None:
+    """It does not let drive again, but nobody asked for motion, so nothing is counted."""
+    server.driving().warden.garbage(server.now_s)
+    assert server.drive(0.0, age_s=0.02) == (apply(0.0),)
+    assert server.warden.counts["driver_unarmed"] == 0
+    assert server.drive(0.5) == (apply(0.0),)
+    assert server.warden.counts["driver_unarmed"] == 1
+
+
 def test_a_driver_that_raises_holds_the_robot(server: Server) -> None:
     """It is stopped, and that it does not answer is its problem."""
     assert server.driving().warden.failed(server.now_s) == (Stop(1),)
