@@ -92,6 +92,7 @@ def _in(folder: str, tests: tuple[str, ...]) -> tuple[str, ...]:
 
 _CORE_TESTS: Final = (
     "tests/firmware/test_core.py",
+    "tests/firmware/test_core_edges.py",
     # Its other tests have faults of their own.
     "tests/firmware/test_line_black_channel.py::test_no_wrong_execution",
 )
