@@ -81,6 +81,15 @@ def test_an_axis_does_not_end_the_motion() -> None:
     assert bench.core.wheels_mmps[0] > before[0] > 0
 
 
+def test_motion_does_not_move_an_axis() -> None:
+    """Where the camera looks stays when the robot drives and when it stops."""
+    bench = Bench()
+    bench.say(Axis(0, 5000))
+    bench.say(AHEAD)
+    bench.say(Stop())
+    assert bench.core.axes[0] == 5000
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_slowest_ramp_gets_there(sign: int) -> None:
     """At 1 mm/s² and a tick each millisecond the wheels turn at 1 mm/s after a second."""
