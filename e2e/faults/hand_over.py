@@ -42,13 +42,14 @@ def switches(frames: Sequence[Seen]) -> Switches:
     """Read them off the frames: a late one would move the robot for a turn that is over."""
     late = without_stop = n = 0
     gaps_ms: list[float] = []
-    highest = 0
+    highest, began_s = 0, 0.0
     mover: Seen | None = None
     stop_s: float | None = None
     for frame in frames:
         if frame.moves and frame.turn < highest:
             late += 1
-        highest = max(highest, frame.turn)
+        if frame.turn > highest:
+            highest, began_s = frame.turn, frame.at_s
         if not frame.moves:
             if mover is not None and stop_s is None:
                 stop_s = frame.at_s
@@ -56,7 +57,7 @@ def switches(frames: Sequence[Seen]) -> Switches:
         if mover is not None and frame.turn > mover.turn:
             n += 1
             without_stop += stop_s is None
-            gaps_ms.append((frame.at_s - mover.at_s) * 1000)
+            gaps_ms.append((frame.at_s - began_s) * 1000)
         mover, stop_s = frame, None
     return Switches(n, late, without_stop, tuple(gaps_ms))
 
@@ -64,8 +65,8 @@ def switches(frames: Sequence[Seen]) -> Switches:
 async def hand_over(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
     """Two who take turns: most leave, some let the turn end, vanish, or come back in that instant.
 
-    The gap is from the old operator's last frame that moves to the next one's first, who lets go
-    and presses as soon as he is told; turns whose operator vanished are left out of it.
+    The gap is from a turn's first frame, a stop, to its first that moves; who drives lets go and
+    presses as soon as he is told.
     """
     random = Random(2004)
     short = {"turns": {"turn_s": _SHORT_TURN_S, "grace_s": 0.5}}
@@ -100,10 +101,9 @@ async def hand_over(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
         counted("hand-over: stop", "switches without a stop between", found.without_stop, found.n),
         timed(
             "hand-over: gap",
-            "last motion of one → first of the next",
+            "a turn begins → its first motion",
             found.gaps_ms,
             GAP_MS,
-            judged="p99",
         ),
     ]
 

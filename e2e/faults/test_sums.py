@@ -83,11 +83,12 @@ def test_a_robot_that_stood_before_was_not_moving() -> None:
 
 def test_a_late_frame_of_an_old_turn_is_found() -> None:
     """Motion for a turn that is over, and a switch without a stop between, are told."""
-    good = record(frame(1.0), frame(1.1, "stop"), frame(1.2, turn=2)).frames
+    stop = frame(1.1, "stop")
+    good = record(frame(1.0), stop, frame(1.15, "stop", turn=2), frame(1.2, turn=2)).frames
     assert switches(good).n == 1
     assert switches(good).late == 0
     assert switches(good).without_stop == 0
-    assert switches(good).gaps_ms[0] == pytest.approx(200)
+    assert switches(good).gaps_ms[0] == pytest.approx(50)
     bad = record(frame(1.0), frame(1.2, turn=2), frame(1.3)).frames
     assert switches(bad).late == 1
     assert switches(bad).without_stop == 1

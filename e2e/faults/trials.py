@@ -23,6 +23,10 @@ class Trials(Generic[T]):
         self.results: list[T] = []
         self.void = 0
 
+    def add(self, more: Trials[T]) -> None:
+        self.results += more.results
+        self.void += more.void
+
 
 async def repeat(name: str, n: int, trial: Callable[[], Awaitable[T | None]]) -> Trials[T]:
     """Do a trial until `n` of them counted; None is a void one.
