@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 from weakref import WeakValueDictionary
 
 import structlog
 
 from wax import messages
-from wax.control.gate import Refusal
 from wax.errors import ForbiddenError, FullError
 from wax.rtc.peer import Peer
 from wax.rtc.signalling import clean_offer
+from wax.stops import Stops
 from wax.viewer import Viewer
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from wax.board import Board
     from wax.clock import Clock
     from wax.config import Settings
@@ -38,8 +41,6 @@ _OTHERS_LOST_S: Final = 3.5
 """Who only watches is heard once a second, and whoever joins has just been doing that."""
 _DEAD_S: Final = 10.0
 """Nothing for this long: the peer is closed; a page that is still there makes a new one."""
-ONLY_THE_OPERATOR_STOPS: Final = "Here only whoever drives can stop the robot."
-
 _ROOM_EVERY_S: Final = 5.0
 """The waits run down by themselves and are not worth a message each second."""
 
@@ -76,6 +77,7 @@ class Room:
     def steer(self, control: ControlLoop) -> None:
         """Connect the control loop, which itself reports to this room."""
         self._control = control
+        self._stops = Stops(settings=self._settings.stop, turns=self._turns, control=control)
 
     @property
     def control(self) -> ControlLoop:
@@ -125,7 +127,7 @@ class Room:
         self._gone_since_s.pop(viewer.number, None)
         return await peer.answer(offer)
 
-    def _known(self, client: str) -> Viewer | None:
+    def _known(self, client: str | None) -> Viewer | None:
         return next((v for v in self._viewers.values() if v.client == client), None)
 
     def _admit(self, client: str) -> Viewer:
@@ -179,22 +181,13 @@ class Room:
         self.changed()
 
     def viewer_stops(self, viewer: Viewer) -> None:
-        if not self._may_stop(viewer):
-            self._counters.add("requests refused")
-            viewer.send(messages.Notice(text=ONLY_THE_OPERATOR_STOPS))
-            return
-        self.press_stop(viewer.name)
+        with self._refusing(viewer):
+            self._stops.press(viewer, is_host=viewer.is_host)
 
     def viewer_releases(self, viewer: Viewer, release: messages.Release) -> None:
-        refusal = self.control.release_stop(
-            None if viewer.is_host else viewer.number,
-            release.stop,
-            release.sent_server_ms / 1000,
-        )
-        if refusal is not None:
-            self._counters.add("requests refused")
-            viewer.send(messages.Notice(text=refusal.value))
-        self.changed()
+        with self._refusing(viewer):
+            sent_s = release.sent_server_ms / 1000
+            self._stops.release(viewer, release.stop, sent_s, is_host=viewer.is_host)
 
     def viewer_drives(self, viewer: Viewer, command: Command) -> None:
         self.control.offer(viewer.number, command)
@@ -203,32 +196,24 @@ class Room:
 
     def stop_by(self, client: str | None, *, is_host: bool) -> int:
         """Latch the stop, ahead of everything; returns its number. Raises `ForbiddenError`."""
-        viewer = None if client is None else self._known(client)
-        if not is_host and not self._may_stop(viewer):
-            raise ForbiddenError(ONLY_THE_OPERATOR_STOPS)
-        return self.press_stop(viewer.name if viewer else "the host" if is_host else "somebody")
-
-    def release_by(self, client: str | None, stop: int, *, is_host: bool) -> None:
-        """Release the stop with this number; raises `ForbiddenError`."""
-        viewer = None if client is None else self._known(client)
-        if viewer is None and not is_host:
-            raise ForbiddenError(Refusal.NOT_YOUR_TURN.value)
-        number = None if is_host or viewer is None else viewer.number
-        refusal = self.control.release_stop(number, stop, None)
-        if refusal is not None:
-            raise ForbiddenError(refusal.value)
-        self.changed()
-
-    def press_stop(self, by: str) -> int:
-        """Latch the stop."""
-        number = self.control.press_stop(by)
+        number = self._stops.press(self._known(client), is_host=is_host)
         self.changed()
         return number
 
-    def _may_stop(self, viewer: Viewer | None) -> bool:
-        if self._settings.stop.by == "everybody":
-            return True
-        return viewer is not None and viewer.number == self._turns.operator
+    def release_by(self, client: str | None, stop: int, *, is_host: bool) -> None:
+        """Release the stop with this number; raises `ForbiddenError`."""
+        self._stops.release(self._known(client), stop, None, is_host=is_host)
+        self.changed()
+
+    @contextmanager
+    def _refusing(self, viewer: Viewer) -> Iterator[None]:
+        """Tell a viewer why what he asks for is refused."""
+        try:
+            yield
+        except ForbiddenError as error:
+            self._counters.add("requests refused")
+            viewer.send(messages.Notice(text=str(error)))
+        self.changed()
 
     # --- what the control loop asks and tells ------------------------------------------------
 
