@@ -89,6 +89,7 @@ def test_a_late_frame_of_an_old_turn_is_found() -> None:
     assert switches(good).late == 0
     assert switches(good).without_stop == 0
     assert switches(good).gaps_ms[0] == pytest.approx(50)
+    assert switches(good, slow={2}).gaps_ms == ()
     bad = record(frame(1.0), frame(1.2, turn=2), frame(1.3)).frames
     assert switches(bad).late == 1
     assert switches(bad).without_stop == 1
