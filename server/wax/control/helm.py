@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from wax.control.gate import Setpoint
-    from wax.robot.driver import Driver, Limits
+    from wax.robot.driver import Driver
 
 _LOG = structlog.get_logger(__name__)
 
@@ -34,7 +34,6 @@ class Helm:
         self._axes: dict[str, float] = {}
         self._answers = True
         self._lent_for: str | None = None
-        self.limits: Limits = driver.limits
         self.twist: Twist = STANDSTILL
         self.state = RobotState(connected=False)
         self.epoch: int | None = None

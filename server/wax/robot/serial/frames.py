@@ -171,13 +171,12 @@ class Decoder:
     Given a session it understands hello and the frames of this session, as the server does. With
     None it does as the robot: the session of the last hello counts, and before it none does.
     After garbage it goes on with the next start that holds. `errors` counts what began like a
-    frame and was none, or none that is known; `skipped_bytes` counts all that was in no frame.
+    frame and was none, or none that is known.
     """
 
     def __init__(self, session: int | None = None) -> None:
         self.session = NO_SESSION if session is None else session
         self.errors = 0
-        self.skipped_bytes = 0
         self._follows_hello = session is None
         self._rest = b""
 
@@ -187,9 +186,7 @@ class Decoder:
         frames: list[Frame] = []
         at = 0
         while True:
-            start = _find_start(stream, at)
-            self.skipped_bytes += start - at
-            at = start
+            at = _find_start(stream, at)
             if len(stream) - at < len(START) + 1:
                 break
             length = stream[at + len(START)]
@@ -215,7 +212,6 @@ class Decoder:
 
     def _skip(self, at: int) -> int:
         self.errors += 1
-        self.skipped_bytes += 1
         return at + 1
 
 
