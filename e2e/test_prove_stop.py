@@ -49,16 +49,25 @@ async def start_proof(folder: Path, board: Board, tree: dict[str, Any] | None = 
     return await asyncio.create_subprocess_exec(
         str(COMMAND),
         *arguments,
-        stdin=asyncio.subprocess.DEVNULL,
+        stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,
     )
 
 
+async def ended(process: Process) -> tuple[bytes, bytes]:
+    """Return what it says until its end; the pipe to it stays open meanwhile."""
+    assert process.stdout is not None
+    assert process.stderr is not None
+    said = await asyncio.gather(process.stdout.read(), process.stderr.read())
+    await process.wait()
+    return said
+
+
 async def prove(folder: Path, board: Board, tree: dict[str, Any] | None = None) -> tuple[int, str]:
     """Run a whole proof; return its status and its record."""
     process = await start_proof(folder, board, tree)
-    told, complaint = await process.communicate()
+    told, complaint = await ended(process)
     assert not complaint, complaint.decode()
     lines = [json.loads(line) for line in told.splitlines()]
     assert (lines[-1]["done"], lines[-1]["of"]) == (CUTS, CUTS)
@@ -99,7 +108,10 @@ async def test_a_stop_that_is_late_is_not_proved(tmp_path: Path, board: Board) -
 
 
 @pytest.mark.timeout(120)
-async def test_broken_off_it_leaves_a_robot_that_stands(tmp_path: Path, board: Board) -> None:
+@pytest.mark.parametrize("by", ["a signal", "the end of its parent"])
+async def test_broken_off_it_leaves_a_robot_that_stands(
+    tmp_path: Path, board: Board, by: str
+) -> None:
     """Ended in the middle of driving it makes the robot stand and says that it proved nothing."""
     process = await start_proof(tmp_path, board)
 
@@ -107,8 +119,12 @@ async def test_broken_off_it_leaves_a_robot_that_stands(tmp_path: Path, board: B
         return board.moves
 
     await eventually(moves, "the robot is driven", within_s=60, every_s=0.02)
-    process.send_signal(signal.SIGINT)
-    _, complaint = await asyncio.wait_for(process.communicate(), 15)
+    if by == "a signal":
+        process.send_signal(signal.SIGINT)
+    else:
+        assert process.stdin is not None
+        process.stdin.close()
+    _, complaint = await asyncio.wait_for(ended(process), 15)
     assert not complaint, complaint.decode()
     assert process.returncode == 1
     assert not board.moves

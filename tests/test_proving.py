@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import signal
+import sys
+from contextlib import suppress
 from typing import TYPE_CHECKING, cast
 
 import pytest
 
+from wax import proving as proving_module
 from wax.control.latch import StopLatch
 from wax.errors import ForbiddenError
 from wax.proving import LENT, STOPPED, Proving
@@ -85,6 +89,26 @@ async def test_a_server_that_ends_keeps_the_robot_shut(proving: Proving, robot: 
     await proving.stop()
     assert robot.told[:2] == [LENT, "close"]
     assert "open" not in robot.told
+    with pytest.raises(ForbiddenError, match="ends"):
+        await proving.start()
+
+
+async def test_a_proof_that_does_not_listen_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that ignores the request to end does not live on, whoever waits for it or does not."""
+    monkeypatch.setattr(proving_module, "_END_S", 0.2)
+    deaf = (
+        "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print(1, flush=True)"
+    )
+    for patience_s in (5.0, 0.05):
+        process = await asyncio.create_subprocess_exec(
+            sys.executable, "-c", f"{deaf}; time.sleep(60)", stdout=asyncio.subprocess.PIPE
+        )
+        assert process.stdout is not None
+        await process.stdout.readline()
+        with suppress(TimeoutError):
+            async with asyncio.timeout(patience_s):
+                await proving_module._end(process)
+        assert await asyncio.wait_for(process.wait(), 5) == -signal.SIGKILL
 
 
 async def test_a_stop_breaks_the_proof_off(proving: Proving, robot: Robot) -> None:

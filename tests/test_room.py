@@ -194,6 +194,8 @@ async def test_who_enters_is_greeted_and_told_the_room(house: House) -> None:
     house.wait(0.1, ada)
     hello, told = ada.last("hello"), ada.last("room")
     assert hello["robot"]["axes"] == ["pan"]
+    assert hello["on_loss"]["silence_ms"] is None  # this driver has no process of its own
+    assert hello["on_loss"]["robot_ttl_ms"] is None
     assert [line["id"] for line in told["viewers"]] == [hello["viewer"]]
     assert told["audio"]["problem"] == "This robot has no microphone."
     assert told["video"]["problem"] is None

@@ -117,6 +117,7 @@ def _prove_stop(arguments: argparse.Namespace) -> int:
         path=arguments.record,
         confirm=lambda: arguments.lifted or _is_lifted(),
         tell=tell,
+        has_parent=arguments.json,
     )
 
 

@@ -190,6 +190,7 @@ class App:
     def stop(self) -> None:
         """Stop the robot at once, then let `run` end."""
         self._control.stop()
+        self._proving.break_off()
         self._stopping.set()
 
     async def _start(self) -> None:
@@ -222,6 +223,7 @@ class App:
 
     async def _shut_down(self) -> None:
         self._control.stop()
+        self._proving.break_off()
         try:
             async with asyncio.timeout(_STOP_S):
                 await self._supervisor.stop()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from wax import __version__, messages
+from wax.robot.process.driver import ProcessDriver
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -36,6 +37,7 @@ class Board:
         self._acknowledge = service.acknowledged
         # Asked once, at the start: somebody's driver may raise at any later time.
         self._kind, self._limits = driver.kind, driver.limits
+        self._has_process = isinstance(driver, ProcessDriver)
         self._turns = turns
         self._captures = captures
 
@@ -90,7 +92,7 @@ class Board:
             slow_picture_age_ms=drive.slow_picture_age_ms,
             stop_picture_age_ms=drive.stop_picture_age_ms,
             max_stop_distance_m=drive.max_stop_distance_m,
-            silence_ms=self._settings.robot.silence_ms,
+            silence_ms=self._settings.robot.silence_ms if self._has_process else None,
             robot_ttl_ms=None if ttl_s is None else ttl_s * 1000,
             stop_by=self._settings.stop.by,
         )

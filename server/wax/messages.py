@@ -204,8 +204,8 @@ class LossRules(_Outgoing):
 
     A command is obeyed for `max_age_ms` beyond the line's own time, together at most
     `max_command_age_ms`; a picture older than these, beyond the line's own time, slows or stops.
-    The process that speaks with the robot stops it after `silence_ms`, the robot itself after
-    `robot_ttl_ms`, null where it has no watchdog that is known of.
+    The process that speaks with the robot stops it after `silence_ms`, null where that is the
+    server itself; the robot itself after `robot_ttl_ms`, null where no watchdog of it is known of.
     """
 
     max_age_ms: float
@@ -213,7 +213,7 @@ class LossRules(_Outgoing):
     slow_picture_age_ms: float
     stop_picture_age_ms: float
     max_stop_distance_m: float
-    silence_ms: float
+    silence_ms: float | None
     robot_ttl_ms: float | None
     stop_by: Literal["everybody", "operator"]
 

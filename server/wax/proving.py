@@ -54,6 +54,7 @@ class Proving:
         self._line = ""
         self._record: str | None = None
         self._task: asyncio.Task[None] | None = None
+        self._process: asyncio.subprocess.Process | None = None
         self._is_ending = False
 
     def progress(self) -> dict[str, object]:
@@ -69,6 +70,8 @@ class Proving:
 
     async def start(self) -> None:
         """Take the robot from everybody and begin; raises `ForbiddenError` where that cannot be."""
+        if self._is_ending:
+            raise ForbiddenError("The server ends.")
         if self._state == "running":
             raise ForbiddenError("The stop is being proved already.")
         if self._control.latched is not None:
@@ -76,9 +79,15 @@ class Proving:
         self._state, self._line = "running", "The robot is let go of."
         self._task = asyncio.create_task(self._lend(), name="prove-stop")
 
+    def break_off(self) -> None:
+        """Stop the robot of a proof that runs, at once and for good; safe to call twice."""
+        self._is_ending = True
+        if self._process is not None and self._process.returncode is None:
+            self._process.terminate()
+
     async def stop(self) -> None:
         """End a proof that runs, for good; the robot stands afterwards. Safe to call twice."""
-        self._is_ending = True
+        self.break_off()
         task, self._task = self._task, None
         if task is not None:
             task.cancel()
@@ -106,10 +115,11 @@ class Proving:
             record = Path(folder) / "record.html"
             process = await asyncio.create_subprocess_exec(
                 *self._command(record),
-                stdin=asyncio.subprocess.DEVNULL,
+                stdin=asyncio.subprocess.PIPE,  # its end tells the proof that this server is gone
                 stdout=asyncio.subprocess.PIPE,
                 stderr=asyncio.subprocess.PIPE,
             )
+            self._process = process
             stopping = asyncio.create_task(self._obey_stop(process))
             try:
                 complaint = await self._follow(process)
@@ -131,7 +141,7 @@ class Proving:
         """Break the proof off, which stops the robot, when anybody presses Stop."""
         while self._control.latched is None:  # noqa: ASYNC110  # it tells nobody when it latches
             await asyncio.sleep(_LOOK_S)
-        process.terminate()
+        await _end(process)
 
     def _command(self, record: Path) -> list[str]:
         config = [] if self._config_path is None else ["--config", str(self._config_path)]
@@ -152,11 +162,13 @@ class Proving:
 
 
 async def _end(process: asyncio.subprocess.Process) -> None:
+    """Ask it to stop its robot and end; insist after a while, or when there is none."""
     if process.returncode is not None:
         return
     process.terminate()
     try:
-        await asyncio.wait_for(process.wait(), _END_S)
-    except TimeoutError:
-        process.kill()
-        await process.wait()
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(process.wait(), _END_S)
+    finally:
+        if process.returncode is None:
+            process.kill()

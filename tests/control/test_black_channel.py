@@ -338,7 +338,7 @@ class Oracle:
         age_s = now_s - truth.sent_s
         match truth.kind:
             case "stop":
-                self.stops += not self.is_stopped
+                self.stops += 1
                 self.is_stopped, self.pressed_s = True, now_s
             case "release":
                 if (

@@ -433,10 +433,11 @@ def test_stop_reaches_the_robot_at_once(bench: Bench) -> None:
 
 
 def test_pressing_again_stops_again(bench: Bench) -> None:
-    """A second press sends another stop, and keeps the number and the name."""
-    assert bench.loop.press_stop("Bob") == bench.loop.press_stop("Eve") == 1
+    """A second press sends another stop and has a number of its own; the name stays."""
+    assert bench.loop.press_stop("Bob") == 1
+    assert bench.loop.press_stop("Eve") == 2
     assert bench.driver.take()[-2:] == [("stop", 1), ("stop", 1)]
-    assert bench.loop.latched == StopLatch(1, "Bob")
+    assert bench.loop.latched == StopLatch(2, "Bob")
 
 
 @pytest.mark.parametrize("releaser", [A, None])

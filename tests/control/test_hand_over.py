@@ -196,7 +196,7 @@ class Crowd:
         before = len(self.driver.told)
         number = self.loop.press_stop("somebody")
         assert self.driver.told[before].what == "stop"
-        self.stops += not self.is_stopped
+        self.stops += 1
         assert number == self.stops
         self.is_stopped = True
 

@@ -18,12 +18,12 @@ NOW_S = 101.0
 
 
 def test_numbers_only_rise() -> None:
-    """Each new stop has the next number; pressing again keeps number and name."""
-    assert PRESSED.stop == StopLatch(1, "Bob")
-    free, refusal = release(PRESSED, ADA, 1, NOW_S, turn=TURN, now_s=NOW_S)
+    """Each press has the next number; pressing again keeps the name of who was first."""
+    assert PRESSED.stop == StopLatch(2, "Bob")
+    free, refusal = release(PRESSED, ADA, 2, NOW_S, turn=TURN, now_s=NOW_S)
     assert refusal is None
     assert free.stop is None
-    assert press(free, "Ada", NOW_S).stop == StopLatch(2, "Ada")
+    assert press(free, "Ada", NOW_S).stop == StopLatch(3, "Ada")
 
 
 def test_a_guessed_number_releases_nothing() -> None:
@@ -34,12 +34,12 @@ def test_a_guessed_number_releases_nothing() -> None:
 
 
 RELEASED = {
-    "the operator": (ADA, 1, 100.5),
-    "the server's own machine": (None, 1, 100.5),
-    "without a stamp": (ADA, 1, None),
-    "at the moment of the press": (ADA, 1, 100.0),
-    "a stamp ahead by the line's delay": (ADA, 1, 101.149),
-    "a stamp a little ahead on this machine": (None, 1, 101.049),
+    "the operator": (ADA, 2, 100.5),
+    "the server's own machine": (None, 2, 100.5),
+    "without a stamp": (ADA, 2, None),
+    "at the moment of the press": (ADA, 2, 100.0),
+    "a stamp ahead by the line's delay": (ADA, 2, 101.149),
+    "a stamp a little ahead on this machine": (None, 2, 101.049),
 }
 
 
@@ -52,16 +52,17 @@ def test_released(viewer: int | None, number: int, sent_s: float | None) -> None
 
 
 REFUSED = {
-    "somebody else": (Refusal.NOT_YOUR_STOP, (BOB, 1, 100.5), {}),
-    "a lost operator": (Refusal.LOST, (ADA, 1, 100.5), {"present": False}),
-    "somebody else, of another stop": (Refusal.NOT_YOUR_STOP, (BOB, 2, 100.5), {}),
-    "nobody's turn": (Refusal.NOT_YOUR_STOP, (ADA, 1, 100.5), {"operator": None}),
-    "an earlier stop": (Refusal.OTHER_STOP, (ADA, 0, 100.5), {}),
-    "a later stop": (Refusal.OTHER_STOP, (None, 2, None), {}),
-    "sent before the last press": (Refusal.OTHER_STOP, (ADA, 1, 99.999), {}),
-    "the future": (Refusal.FROM_FUTURE, (ADA, 1, 101.151), {}),
-    "the future on this machine": (Refusal.FROM_FUTURE, (None, 1, 101.051), {}),
-    "no number as a stamp": (Refusal.RELEASED_LATE, (ADA, 1, math.nan), {}),
+    "somebody else": (Refusal.NOT_YOUR_STOP, (BOB, 2, 100.5), {}),
+    "a lost operator": (Refusal.LOST, (ADA, 2, 100.5), {"present": False}),
+    "somebody else, of another stop": (Refusal.NOT_YOUR_STOP, (BOB, 3, 100.5), {}),
+    "nobody's turn": (Refusal.NOT_YOUR_STOP, (ADA, 2, 100.5), {"operator": None}),
+    "an earlier stop": (Refusal.OTHER_STOP, (ADA, 1, 100.5), {}),
+    "an earlier press, without a stamp": (Refusal.OTHER_STOP, (None, 1, None), {}),
+    "a later stop": (Refusal.OTHER_STOP, (None, 3, None), {}),
+    "sent before the last press": (Refusal.OTHER_STOP, (ADA, 2, 99.999), {}),
+    "the future": (Refusal.FROM_FUTURE, (ADA, 2, 101.151), {}),
+    "the future on this machine": (Refusal.FROM_FUTURE, (None, 2, 101.051), {}),
+    "no number as a stamp": (Refusal.RELEASED_LATE, (ADA, 2, math.nan), {}),
 }
 
 
@@ -76,12 +77,12 @@ def test_refused(
 
 def test_release_is_good_for_two_seconds() -> None:
     """A release that was under way for longer than two seconds counts no more."""
-    assert release(PRESSED, ADA, 1, 100.5, turn=TURN, now_s=102.5)[1] is None
-    late = release(PRESSED, ADA, 1, 100.5, turn=TURN, now_s=102.501)
+    assert release(PRESSED, ADA, 2, 100.5, turn=TURN, now_s=102.5)[1] is None
+    late = release(PRESSED, ADA, 2, 100.5, turn=TURN, now_s=102.501)
     assert late == (PRESSED, Refusal.RELEASED_LATE)
 
 
 def test_what_is_not_latched_is_not_released() -> None:
     """A release while no stop lasts is refused, also a repeated one."""
-    free, _ = release(PRESSED, ADA, 1, 100.5, turn=TURN, now_s=NOW_S)
-    assert release(free, ADA, 1, 100.5, turn=TURN, now_s=NOW_S) == (free, Refusal.OTHER_STOP)
+    free, _ = release(PRESSED, ADA, 2, 100.5, turn=TURN, now_s=NOW_S)
+    assert release(free, ADA, 2, 100.5, turn=TURN, now_s=NOW_S) == (free, Refusal.OTHER_STOP)

@@ -27,6 +27,8 @@ AHEAD = Twist(0.5, 0.0)
 class SimulatedRig:
     """Sees whether the simulated robot moves by its speed."""
 
+    ttl_s = 0.3
+
     def __init__(self, board: Board) -> None:
         self.driver = make_driver(RobotSettings(), SystemClock())
 
@@ -47,6 +49,7 @@ class SerialRig:
     """Sees whether a serial robot would move by what comes down the line."""
 
     dialect = "frames"
+    ttl_s: float | None = 0.2
     make = staticmethod(make_driver)
 
     def __init__(self, board: Board) -> None:
@@ -74,6 +77,7 @@ class SerialRig:
 
 class SingleByteRig(SerialRig):
     dialect = "bytes"
+    ttl_s = None  # it holds for ever what it was told
 
 
 class ProcessRig(SerialRig):
@@ -84,6 +88,7 @@ class ProcessRig(SerialRig):
 
 class SingleByteProcessRig(ProcessRig):
     dialect = "bytes"
+    ttl_s = None
 
 
 Rig = SimulatedRig | SerialRig
@@ -143,7 +148,7 @@ def test_it_says_what_it_is_before_it_is_opened(rig: Rig) -> None:
     kind, limits = rig.driver.kind, rig.driver.limits
     assert kind in ("simulated", "serial")
     assert (limits.linear_mps, limits.angular_rps) == (0.6, 1.5)
-    assert limits.ttl_s == (0.3 if kind == "simulated" else 0.2)
+    assert limits.ttl_s == rig.ttl_s
     driver = opened(rig)
     assert (driver.kind, driver.limits) == (kind, limits)
     driver.close()

@@ -39,10 +39,13 @@ class Latch:
 
 
 def press(latch: Latch, by: str, now_s: float) -> Latch:
-    """Latch a new stop; pressing again while one lasts keeps it."""
-    if latch.stop is not None:
-        return replace(latch, pressed_s=now_s)
+    """Latch a stop. Pressing again gives the one that lasts a new number, and keeps its name.
+
+    So a release that was meant before somebody pressed again releases nothing, by whichever way
+    it comes and however long that takes.
+    """
     number = latch.newest + 1
+    by = by if latch.stop is None else latch.stop.by
     return Latch(newest=number, stop=StopLatch(number, by), pressed_s=now_s)
 
 

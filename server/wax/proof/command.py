@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import os
 import platform
 import signal
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from wax.proof.verdict import Findings
 
 MAX_REPEATS: Final = 1000
+_STDIN: Final = 0
 _SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
@@ -33,8 +35,11 @@ def prove_stop(
     path: Path | None,
     confirm: Callable[[], bool],
     tell: Callable[[Progress], None],
+    has_parent: bool = False,
 ) -> int:
     """Prove the stop and write its record to `path`, or beside; 0 if all was in time, else 1.
+
+    With a parent, the end of the standard input is that one's end, and breaks the proof off.
 
     `confirm` must see to it that the wheels are off the floor. Raises `ConfigError` for wrong use,
     another `WaxError` where the proof cannot begin.
@@ -49,7 +54,8 @@ def prove_stop(
     if not path.parent.is_dir() or not os.access(path.parent, os.W_OK):
         raise ConfigError(f"--record: {path} cannot be written there; name another place")
     try:
-        findings = asyncio.run(_run(Proof(settings, repeats=repeats, tell=tell)))
+        proof = Proof(settings, repeats=repeats, tell=tell)
+        findings = asyncio.run(_run(proof, has_parent=has_parent))
     except asyncio.CancelledError:
         raise StartError("the proof was broken off before the robot moved") from None
     occasion = record.Occasion(
@@ -66,7 +72,7 @@ def prove_stop(
     return 0 if findings.all_passed else 1
 
 
-async def _run(proof: Proof) -> Findings:
+async def _run(proof: Proof, *, has_parent: bool) -> Findings:
     """Run it so that each way to end it makes the robot stand first."""
     loop = asyncio.get_running_loop()
     task = asyncio.current_task()
@@ -77,8 +83,16 @@ async def _run(proof: Proof) -> Findings:
             loop.add_signal_handler(number, _do_nothing)
         task.cancel()
 
+    def listen() -> None:
+        if not os.read(_STDIN, 1024):
+            loop.remove_reader(_STDIN)
+            break_off()
+
     for number in _SIGNALS:
         loop.add_signal_handler(number, break_off)
+    if has_parent:
+        with contextlib.suppress(PermissionError):  # no pipe, such as a file: it never ends
+            loop.add_reader(_STDIN, listen)
     return await proof.run()
 
 

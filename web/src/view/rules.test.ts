@@ -24,6 +24,12 @@ it("says honestly where nobody knows whether the robot stops by itself", () => {
   expect(all()).not.toContain("is not known");
 });
 
+it("promises no watchdog that this robot has not", () => {
+  const alone = all({ on_loss: { ...on_loss, silence_ms: null, robot_ttl_ms: null } });
+  expect(alone).toContain("The server itself speaks with this robot");
+  expect(alone).not.toContain("null");
+});
+
 it("tells who may press Stop", () => {
   expect(all()).toContain("Everybody who watches can press Stop");
   expect(all({ on_loss: { ...on_loss, stop_by: "operator" } })).toContain(

@@ -25,8 +25,12 @@ export function lossSentences({ on_loss, robot }: Hello): string[] {
 }
 
 function watchdogSentence({ silence_ms, robot_ttl_ms }: LossRules): string {
-  const server = `When the server fails, what speaks with the robot stops it after ${silence_ms} ms`;
-  return robot_ttl_ms === null
-    ? `${server}. Whether this robot would stop by itself is not known.`
-    : `${server}. When that fails too, the robot stops by itself after ${robot_ttl_ms} ms.`;
+  const itself =
+    robot_ttl_ms === null
+      ? "whether this robot would stop by itself is not known"
+      : `the robot stops by itself after ${robot_ttl_ms} ms`;
+  return silence_ms === null
+    ? `The server itself speaks with this robot: when it fails, ${itself}.`
+    : `When the server fails, what speaks with the robot stops it after ${silence_ms} ms. When ` +
+        `that fails too, ${itself}.`;
 }

@@ -26,6 +26,7 @@ _LOG = structlog.get_logger(__name__)
 BEAT_S: Final = 0.02
 TELL_S: Final = 0.05
 HUNG_S: Final = 2.0
+OPEN_S: Final = 20.0
 END_S: Final = 1.0
 READ_BYTES: Final = 65_536
 
@@ -57,6 +58,7 @@ class Host:
     def run(self) -> None:
         """Open the driver, serve until the end of the pipe, stop and close it."""
         try:
+            signal.setitimer(signal.ITIMER_REAL, OPEN_S)
             self._driver.open()
             while self._step():
                 pass

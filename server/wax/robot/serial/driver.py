@@ -36,7 +36,7 @@ class SerialRobot:
             settings.max_linear_mps,
             settings.max_angular_rps,
             axes=axes,
-            ttl_s=serial.ttl_ms / 1000.0,
+            ttl_s=serial.ttl_ms / 1000.0 if framed else None,  # single bytes hold for ever
         )
         dialect: Dialect = (
             FramedDialect(Mixer(settings), serial.ttl_ms, axes)
