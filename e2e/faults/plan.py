@@ -35,7 +35,7 @@ class Fault:
 
 
 async def _hand_over(n: int, **settings: Any) -> list[Figure]:
-    return [*await hand_over(n, **settings), await one_turn(1, **settings)]
+    return [*await hand_over(n, **settings), await one_turn(3, **settings)]
 
 
 async def _blind(n: int, **settings: Any) -> list[Figure]:
@@ -53,15 +53,16 @@ FAULTS: Final = (
     Fault("serial-unplugged", 100, serial_unplugged),
     Fault("delay-step", 50, delay_step),
     Fault("stop-in-flood", 200, stop_in_flood),
-    Fault("hand-over", 1000, _hand_over),
+    Fault("hand-over", 1050, _hand_over),
     Fault("hands-off", 50, hands_off),
     Fault("blind", 25, _blind),
     Fault("nuisance", 600, nuisance),
     Fault("steady-beat", 3000, steady_beat),
     Fault("black-channel", 1000, black_channel),
 )
-"""The unit of n: trials; of ``hand-over`` switches, of ``nuisance`` seconds, of ``steady-beat``
-frames, of ``black-channel`` traces, of ``hands-off`` and ``blind`` trials of each kind.
+"""The unit of n: trials; of ``hand-over`` turns, a few of which are over before they moved, of
+``nuisance`` seconds, of ``steady-beat`` frames, of ``black-channel`` traces, of ``hands-off`` and
+``blind`` trials of each kind.
 """
 
 BY_NAME: Final = {fault.name: fault for fault in FAULTS}

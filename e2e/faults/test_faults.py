@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from e2e.faults.blind import video_starves
+from e2e.faults.black_channel import black_channel
+from e2e.faults.blind import camera_freezes, video_starves
+from e2e.faults.delay_step import delay_step
 from e2e.faults.flood import stop_in_flood
+from e2e.faults.hand_over import hand_over
 from e2e.faults.hands_off import hands_off
-from e2e.faults.operator_gone import browser_frozen, network_vanishes
+from e2e.faults.operator_gone import browser_frozen, browser_killed, network_vanishes
 from e2e.faults.robot_gone import driver_killed, serial_unplugged
-from e2e.faults.server_gone import server_killed, server_stopped
+from e2e.faults.server_gone import loop_blocked, server_killed, server_stopped
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable
@@ -67,9 +70,33 @@ async def test_a_network_that_vanishes_stops_the_robot() -> None:
     await keeps(network_vanishes(TRIALS))
 
 
-async def test_a_frozen_browser_stops_the_robot() -> None:
-    """The robot is told to stand 200 ms after its operator's browser froze, key held down."""
-    await keeps(browser_frozen(TRIALS))
+@pytest.mark.parametrize(
+    "measure", [browser_frozen, browser_killed], ids=lambda one: str(one.__name__)
+)
+async def test_a_dead_browser_stops_the_robot(measure: Callable[[int], Awaitable[Figure]]) -> None:
+    """The robot is told to stand 200 ms after its operator's browser died, key held down."""
+    await keeps(measure(TRIALS))
+
+
+async def test_a_line_that_becomes_long_stops_the_robot() -> None:
+    """Commands that were under way for too long move nothing, though they go on coming."""
+    await keeps(delay_step(TRIALS))
+
+
+async def test_a_blocked_server_stops_the_robot() -> None:
+    """The process that speaks with the robot does, and nothing late moves it afterwards."""
+    await keeps(loop_blocked(TRIALS))
+
+
+async def test_nothing_of_an_old_turn_moves_the_robot() -> None:
+    """From one operator to the next there is a stop, and no frame of the old turn after it."""
+    late, without_stop, _ = await hand_over(6)
+    assert (late.met, without_stop.met) == (True, True), f"{late}\n{without_stop}"
+
+
+async def test_no_harm_to_a_channel_is_executed() -> None:
+    """Of corrupted, repeated, late and foreign messages the board sees nothing."""
+    await keeps(black_channel(20))
 
 
 @pytest.mark.parametrize(
@@ -98,12 +125,24 @@ async def test_hands_off_is_zero_on_the_wire() -> None:
 async def test_who_does_not_see_does_not_drive() -> None:
     """A picture that does not come slows the robot and then stops it."""
     await keeps(video_starves(1))
+    await keeps(camera_freezes(1))
 
 
 async def test_without_the_watchdog_of_silence_the_stop_is_late() -> None:
     """A slow driver's process and board are noticed: the measure of a stopped server can fail."""
     slow = {"silence_ms": 1000, "serial": {"ttl_ms": 1000}}
     assert not (await server_stopped(1, robot=slow)).met
+
+
+async def test_without_the_driver_process_s_silence_the_stop_is_late() -> None:
+    """With a quick board still there: each of the two watchdogs is noticed by itself."""
+    assert not (await server_stopped(1, robot={"silence_ms": 1000})).met
+
+
+async def test_without_the_board_s_own_watchdog_the_stop_is_late() -> None:
+    """A board that obeys old frames is noticed: the measure of a killed driver can fail."""
+    slow = {"silence_ms": 120, "serial": {"ttl_ms": 1000}}
+    assert not (await driver_killed(1, robot=slow)).met
 
 
 async def test_without_the_age_of_a_command_the_stop_is_late() -> None:

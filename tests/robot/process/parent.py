@@ -6,6 +6,7 @@ Started as ``python -m tests.robot.process.parent SETTINGS``, the `RobotSettings
 from __future__ import annotations
 
 import select
+import signal
 import sys
 import time
 from typing import Final
@@ -19,6 +20,8 @@ TWISTS: Final = {"stand": STANDSTILL, "drive": Twist(0.5, 0.0), "silence": None}
 
 
 def main() -> None:
+    # A job in the background inherits that Ctrl-C is ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     robot = make_robot(RobotSettings.model_validate_json(sys.argv[1]), SystemClock())
     robot.open()
     while not robot.state().connected:
