@@ -16,6 +16,7 @@ RULES: Final = Rules(
     max_stop_distance_m=2.0,
     fine_fraction=0.5,
     beat_s=0.02,
+    silence_s=0.0,
     watchdog_s=0.12,
     acceleration_mps2=1.0,
     acceleration_rps2=4.0,

@@ -771,7 +771,7 @@ def test_a_long_line_is_a_slow_one() -> None:
     robot = RobotSettings(max_linear_acceleration_mps2=100.0, braking_mps2=2.0)
     speeds = []
     for delay_s in (0.0, 0.3):
-        bench = Bench(robot=robot, max_stop_distance_m=0.2)
+        bench = Bench(robot=robot, max_stop_distance_m=0.25)
         bench.delays_s[A] = delay_s
         bench.enter(A)
         bench.step()

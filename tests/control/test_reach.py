@@ -18,6 +18,13 @@ def test_the_slowest_watchdog_counts(watchdog_s: float, expected_s: float) -> No
     assert unnoticed_s(0.25, replace(RULES, watchdog_s=watchdog_s)) == pytest.approx(expected_s)
 
 
+@pytest.mark.parametrize(("watchdog_s", "expected_s"), [(0.12, 0.39), (0.4, 0.42)])
+def test_a_late_server_looks_late(watchdog_s: float, expected_s: float) -> None:
+    """Before the gate looks, the loop may be late by what the driver's process puts up with."""
+    rules = replace(RULES, watchdog_s=watchdog_s, silence_s=0.12)
+    assert unnoticed_s(0.25, rules) == pytest.approx(expected_s)
+
+
 def test_example() -> None:
     """At 0.6 m/s, 0.3 s unnoticed and braked at 2 m/s² a robot stands after 0.27 m."""
     rules = replace(RULES, max_stop_distance_m=0.6 * 0.3 + 0.6**2 / (2 * 2.0), watchdog_s=0.0)

@@ -39,6 +39,7 @@ def test_every_rule_is_what_was_configured() -> None:
         max_stop_distance_m=0.7,
         fine_fraction=0.3,
         beat_s=0.025,
+        silence_s=0.15,
         watchdog_s=0.2,
         acceleration_mps2=1.5,
         acceleration_rps2=6.0,

@@ -4,7 +4,8 @@ From the moment of the loss it runs on at speed v for a time t, until somebody n
 brakes at b: it travels v·t + v²/2b. Each of these notices alone, and any but one may be what has
 failed, so t is the longest of them, and a beat, since each looks at its clock once a beat:
 
-* the gate, when the newest command's time to live is over, which began when it was sent;
+* the gate, when the newest command's time to live is over, which began when it was sent; a server
+  that is late looks later, by no more than what the driver's process puts up with;
 * the driver's process, when the server has said nothing for its time of silence;
 * the robot itself, when the time to live of its newest frame is over.
 """
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 def unnoticed_s(ttl_s: float, rules: Rules) -> float:
     """Say for how long the robot may run on after its operator was lost; `ttl_s` is a command's."""
-    return max(ttl_s, rules.watchdog_s) + rules.beat_s
+    return max(ttl_s + rules.silence_s, rules.watchdog_s) + rules.beat_s
 
 
 def fastest_mps(ttl_s: float, rules: Rules) -> float:

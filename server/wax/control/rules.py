@@ -14,9 +14,10 @@ if TYPE_CHECKING:
 class Rules:
     """Constant while the server runs.
 
-    `beat_s` is the time between two set-points of the loop. `watchdog_s` is how long the slowest of
-    the watchdogs beyond the gate waits: the driver's process, and the robot itself if that is
-    known. The last two are how fast motion may end where it need not end at once.
+    `beat_s` is the time between two set-points of the loop, `silence_s` how late one may be before
+    the driver's process stops the robot. `watchdog_s` is how long the slowest of the watchdogs
+    beyond the gate waits: that process, and the robot itself if that is known. The last two are
+    how fast motion may end where it need not end at once.
     """
 
     limits: Limits
@@ -27,6 +28,7 @@ class Rules:
     max_stop_distance_m: float
     fine_fraction: float
     beat_s: float
+    silence_s: float
     watchdog_s: float
     acceleration_mps2: float
     acceleration_rps2: float
@@ -46,6 +48,7 @@ class Rules:
             max_stop_distance_m=drive.max_stop_distance_m,
             fine_fraction=drive.fine_fraction,
             beat_s=1 / drive.loop_hz,
+            silence_s=robot.silence_ms / 1000,
             watchdog_s=max(robot.silence_ms / 1000, limits.ttl_s or 0.0),
             acceleration_mps2=robot.max_linear_acceleration_mps2,
             acceleration_rps2=robot.max_angular_acceleration_rps2,
