@@ -22,9 +22,10 @@ if TYPE_CHECKING:
     from e2e.harness.viewer import Viewer
 
 TOLERANCE_MS = 40.0
+"""A chosen delay is followed within it."""
+
 DEVICE_MS = 30.0
 """So long the sound may wait in its device too, and the picture for it."""
-"""The issue's promise: a chosen delay is followed within it, both streams."""
 
 HELD_MS = 80.0
 """More than any browser holds a picture back by itself, less than 200 ms of sound need."""
