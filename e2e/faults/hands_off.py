@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 GOAL_MS: Final = 120.0
 _LOOK_S: Final = 0.25
 
-_EVENTS: Final = {
+EVENTS: Final = {
     "blur": "window.dispatchEvent(new Event('blur'));",
     "hidden": """
         Object.defineProperty(document, "visibilityState", { value: "hidden", configurable: true });
@@ -47,15 +47,17 @@ _SHOW: Final = """() => {
 }"""
 
 
-async def hands_off(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
-    """From the event to the first frame that stops; `n` times each."""
+async def hands_off(
+    n: int, *, events: Mapping[str, str] = EVENTS, **settings: Mapping[str, Any]
+) -> list[Figure]:
+    """From the event to the first frame that stops; `n` times each, and for a cancelled touch."""
     async with staged(SEEING, _PATIENT, settings) as stage, chromiums() as launch:
         page = await launch(stage.server.url, has_touch=True)
         await page.take_the_wheel()
         hands = _Hands(stage, page, await Fingers.of(page.viewer))
         found = {
             name: await repeat(f"hands-off: {name}", n, partial(hands.by_event, script))
-            for name, script in _EVENTS.items()
+            for name, script in events.items()
         }
         found["pointercancel"] = await repeat("hands-off: pointercancel", n, hands.by_touch)
     what = "event in the page → zero on the wire"

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Self
 
 import aiohttp
-from aiortc import RTCSessionDescription
 
 from e2e.harness.raw_peer import RawPeer
 from e2e.harness.wait import eventually
@@ -80,17 +79,8 @@ class RawOperator(RawPeer):
         self.state.on("message", self._take_state)
 
     async def __aenter__(self) -> Self:
-        for kind in ("audio", "video"):
-            self.peer.addTransceiver(kind, direction="recvonly")
-        await self.peer.setLocalDescription(await self.peer.createOffer())
-        offer = self.peer.localDescription.sdp
-        if self._relay is not None:
-            offer = await self._relay.offer(offer)
-        answer = str((await self._post("/api/offer", {"sdp": offer}))["sdp"])
-        if self._relay is not None:
-            answer = self._relay.answer(answer)
-        await self.peer.setRemoteDescription(RTCSessionDescription(answer, "answer"))
-        await eventually(self._is_ready, "the server greets", every_s=0.01)
+        await super().__aenter__()
+        await eventually(self._is_greeted, "the server greets", every_s=0.01)
         self.say(
             type="want",
             sound=False,
@@ -98,7 +88,6 @@ class RawOperator(RawPeer):
             size=self.newest("hello")["sizes"][0],
             policy=None,
         )
-        self._heartbeat = asyncio.create_task(self._beat(), name="heartbeat")
         self._driving = asyncio.create_task(self._drive(), name="drive")
         return self
 
@@ -265,7 +254,11 @@ class RawOperator(RawPeer):
         del self._clocks[:-_CLOCKS]
         self._ahead_ms = min(self._clocks)[1]
 
-    async def _is_ready(self) -> bool:
-        return (
-            self.state.readyState == self.drive.readyState == "open" and self.newest("hello") != {}
-        )
+    async def _is_greeted(self) -> bool:
+        return self.newest("hello") != {}
+
+    async def _answer(self, offer: str) -> str:
+        if self._relay is not None:
+            offer = await self._relay.offer(offer)
+        answer = str((await self._post("/api/offer", {"sdp": offer}))["sdp"])
+        return answer if self._relay is None else self._relay.answer(answer)

@@ -128,6 +128,12 @@ async def test_who_does_not_see_does_not_drive() -> None:
     await keeps(camera_freezes(1))
 
 
+async def test_a_page_that_holds_on_does_not_stop() -> None:
+    """Where no event takes the hands off it, the measure of the page can fail."""
+    nothing, touch = await hands_off(1, events={"nothing": ""})
+    assert (nothing.met, touch.met) == (False, True)
+
+
 async def test_without_the_watchdog_of_silence_the_stop_is_late() -> None:
     """A slow driver's process and board are noticed: the measure of a stopped server can fail."""
     slow = {"silence_ms": 1000, "serial": {"ttl_ms": 1000}}

@@ -45,17 +45,22 @@ class RawPeer:
         for kind in ("audio", "video"):
             self.peer.addTransceiver(kind, direction="recvonly")
         await self.peer.setLocalDescription(await self.peer.createOffer())
-        offer = {"sdp": self.peer.localDescription.sdp, "client": str(uuid.uuid4())}
+        answer = await self._answer(self.peer.localDescription.sdp)
+        await self.peer.setRemoteDescription(RTCSessionDescription(answer, "answer"))
+        await eventually(self._is_open, "both channels are open", every_s=0.01)
+        self._heartbeat = asyncio.create_task(self._beat(), name="heartbeat")
+        return self
+
+    async def _answer(self, offer: str) -> str:
+        """Exchange the descriptions."""
         async with (
             aiohttp.ClientSession() as http,
-            http.post(f"{self._server.url}/api/offer", json=offer) as response,
+            http.post(
+                f"{self._server.url}/api/offer", json={"sdp": offer, "client": str(uuid.uuid4())}
+            ) as response,
         ):
             assert response.status == 200, await response.text()
-            answer = await response.json()
-        await self.peer.setRemoteDescription(RTCSessionDescription(answer["sdp"], "answer"))
-        await eventually(self._is_open, "both channels are open")
-        self._heartbeat = asyncio.create_task(self._beat())
-        return self
+            return str((await response.json())["sdp"])
 
     async def __aexit__(
         self,
