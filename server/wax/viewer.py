@@ -302,6 +302,7 @@ def _playout(report: messages.Report) -> PlayoutReport:
             delay_ms=sound.delay_ms,
             concealed_ms=sound.concealed_ms,
             played_ms=sound.played_ms,
+            output_ms=sound.output_ms,
         ),
         picture=None
         if picture is None

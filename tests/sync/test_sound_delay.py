@@ -211,6 +211,34 @@ def test_a_set_delay_stays(fixed_ms: float) -> None:
     assert not ear.delay.is_useless
 
 
+@pytest.mark.parametrize(
+    ("fixed_ms", "output_ms", "buffer_ms"),
+    [(200.0, 32.0, 170.0), (500.0, 180.0, 320.0), (100.0, 180.0, 20.0), (200.0, 4.0, 200.0)],
+)
+def test_what_waits_in_the_device_is_part_of_a_set_delay(
+    fixed_ms: float, output_ms: float, buffer_ms: float
+) -> None:
+    """The sound is heard after the delay that is set, through a headset too."""
+    delay = SoundDelay(fixed_ms)
+    for tick in range(8):
+        assert _decide(delay, tick / 4, output_ms=output_ms) == buffer_ms
+
+
+def test_a_devices_blocks_are_not_followed_but_another_device_is() -> None:
+    """Measurements that differ by a block change nothing; a headset put on is known in 4 s."""
+    delay = SoundDelay(300.0)
+    blocks = [_decide(delay, tick / 4, output_ms=30.0 + tick % 2 * 10) for tick in range(40)]
+    assert len(set(blocks)) == 1
+    for tick in range(40, 56):
+        _decide(delay, tick / 4, output_ms=200.0)
+    target_ms = delay.target_ms
+    assert target_ms is not None
+    assert abs(target_ms - 100.0) <= 10
+    _decide(delay, 14.0, output_ms=None)
+    _decide(delay, 14.25, output_ms=math.nan)
+    assert delay.target_ms == target_ms
+
+
 @given(
     st.lists(
         st.tuples(

@@ -15,14 +15,16 @@ if TYPE_CHECKING:
 class StreamPlayout:
     """How one stream plays at a viewer's; None where his browser does not tell.
 
-    `age_ms` is from capture to eye or ear, `delay_ms` the part of it in the jitter buffer.
-    `concealed_ms` of `played_ms` of the sound, since the peer began, were made up.
+    `age_ms` is from capture to eye or ear, `delay_ms` the part of it in the jitter buffer and
+    `output_ms` that in the device. `concealed_ms` of `played_ms` of the sound, since the peer
+    began, were made up.
     """
 
     age_ms: float | None = None
     delay_ms: float | None = None
     concealed_ms: float | None = None
     played_ms: float | None = None
+    output_ms: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

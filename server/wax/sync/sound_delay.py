@@ -26,6 +26,9 @@ _USELESS_MS: Final = 100.0
 _GRACE_S: Final = 1.0
 """So long after the sound began, or its form changed, what is made up says nothing of the link."""
 
+_NEW_SHARE: Final = 0.25
+"""Of a measurement of the device in the mean."""
+
 _RISE_MS: Final = (20.0, 120.0)
 _STRETCH_MS_PER_S: Final = 75.0
 _SHOWN_S: Final = 0.5
@@ -39,11 +42,13 @@ class SoundDelay:
     """Rises at once, falls by 10 ms in 5 s after half a minute without a break.
 
     A fall that ends in a break makes the next one wait four times as long, so that on a steady
-    link the breaks that this costs become rare. A delay that is set (`fixed_ms`) stays.
+    link the breaks that this costs become rare. A delay that is set (`fixed_ms`) stays: it is how
+    long the sound waits until it is heard, so what waits in the device is taken off the buffer.
     """
 
     def __init__(self, fixed_ms: float | None, *, bound_ms: float = BOUND_MS) -> None:
         self.fixed_ms = fixed_ms
+        self._device = _Device()
         self._bound_ms = bound_ms
         self._level_ms = 0.0
         self._heard = _Heard()
@@ -57,7 +62,7 @@ class SoundDelay:
     def target_ms(self) -> float | None:
         """The least that the browser shall buffer, None to leave it to it."""
         if self.fixed_ms is not None:
-            return self.fixed_ms
+            return max(self.fixed_ms - self._device.output_ms, _LEAST_MS)
         return self._level_ms if self._level_ms > _LEAST_MS else None
 
     @property
@@ -88,6 +93,7 @@ class SoundDelay:
         burst: int = 0,
         is_congested: bool = False,
         learns: bool = True,
+        output_ms: float | None = None,
     ) -> float | None:
         """Return the target after a report.
 
@@ -96,8 +102,10 @@ class SoundDelay:
         `concealed_ms` and `played_ms` are the page's counters; they may begin anew, and None is
         unknown. Of what is made up, the share that is `lost`, at most `burst` packets in a row, is
         brought back by no delay. While the link `is_congested` its queue is no jitter: it is
-        drained elsewhere, and nothing rises here, as little as without `learns`.
+        drained elsewhere, and nothing rises here, as little as without `learns`. Of the sound that
+        is heard `output_ms` are in the device.
         """
+        self._device.update(output_ms)
         self._now_s = now_s = max(now_s, self._now_s) if isfinite(now_s) else self._now_s
         if (mu_ms, redundancy) != self._form or is_congested:
             self._form = (mu_ms, redundancy)
@@ -142,6 +150,24 @@ class SoundDelay:
         self._level_ms -= _STEP_MS
         self._has_fallen = True
         self._calm_since_s = now_s - self._patience_s + _FALL_EVERY_S
+
+
+class _Device:
+    """How long the sound waits in the viewer's device, in steps that a buffer can follow."""
+
+    def __init__(self) -> None:
+        self.output_ms = 0.0
+        self._mean_ms: float | None = None
+
+    def update(self, output_ms: float | None) -> None:
+        """Take a measurement; single ones differ by about 10 ms, as the device asks for blocks."""
+        if output_ms is None or not isfinite(output_ms):
+            return
+        output_ms = min(max(output_ms, 0.0), BOUND_MS)
+        mean_ms = output_ms if self._mean_ms is None else self._mean_ms
+        self._mean_ms = mean_ms + (output_ms - mean_ms) * _NEW_SHARE
+        if abs(self._mean_ms - self.output_ms) >= _STEP_MS:
+            self.output_ms = round(self._mean_ms / _STEP_MS) * _STEP_MS
 
 
 class _Heard:

@@ -50,6 +50,7 @@ class Watch:
             redundancy=0 if serving is None or form is None else serving.redundancy,
             concealed_ms=heard.concealed_ms,
             played_ms=heard.played_ms,
+            output_ms=heard.output_ms,
             now_s=self.now_s,
             lost=0.0 if estimate is None else estimate.lost,
             burst=0 if estimate is None else estimate.burst,
