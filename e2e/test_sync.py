@@ -92,12 +92,12 @@ async def test_a_chosen_delay_is_followed_by_both_streams(
 
 
 async def measured_skew_ms(viewer: Viewer) -> float:
-    """How much later than the picture the sound is presented, by the test card of both."""
+    """How much later than the picture the sound comes to the ear, by the test card of both."""
     await asyncio.sleep(2)
     await viewer.forget()
     cards = await viewer.cards(90)
     await asyncio.sleep(1)
-    sound_ms = median(ear.burst_ages_ms(await viewer.heard()))
+    sound_ms = median(ear.burst_ages_ms(await viewer.heard())) + await viewer.device_ms()
     picture_ms = median(card.age_ms for card in cards if card.valid)
     return sound_ms - picture_ms
 

@@ -100,14 +100,15 @@
   };
 
   // --- what the browser itself counts ----------------------------------------------------
-  const inbound = async (kind) => {
+  const counted = async (type, kind) => {
     const found = peer();
     if (!found) return null;
     for (const report of (await found.getStats()).values()) {
-      if (report.type === "inbound-rtp" && report.kind === kind) return { ...report };
+      if (report.type === type && report.kind === kind) return { ...report };
     }
     return null;
   };
+  const inbound = (kind) => counted("inbound-rtp", kind);
 
   const codec = async (kind) => {
     const report = await inbound(kind);
@@ -118,6 +119,7 @@
     cards,
     codec,
     inbound,
+    playout: () => counted("media-playout", "audio"),
     listen,
     heard: () => blocks.slice(),
     forget: () => void blocks.splice(0),

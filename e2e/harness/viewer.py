@@ -151,5 +151,10 @@ class Viewer:
         """Everything that was heard since `listen` or `forget`, at most a minute."""
         return [Block(**block) for block in await self.probe("heard()")]
 
+    async def device_ms(self) -> float:
+        """How long sound waits between the meter and the ear, by the browser's own count."""
+        playout = await self.probe("playout()")
+        return float(playout["totalPlayoutDelay"] / playout["totalSamplesCount"] * 1000)
+
     async def forget(self) -> None:
         await self.probe("forget()")
