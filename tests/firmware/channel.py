@@ -5,6 +5,7 @@ The oracle judges by what was really said, when and by whom; it never reads a by
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
@@ -209,10 +210,13 @@ class Oracle:
         self._newest = 0
         self._turn = 0
         self._wheels = (0, 0)
-        self._until_ms = 0
+        self._until_ms = math.inf
 
     def may(self, said: Said, now_ms: int) -> bool:
-        """Whether this may be obeyed: a hello, or this session's stop, or newest motion in time."""
+        """Whether this may be obeyed: a hello, or this session's stop, or newest motion in time.
+
+        A motion that has run out lets no other begin before the next hello or stop.
+        """
         if isinstance(said.frame.body, Hello):
             return True
         if isinstance(said.frame.body, Stop):
@@ -224,6 +228,7 @@ class Oracle:
             and said.order > self._newest
             and said.frame.turn >= self._turn
             and now_ms - said.at_ms <= TTL_MS
+            and now_ms < self._until_ms
         )
 
     def must(self, said: Said, now_ms: int, delay_up_ms: int) -> bool:
@@ -246,7 +251,7 @@ class Oracle:
             self._wheels = body.left_mmps, body.right_mmps
             self._until_ms = now_ms + said.frame.ttl_ms
         elif not isinstance(body, Axis):
-            self._wheels = (0, 0)
+            self._wheels, self._until_ms = (0, 0), math.inf
 
     def wheels(self, now_ms: int) -> tuple[int, int]:
         return self._wheels if now_ms < self._until_ms else (0, 0)

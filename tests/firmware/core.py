@@ -30,6 +30,7 @@ class Verdict(enum.IntEnum):
     OLD_TURN = 2
     OLD_SEQUENCE = 3
     LATE = 4
+    TIMED_OUT = 5
 
 
 @dataclass(frozen=True, slots=True)

@@ -294,6 +294,20 @@ def test_a_motion_is_worth_its_time_to_live(start_ms: int, ttl_ms: int, worth_ms
     assert not bench.core.timed_out
 
 
+def test_that_its_watchdog_stopped_it_is_told_before_it_is_forgotten() -> None:
+    """The next motion may be there within a millisecond; the report is there first."""
+    bench = Bench()
+    bench.say(AHEAD, ttl_ms=210)
+    for _ in range(209):
+        bench.wait(1)
+        bench.report()  # the last one of its own accord is that of 200 ms
+    bench.wait(1)
+    frame = bench.report()
+    assert frame is not None
+    assert isinstance(frame.body, Report)
+    assert frame.body.timed_out
+
+
 def test_a_motion_without_a_time_is_worth_nothing() -> None:
     """A time-to-live of 0 moves no wheel."""
     bench = Bench()
@@ -312,8 +326,26 @@ def test_each_motion_is_worth_its_own_time() -> None:
     bench.wait(50 + 30)
     assert bench.stands
     assert bench.core.timed_out
-    bench.say(AHEAD)
-    assert not bench.core.timed_out
+
+
+@pytest.mark.parametrize("late_ms", [0, 1, 30, 5000])
+@pytest.mark.parametrize("body", [AHEAD, Drive(0, 0), Axis(0, 10)])
+def test_what_has_stopped_by_itself_does_not_go_on_by_itself(body: Body, late_ms: int) -> None:
+    """After a time-to-live ran out nothing moves it until it was told to stop, or greeted."""
+    for again in (Stop(), Hello(SESSION)):
+        bench = Bench()
+        bench.say(AHEAD)
+        bench.wait(199)
+        bench.now_ms += 1  # the frame may be looked at before the clock is
+        assert bench.say(body) is Verdict.TIMED_OUT
+        bench.wait(late_ms)
+        assert bench.say(body) is Verdict.TIMED_OUT
+        bench.wait(30)
+        assert bench.stands
+        bench.say(again)
+        assert bench.say(AHEAD) is Verdict.TAKEN
+        bench.wait(30)
+        assert not bench.stands
 
 
 def test_it_can_be_driven_after_any_uptime() -> None:
@@ -323,6 +355,7 @@ def test_it_can_be_driven_after_any_uptime() -> None:
         bench.now_ms += 10 * 24 * 3600 * 1000
         bench.wait(2)
         assert bench.stands
+        bench.say(Stop())
         assert bench.say(AHEAD, time_ms=bench.now_ms - 100) is Verdict.TAKEN
         bench.wait(199)
         assert not bench.stands

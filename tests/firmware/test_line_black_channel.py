@@ -21,7 +21,8 @@ MUTANT_TRACES = 400
 
 # What the core must not lack; each is a line of it, and what becomes of it.
 MUTANTS = {
-    "no time-to-live": ("robot.cpp", "now_ms - arrived_ms_ >= ttl_ms_", "false"),
+    "no time-to-live": ("robot.cpp", "now_ms - arrived_ms_ >= ttl_ms_", "now_ms > ~0u"),
+    "goes on by itself": ("robot.cpp", "timed_out_ || has_run_out(now_ms)", "false"),
     "a time-to-live that never ends at the wrap": (
         "robot.cpp", "now_ms - arrived_ms_ >= ttl_ms_", "now_ms >= arrived_ms_ + ttl_ms_",
     ),

@@ -89,6 +89,20 @@ def test_after_a_silence_the_motion_is_said_at_once() -> None:
     assert robot.hear(dialect.say(going(1, 0), 1.52)[0]) == [Drive(600, 600)]
 
 
+def test_a_robot_that_stopped_by_itself_does_not_go_on_by_itself() -> None:
+    """When its own watchdog has stopped it, a new session begins, although it answers."""
+    dialect, robot = connected(1.0)
+    session = robot.decoder.session
+    robot.hear(dialect.say(going(1, 0), 1.0)[0])
+    robot.answer(dialect, 1.2, flags=2)
+    assert not dialect.answers(1.2)
+    assert dialect.overdue(1.2)
+    assert [type(body) for body in robot.hear(dialect.say(going(1, 0), 1.21)[0])] == [Hello, Stop]
+    assert robot.decoder.session != session
+    robot.answer(dialect, 1.22)
+    assert dialect.answers(1.22)
+
+
 def test_farewell_before_any_motion() -> None:
     """Where no turn has begun the last stop is of turn 0."""
     dialect, robot = framed(), Robot()

@@ -22,6 +22,7 @@ const char *name_of(wax::Verdict verdict) {
         case wax::Verdict::OLD_TURN: return "old turn";
         case wax::Verdict::OLD_SEQUENCE: return "old sequence";
         case wax::Verdict::LATE: return "late";
+        case wax::Verdict::TIMED_OUT: return "timed out";
         default: return "taken";
     }
 }

@@ -37,7 +37,8 @@ class FramedDialect:
 
     The robot is there while its reports name a frame that was sent within the last
     `SILENT_AFTER_S`: it speaks, and it hears. Until then it gets hello and stop, nothing else,
-    and after a silence those of a new session.
+    and those of a new session after a silence, and after its own watchdog stopped it: what has
+    stopped by itself shall not go on by itself.
     """
 
     def __init__(self, mixer: Mixer, ttl_ms: int, axes: tuple[str, ...]) -> None:
@@ -117,12 +118,13 @@ class FramedDialect:
         return known
 
     def _take(self, report: Report, robot_time_ms: int, now_s: float) -> None:
+        stopped_itself = self._answers and report.timed_out
         self._report = report
         self._robot_time_ms, self._heard_s = float(robot_time_ms), now_s
         sent_s = max((at_s for number, at_s in self._sent if number == report.sequence), default=0)
         if now_s - sent_s >= SILENT_AFTER_S:
             return
-        self._patience_ends_s = sent_s + SILENT_AFTER_S
+        self._patience_ends_s = now_s if stopped_itself else sent_s + SILENT_AFTER_S
         if not self._answers:
             self._answers = True
             self._decoder.errors = 0  # what it wrote before it knew the session is no fault

@@ -26,8 +26,7 @@ From the server:
 - 00 hello, ``uint16 session``, 1 to 65534, drawn at random: from now on this session counts, in
   both directions. Stand still, forget turn and sequence, and report.
 - 01 drive, ``int16 left, int16 right``: wheel speeds in mm/s, ahead positive. They are worth the
-  time-to-live, at most 1000 ms, counted from arrival; after it the robot stands still until the
-  next drive.
+  time-to-live, at most 1000 ms, counted from arrival; after it the robot stands still.
 - 02 axis, ``uint8 number, int16 position``: move an axis to position / 10000 of its range,
   -10000 to 10000. Its number is its place in the configuration's ``axes``, from 0. Its
   time-to-live is how late it may be.
@@ -39,11 +38,14 @@ The robot refuses drive and axis
 - whose sequence number is not newer than that of the last frame that it took (a 16 bit
   difference of 1 to 32767);
 - whose time is longer ago than their time-to-live, is more than 50 ms ahead, or is before the
-  last hello. So what a line held back, or says again, moves nothing, not even with its hello.
+  last hello. So what a line held back, or says again, moves nothing, not even with its hello;
+- after a time-to-live ran out, until the next stop or hello: what has stopped by itself does not
+  go on by itself.
 
 Without a session, which is how it starts, it takes nothing but hello.
 
-From the robot, 20 times a second, and at once after a hello and when bit 0 of the flags changes:
+From the robot, 20 times a second, and at once after a hello, when bit 0 of the flags changes and
+when bit 1 is set:
 
 - 81 report, ``uint16 battery_mv, uint8 bumpers, int32 left, int32 right, uint8 flags,
   uint16 sequence, uint16 damaged, uint16 refused``: battery voltage (0: not measured), pressed

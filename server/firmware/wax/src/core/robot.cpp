@@ -43,6 +43,7 @@ Verdict Robot::next(uint32_t now_ms, Frame &frame) {
 
 Verdict Robot::judge(const Frame &frame, uint32_t now_ms) const {
     if (frame.type == HELLO || frame.type == STOP) return Verdict::TAKEN;
+    if (timed_out_ || has_run_out(now_ms)) return Verdict::TIMED_OUT;
     if (frame.turn < turn_) return Verdict::OLD_TURN;
     if (!is_newer(frame.sequence)) return Verdict::OLD_SEQUENCE;
     if (is_late(frame, now_ms)) return Verdict::LATE;
@@ -58,6 +59,10 @@ bool Robot::is_late(const Frame &frame, uint32_t now_ms) const {
     if (ahead_ms <= MAX_AHEAD_MS) return false;
     const uint32_t age_ms = now_ms - frame.time_ms;
     return age_ms > ttl_of(frame) || age_ms > now_ms - hello_ms_;
+}
+
+bool Robot::has_run_out(uint32_t now_ms) const {
+    return driven_ && now_ms - arrived_ms_ >= ttl_ms_;
 }
 
 void Robot::obey(const Frame &frame, uint32_t now_ms) {
@@ -76,7 +81,6 @@ void Robot::obey(const Frame &frame, uint32_t now_ms) {
             arrived_ms_ = now_ms;
             ttl_ms_ = ttl_of(frame);
             driven_ = true;
-            timed_out_ = false;
             break;
         case AXIS:
             if (frame.axis < AXES) axes_[frame.axis] = within(frame.position, FULL_POSITION);
@@ -95,9 +99,10 @@ void Robot::stand() {
 }
 
 void Robot::tick(uint32_t now_ms, const Inputs &inputs) {
-    if (driven_ && now_ms - arrived_ms_ >= ttl_ms_) {
+    if (has_run_out(now_ms)) {
         stand();
         timed_out_ = true;
+        report_now_ = true;
     }
     if (now_ms - hello_ms_ > LONG_AGO_MS) hello_ms_ = now_ms - LONG_AGO_MS;
 

@@ -29,7 +29,7 @@ struct Inputs {
     int32_t left_ticks, right_ticks;
 };
 
-enum class Verdict : uint8_t { NOTHING, TAKEN, OLD_TURN, OLD_SEQUENCE, LATE };
+enum class Verdict : uint8_t { NOTHING, TAKEN, OLD_TURN, OLD_SEQUENCE, LATE, TIMED_OUT };
 
 class Robot {
 public:
@@ -65,6 +65,7 @@ private:
     void obey(const Frame &frame, uint32_t now_ms);
     bool is_newer(uint16_t sequence) const;
     bool is_late(const Frame &frame, uint32_t now_ms) const;
+    bool has_run_out(uint32_t now_ms) const;
     bool is_blocked() const;
     void stand();
     void watch_wheels(uint32_t now_ms, const Inputs &inputs);
