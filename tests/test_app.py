@@ -12,9 +12,9 @@ import pytest
 from wax.app import App
 from wax.clock import SystemClock
 from wax.config import Settings
-from wax.control.helm import NO_ANSWER
 from wax.errors import StartError
 from wax.media.source import Picture
+from wax.robot.guard import NO_ANSWER
 from wax.robot.simulated.robot import SimulatedRobot
 from wax.status import Status
 from wax.web import routes

@@ -208,7 +208,7 @@ class Viewer:
         now_s = self._clock.now_s()
         match message:
             case messages.Drive():
-                self._events.viewer_drives(self, _command(message))
+                self._events.viewer_drives(self, command_of(message))
             case messages.Ping():
                 round_trip_s = self.link.pinged(
                     message.id, message.pong_id, message.pong_held_ms, now_s
@@ -278,7 +278,8 @@ def clean_name(name: str) -> str:
     return " ".join(visible.split())[: messages.MAX_NAME_CHARS].strip()
 
 
-def _command(message: messages.Drive) -> Command:
+def command_of(message: messages.Drive) -> Command:
+    """Read a set-point of a page's; its stamps become seconds."""
     return Command(
         seq=message.seq,
         turn=message.turn,

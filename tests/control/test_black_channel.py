@@ -28,12 +28,12 @@ from tests.control.rules import RULES
 
 from wax import messages
 from wax.control import gate, latch
-from wax.control.command import Command
 from wax.control.latch import Latch
 from wax.control.reasons import Hold
 from wax.control.turn_view import TurnView
 from wax.errors import ProtocolError
 from wax.robot.driver import STANDSTILL, Twist
+from wax.viewer import command_of
 
 if TYPE_CHECKING:
     from wax.control.gate import Setpoint
@@ -274,7 +274,7 @@ class Server:
         self.gate, refusal = gate.accept(
             self.gate,
             record.link,
-            command(message),
+            command_of(message),
             turn=self.turn,
             now_s=now_s,
             rules=RULES,
@@ -301,20 +301,6 @@ class Server:
     def beat(self, now_s: float) -> Setpoint:
         self.gate, setpoint = gate.decide(self.gate, self.turn, self.latch.stop, now_s, RULES)
         return setpoint
-
-
-def command(drive: messages.Drive) -> Command:
-    return Command(
-        seq=drive.seq,
-        turn=drive.turn,
-        sent_s=drive.sent_server_ms / 1000,
-        linear=drive.linear,
-        angular=drive.angular,
-        held=drive.held,
-        speed=drive.speed,
-        seen_s=None if drive.seen_server_ms is None else drive.seen_server_ms / 1000,
-        axes=drive.axes,
-    )
 
 
 class Oracle:
@@ -449,14 +435,15 @@ def judged(setpoint: Setpoint, rightful: Sent | None, tally: Tally) -> str | Non
     if rightful is None:
         return f"motion without right: {setpoint}"
     limits = RULES.limits
-    twist = STANDSTILL
+    twist, axes = STANDSTILL, {}
     if rightful.held:
         linear, angular = rightful.hands
         twist = Twist(linear * limits.linear_mps, angular * limits.angular_rps)
-    axes = {} if rightful.pan is None else {"pan": rightful.pan}
+        axes = {} if rightful.pan is None else {"pan": rightful.pan}
     if (setpoint.twist, dict(setpoint.axes)) != (twist, axes):
         return f"another motion than was asked for: {setpoint} instead of {rightful}"
     tally.happened["moved"] += setpoint.twist != STANDSTILL
+    tally.happened["panned"] += bool(setpoint.axes)
     return None
 
 
@@ -479,7 +466,7 @@ def test_nothing_wrong_is_ever_executed() -> None:
     assert tally.wrong == []
     # It was no idle talk: each harm was done, each refusal was needed, and the robot was driven.
     assert all(tally.injected[cell] >= traces // 50 for cell in CELLS)
-    for what in ("moved", "accepted", "stopped", "released", "not authentic"):
+    for what in ("moved", "panned", "accepted", "stopped", "released", "not authentic"):
         assert tally.happened[what] >= traces // 4, what
     for what in ("NOT_YOUR_TURN", "OTHER_TURN", "OUT_OF_ORDER", "OTHER_STOP", "NOT_YOUR_STOP"):
         assert tally.happened[what] >= traces // 20, what

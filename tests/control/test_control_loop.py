@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import itertools
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -15,12 +16,13 @@ from tests.turned_clock import TurnedClock
 from wax.clock import SystemClock
 from wax.config import DriveSettings, RobotSettings, TurnSettings
 from wax.control.command import Command
-from wax.control.helm import NO_ANSWER, NOT_CONNECTED
+from wax.control.helm import NOT_CONNECTED
 from wax.control.latch import StopLatch
 from wax.control.loop import ControlLoop
 from wax.control.reasons import Hold, Limit, Refusal, stopped_by
 from wax.control.turns import PlaceLost, TurnEnded, TurnEvent, TurnRenewed, Turns, TurnStarted
 from wax.robot.driver import STANDSTILL, Limits, RobotState, Twist
+from wax.robot.guard import NO_ANSWER
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -148,6 +150,11 @@ class Bench:
 
     def offer(self, linear: float = 0.0, *, viewer: int = A) -> Refusal | None:
         return self.loop.offer(viewer, self.command(linear))
+
+    def pan(self, position: float, *, held: bool = True) -> Refusal | None:
+        """Offer a command that names an axis, and asks for no other motion."""
+        command = replace(self.command(), held=held, axes={"pan": position})
+        return self.loop.offer(A, command)
 
     def enter(self, *viewers: int) -> None:
         for viewer in viewers:
@@ -538,21 +545,50 @@ def test_an_axis_goes_out_at_once(bench: Bench) -> None:
     bench.offer()
     bench.step()
     bench.clock.time_s += 0.006
-    bench.loop.offer(A, replace(bench.command(), axes={"pan": 0.5}))
+    bench.pan(0.5)
     assert ("set_axis", "pan", 0.5, 1) in bench.driver.take()
+    assert bench.statuses[-1] == (A, False, None)
 
 
 def test_axes_move_on_change(bench: Bench) -> None:
-    """An axis is set when its position changes, and again after the robot was connected anew."""
+    """An axis is set when its position changes, and again after the robot was connected anew.
+
+    But only by a hand: what a page says while nothing is held moves no axis.
+    """
     bench.offer()
-    bench.loop.offer(A, replace(bench.command(), axes={"pan": 0.5}))
+    bench.pan(0.5)
     assert ("set_axis", "pan", 0.5, 1) in bench.step()
-    bench.loop.offer(A, replace(bench.command(), axes={"pan": 0.5}))
+    bench.pan(0.5)
     assert bench.step() == [("apply", STANDSTILL, 1)]
     bench.driver.now = RobotState(connected=True, epoch=2)
     bench.step()
-    bench.loop.offer(A, replace(bench.command(), axes={"pan": 0.5}))
+    bench.pan(0.5, held=False)
+    assert bench.step() == [("apply", STANDSTILL, 1)]
+    bench.pan(0.5)
     assert ("set_axis", "pan", 0.5, 1) in bench.step()
+
+
+@pytest.mark.parametrize("hold", ["stop", "fault"])
+def test_a_slider_moved_during_a_hold_moves_nothing_after(bench: Bench, hold: str) -> None:
+    """Where nothing may move no axis does, and what was wanted then is not made up for."""
+    bench.offer()
+    bench.step()
+    if hold == "stop":
+        number = bench.loop.press_stop("Bob")
+        bench.pan(0.5)
+        assert bench.step() == [("apply", STANDSTILL, 1)]
+        bench.loop.release_stop(A, number, None)
+    else:
+        bench.driver.now = RobotState(connected=True, epoch=2)
+    bench.step()
+    bench.pan(0.5)
+    assert bench.step() == [("apply", STANDSTILL, 1)]
+    bench.pan(0.5, held=False)
+    assert bench.step() == [("apply", STANDSTILL, 1)]
+    bench.offer(1.0)
+    assert bench.step() == [("apply", AHEAD, 1)]
+    bench.pan(0.4)
+    assert ("set_axis", "pan", 0.4, 1) in bench.step()
 
 
 def test_new_connection_of_the_robot_needs_neutral(bench: Bench) -> None:
@@ -678,7 +714,7 @@ def test_stop_is_heard_even_by_a_lent_driver(bench: Bench) -> None:
 def test_driver_that_comes_back_begins_with_neutral(bench: Bench) -> None:
     """After maintenance the robot is stopped, its axes are unknown, and neutral must come first."""
     bench.offer()
-    bench.loop.offer(A, replace(bench.command(), axes={"pan": 0.5}))
+    bench.pan(0.5)
     bench.step()
     bench.loop.maintain("The stop is being proved.")
     bench.step()
@@ -687,7 +723,7 @@ def test_driver_that_comes_back_begins_with_neutral(bench: Bench) -> None:
     assert bench.statuses[-1] == (A, False, Hold.FAULT.value)
     assert not bench.moves()
     bench.offer()
-    bench.loop.offer(A, replace(bench.command(), axes={"pan": 0.5}))
+    bench.pan(0.5)
     assert ("set_axis", "pan", 0.5, 1) in bench.step()
 
 
@@ -764,6 +800,52 @@ def test_who_does_not_want_to_see_drives_slowly(bench: Bench) -> None:
     bench.loop.offer(A, replace(bench.command(1.0), seen_s=None))
     assert bench.step() == [("apply", Twist(0.25, 0.0), 1)]
     assert bench.statuses[-1] == (A, True, Limit.NO_PICTURE.value)
+
+
+def with_bumpers(bumpers: object) -> RobotState:
+    """Make the state of a robot that is there, and reports this of its bumpers."""
+    extra = {"battery_v": 7.4, "bumpers": bumpers}
+    return RobotState(connected=True, epoch=1, extra=extra)  # type: ignore[arg-type]  # somebody's
+
+
+def test_who_drives_against_a_pressed_bumper_reads_so(bench: Bench) -> None:
+    """While a bumper is pressed whoever wants to move is told, for as long as it is."""
+    bench.drive()
+    bench.driver.now = with_bumpers(2.0)
+    for linear in (1.0, 0.0, -1.0):
+        bench.offer(linear)
+        assert bench.step() == [("apply", Twist(0.5 * linear, 0.0), 1)]
+    bench.driver.now = with_bumpers(0.0)
+    bench.step()
+    assert bench.statuses[-5:] == [
+        (A, True, None),
+        (A, True, Limit.BUMPER.value),
+        (A, False, None),
+        (A, True, Limit.BUMPER.value),
+        (A, True, None),
+    ]
+
+
+def test_a_bumper_is_the_last_thing_to_be_told(bench: Bench) -> None:
+    """Whatever else keeps the robot slow or standing says more of it than a pressed bumper."""
+    bench.driver.now = with_bumpers(1.0)
+    bench.offer(1.0)
+    bench.step()
+    assert bench.statuses[-1] == (A, False, Hold.FAULT.value)
+    bench.has_picture = False
+    bench.offer()
+    bench.step()
+    bench.offer(1.0)
+    bench.step()
+    assert bench.statuses[-1] == (A, True, Limit.NO_PICTURE.value)
+
+
+@pytest.mark.parametrize("bumpers", [math.nan, None, "2", [2], -1.0])
+def test_what_is_no_bumper_is_not_told(bench: Bench, bumpers: object) -> None:
+    """Somebody's driver may call anything so, and the operator drives on undisturbed."""
+    bench.driver.now = with_bumpers(bumpers)
+    bench.drive()
+    assert bench.statuses[-1] == (A, True, None)
 
 
 def test_a_long_line_is_a_slow_one() -> None:

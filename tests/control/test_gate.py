@@ -107,7 +107,8 @@ def test_fine_speed() -> None:
 
 def test_axes_of_the_robot_pass() -> None:
     """A position passes for the axes that the robot has; others are left out."""
-    state, _ = offer(ready(), replace(command(11, 101.1), axes={"pan": -0.5, "arm": 0.5}))
+    axes = {"pan": -0.5, "arm": 0.5}
+    state, _ = offer(ready(), replace(command(11, 101.1), held=True, axes=axes))
     assert decide(state, 101.1) == Setpoint(axes={"pan": -0.5}, soft=True)
 
 
@@ -269,8 +270,24 @@ def test_nothing_moves_that_is_not_held() -> None:
     assert decide(state, 101.3).twist == Twist(0.8, 0.0)
 
 
+@pytest.mark.parametrize("linear", [0.0, 1.0])
+def test_no_axis_moves_that_is_not_held(linear: float) -> None:
+    """Also a position is nobody's wish without a hand."""
+    loose = replace(command(12, 101.2, linear), held=False, axes={"pan": 0.5})
+    state, refusal = offer(driving(), loose)
+    assert refusal is None
+    assert decide(state, 101.2).axes == {}
+
+
 @pytest.mark.parametrize(
-    "change", [{"held": True}, {"linear": 0.1}, {"angular": 0.1}, {"linear": -0.1, "held": True}]
+    "change",
+    [
+        {"held": True},
+        {"held": True, "axes": {"pan": 0.5}},
+        {"linear": 0.1},
+        {"angular": 0.1},
+        {"linear": -0.1, "held": True},
+    ],
 )
 def test_neutral_is_all_let_go(change: dict[str, object]) -> None:
     """Neither a held dead-man nor a share that is not held counts as neutral."""

@@ -6,8 +6,9 @@ import pytest
 from structlog.testing import capture_logs
 
 from wax.control.gate import Setpoint
-from wax.control.helm import NO_ANSWER, NOT_CONNECTED, Helm
+from wax.control.helm import NOT_CONNECTED, Helm
 from wax.robot.driver import STANDSTILL, Limits, RobotState, Twist
+from wax.robot.guard import NO_ANSWER
 
 AHEAD = Twist(0.5, 0.0)
 

@@ -273,8 +273,15 @@ def test_a_new_motion_ends_the_stops() -> None:
 
 
 def test_almost_nothing_is_standstill() -> None:
-    """Less than a twentieth of the limits does not creep."""
+    """Less than a twentieth of the limits does not creep; a twentieth does."""
     assert single().say(going(0.04, -0.04), 1.0)[0] == b""
+    assert single().say(going(0.05, 0), 1.0)[0] == b"1F"
+
+
+def test_half_of_the_limits_is_fine_still() -> None:
+    """Only what is above it is gross."""
+    assert single().say(going(0.5, 0), 1.0)[0] == b"1F"
+    assert single().say(going(0.51, 0), 1.0)[0] == b"2F"
 
 
 def test_a_board_without_speeds_gets_none() -> None:
@@ -283,6 +290,14 @@ def test_a_board_without_speeds_gets_none() -> None:
     dialect.hello(0.0)
     assert dialect.say(going(0.3, 0), 1.0)[0] == b"F"
     assert dialect.say(going(1, 0), 1.1)[0] == b""
+
+
+def test_a_board_with_one_speed_gets_that() -> None:
+    """Where the other has no byte the direction goes alone."""
+    dialect = SingleByteDialect(BytesDialectSettings(fine=None), LIMITS)
+    dialect.hello(0.0)
+    assert dialect.say(going(1, 0), 1.0)[0] == b"2F"
+    assert dialect.say(going(0.3, 0), 1.1)[0] == b"F"
 
 
 def test_a_new_connection_says_all_anew() -> None:

@@ -15,8 +15,9 @@ class Command:
     """A complete set-point of the operator's hands.
 
     `linear` and `angular` are shares of the limits in -1…1 (ahead and left are positive), `held`
-    is the dead-man, `axes` positions in -1…1. `sent_s` and `seen_s` (the capture time of the newest
-    presented picture, None while there is none) are on the server's clock.
+    is the dead-man, `axes` positions in -1…1 of those that have a hand on them now. `sent_s` and
+    `seen_s` (the capture time of the newest presented picture, None while there is none) are on the
+    server's clock.
     """
 
     seq: int
@@ -31,14 +32,15 @@ class Command:
 
     @property
     def asks_for_motion(self) -> bool:
-        """Some share is not zero; axes are positions and keep theirs."""
+        """Some share is not zero; an axis is no motion of the robot."""
         return self.linear != 0 or self.angular != 0
 
     @property
     def is_neutral(self) -> bool:
         """All is let go of: no motion is asked for, and the dead-man is not held either.
 
-        Two keys that cancel each other, or a dead-man taped down, are not neutral.
+        Neither two keys that cancel each other, nor a hand on an axis, nor a dead-man taped down
+        is neutral.
         """
         return not self.asks_for_motion and not self.held
 

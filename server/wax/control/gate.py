@@ -203,12 +203,11 @@ def _lapse(command: Command, seen: Sight, now_s: float, ttl_s: float) -> Refusal
 
 
 def _driven(command: Command, seen: Sight, ttl_s: float, rules: Rules) -> Setpoint:
-    """Do what a command says that has passed; axes are positions and need no dead-man."""
+    """Do what a command says that has passed; without the dead-man not even an axis moves."""
+    if not command.held:
+        return Setpoint(reason=NOT_HELD if command.asks_for_motion else None, soft=True)
     limits = rules.limits
     axes = {name: command.axes[name] for name in limits.axes if name in command.axes}
-    if not command.held:
-        reason = NOT_HELD if command.asks_for_motion else None
-        return Setpoint(axes=axes, reason=reason, soft=True)
     twist, limit = speed.twist(command, seen, ttl_s, rules)
     if not _is_within(twist, limits):
         return Setpoint(reason=NO_LIMITS)

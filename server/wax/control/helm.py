@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import structlog
 
 from wax.robot.driver import STANDSTILL, RobotState, Twist
+from wax.robot.guard import NO_ANSWER, checked
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
 
 _LOG = structlog.get_logger(__name__)
 
-NO_ANSWER: Final = "The robot does not answer."
 NOT_CONNECTED: Final = "The robot is not connected."
 
 
@@ -44,6 +44,15 @@ class Helm:
         """Whether the newest set-point that the driver took asks for motion."""
         return not self.twist.is_zero
 
+    @property
+    def is_bumped(self) -> bool:
+        """Whether the robot reports a pressed bumper.
+
+        Its ``bumpers`` are bits, as in the serial dialect ``frames``; another's may be anything.
+        """
+        bumpers: object = self.state.extra.get("bumpers")
+        return isinstance(bumpers, int | float) and bumpers > 0
+
     def lend(self, reason: str | None, turn: int) -> None:
         """Leave the driver to somebody else while there is a reason, after a last stop.
 
@@ -61,7 +70,7 @@ class Helm:
             self.state = replace(self.state, problem=self._lent_for, moving=None)
             return self._lent_for
         try:
-            state = _checked(self._driver.state())
+            state = checked(self._driver.state())
         except Exception:
             self.state = replace(self.state, problem=NO_ANSWER, moving=None)
             self._failed()
@@ -122,10 +131,3 @@ class Helm:
         if self._answers:
             _LOG.exception("the robot's driver raised; the robot is stopped")
         self._answers = False
-
-
-def _checked(state: object) -> RobotState:
-    """Refuse what somebody's driver may return instead of a state; raises `TypeError`."""
-    if not isinstance(state, RobotState):
-        raise TypeError(f"the driver's state() returned {state!r}, not a RobotState")
-    return state

@@ -19,7 +19,7 @@ from wax.control.gate import GateState, Setpoint
 from wax.control.helm import Helm
 from wax.control.latch import Latch
 from wax.control.line import Line
-from wax.control.reasons import Hold
+from wax.control.reasons import Hold, Limit
 from wax.control.rules import Rules
 from wax.control.turn_view import TurnView
 from wax.control.turns import TurnEnded, TurnRenewed, TurnStarted
@@ -117,7 +117,7 @@ class ControlLoop:
         self._steered_s = self._clock.now_s()  # not now_s: a busy machine may pause in between
         if failure is not None:
             self._gate = gate.require_neutral(self._gate, now_s, Hold.FAULT)
-        self._tell(turn, failure or self._target.reason or self._target.limit)
+        self._tell(turn, failure or self._target.reason or self._limit())
 
     async def _rest(self) -> None:
         """Sleep until the next beat, or until a command is in a hurry; keep the gap either way."""
@@ -183,7 +183,7 @@ class ControlLoop:
     def press_stop(self, by: str) -> int:
         """Stop the robot now, before anything else, until the stop is released.
 
-        Returns the stop's number; pressing again keeps it. `by` is the name that people read.
+        Returns the number of this press. `by` is the name that people read.
         """
         try:
             self._helm.stop_whoever_has_it(self._turns.number)
@@ -290,6 +290,16 @@ class ControlLoop:
         """Tell whether a command has changed where the robot shall get to."""
         setpoint = self._decide(turn, now_s)
         return setpoint.twist != self._target.twist or self._helm.would_turn(setpoint.axes)
+
+    def _limit(self) -> str | None:
+        """Say what keeps the robot slower than its operator wants.
+
+        Of a bumper only the robot knows on which side it is, and only it goes no further there.
+        """
+        wanted = self._target
+        if wanted.limit is None and not wanted.twist.is_zero and self._helm.is_bumped:
+            return Limit.BUMPER.value
+        return wanted.limit
 
     def _tell(self, turn: TurnView, reason: str | None) -> None:
         if turn.operator is None:

@@ -1,4 +1,4 @@
-"""Every sentence that says why the robot stands or is slow."""
+"""What the gate, the latch and the speed rules say when they say no, or not so fast."""
 
 from __future__ import annotations
 
@@ -45,6 +45,7 @@ class Limit(Enum):
     NO_PICTURE = "Slow: you drive without a picture."
     LONG_LINE = "Slow: the line is long."
     STOPPING_DISTANCE = "Slow: the robot needs room to stop."
+    BUMPER = "A bumper is pressed; the robot may not go that way."
 
 
 def stopped_by(name: str) -> str:

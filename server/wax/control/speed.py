@@ -20,7 +20,7 @@ _SLOW = {Sight.LATE: Limit.LATE_PICTURE, Sight.OFF: Limit.NO_PICTURE}
 
 
 def twist(command: Command, sight: Sight, ttl_s: float, rules: Rules) -> tuple[Twist, Limit | None]:
-    """Return the motion that a command becomes, and what has lowered it most."""
+    """Return the motion that a command becomes, and the last that has lowered it."""
     limit = None
     shares = Twist(command.linear, command.angular)
     if command.speed == "fine":

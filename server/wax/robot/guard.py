@@ -1,14 +1,21 @@
-"""What every driver checks for itself, whatever the control loop has checked before (pure)."""
+"""What every driver checks for itself, whatever the control loop has checked before (pure).
+
+And what is checked of every driver, by whoever holds it.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from wax.robot.driver import STANDSTILL, Twist
+from wax.robot.driver import STANDSTILL, RobotState, Twist
 
 if TYPE_CHECKING:
     from wax.robot.driver import Limits
+
+
+NO_ANSWER: Final = "The robot does not answer."
+"""The problem of a robot whose driver raises."""
 
 
 class TurnFence:
@@ -46,6 +53,13 @@ def within(twist: Twist, limits: Limits) -> Twist:
 def unit(position: float) -> float:
     """Clip an axis position to -1…1; what is not a number is the middle."""
     return _clamp(position, 1.0) if math.isfinite(position) else 0.0
+
+
+def checked(state: object) -> RobotState:
+    """Refuse what somebody's driver may return instead of a state; raises `TypeError`."""
+    if not isinstance(state, RobotState):
+        raise TypeError(f"the driver's state() returned {state!r}, not a RobotState")
+    return state
 
 
 def _share(value: float, limit: float) -> float:

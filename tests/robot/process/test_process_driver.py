@@ -16,9 +16,9 @@ from wax.clock import SystemClock
 from wax.config import LogSettings
 from wax.robot.driver import STANDSTILL, Limits, Twist
 from wax.robot.find import make_robot
+from wax.robot.guard import NO_ANSWER
 from wax.robot.process.driver import ProcessDriver
 from wax.robot.process.spawn import Child
-from wax.robot.process.warden import NO_ANSWER
 from wax.robot.process.wire import Begin, Lines, Move, Told, decode_answer, encode
 
 if TYPE_CHECKING:

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wax.robot.driver import Limits, Twist
+from wax.robot.guard import NO_ANSWER
 from wax.robot.process.warden import (
     GARBLED,
     NEUTRAL_FIRST,
-    NO_ANSWER,
     SILENT,
     Apply,
     Call,

@@ -1,4 +1,4 @@
-import { beforeEach, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { type Direction, Hands } from "./hands";
 
 const STAND = { linear: 0, angular: 0 };
@@ -6,10 +6,13 @@ const onChange = vi.fn();
 let hands: Hands;
 
 beforeEach(() => {
+  vi.useFakeTimers();
   onChange.mockClear();
   hands = new Hands(onChange);
   hands.enable();
 });
+
+afterEach(() => vi.useRealTimers());
 
 it.each<[Direction, number, number]>([
   ["forward", 1, 0],
@@ -62,12 +65,61 @@ it("holds as long as anything is held, though it makes no motion", () => {
   expect(hands.isHolding).toBe(false);
 });
 
+it("takes a change of a slider for a hand on its axis, which is no motion", () => {
+  hands.touch("pan", 0.5);
+  expect(hands.axes).toEqual({ pan: 0.5 });
+  expect(hands.isHolding).toBe(true);
+  expect(hands.motion).toEqual(STAND);
+});
+
+it("lets go of an axis by itself, 300 ms after its newest change", () => {
+  hands.touch("pan", 0.5);
+  vi.advanceTimersByTime(299);
+  hands.touch("pan", 0.6);
+  vi.advanceTimersByTime(299);
+  expect(hands.axes).toEqual({ pan: 0.6 });
+  expect(onChange).toHaveBeenCalledTimes(1);
+  vi.advanceTimersByTime(1);
+  expect(hands.axes).toEqual({});
+  expect(hands.isHolding).toBe(false);
+  expect(onChange).toHaveBeenCalledTimes(2);
+});
+
+it("lets each axis go by itself, and nothing else with it", () => {
+  hands.press("a", "forward");
+  hands.touch("pan", 0.5);
+  vi.advanceTimersByTime(200);
+  hands.touch("tilt", -1);
+  expect(hands.axes).toEqual({ pan: 0.5, tilt: -1 });
+  vi.advanceTimersByTime(100);
+  expect(hands.axes).toEqual({ tilt: -1 });
+  vi.advanceTimersByTime(200);
+  expect(hands.axes).toEqual({});
+  expect(hands.motion.linear).toBe(1);
+});
+
+it("leaves a new hand on an axis its own time after all was released", () => {
+  hands.touch("pan", 0.5);
+  hands.releaseAll();
+  expect(hands.axes).toEqual({});
+  expect(onChange).toHaveBeenCalledTimes(2);
+  vi.advanceTimersByTime(200);
+  hands.touch("pan", 0.6);
+  vi.advanceTimersByTime(299);
+  expect(hands.axes).toEqual({ pan: 0.6 });
+});
+
 it("holds nothing while disabled", () => {
   hands.press("a", "forward");
+  hands.touch("pan", 0.5);
   hands.disable();
   expect(hands.motion).toEqual(STAND);
   hands.press("a", "forward");
+  hands.touch("pan", 0.6);
   expect(hands.motion).toEqual(STAND);
+  hands.enable();
+  expect(hands.isHolding).toBe(false);
+  expect(hands.axes).toEqual({});
 });
 
 it("asks for a new press when a turn begins", () => {

@@ -34,7 +34,7 @@ export class Helm {
         motion: this.hands.motion,
         held: this.hands.isHolding,
         speed: state.preferences.peek().speed,
-        axes: state.axes.peek(),
+        axes: this.hands.axes,
       }),
     });
     state.drivingTurn.subscribe((turn) => this.#begin(turn));
@@ -69,10 +69,11 @@ export class Helm {
     this.#pump.send();
   }
 
+  /** A slider was changed, which is a hand on its axis. */
   setAxis(name: string, position: number): void {
     const { axes } = this.options.state;
+    this.hands.touch(name, position);
     axes.value = { ...axes.peek(), [name]: position };
-    this.#pump.stir();
   }
 
   /** First the wire, then whatever follows the signals. */

@@ -8,6 +8,7 @@ export interface Controls {
   /** The dead-man: some control is held down. */
   held: boolean;
   speed: Drive["speed"];
+  /** Positions, of the axes that have a hand on them. */
   axes: Record<string, number>;
 }
 
@@ -59,8 +60,8 @@ export class Pump {
     this.end();
     this.#turn = turn;
     this.#rate = new Rate(maxHz);
-    this.stir();
-    this.#dueMs = performance.now();
+    this.#busyMs = performance.now();
+    this.#dueMs = this.#busyMs;
     this.#tick();
   }
 
@@ -78,11 +79,6 @@ export class Pump {
     const everyMs = 1000 / this.#pace();
     this.#dueMs = performance.now() + everyMs;
     this.#timer = setTimeout(() => this.#tick(), everyMs);
-  }
-
-  /** What changes too often to be sent each time: the timer sends it, no longer at rest. */
-  stir(): void {
-    this.#busyMs = performance.now();
   }
 
   /** Sends what is held after a release, now and again twice. */
@@ -127,8 +123,9 @@ export class Pump {
   }
 
   #pace(): number {
-    if (this.options.controls().held) this.stir();
-    const isAtRest = performance.now() - this.#busyMs > REST_AFTER_MS;
+    const nowMs = performance.now();
+    if (this.options.controls().held) this.#busyMs = nowMs;
+    const isAtRest = nowMs - this.#busyMs > REST_AFTER_MS;
     return isAtRest ? Math.min(this.#hz, REST_HZ) : this.#hz;
   }
 

@@ -64,7 +64,10 @@ function Speed() {
   );
 }
 
-/** Moves while the slider itself is held, which is a dead-man like any other. */
+/**
+ * A slider that is held is held like any other control. Its axis moves by each change of it,
+ * however that is made.
+ */
 function Axis({ axis }: { axis: string }) {
   const { axes, mayMove } = useState();
   const { setAxis, press, release } = useActions();

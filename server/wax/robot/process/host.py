@@ -13,8 +13,9 @@ import structlog
 
 from wax.errors import ProtocolError
 from wax.robot.driver import RobotState
-from wax.robot.process.warden import NO_ANSWER, Apply, SetAxis
-from wax.robot.process.wire import Lines, Ready, Told, checked, decode_message, encode
+from wax.robot.guard import NO_ANSWER
+from wax.robot.process.warden import Apply, SetAxis
+from wax.robot.process.wire import Lines, Ready, Told, decode_message, encode, tellable
 
 if TYPE_CHECKING:
     from wax.clock import Clock
@@ -99,7 +100,7 @@ class Host:
     def _look(self) -> None:
         """Ask the driver how the robot is; one that was connected anew begins at standstill."""
         try:
-            state = checked(self._driver.state())
+            state = tellable(self._driver.state())
         except Exception:
             self._failed()
             self._state = replace(self._state, connected=False, problem=NO_ANSWER)

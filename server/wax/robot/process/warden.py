@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from wax.robot.driver import STANDSTILL, Twist
-from wax.robot.guard import within
+from wax.robot.guard import NO_ANSWER, within
 from wax.robot.process.wire import Axis, Halt, Move
 
 if TYPE_CHECKING:
@@ -30,7 +30,6 @@ COUNTS: Final = (
 )
 SILENT: Final = "The robot stands: the server was silent for too long; let go and steer again."
 GARBLED: Final = "The robot stands: what the server said was garbled; let go and steer again."
-NO_ANSWER: Final = "The robot does not answer."
 NEUTRAL_FIRST: Final = "The robot stands until it is told to stand; let go and steer again."
 
 

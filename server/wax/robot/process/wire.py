@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 from wax.config import LogSettings, RobotSettings
 from wax.errors import ProtocolError
 from wax.robot.driver import Limits, RobotState
+from wax.robot.guard import checked
 
 MAX_LINE_BYTES: Final = 32_768
 
@@ -107,14 +108,12 @@ def decode_answer(line: bytes) -> Ready | Told:
     return _decode(_ANSWER, line)
 
 
-def checked(state: object) -> RobotState:
+def tellable(state: object) -> RobotState:
     """Refuse what somebody's driver may return instead of a state.
 
     Raises `TypeError`, or `ValueError` where it cannot be told to the server.
     """
-    if not isinstance(state, RobotState):
-        raise TypeError(f"the driver's state() returned {state!r}, not a RobotState")
-    told = Told(state=state, counts={}).model_dump_json(warnings=False)
+    told = Told(state=checked(state), counts={}).model_dump_json(warnings=False)
     return Told.model_validate_json(told).state
 
 

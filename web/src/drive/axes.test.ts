@@ -1,0 +1,109 @@
+// @vitest-environment happy-dom
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import type { Drive, Room } from "../messages";
+import { loadPreferences } from "../preferences";
+import { createState, type State } from "../state";
+import { hello, room } from "../testing/messages";
+import { Helm } from "./helm";
+
+interface Word {
+  held: boolean;
+  axes: Drive["axes"];
+}
+
+const STOP = { number: 3, by: "Bob" };
+const NOTHING = { held: false, axes: {} };
+
+let state: State;
+let sent: Drive[];
+let helm: Helm;
+let listening: AbortController;
+
+/** A page that drives in turn 7 and has let go of everything. */
+beforeEach(() => {
+  vi.useFakeTimers();
+  sent = [];
+  state = createState(loadPreferences(null));
+  helm = new Helm({
+    state,
+    serverMs: () => 5000,
+    seenServerMs: () => 4900,
+    way: () => ({ linkBps: 5_000_000, waitingBytes: 0 }),
+    send: (drive) => sent.push(drive),
+  });
+  listening = new AbortController();
+  helm.listen(window, () => {}, listening.signal);
+  state.hello.value = hello({ viewer: 1 });
+  state.link.value = { is: "connected" };
+  drives(7);
+  vi.advanceTimersByTime(1000);
+});
+
+afterEach(() => {
+  listening.abort();
+  vi.useRealTimers();
+});
+
+function drives(number: number, stop: Room["stop"] = null): void {
+  state.room.value = room({ operator: 1, number, stop });
+}
+
+/** What went out meanwhile: whether anything was held, and the axes that were named. */
+function said(during: () => void): Word[] {
+  const before = sent.length;
+  during();
+  return sent.slice(before).map(({ held, axes }) => ({ held, axes }));
+}
+
+/** In the next second, in which also empty hands are heard 20 times. */
+function inTheNextSecond(): Word[] {
+  const words = said(() => vi.advanceTimersByTime(1000));
+  expect(words.length).toBeGreaterThanOrEqual(20);
+  return words;
+}
+
+it("holds an axis while its slider changes and a moment longer, and says so at once", () => {
+  const pan = (to: number) => ({ held: true, axes: { pan: to } });
+  expect(said(() => helm.setAxis("pan", 0.5))).toEqual([pan(0.5)]);
+  expect(sent.at(-1)).toMatchObject({ linear: 0, angular: 0 });
+  expect(state.held.value.size).toBe(0);
+  helm.setAxis("pan", 0.6);
+  const words = said(() => vi.advanceTimersByTime(299));
+  expect(words.length).toBeGreaterThanOrEqual(6);
+  for (const word of words) expect(word).toEqual(pan(0.6));
+  for (const word of inTheNextSecond()) expect(word).toEqual(NOTHING);
+  expect(state.axes.value).toEqual({ pan: 0.6 });
+});
+
+it("says of two axes only the one that is touched", () => {
+  helm.setAxis("pan", 0.5);
+  vi.advanceTimersByTime(1000);
+  expect(said(() => helm.setAxis("tilt", -1))).toEqual([{ held: true, axes: { tilt: -1 } }]);
+});
+
+it("names no axis for hands that only drive", () => {
+  helm.setAxis("pan", 0.5);
+  vi.advanceTimersByTime(1000);
+  expect(said(() => helm.hands.press("a", "forward"))).toEqual([{ held: true, axes: {} }]);
+});
+
+it("says nothing of a slider that was moved during a stop, neither then nor after", () => {
+  drives(7, STOP);
+  const words = said(() => {
+    helm.setAxis("pan", 0.5);
+    vi.advanceTimersByTime(100);
+    drives(7);
+  });
+  for (const word of [...words, ...inTheNextSecond()]) expect(word).toEqual(NOTHING);
+});
+
+it.each([
+  ["a stop", () => drives(7, STOP)],
+  ["another turn", () => drives(8)],
+  ["the loss of the keyboard", () => void window.dispatchEvent(new Event("blur"))],
+])("lets go of the axes by %s", (_, lose) => {
+  helm.setAxis("pan", 0.5);
+  const words = said(lose);
+  expect(words.length).toBeGreaterThanOrEqual(1);
+  for (const word of [...words, ...inTheNextSecond()]) expect(word).toEqual(NOTHING);
+});
