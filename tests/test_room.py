@@ -12,13 +12,13 @@ from tests.turned_clock import TurnedClock
 from wax import room as room_module
 from wax.board import Board
 from wax.config import Settings
-from wax.control.helm import NO_ANSWER
 from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
 from wax.errors import ForbiddenError, FullError, SignallingError
 from wax.media.sound_hub import SoundHub
 from wax.media.video_hub import VideoHub
 from wax.robot.driver import Limits, RobotState, Twist
+from wax.robot.guard import NO_ANSWER
 from wax.room import Room
 from wax.streams.live import LiveService
 from wax.telemetry import Counters
@@ -201,6 +201,33 @@ async def test_who_enters_is_greeted_and_told_the_room(house: House) -> None:
     assert told["video"]["problem"] is None
 
 
+@pytest.mark.usefixtures("house")
+@pytest.mark.parametrize("soft", [False, True])
+async def test_who_enters_is_told_whether_the_robot_brakes_softly(soft: bool) -> None:
+    """It is told as it is configured."""
+    house = House({"robot": {"soft_braking": soft}})
+    ada = await house.enter("ada-1111")
+    assert ada.last("hello")["on_loss"]["soft_braking"] is soft
+
+
+@pytest.mark.parametrize(("beyond_s", "moves"), [(-0.2, True), (0.2, False)])
+async def test_what_is_held_drives_on_after_a_lapse_as_short_as_was_told(
+    house: House, beyond_s: float, moves: bool
+) -> None:
+    """Commands that come back sooner move the robot by themselves, later ones do not."""
+    ada = await house.enter("ada-1111")
+    ada.says(type="join")
+    house.wait(0.3, ada)
+    for seq, linear in enumerate((0.0, 0.5), 1):
+        house.drive(ada, seq, linear=linear)
+        house.wait(0.1, ada)
+    house.wait(ada.last("hello")["on_loss"]["resume_within_ms"] / 1000 + beyond_s, ada)
+    assert not ada.last("drive_status")["moving"]
+    house.drive(ada, 3, linear=0.5)
+    house.wait(0.1, ada)
+    assert ada.last("drive_status")["moving"] is moves
+
+
 async def test_the_same_page_gets_its_place_back(house: House) -> None:
     """A page that reloads is the same viewer: name, place and turn stay his."""
     ada = await house.enter("ada-1111")
@@ -237,12 +264,16 @@ async def test_a_full_house_says_so(house: House) -> None:
 
 
 async def test_silence_stops_the_robot_and_keeps_the_turn(house: House) -> None:
-    """After a second of silence the operator is lost, the robot told to stop, the turn kept."""
+    """Silent for as long as was told, an operator is lost: the robot stops, his turn is kept."""
     ada, bob = await house.enter("ada-1111"), await house.enter("bob-1111")
     ada.says(type="join")
     house.wait(0.2, ada, bob)
     house.robot.told.clear()
-    house.wait(1.2, bob)
+    lost_after_s = ada.last("hello")["on_loss"]["lost_after_ms"] / 1000
+    assert lost_after_s == 1.0
+    house.wait(lost_after_s - 0.1, bob)
+    assert not any(line["lost"] for line in bob.last("room")["viewers"])
+    house.wait(0.3, bob)
     lines = {line["id"]: line for line in bob.last("room")["viewers"]}
     assert lines[1]["lost"]
     assert lines[1]["role"] == "operator"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from wax import __version__, messages
+from wax.control.gate import LAPSE_S
 from wax.robot.process.driver import ProcessDriver
 
 if TYPE_CHECKING:
@@ -45,8 +46,8 @@ class Board:
     def has_camera(self) -> bool:
         return "video" in self._captures
 
-    def hello(self, number: int, *, is_host: bool) -> messages.Hello:
-        """Greet the viewer with this number."""
+    def hello(self, number: int, *, is_host: bool, lost_after_s: float) -> messages.Hello:
+        """Greet the viewer with this number; silent for `lost_after_s` an operator is lost."""
         return messages.Hello(
             version=__version__,
             viewer=number,
@@ -61,7 +62,7 @@ class Board:
             turn_s=self._settings.turns.turn_s,
             grace_s=self._settings.turns.grace_s,
             command_rate_hz=self._settings.drive.command_rate_hz,
-            on_loss=self._on_loss(),
+            on_loss=self._on_loss(lost_after_s),
             is_host=is_host,
             acknowledge=self._acknowledge,
         )
@@ -84,16 +85,19 @@ class Board:
             audio=messages.SourceStatus(problem=self._problem("audio", "microphone")),
         )
 
-    def _on_loss(self) -> messages.LossRules:
-        drive, ttl_s = self._settings.drive, self._limits.ttl_s
+    def _on_loss(self, lost_after_s: float) -> messages.LossRules:
+        drive, robot, ttl_s = self._settings.drive, self._settings.robot, self._limits.ttl_s
         return messages.LossRules(
             max_age_ms=drive.max_age_ms,
             max_command_age_ms=drive.max_command_age_ms,
             slow_picture_age_ms=drive.slow_picture_age_ms,
             stop_picture_age_ms=drive.stop_picture_age_ms,
+            resume_within_ms=LAPSE_S * 1000,
+            lost_after_ms=lost_after_s * 1000,
             max_stop_distance_m=drive.max_stop_distance_m,
-            silence_ms=self._settings.robot.silence_ms if self._has_process else None,
+            silence_ms=robot.silence_ms if self._has_process else None,
             robot_ttl_ms=None if ttl_s is None else ttl_s * 1000,
+            soft_braking=robot.soft_braking,
             stop_by=self._settings.stop.by,
         )
 

@@ -45,6 +45,7 @@ class Drive(_Incoming):
 
     `linear` and `angular` are shares of the robot's limits (ahead and left are positive). `held` is
     the dead-man: some control is held down. Without it nothing moves, whatever the shares say.
+    `axes` are the positions of those that have a hand on them now; the others keep theirs.
     `seen_server_ms` is the capture time of the newest presented picture, null when unknown.
     """
 
@@ -204,17 +205,23 @@ class LossRules(_Outgoing):
 
     A command is obeyed for `max_age_ms` beyond the line's own time, together at most
     `max_command_age_ms`; a picture older than these, beyond the line's own time, slows or stops.
+    Where either was gone for less than `resume_within_ms`, what is still held drives on by itself.
+    An operator who is not heard for `lost_after_ms` is lost; his turn is kept for `Hello.grace_s`.
     The process that speaks with the robot stops it after `silence_ms`, null where that is the
     server itself; the robot itself after `robot_ttl_ms`, null where no watchdog of it is known of.
+    With `soft_braking` what the operator lets go of, and what lapses, ends at the braking rate.
     """
 
     max_age_ms: float
     max_command_age_ms: float
     slow_picture_age_ms: float
     stop_picture_age_ms: float
+    resume_within_ms: float
+    lost_after_ms: float
     max_stop_distance_m: float
     silence_ms: float | None
     robot_ttl_ms: float | None
+    soft_braking: bool
     stop_by: Literal["everybody", "operator"]
 
 

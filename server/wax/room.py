@@ -154,7 +154,7 @@ class Room:
 
     def viewer_connected(self, viewer: Viewer) -> None:
         _LOG.info("viewer connected", viewer=viewer.number)
-        viewer.send(self._board.hello(viewer.number, is_host=viewer.is_host))
+        viewer.send(self._board.hello(viewer.number, is_host=viewer.is_host, lost_after_s=_LOST_S))
         if self._turns.is_lost(viewer.number):
             self.control.returned(viewer.number)
         else:

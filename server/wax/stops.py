@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from wax.control.turns import Turns
     from wax.viewer import Viewer
 
-ONLY_THE_OPERATOR_STOPS: Final = "Here only whoever drives can stop the robot."
+ONLY_THE_OPERATOR_STOPS: Final = "Here only whoever drives, or the host, can stop the robot."
 
 
 class Stops:

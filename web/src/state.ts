@@ -65,7 +65,7 @@ export interface State {
   stopNumber: ReadonlySignal<number | null>;
   /** This page drives and no stop is latched. */
   mayMove: ReadonlySignal<boolean>;
-  /** Whoever watches, unless the server lets only the operator; who has lost the link, too. */
+  /** Whoever watches, unless the server lets only operator and host; without a link, too. */
   mayStop: ReadonlySignal<boolean>;
   /** The operator, and a page on the server's own machine. */
   mayRelease: ReadonlySignal<boolean>;
@@ -85,6 +85,7 @@ export function createState(kept: Preferences): State {
 
   const me = computed(() => viewer(hello.value?.viewer));
   const isOperator = computed(() => me.value?.role === "operator");
+  const isInCharge = computed(() => isOperator.value || hello.value?.is_host === true);
   const stopNumber = computed(() => room.value?.stop?.number ?? null);
   const drivingTurn = computed(() => {
     const turn = room.value?.turn;
@@ -116,8 +117,8 @@ export function createState(kept: Preferences): State {
     drivingTurn,
     stopNumber,
     mayMove: computed(() => drivingTurn.value !== null && stopNumber.value === null),
-    mayStop: computed(() => hello.value?.on_loss.stop_by !== "operator" || isOperator.value),
-    mayRelease: computed(() => isOperator.value || hello.value?.is_host === true),
+    mayStop: computed(() => hello.value?.on_loss.stop_by !== "operator" || isInCharge.value),
+    mayRelease: isInCharge,
     secondsLeft: computed(() => {
       const endsMs = room.value?.turn.ends_server_ms ?? null;
       if (endsMs === null || serverMs.value === null) return null;

@@ -11,6 +11,8 @@ it("tells each of the server's numbers", () => {
     max_command_age_ms: 502,
     slow_picture_age_ms: 403,
     stop_picture_age_ms: 804,
+    resume_within_ms: 905,
+    lost_after_ms: 1006,
     max_stop_distance_m: 0.35,
     silence_ms: 126,
     robot_ttl_ms: 207,
@@ -30,10 +32,19 @@ it("promises no watchdog that this robot has not", () => {
   expect(alone).not.toContain("null");
 });
 
+it("tells for how long a lost turn is kept", () => {
+  expect(all({ grace_s: 7 })).toContain("back within 7 s");
+});
+
+it("tells whether this robot brakes gently", () => {
+  expect(all({ on_loss: { ...on_loss, soft_braking: true } })).toContain("slows down gently");
+  expect(all()).toContain("at once, not gently");
+});
+
 it("tells who may press Stop", () => {
   expect(all()).toContain("Everybody who watches can press Stop");
   expect(all({ on_loss: { ...on_loss, stop_by: "operator" } })).toContain(
-    "Only whoever drives can press Stop",
+    "Only whoever drives, or the host, can press Stop",
   );
 });
 

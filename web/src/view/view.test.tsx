@@ -243,15 +243,20 @@ describe("Stop", () => {
     expect(button("Stop").disabled).toBe(false);
   });
 
-  it("is the operator's alone where the server says so", () => {
+  it("is the operator's and the host's alone where the server says so", () => {
     show({ operator: 2, watching: [1] });
-    const { on_loss } = hello();
+    const on_loss = { ...hello().on_loss, stop_by: "operator" as const };
     act(() => {
-      state.hello.value = hello({ viewer: 1, on_loss: { ...on_loss, stop_by: "operator" } });
+      state.hello.value = hello({ viewer: 1, on_loss });
     });
     expect(button("Stop").disabled).toBe(true);
     act(() => {
       state.room.value = room({ operator: 1 });
+    });
+    expect(button("Stop").disabled).toBe(false);
+    act(() => {
+      state.room.value = room({ operator: 2, watching: [1] });
+      state.hello.value = hello({ viewer: 1, on_loss, is_host: true });
     });
     expect(button("Stop").disabled).toBe(false);
   });
