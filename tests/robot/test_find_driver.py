@@ -6,10 +6,11 @@ import sys
 from typing import TYPE_CHECKING
 
 import pytest
+from structlog.testing import capture_logs
 
 from wax.config import RobotSettings
 from wax.errors import ConfigError
-from wax.robot.find import make_driver, make_robot
+from wax.robot.find import NO_WATCHDOG, make_driver, make_robot
 from wax.robot.process.driver import ProcessDriver
 from wax.robot.simulated.robot import SimulatedRobot
 
@@ -143,3 +144,19 @@ def test_the_simulated_robot_stays_with_the_server(clock: FakeClock) -> None:
     """It draws its picture from where it stands, which only its own process knows."""
     assert isinstance(make_robot(RobotSettings(), clock), SimulatedRobot)
     assert isinstance(make_robot(RobotSettings(driver="serial"), clock), ProcessDriver)
+
+
+WATCHDOG = GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, ttl_s=0.2)")
+
+
+@pytest.mark.parametrize(
+    ("text", "warned"),
+    [(GOOD, False), (GOOD + EYE, True), (GOOD + EAR, True), (WATCHDOG + EYE, False)],
+)
+def test_a_robot_without_any_watchdog_but_the_server_is_warned_of(
+    plugin: Callable[[str], str], clock: FakeClock, text: str, warned: bool
+) -> None:
+    """The host reads at the start that his robot goes on should the server hang."""
+    with capture_logs() as logs:
+        make_robot(RobotSettings(driver=plugin(text)), clock)
+    assert [line["event"] for line in logs] == [NO_WATCHDOG] * warned

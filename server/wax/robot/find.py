@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+import structlog
+
 from wax.errors import ConfigError
 from wax.plugin import is_plugin_name, make_plugin
 from wax.robot.driver import HasCamera, HasMicrophone, Limits
@@ -16,6 +18,12 @@ if TYPE_CHECKING:
     from wax.config import LogSettings, RobotSettings
     from wax.robot.driver import Driver
 
+_LOG = structlog.get_logger(__name__)
+
+NO_WATCHDOG: Final = (
+    "should this server hang the robot goes on: its driver lives in the server's process, because"
+    " it has a camera or a microphone, and names no ttl_s of a watchdog of its own"
+)
 _KEY: Final = "robot.driver"
 _CONTRACT: Final = "wax/robot/driver.py"
 _METHODS: Final = ("open", "apply", "set_axis", "stop", "close", "state")
@@ -30,6 +38,8 @@ def make_robot(settings: RobotSettings, clock: Clock, log: LogSettings | None = 
     """
     driver = make_driver(settings, clock)
     if isinstance(driver, HasCamera | HasMicrophone):
+        if driver.limits.ttl_s is None:
+            _LOG.warning(NO_WATCHDOG, driver=settings.driver)
         return driver
     return ProcessDriver(settings, clock, kind=driver.kind, limits=driver.limits, log=log)
 
