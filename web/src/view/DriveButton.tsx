@@ -2,11 +2,10 @@ import type { ComponentChildren, TargetedKeyboardEvent, TargetedPointerEvent } f
 import { useEffect } from "preact/hooks";
 import { type Direction, fingerHolder } from "../drive/hands";
 import { useActions, useState } from "./context";
+import { PRESSING } from "./keys";
 
 type Pointer = TargetedPointerEvent<HTMLButtonElement>;
 type Key = TargetedKeyboardEvent<HTMLButtonElement>;
-
-const PRESSING = new Set(["Space", "Enter", "NumpadEnter"]);
 
 interface Props {
   direction: Direction;

@@ -1,7 +1,6 @@
 import type { TargetedKeyboardEvent, TargetedMouseEvent, TargetedPointerEvent } from "preact";
 import { useActions, useState } from "./context";
-
-const PRESSING = new Set(["Space", "Enter", "NumpadEnter"]);
+import { PRESSING } from "./keys";
 
 /** Stop for everybody: it acts when it is touched, not when the touch ends. */
 export function StopButton() {
