@@ -59,6 +59,7 @@ class Lent:
 
     def __init__(self) -> None:
         self.started = 0
+        self.page: str | None = None
 
     async def start(self) -> None:
         self.started += 1
@@ -67,7 +68,9 @@ class Lent:
         return {"state": "never", "line": "", "record": None}
 
     def record(self) -> str:
-        raise ForbiddenError("no record")
+        if self.page is None:
+            raise ForbiddenError("no record")
+        return self.page
 
 
 @pytest.fixture
@@ -304,3 +307,8 @@ async def test_the_host_proves_the_stop(client: Client, lent: Lent) -> None:
     assert (response.status, lent.started) == (202, 1)
     assert (await (await client.get("/api/proof")).json())["state"] == "never"
     assert (await client.get("/api/proof/record")).status == 403
+    lent.page = "<style>p { color: red }</style>"
+    response = await client.get("/api/proof/record")
+    assert (response.content_type, await response.text()) == ("text/html", lent.page)
+    policy = response.headers["Content-Security-Policy"]
+    assert policy.startswith("default-src 'none'; style-src 'unsafe-inline';"), "its style counts"

@@ -43,6 +43,17 @@ it("starts with the word that the wheels are off the floor, and looks each secon
   expect(told.at(-1)).toEqual(DONE);
 });
 
+it("goes on looking where an answer is missed", async () => {
+  now = RUNNING;
+  await prover.start();
+  now = { error: "The server does not answer." };
+  await vi.advanceTimersByTimeAsync(1500);
+  expect(complain).toHaveBeenCalledWith("The server does not answer.");
+  now = DONE;
+  await vi.advanceTimersByTimeAsync(1000);
+  expect(told.at(-1)).toEqual(DONE);
+});
+
 it("looks once where none runs", async () => {
   now = DONE;
   await prover.look();

@@ -19,6 +19,7 @@ const LOOK_EVERY_MS = 1000;
 /** Starts the proof of the stop, and follows it while it runs. For pages of the host. */
 export class Prover {
   #timer: ReturnType<typeof setTimeout> | undefined;
+  #isRunning = false;
 
   constructor(private readonly options: ProverOptions) {}
 
@@ -36,13 +37,14 @@ export class Prover {
     clearTimeout(this.#timer);
     try {
       const proof = (await request()) as unknown as Proof;
+      this.#isRunning = proof.state === "running";
       this.options.tell(proof);
-      if (proof.state !== "running") return;
     } catch (error) {
       this.options.complain(error instanceof Error ? error.message : String(error));
-      return;
     }
     clearTimeout(this.#timer);
+    // A server that is busy with a proof may miss to answer; the proof goes on.
+    if (!this.#isRunning) return;
     this.#timer = setTimeout(() => void this.look(), LOOK_EVERY_MS);
   }
 }

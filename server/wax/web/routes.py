@@ -38,6 +38,8 @@ _HEADERS: Final = {
     "X-Content-Type-Options": "nosniff",
 }
 
+_RECORD_POLICY: Final = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'"
+"""The record is one file with its style in it, so that it can be filed."""
 
 Client = Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{8,64}$")]
 """The secret by which a page is known again."""
@@ -171,7 +173,11 @@ class Routes:
 
     async def record(self, request: web.Request) -> web.Response:
         _only_here(request)
-        return web.Response(text=self._proving.record(), content_type="text/html")
+        return web.Response(
+            text=self._proving.record(),
+            content_type="text/html",
+            headers={"Content-Security-Policy": _RECORD_POLICY},
+        )
 
 
 async def _body(request: web.Request, model: type[_Body]) -> _Body:
