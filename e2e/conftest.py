@@ -9,6 +9,7 @@ import pytest
 import pytest_asyncio
 from playwright.async_api import async_playwright
 
+from e2e.harness.board import Board
 from e2e.harness.chromium import launch_chromium
 from e2e.harness.server import Server
 from e2e.harness.viewer import Viewer
@@ -79,6 +80,15 @@ def serve(pytestconfig: pytest.Config) -> Serve:
             pytestconfig.stash[SERVERS].remove(server)
 
     return serving
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def board(tmp_path: Path) -> AsyncIterator[Board]:
+    """Plug the real firmware's core into a pseudo-terminal."""
+    made = Board(tmp_path)
+    await made.start()
+    yield made
+    await made.stop()
 
 
 @pytest_asyncio.fixture(loop_scope="session")

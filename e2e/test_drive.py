@@ -12,7 +12,6 @@ import pytest_asyncio
 from e2e.harness import toml
 from e2e.harness.hands import Fingers
 from e2e.harness.robot import moves, pose, stands_still, turn_by_key, undisturbed
-from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -70,18 +69,6 @@ async def drive_by_keys(server: Server, viewer: Viewer, *keys: str, seconds: flo
         return Drive(start, await pose(server))
 
     return await undisturbed(server, attempt)
-
-
-async def release_stop(server: Server, viewer: Viewer) -> None:
-    """Hold the button that releases the stop for as long as it asks for."""
-    await viewer.button("Hold to release").hover()
-    await viewer.page.mouse.down()
-
-    async def released() -> bool:
-        return (await server.status())["stop"] is None
-
-    await eventually(released, "the stop is released", within_s=3)
-    await viewer.page.mouse.up()
 
 
 @pytest.mark.timeout(90)
@@ -177,7 +164,7 @@ async def test_stop_latches_until_it_is_released(server: Server, driver: Viewer)
     await driver.page.keyboard.up("ArrowLeft")
     await driver.page.keyboard.down("ArrowLeft")
     assert not await moves(server, during_s=0.8)
-    await release_stop(server, driver)
+    await driver.release_stop()
     assert not await moves(server, during_s=0.8)
     await driver.page.keyboard.up("ArrowLeft")
     await turn_by_key(server, driver)
@@ -198,7 +185,7 @@ async def test_everybody_stops_the_robot(
     for viewer in (driver, watching):
         await viewer.page.get_by_text("Stopped by Wanda").first.wait_for(timeout=2000)
     await driver.page.keyboard.up("ArrowLeft")
-    await release_stop(server, driver)
+    await driver.release_stop()
 
 
 @pytest.mark.timeout(90)

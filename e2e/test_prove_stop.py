@@ -5,21 +5,23 @@ from __future__ import annotations
 import asyncio
 import html
 import json
+import re
 import signal
 from typing import TYPE_CHECKING, Any
 
 import pytest
-import pytest_asyncio
 
 from e2e.harness import toml
-from e2e.harness.board import Board
 from e2e.harness.server import COMMAND
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
-    from collections.abc import AsyncIterator
     from pathlib import Path
+
+    from playwright.async_api import Browser
+
+    from e2e.harness.board import Board
 
 CUTS = 8
 SLOW_WATCHDOGS = {
@@ -27,14 +29,6 @@ SLOW_WATCHDOGS = {
     "robot": {"silence_ms": 1000, "serial": {"ttl_ms": 1000}},
 }
 """The longest that the configuration allows: no watchdog is as soon as the proof wants it."""
-
-
-@pytest_asyncio.fixture(loop_scope="session")
-async def board(tmp_path: Path) -> AsyncIterator[Board]:
-    robot = Board(tmp_path)
-    await robot.start()
-    yield robot
-    await robot.stop()
 
 
 async def start_proof(folder: Path, board: Board, tree: dict[str, Any] | None = None) -> Process:
@@ -82,18 +76,35 @@ def rows(record: str) -> dict[str, str]:
     return {html.unescape(title.partition("</td>")[0]): result for _, title, result in cells}
 
 
+async def sheets(chromium: Browser, record: str) -> int:
+    """Print it on A4; return how many sheets that takes."""
+    page = await chromium.new_page()
+    await page.set_content(record)
+    printed = await page.pdf(format="A4", prefer_css_page_size=True)
+    await page.close()
+    return len(re.findall(rb"/Type\s*/Page\b", printed))
+
+
 @pytest.mark.timeout(180)
-async def test_a_stop_that_is_in_time_is_proved(tmp_path: Path, board: Board) -> None:
-    """As shipped, on the real firmware, each link is cut and each stop is in time."""
+async def test_a_stop_that_is_in_time_is_proved(
+    tmp_path: Path, board: Board, chromium: Browser
+) -> None:
+    """As shipped, on the real firmware, each link is cut and each stop is in time.
+
+    The record is one page, on paper too.
+    """
     status, record = await prove(tmp_path, board)
     assert rows(record) == dict.fromkeys(rows(record), "passed"), record
     assert len(rows(record)) == CUTS
     assert "Every link was cut once; the robot stood at the latest after " in record
+    assert await sheets(chromium, record) == 1
     assert status == 0
 
 
 @pytest.mark.timeout(180)
-async def test_a_stop_that_is_late_is_not_proved(tmp_path: Path, board: Board) -> None:
+async def test_a_stop_that_is_late_is_not_proved(
+    tmp_path: Path, board: Board, chromium: Browser
+) -> None:
     """With slow watchdogs the proof fails where they must stop, and passes where a hand does."""
     status, record = await prove(tmp_path, board, SLOW_WATCHDOGS)
     late = {title for title, result in rows(record).items() if result == "FAILED"}
@@ -104,6 +115,7 @@ async def test_a_stop_that_is_late_is_not_proved(tmp_path: Path, board: Board) -
         "The serial line is cut",
     }, record
     assert "Not proved: too late or not at all after: " in record
+    assert await sheets(chromium, record) == 1
     assert status == 1
 
 

@@ -11,7 +11,6 @@ import pytest
 import pytest_asyncio
 
 from e2e.harness import toml
-from e2e.harness.board import Board
 from e2e.harness.line import SerialLine
 from e2e.harness.wait import eventually
 
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.board import Board
     from e2e.harness.server import Server
     from e2e.harness.viewer import Viewer
 
@@ -30,14 +30,6 @@ async def line(tmp_path: Path) -> AsyncIterator[SerialLine]:
     cable.plug()
     yield cable
     cable.unplug()
-
-
-@pytest_asyncio.fixture(loop_scope="session")
-async def board(tmp_path: Path) -> AsyncIterator[Board]:
-    made = Board(tmp_path)
-    await made.start()
-    yield made
-    await made.stop()
 
 
 def settings(port: Path, dialect: str) -> str:
@@ -137,6 +129,32 @@ async def test_a_key_becomes_frames_that_expire(
         assert not board.moves
 
 
+async def loses_its_line(
+    server: Server,
+    viewer: Viewer,
+    drives: Callable[[], Awaitable[bool]],
+    pull: Callable[[], Awaitable[object]],
+    plug: Callable[[], Awaitable[object]],
+) -> None:
+    """Pull the plug while a key is held, and put it back; the key is still held at the end."""
+    await hold_ahead(viewer, drives)
+    await pull()
+    sentence = await the_problem(server)
+    await viewer.page.get_by_text(sentence).first.wait_for(state="visible", timeout=2000)
+    await plug()
+    await eventually(lambda: mended(server), "the line is opened again", within_s=5)
+    await viewer.page.get_by_text(sentence).first.wait_for(state="hidden", timeout=2000)
+    await asyncio.sleep(1)
+
+
+async def drives_again(viewer: Viewer, drives: Callable[[], Awaitable[bool]]) -> None:
+    """Let go and press anew."""
+    await viewer.page.keyboard.up("ArrowUp")
+    await asyncio.sleep(0.2)
+    await hold_ahead(viewer, drives)
+    await viewer.page.keyboard.up("ArrowUp")
+
+
 @pytest.mark.timeout(90)
 async def test_a_pulled_plug_is_told_and_nothing_moves_until_a_new_press(
     serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
@@ -148,21 +166,13 @@ async def test_a_pulled_plug_is_told_and_nothing_moves_until_a_new_press(
 
     async with serve(tmp_path, settings(board.path, "frames")) as server:
         viewer = await take_the_wheel(open_viewer, server)
-        await hold_ahead(viewer, drives)
-        await board.unplug()
-        sentence = await the_problem(server)
-        await viewer.page.get_by_text(sentence).first.wait_for(state="visible", timeout=2000)
-        plugged_s = await board.plug()
-        await eventually(lambda: mended(server), "the line is opened again", within_s=5)
-        await viewer.page.get_by_text(sentence).first.wait_for(state="hidden", timeout=2000)
-        await asyncio.sleep(1)
-        frames = [event for event in board.events(plugged_s) if event["event"] == "frame"]
-        assert {frame["type"] for frame in frames} >= {"hello", "stop"}
-        assert "drive" not in {frame["type"] for frame in frames}, "it moved without a new press"
-        await viewer.page.keyboard.up("ArrowUp")
-        await asyncio.sleep(0.2)
-        await hold_ahead(viewer, drives)
-        await viewer.page.keyboard.up("ArrowUp")
+        await loses_its_line(server, viewer, drives, board.unplug, board.plug)
+        (plugged,) = [event for event in board.events() if event["event"] == "plugged"][-1:]
+        since = board.events(plugged["t_s"])
+        frames = {event["type"] for event in since if event["event"] == "frame"}
+        assert frames >= {"hello", "stop"}
+        assert "drive" not in frames, "it moved without a new press"
+        await drives_again(viewer, drives)
 
 
 @pytest.mark.timeout(90)
@@ -181,31 +191,54 @@ async def test_a_board_that_hears_nothing_is_told(
 
 
 @pytest.mark.timeout(90)
+async def test_a_board_that_stopped_by_itself_waits_for_a_new_press(
+    serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
+) -> None:
+    """A line that is bad for less than half a second stops it, and it does not go on by itself."""
+
+    async def drives() -> bool:
+        return board.moves
+
+    async def stopped_itself() -> bool:
+        return any(event["event"] == "ttl" for event in board.events())
+
+    async with serve(tmp_path, settings(board.path, "frames")) as server:
+        viewer = await take_the_wheel(open_viewer, server)
+        await hold_ahead(viewer, drives)
+        board.deafen(on=True)
+        await eventually(stopped_itself, "the watchdog stops it", within_s=1, every_s=0.005)
+        board.deafen(on=False)
+        await asyncio.sleep(1.5)
+        (stopped_s,) = (event["t_s"] for event in board.events() if event["event"] == "ttl")
+        since = [event for event in board.events(stopped_s) if event["event"] == "frame"]
+        taken = {event["type"] for event in since if event["verdict"] == "taken"}
+        assert taken == {"hello", "stop"}, "it moved without a new press"
+        assert await mended(server)
+        await drives_again(viewer, drives)
+
+
+@pytest.mark.timeout(90)
 async def test_a_pulled_plug_of_a_board_of_2004(
     serve: Serve, tmp_path: Path, line: SerialLine, open_viewer: OpenViewer
 ) -> None:
     """In single bytes, too: the page says so, the line comes back, motion needs a new press."""
-    async with serve(tmp_path, settings(line.path, "bytes")) as server:
-        viewer = await take_the_wheel(open_viewer, server)
 
-        async def drives() -> bool:
-            return any(octet in b"FBLRGIHJ" for octet in line.received)
+    async def drives() -> bool:
+        return any(octet in b"FBLRGIHJ" for octet in line.received)
 
-        await hold_ahead(viewer, drives)
+    async def pull() -> None:
         line.unplug()
-        sentence = await the_problem(server)
-        await viewer.page.get_by_text(sentence).first.wait_for(state="visible", timeout=2000)
+
+    async def plug() -> None:
         line.forget()
         line.plug()
-        await eventually(lambda: mended(server), "the line is opened again", within_s=5)
-        await viewer.page.get_by_text(sentence).first.wait_for(state="hidden", timeout=2000)
-        await asyncio.sleep(1)
+
+    async with serve(tmp_path, settings(line.path, "bytes")) as server:
+        viewer = await take_the_wheel(open_viewer, server)
+        await loses_its_line(server, viewer, drives, pull, plug)
         assert line.received, "nothing is said on the new line"
         assert not await drives(), "it moved without a new press"
-        await viewer.page.keyboard.up("ArrowUp")
-        await asyncio.sleep(0.2)
-        await hold_ahead(viewer, drives)
-        await viewer.page.keyboard.up("ArrowUp")
+        await drives_again(viewer, drives)
 
 
 @pytest.mark.timeout(90)

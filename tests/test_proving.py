@@ -6,6 +6,7 @@ import asyncio
 import signal
 import sys
 from contextlib import suppress
+from html import unescape
 from typing import TYPE_CHECKING, cast
 
 import pytest
@@ -13,14 +14,19 @@ import pytest
 from wax import proving as proving_module
 from wax.control.latch import StopLatch
 from wax.errors import ForbiddenError
+from wax.proof.verdict import FAULTS
 from wax.proving import LENT, STOPPED, Proving
 
 if TYPE_CHECKING:
+    from asyncio.subprocess import Process
     from collections.abc import AsyncIterator
     from pathlib import Path
 
     from wax.control.loop import ControlLoop
     from wax.robot.driver import Driver
+
+
+PAPER = "tests.paper_proof"
 
 
 class Robot:
@@ -81,11 +87,67 @@ async def test_the_robot_is_let_go_of_and_taken_back(proving: Proving, robot: Ro
         proving.record()
 
 
-async def test_a_server_that_ends_keeps_the_robot_shut(proving: Proving, robot: Robot) -> None:
-    """The proof ends with the server, and the robot is not opened again."""
+CUT = "Every link was cut 5 times; the robot stood at the latest after 200 ms"
+LATE = "; ".join(fault.title for fault in FAULTS)
+PROOFS = {
+    "in time": ("", "done", f"{CUT}, its own braking included."),
+    "in part": (
+        'robot.serial.dialect = "bytes"',
+        "done",
+        "What could be measured was cut 5 times; the robot was told to stop at the latest after"
+        " 150 ms. Not measured: The process that speaks with the robot is killed;"
+        " The serial line is cut.",
+    ),
+    "too late": (
+        "drive = { max_age_ms = 1000, max_command_age_ms = 2000 }",
+        "failed",
+        f"Not proved: too late or not at all after: {LATE}.",
+    ),
+}
+
+
+@pytest.mark.parametrize(("config", "state", "sentence"), PROOFS.values(), ids=PROOFS)
+async def test_the_page_claims_no_more_than_the_record(
+    proving: Proving,
+    robot: Robot,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    *,
+    config: str,
+    state: str,
+    sentence: str,
+) -> None:
+    """The last line is the record's own sentence, whatever could be measured; the robot is back."""
+    (tmp_path / "wax.toml").write_text(f'robot.driver = "serial"\n{config}\n')
+    wax = proving._command
+    monkeypatch.setattr(
+        proving, "_command", lambda record: [sys.executable, "-m", PAPER, *wax(record)[3:]]
+    )
     await proving.start()
-    await asyncio.sleep(0.1)
+    told = await _ended(proving)
+    assert told == {"state": state, "line": sentence, "record": "/api/proof/record"}
+    assert f">{sentence}</p>" in unescape(proving.record())
+    assert robot.told == [LENT, "close", "open", None]
+
+
+async def _under_way(proving: Proving, monkeypatch: pytest.MonkeyPatch) -> Process:
+    """Begin a proof that goes on for a minute unless somebody ends it."""
+    minute = [sys.executable, "-c", "import time; time.sleep(60)"]
+    monkeypatch.setattr(proving, "_command", lambda _record: minute)
+    await proving.start()
+    async with asyncio.timeout(10):
+        while proving._process is None:  # noqa: ASYNC110  # it tells nobody
+            await asyncio.sleep(0.01)
+    return proving._process
+
+
+async def test_a_server_that_ends_keeps_the_robot_shut(
+    proving: Proving, robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The proof ends with the server, and the robot is not opened again."""
+    process = await _under_way(proving, monkeypatch)
     await proving.stop()
+    assert process.returncode == -signal.SIGTERM
     await proving.stop()
     assert robot.told[:2] == [LENT, "close"]
     assert "open" not in robot.told
@@ -111,10 +173,13 @@ async def test_a_proof_that_does_not_listen_is_ended(monkeypatch: pytest.MonkeyP
         assert await asyncio.wait_for(process.wait(), 5) == -signal.SIGKILL
 
 
-async def test_a_stop_breaks_the_proof_off(proving: Proving, robot: Robot) -> None:
+async def test_a_stop_breaks_the_proof_off(
+    proving: Proving, robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Whoever presses Stop stops the robot of the proof too, and none begins while that lasts."""
-    await proving.start()
+    process = await _under_way(proving, monkeypatch)
     robot.latched = StopLatch(1, "Ada")
+    assert await asyncio.wait_for(process.wait(), 5) == -signal.SIGTERM
     told = await _ended(proving)
     assert (told["state"], told["line"]) == ("failed", STOPPED)
     with pytest.raises(ForbiddenError, match="release it first"):

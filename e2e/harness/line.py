@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import os
 import pty
-import time
 import tty
 from typing import TYPE_CHECKING
 
@@ -19,7 +18,6 @@ class SerialLine:
     def __init__(self, folder: Path) -> None:
         self.path = folder / "robot-line"
         self.received = bytearray()
-        self.last_byte_s = 0.0
         self._board: int | None = None
         self._port: int | None = None
 
@@ -45,4 +43,3 @@ class SerialLine:
     def _take(self) -> None:
         assert self._board is not None
         self.received += os.read(self._board, 4096)
-        self.last_byte_s = time.monotonic()

@@ -100,6 +100,14 @@ class Viewer:
     async def leave(self) -> None:
         await self.button("Leave the queue").click()
 
+    async def release_stop(self) -> None:
+        """Hold the button that releases the stop for as long as it asks for."""
+        release = self.button("Hold to release")
+        await release.hover()
+        await self.page.mouse.down()
+        await release.wait_for(state="hidden", timeout=3000)
+        await self.page.mouse.up()
+
     async def drives(self, within_s: float = 10) -> None:
         """Wait until the page says that this viewer drives."""
         await self.page.get_by_text("You are driving").first.wait_for(

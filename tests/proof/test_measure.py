@@ -62,6 +62,20 @@ def test_a_robot_that_stands_before_the_frame_has_not_braked_a_negative_time() -
     assert measure(log, 10.0).braking_ms == 0.0
 
 
+@pytest.mark.parametrize("times_ms", [(None, 240.0), (150.0, None)])
+def test_there_is_no_braking_without_both_ends(times_ms: tuple[float | None, float | None]) -> None:
+    """A frame or a report that did not come leaves the robot's part unknown."""
+    assert Sample(*times_ms, speed_mps=0.18).braking_ms is None
+
+
+def test_what_comes_with_the_fault_comes_after_it() -> None:
+    """A frame of the very instant is taken for the fault's doing, not for what was before."""
+    sample = measure([*DRIVES, said(10.0, 0.0)], 10.0)
+    assert (sample.frame_ms, sample.speed_mps) == (0.0, 0.18)
+
+
 def test_the_speed_is_that_before_the_fault() -> None:
     """What is asked for afterwards does not make the robot's way to standstill longer."""
-    assert measure([*DRIVES, said(10.01, 0.6), said(10.1, 0.0)], 10.0).speed_mps == 0.18
+    drives = [*DRIVES, told(9.99, moves=True)]
+    assert measure([*drives, said(10.01, 0.6), said(10.1, 0.0)], 10.0).speed_mps == 0.18
+    assert measure([said(10.01, 0.6)], 10.0).speed_mps is None

@@ -67,11 +67,18 @@ def test_it_names_what_was_too_late() -> None:
 
 
 def test_it_does_not_claim_what_was_not_measured() -> None:
-    """Where a link was not cut the sentence says so, and the page why."""
-    some = findings(skip="driver")
-    assert sentence(some).startswith("What could be measured was cut")
-    text = Reader(page(some, SETTINGS, OCCASION)).text
-    assert "killed: there is none." in text
+    """Where a link was not cut the sentence names it, no colour praises it, the page says why."""
+    some = findings(skip="cut")
+    assert sentence(some) == (
+        "What could be measured was cut 2 times; the robot stood at the latest after 251 ms,"
+        " its own braking included. Not measured: The serial line is cut."
+    )
+    html = page(some, SETTINGS, OCCASION)
+    assert 'class="verdict passed"' in page(findings(), SETTINGS, OCCASION)
+    assert 'class="verdict partly"' in html
+    assert 'class="verdict failed"' in page(findings(GOOD, LATE), SETTINGS, OCCASION)
+    text = Reader(html).text
+    assert "cut: there is none." in text
     assert "not measured" in text
 
 

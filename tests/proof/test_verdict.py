@@ -30,12 +30,12 @@ def found(
         (BY_FRAME, GOOD, True),
         (BY_FRAME, Sample(200.0, 340.0, 0.18), True),
         (BY_FRAME, Sample(200.1, 270.0, 0.18), False),
-        (BY_FRAME, Sample(180.0, 340.1, 0.18), False),
+        (BY_FRAME, Sample(180.0, 340.05, 0.18), False),
         (BY_FRAME, Sample(None, 270.0, 0.18), False),
         (BY_FRAME, Sample(180.0, None, 0.18), False),
         (BY_ROBOT, Sample(None, 340.0, 0.18), True),
         (BY_ROBOT, Sample(700.0, 340.0, 0.18), True),
-        (BY_ROBOT, Sample(None, 340.1, 0.18), False),
+        (BY_ROBOT, Sample(None, 340.05, 0.18), False),
         (BY_ROBOT, Sample(None, None, 0.18), False),
         (BY_ROBOT, Sample(None, 250.1, None), False),
     ],
@@ -52,11 +52,26 @@ def test_one_late_sample_fails_the_proof() -> None:
     assert not found(GOOD, late, GOOD, repeats=3).all_passed
 
 
+def test_one_late_link_fails_the_proof() -> None:
+    """What was in time after another fault is no comfort."""
+    late = Finding(BY_ROBOT, (Sample(None, None, 0.18),))
+    both = Findings((Finding(BY_FRAME, (GOOD,)), late), 1, reports=True, braking_mps2=2.0)
+    assert not both.all_passed
+
+
 def test_what_was_not_finished_is_not_passed() -> None:
     """Fewer samples than wanted, an end before its time, and nothing at all prove nothing."""
     assert not found(GOOD, repeats=2).all_passed
     assert not found(GOOD, broken="it was broken off.").all_passed
     assert not found(skipped="no such part").all_passed
+
+
+def test_what_was_skipped_is_no_part_of_the_verdict() -> None:
+    """It neither fails what was measured nor is counted with it, and the record can name it."""
+    passed, skipped = Finding(BY_FRAME, (GOOD,)), Finding(BY_ROBOT, skipped="no such part")
+    both = Findings((passed, skipped), repeats=1, reports=True, braking_mps2=2.0)
+    assert both.all_passed
+    assert (both.measured, both.skipped) == ((passed,), (skipped,))
 
 
 def test_a_robot_that_does_not_report_is_judged_by_the_frame_alone() -> None:
@@ -72,6 +87,7 @@ def test_the_latest_is_the_longest_that_came() -> None:
     slower = Sample(frame_ms=190.0, standing_ms=300.0, speed_mps=0.18)
     assert found(GOOD, slower, GOOD, repeats=3).latest_ms == 300.0
     assert found(GOOD, slower, repeats=2, reports=False).latest_ms == 190.0
+    assert found(Sample(None, None, 0.18)).latest_ms is None
 
 
 def test_braking_is_measured_from_the_frame() -> None:
@@ -80,6 +96,12 @@ def test_braking_is_measured_from_the_frame() -> None:
     assert found(GOOD).measured_braking_mps2 == pytest.approx(2.0)
     assert found(GOOD, worse).measured_braking_mps2 == pytest.approx(1.0)
     assert found(Sample(None, 300.0, 0.18)).measured_braking_mps2 is None
+    assert found(Sample(180.0, 270.0, None)).measured_braking_mps2 is None
+
+
+def test_braking_that_no_frame_began_is_not_measured() -> None:
+    """Where the robot stops by itself a late frame says nothing of its brakes."""
+    assert found(GOOD, fault=BY_ROBOT).measured_braking_mps2 is None
 
 
 def test_a_spread_counts_what_did_not_come() -> None:

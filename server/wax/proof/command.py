@@ -37,8 +37,9 @@ def prove_stop(
     tell: Callable[[Progress], None],
     has_parent: bool = False,
 ) -> int:
-    """Prove the stop and write its record to `path`, or beside; 0 if all was in time, else 1.
+    """Prove the stop, write its record to `path`, or beside, and tell its verdict, the last word.
 
+    Returns 0 if each link that can be cut on this robot was, and each stop was in time, else 1.
     With a parent, the end of the standard input is that one's end, and breaks the proof off.
 
     `confirm` must see to it that the wheels are off the floor. Raises `ConfigError` for wrong use,
@@ -68,7 +69,8 @@ def prove_stop(
     except OSError as error:
         raise StartError(f"the record {path} cannot be written: {error.strerror}") from error
     cuts = sum(len(finding.samples) for finding in findings.findings)
-    tell(Progress(f"{record.sentence(findings)} The record: {path}", cuts, cuts))
+    tell(Progress(f"The record: {path}", cuts, cuts))
+    tell(Progress(record.sentence(findings), cuts, cuts))
     return 0 if findings.all_passed else 1
 
 

@@ -36,7 +36,6 @@ _RECOVER_S: Final = 40.0
 _PRESS_S: Final = 2.0
 _NEUTRAL_S: Final = 0.4
 _LOOK_S: Final = 0.02
-_NO_DRIVER: Final = "no process that speaks with the robot was found beside the server."
 _NO_WATCHDOG: Final = (
     'robots of the dialect "bytes" have no watchdog that is known of, and do not tell whether they'
     " move. Count on it that this one goes on."
@@ -80,9 +79,9 @@ class Proof:
                     self._server = ServerUnderProof(
                         Path(folder), under_proof(self._settings, self._tap.path)
                     )
-                    leaving.push_async_callback(self._server.end)
+                    leaving.push_async_callback(self._server.kill)
                     self._operator = RemoteOperator(Path(folder) / "operator.log")
-                    leaving.push_async_callback(self._operator.end)
+                    leaving.push_async_callback(self._operator.kill)
                     leaving.callback(self._tap.close)  # the first to be left: the robot stands
                     self._say("The server under proof starts")
                     await self._server.start()
@@ -104,9 +103,8 @@ class Proof:
         return None
 
     async def _prove(self, fault: Fault) -> None:
-        skipped = await self._why_not(fault)
-        if skipped is not None:
-            self._found.append(Finding(fault, skipped=skipped))
+        if fault.ends == "robot" and not self._language.reports:
+            self._found.append(Finding(fault, skipped=_NO_WATCHDOG))
             self._done += self._repeats
             return
         samples: list[Sample] = []
@@ -118,16 +116,9 @@ class Proof:
         finally:
             self._found.append(Finding(fault, tuple(samples)))
 
-    async def _why_not(self, fault: Fault) -> str | None:
-        if fault.ends == "robot" and not self._language.reports:
-            return _NO_WATCHDOG
-        if fault.key == "driver" and await self._server.driver_pid() is None:
-            return _NO_DRIVER
-        return None
-
     async def _sample(self, fault: Fault) -> Sample:
         await self._drive()
-        driver_pid = await self._server.driver_pid() if fault.key == "driver" else None
+        driver_pid = await self._server.driver_pid()
         await asyncio.sleep(_SETTLE_S + random.uniform(0.0, _PHASE_S))
         if not self._tap.moves():
             raise StartError(f"the robot has stopped by itself. {self._reason()}")
@@ -138,7 +129,7 @@ class Proof:
         await self._mend(fault)
         return sample
 
-    async def _inject(self, fault: Fault, driver_pid: int | None) -> None:
+    async def _inject(self, fault: Fault, driver_pid: int) -> None:
         match fault.key:
             case "silent":
                 self._operator.freeze()
@@ -152,7 +143,7 @@ class Proof:
                 self._server.freeze()
             case "killed":
                 await self._server.kill()
-            case "driver" if driver_pid is not None:
+            case "driver":
                 kill(driver_pid)
             case "cut":
                 self._tap.cut()
@@ -165,7 +156,7 @@ class Proof:
             case "frozen":
                 self._server.thaw()
             case "killed":
-                await self._operator.end()
+                await self._operator.kill()
                 await self._server.start()
                 await self._operator.start(self._server.url)
             case "cut":
@@ -188,7 +179,7 @@ class Proof:
     async def _may_drive(self) -> bool:
         seat = self._operator.seat
         if not seat.is_open:
-            await self._operator.end()
+            await self._operator.kill()
             await self._operator.start(self._server.url)
             return False
         if seat.stop is not None:

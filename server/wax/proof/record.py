@@ -15,14 +15,16 @@ if TYPE_CHECKING:
     from wax.proof.verdict import Finding, Findings, Spread
 
 _STYLE: Final = """
-@page { size: A4; margin: 15mm }
-body { font: 9pt/1.35 system-ui, sans-serif; color: #111; max-width: 180mm; margin: 8mm auto }
+@page { size: A4; margin: 12mm 15mm }
+body { font: 8.5pt/1.3 system-ui, sans-serif; color: #111; max-width: 180mm; margin: 8mm auto }
 @media print { body { margin: 0 } }
 h1 { font-size: 16pt; margin: 0 0 2mm }
 h2 { font-size: 10.5pt; margin: 4mm 0 1mm }
 p { margin: 1mm 0 }
 .verdict { font-size: 12pt; padding: 3mm; border: 0.6mm solid; margin: 3mm 0 }
-.passed { border-color: #1a7f37 } .failed { border-color: #b3261e }
+.passed { border-color: #1a7f37 }
+.partly { border-color: #9a6700 }
+.failed { border-color: #b3261e }
 table { border-collapse: collapse; width: 100% }
 th, td { text-align: left; vertical-align: bottom; padding: 0.8mm 1.5mm }
 th { font-weight: 600 }
@@ -48,8 +50,9 @@ class Occasion:
 
 def page(findings: Findings, settings: Settings, occasion: Occasion) -> str:
     """Return the whole page."""
-    passed = findings.all_passed
-    verdict = "passed" if passed else "failed"
+    verdict = "failed"
+    if findings.all_passed:
+        verdict = "partly" if findings.skipped else "passed"
     return f"""<!doctype html>
 <html lang="en">
 <head>
@@ -80,19 +83,23 @@ record holds for this installation as it was configured on this day.</p>
 
 
 def sentence(findings: Findings) -> str:
-    """Say in one plain sentence what came out."""
+    """Say plainly what came out, and no more than that."""
     if findings.broken is not None:
         return f"Not proved: {findings.broken}"
-    measured = [one for one in findings.findings if one.skipped is None]
     times = "once" if findings.repeats == 1 else f"{findings.repeats} times"
-    every = "Every link" if len(measured) == len(findings.findings) else "What could be measured"
+    every = "What could be measured" if findings.skipped else "Every link"
     what = "the robot stood" if findings.reports else "the robot was told to stop"
     if findings.all_passed:
         latest = f"{what} at the latest after {_number(findings.latest_ms)} ms"
         included = ", its own braking included" if findings.reports else ""
-        return f"{every} was cut {times}; {latest}{included}."
-    late = [one.fault.title for one in measured if not findings.passed(one)]
-    return f"Not proved: too late or not at all after: {'; '.join(late) or 'nothing was measured'}."
+        but = f" Not measured: {_titles(findings.skipped)}." if findings.skipped else ""
+        return f"{every} was cut {times}; {latest}{included}.{but}"
+    late = [one for one in findings.measured if not findings.passed(one)]
+    return f"Not proved: too late or not at all after: {_titles(late) or 'nothing was measured'}."
+
+
+def _titles(findings: Iterable[Finding]) -> str:
+    return "; ".join(finding.fault.title for finding in findings)
 
 
 def _table(findings: Findings) -> str:
@@ -141,11 +148,10 @@ def _standing_cells(findings: Findings, finding: Finding) -> list[str]:
 
 
 def _method(findings: Findings) -> str:
-    times = "once" if findings.repeats == 1 else f"{findings.repeats} times"
     method = (
-        f"Wheels off the floor, the robot was driven ahead at fine speed by an operator on this"
-        f" machine and each link was cut {times}, at a random moment. A tap on the serial line"
-        " measured from the cut to the stop frame after which no motion was asked for"
+        "Wheels off the floor, the robot was driven ahead at fine speed by an operator on this"
+        " machine, and links were cut as often as the table says, at random moments. A tap on the"
+        " serial line measured from the cut to the stop frame after which no motion was asked for"
     )
     if not findings.reports:
         return f"{method}. The robot does not tell when it stands."
@@ -158,13 +164,8 @@ def _method(findings: Findings) -> str:
 
 
 def _not_measured(findings: Findings) -> list[str]:
-    skipped = [
-        f"{finding.fault.title}: {finding.skipped}"
-        for finding in findings.findings
-        if finding.skipped is not None
-    ]
     return [
-        *skipped,
+        *(f"{finding.fault.title}: {finding.skipped}" for finding in findings.skipped),
         "The way over the Internet: the operator was on this machine. What a link adds is shown"
         " to whoever drives.",
         "The picture: there was none, and the robot drove at fine speed. The rules for pictures"

@@ -102,7 +102,7 @@ class Tap:
             return
         self.cut()
         for _ in range(_LAST_WORDS):  # one may be lost, or come in the middle of a frame
-            with contextlib.suppress(Exception):  # the port may be lost, then nothing helps
+            with contextlib.suppress(Exception), self._lock:  # a port that is lost may come back
                 self._write(self._language.last_words())
             time.sleep(_LAST_WORDS_EVERY_S)
         self._is_open = False
@@ -124,16 +124,13 @@ class Tap:
     def _carry_down(self) -> None:
         if select.select([self._ours], [], [], _READ_S)[0]:
             data = os.read(self._ours, _MAX_BYTES)
-            with self._lock:
-                carries = self._carries
-            if carries:
-                self._write(data)
+            with self._lock:  # whole, so that nothing of the server's comes after a cut
+                if self._carries:
+                    self._write(data)
 
     def _write(self, data: bytes) -> None:
-        # Whole under the lock, so that nothing of the server's comes between the last words.
-        with self._lock:
-            self._port.write(data)
-            self._events += self._language.said(data, time.monotonic())
+        self._port.write(data)
+        self._events += self._language.said(data, time.monotonic())
 
     def _carry_up(self) -> None:
         data = self._port.read(max(1, min(self._port.in_waiting, _MAX_BYTES)))
