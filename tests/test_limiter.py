@@ -17,6 +17,15 @@ def test_a_burst_then_the_rate() -> None:
     assert [bucket.take(99.0) for _ in range(4)] == [True, True, True, False]
 
 
+def test_time_that_runs_back_fills_nothing() -> None:
+    """Neither does the way back to where it was."""
+    bucket = TokenBucket(rate_hz=8.0, burst=1, now_s=5.0)
+    assert bucket.take(5.0)
+    assert not bucket.take(4.0)
+    assert not bucket.take(5.0625)
+    assert bucket.take(5.125)
+
+
 @given(st.lists(st.floats(-1, 2), max_size=200))
 def test_never_more_than_burst_and_rate(steps_s: list[float]) -> None:
     """Whatever the clock does, what passes is at most the burst and what the time has earned."""

@@ -42,10 +42,19 @@ _CONTROL: Final[dict[str, tuple[str, ...]]] = {
 _ROBOT: Final[dict[str, tuple[str, ...]]] = {
     "guard": ("test_guard", "test_wheels", "test_setpoints"),
     "process/warden": ("process/test_warden",),
+    "process/wire": ("process/test_wire",),
     "serial/frames": ("test_serial_frames", "test_dialects"),
     "serial/framed": ("test_framed", "test_dialects"),
     "serial/setpoints": ("test_setpoints",),
+    "serial/single_byte": ("test_dialects",),
     "serial/wheels": ("test_wheels",),
+}
+_OTHERS: Final[dict[str, str]] = {
+    "limiter": "test_limiter",
+    "proof/measure": "proof/test_measure",
+    "proof/verdict": "proof/test_verdict",
+    "rtc/link": "rtc/test_link",  # the line's own delay, which commands are granted
+    "stops": "test_stops",
 }
 _CORE_FILES: Final = (
     "crc16.h",
@@ -100,5 +109,6 @@ _CORE_TESTS: Final = (
 TARGETS: Final = (
     *(Target(f"server/wax/control/{k}.py", _in("control", v)) for k, v in _CONTROL.items()),
     *(Target(f"server/wax/robot/{k}.py", _in("robot", v)) for k, v in _ROBOT.items()),
+    *(Target(f"server/wax/{k}.py", (f"tests/{v}.py",)) for k, v in _OTHERS.items()),
     *(Target(f"{CORE}/{file}", _CORE_TESTS) for file in _CORE_FILES),
 )

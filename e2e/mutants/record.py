@@ -91,7 +91,8 @@ def evidence_of(target: Target, tree: Path) -> str:
     """Stand for the tests of a target, and for all beside it that they look at."""
     found = hashlib.sha256(repr(target.tests).encode())
     folders = [(tree / folder).rglob("*") for folder in _EVIDENCE]
-    folders += [(tree / folder).glob("*") for folder in target.test_folders]
+    beside = (tree / target.file).parent
+    folders += [beside.glob("*"), *((tree / folder).glob("*") for folder in target.test_folders)]
     for path in sorted({path for paths in folders for path in paths}):
         name = path.relative_to(tree).as_posix()
         if path.suffix in _READ and name != target.file:

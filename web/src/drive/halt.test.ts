@@ -90,6 +90,24 @@ it("releases by HTTP where no channel is open, or the clocks are not aligned", (
   expect(done).toEqual([posted, "release", posted]);
 });
 
+it("says why it could not release", async () => {
+  stopNumber.value = 7;
+  respond = async () => new Response('{"error": "Only whoever drives."}', { status: 403 });
+  halt.release();
+  await vi.waitFor(() => expect(say).toHaveBeenLastCalledWith("Only whoever drives."));
+  respond = () => Promise.reject(new TypeError("Failed to fetch"));
+  halt.release();
+  await vi.waitFor(() => expect(say).toHaveBeenLastCalledWith("The server cannot be reached."));
+});
+
+it("shows nobody the words of a mistake in the page", async () => {
+  stopNumber.value = 7;
+  respond = async () => ({}) as Response;
+  halt.release();
+  await new Promise((resolve) => setTimeout(resolve));
+  expect(say).not.toHaveBeenCalled();
+});
+
 it("releases nothing where nothing is latched", () => {
   halt.release();
   expect(done).toEqual([]);

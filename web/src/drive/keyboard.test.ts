@@ -112,6 +112,13 @@ it("stops by Space, except where Space operates what has the focus", () => {
   expect(stop).toHaveBeenCalledOnce();
 });
 
+it("hears a key that is pressed while nothing has the focus", () => {
+  window.dispatchEvent(new KeyboardEvent("keydown", { code: "ArrowUp" }));
+  expect(hands.motion.linear).toBe(1);
+  window.dispatchEvent(new KeyboardEvent("keydown", { code: "Space" }));
+  expect(stop).toHaveBeenCalledOnce();
+});
+
 it.each(["blur", "pagehide", "beforeunload", "contextmenu"])("releases all on %s", (type) => {
   key("keydown", "ArrowUp");
   window.dispatchEvent(new Event(type));
@@ -145,6 +152,12 @@ it("releases all when the page is hidden", () => {
   vi.spyOn(document, "hidden", "get").mockReturnValue(true);
   document.dispatchEvent(new Event("visibilitychange"));
   expect(hands.motion.linear).toBe(0);
+});
+
+it("goes on when the page is shown again", () => {
+  key("keydown", "ArrowUp");
+  document.dispatchEvent(new Event("visibilitychange"));
+  expect(hands.motion.linear).toBe(1);
 });
 
 it("drives again by a new press after the window was away", () => {
