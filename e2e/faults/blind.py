@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import time
+from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.faults.camera import CONTROL, Control
 from e2e.faults.finding import Figure, timed
 from e2e.faults.operator import RawOperator
-from e2e.faults.page import chromiums
+from e2e.faults.page import chromiums, through
+from e2e.faults.relay import Relay
 from e2e.faults.stage import SEEING, random_phase, staged
 from e2e.faults.trials import Trials, repeat
 from e2e.harness.wait import eventually
+from wax.config import Settings
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,12 +24,13 @@ if TYPE_CHECKING:
     from e2e.faults.stage import Stage
 
 GOAL_MS: Final = 200.0
-SLOW_S: Final = 0.4
-STOP_S: Final = 0.8
-"""What `config/wax.toml` has for the age of the picture; what the line itself takes is added."""
+SLOW_S: Final = Settings().drive.slow_picture_age_ms / 1000
+STOP_S: Final = Settings().drive.stop_picture_age_ms / 1000
+"""The limits of the picture's age as shipped; what the line itself takes is added."""
 _FINE_MMPS: Final = 0.3 * 600 + 2
 """Fine speed of the shipped configuration, and what rounding makes of it."""
 _LOOK_S: Final = 1.4
+_FRESH_S: Final = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +92,35 @@ async def video_starves(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
     return _figures("blind: starved video", trials)
 
 
+async def page_starves(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
+    """Lose the pictures on their way to a real page, while its commands and all else pass."""
+    with closing(Relay()) as relay:
+        async with staged(SEEING, settings) as stage, chromiums() as launch:
+            page = await launch(stage.server.url, prepare=through(relay))
+            await page.look()
+            await page.take_the_wheel()
+            await page.viewer.radio("Gross").check()
+
+            async def sees() -> bool:
+                return time.monotonic() - await page.newest_s() < _FRESH_S
+
+            async def trial() -> Dimmed | None:
+                await eventually(sees, "the page sees again", within_s=15)
+                await stage.moving(page.press)
+                await fast(stage)
+                await random_phase()
+                relay.starves = True
+                await asyncio.sleep(_LOOK_S)
+                until_s = time.monotonic()
+                found = dimmed(stage, await page.newest_s(), until_s)
+                relay.starves = False
+                await page.let_go()
+                return found
+
+            trials = await repeat("blind: page", n, trial)
+    return _figures("blind: starved page", trials)
+
+
 async def fast(stage: Stage) -> None:
     """Wait until the robot is told to be clearly faster than fine."""
 
@@ -121,14 +154,14 @@ def _figures(name: str, trials: Trials[Dimmed]) -> list[Figure]:
     return [
         timed(
             f"{name}, slowed",
-            "picture older than 400 ms → fine speed on the wire",
+            f"picture older than {SLOW_S * 1000:g} ms → fine speed on the wire",
             [one.slowed_ms for one in found],
             GOAL_MS,
             void=trials.void,
         ),
         timed(
             f"{name}, stopped",
-            "picture older than 800 ms → stop frame",
+            f"picture older than {STOP_S * 1000:g} ms → stop frame",
             [one.stopped_ms for one in found],
             GOAL_MS,
             wrong=wrong,

@@ -50,24 +50,42 @@ def timed(
     void: int = 0,
     **detail: Any,
 ) -> Figure:
-    """Sum up times; a stop that never came (None) misses every goal. Raises `FaultError`."""
-    if not values_ms:
+    """Sum up times, as `summed` does."""
+    return summed(
+        name, what, "ms", values_ms, goal_ms, judged=judged, wrong=wrong, void=void, **detail
+    )
+
+
+def summed(
+    name: str,
+    what: str,
+    unit: str,
+    values: Sequence[float | None],
+    goal: float,
+    *,
+    judged: str = "max",
+    wrong: int = 0,
+    void: int = 0,
+    **detail: Any,
+) -> Figure:
+    """Sum up; what never came to an end (None) misses every goal. Raises `FaultError`."""
+    if not values:
         raise FaultError(f"{name}: nothing was measured")
-    came = [value for value in values_ms if value is not None]
-    missing = len(values_ms) - len(came)
+    came = [value for value in values if value is not None]
+    missing = len(values) - len(came)
     found = spread(came) if came else None
     value = None if found is None else getattr(found, judged)
     return Figure(
         name=name,
         what=what,
-        unit="ms",
-        n=len(values_ms),
+        unit=unit,
+        n=len(values),
         p50=None if found is None else found.p50,
         p99=None if found is None else found.p99,
         max=None if found is None else found.max,
-        goal=goal_ms,
+        goal=goal,
         judged=judged,
-        met=value is not None and value <= goal_ms and not missing and not wrong,
+        met=value is not None and value <= goal and not missing and not wrong,
         wrong=wrong,
         void=void,
         detail=({"never": missing} if missing else {}) | detail,

@@ -1,12 +1,14 @@
-"""Stop is pressed while a stranger floods the command channel."""
+"""Stop is pressed while a stranger floods the command channel, by others and by himself."""
 
 from __future__ import annotations
 
 import asyncio
 import time
+from dataclasses import asdict
 from itertools import cycle
 from typing import TYPE_CHECKING, Any, Final
 
+from e2e.bench.spread import spread
 from e2e.faults.finding import Figure, timed
 from e2e.faults.flooder import flooding
 from e2e.faults.operator import RawOperator
@@ -17,13 +19,22 @@ from e2e.harness.wait import eventually
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from e2e.faults.flooder import Flood
     from e2e.faults.record import Stopping
     from e2e.faults.stage import Stage
     from e2e.harness.server import Server
 
 GOAL_MS: Final = 100.0
 RATE_HZ: Final = 10_000.0
-_WAYS: Final = ("operator, channel", "operator, HTTP", "observer, channel", "observer, HTTP")
+_OWN: Final = "flooder, channel"
+WAYS: Final = (
+    "operator, channel",
+    "operator, HTTP",
+    "observer, channel",
+    "observer, HTTP",
+    _OWN,
+)
+_LOOK_S: Final = 0.15
 
 
 async def stop_in_flood(n: int, **settings: Mapping[str, Any]) -> Figure:
@@ -41,25 +52,21 @@ async def _flooded(n: int, stage: Stage, operator: RawOperator, observer: RawOpe
     async with flooding(stage.server.url, RATE_HZ) as flood:
         before = await _refused(stage.server)
         begun_s = time.monotonic()
-        ways = cycle(_WAYS)
-        by_way: dict[str, list[float | None]] = {way: [] for way in _WAYS}
+        ways = cycle(WAYS)
+        by_way: dict[str, list[float | None]] = {way: [] for way in WAYS}
 
         async def trial() -> Stopping | None:
             await stage.drive(operator)
             way = next(ways)
             who = operator if way.startswith("operator") else observer
-            since_s = time.monotonic()
-            if way.endswith("HTTP"):
-                await who.press_stop()
-            else:
-                who.say(type="stop")
-            await asyncio.sleep(0.15)
-            until_s = time.monotonic()
+            since_s = await _press(way, who, flood)
 
             async def told() -> bool:
                 return operator.stopped is not None
 
             await eventually(told, "the operator is told of the stop", every_s=0.01)
+            await asyncio.sleep(_LOOK_S)
+            until_s = time.monotonic()
             stop = operator.stopped
             assert stop is not None
             operator.let_go()
@@ -81,6 +88,7 @@ async def _flooded(n: int, stage: Stage, operator: RawOperator, observer: RawOpe
         took_s = time.monotonic() - begun_s
         heard_hz = (await _refused(stage.server) - before) / took_s
         sent = await flood.end()
+    own_ms = [ms for ms in by_way[_OWN] if ms is not None]
     return timed(
         "stop-in-flood",
         "Stop pressed → stop frame",
@@ -96,7 +104,20 @@ async def _flooded(n: int, stage: Stage, operator: RawOperator, observer: RawOpe
             way: max((ms for ms in values if ms is not None), default=None)
             for way, values in by_way.items()
         },
+        by_the_flooder_ms=asdict(spread(own_ms)) if own_ms else None,
     )
+
+
+async def _press(way: str, who: RawOperator, flood: Flood) -> float:
+    """Press Stop by one way alone; returns when, in s of `time.monotonic`."""
+    since_s = time.monotonic()
+    if way == _OWN:
+        return await flood.press_stop()
+    if way.endswith("HTTP"):
+        await who.press_stop()
+    else:
+        who.say(type="stop")
+    return since_s
 
 
 async def _refused(server: Server) -> float:

@@ -1,7 +1,8 @@
 """A stranger who sends commands as fast as he can, in a process of his own.
 
 ``python -m e2e.faults.flooder URL RATE_HZ`` writes an empty line when it begins, floods until its
-standard input ends, and then writes as JSON how much it really sent.
+standard input ends, and then writes as JSON how much it really sent. For each line that it reads
+meanwhile it presses Stop, on its own reliable channel, and writes when: s of `time.monotonic`.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import time
 from asyncio.subprocess import PIPE, Process
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from e2e.bench.servers import ROOT
@@ -20,13 +22,13 @@ from e2e.faults.errors import FaultError
 from e2e.faults.operator import RawOperator
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
+    from collections.abc import AsyncIterator, Callable
 
     from e2e.harness.server import Server
 
 _TICK_S: Final = 0.005
-_MAX_WAITING_BYTES: Final = 256 * 1024
-"""What waits in the channel beyond this would only wait longer."""
+_MAX_WAITING_BYTES: Final = 256
+"""As in a page (`link/peer.ts`): what waits in the channel beyond this would only wait longer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +43,16 @@ class Flood:
 
     def __init__(self, process: Process) -> None:
         self._process = process
+
+    async def press_stop(self) -> float:
+        """Let the flooder press Stop; returns when he did, in s of `time.monotonic`."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.write(b"stop\n")
+        said = await asyncio.wait_for(self._process.stdout.readline(), 20)
+        if not said:
+            raise FaultError("the flood ended too soon; its last words are above")
+        return float(said)
 
     async def end(self) -> dict[str, Any]:
         assert self._process.stdin is not None
@@ -77,23 +89,42 @@ async def flooding(url: str, rate_hz: float) -> AsyncIterator[Flood]:
 
 
 async def _flood(url: str, rate_hz: float) -> dict[str, float]:
-    ended = asyncio.create_task(asyncio.to_thread(sys.stdin.read))
     async with RawOperator(cast("Server", At(url))) as peer:
-        print(flush=True)
         row = peer.row(1, turn=max(0, peer.turn), linear=-1.0, held=True)
-        sent = 0
-        start_s = time.monotonic()
-        while not ended.done():
-            owed = int((time.monotonic() - start_s) * rate_hz) - sent
-            for _ in range(min(owed, int(rate_hz * _TICK_S * 4))):
-                if peer.drive.bufferedAmount > _MAX_WAITING_BYTES:
-                    break
+        sent = allowed = 0
+
+        def pour() -> None:
+            nonlocal sent
+            while sent < allowed and peer.drive.bufferedAmount <= _MAX_WAITING_BYTES:
                 peer.drive.send(row)
                 sent += 1
+
+        peer.drive.bufferedAmountLowThreshold = _MAX_WAITING_BYTES // 2
+        peer.drive.on("bufferedamountlow", pour)
+        print(flush=True)
+        loop = asyncio.get_running_loop()
+        ended = asyncio.create_task(asyncio.to_thread(_listen, loop, partial(_press, peer)))
+        start_s = time.monotonic()
+        while not ended.done():
+            owed = int((time.monotonic() - start_s) * rate_hz)
+            allowed = min(owed, sent + int(rate_hz * _TICK_S * 4))
+            pour()
             await asyncio.sleep(_TICK_S)
         took_s = time.monotonic() - start_s
         waiting = peer.drive.bufferedAmount / len(row)
     return {"sent_hz": (sent - waiting) / took_s, "wanted_hz": rate_hz, "took_s": took_s}
+
+
+def _press(peer: RawOperator) -> None:
+    pressed_s = time.monotonic()
+    peer.say(type="stop")
+    print(pressed_s, flush=True)
+
+
+def _listen(loop: asyncio.AbstractEventLoop, press: Callable[[], None]) -> None:
+    """Press for each line of the standard input, until it ends; in a thread of its own."""
+    for _ in sys.stdin:
+        loop.call_soon_threadsafe(press)
 
 
 if __name__ == "__main__":

@@ -15,6 +15,8 @@ from e2e.harness.hands import Fingers
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from playwright.async_api import Page
+
     from e2e.faults.finding import Figure
     from e2e.faults.page import Chromium
     from e2e.faults.record import Stopping
@@ -48,11 +50,22 @@ _SHOW: Final = """() => {
 
 
 async def hands_off(
-    n: int, *, events: Mapping[str, str] = EVENTS, **settings: Mapping[str, Any]
+    n: int,
+    *,
+    events: Mapping[str, str] = EVENTS,
+    script: str = "",
+    **settings: Mapping[str, Any],
 ) -> list[Figure]:
-    """From the event to the first frame that stops; `n` times each, and for a cancelled touch."""
+    """From the event to the first frame that stops; `n` times each, and for a cancelled touch.
+
+    `script` runs in the page before its own.
+    """
+
+    async def prepare(page: Page) -> None:
+        await page.add_init_script(script)
+
     async with staged(SEEING, _PATIENT, settings) as stage, chromiums() as launch:
-        page = await launch(stage.server.url, has_touch=True)
+        page = await launch(stage.server.url, prepare=prepare, has_touch=True)
         await page.take_the_wheel()
         hands = _Hands(stage, page, await Fingers.of(page.viewer))
         found = {

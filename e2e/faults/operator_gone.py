@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Final
 from e2e.faults.operator import RawOperator
 from e2e.faults.page import Chromium, chromiums
 from e2e.faults.relay import Relay
-from e2e.faults.stage import BLIND, SEEING, random_phase, staged
-from e2e.faults.trials import Trials, repeat, told
+from e2e.faults.stage import SEEING, random_phase, staged
+from e2e.faults.trials import Trials, repeat, told, travelled
+from wax.config import Settings
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -23,42 +24,56 @@ if TYPE_CHECKING:
     from e2e.faults.stage import Stage
 
 GOAL_MS: Final = 200.0
+GOAL_MM: Final = Settings().drive.max_stop_distance_m * 1000
 _LOOK_S: Final = 0.4
 """Shorter than the second after which a server takes an operator for lost."""
 _A_CONNECTION: Final = 5
 """So many trials over each."""
 _COMMAND_BYTES: Final = 120
-"""Smaller packets of a raw peer that only drives are acknowledgements and heartbeats."""
+"""Smaller packets of a raw peer's channels are acknowledgements and heartbeats."""
 
 
-async def network_vanishes(n: int, **settings: Mapping[str, Any]) -> Figure:
+async def network_vanishes(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
     """From the last command that left the operator's network; nothing says goodbye.
 
-    A peer's own congestion control is slow to trust a network that has vanished a few times, so
-    it comes back with a new connection now and then.
+    The robot runs as fast as it may, since its operator sees: how far it goes on is the other
+    figure. A peer's own congestion control is slow to trust a network that has vanished a few
+    times, so it comes back with a new connection now and then.
     """
     trials: Trials[Stopping] = Trials()
     late_ms = 0.0
     client = str(uuid.uuid4())
-    async with staged(BLIND, settings) as stage:
+    async with staged(SEEING, settings) as stage:
         while (left := n - len(trials.results)) > 0:
             relay = Relay()
-            async with RawOperator(stage.server, client=client, relay=relay) as operator:
+            peer = RawOperator(stage.server, client=client, relay=relay, sees=True)
+            async with peer as operator:
                 await operator.join()
                 vanish = partial(_vanish, stage, operator, relay)
                 trials.add(await repeat("network-vanishes", min(left, _A_CONNECTION), vanish))
                 late_ms = max(late_ms, operator.worst_late_s * 1000)
-    return told(
-        "network-vanishes",
-        "last packet that arrived → stop frame",
-        trials,
-        GOAL_MS,
-        peer_late_ms=late_ms,
-    )
+    return [
+        told(
+            "network-vanishes",
+            "last packet that arrived → stop frame",
+            trials,
+            GOAL_MS,
+            peer_late_ms=late_ms,
+        ),
+        travelled(
+            "network-vanishes: distance",
+            "millimetres from there to standstill, at full speed",
+            trials,
+            GOAL_MM,
+        ),
+    ]
 
 
 async def _vanish(stage: Stage, operator: RawOperator, relay: Relay) -> Stopping | None:
     await stage.drive(operator)
+    if not await stage.at_full_speed():
+        return None
+    await random_phase()
     relay.cut()
     cut_s = time.monotonic()
     last_s = max(

@@ -14,15 +14,20 @@ from playwright.async_api import Error as PlaywrightError
 from playwright.async_api import async_playwright
 
 from e2e.faults.errors import FaultError
+from e2e.faults.relay import without_candidates
 from e2e.harness.chromium import launch_chromium
-from e2e.harness.viewer import Viewer
+from e2e.harness.viewer import Card, Viewer
+from wax.clock import SystemClock
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable
 
-    from playwright.async_api import Browser
+    from playwright.async_api import Browser, Page, Route
+
+    from e2e.faults.relay import Relay
 
     Launch = Callable[..., Awaitable["Chromium"]]
+    Prepare = Callable[[Page], Awaitable[None]]
 
 KEY: Final = "ArrowUp"
 _CLOSE_S: Final = 3.0
@@ -37,6 +42,17 @@ _NOTES: Final = """() => {
     window.waxNotes = [];
 }"""
 """Notes what can be read on the page, each time that something of it changes."""
+
+_LOOK: Final = """() => {
+    const look = async () => {
+        const [card] = await window.waxProbe.cards(1);
+        if (card.valid) window.waxNewest = card;
+        void look();
+    };
+    window.waxNewest = null;
+    void look();
+}"""
+"""Notes the test card of each picture that is presented."""
 
 
 class Chromium:
@@ -87,6 +103,19 @@ class Chromium:
             raise FaultError(f"the page shows, but was not seen to begin to show: {text}")
         return await self.monotonic_s(at_ms)
 
+    async def look(self) -> None:
+        """Note from now on which pictures the page shows."""
+        await self.viewer.page.evaluate(_LOOK)
+
+    async def newest_s(self) -> float:
+        """Return when the newest picture was taken that the page has shown, on CLOCK_MONOTONIC."""
+        newest = await self.viewer.page.evaluate("window.waxNewest")
+        if newest is None:
+            raise FaultError("the page has shown no picture since it was looked at")
+        card, clock = Card(**newest), SystemClock()
+        taken_ms = card.now_ms - card.age_ms
+        return clock.now_s() - (clock.wall_ms() - taken_ms) / 1000
+
     async def monotonic_s(self, page_ms: float) -> float:
         """Turn the page's `performance.now` into CLOCK_MONOTONIC, by the quickest of some asks."""
         asks = []
@@ -114,18 +143,40 @@ class Chromium:
                 os.kill(pid, how)
 
 
+def through(relay: Relay) -> Prepare:
+    """Prepare a page whose connection goes through a relay."""
+
+    async def exchange(route: Route) -> None:
+        asked: dict[str, Any] = route.request.post_data_json or {}
+        response = await route.fetch(post_data=asked | {"sdp": without_candidates(asked["sdp"])})
+        told = await response.json()
+        if response.ok:
+            told["sdp"] = await relay.answer(told["sdp"])
+        await route.fulfill(status=response.status, json=told)
+
+    async def prepare(page: Page) -> None:
+        await page.route("**/api/offer", exchange)
+
+    return prepare
+
+
 @asynccontextmanager
 async def chromiums() -> AsyncIterator[Launch]:
-    """Give a function that opens a page in a browser of its own; all are closed at the end."""
+    """Give a function that opens a page in a browser of its own; all are closed at the end.
+
+    Its `prepare` is done to the page before that is loaded.
+    """
     opened: list[Chromium] = []
     async with async_playwright() as playwright:
 
-        async def launch(url: str, **options: Any) -> Chromium:
+        async def launch(url: str, *, prepare: Prepare | None = None, **options: Any) -> Chromium:
             browser = await launch_chromium(playwright)
             session = await browser.new_browser_cdp_session()
             info = (await session.send("SystemInfo.getProcessInfo"))["processInfo"]
             pid = next(int(one["id"]) for one in info if one["type"] == "browser")
             viewer = await Viewer.prepare(await browser.new_context(**options), url)
+            if prepare is not None:
+                await prepare(viewer.page)
             await viewer.page.goto(url)
             await viewer.sees_picture()
             opened.append(Chromium(browser, pid, viewer))

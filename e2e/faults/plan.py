@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.faults.black_channel import black_channel
-from e2e.faults.blind import camera_freezes, video_starves
+from e2e.faults.blind import camera_freezes, page_starves, video_starves
 from e2e.faults.delay_step import delay_step
 from e2e.faults.flood import stop_in_flood
 from e2e.faults.hand_over import hand_over, one_turn
@@ -39,7 +39,11 @@ async def _hand_over(n: int, **settings: Any) -> list[Figure]:
 
 
 async def _blind(n: int, **settings: Any) -> list[Figure]:
-    return [*await camera_freezes(n, **settings), *await video_starves(n, **settings)]
+    return [
+        figure
+        for measure in (camera_freezes, video_starves, page_starves)
+        for figure in await measure(n, **settings)
+    ]
 
 
 FAULTS: Final = (

@@ -48,19 +48,26 @@ class Wheels:
     def stand(self) -> bool:
         return (self.left_mmps, self.right_mmps) == (0, 0)
 
+    @property
+    def faster_mmps(self) -> int:
+        """The speed of the faster wheel, whichever way."""
+        return max(abs(self.left_mmps), abs(self.right_mmps))
+
 
 @dataclass(frozen=True, slots=True)
 class Stopping:
     """What followed on a fault, in ms from it; None where it never came.
 
     `told_ms` ends with the first frame that stops, `by_itself_ms` with the board's own watchdog,
-    `stands_ms` when both wheels stand. `moved_again` counts the frames that would have moved the
-    robot between the first frame that stops, or the watchdog, and the end of the look.
+    `stands_ms` when both wheels stand, `travelled_mm` is the way until then. `moved_again` counts
+    the frames that would have moved the robot between the first frame that stops, or the watchdog,
+    and the end of the look.
     """
 
     told_ms: float | None
     by_itself_ms: float | None
     stands_ms: float | None
+    travelled_mm: float | None
     moved_again: int
 
     @property
@@ -150,5 +157,24 @@ class Record:
             told_ms=since_ms(told_s),
             by_itself_ms=since_ms(expiry_s),
             stands_ms=since_ms(stands_s),
+            travelled_mm=self._travelled_mm(since_s, until_s),
             moved_again=sum(frame.moves and frame.at_s > ended_s for frame in frames),
         )
+
+    def _travelled_mm(self, since_s: float, until_s: float) -> float | None:
+        """Sum up the way of the faster wheel until both stand; None where they do not.
+
+        The board tells when its wheels begin to change their speed and when they have: between two
+        lines the higher speed counts, so that it is never too little.
+        """
+        next_one = bisect_right(self.wheels, since_s, key=lambda wheels: wheels.at_s)
+        before = self.wheels[next_one - 1] if next_one else Wheels(since_s, 0, 0)
+        way_mm, from_s = 0.0, since_s
+        for one in self.wheels[next_one:]:
+            if one.at_s > until_s:
+                break
+            way_mm += max(before.faster_mmps, one.faster_mmps) * (one.at_s - from_s)
+            if one.stand:
+                return way_mm
+            before, from_s = one, one.at_s
+        return None

@@ -1,6 +1,7 @@
-"""The network between one raw peer and the server: it can be cut, made late, and lose packets.
+"""The network between one peer and the server: it can be cut, made late, and lose packets.
 
-Real UDP sockets on the server's own address, so that each end sees the relay in the other's place.
+Real UDP sockets on the server's own address: the peer is told of the relay in the server's place,
+and the server learns where its peer is from whoever calls, as it does with every page.
 """
 
 from __future__ import annotations
@@ -22,6 +23,11 @@ _CANDIDATE: Final = re.compile(
     re.IGNORECASE,
 )
 
+_DATA_CHANNELS: Final = range(20, 64)
+_MEDIA: Final = range(128, 192)
+"""First bytes of DTLS, and of RTP with RTCP (RFC 7983)."""
+_SMALL_BYTES: Final = 300
+
 Address = tuple[str | Any, int]
 Way = Literal["up", "down"]
 """``up`` is towards the server."""
@@ -41,7 +47,7 @@ CALM: Final = Weather()
 
 @dataclass(frozen=True, slots=True)
 class Packet:
-    """One on its way up; `leaves_s` is None where it is lost."""
+    """One of the data channels on its way up; `leaves_s` is None where it is lost."""
 
     came_s: float
     size: int
@@ -49,10 +55,14 @@ class Packet:
 
 
 class Relay:
-    """One peer's way to the server and back; `weather` holds for both directions."""
+    """One peer's way to the server and back; `weather` holds for both directions.
+
+    While `starves`, pictures on their way down are lost, and nothing else is.
+    """
 
     def __init__(self, weather: Weather = CALM, *, seed: int = 0) -> None:
         self.weather = weather
+        self.starves = False
         self.up: list[Packet] = []
         self.worst_late_s = 0.0
         """How much later than its time the latest packet was passed on, by this machine's fault."""
@@ -63,22 +73,17 @@ class Relay:
         self._peer: Address | None = None
         self._server: Address | None = None
 
-    async def offer(self, sdp: str) -> str:
-        """Open the sockets; return the offer with the relay in place of the peer."""
-        host = _candidates(sdp)[0][0]
+    async def answer(self, sdp: str) -> str:
+        """Open the sockets anew; return the server's answer with the relay in its place."""
+        self.close()
+        self._server = _candidate(sdp)
+        host = self._server[0]
         await self._near.open(host)
         await self._far.open(host)
-        return _only(sdp, self._far.address)
-
-    def answer(self, sdp: str) -> str:
-        """Return the answer with the relay in place of the server."""
-        found = _candidates(sdp)
-        host = self._near.address[0]
-        self._server = next((address for address in found if address[0] == host), found[0])
         return _only(sdp, self._near.address)
 
     def close(self) -> None:
-        """Safe to call twice, and before `offer`."""
+        """Safe to call twice, and before `answer`."""
         self._near.close()
         self._far.close()
 
@@ -99,10 +104,11 @@ class Relay:
     def _pass_on(self, way: Way, data: bytes, out: _Socket, to: Address | None) -> None:
         now_s = time.monotonic()
         weather = self.weather
-        lost = self._is_cut or to is None or self._random.random() < weather.loss
+        starved = self.starves and way == "down" and _is_picture(data)
+        lost = self._is_cut or to is None or starved or self._random.random() < weather.loss
         swing_ms = self._random.uniform(-weather.jitter_ms, weather.jitter_ms)
         delay_s = max(0.0, weather.delay_ms + swing_ms) / 1000
-        if way == "up":
+        if way == "up" and data[0] in _DATA_CHANNELS:
             self.up.append(Packet(now_s, len(data), None if lost else now_s + delay_s))
         if lost or to is None:
             return
@@ -146,12 +152,23 @@ class _Socket(asyncio.DatagramProtocol):
         """Bear a closed port: so looks a network without its other end."""
 
 
-def _candidates(sdp: str) -> list[tuple[str, int]]:
-    found = map(_CANDIDATE.match, sdp.splitlines())
-    addresses = [(match["host"], int(match["port"])) for match in found if match]
-    if not addresses:
-        raise FaultError("this machine has no IPv4 address that the relay could take part on")
-    return addresses
+def without_candidates(offer: str) -> str:
+    """Let a peer be found through the relay only."""
+    lines = [line for line in offer.splitlines() if not line.startswith("a=candidate:")]
+    return "\r\n".join(lines) + "\r\n"
+
+
+def _is_picture(data: bytes) -> bool:
+    """Tell pictures from the channels by the first byte, from sound and reports by their size."""
+    return data[0] in _MEDIA and len(data) > _SMALL_BYTES
+
+
+def _candidate(sdp: str) -> tuple[str, int]:
+    for line in sdp.splitlines():
+        match = _CANDIDATE.match(line)
+        if match:
+            return match["host"], int(match["port"])
+    raise FaultError("this machine has no IPv4 address that the relay could take part on")
 
 
 def _only(sdp: str, address: tuple[str, int]) -> str:

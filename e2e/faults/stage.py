@@ -44,6 +44,10 @@ SEEING: Final = {
 _PRESSES: Final = 6
 _PRESS_S: Final = 1.5
 
+_STEADY_FRAMES: Final = 5
+"""So many alike in a row: two may come within one beat, but not five on the way up."""
+_RAMP_S: Final = 1.5
+
 _LONG_TURNS: Final = {"turns": {"turn_s": 3600.0, "grace_s": 0.5}}
 
 
@@ -77,7 +81,7 @@ class Stage:
     ) -> None:
         self.folder = folder
         self.board = Board(folder)
-        robot = {"driver": "serial", "serial": {"url": str(self.board.path), "reopen_s": 0.2}}
+        robot = {"driver": "serial", "serial": {"url": str(self.board.path)}}
         tree = merged(_LONG_TURNS, {"robot": robot}, *settings)
         self.server = StagedServer(folder, toml.dumps(tree))
         self.server.environment = environment or {}
@@ -140,6 +144,19 @@ class Stage:
                 return
         state = await self.server.status()
         raise FaultError(f"the robot does not move, pressed {_PRESSES} times: {state['robot']}")
+
+    async def at_full_speed(self) -> bool:
+        """Wait until the robot is told to go no faster; False where it stands before that."""
+        deadline_s = time.monotonic() + _RAMP_S
+        while time.monotonic() < deadline_s:
+            self.record.read()
+            newest = self.record.frames[-_STEADY_FRAMES:]
+            if not newest[-1].moves:
+                return False
+            if len({(frame.left_mmps, frame.right_mmps) for frame in newest}) == 1:
+                return True
+            await asyncio.sleep(0.005)
+        return False
 
     async def standing(self, within_s: float = 3.0) -> None:
         """Wait until the wheels stand."""

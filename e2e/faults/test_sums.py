@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from random import Random
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from e2e.faults.black_channel import corrupted
 from e2e.faults.finding import timed
 from e2e.faults.hand_over import switches
+from e2e.faults.harm import NO_COMMANDS, NO_STOPS, STOP, corrupted, no_releases
 from e2e.faults.nuisance import Arrival, arrivals, halts, replayed
 from e2e.faults.operator import Sent
 from e2e.faults.record import Record
 from e2e.faults.relay import Packet
+from e2e.faults.steady_beat import own_beat
 from wax.errors import ProtocolError
-from wax.messages import parse_drive
+from wax.messages import parse_drive, parse_state
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 
 def frame(at_s: float, kind: str = "drive", *, speed: int = 100, turn: int = 1) -> dict[str, Any]:
@@ -53,6 +58,18 @@ def test_a_stop_is_timed_to_its_first_frame_and_to_standing_wheels() -> None:
     assert stopping.stands_ms == pytest.approx(100)
     assert stopping.by_itself_ms is None
     assert stopping.moved_again == 0
+
+
+def test_the_way_to_standstill_is_never_too_short() -> None:
+    """The faster wheel counts, whichever way it turns, and of a span its faster end."""
+    seen = record(frame(1.0), wheels(1.0, 600), frame(1.1, "stop"), wheels(1.1, 580))
+    assert seen.stopping(1.05, 2.0).travelled_mm is None
+    seen.take([wheels(1.13, 0), wheels(1.5, 300), wheels(1.6, 0)])
+    assert seen.stopping(1.05, 2.0).travelled_mm == pytest.approx(600 * 0.05 + 580 * 0.03)
+    assert seen.stopping(1.05, 1.12).travelled_mm is None
+    curve = {"t_s": 1.0, "event": "wheels", "left": 100, "right": -400}
+    turning = record(frame(1.0), curve, wheels(1.2, 0))
+    assert turning.stopping(1.1, 2.0).travelled_mm == pytest.approx(40)
 
 
 def test_motion_after_a_stop_is_counted() -> None:
@@ -101,6 +118,15 @@ def test_halts_are_counted() -> None:
     assert halts(record(*frames).frames) == 2
 
 
+def test_a_stall_of_the_loop_is_a_long_gap() -> None:
+    """One beat that is 100 ms late hardly changes the jitter, and misses the goal of the gap."""
+    counted = {"control.jitter_p99_ms": 4.9, "control.latest_ms": 100.0}
+    jitter, gap = own_beat(counted, 3000)
+    assert (jitter.met, gap.met, gap.max) == (True, False, 120.0)
+    late, good = own_beat({"control.jitter_p99_ms": 5.1, "control.latest_ms": 20.0}, 3000)
+    assert (late.met, good.met) == (False, True)
+
+
 def test_packets_are_matched_with_the_commands_that_they_carried() -> None:
     """A lost packet loses its command, and an acknowledgement carries none."""
     sent = [Sent(1, 0.00), Sent(2, 0.02), Sent(3, 0.04)]
@@ -121,12 +147,43 @@ def test_a_shorter_time_to_live_stops_more_often() -> None:
     assert replayed(found, 0.0, 300) == 0
 
 
-def test_what_is_corrupted_cannot_be_meant() -> None:
-    """No damaged command is one that the codec would take."""
+COMMAND: dict[str, Any] = {
+    "turn": 2,
+    "sent_server_ms": 1234.5,
+    "linear": -1.0,
+    "angular": 0.0,
+    "held": True,
+    "speed": "gross",
+    "seen_server_ms": None,
+    "axes": {},
+}
+RELEASE: dict[str, Any] = {"type": "release", "stop": 12, "sent_server_ms": 1234.5}
+
+
+def row(command: dict[str, Any]) -> str:
+    return json.dumps(["drive", 7, *command.values()])
+
+
+@pytest.mark.parametrize(
+    ("parse", "text"),
+    [(parse_drive, row(COMMAND)), (parse_state, STOP), (parse_state, json.dumps(RELEASE))],
+    ids=["drive", "stop", "release"],
+)
+def test_what_is_corrupted_cannot_be_meant(parse: Callable[[str], object], text: str) -> None:
+    """No damaged message is one that the codec would take."""
     random = Random(1)
-    row = '["drive",7,2,1234.5,-1.0,0.0,true,"gross",null,{}]'
-    parse_drive(row)
-    for _ in range(500):
-        damaged = corrupted(row, random)
+    parse(text)
+    for _ in range(1000):
+        damaged = corrupted(text, random)
         with pytest.raises(ProtocolError):
-            parse_drive(damaged)
+            parse(damaged)
+
+
+def test_what_nobody_means_is_refused() -> None:
+    """What nearly says a command, a stop or a release is none to the codec."""
+    for text in (row(COMMAND | other) for other in NO_COMMANDS):
+        with pytest.raises(ProtocolError):
+            parse_drive(text)
+    for text in (*NO_STOPS, *(json.dumps(RELEASE | other) for other in no_releases(RELEASE))):
+        with pytest.raises(ProtocolError):
+            parse_state(text)

@@ -6,7 +6,7 @@ import sys
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from e2e.faults.errors import FaultError
-from e2e.faults.finding import Figure, timed
+from e2e.faults.finding import Figure, summed, timed
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -60,6 +60,11 @@ def ended(name: str, what: str, trials: Trials[Stopping], goal_ms: float, **deta
     """Judge the end of the motion, by a frame or by the board's own watchdog."""
     values_ms = [one.ends_ms for one in trials.results]
     return timed(name, what, values_ms, goal_ms, **_beside(trials), **detail)
+
+
+def travelled(name: str, what: str, trials: Trials[Stopping], goal_mm: float) -> Figure:
+    """Judge the way until the wheels stand."""
+    return summed(name, what, "mm", [one.travelled_mm for one in trials.results], goal_mm)
 
 
 def _beside(trials: Trials[Stopping]) -> dict[str, Any]:
