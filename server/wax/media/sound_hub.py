@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections import deque
+from functools import partial
 from math import ceil, lcm
 from typing import TYPE_CHECKING, Final
 
@@ -12,6 +13,7 @@ from wax.media.sample_clock import SampleClock
 from wax.media.sound_encoder import SoundEncoder
 from wax.media.sound_lane import SoundLane
 from wax.media.source import BLOCK_MS, SAMPLE_RATE_HZ
+from wax.media.spread import spread
 
 if TYPE_CHECKING:
     from wax.media.encoded import EncodedSound
@@ -163,7 +165,6 @@ class SoundHub:
 
     def _fan_out(self, form: SoundForm, sound: EncodedSound) -> None:
         takers = [lane for lane in self._lanes if form in lane.forms]
-        for lane in takers:
-            lane.put(form, sound)
+        spread([partial(lane.put, form, sound) for lane in takers])
         if not takers:
             self._forget_unwanted()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 from wax.media.rendition import Rendition
 from wax.media.slot import NewestSlot
+from wax.media.spread import spread
 from wax.media.video_encoder import VideoEncoder
 from wax.media.video_lane import VideoLane
 
@@ -179,10 +180,10 @@ class VideoHub:
             self._loop.call_soon_threadsafe(self._fan_out, picture)
 
     def _fan_out(self, picture: EncodedPicture) -> None:
-        for lane in self._lanes:
-            lane.put(picture)
-        if picture.keyframe:
-            self._refresh()
+        calls: list[Callable[[], None]] = [partial(lane.put, picture) for lane in self._lanes]
+        if picture.keyframe:  # now lanes change, and then it may be that nobody takes another
+            calls.append(self._refresh)
+        spread(calls)
 
 
 def _make_encoder(codec: Literal["vp8", "h264"], rendition: RenditionSettings) -> PictureEncoder:
