@@ -31,12 +31,13 @@ class LatchHarm:
         self._operator = channel.operator
         self._stranger = channel.stranger
         self._newest = 0
+        self._since_s: float | None = None
 
     async def stop(self, error: str) -> int:
         """Harm a stop, then release the one before it; counts what is wrong."""
         operator, random = self._operator, self._channel.random
         wrong = 0
-        since_s = time.monotonic()
+        self._since_s = None
         match error:
             case "repetition":
                 await self._press()
@@ -59,7 +60,6 @@ class LatchHarm:
             case _:
                 self._send_no_stop(error)
                 wrong += await self._latched() is not None
-                since_s = time.monotonic()
                 operator.state.send(STOP)
         number = await self._latched()
         if number is None:
@@ -70,12 +70,13 @@ class LatchHarm:
             operator.release(number - 1)
         wrong += await self._latched() is None
         await self._free()
-        return wrong + self._moved(since_s)
+        return wrong + self._moved()
 
     async def release(self, error: str) -> int:
         """Press Stop and harm its release; counts what is wrong."""
         operator, random = self._operator, self._channel.random
-        since_s, before_ms = time.monotonic(), operator.server_ms()
+        self._since_s = None
+        before_ms = operator.server_ms()
         stop = await self._press()
         now_ms = operator.server_ms()
         right: dict[str, Any] = {"type": "release", "stop": stop, "sent_server_ms": now_ms}
@@ -104,7 +105,7 @@ class LatchHarm:
                 operator.release(stop + random.choice((-1, 1, 2, 9)))
         wrong = int(await self._latched() is None)
         await self._free()
-        return wrong + self._moved(since_s)
+        return wrong + self._moved()
 
     def _send_no_stop(self, error: str) -> None:
         operator, random = self._operator, self._channel.random
@@ -157,12 +158,18 @@ class LatchHarm:
         stop = (await self._channel.stage.server.status())["stop"]
         if stop is None:
             return None
+        self._since_s = self._since_s or time.monotonic()
         self._newest = int(stop["number"])
         return self._newest
 
-    def _moved(self, since_s: float) -> int:
-        """Count the frames that move after the first that stops; that none stops is one, too."""
+    def _moved(self) -> int:
+        """Count the frames that move although a stop has been latched.
+
+        What was under way to the board then came before a frame that stops; that none does is
+        wrong as well.
+        """
+        assert self._since_s is not None
         record = self._channel.stage.record
         record.read()
-        found = record.stopping(since_s, time.monotonic())
+        found = record.stopping(self._since_s, time.monotonic())
         return found.moved_again + (found.told_ms is None)
