@@ -37,7 +37,9 @@ WAYS: Final = (
 _LOOK_S: Final = 0.15
 
 
-async def stop_in_flood(n: int, **settings: Mapping[str, Any]) -> Figure:
+async def stop_in_flood(
+    n: int, *, rate_hz: float = RATE_HZ, **settings: Mapping[str, Any]
+) -> Figure:
     """From the press to the first frame that stops, each way alone, in turn."""
     async with (
         staged(BLIND, settings) as stage,
@@ -45,11 +47,13 @@ async def stop_in_flood(n: int, **settings: Mapping[str, Any]) -> Figure:
         RawOperator(stage.server) as observer,
     ):
         await operator.join()
-        return await _flooded(n, stage, operator, observer)
+        return await _flooded(n, rate_hz, stage, operator, observer)
 
 
-async def _flooded(n: int, stage: Stage, operator: RawOperator, observer: RawOperator) -> Figure:
-    async with flooding(stage.server.url, RATE_HZ) as flood:
+async def _flooded(
+    n: int, rate_hz: float, stage: Stage, operator: RawOperator, observer: RawOperator
+) -> Figure:
+    async with flooding(stage.server.url, rate_hz) as flood:
         before = await _refused(stage.server)
         begun_s = time.monotonic()
         ways = cycle(WAYS)
@@ -97,7 +101,7 @@ async def _flooded(n: int, stage: Stage, operator: RawOperator, observer: RawOpe
         judged="p99",
         wrong=sum(one.moved_again for one in trials.results),
         void=trials.void,
-        flood_wanted_hz=RATE_HZ,
+        flood_wanted_hz=rate_hz,
         flood_sent_hz=sent["sent_hz"],
         flood_heard_hz=heard_hz,
         by_way_max_ms={
