@@ -73,7 +73,7 @@ class Board:
         """Show those of these viewers who have come in, and how everything is."""
         ends_s = self._turns.ends_s
         return messages.Room(
-            viewers=[self._line(viewer, now_s) for viewer in viewers if viewer.was_ready],
+            viewers=self._lines(viewers, now_s),
             turn=messages.TurnInfo(
                 number=self._turns.number,
                 operator=self._turns.operator,
@@ -100,6 +100,14 @@ class Board:
             soft_braking=robot.soft_braking,
             stop_by=self._settings.stop.by,
         )
+
+    def _lines(self, viewers: Iterable[Viewer], now_s: float) -> list[messages.ViewerInfo]:
+        lines = []
+        for viewer in viewers:
+            with viewer.fence:
+                if viewer.was_ready:
+                    lines.append(self._line(viewer, now_s))
+        return lines
 
     def _line(self, viewer: Viewer, now_s: float) -> messages.ViewerInfo:
         place = self._turns.place(viewer.number)

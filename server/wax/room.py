@@ -221,10 +221,11 @@ class Room:
         """Follow the turns: the policy changes with the role, and everybody is told."""
         for event in events:
             _LOG.info("turn", what=type(event).__name__, number=getattr(event, "number", None))
-        for viewer in self._viewers.values():
+        for viewer in self.viewers:
             drives = viewer.number == self._turns.operator
             roles = self._settings.sync
-            viewer.follow(roles.operator if drives else roles.observer, drives=drives)
+            with viewer.fence:
+                viewer.follow(roles.operator if drives else roles.observer, drives=drives)
         self.changed()
 
     def drive_status(self, number: int, moving: bool, reason: str | None) -> None:
@@ -234,8 +235,10 @@ class Room:
 
     def link_delay_s(self, number: int) -> float | None:
         """Return the measured one-way delay of a viewer's link."""
-        viewer = self._viewers.get(number)
-        return None if viewer is None else viewer.link.one_way_s
+        if (viewer := self._viewers.get(number)) is not None:
+            with viewer.fence:
+                return viewer.link.one_way_s
+        return None
 
     def sees(self, number: int) -> bool:
         """Tell whether a viewer means to see: he has not switched off a picture that there is."""
@@ -245,7 +248,8 @@ class Room:
     def _part(self, viewer: Viewer) -> None:
         """Part a viewer from his peer: the robot stops if he drove, his place is kept a while."""
         viewer.peer = None
-        viewer.release()
+        with viewer.fence:
+            viewer.release()
         self.control.lost(viewer.number)
         self._gone_since_s[viewer.number] = self._clock.now_s()
         self.changed()
@@ -265,8 +269,9 @@ class Room:
     def round(self, now_s: float) -> None:
         """Do one round; however much changes, the rounds keep their pace."""
         self._sweep(now_s)
-        for viewer in self._viewers.values():
-            viewer.tell_drive_status(now_s)
+        for viewer in self.viewers:
+            with viewer.fence:
+                viewer.tell_drive_status(now_s)
         if self._is_changed or now_s - self._looked_s >= _LOOK_S:
             self._is_changed = False
             self._looked_s = now_s
@@ -280,8 +285,7 @@ class Room:
 
     async def close(self) -> None:
         """Close every peer."""
-        peers = [viewer.peer for viewer in self._viewers.values() if viewer.peer is not None]
-        await asyncio.gather(*(peer.close() for peer in peers))
+        await asyncio.gather(*(viewer.close() for viewer in self.viewers))
 
     def _sweep(self, now_s: float) -> None:
         for viewer in self.viewers:
@@ -291,9 +295,11 @@ class Room:
                     self._forget(viewer)
                 continue
             silence_s = viewer.link.silence_s(now_s)
-            if silence_s > _DEAD_S or not viewer.peer.is_alive:
-                viewer.peer.abandon()
-            elif viewer.is_ready and silence_s > self._patience_s(viewer):
+            with viewer.fence:
+                if silence_s > _DEAD_S or not viewer.peer.is_alive:
+                    viewer.peer.abandon()
+                    continue
+            if viewer.is_ready and silence_s > self._patience_s(viewer):
                 self.control.lost(viewer.number)
             elif viewer.is_ready and self._turns.is_lost(viewer.number):
                 self.control.returned(viewer.number)
@@ -315,6 +321,6 @@ class Room:
             return
         self._told, self._told_s = lasting, now_s
         text = snapshot.model_dump_json()
-        for viewer in self._viewers.values():
+        for viewer in self.viewers:
             if viewer.is_ready:
-                viewer.send_text(text)
+                viewer.send_text(text)  # inside the viewer's own fence

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from wax.robot.driver import Driver
     from wax.room import Room
     from wax.telemetry import Counters, Rates
+    from wax.viewer import Viewer
 
 
 class Status:
@@ -104,10 +105,16 @@ class Status:
         }
 
     def _viewer(self, number: int, line: dict[str, object]) -> dict[str, object]:
+        """Tell of a viewer what can be told; whose streams fail is still there."""
         viewer = next(one for one in self._room.viewers if one.number == number)
+        with viewer.fence:
+            return line | self._served(viewer)
+        return line
+
+    def _served(self, viewer: Viewer) -> dict[str, object]:
         one_way_s = viewer.link.one_way_s
         report = viewer.report
-        return line | {
+        return {
             "round_trip_ms": None if one_way_s is None else round(one_way_s * 2000, 1),
             "report": None if report is None else report.model_dump(exclude={"type"}),
             "skew_ms": None if report is None else _skew_ms(report),

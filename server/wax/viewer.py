@@ -11,6 +11,7 @@ import structlog
 from wax import messages, rows
 from wax.control.gate import Command
 from wax.errors import ProtocolError
+from wax.fence import Fence
 from wax.last_minute import LastMinute
 from wax.limiter import TokenBucket
 from wax.rtc.link import Link
@@ -88,6 +89,7 @@ class Viewer:
         self._counters = counters
         self._service = service
         self._events = events
+        self.fence = self._make_fence()
         now_s = clock.now_s()
         state_hz, state_burst = (
             (_ACKNOWLEDGED_HZ, _ACKNOWLEDGED_BURST)
@@ -109,6 +111,7 @@ class Viewer:
         """Make fresh lanes for a fresh peer; those of the peer before are given up."""
         self.release()
         self.link = Link(self._clock.now_s())
+        self.fence = self._make_fence()
         return self.streams.lanes()
 
     def release(self) -> None:
@@ -117,6 +120,19 @@ class Viewer:
         self.is_ready = False
         self.report = None
         self.drive_status, self._drive_told = None, (None, float("-inf"))
+
+    def _make_fence(self) -> Fence:
+        return Fence(viewer=self.number, counters=self._counters, end=self._end_peer)
+
+    def _end_peer(self) -> None:
+        if self.peer is not None:
+            self.peer.abandon()
+
+    async def close(self) -> None:
+        """Close the peer, if there is one; never raises."""
+        with self.fence:
+            if self.peer is not None:
+                await self.peer.close()
 
     def connected(self) -> None:
         self.link.heard(self._clock.now_s())
@@ -160,8 +176,12 @@ class Viewer:
 
     def send_text(self, text: str) -> None:
         """Send what was made once for everybody."""
-        if self.peer is not None:
-            self.peer.send("state", text)
+        self._send("state", text)
+
+    def _send(self, channel: Channel, text: str) -> None:
+        with self.fence:
+            if self.peer is not None:
+                self.peer.send(channel, text)
 
     def tell_drive_status(self, now_s: float) -> None:
         """Tell what becomes of the commands when that has changed, a few times a second at most.
@@ -218,8 +238,7 @@ class Viewer:
                 pong = messages.Pong(
                     id=message.id, sent_page_ms=message.sent_page_ms, server_ms=now_s * 1000
                 )
-                if self.peer is not None:
-                    self.peer.send("drive", rows.write(pong))
+                self._send("drive", rows.write(pong))
             case messages.Report():
                 self.report = message
                 sound, picture = message.sound, message.picture

@@ -11,6 +11,7 @@ import pytest
 from av.packet import Packet
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.open_fence import OpenFence
 
 from wax.media.sound_encoder import SoundEncoder
 from wax.media.sound_hub import SoundHub
@@ -57,7 +58,7 @@ def _numbers(sounds: list[EncodedSound]) -> list[int]:
 
 async def _heard(hub: SoundHub, form: SoundForm, preroll_ms: float) -> list[int]:
     """Return the numbers of the blocks that a fresh lane begins with."""
-    lane = hub.add()
+    lane = hub.add(OpenFence())
     hub.choose(lane, form, preroll_ms)
     return _numbers(await _drain(lane))
 
@@ -68,7 +69,7 @@ async def test_who_joins_hears_the_past_at_once(others: int, preroll_ms: float) 
     """The pre-roll is exactly as long as asked, whether or not somebody listened before."""
     hub = _hub()
     for _ in range(others):
-        hub.choose(hub.add(), FORMS[20], 0)
+        hub.choose(hub.add(OpenFence()), FORMS[20], 0)
     _speak(hub, 0, 120)
     await asyncio.sleep(0)
     assert await _heard(hub, FORMS[20], preroll_ms) == list(range(120 - int(preroll_ms / 10), 120))
@@ -118,7 +119,7 @@ async def test_sound_goes_on_where_the_past_ended() -> None:
     """After the pre-roll every packet follows once and in order."""
     hub = _hub()
     _speak(hub, 0, 31)
-    lane = hub.add()
+    lane = hub.add(OpenFence())
     hub.choose(lane, FORMS[20], 60.0)
     _speak(hub, 31, 5)
     await asyncio.sleep(0.01)
@@ -128,7 +129,7 @@ async def test_sound_goes_on_where_the_past_ended() -> None:
 async def test_forms_are_encoded_while_wanted() -> None:
     """Each form has its encoder while somebody hears it, and no longer."""
     hub = _hub()
-    a, b = hub.add(), hub.add()
+    a, b = hub.add(OpenFence()), hub.add(OpenFence())
     hub.choose(a, FORMS[20], 0)
     hub.choose(b, FORMS[60], 0)
     assert hub.wanted == [FORMS[20].name, FORMS[60].name]
@@ -150,7 +151,7 @@ async def test_forms_are_encoded_while_wanted() -> None:
 async def test_what_was_dropped_of_the_sound_stays_counted() -> None:
     """When a viewer who takes no sound leaves, what his lane dropped is still in the sum."""
     hub = _hub()
-    lane = hub.add()
+    lane = hub.add(OpenFence())
     hub.choose(lane, FORMS[20], 0)
     _speak(hub, 0, 120)
     await asyncio.sleep(0)
@@ -185,7 +186,7 @@ def test_every_sample_is_sent_once_whatever_the_changes(
 
     async def listen() -> tuple[list[EncodedSound], int]:
         hub = _hub()
-        lanes = [hub.add() for _ in range(3)]
+        lanes = [hub.add(OpenFence()) for _ in range(3)]
         now, waiting = phase, 0
         _speak(hub, now, begun)
         now += begun
@@ -223,7 +224,7 @@ async def test_a_change_of_form_is_not_heard() -> None:
     forms = [SoundForm(20, 32_000), SoundForm(60, 12_000), SoundForm(40, 24_000)]
     tone = (1600 * np.sin(np.arange(480 * 600) * 2 * np.pi * 300 / 48_000)).astype(np.int16)
     hub = _hub()
-    lane = hub.add()
+    lane = hub.add(OpenFence())
     sounds = []
     for number in range(600):
         if number % 57 == 0:
@@ -249,7 +250,7 @@ async def test_a_change_of_form_is_not_heard() -> None:
 async def test_after_a_real_gap_the_sound_goes_on_in_the_form_that_was_chosen() -> None:
     """A microphone that was away in the middle of a change leaves no viewer without sound."""
     hub = _hub()
-    lane = hub.add()
+    lane = hub.add(OpenFence())
     hub.choose(lane, FORMS[20], 0)
     _speak(hub, 0, 3)
     hub.choose(lane, FORMS[60], 0)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from av.packet import Packet
+from tests.open_fence import OpenFence
 from tests.turned_clock import TurnedClock
 
 from wax.clock import SystemClock
@@ -66,7 +67,7 @@ async def _next(camera: Camera, lane: VideoLane) -> EncodedPicture:
 
 async def test_two_viewers_share_one_encoder(hub: VideoHub) -> None:
     """Two lanes of one rendition get the very same packets, encoded once."""
-    camera, a, b = Camera(hub), hub.add(), hub.add()
+    camera, a, b = Camera(hub), hub.add(OpenFence()), hub.add(OpenFence())
     hub.choose(a, BIG)
     hub.choose(b, BIG)
     pictures, shared = [], []
@@ -84,7 +85,7 @@ async def test_what_nobody_wants_is_not_encoded(hub: VideoHub) -> None:
         camera.picture()
         await asyncio.sleep(0.002)
     assert (hub.wanted, hub.counts()[BIG]) == ([], 0)
-    lane = hub.add()
+    lane = hub.add(OpenFence())
     hub.choose(lane, BIG)
     await _next(camera, lane)
     hub.choose(lane, None)
@@ -100,11 +101,11 @@ async def test_what_nobody_wants_is_not_encoded(hub: VideoHub) -> None:
 
 async def test_a_joiner_gets_a_keyframe_and_the_crowd_few(hub: VideoHub) -> None:
     """Whoever joins in the middle can decode at once, yet requests of many become one keyframe."""
-    camera, first = Camera(hub), hub.add()
+    camera, first = Camera(hub), hub.add(OpenFence())
     hub.choose(first, BIG)
     seen = [await _next(camera, first) for _ in range(3)]
     started_s = monotonic()
-    second = hub.add()
+    second = hub.add(OpenFence())
     hub.choose(second, BIG)
     while (joined := second.take()) is None:
         for _ in range(20):
@@ -119,7 +120,7 @@ async def test_a_joiner_gets_a_keyframe_and_the_crowd_few(hub: VideoHub) -> None
 
 async def test_a_slower_rendition_skips_pictures(hub: VideoHub) -> None:
     """A rendition of half the frame rate encodes every second picture; one late, it catches up."""
-    camera, lane = Camera(hub), hub.add()
+    camera, lane = Camera(hub), hub.add(OpenFence())
     hub.choose(lane, SMALL)
     await _next(camera, lane)
     taken_s = [(await _next(camera, lane)).captured_s for _ in range(21)]
@@ -128,7 +129,7 @@ async def test_a_slower_rendition_skips_pictures(hub: VideoHub) -> None:
 
 async def test_a_change_of_size_has_no_gap(hub: VideoHub) -> None:
     """Both sizes are encoded until the new one's keyframe is there, then only the new one."""
-    camera, lane = Camera(hub), hub.add()
+    camera, lane = Camera(hub), hub.add(OpenFence())
     hub.choose(lane, BIG)
     await _next(camera, lane)
     hub.choose(lane, SMALL)
@@ -141,7 +142,7 @@ async def test_a_change_of_size_has_no_gap(hub: VideoHub) -> None:
 
 async def test_what_was_dropped_stays_counted(hub: VideoHub) -> None:
     """When a slow viewer leaves, once or twice told, what his lane dropped is still in the sum."""
-    camera, quick, slow = Camera(hub), hub.add(), hub.add()
+    camera, quick, slow = Camera(hub), hub.add(OpenFence()), hub.add(OpenFence())
     hub.choose(quick, BIG)
     hub.choose(slow, BIG)
     while slow.dropped < 3:
@@ -159,7 +160,7 @@ def _encoding() -> set[threading.Thread]:
 
 async def test_a_rendition_of_ones_own_lives_while_it_is_wanted(hub: VideoHub) -> None:
     """What is provided is encoded for whoever chooses it; after the last one its thread ends."""
-    camera, a, b = Camera(hub), hub.add(), hub.add()
+    camera, a, b = Camera(hub), hub.add(OpenFence()), hub.add(OpenFence())
     shared = _encoding()
     hub.provide(OWN)
     hub.provide(OWN)
@@ -186,7 +187,7 @@ async def test_a_rendition_of_ones_own_lives_while_it_is_wanted(hub: VideoHub) -
 
 async def test_what_is_shared_is_not_provided_anew(hub: VideoHub) -> None:
     """A rendition of the configuration stays what it is, and stays when nobody wants it."""
-    camera, lane, threads = Camera(hub), hub.add(), _encoding()
+    camera, lane, threads = Camera(hub), hub.add(OpenFence()), _encoding()
     hub.provide(SETTINGS.renditions[0])
     hub.choose(lane, BIG)
     await _next(camera, lane)
@@ -213,7 +214,7 @@ async def test_there_is_room_while_half_the_cores_suffice(
     hub = VideoHub(settings=SETTINGS, clock=clock, make_encoder=lambda _: Slow())
     hub.start()
     try:
-        camera, lane = Camera(hub), hub.add()
+        camera, lane = Camera(hub), hub.add(OpenFence())
         assert hub.has_room
         hub.choose(lane, BIG)
         for _ in range(100):
@@ -241,7 +242,7 @@ async def test_encoders_that_hang_are_left_behind_together(*, asked: bool) -> No
     hub = VideoHub(settings=SETTINGS, clock=SystemClock(), make_encoder=Stuck)
     hub.start()
     for name in (BIG, SMALL):
-        hub.choose(hub.add(), name)
+        hub.choose(hub.add(OpenFence()), name)
         assert await asyncio.to_thread(encoding.acquire, timeout=5)
     started_s = monotonic()
     if asked:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import av
 import numpy as np
 import pytest
+from tests.open_fence import OpenFence
 from tests.turned_clock import TurnedClock
 
 from wax import messages
@@ -25,6 +26,7 @@ from wax.sync.playout import PlayoutReport, StreamPlayout
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+    from wax.fence import Fence
     from wax.rtc.way import Way
     from wax.sync.delivery import Train
 
@@ -41,6 +43,7 @@ class Scene:
     clock: TurnedClock = field(default_factory=lambda: TurnedClock(100.0))
     told: list[BaseModel] = field(default_factory=list)
     held_ms: list[float] = field(default_factory=list)
+    fence: Fence = field(default_factory=OpenFence)
 
     def __post_init__(self) -> None:
         self.video = VideoHub(settings=SIZES, clock=self.clock)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import av
 import numpy as np
 import pytest
+from tests.open_fence import OpenFence
 from tests.turned_clock import TurnedClock
 
 from wax import messages
@@ -25,6 +26,7 @@ from wax.sync.thesis.settings import ThesisSettings
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+    from wax.fence import Fence
     from wax.streams.streams import Lanes
 
 
@@ -39,6 +41,7 @@ class Scene:
 
     clock: TurnedClock = field(default_factory=TurnedClock)
     told: list[BaseModel] = field(default_factory=list)
+    fence: Fence = field(default_factory=OpenFence)
 
     def __post_init__(self) -> None:
         video = thesis_video(VideoSettings(), SETTINGS)

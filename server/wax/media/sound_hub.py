@@ -16,6 +16,9 @@ from wax.media.source import BLOCK_MS, SAMPLE_RATE_HZ
 from wax.media.spread import spread
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.fence import Fence
     from wax.media.encoded import EncodedSound
     from wax.media.source import Sound
     from wax.sync.serving import SoundForm
@@ -56,7 +59,7 @@ class SoundHub:
         self._clock = SampleClock()
         self._past: deque[tuple[Sound, int]] = deque(maxlen=_PAST_MS // BLOCK_MS)
         self._streams: dict[SoundForm, _Stream] = {}
-        self._lanes: dict[SoundLane, None] = {}
+        self._lanes: dict[SoundLane, Callable[[SoundForm, EncodedSound], None]] = {}
         self._dropped_by_gone = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._captured = 0
@@ -77,16 +80,16 @@ class SoundHub:
                     self._encoded += 1
                     self._from_thread(form, sound)
 
-    def add(self) -> SoundLane:
-        """Make a lane; nothing is sent to it until `choose`."""
+    def add(self, fence: Fence) -> SoundLane:
+        """Make a lane that is served inside `fence`; nothing is sent to it until `choose`."""
         lane = SoundLane()
-        self._lanes[lane] = None
+        self._lanes[lane] = fence.around(lane.put)
         return lane
 
     def favour(self, lane: SoundLane) -> None:
         """Serve this lane before all others: who drives does not wait for a crowd."""
         if lane in self._lanes:
-            self._lanes = {lane: None, **self._lanes}
+            self._lanes = {lane: self._lanes[lane], **self._lanes}
 
     def remove(self, lane: SoundLane) -> None:
         """Forget a lane; safe to call twice."""
@@ -164,7 +167,7 @@ class SoundHub:
             self._loop.call_soon_threadsafe(self._fan_out, form, sound)
 
     def _fan_out(self, form: SoundForm, sound: EncodedSound) -> None:
-        takers = [lane for lane in self._lanes if form in lane.forms]
-        spread([partial(lane.put, form, sound) for lane in takers])
+        takers = [put for lane, put in self._lanes.items() if form in lane.forms]
+        spread([partial(put, form, sound) for put in takers])
         if not takers:
             self._forget_unwanted()

@@ -10,6 +10,7 @@ from wax.media.mulaw_encoder import MuLawEncoder
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from wax.fence import Fence
     from wax.media.encoded import SoundUnit
     from wax.media.source import Sound
 
@@ -26,7 +27,7 @@ class UnitHub:
     def __init__(self, *, mu_ms: int) -> None:
         self._mu_ms = mu_ms
         self._encoder = MuLawEncoder(mu_ms=mu_ms)
-        self._takers: set[Callable[[SoundUnit], None]] = set()
+        self._takers: dict[Callable[[SoundUnit], None], Callable[[SoundUnit], None]] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
         self._captured = 0
         self._encoded = 0
@@ -46,13 +47,13 @@ class UnitHub:
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._fan_out, unit)
 
-    def listen(self, take: Callable[[SoundUnit], None]) -> None:
-        """Call `take` with every unit from the next complete one on."""
-        self._takers.add(take)
+    def listen(self, take: Callable[[SoundUnit], None], fence: Fence) -> None:
+        """Call `take` inside `fence` with every unit from the next complete one on."""
+        self._takers[take] = fence.around(take)
 
     def leave(self, take: Callable[[SoundUnit], None]) -> None:
         """End that; safe to call twice."""
-        self._takers.discard(take)
+        self._takers.pop(take, None)
 
     @property
     def unit_samples(self) -> int:
@@ -69,5 +70,5 @@ class UnitHub:
         return {"captured": self._captured, "encoded": self._encoded}
 
     def _fan_out(self, unit: SoundUnit) -> None:
-        for take in tuple(self._takers):
+        for take in tuple(self._takers.values()):
             take(unit)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from wax.clock import Clock
     from wax.config import RenditionSettings, VideoSettings
+    from wax.fence import Fence
     from wax.media.encoded import EncodedPicture
     from wax.media.source import Picture
     from wax.media.video_encoder import PictureEncoder
@@ -54,7 +55,7 @@ class VideoHub:
         make = make_encoder or partial(_make_encoder, settings.codec)
         self.slot: NewestSlot[Picture] = NewestSlot()
         self._clock = clock
-        self._lanes: dict[PictureLane, None] = {}
+        self._lanes: dict[PictureLane, Callable[[EncodedPicture], None]] = {}
         self._dropped_by_gone = 0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._make = make
@@ -89,15 +90,15 @@ class VideoHub:
         for rendition in self._renditions.values():
             rendition.stop(max(end_s - self._clock.now_s(), 0.0))
 
-    def add(self) -> VideoLane:
-        """Make a lane; nothing is sent to it until `choose`."""
+    def add(self, fence: Fence) -> VideoLane:
+        """Make a lane that is served inside `fence`; nothing is sent to it until `choose`."""
         lane = VideoLane()
-        self.attach(lane)
+        self.attach(lane, fence)
         return lane
 
-    def attach(self, lane: PictureLane) -> None:
+    def attach(self, lane: PictureLane, fence: Fence) -> None:
         """Take a lane that somebody else has made; nothing is sent to it until `choose`."""
-        self._lanes[lane] = None
+        self._lanes[lane] = fence.around(lane.put)
 
     def provide(self, settings: RenditionSettings) -> None:
         """Let a rendition be chosen that is not in the configuration; it lives while wanted."""
@@ -119,7 +120,7 @@ class VideoHub:
     def favour(self, lane: PictureLane) -> None:
         """Serve this lane before all others: who drives does not wait for a crowd."""
         if lane in self._lanes:
-            self._lanes = {lane: None, **self._lanes}
+            self._lanes = {lane: self._lanes[lane], **self._lanes}
 
     def remove(self, lane: PictureLane) -> None:
         """Forget a lane; safe to call twice."""
@@ -180,7 +181,7 @@ class VideoHub:
             self._loop.call_soon_threadsafe(self._fan_out, picture)
 
     def _fan_out(self, picture: EncodedPicture) -> None:
-        calls: list[Callable[[], None]] = [partial(lane.put, picture) for lane in self._lanes]
+        calls: list[Callable[[], None]] = [partial(put, picture) for put in self._lanes.values()]
         if picture.keyframe:  # now lanes change, and then it may be that nobody takes another
             calls.append(self._refresh)
         spread(calls)

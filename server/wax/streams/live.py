@@ -91,8 +91,8 @@ class LiveStreams:
     def lanes(self) -> Lanes:
         self.release()
         self._begin()
-        self._picture_lane = self._video.add()
-        self._sound_lane = self._audio.add()
+        self._picture_lane = self._video.add(self._page.fence)
+        self._sound_lane = self._audio.add(self._page.fence)
         self._favour()
         return Lanes(self._picture_lane, self._sound_lane, self._way)
 

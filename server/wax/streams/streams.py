@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from wax.config import SyncSettings
+    from wax.fence import Fence
     from wax.rtc.lane import PictureLane, SoundLane
     from wax.rtc.way import Way
     from wax.sync.playout import PlayoutReport
@@ -54,6 +55,11 @@ class Lanes:
 
 class Page(Protocol):
     """A viewer's page, as his streams see it."""
+
+    @property
+    def fence(self) -> Fence:
+        """Inside it whoever serves everybody calls into this viewer; each peer has a new one."""
+        ...
 
     def send(self, message: BaseModel) -> None:
         """Send on the reliable channel."""

@@ -82,7 +82,7 @@ class ThesisStreams:
         sound: UnitLane[EncodedSound] = UnitLane()
         self._lanes = {"picture": picture, "sound": sound}
         self._intake = PictureIntake(self._picture_captured)
-        self._video.attach(self._intake)
+        self._video.attach(self._intake, self._page.fence)
         # What may leave is the sender's decision; once it may, it goes at once.
         return Lanes(picture, sound, OpenWay())
 
@@ -117,7 +117,7 @@ class ThesisStreams:
             return
         self._video.choose(self._intake, self._video.names[0] if picture else None)
         if sound:
-            self._audio.listen(self._sound_captured)
+            self._audio.listen(self._sound_captured, self._page.fence)
         else:
             self._audio.leave(self._sound_captured)
         self._act(self._sender.choose(sound=sound, picture=picture, now_s=self._clock.now_s()))
@@ -191,7 +191,9 @@ class ThesisStreams:
         if self._timer is not None:
             self._timer.cancel()
         wait_s = max(decision.wake_s - self._clock.now_s(), 0.0)
-        self._timer = asyncio.get_running_loop().call_later(wait_s, self._tick)
+        self._timer = asyncio.get_running_loop().call_later(
+            wait_s, self._page.fence.around(self._tick)
+        )
 
     def _tick(self) -> None:
         self._act(self._sender.tick(self._clock.now_s()))
