@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import re
 import struct
 from dataclasses import dataclass, field
+from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -18,6 +20,7 @@ from aiortc.rtp import (
     RtpPacket,
     is_rtcp,
 )
+from aiortc.sdp import SessionDescription
 from av.packet import Packet
 
 from wax.clock import SystemClock
@@ -25,12 +28,14 @@ from wax.errors import SignallingError
 from wax.media.encoded import VIDEO_TIME_BASE, EncodedPicture, EncodedSound
 from wax.rtc import private, rtp
 from wax.rtc.peer import Peer
+from wax.rtc.signalling import clean_offer
 from wax.rtc.way import OpenWay
 from wax.streams.streams import Codecs
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Sequence
 
+    from wax.rtc.way import Way
     from wax.sync.delivery import Delivery
 
 
@@ -406,20 +411,47 @@ async def test_nothing_is_sent_after_the_end(pair: Pair) -> None:
     pair.peer.send("state", "late")
 
 
-async def test_garbage_is_refused_with_a_sentence() -> None:
-    """An offer that aiortc stumbles over is a refusal, and leaves nothing open."""
+def _peer(events: Events, way: Way) -> Peer:
     private.install()
-    events = Events()
-    peer = Peer(
+    return Peer(
         ice_servers=[],
         codecs=Codecs(audio="opus", video="vp8"),
         video=Pictures(),
-        way=OpenWay(),
+        way=way,
         audio=Sounds(),
         events=events,
         clock=SystemClock(),
         round_trip_s=lambda: 0.5,
     )
+
+
+@pytest.mark.parametrize("browser", ["chromium", "firefox", "safari"])
+async def test_what_browsers_offer_is_answered_and_parsed_once(
+    browser: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The answer has all three sections, and the work of parsing the offer was done once."""
+    parsed: list[str] = []
+    parse = SessionDescription.parse
+
+    def noted(text: str) -> SessionDescription:
+        parsed.append(text)
+        return parse(text)
+
+    monkeypatch.setattr(SessionDescription, "parse", noted)
+    text = (Path(__file__).parent / "offers" / f"{browser}.sdp").read_text(encoding="utf-8")
+    offer = clean_offer(text)
+    peer = _peer(Events(), Noted())
+    answer = await peer.answer(offer)
+    await peer.close()
+    assert parsed.count(offer) == 1
+    assert len(re.findall(r"^m=(audio|video|application) [1-9]", answer, re.MULTILINE)) == 3
+    assert f"{rtp.TRANSPORT_SEQUENCE}\r\n" in answer
+
+
+async def test_garbage_is_refused_with_a_sentence() -> None:
+    """An offer that aiortc stumbles over is a refusal, and leaves nothing open."""
+    events = Events()
+    peer = _peer(events, OpenWay())
     sections = [f"m={kind} 9 UDP/TLS/RTP/SAVPF x" for kind in ("audio", "video", "application")]
     with pytest.raises(SignallingError, match="cannot be answered"):
         await peer.answer("\r\n".join(["v=0", *sections]))

@@ -50,6 +50,7 @@ def test_a_part_that_moved_is_named(
 @pytest.mark.parametrize(
     ("owner", "method", "name"),
     [
+        (RTCPeerConnection, "__init__", "__pendingRemoteDescription"),
         (RTCRtpTransceiver, "__init__", "__sender"),
         (RTCRtpTransceiver, "__init__", "_codecs"),
         (RTCRtpTransceiver, "__init__", "_headerExtensions"),
@@ -100,7 +101,7 @@ async def _answered(extra: str, formats: str) -> str:
     opus = [c for c in RTCRtpSender.getCapabilities("audio").codecs if c.name == "opus"]
     transceiver.setCodecPreferences(opus)
     await ours.setRemoteDescription(RTCSessionDescription(offer, "offer"))
-    private.widen(transceiver, offer, [rtp.TRANSPORT_SEQUENCE])
+    private.widen(ours, [rtp.TRANSPORT_SEQUENCE])
     await ours.setLocalDescription(await ours.createAnswer())
     answer: str = ours.localDescription.sdp
     await browser.close()

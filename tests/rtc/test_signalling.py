@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -38,6 +40,7 @@ def test_names_that_cannot_be_resolved_are_left_out() -> None:
         ("", "does not begin with v=0"),
         ("hello", "does not begin with v=0"),
         ("v=0\r\n" + "a" * MAX_SDP_CHARS, "longer than"),
+        ("v=0\n" + "a=x\n" * 512, "more than 512 lines"),
         (GOOD.replace("m=video", "m=vide0"), "one picture section, it has 0"),
         (GOOD + "m=audio 9 UDP/TLS/RTP/SAVPF 0\r\n", "one sound section, it has 2"),
     ],
@@ -46,6 +49,58 @@ def test_what_cannot_be_answered_gets_a_sentence(sdp: str, says: str) -> None:
     """A bad offer is refused with the reason."""
     with pytest.raises(SignallingError, match=says):
         clean_offer(sdp)
+
+
+BROWSERS = {
+    path.stem: path.read_text(encoding="utf-8").replace("\n", "\r\n")
+    for path in sorted((Path(__file__).parent / "offers").glob("*.sdp"))
+}
+"""What browsers offer this page, with all codecs that they have; Safari's made after its list."""
+
+
+@pytest.mark.parametrize("browser", ["chromium", "firefox", "safari"])
+def test_what_browsers_offer_passes_whole(browser: str) -> None:
+    """Nothing but unresolvable candidates and the end of candidates is left out."""
+    offer = BROWSERS[browser]
+    left_out = set(offer.split("\r\n")) - set(clean_offer(offer).split("\r\n"))
+    assert all(".local " in line or line == "a=end-of-candidates" for line in left_out)
+    assert is_firefox(offer) == (browser == "firefox")
+
+
+@pytest.mark.parametrize("browser", ["chromium", "firefox", "safari"])
+def test_browsers_have_room_to_grow(browser: str) -> None:
+    """Half as many codecs and lines again, and 100 more candidates, are no reason to refuse."""
+    new = "".join(f"a=rtpmap:{n} x/90000\r\na=rtcp-fb:{n} nack\r\n" for n in range(200, 225))
+    new += "".join(f"a=candidate:{n} 1 udp 1 192.0.2.7 {n} typ host\r\n" for n in range(100))
+    clean_offer(BROWSERS[browser].replace("m=application", new + "m=application"))
+
+
+def _with(video: str) -> str:
+    return GOOD.replace("m=application", video + "m=application")
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        ("a=rtpmap:96 x/90000\r\n" * 200, "payload type 96 twice"),
+        ("a=rtpmap:96 x/90000\r\na=rtpmap:096 x/90000\r\n", "payload type 96 twice"),
+        ("a=rtpmap:٩٦ x/90000\r\n", "payload type that is no number"),
+        ("a=rtpmap: 96 x/90000\r\n", "payload type that is no number"),
+        ("".join(f"a=rtpmap:{n} x/90000\r\n" for n in range(129)), "more than 128 codecs"),
+        ("a=rtcp-fb:* nack\r\n" * 17, "more than 16 lines of feedback"),
+        ("a=x\u2028" * 600, "more than 512 lines"),
+    ],
+)
+def test_what_multiplies_the_parsers_work_is_refused(more: str, says: str) -> None:
+    """Repeated codecs, and feedback for all of them, do not reach aiortc."""
+    with pytest.raises(SignallingError, match=says):
+        clean_offer(_with(more))
+
+
+def test_each_section_has_its_own_payload_types() -> None:
+    """Sound and picture may each use a number, and each have feedback for all."""
+    more = "a=rtpmap:96 x/90000\r\n" + "a=rtcp-fb:* nack\r\n" * 16
+    clean_offer(GOOD.replace("m=video", more + "m=video").replace("m=app", more + "m=app"))
 
 
 @given(st.text(max_size=400) | st.text(max_size=400).map(lambda text: "v=0\n" + text))

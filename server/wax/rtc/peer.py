@@ -126,8 +126,7 @@ class Peer:
             async with asyncio.timeout(_ANSWER_S):
                 await self._pc.setRemoteDescription(description)
                 if self._way.watched:
-                    for transceiver in self._pc.getTransceivers():
-                        private.widen(transceiver, offer, _EXTENSIONS)
+                    private.widen(self._pc, _EXTENSIONS)
                 if self._pc.sctp is not None:
                     private.delay_acknowledgements(self._pc.sctp, _ACKNOWLEDGE_S)
                 await self._pc.setLocalDescription(await self._pc.createAnswer())

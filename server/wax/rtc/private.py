@@ -14,7 +14,13 @@ from collections import deque
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import aioice.ice
-from aiortc import RTCDtlsTransport, RTCIceTransport, RTCRtpSender, RTCSctpTransport
+from aiortc import (
+    RTCDtlsTransport,
+    RTCIceTransport,
+    RTCPeerConnection,
+    RTCRtpSender,
+    RTCSctpTransport,
+)
 from aiortc.rtcrtpparameters import (
     ParametersDict,
     RTCRtcpFeedback,
@@ -22,7 +28,6 @@ from aiortc.rtcrtpparameters import (
     RTCRtpHeaderExtensionParameters,
 )
 from aiortc.rtcrtptransceiver import RTCRtpTransceiver
-from aiortc.sdp import SessionDescription
 
 from wax.errors import StartError
 
@@ -31,9 +36,11 @@ if TYPE_CHECKING:
 
     from aiortc.rtcrtpparameters import RTCRtpSendParameters
     from aiortc.rtp import AnyRtcpPacket
+    from aiortc.sdp import MediaDescription, SessionDescription
 
 _FOR_EVER: Final = 10**9
 _SENDER: Final = "_RTCRtpTransceiver__sender"
+_OFFER: Final = "_RTCPeerConnection__pendingRemoteDescription"
 _FEEDBACK: Final = RTCRtcpFeedback(type="transport-cc")
 _RED: Final = "audio/red"
 _BURST: Final = 4
@@ -53,6 +60,10 @@ def check() -> None:
         for name, there in (
             ("aioice.ice.CONSENT_FAILURES", hasattr(aioice.ice, "CONSENT_FAILURES")),
             ("aioice.ice.get_host_addresses", hasattr(aioice.ice, "get_host_addresses")),
+            (
+                "RTCPeerConnection.__pendingRemoteDescription",
+                sets(RTCPeerConnection, _OFFER),
+            ),
             ("RTCRtpTransceiver.__sender", sets(RTCRtpTransceiver, _SENDER)),
             ("RTCRtpTransceiver._codecs", sets(RTCRtpTransceiver, "_codecs")),
             ("RTCRtpTransceiver._headerExtensions", sets(RTCRtpTransceiver, "_headerExtensions")),
@@ -172,17 +183,22 @@ def put_sender(transceiver: RTCRtpTransceiver, sender: SenderInPlace) -> None:
     setattr(transceiver, _SENDER, sender)
 
 
-def widen(transceiver: RTCRtpTransceiver, offer: str, extensions: Collection[str]) -> None:
+def widen(pc: RTCPeerConnection, extensions: Collection[str]) -> None:
     """Agree to what the browser offers and aiortc does not know; between offer and answer.
 
     The header extensions with these URIs, feedback for the whole transport, and redundant sound
-    (RFC 2198) of the codec that was chosen.
+    (RFC 2198) of the codec that was chosen. The offer is not parsed a second time for it.
     """
-    media = next(
-        (m for m in SessionDescription.parse(offer).media if m.rtp.muxId == transceiver.mid), None
-    )
-    if media is None or not transceiver._codecs:
-        return
+    offer: SessionDescription = getattr(pc, _OFFER)
+    for media in offer.media:
+        for transceiver in pc.getTransceivers():
+            if transceiver.mid == media.rtp.muxId and transceiver._codecs:
+                _widen(transceiver, media, extensions)
+
+
+def _widen(
+    transceiver: RTCRtpTransceiver, media: MediaDescription, extensions: Collection[str]
+) -> None:
     transceiver._headerExtensions = [
         *transceiver._headerExtensions,
         *(
