@@ -103,6 +103,28 @@ def test_each_section_has_its_own_payload_types() -> None:
     clean_offer(GOOD.replace("m=video", more + "m=video").replace("m=app", more + "m=app"))
 
 
+@pytest.mark.parametrize("size", ["1", "100", "560", "65535"])
+@pytest.mark.parametrize("end", ["\r\n", "\n", "\u2028", "\r"])
+def test_a_page_that_takes_no_messages_is_refused(size: str, end: str) -> None:
+    """Whoever could not be told of the room is refused by its number, however lines end."""
+    with pytest.raises(SignallingError, match=f"messages of {size} bytes"):
+        clean_offer(GOOD + f"a=x{end}a=max-message-size:{size}\r\n")
+
+
+@pytest.mark.parametrize("size", ["0", "65536", "262144", "1073741823"])
+def test_a_page_that_takes_messages_is_not(size: str) -> None:
+    """What browsers tell passes, and so does none, and 0, which is without limit (RFC 8841)."""
+    assert f"a=max-message-size:{size}" in clean_offer(GOOD + f"a=max-message-size:{size}\r\n")
+    clean_offer(GOOD)
+
+
+@pytest.mark.parametrize("size", ["", "-1", "1e9", " 560", "5_60", "٥٦٠"])
+def test_a_message_size_that_is_no_number_is_refused(size: str) -> None:
+    """Nothing is left for aiortc to read in another way."""
+    with pytest.raises(SignallingError, match="max-message-size that is no number"):
+        clean_offer(GOOD + f"a=max-message-size:{size}\r\n")
+
+
 @given(st.text(max_size=400) | st.text(max_size=400).map(lambda text: "v=0\n" + text))
 def test_any_text_is_cleaned_or_refused(text: str) -> None:
     """No text whatever raises anything but a refusal."""

@@ -15,6 +15,9 @@ _MAX_CODECS: Final = 128
 """Of one section: a payload type has 7 bits (RFC 3550, 5.1)."""
 _MAX_FEEDBACK_FOR_ALL: Final = 16
 """Lines of one section; aiortc copies each to every codec, so that few lines are much work."""
+_MIN_MESSAGE_BYTES: Final = 65_536
+"""What a page takes that says nothing (RFC 8841, 6.1), and the least that any browser tells; the
+room with all its viewers is one message."""
 
 _SECTIONS: Final = {"m=audio": "sound", "m=video": "picture", "m=application": "data channel"}
 _NUMBER: Final = re.compile(r"[0-9]{1,10}")
@@ -42,6 +45,7 @@ def clean_offer(sdp: str) -> str:
         if found != 1:
             raise SignallingError(f"the offer must have one {what} section, it has {found}")
     _check_codecs(lines)
+    _check_message_size(lines)
     return "\r\n".join(line for line in lines if not _is_unwanted(line)) + "\r\n"
 
 
@@ -72,6 +76,18 @@ def _check_codecs(lines: list[str]) -> None:
                     f"a section of the offer has more than {_MAX_FEEDBACK_FOR_ALL} lines of"
                     " feedback for all codecs"
                 )
+
+
+def _check_message_size(lines: list[str]) -> None:
+    for line in lines:
+        if not line.startswith("a=max-message-size:"):
+            continue
+        size = _number(line[len("a=max-message-size:") :], "max-message-size")
+        if 0 < size < _MIN_MESSAGE_BYTES:  # 0 is without limit
+            raise SignallingError(
+                f"the offer takes messages of {size} bytes only (max-message-size);"
+                f" {_MIN_MESSAGE_BYTES} are needed"
+            )
 
 
 def _number(text: str, what: str) -> int:
