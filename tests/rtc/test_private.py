@@ -14,6 +14,7 @@ from aiortc import (
     RTCRtpSender,
     RTCSctpTransport,
     RTCSessionDescription,
+    rtcsctptransport,
 )
 from aiortc.rtcrtptransceiver import RTCRtpTransceiver
 
@@ -36,6 +37,11 @@ def test_all_private_parts_are_there() -> None:
         (RTCDtlsTransport, "_register_rtp_sender"),
         (RTCDtlsTransport, "_unregister_rtp_sender"),
         (RTCSctpTransport, "_send_sack"),
+        (RTCSctpTransport, "_receive_chunk"),
+        (rtcsctptransport, "decode_params"),
+        (rtcsctptransport, "LOCAL_MAX_MESSAGE_SIZE"),
+        (rtcsctptransport, "DataChunk"),
+        (rtcsctptransport, "SackChunk"),
     ],
 )
 def test_a_part_that_moved_is_named(
@@ -58,6 +64,12 @@ def test_a_part_that_moved_is_named(
         (RTCRtpSender, "__init__", "_rtx_ssrc"),
         (RTCRtpSender, "replaceTrack", "_track_id"),
         (RTCIceTransport, "__init__", "_send"),
+        (RTCSctpTransport, "__init__", "_data_channels"),
+        (RTCSctpTransport, "__init__", "_inbound_streams"),
+        (RTCSctpTransport, "__init__", "_last_received_tsn"),
+        (RTCSctpTransport, "__init__", "_local_tsn"),
+        (RTCSctpTransport, "__init__", "_sack_misordered"),
+        (RTCSctpTransport, "__init__", "_sack_needed"),
     ],
 )
 def test_an_attribute_that_moved_is_named(

@@ -129,6 +129,7 @@ class Peer:
                     private.widen(self._pc, _EXTENSIONS)
                 if self._pc.sctp is not None:
                     private.delay_acknowledgements(self._pc.sctp, _ACKNOWLEDGE_S)
+                    private.bound_association(self._pc.sctp, self._exceeded)
                 await self._pc.setLocalDescription(await self._pc.createAnswer())
         except Exception as error:
             # aiortc raises whatever its parser stumbles over; to the page it is one thing.
@@ -224,6 +225,10 @@ class Peer:
             self._events.connected()
         elif state in ("closed", "failed"):
             self.abandon()
+
+    def _exceeded(self, why: str) -> None:
+        _LOG.warning("an association is misused, closing", why=why)
+        self.abandon()
 
     def _channel_opened(self, channel: RTCDataChannel) -> None:
         name = _channel_name(channel.label)

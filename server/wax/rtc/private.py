@@ -20,6 +20,7 @@ from aiortc import (
     RTCPeerConnection,
     RTCRtpSender,
     RTCSctpTransport,
+    rtcsctptransport,
 )
 from aiortc.rtcrtpparameters import (
     ParametersDict,
@@ -47,6 +48,16 @@ _BURST: Final = 4
 _BURST_S: Final = 0.05
 """So many packets within this time belong to one message, whose sender may send no more before
 they are acknowledged. Set-points are farther apart."""
+_MAX_WAITING_BYTES: Final = 65_536
+_MAX_FRAGMENTS: Final = 64
+"""Of messages that are not whole: as many as the longest message has, 64 KiB, and a few."""
+_MAX_AHEAD: Final = 256
+"""Chunks beyond one that is missing: as many gaps as one datagram tells in an acknowledgement."""
+_MAX_STREAMS: Final = 8
+"""A page has two data channels."""
+_WHOLE: Final = 0b11
+"""The flags of a chunk that begins a message and ends it (RFC 9260, 3.3.1)."""
+_UINT32: Final = 2**32
 
 
 def check() -> None:
@@ -82,6 +93,22 @@ def check() -> None:
             ),
             ("RTCIceTransport._send", sets(RTCIceTransport, "_send")),
             ("RTCSctpTransport._send_sack", hasattr(RTCSctpTransport, "_send_sack")),
+            ("RTCSctpTransport._receive_chunk", hasattr(RTCSctpTransport, "_receive_chunk")),
+            *(
+                (f"RTCSctpTransport.{name}", sets(RTCSctpTransport, name))
+                for name in (
+                    "_data_channels",
+                    "_inbound_streams",
+                    "_last_received_tsn",
+                    "_local_tsn",
+                    "_sack_misordered",
+                    "_sack_needed",
+                )
+            ),
+            *(
+                (f"rtcsctptransport.{name}", hasattr(rtcsctptransport, name))
+                for name in ("DataChunk", "SackChunk", "decode_params", "LOCAL_MAX_MESSAGE_SIZE")
+            ),
         )
         if not there
     ]
@@ -93,13 +120,19 @@ def check() -> None:
 
 
 def install() -> None:
-    """Mend aioice for the whole process; call once, before the first peer. Safe to repeat."""
+    """Mend aioice and aiortc for the whole process; call once, before the first peer.
+
+    Safe to repeat.
+    """
     check()
     # Consent (RFC 7675) waits 0.5 s for an answer and closes a working connection whose round
     # trips take longer, yet notices a vanished browser after half a minute. Liveness is our
     # own heartbeat (rtc/link.py); consent must only never give up.
     aioice.ice.CONSENT_FAILURES = _FOR_EVER
     aioice.ice.get_host_addresses = _host_addresses
+    rtcsctptransport.decode_params = _decoded_params
+    # Told to the browser, which then sends nothing longer by mistake.
+    rtcsctptransport.LOCAL_MAX_MESSAGE_SIZE = _MAX_WAITING_BYTES
 
 
 def _host_addresses(use_ipv4: bool, use_ipv6: bool) -> list[str]:
@@ -108,6 +141,20 @@ def _host_addresses(use_ipv4: bool, use_ipv6: bool) -> list[str]:
 
 
 _found_addresses = aioice.ice.get_host_addresses
+
+
+def _decoded_params(body: bytes) -> list[tuple[int, bytes]]:
+    """Refuse a parameter of no length (RFC 9260, 3.2.1), at which aiortc goes round for ever."""
+    at = 0
+    while at <= len(body) - 4:
+        length = int.from_bytes(body[at + 2 : at + 4])
+        if length < 4:
+            raise ValueError("an SCTP parameter that is shorter than its header")
+        at += length + -length % 4
+    return _decode_params(body)
+
+
+_decode_params = rtcsctptransport.decode_params
 
 
 class SenderInPlace(ABC):
@@ -279,3 +326,62 @@ def delay_acknowledgements(sctp: RTCSctpTransport, delay_s: float) -> None:
             waiting.append(loop.call_later(delay_s, due))
 
     sctp._send_sack = later  # type: ignore[method-assign]  # see above
+
+
+def bound_association(sctp: RTCSctpTransport, on_excess: Callable[[str], None]) -> None:
+    """Bound what a page makes aiortc keep and search; `on_excess` is called once with the reason.
+
+    aiortc keeps fragments without bound and searches all of them for each that comes. Beyond the
+    bounds the page is heard no more. What comes far ahead of a missing chunk is not taken yet,
+    which is a receiver's right without room for it (RFC 9260, 6.2).
+    """
+    receive = sctp._receive_chunk
+    is_over = False
+
+    async def bounded(chunk: rtcsctptransport.Chunk) -> None:
+        nonlocal is_over
+        if is_over:
+            return
+        if isinstance(chunk, rtcsctptransport.DataChunk) and _is_too_far_ahead(sctp, chunk):
+            sctp._sack_needed = True
+            return
+        why = None
+        if isinstance(chunk, rtcsctptransport.SackChunk) and _acknowledges_unsent(sctp, chunk):
+            why = "it acknowledges what was not sent"
+        else:
+            await receive(chunk)
+            why = _excess(sctp)
+        if why is not None:
+            is_over = True
+            on_excess(why)
+
+    sctp._receive_chunk = bounded  # type: ignore[method-assign]  # see above
+
+
+def _is_too_far_ahead(sctp: RTCSctpTransport, chunk: rtcsctptransport.DataChunk) -> bool:
+    newest: int | None = sctp._last_received_tsn
+    if len(sctp._sack_misordered) < _MAX_AHEAD or newest is None:
+        return False
+    tsn: int = chunk.tsn
+    return tsn != (newest + 1) % _UINT32
+
+
+def _acknowledges_unsent(sctp: RTCSctpTransport, sack: rtcsctptransport.SackChunk) -> bool:
+    """Tell whether gaps name more than is under way: aiortc goes through each number of them."""
+    under_way: int = (sctp._local_tsn - 1 - sack.cumulative_tsn) % _UINT32
+    told: int = sum(max(end - begin + 1, 0) for begin, end in sack.gaps)
+    return under_way >= _UINT32 // 2 or told > under_way
+
+
+def _excess(sctp: RTCSctpTransport) -> str | None:
+    """Say which bound is passed, None if none is."""
+    if max(len(sctp._inbound_streams), len(sctp._data_channels)) > _MAX_STREAMS:
+        return f"it has more than {_MAX_STREAMS} streams"
+    waiting = [chunk for stream in sctp._inbound_streams.values() for chunk in stream.reassembly]
+    if sum(chunk.flags & _WHOLE != _WHOLE for chunk in waiting) > _MAX_FRAGMENTS:
+        return f"more than {_MAX_FRAGMENTS} fragments of messages wait for the rest"
+    if sum(len(chunk.user_data) for chunk in waiting) > _MAX_WAITING_BYTES:
+        return f"more than {_MAX_WAITING_BYTES} bytes wait for what is missing"
+    if len(waiting) > _MAX_AHEAD + _MAX_FRAGMENTS:
+        return "too many messages wait for what is missing"
+    return None
