@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.limiter import TokenBucket
+from wax.limiter import TokenBucket, TokenBuckets
 
 
 def test_a_burst_then_the_rate() -> None:
@@ -37,3 +37,22 @@ def test_never_more_than_burst_and_rate(steps_s: list[float]) -> None:
         latest_s = max(latest_s, now_s)
         passed += bucket.take(now_s)
         assert passed <= 4 + latest_s * 5.0 + 1e-6
+
+
+def test_each_key_has_a_bucket_of_its_own() -> None:
+    """One key's use takes nothing from another's."""
+    buckets = TokenBuckets(rate_hz=1.0, burst=2, most=10)
+    assert [buckets.take("a", 5.0) for _ in range(3)] == [True, True, False]
+    assert buckets.take("b", 5.0)
+    assert buckets.take("a", 6.0)
+    assert not buckets.take("a", 6.0)
+
+
+def test_many_keys_take_no_memory() -> None:
+    """Of more keys than are kept the one unused for longest is forgotten, and no other."""
+    buckets = TokenBuckets(rate_hz=1.0, burst=1, most=3)
+    for key in ("a", "b", "c", "a", "d"):
+        buckets.take(key, 5.0)
+    assert list(buckets._buckets) == ["c", "a", "d"]
+    assert not buckets.take("a", 5.0)
+    assert buckets.take("b", 5.0)

@@ -159,6 +159,7 @@ class App:
         )
         routes = Routes(
             room=self._room,
+            clock=clock,
             proving=self._proving,
             ice=settings.ice,
             status=self._status,

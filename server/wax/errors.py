@@ -7,6 +7,7 @@ WaxError
  ├── ProtocolError    bytes from outside that are not a message of ours; refused and counted
  ├── SignallingError  an offer that cannot be answered
  ├── FullError        no room for one more viewer
+ ├── TooOftenError    one address asks for connections too often
  ├── ForbiddenError   somebody who may not asks for something
  └── StartError       something the server needs at start is missing or taken
 """
@@ -44,6 +45,10 @@ class FullError(WaxError):
     """The configured number of viewers is reached."""
 
 
+class TooOftenError(WaxError):
+    """One address asks for connections too often."""
+
+
 class ForbiddenError(WaxError):
     """Somebody asks for what he may not do, or not now."""
 
@@ -56,6 +61,7 @@ HTTP_STATUS: Final[dict[type[WaxError], int]] = {
     ProtocolError: 400,
     SignallingError: 400,
     ForbiddenError: 403,
+    TooOftenError: 429,
     FullError: 503,
 }
 """The one table from an error to an HTTP status; anything else is 500."""

@@ -1,4 +1,4 @@
-"""How many messages a page may send: a token bucket. Pure."""
+"""How often somebody may do something: token buckets. Pure."""
 
 from __future__ import annotations
 
@@ -21,3 +21,23 @@ class TokenBucket:
             return False
         self._tokens -= 1
         return True
+
+
+class TokenBuckets:
+    """A token bucket for each key; of more than `most` keys the one unused for longest goes."""
+
+    def __init__(self, *, rate_hz: float, burst: int, most: int) -> None:
+        self._rate_hz = rate_hz
+        self._burst = burst
+        self._most = most
+        self._buckets: dict[str, TokenBucket] = {}
+
+    def take(self, key: str, now_s: float) -> bool:
+        """Take one token of this key's; False where there is none."""
+        bucket = self._buckets.pop(key, None)
+        if bucket is None:
+            bucket = TokenBucket(rate_hz=self._rate_hz, burst=self._burst, now_s=now_s)
+        self._buckets[key] = bucket
+        if len(self._buckets) > self._most:
+            del self._buckets[next(iter(self._buckets))]
+        return bucket.take(now_s)

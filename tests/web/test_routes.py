@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, cast
 
 import pytest
 from aiohttp.test_utils import TestClient, TestServer
+from tests.turned_clock import TurnedClock
 
 from wax.config import IceServer, IceSettings
 from wax.errors import ForbiddenError, FullError, SignallingError, StartError
@@ -79,13 +80,18 @@ def door() -> Door:
 
 
 @pytest.fixture
+def clock() -> TurnedClock:
+    return TurnedClock()
+
+
+@pytest.fixture
 def lent() -> Lent:
     return Lent()
 
 
 @pytest.fixture
 async def client(
-    door: Door, lent: Lent, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    door: Door, lent: Lent, clock: TurnedClock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> AsyncIterator[Client]:
     page = tmp_path / "dist"
     (page / "assets").mkdir(parents=True)
@@ -97,6 +103,7 @@ async def client(
     monkeypatch.setattr(routes, "PAGE", page)
     made = Routes(
         room=cast("Room", door),
+        clock=clock,
         ice=IceSettings(servers=[IceServer(urls="stun:stun.example:3478")]),
         status=lambda: {"version": "x"},
         proving=cast("Proving", lent),
@@ -115,6 +122,7 @@ async def test_the_page_knows_whether_to_acknowledge(
     monkeypatch.setattr(routes, "PAGE", tmp_path)
     made = Routes(
         room=cast("Room", door),
+        clock=TurnedClock(),
         ice=IceSettings(),
         status=dict,
         proving=cast("Proving", Lent()),
@@ -204,6 +212,32 @@ async def test_errors_become_a_status_and_a_sentence(
     assert says in (await response.json())["error"]
 
 
+async def test_one_address_does_not_take_the_servers_time(
+    client: Client, door: Door, clock: TurnedClock
+) -> None:
+    """Beyond a burst an address gets two offers a second, unread 429s else; others are served."""
+
+    async def offers(address: str, count: int) -> list[int]:
+        headers = {"X-Forwarded-For": address}
+        return [
+            (await client.post("/api/offer", json=GOOD, headers=headers)).status
+            for _ in range(count)
+        ]
+
+    assert await offers("192.0.2.7", 45) == [200] * 40 + [429] * 5
+    assert len(door.offers) == 40
+    refused = await client.post(
+        "/api/offer", data=b"not even JSON", headers={"X-Forwarded-For": "8.8.8.8, 192.0.2.7"}
+    )
+    assert refused.status == 429
+    assert "too many connections" in (await refused.json())["error"]
+    assert await offers("192.0.2.8", 1) == [200]
+    clock.time_s += 1.0
+    assert await offers("192.0.2.7", 3) == [200, 200, 429]
+    host = [(await client.post("/api/offer", json=GOOD)).status for _ in range(45)]
+    assert host == [200] * 45, "a page on the server's own machine is not counted"
+
+
 @pytest.mark.parametrize(
     "origin",
     [
@@ -243,6 +277,7 @@ def test_a_page_that_was_not_built_is_a_sentence(
     monkeypatch.setattr(routes, "PAGE", tmp_path)
     made = Routes(
         room=cast("Room", door),
+        clock=TurnedClock(),
         ice=IceSettings(),
         status=dict,
         proving=cast("Proving", Lent()),

@@ -1,4 +1,4 @@
-"""The addresses under which the page can be opened, and who opens it on this very machine."""
+"""The addresses under which the page can be opened, and from which a request comes."""
 
 from __future__ import annotations
 
@@ -47,6 +47,28 @@ def is_from_here(request: web.Request) -> bool:
         return False
     named = urlsplit(f"//{request.host}").hostname or ""
     return _is_loopback(request.remote or "") and (named == "localhost" or _is_loopback(named))
+
+
+def sender(request: web.Request) -> str:
+    """Return whose request it is, for what is counted by sender: an IPv4 address, an IPv6 /64.
+
+    What a proxy on this machine has forwarded is the last entry's (X-Forwarded-For); from
+    elsewhere the header is only what the sender claims.
+    """
+    address = request.remote or ""
+    forwarded = ",".join(request.headers.getall("X-Forwarded-For", ()))
+    if forwarded and _is_loopback(address):
+        address = forwarded.rpartition(",")[2].strip()
+    try:
+        ip = ipaddress.ip_address(address)
+    except ValueError:
+        return request.remote or ""
+    if ip.version == 4:
+        return str(ip)
+    if ip.ipv4_mapped is not None:
+        return str(ip.ipv4_mapped)
+    # One line of a household's or an office's has at least as many (RFC 6177).
+    return str(ipaddress.ip_network((ip.packed[:8] + bytes(8), 64)))
 
 
 def _is_loopback(text: str) -> bool:

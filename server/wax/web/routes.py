@@ -10,13 +10,22 @@ import structlog
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from wax.errors import HTTP_STATUS, ForbiddenError, ProtocolError, StartError, WaxError
+from wax.errors import (
+    HTTP_STATUS,
+    ForbiddenError,
+    ProtocolError,
+    StartError,
+    TooOftenError,
+    WaxError,
+)
+from wax.limiter import TokenBuckets
 from wax.rtc.signalling import MAX_SDP_CHARS
-from wax.web.addresses import is_from_here
+from wax.web.addresses import is_from_here, sender
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
+    from wax.clock import Clock
     from wax.config import IceSettings
     from wax.proving import Proving
     from wax.room import Room
@@ -26,6 +35,11 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 MAX_BODY_BYTES: Final = 65_536
+
+_OFFERS_HZ: Final = 2.0
+_OFFERS_BURST: Final = 40
+"""By address: a class behind one router comes at once, and each answer is 10 ms of work."""
+_MAX_ADDRESSES: Final = 1024
 
 PAGE: Final = Path(__file__).parent / "dist"
 
@@ -88,12 +102,15 @@ class Routes:
         self,
         *,
         room: Room,
+        clock: Clock,
         ice: IceSettings,
         status: Callable[[], dict[str, object]],
         proving: Proving,
         acknowledged: bool,
     ) -> None:
         self._room = room
+        self._clock = clock
+        self._offers = TokenBuckets(rate_hz=_OFFERS_HZ, burst=_OFFERS_BURST, most=_MAX_ADDRESSES)
         self._proving = proving
         self._ice = ice
         self._status = status
@@ -147,8 +164,14 @@ class Routes:
         return web.json_response({"iceServers": servers})
 
     async def offer(self, request: web.Request) -> web.Response:
+        # Before the body is read. Whoever is on this machine can stop the robot in other ways.
+        is_host = is_from_here(request)
+        if not is_host and not self._offers.take(sender(request), self._clock.now_s()):
+            raise TooOftenError(
+                "Your address asks for too many connections; wait a few seconds and try again."
+            )
         offer = await _body(request, Offer)
-        answer = await self._room.answer(offer.client, offer.sdp, is_host=is_from_here(request))
+        answer = await self._room.answer(offer.client, offer.sdp, is_host=is_host)
         return web.json_response({"sdp": answer})
 
     async def stop(self, request: web.Request) -> web.Response:
