@@ -69,6 +69,7 @@ class Room:
         self._gone_since_s: dict[int, float] = {}
         self._next_number = 1
         self._answering: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
+        self._entry = asyncio.Lock()
         self._told = ""
         self._told_s = 0.0
         self._looked_s = 0.0
@@ -101,6 +102,10 @@ class Room:
         # Before anything else: a bad offer shall neither take a place nor end a good peer.
         offer = clean_offer(offer)
         async with self._answering.setdefault(client, asyncio.Lock()):
+            async with self._entry:
+                # One in a pass of the event loop, which serves its timers once a pass: to answer
+                # many in one would make the control loop as late as that takes.
+                await asyncio.sleep(0)
             return await self._answer(client, offer, is_host=is_host)
 
     async def _answer(self, client: str, offer: str, *, is_host: bool) -> str:
