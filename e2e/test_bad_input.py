@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 import pytest_asyncio
+from aiortc.rtcsctptransport import DataChunk
 
 from e2e.harness import toml
 from e2e.harness.raw_peer import RawPeer
@@ -46,6 +47,11 @@ OFFERS = {
     "sdp with broken sections": offer(
         "v=0\r\no=- 1 2 IN IP4 127.0.0.1\r\ns=-\r\nt=0 0\r\n"
         "m=audio x y z\r\nm=video 9 UDP/TLS/RTP/SAVPF 96\r\nm=application 9 a b\r\n"
+    ),
+    "takes no messages": offer(
+        "v=0\r\n"
+        "m=audio 9 UDP/TLS/RTP/SAVPF 111\r\nm=video 9 UDP/TLS/RTP/SAVPF 96\r\n"
+        "m=application 9 UDP/DTLS/SCTP webrtc-datachannel\r\na=max-message-size:560\r\n"
     ),
     "client is a path": json.dumps({"sdp": "v=0\r\n", "client": "../../etc/passwd"}).encode(),
     "deep": b'{"sdp":' + b"[" * 5000 + b"]" * 5000 + b"}",
@@ -209,6 +215,25 @@ async def test_commands_of_an_old_turn_or_age_move_nothing(server: Server) -> No
             await send(turn=turn, late_ms=-2000)
         assert not (await pose(server)).moved(start)
         driver.state.send(json.dumps({"type": "leave"}))
+
+
+async def test_a_message_that_never_ends_ends_only_its_sender(server: Server) -> None:
+    """A stranger's fragments close the stranger's peer, and another page is answered."""
+    async with RawPeer(server) as stranger, RawPeer(server) as other:
+        sctp = stranger.peer.sctp
+        assert sctp is not None
+        for number in range(200):
+            chunk = DataChunk(flags=0 if number else 2)
+            chunk.tsn = (sctp._local_tsn + number) % 2**32
+            chunk.stream_id, chunk.protocol, chunk.user_data = stranger.state.id, 51, b"x"
+            await sctp._send_chunk(chunk)
+
+        async def ended() -> bool:
+            return stranger.state.readyState == "closed"
+
+        await eventually(ended, "the stranger is closed", within_s=10)
+        assert await other.pongs()
+        assert other.peer.connectionState == "connected"
 
 
 @pytest.mark.timeout(60)
