@@ -2,6 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
+from wax.clock import Clock
+
+
+class Turnable(Clock, Protocol):
+    """A clock that a test sets."""
+
+    time_s: float
+
 
 class TurnedClock:
     """A clock that stands until it is turned."""

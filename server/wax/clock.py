@@ -1,20 +1,31 @@
 """One monotonic clock for everything that is measured; wall time only for people and the test card.
 
+It counts the time in which the machine sleeps: after a resume a command, a picture and a beat of
+the control loop are as old as they truly are, so nothing moves until all was let go of.
+
 Pure code takes ``now_s`` as an argument; whoever calls it gets the value from a `Clock`
 that the composition root injected.
 """
 
 from __future__ import annotations
 
+import sys
 import time
-from typing import Protocol
+from typing import Final, Protocol
+
+_COUNTS_SLEEP: Final = {"linux": "CLOCK_BOOTTIME", "darwin": "CLOCK_MONOTONIC_RAW"}
+"""Where `time.monotonic` stands while the machine sleeps: the clock that goes on (clock_gettime).
+
+Linux's ``CLOCK_MONOTONIC_RAW`` stands too. Elsewhere `time.monotonic` is the best there is; that of
+Windows counts sleep.
+"""
 
 
 class Clock(Protocol):
     """A source of time, injected so that tests can turn it by hand."""
 
     def now_s(self) -> float:
-        """Monotonic seconds; "server time" is this clock, in ms on the wire."""
+        """Monotonic seconds, asleep or awake; "server time" is this clock, in ms on the wire."""
         ...
 
     def wall_ms(self) -> int:
@@ -25,8 +36,13 @@ class Clock(Protocol):
 class SystemClock:
     """The machine's own clocks."""
 
+    def __init__(self, platform: str = sys.platform) -> None:
+        self._counts_sleep: int | None = getattr(time, _COUNTS_SLEEP.get(platform, ""), None)
+
     def now_s(self) -> float:
-        return time.monotonic()
+        if self._counts_sleep is None:
+            return time.monotonic()
+        return time.clock_gettime(self._counts_sleep)
 
     def wall_ms(self) -> int:
         return time.time_ns() // 1_000_000

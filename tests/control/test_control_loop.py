@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from structlog.testing import capture_logs
-from tests.turned_clock import TurnedClock
+from tests.turned_clock import Turnable, TurnedClock
 
 from wax.clock import SystemClock
 from wax.config import DriveSettings, RobotSettings, TurnSettings
@@ -90,9 +90,9 @@ class Bench:
         limits: Limits = FakeDriver.limits,
         robot: RobotSettings = AGILE,
         max_stop_distance_m: float = 1.0,
-        clock: TurnedClock | None = None,
+        clock: Turnable | None = None,
     ) -> None:
-        self.clock = clock or TurnedClock()
+        self.clock: Turnable = clock or TurnedClock()
         self.driver = FakeDriver()
         self.driver.limits = limits
         self.turns = Turns(TurnSettings(turn_s=60.0, grace_s=grace_s))
