@@ -8,9 +8,11 @@ import socket
 from typing import TYPE_CHECKING
 
 import pytest
+from tests.full_pipe import full_pipe
 
 from e2e.harness import toml
 from e2e.harness.line import SerialLine
+from e2e.harness.robot import turn_by_key
 from e2e.harness.server import Server
 
 if TYPE_CHECKING:
@@ -86,3 +88,21 @@ async def test_the_robot_is_stopped_before_the_end(
             assert line.received.endswith(b"S")
     finally:
         line.unplug()
+
+
+@pytest.mark.timeout(90)
+async def test_a_paused_standard_error_stops_nothing(
+    tmp_path: Path, open_viewer: OpenViewer
+) -> None:
+    """While nobody reads its log the server answers, drives, and ends as ever."""
+    with full_pipe() as stderr:
+        server = Server(tmp_path, toml.CARD, stderr=stderr)
+        try:
+            await server.start()
+            viewer = await open_viewer(server)
+            await viewer.join()
+            await viewer.drives()
+            await turn_by_key(server, viewer)
+            await server.stop(signal.SIGTERM)
+        finally:
+            await server.kill()

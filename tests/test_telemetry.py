@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import logging
+import sys
+import warnings
 from typing import TYPE_CHECKING
 
 import pytest
@@ -21,28 +23,58 @@ def _logs_as_before() -> Iterator[None]:
     root = logging.getLogger()
     handlers, level = root.handlers, root.level
     yield
+    for handler in root.handlers:
+        if handler not in handlers:
+            handler.close()
     root.handlers = handlers
     root.setLevel(level)
+    logging.captureWarnings(False)
     structlog.reset_defaults()
 
 
-def test_json_logs_are_one_object_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_logs_are_one_object_a_line(capfd: pytest.CaptureFixture[str]) -> None:
     """Each event is one JSON object with its time, level and values; libraries' warnings too."""
     configure_logs(LogSettings(format="json"))
     structlog.get_logger("wax.test").info("viewer connected", viewer=3)
     logging.getLogger("aiortc").warning("odd packet")
-    first, second = map(json.loads, capsys.readouterr().err.splitlines())
+    logging.getLogger().handlers[0].close()  # which waits until all is written
+    first, second = map(json.loads, capfd.readouterr().err.splitlines())
     assert (first["event"], first["viewer"], first["level"]) == ("viewer connected", 3, "info")
     assert first["timestamp"].endswith("Z")
     assert (second["event"], second["level"]) == ("odd packet", "warning")
 
 
-def test_text_logs_and_the_level(capsys: pytest.CaptureFixture[str]) -> None:
+def test_warnings_of_python_are_logs(capfd: pytest.CaptureFixture[str]) -> None:
+    """What `warnings` has to say is a line like others: it does not wait for a reader either."""
+    configure_logs(LogSettings(format="json"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        logging.captureWarnings(False)
+        logging.captureWarnings(True)  # pytest had put its own recorder there
+        warnings.warn("old", DeprecationWarning, stacklevel=1)
+    logging.getLogger().handlers[0].close()
+    (line,) = map(json.loads, capfd.readouterr().err.splitlines())
+    assert "DeprecationWarning: old" in line["event"]
+
+
+def test_a_closed_standard_error_gets_nothing(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where it is closed its number may be that of the robot's line: nothing is written there."""
+    monkeypatch.setattr(sys, "stderr", None)
+    configure_logs(LogSettings())
+    structlog.get_logger("wax.test").warning("for nobody")
+    logging.getLogger().handlers[0].close()
+    assert capfd.readouterr() == ("", "")
+
+
+def test_text_logs_and_the_level(capfd: pytest.CaptureFixture[str]) -> None:
     """Text is for people; what is below the level is not written."""
     configure_logs(LogSettings(format="text", level="warning"))
     structlog.get_logger("wax.test").info("small")
     structlog.get_logger("wax.test").warning("large", size=2)
-    lines = capsys.readouterr().err.splitlines()
+    logging.getLogger().handlers[0].close()  # which waits until all is written
+    lines = capfd.readouterr().err.splitlines()
     assert len(lines) == 1
     assert "large" in lines[0]
     assert "size=2" in lines[0]

@@ -32,14 +32,20 @@ def free_port() -> int:
 
 
 class Server:
-    """`toml` is its whole configuration, `folder` takes that and the log."""
+    """`toml` is its whole configuration, `folder` takes that and the log.
 
-    def __init__(self, folder: Path, toml: str, *, port: int | None = None) -> None:
+    The log is what it says on both its outputs; `stderr` is another descriptor for the second.
+    """
+
+    def __init__(
+        self, folder: Path, toml: str, *, port: int | None = None, stderr: int | None = None
+    ) -> None:
         self.port = port or free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self.log_path = folder / "server.log"
         self._config_path = folder / "wax.toml"
         self._config_path.write_text(toml, encoding="utf-8")
+        self._stderr = stderr
         self._process: Process | None = None
 
     @property
@@ -68,7 +74,11 @@ class Server:
         arguments += ["--host", "127.0.0.1", "--port", str(self.port)]
         with self.log_path.open("ab") as log:
             self._process = await asyncio.create_subprocess_exec(
-                str(COMMAND), *arguments, stdin=asyncio.subprocess.DEVNULL, stdout=log, stderr=log
+                str(COMMAND),
+                *arguments,
+                stdin=asyncio.subprocess.DEVNULL,
+                stdout=log,
+                stderr=log if self._stderr is None else self._stderr,
             )
 
     async def start(self) -> None:

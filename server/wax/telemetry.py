@@ -5,9 +5,11 @@ from __future__ import annotations
 import logging
 import sys
 from collections import Counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import structlog
+
+from wax.log_handler import QueuedHandler
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,6 +17,9 @@ if TYPE_CHECKING:
     from structlog.typing import Processor
 
     from wax.config import LogSettings
+
+
+_STANDARD_ERROR: Final = 2
 
 
 class Counters:
@@ -31,11 +36,15 @@ class Counters:
 
 
 def configure_logs(settings: LogSettings) -> None:
-    """Send our logs, and the warnings of the libraries, to standard error."""
+    """Send our logs, and the warnings of Python and the libraries, to standard error.
+
+    `logging.shutdown`, which Python calls at its end, writes what is left.
+    """
+    is_open = sys.stderr is not None  # else its number may be that of any other file by now
     renderer: Processor = (
         structlog.processors.JSONRenderer()
         if settings.format == "json"
-        else structlog.dev.ConsoleRenderer(colors=sys.stderr.isatty())
+        else structlog.dev.ConsoleRenderer(colors=is_open and sys.stderr.isatty())
     )
     shared: list[Processor] = [
         structlog.stdlib.add_log_level,
@@ -51,7 +60,7 @@ def configure_logs(settings: LogSettings) -> None:
         logger_factory=structlog.stdlib.LoggerFactory(),
         cache_logger_on_first_use=True,
     )
-    handler = logging.StreamHandler()
+    handler = QueuedHandler(_STANDARD_ERROR) if is_open else logging.NullHandler()
     handler.setFormatter(
         structlog.stdlib.ProcessorFormatter(
             foreign_pre_chain=shared,
@@ -62,6 +71,7 @@ def configure_logs(settings: LogSettings) -> None:
     root.handlers = [handler]
     root.setLevel(logging.WARNING)
     logging.getLogger("wax").setLevel(settings.level.upper())
+    logging.captureWarnings(True)
 
 
 class Rates:

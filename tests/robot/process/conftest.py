@@ -78,10 +78,11 @@ def is_alive(pid: int) -> bool:
 class Server:
     """The process that holds the robot: `tests.robot.process.parent`."""
 
-    def __init__(self, settings: RobotSettings, log: Log) -> None:
+    def __init__(self, settings: RobotSettings, log: Log, *, stderr: int | None = None) -> None:
         self.process = subprocess.Popen(
             [sys.executable, "-m", "tests.robot.process.parent", settings.model_dump_json()],
             stdin=subprocess.PIPE,
+            stderr=stderr,
             env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
             start_new_session=True,  # a terminal's foreground group
         )

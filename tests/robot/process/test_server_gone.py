@@ -8,6 +8,7 @@ import time
 from typing import TYPE_CHECKING
 
 import pytest
+from tests.full_pipe import full_pipe
 from tests.robot.process.conftest import Log, Server, is_alive, settings_for, until
 
 if TYPE_CHECKING:
@@ -70,6 +71,29 @@ def test_an_orderly_end_stops_the_robot(server: Server, log: Log) -> None:
     assert [entry.word for entry in log.entries()][-2:] == ["stop", "close"]
     assert log.stopped_s(closed_s) - closed_s < STOP_S
     assert not is_alive(log.pid())
+
+
+@pytest.fixture
+def unread(log: Log) -> Iterator[Server]:
+    """Start a server whose standard error, and that of the driver's process, nobody reads."""
+    with full_pipe() as stderr:
+        server = Server(settings_for(log), log, stderr=stderr)
+        yield server
+        server.end()
+
+
+def test_a_log_that_nobody_reads_does_not_hold_the_process(unread: Server, log: Log) -> None:
+    """What the driver's process has to say of a silence does not keep it from the next command."""
+    unread.drive()
+    pid = log.pid()
+    silent_s = unread.tell("silence")
+    assert stands_since(log, log.stopped_s(silent_s))
+    unread.drive()
+    closed_s = unread.tell("close")
+    unread.process.wait()
+    assert [entry.word for entry in log.entries(closed_s)][-2:] == ["stop", "close"]
+    assert log.pid() == pid
+    assert not is_alive(pid)
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ robot is stopped in good order.
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import signal
 import sys
@@ -17,6 +18,7 @@ import structlog
 
 from wax.clock import SystemClock
 from wax.errors import ConfigError
+from wax.log_handler import PrintedLines
 from wax.robot.find import make_driver
 from wax.robot.process.host import READ_BYTES, Host
 from wax.robot.process.warden import Warden
@@ -42,6 +44,7 @@ def main() -> int:
     if begin is None:
         return 0
     configure_logs(begin.log)
+    sys.stdout = sys.stderr = PrintedLines(_LOG.info)
     clock = SystemClock()
     try:
         driver = make_driver(begin.robot, clock)
@@ -56,7 +59,7 @@ def main() -> int:
 
 
 def _pipes() -> tuple[int, int]:
-    """Keep the two pipes for us: what a driver prints goes to the log, and it reads nothing."""
+    """Keep the two pipes for us: what else writes there goes to the log, and it reads nothing."""
     reader, writer = os.dup(0), os.dup(1)
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
@@ -82,5 +85,5 @@ if __name__ == "__main__":
     except Exception:
         _LOG.exception("the driver's process fails")
     finally:
-        sys.stderr.flush()
+        logging.shutdown()
         os._exit(status)  # a thread that somebody's driver left behind must not keep the robot
