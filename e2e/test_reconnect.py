@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ import pytest_asyncio
 from e2e.harness import toml
 from e2e.harness.robot import moves, stands_still, turn_by_key
 from e2e.harness.wait import eventually
+from wax.clock import SystemClock
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
 
     from e2e.conftest import OpenViewer, Serve
     from e2e.harness.server import Server
+    from e2e.harness.viewer import Viewer
 
 GRACE_S = 3.0
 
@@ -116,6 +119,73 @@ async def test_a_restarted_server_is_found_again(
         await viewer.drives()
         await turn_by_key(server, viewer)
         await viewer.page.keyboard.up("ArrowLeft")
+
+
+_NOTE_CHANGE = """() => {
+  const status = document.querySelector('[role="status"]');
+  window.waxSaid = new Promise((resolve) => {
+    new MutationObserver(() => resolve([Date.now(), status.textContent])).observe(
+      status, { characterData: true, childList: true, subtree: true });
+  });
+}"""
+_IS_GREY = (
+    """() => getComputedStyle(document.querySelector('video')).filter.includes('grayscale')"""
+)
+SAID_WITHIN_MS = 1000
+"""A safety deadline: who drives must not take a picture for live that is not."""
+
+
+async def says_next(viewer: Viewer) -> tuple[float, str]:
+    """Return when the page next said something else of the connection, as Unix time, and what."""
+    at_ms, text = await viewer.page.evaluate("window.waxSaid")
+    return at_ms, text
+
+
+@pytest.mark.timeout(90)
+@pytest.mark.parametrize("role", ["operator", "observer"])
+async def test_a_killed_server_is_told_within_a_second(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer, role: str
+) -> None:
+    """Whoever drives or watches is told that no answer comes, and sees the picture in grey."""
+    async with serve(tmp_path, toml.CARD) as server:
+        viewer = await open_viewer(server)
+        if role == "operator":
+            await viewer.join()
+            await viewer.drives()
+        await viewer.sees_picture()
+        await asyncio.sleep(3)  # until the page pings as seldom as it ever does
+        assert not await viewer.page.evaluate(_IS_GREY)
+        await viewer.page.evaluate(_NOTE_CHANGE)
+        killed_ms = SystemClock().wall_ms()
+        await server.kill()
+        at_ms, said = await says_next(viewer)
+        assert said == "No answer for 1 s"
+        assert await viewer.page.evaluate(_IS_GREY)
+        assert at_ms - killed_ms < SAID_WITHIN_MS
+        assert await viewer.page.get_by_text("Not live: the server is not answering.").is_visible()
+
+
+@pytest.mark.timeout(90)
+async def test_a_server_that_pauses_is_not_called_lost(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
+) -> None:
+    """Over a pause the page says that no answer comes; afterwards the same peer is connected."""
+    async with serve(tmp_path, toml.CARD) as server:
+        viewer = await open_viewer(server)
+        await viewer.sees_picture()
+        await asyncio.sleep(3)
+        peers = await viewer.probe("peers()")
+        await viewer.page.evaluate(_NOTE_CHANGE)
+        os.kill(server.pid, signal.SIGSTOP)
+        try:
+            _, said = await says_next(viewer)
+            assert await viewer.page.evaluate(_IS_GREY)
+        finally:
+            os.kill(server.pid, signal.SIGCONT)
+        assert said == "No answer for 1 s"
+        await eventually(viewer.says_connected, "the page says that it is connected")
+        assert await viewer.probe("peers()") == peers
+        assert not await viewer.page.evaluate(_IS_GREY)
 
 
 @pytest.mark.timeout(120)

@@ -21,6 +21,7 @@ describe("ServerClock", () => {
     expect(clock.toServerMs(1)).toBeNull();
     expect(clock.errorMs(1)).toBeNull();
     expect(clock.rttMs).toBeNull();
+    expect(clock.slowestMs).toBeNull();
   });
 
   it("finds the offset of a symmetric link exactly", () => {
@@ -79,5 +80,11 @@ describe("ServerClock", () => {
     const clock = new ServerClock();
     for (const backMs of [10, 12, 700, 11, 9]) exchange(clock, 0, { backMs });
     expect(clock.rttMs).toBe(21);
+  });
+
+  it("tells the longest of the last few round trips", () => {
+    const clock = new ServerClock();
+    for (const backMs of [900, 12, 700, 11, 9, 8]) exchange(clock, 0, { backMs });
+    expect(clock.slowestMs).toBe(710);
   });
 });

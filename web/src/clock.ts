@@ -67,6 +67,11 @@ export class ServerClock {
     return sorted[sorted.length >> 1] ?? null;
   }
 
+  /** The longest of the last few round trips; null before the first. */
+  get slowestMs(): number | null {
+    return this.#recentMs.length > 0 ? Math.max(...this.#recentMs) : null;
+  }
+
   /** True bounds overlap; these do not when a clock jumped, as after the machine slept. */
   #contradicts(bound: Bound): boolean {
     if (!this.#best) return false;

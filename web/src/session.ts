@@ -262,15 +262,18 @@ export function startSession(): Session {
   }
   identity.share(openIdentityChannel(), () => link.connect());
 
+  function presented(rtp: number | undefined, atMs: number): void {
+    link.heard();
+    reporter.picture.presented(rtp, atMs);
+  }
+
   let unwatch = () => {};
   return {
     state,
     actions,
     attachPicture(element) {
       unwatch();
-      unwatch = element
-        ? watchFrames(element, reporter.picture, () => link.peer?.picture)
-        : () => {};
+      unwatch = element ? watchFrames(element, { presented }, () => link.peer?.picture) : () => {};
       picture.attach(element);
     },
     attachSound: (element) => sound.attach(element),

@@ -20,6 +20,14 @@ it("drives with the turn's number only while the turn is its own and the link st
   expect(state.drivingTurn.value).toBeNull();
 });
 
+it("still drives while no answer comes: whether anything moves is not the page's to say", () => {
+  state.room.value = room({ operator: 2, number: 9 });
+  state.link.value = { is: "silent", sinceMs: 0 };
+  expect(state.drivingTurn.value).toBe(9);
+  expect(state.isConnected.value).toBe(true);
+  expect(state.isSilent.value).toBe(true);
+});
+
 it("does not drive when nobody does", () => {
   state.hello.value = null;
   state.room.value = room({});

@@ -56,7 +56,10 @@ export interface State {
   pageMs: Signal<number>;
   serverMs: Signal<number | null>;
 
+  /** There is a connection, also while nothing comes over it. */
   isConnected: ReadonlySignal<boolean>;
+  /** Nothing has come over the connection for a while. */
+  isSilent: ReadonlySignal<boolean>;
   me: ReadonlySignal<ViewerInfo | null>;
   operator: ReadonlySignal<ViewerInfo | null>;
   /** The turn's number while this page drives, else null. */
@@ -79,7 +82,8 @@ export function createState(kept: Preferences): State {
   const room = signal<Room | null>(null);
   const serverMs = signal<number | null>(null);
 
-  const isConnected = computed(() => link.value.is === "connected");
+  const isSilent = computed(() => link.value.is === "silent");
+  const isConnected = computed(() => link.value.is === "connected" || isSilent.value);
   const viewer = (id: number | null | undefined) =>
     room.value?.viewers.find((one) => one.id === id) ?? null;
 
@@ -112,6 +116,7 @@ export function createState(kept: Preferences): State {
     pageMs: signal(0),
     serverMs,
     isConnected,
+    isSilent,
     me,
     operator: computed(() => viewer(room.value?.turn.operator)),
     drivingTurn,

@@ -53,3 +53,13 @@ it("calls three seconds of unanswered pings silence, and no shorter time", () =>
   heartbeat.heard(pong(2, 2000, 0), 4100);
   expect(heartbeat.isSilent(60_000)).toBe(false);
 });
+
+it("knows for how long it waits for an answer", () => {
+  const heartbeat = new Heartbeat(new ServerClock());
+  expect(heartbeat.unansweredMs(500)).toBe(0);
+  heartbeat.beat(1000);
+  heartbeat.beat(1200);
+  expect(heartbeat.unansweredMs(1300)).toBe(300);
+  heartbeat.heard(pong(1, 1000, 0), 1310);
+  expect(heartbeat.unansweredMs(1400)).toBe(0);
+});

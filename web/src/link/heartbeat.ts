@@ -50,8 +50,13 @@ export class Heartbeat {
     return isKeen ? KEEN_EVERY_MS : CALM_EVERY_MS;
   }
 
+  /** For how long pings have gone unanswered; 0 where none has. */
+  unansweredMs(nowMs: number): number {
+    return nowMs - (this.#unansweredSinceMs ?? nowMs);
+  }
+
   /** True when pings have gone unanswered for 3 s. */
   isSilent(nowMs: number): boolean {
-    return this.#unansweredSinceMs !== null && nowMs - this.#unansweredSinceMs >= SILENCE_MS;
+    return this.unansweredMs(nowMs) >= SILENCE_MS;
   }
 }

@@ -45,7 +45,9 @@ let states: LinkState[];
 let heard: StateOut[];
 
 beforeEach(() => {
-  vi.useFakeTimers({ toFake: ["setTimeout", "clearTimeout", "performance"] });
+  vi.useFakeTimers({
+    toFake: ["setTimeout", "clearTimeout", "setInterval", "clearInterval", "performance"],
+  });
   vi.spyOn(Math, "random").mockReturnValue(0);
   peers.length = 0;
   states = [];
@@ -194,4 +196,115 @@ it("stays closed once closed, until it is told to connect", () => {
   expect(peer().isClosed).toBe(true);
   link.connect();
   expect(peers).toHaveLength(2);
+});
+
+/** Nothing comes any more, for so long. */
+function fallSilentFor(seconds: number): void {
+  vi.advanceTimersByTime(seconds * 1000);
+}
+
+/** Thirty pictures a second come, and an answer to every ping with the next of them. */
+function playFor(seconds: number): void {
+  let answered = peer().sent.length;
+  for (let frame = 0; frame < seconds * 30; frame++) {
+    vi.advanceTimersByTime(1000 / 30);
+    link.heard();
+    if (peer().sent.length > answered) pong();
+    answered = peer().sent.length;
+  }
+}
+
+it.each([true, false])("says within a second that no answer comes, driving: %s", (mayDrive) => {
+  link.mayDrive = mayDrive;
+  open();
+  for (let tenth = 0; tenth < 10; tenth++) {
+    playFor(6 + tenth / 10);
+    const heardMs = performance.now();
+    fallSilentFor(0.9);
+    expect(states.at(-1)).toEqual({ is: "silent", sinceMs: heardMs });
+    link.heard();
+    expect(states.at(-1)).toEqual({ is: "connected" });
+  }
+});
+
+it("tells of one silence once, then that the connection is lost", () => {
+  open();
+  answerFor(2);
+  const before = states.length;
+  fallSilentFor(3.6);
+  expect(states.slice(before).map((state) => state.is)).toEqual([
+    "silent",
+    "waiting",
+    "connecting",
+  ]);
+});
+
+it("takes a picture, and a message of any kind, for an answer", () => {
+  open();
+  answerFor(2);
+  fallSilentFor(1);
+  link.heard();
+  expect(states.at(-1)).toEqual({ is: "connected" });
+  fallSilentFor(1);
+  expect(states.at(-1)?.is).toBe("silent");
+  peer().events.received("state", JSON.stringify({ type: "notice", text: "" }));
+  expect(states.at(-1)).toEqual({ is: "connected" });
+});
+
+it("asks in between only where nothing comes", () => {
+  open();
+  playFor(2);
+  const before = peer().sent.length;
+  playFor(5);
+  expect(peer().sent.length - before).toBe(5);
+  fallSilentFor(0.65);
+  expect(peer().sent.length - before).toBe(7);
+});
+
+it("waits for an answer as long as answers take on this way", () => {
+  open();
+  answerFor(2);
+  // A satellite: every answer is 800 ms under way, and there is no picture.
+  const answers: { atMs: number; text: string }[] = [];
+  let seen = peer().sent.length;
+  const before = states.length;
+  const satelliteFor = (seconds: number) => {
+    for (let step = 0; step < seconds * 50; step++) {
+      vi.advanceTimersByTime(20);
+      for (const ping of peer().sent.slice(seen)) {
+        const text = JSON.stringify(["pong", ping.id, ping.sentMs, ping.sentMs + 5000]);
+        answers.push({ atMs: performance.now() + 800, text });
+      }
+      seen = peer().sent.length;
+      while (answers[0] && answers[0].atMs <= performance.now()) {
+        peer().events.received("drive", answers.shift()?.text ?? "");
+      }
+    }
+  };
+  satelliteFor(3);
+  const settled = states.length;
+  expect(settled - before).toBeLessThanOrEqual(2); // the first answer is late, once
+  satelliteFor(30);
+  expect(states).toHaveLength(settled);
+});
+
+it("lets a thin way stall for a second", () => {
+  open();
+  answerFor(2);
+  link.isThin = true;
+  const before = states.length;
+  for (let stall = 0; stall < 10; stall++) {
+    answerFor(2);
+    fallSilentFor(1.2);
+  }
+  answerFor(0.1);
+  expect(states).toHaveLength(before);
+  fallSilentFor(2);
+  expect(states.at(-1)?.is).toBe("silent");
+});
+
+it("says nothing of a silence before the server has greeted", () => {
+  peer().events.opened();
+  fallSilentFor(2);
+  expect(states).toEqual([{ is: "connecting" }]);
 });

@@ -4,11 +4,16 @@ import { Heartbeat } from "./heartbeat";
 import { Peer } from "./peer";
 import { retryDelayMs } from "./reconnect";
 import { readRow, writeRow } from "./rows";
+import { Silence } from "./silence";
 
-/** How the connection is. `retryAtMs` is on the page's clock; reasons are sentences. */
+/**
+ * How the connection is; `silent` is one over which nothing has come for a while. Times are on the
+ * page's clock; reasons are sentences.
+ */
 export type LinkState =
   | { is: "connecting" }
   | { is: "connected" }
+  | { is: "silent"; sinceMs: number }
   | { is: "waiting"; retryAtMs: number; reason: string }
   | { is: "closed" };
 
@@ -25,6 +30,7 @@ export interface LinkEvents {
 const CONNECT_MS = 10_000;
 /** What held for this long was a connection; what broke sooner was one more failed attempt. */
 const STEADY_MS = 5000;
+const LOOK_EVERY_MS = 100;
 
 const now = () => performance.now();
 
@@ -36,10 +42,12 @@ export class Link {
   /** The way is so narrow that every datagram counts: a ping a second is all it gets. */
   isThin = false;
   #heartbeat = new Heartbeat(this.clock);
+  #silence = new Silence(now());
   #peer: Peer | null = null;
   #failures = 0;
   #connectedMs = Number.POSITIVE_INFINITY;
   #timer: ReturnType<typeof setTimeout> | undefined;
+  #looking: ReturnType<typeof setInterval> | undefined;
   #state: LinkState = { is: "closed" };
 
   constructor(
@@ -58,7 +66,7 @@ export class Link {
     this.#heartbeat = new Heartbeat(this.clock);
     this.isThin = false;
     const peer = new Peer({
-      opened: () => this.#beat(),
+      opened: () => this.#opened(),
       received: (channel, text) => this.#received(channel, text),
       lost: (reason) => this.#lost(reason),
       receivers: this.events.receivers,
@@ -93,6 +101,30 @@ export class Link {
     return this.#peer?.send("state", JSON.stringify(message)) ?? false;
   }
 
+  /** Takes anything that has come from the server, a picture too, for a sign of life. */
+  heard(): void {
+    this.#silence.heard(now());
+    if (this.#state.is === "silent") this.#change({ is: "connected" });
+  }
+
+  #opened(): void {
+    this.#silence = new Silence(now());
+    this.#looking = setInterval(() => this.#look(), LOOK_EVERY_MS);
+    this.#beat();
+  }
+
+  #look(): void {
+    const silence = this.#silence;
+    const wasDoubtful = silence.isDoubtful;
+    silence.look(now());
+    if (silence.isDoubtful && !wasDoubtful && !this.isThin) this.#beat();
+    const unansweredMs = this.#heartbeat.unansweredMs(now());
+    const isSilent = silence.isSilent(unansweredMs, this.clock.slowestMs ?? 0, this.isThin);
+    if (isSilent && this.#state.is === "connected") {
+      this.#change({ is: "silent", sinceMs: silence.sinceMs });
+    }
+  }
+
   #beat(): void {
     if (this.#heartbeat.isSilent(now())) {
       this.#lost("The server has gone silent.");
@@ -101,11 +133,12 @@ export class Link {
     this.sendDrive(this.#heartbeat.beat(now()));
     clearTimeout(this.#timer);
     // Over a thin way the set-points already say that this page is there.
-    const isKeen = this.mayDrive && !this.isThin;
+    const isKeen = (this.mayDrive || this.#silence.isDoubtful) && !this.isThin;
     this.#timer = setTimeout(() => this.#beat(), this.#heartbeat.pauseMs(now(), isKeen));
   }
 
   #received(channel: Channel, text: string): void {
+    this.heard();
     if (channel === "drive") {
       this.#heartbeat.heard(readRow(text), now());
       return;
@@ -130,6 +163,7 @@ export class Link {
 
   #drop(): void {
     clearTimeout(this.#timer);
+    clearInterval(this.#looking);
     this.#peer?.close();
     this.#peer = null;
   }

@@ -86,7 +86,7 @@ export function tellsFrames(): boolean {
  */
 export function watchFrames(
   video: HTMLVideoElement,
-  meter: PictureMeter,
+  meter: Pick<PictureMeter, "presented">,
   receiver: () => RTCRtpReceiver | undefined,
 ): () => void {
   if (!("requestVideoFrameCallback" in video)) return () => {};

@@ -13,12 +13,12 @@ import {
 
 /** How late everything is, and for whoever opens it: how well it plays, what is sent, and why. */
 export function Facts() {
-  const { facts, served, playout, isConnected } = useState();
+  const { facts, served, playout, isConnected, isSilent } = useState();
   const { pictureMs, pictureErrorMs, soundMs, roundTripMs, fps, pauses, freezes } = facts.value;
   return (
     <details class={isConnected.value ? "facts" : "facts is-unknown"}>
       <summary>
-        Delay <span class="figure">{msWords(pictureMs ?? soundMs)}</span>
+        Delay <span class="figure">{msWords(isSilent.value ? null : (pictureMs ?? soundMs))}</span>
       </summary>
       <dl>
         <Fact name="Picture age">{ageWords(pictureMs, pictureErrorMs)}</Fact>

@@ -1,5 +1,6 @@
 import { useEffect, useRef } from "preact/hooks";
 import { tellsFrames } from "../measure/picture";
+import type { State } from "../state";
 import { useActions, useSession, useState } from "./context";
 import { msWords } from "./figures";
 import { EarIcon, PlayIcon } from "./icons";
@@ -9,6 +10,8 @@ import { problemWords } from "./words";
 /** A picture older than this is not what the robot sees now. */
 const STALE_MS = 1500;
 
+const SILENT = "Not live: the server is not answering.";
+
 const BLIND =
   "This browser does not tell which picture it shows: here one drives with the picture off, by ear.";
 
@@ -17,7 +20,7 @@ const SLOW = "The connection is slow: picture and sound come as soon as they can
 /** The picture, and what is said over it. */
 export function Stage() {
   const session = useSession();
-  const { preferences, isConnected } = session.state;
+  const { preferences, isConnected, isSilent } = session.state;
   const video = useRef<HTMLVideoElement>(null);
   const audio = useRef<HTMLAudioElement>(null);
   useEffect(() => {
@@ -30,8 +33,9 @@ export function Stage() {
   }, [session]);
 
   const isOn = preferences.value.picture;
+  const isLive = isConnected.value && !isSilent.value && !isStale(session.state);
   return (
-    <section class={isConnected.value ? "stage" : "stage is-away"} aria-label="Picture">
+    <section class={isLive ? "stage" : "stage is-greyed"} aria-label="Picture">
       <video ref={video} class={isOn ? "" : "is-off"} muted autoplay playsinline />
       {/* biome-ignore lint/a11y/useMediaCaption: a live robot has no captions */}
       <audio ref={audio} />
@@ -41,6 +45,11 @@ export function Stage() {
       <StopBanner />
     </section>
   );
+}
+
+/** The newest picture that was seen is long past, whatever still stands there. */
+function isStale({ facts }: State): boolean {
+  return (facts.value.pictureMs ?? 0) > STALE_MS;
 }
 
 function PictureOff() {
@@ -69,20 +78,24 @@ function Start() {
 }
 
 function Warnings() {
-  const { room, facts, served, isConnected, preferences, drivingTurn } = useState();
-  const ageMs = facts.value.pictureMs;
-  const isStale = isConnected.value && preferences.value.picture && (ageMs ?? 0) > STALE_MS;
+  const state = useState();
+  const { room, facts, served, isConnected, isSilent, preferences, drivingTurn } = state;
+  const isOn = preferences.value.picture;
+  const isOld = isConnected.value && !isSilent.value && isOn && isStale(state);
   const isSlow = isConnected.value && served.value?.in_step === false;
-  const isBlind = drivingTurn.value !== null && preferences.value.picture && !tellsFrames();
+  const isBlind = drivingTurn.value !== null && isOn && !tellsFrames();
   const problems = isConnected.value ? problemWords(room.value) : [];
   return (
     <ul class="warnings" aria-live="polite" aria-label="Problems">
       {problems.map((problem) => (
         <li key={problem}>{problem}</li>
       ))}
+      {isSilent.value && isOn && <li>{SILENT}</li>}
       {isBlind && <li>{BLIND}</li>}
       {isSlow && <li class="is-quiet">{SLOW}</li>}
-      {isStale && problems.length === 0 && <li>The picture is {msWords(ageMs)} old.</li>}
+      {isOld && problems.length === 0 && (
+        <li>The picture is {msWords(facts.value.pictureMs)} old.</li>
+      )}
     </ul>
   );
 }

@@ -556,6 +556,62 @@ describe("sound and picture", () => {
   });
 });
 
+describe("a picture that is not live", () => {
+  const NOT_LIVE = "Not live: the server is not answering.";
+  const isGrey = () =>
+    getByRole(body, "region", { name: "Picture" }).classList.contains("is-greyed");
+
+  it("is grey while the server does not answer, and the page says for how long", () => {
+    show({ watching: [1] });
+    act(() => {
+      state.facts.value = { ...state.facts.value, pictureMs: 46 };
+    });
+    expect(isGrey()).toBe(false);
+    act(() => {
+      state.link.value = { is: "silent", sinceMs: 1000 };
+      state.pageMs.value = 3200;
+    });
+    expect(isGrey()).toBe(true);
+    expect(getByRole(body, "status").textContent).toBe("No answer for 2 s");
+    expect(getByText(body, NOT_LIVE)).toBeTruthy();
+    expect(getByText(body, "Delay").textContent).toBe("Delay –");
+    act(() => {
+      state.link.value = { is: "connected" };
+    });
+    expect(isGrey()).toBe(false);
+    expect(queryByText(body, NOT_LIVE)).toBeNull();
+  });
+
+  it("is grey when it has stood for long over a link that lives", () => {
+    show({ watching: [1] });
+    act(() => {
+      state.facts.value = { ...state.facts.value, pictureMs: 1700 };
+    });
+    expect(isGrey()).toBe(true);
+    expect(getByText(body, "The picture is 1700 ms old.")).toBeTruthy();
+  });
+
+  it("is spoken of once only", () => {
+    show({ watching: [1] });
+    act(() => {
+      state.facts.value = { ...state.facts.value, pictureMs: 1700 };
+      state.link.value = { is: "silent", sinceMs: 0 };
+    });
+    expect(getByText(body, NOT_LIVE)).toBeTruthy();
+    expect(queryByText(body, "The picture is 1700 ms old.")).toBeNull();
+  });
+
+  it("is not spoken of where the picture is off", () => {
+    show({ watching: [1] });
+    act(() => {
+      state.preferences.value = { ...state.preferences.value, picture: false };
+      state.link.value = { is: "silent", sinceMs: 0 };
+    });
+    expect(queryByText(body, NOT_LIVE)).toBeNull();
+    expect(getByRole(body, "status").textContent).toContain("No answer");
+  });
+});
+
 it("shows how well it plays, what is sent and why", () => {
   show({ watching: [1] });
   act(() => {

@@ -8,6 +8,10 @@ export function connectionWords(link: LinkState, nowMs: number): string {
   switch (link.is) {
     case "connected":
       return "Connected";
+    case "silent": {
+      const seconds = Math.max(1, Math.floor((nowMs - link.sinceMs) / 1000));
+      return `No answer for ${seconds} s`;
+    }
     case "connecting":
       return "Connecting…";
     case "closed":

@@ -1,0 +1,58 @@
+import { expect, it } from "vitest";
+import { Silence } from "./silence";
+
+const RTT_MS = 20;
+
+/** Looks every `everyMs` for `forMs`; returns the time at the end. */
+function lookOn(silence: Silence, fromMs: number, forMs: number, everyMs: number): number {
+  for (let ms = everyMs; ms <= forMs; ms += everyMs) silence.look(fromMs + ms);
+  return fromMs + forMs;
+}
+
+it("doubts after 300 ms without a word, and not before", () => {
+  const silence = new Silence(1000);
+  lookOn(silence, 1000, 290, 10);
+  expect(silence.isDoubtful).toBe(false);
+  silence.look(1300);
+  expect(silence.isDoubtful).toBe(true);
+  silence.heard(1310);
+  expect(silence.isDoubtful).toBe(false);
+  expect(silence.sinceMs).toBe(1310);
+});
+
+it("is silence after 700 ms, where a ping had the time to be answered", () => {
+  const silence = new Silence(0);
+  lookOn(silence, 0, 690, 10);
+  expect(silence.isSilent(1e6, RTT_MS, false)).toBe(false);
+  silence.look(700);
+  expect(silence.isSilent(1e6, RTT_MS, false)).toBe(true);
+  expect(silence.isSilent(319, RTT_MS, false)).toBe(false);
+  expect(silence.isSilent(320, RTT_MS, false)).toBe(true);
+});
+
+it("is silence later over a thin way, which stalls for a second", () => {
+  const silence = new Silence(0);
+  lookOn(silence, 0, 1490, 10);
+  expect(silence.isSilent(1e6, RTT_MS, true)).toBe(false);
+  silence.look(1500);
+  expect(silence.isSilent(1e6, RTT_MS, true)).toBe(true);
+});
+
+it("does not count the time in which the page did not run", () => {
+  const silence = new Silence(0);
+  silence.look(60_000);
+  expect(silence.isDoubtful).toBe(false);
+  lookOn(silence, 60_000, 490, 10);
+  expect(silence.isSilent(1e6, RTT_MS, false)).toBe(false);
+  silence.look(60_500);
+  expect(silence.isSilent(1e6, RTT_MS, false)).toBe(true);
+});
+
+it("is no silence in a hidden tab that looks once a second and hears as often", () => {
+  const silence = new Silence(0);
+  for (let ms = 1000; ms < 60_000; ms += 1000) {
+    silence.look(ms);
+    expect(silence.isDoubtful).toBe(false);
+    silence.heard(ms + 10);
+  }
+});
