@@ -1,16 +1,22 @@
 # The work is in .make/; every target installs what it needs first.
 
 help: ## this list
-	@sed -n 's/^\([a-z]*\):.*## /make \1	/p' Makefile | expand -t 14
+	@sed -n 's/^\([a-z-]*\):.*## /make \1	/p' Makefile | expand -t 18
 
 run: ## install what is missing, build the page, serve it: make run ARGS="--config config/wax.toml"
 	@sh .make/install.sh run
 	@exec .venv/bin/wax $(ARGS)
 
-test: ## all checks and tests, browsers included
-	@sh .make/test.sh
+unit: ## the inner loop: unit tests of both languages, in less than a minute
+	@sh .make/test.sh unit
 
-check: ## lint, format and strict types of both languages
+test: ## all checks and tests, browsers included, in ten minutes
+	@sh .make/test.sh test
+
+test-all: ## the same at full length, and the tests of all that measures
+	@sh .make/test.sh all
+
+check: ## lint, format, strict types and import rules of both languages
 	@sh .make/install.sh check
 	@sh .make/check.sh
 
@@ -22,7 +28,7 @@ lab: ## the thesis's chapter 5 over shaped networks, with a report: make lab ARG
 	@sh .make/install.sh test
 	@sh .make/lab.sh $(ARGS)
 
-goals: ## issue 4's goals beside stock aiortc and LiveKit: make goals ARGS="--only modem"
+goals: ## age, freshness and sound over each link, beside stock aiortc and LiveKit: make goals ARGS="--only modem"
 	@sh .make/install.sh test
 	@sh .make/lab.sh --goals $(ARGS)
 
@@ -38,11 +44,16 @@ coverage: ## the branches of the same, which the tests must all take
 	@sh .make/install.sh test
 	@sh .make/coverage.sh
 
+figures: ## the README's tables anew, from what the suites have published
+	@sh .make/install.sh test
+	@.venv/bin/python -m e2e.measure.figures
+
 lock: ## renew the locked versions of the Python packages
+	@sh .make/install.sh run
 	@sh .make/lock.sh
 
 clean: ## remove all that was installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run test check bench lab goals faults mutants coverage lock clean
+.PHONY: help run unit test test-all check bench lab goals faults mutants coverage figures lock clean

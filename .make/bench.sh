@@ -2,7 +2,6 @@
 # usage: bench.sh [ARGUMENTS…]
 set -eu
 . .make/lib.sh
-python=.venv/bin/python
 . .make/browsers.sh
 want_playwright
 want_chromium

@@ -30,7 +30,7 @@ _playwright_chromium() {
     if may_apt; then deps=--with-deps; else deps=; fi
     say "fetching Chromium by Playwright; its log is .cache/playwright.log"
     mkdir -p .cache
-    patiently .venv/bin/playwright install $deps chromium >.cache/playwright.log 2>&1 || return 1
+    patiently 1800 .venv/bin/playwright install $deps chromium >.cache/playwright.log 2>&1 || return 1
     _browser "$(.venv/bin/python -c 'from playwright.sync_api import sync_playwright
 with sync_playwright() as playwright: print(playwright.chromium.executable_path)')"
 }

@@ -1,4 +1,4 @@
-# Lint, format and strict types of both languages; all of them run, and one failure fails.
+# Lint, format, strict types and import rules; all of them run, and one failure fails.
 set -u
 . .make/lib.sh
 PATH=$PWD/.venv/bin:$PATH
@@ -15,6 +15,7 @@ page=$!
 step ruff check .
 step ruff format --check .
 step mypy
+step lint-imports --no-logo --cache-dir .cache/imports
 wait $page || { status=1 && say "failed: npm run check"; }
 cat .cache/check-page.log
 exit $status

@@ -3,7 +3,6 @@
 # usage: faults.sh [ARGUMENTS…]
 set -eu
 . .make/lib.sh
-python=.venv/bin/python
 . .make/browsers.sh
 want_playwright
 want_chromium

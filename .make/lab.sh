@@ -2,7 +2,6 @@
 # usage: lab.sh [ARGUMENTS…]
 set -eu
 . .make/lib.sh
-python=.venv/bin/python
 . .make/browsers.sh
 want_all
 sh .make/livekit.sh

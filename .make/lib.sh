@@ -56,7 +56,30 @@ apt_install() {
 # The same checksum as long as the given files, and where they stand, are the same.
 checksum() { { pwd -P && cat "$@"; } | cksum; }
 
-# Run a command that talks to a package mirror: bounded in time, tried three times by $python,
-# which whoever calls this has found before.
-# shellcheck disable=SC2154
-patiently() { "$python" .make/patiently.py 1800 3 "$@"; }
+# uv with .venv's Python and without the project's settings, which are for `make lock`. It gives a
+# mirror 30 s and three more tries by itself, and knows nothing of pip's settings: who has a mirror
+# there has it here too.
+uv() {
+    UV_DEFAULT_INDEX=${UV_DEFAULT_INDEX:-$(_pip_index)} UV_SYSTEM_CERTS=${UV_SYSTEM_CERTS:-1} \
+        .venv/bin/uv --no-config "$@" --python .venv/bin/python
+}
+
+_pip_index() {
+    echo "${PIP_INDEX_URL:-$(.venv/bin/python -m pip config get global.index-url 2>/dev/null ||
+        echo https://pypi.org/simple)}"
+}
+
+# usage: patiently SECONDS COMMAND…   runs what talks to a mirror: three times if need be, each time
+# bounded where the system has timeout(1), which macOS has not.
+patiently() {
+    limit_s=$1
+    shift
+    bounded=
+    ! command -v timeout >/dev/null || bounded="timeout --foreground -k 10 $limit_s"
+    for pause_s in 2 4 0; do
+        # shellcheck disable=SC2086  # words
+        $bounded "$@" && return
+        [ $pause_s = 0 ] || { say "failed: $1 …; trying again" && sleep $pause_s; }
+    done
+    return 1
+}

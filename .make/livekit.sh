@@ -8,7 +8,6 @@ version=1.11.0
 package=github.com/livekit/livekit-server/cmd/server@v$version
 folder=$PWD/.cache/livekit
 log=.cache/livekit.log
-python=.venv/bin/python
 
 # usage: without REASON…
 without() {
@@ -31,9 +30,9 @@ command -v go >/dev/null ||
 
 mkdir -p .cache
 # A mirror that does not answer shall not hold up the lab for as long as a build may take.
-"$python" .make/patiently.py 60 3 go list -m "${package%%/cmd/*}@v$version" >"$log" 2>&1 ||
+patiently 60 go list -m "${package%%/cmd/*}@v$version" >"$log" 2>&1 ||
     without "Go does not get the module ($(last_words)); type make again when its mirror answers"
 say "building LiveKit $version with Go (once, a minute or two); its log is $log"
-patiently env GOBIN="$folder" go install "$package" >"$log" 2>&1 ||
+patiently 1800 env GOBIN="$folder" go install "$package" >"$log" 2>&1 ||
     without "Go could not build it ($(last_words))"
 is_there || without "what Go built at $folder/server does not start"

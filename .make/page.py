@@ -104,19 +104,34 @@ def link_node(folder: Path) -> None:
         link.symlink_to(program)
 
 
-def patiently(*command: str, env: dict[str, str]) -> None:
-    """Run a command that talks to a package mirror."""
-    helper = str(ROOT / ".make/patiently.py")
-    run([sys.executable, helper, "1800", "3", *command], env)
-
-
-def run(command: list[str], env: dict[str, str]) -> None:
+def run(command: list[str], env: dict[str, str], *, limit_s: float | None = None) -> None:
+    """Run a command in web/; raises `PageError` when it fails or takes longer than `limit_s`."""
     program = shutil.which(command[0], path=env["PATH"]) or command[0]
-    status = subprocess.run([program, *command[1:]], env=env, cwd=WEB, check=False).returncode
+    said = " ".join(command[:3])
+    try:
+        status = subprocess.run(
+            [program, *command[1:]], env=env, cwd=WEB, check=False, timeout=limit_s
+        ).returncode
+    except subprocess.TimeoutExpired as error:
+        raise PageError(f"`{said}` was not done after {limit_s:.0f} s") from error
     if status < 0 or status > 128:
-        raise PageError("interrupted")
+        raise KeyboardInterrupt
     if status:
-        raise PageError(f"`{' '.join(command)}` failed, see above")
+        raise PageError(f"`{said}` failed, see above")
+
+
+def insist(
+    command: list[str], env: dict[str, str], *, limit_s: float = 1800, tries: int = 3
+) -> None:
+    """Run a command that talks to a mirror, which may fail or hang; raises the last `PageError`."""
+    for left in reversed(range(tries)):
+        try:
+            run(command, env, limit_s=limit_s)
+            return
+        except PageError as error:
+            if not left:
+                raise
+            print(f"wax: {error}; trying again", file=sys.stderr)
 
 
 def environment(node: Path) -> dict[str, str]:
@@ -136,7 +151,7 @@ def install_tools(env: dict[str, str]) -> None:
     lock, stamp = WEB / "package-lock.json", WEB / "node_modules/.wax"
     if not is_current(stamp, iter([lock])):
         print("wax: installing the page's packages", file=sys.stderr)
-        patiently("npm", "ci", "--loglevel", "error", env=env)
+        insist(["npm", "ci", "--loglevel", "error"], env)
         stamp.write_text(fingerprint(iter([lock])))
 
 
@@ -174,8 +189,7 @@ def main(kind: str) -> None:
     if not has_node(env["PATH"]):
         print("wax: installing Node into .venv", file=sys.stderr)
         pip = [sys.executable, "-m", "pip", "install", "-q", "--timeout", "30", "--retries", "3"]
-        lock = str(ROOT / ".make/node.lock")
-        patiently(*pip, "--require-hashes", "-r", lock, env=env)
+        insist([*pip, "--require-hashes", "-r", str(ROOT / ".make/node.lock")], env)
         importlib.invalidate_caches()
         link_node(scripts)
     if kind == "check" or is_built():

@@ -1,44 +1,72 @@
-# All checks and tests of both languages, pytest last so that its summary closes the output.
+# The tests of both languages, cheapest first, and pytest last so that its summary closes the output.
+# Every stage runs, one failure fails, and each says how long it took.
+# usage: test.sh unit | test | all
+#   unit   what computes: no browser, no other process
+#   test   the checks, unit, what starts processes, one cell of the lab, the browsers
+#   all    the same at full length, the branches, the quick lab whole and the tests of all that measures
 set -eu
 . .make/lib.sh
+what=$1
 
-sh .make/install.sh check
-python=.venv/bin/python
-. .make/browsers.sh
-want_all
-sh .make/firmware.sh board >/dev/null
+status=0
+failed() { status=1 && say "failed: $*"; }
 
+# usage: stage NAME COMMAND…
+stage() {
+    name=$1
+    shift
+    began_s=$(date +%s)
+    say "$name …"
+    "$@" || failed "$name"
+    say "$name took $(($(date +%s) - began_s)) s"
+}
+
+page_tests() { npm run --silent --prefix web test; }
+
+# usage: python_tests FOLDER MARKERS ARGUMENTS…
+python_tests() {
+    folder=$1 markers=$2
+    shift 2
+    pytest -q "$folder" -m "$markers" --hypothesis-profile="$profile" "$@"
+}
+
+# Where no link can be made the lab says why and ends with 77; only CI insists.
+lab() {
+    rm -rf e2e/out/quick
+    code=0
+    python -m e2e.lab --quick --out e2e/out/quick "$@" || code=$?
+    [ $code != 130 ] || exit 130
+    [ $code = 0 ] || { [ $code = 77 ] && ! in_ci; }
+}
+
+if [ "$what" = unit ]; then sh .make/install.sh check; else sh .make/install.sh test; fi
+sh .make/firmware.sh library >/dev/null # there is a compiler, or a sentence that says what to do
 PATH=$PWD/.venv/bin:$PATH
 PYTHON=$PWD/.venv/bin/python
 export PATH PYTHON
 
-status=0
-sh .make/check.sh || status=1
-sh .make/install.sh test
-npm run --silent --prefix web test || { status=1 && say "failed: the page's tests"; }
-
-# Where no link can be made the lab says why and ends with 77; only CI insists.
-lab=0
-rm -rf e2e/out/quick
-python -m e2e.lab --quick --out e2e/out/quick || lab=$?
-case $lab in
-0) ;;
-77) ! in_ci || { status=1 && say "failed: the quick lab, which CI requires"; } ;;
-130) exit 130 ;;
-*) status=1 && say "failed: the quick lab" ;;
-esac
-[ $status = 0 ] || say "checks, the page's tests or the lab failed, see above; the Python tests follow"
-
-# Most unit tests compute or wait, so one half runs beside the other; a whole server has both cores.
-first="tests/control tests/sync tests/firmware tests/media"
-ignored=$(printf ' --ignore=%s' $first)
-mkdir -p .cache
-# shellcheck disable=SC2086  # these are words
-pytest -q $first >.cache/test-first.log 2>&1 &
-beside=$!
-# shellcheck disable=SC2086
-pytest -q tests $ignored || status=1
-wait $beside || status=1
-cat .cache/test-first.log
-pytest e2e || status=1
+if [ "$what" = all ]; then profile=full short=; else profile=quick short=" and not full"; fi
+if [ "$what" != unit ]; then
+    . .make/browsers.sh
+    want_all
+    sh .make/firmware.sh board >/dev/null
+    [ "$what" = test ] || sh .make/livekit.sh
+    stage "checks" sh .make/check.sh
+fi
+stage "the page's unit tests" page_tests
+if [ "$what" = unit ]; then
+    [ $status = 0 ] || say "the page's unit tests failed, see above; Python's follow"
+    python_tests tests "not system and not full" -n logical || status=1
+    exit $status
+fi
+stage "Python's unit tests" python_tests tests "not system$short" -n logical
+stage "what starts processes" python_tests tests "system$short" -n logical
+if [ "$what" = all ]; then
+    stage "the branches" sh .make/coverage.sh
+    stage "the quick lab" lab
+else
+    stage "one cell of the lab" lab --only E3/wireless-1m/operator
+fi
+[ $status = 0 ] || say "something failed, see above; the tests in browsers follow"
+python_tests e2e "${short:+not full}" || status=1
 exit $status

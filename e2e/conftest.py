@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from contextlib import AsyncExitStack, asynccontextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 import pytest_asyncio
 from playwright.async_api import async_playwright
+from tests.examples import load_profiles
 
 from e2e.harness.board import Board
 from e2e.harness.chromium import launch_chromium
@@ -17,12 +19,16 @@ from e2e.harness.viewer import Viewer
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Generator
     from contextlib import AbstractAsyncContextManager
-    from pathlib import Path
 
     from playwright.async_api import Browser
 
     OpenViewer = Callable[..., Awaitable[Viewer]]
     Serve = Callable[..., AbstractAsyncContextManager[Server]]
+
+load_profiles()
+
+MEASURES = ("bench", "lab", "mutants", "peers")
+"""Folders of what measures, whose own tests `make test-all` runs."""
 
 SERVERS = pytest.StashKey[list[Server]]()
 VIEWERS = pytest.StashKey[list[Viewer]]()
@@ -35,9 +41,13 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """One event loop for the session, because the browser lives on it."""
-    here = str(__file__).removesuffix("conftest.py")
+    here = Path(__file__).parent
     for item in items:
-        if str(item.path).startswith(here) and pytest_asyncio.is_async_test(item):
+        if not item.path.is_relative_to(here):
+            continue
+        if item.path.relative_to(here).parts[0] in MEASURES:
+            item.add_marker(pytest.mark.full)
+        if pytest_asyncio.is_async_test(item):
             item.add_marker(pytest.mark.asyncio(loop_scope="session"), append=False)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import gc
 import inspect
-import os
 import threading
 import time
 from pathlib import Path
@@ -13,16 +12,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 import pytest_asyncio
-from hypothesis import settings
+from tests.examples import load_profiles
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator
 
-# An example is not timed: a busy machine is no failure. (Hypothesis's own `ci` profile, which it
-# loads by itself where CI is set, says the same.)
-if "CI" not in os.environ:
-    settings.register_profile("untimed", deadline=None)
-    settings.load_profile("untimed")
+load_profiles()
 
 _DESCRIPTORS = Path("/proc/self/fd")
 _SHARED_THREADS = ("asyncio_", "ThreadPoolExecutor", "pytest_timeout")
@@ -49,13 +44,18 @@ def _descriptors() -> set[str]:
 
 @pytest.fixture(autouse=True)
 def _nothing_is_left() -> Iterator[None]:
-    """Compare threads and descriptors before and after; what is still ending gets a second."""
+    """Compare threads and descriptors before and after; what is still ending gets a second.
+
+    What waits for the collector is no leak. It is called only where something seems left: to call
+    it after each test takes longer than the tests.
+    """
     threads, descriptors = _threads(), _descriptors()
     yield
     deadline_s = time.monotonic() + 1
     while time.monotonic() < deadline_s and (_threads() - threads):
         time.sleep(0.01)
-    gc.collect()
+    if not _descriptors() <= descriptors:
+        gc.collect()
     assert _threads() <= threads
     assert _descriptors() <= descriptors
 

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
     from wax.robot.driver import RobotState
 
+pytestmark = pytest.mark.system
+
 
 @pytest.fixture(autouse=True)
 def _page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

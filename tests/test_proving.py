@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from wax.control.loop import ControlLoop
     from wax.robot.driver import Driver
 
+pytestmark = pytest.mark.system
+
 
 PAPER = "tests.paper_proof"
 

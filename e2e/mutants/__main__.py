@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from e2e.mutants import cpp_faults, python_faults, survivors
-from e2e.mutants.nursery import open_nursery
+from e2e.mutants.fork_server import open_fork_server
 from e2e.mutants.plan import ACCEPTED, ROOT, TARGETS
 from e2e.mutants.record import KILLED, NEVER_ENDED, NONE, SURVIVED, Record, to_table
 from e2e.mutants.trial import Bench, TrialError
@@ -40,12 +40,12 @@ def main() -> int:
     record = Record(arguments.record, trusts_kills=arguments.trust_kills)
     start_s = time.monotonic()
     outcomes: list[Outcome] = []
-    with open_nursery() as nursery, tempfile.TemporaryDirectory(prefix="wax-mutants-") as folder:
-        bench = Bench(nursery, record, Path(folder), jobs=arguments.jobs)
+    with open_fork_server() as server, tempfile.TemporaryDirectory(prefix="wax-mutants-") as folder:
+        bench = Bench(server, record, Path(folder), jobs=arguments.jobs)
         for target in targets:
             print(f"{target.file} …", file=sys.stderr, flush=True)
             try:
-                found = bench.try_all(target, mutants_of(target, nursery.tree))
+                found = bench.try_all(target, mutants_of(target, server.tree))
             except TrialError as error:
                 print(f"wax: {error}", file=sys.stderr)
                 return 2

@@ -16,6 +16,7 @@ import pytest
 from e2e.mutants.plan import ROOT, TARGETS
 
 _FOR_TYPES: Final = "if TYPE_CHECKING:"
+_FULL: Final = "--hypothesis-profile=full"
 
 
 def main() -> int:
@@ -34,7 +35,7 @@ def _python() -> int:
     taken.exclude(_FOR_TYPES)
     with taken.collect():
         failed = pytest.main(
-            ["-q", "--no-header", "-p", "no:cacheprovider", *_examples(is_cpp=False)]
+            ["-q", "--no-header", "-p", "no:cacheprovider", _FULL, *_examples(is_cpp=False)]
         )
     share = taken.report(show_missing=True, skip_covered=True)
     return 1 if failed or share < 100 else 0
@@ -42,7 +43,7 @@ def _python() -> int:
 
 def _cpp() -> int:
     """Take the branches of the firmware's core; say what is missed."""
-    tests = [sys.executable, "-m", "pytest", "-q", "--no-header", *_examples(is_cpp=True)]
+    tests = [sys.executable, "-m", "pytest", "-q", "--no-header", _FULL, *_examples(is_cpp=True)]
     script = ["sh", ".make/firmware.sh", "coverage", *tests]
     return 1 if subprocess.run(script, cwd=ROOT, check=False).returncode else 0
 

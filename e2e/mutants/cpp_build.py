@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 from typing import Final
 
-from e2e.mutants.nursery import NothingToTestError
+from e2e.mutants.fork_server import NothingToTestError
 from e2e.mutants.plan import CORE
 
 _AS_SHIPPED: Final = ("-O2",)

@@ -11,14 +11,14 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Final
 
 from e2e.mutants import cpp_build
-from e2e.mutants.nursery import BROKEN, FAILED, PASSED, TIMED_OUT, use_source
+from e2e.mutants.fork_server import BROKEN, FAILED, PASSED, TIMED_OUT, use_source
 from e2e.mutants.record import KILLED, NEVER_ENDED, NONE, SURVIVED, evidence_of
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from e2e.mutants.fork_server import ForkServer
     from e2e.mutants.mutant import Mutant
-    from e2e.mutants.nursery import Nursery
     from e2e.mutants.plan import Target
     from e2e.mutants.record import Outcome, Record
 
@@ -38,10 +38,10 @@ class _Pending:
 
 
 class Bench:
-    """Tests mutants in `nursery`, `jobs` at once, with room for what they write in `folder`."""
+    """Tests mutants in `server`, `jobs` at once, with room for what they write in `folder`."""
 
-    def __init__(self, nursery: Nursery, record: Record, folder: Path, *, jobs: int) -> None:
-        self._nursery = nursery
+    def __init__(self, server: ForkServer, record: Record, folder: Path, *, jobs: int) -> None:
+        self._server = server
         self._record = record
         self._folder = folder
         self._jobs = jobs
@@ -50,7 +50,7 @@ class Bench:
 
     def try_all(self, target: Target, mutants: list[Mutant]) -> list[Outcome]:
         """Test the mutants that are not on record; raises `TrialError`."""
-        evidence = evidence_of(target, self._nursery.tree)
+        evidence = evidence_of(target, self._server.tree)
         found = {one: self._record.find(one, evidence) for one in mutants}
         waiting = [one for one, outcome in reversed(found.items()) if outcome is None]
         running: dict[int, _Pending] = {}
@@ -60,7 +60,7 @@ class Bench:
             while waiting and len(running) < self._jobs:
                 pending = _Pending(waiting.pop(), time.monotonic(), self._room())
                 running[self._start(target, pending.mutant.source, pending.folder)] = pending
-            run, code, _ = self._nursery.wait()
+            run, code, _ = self._server.wait()
             done = running.pop(run)
             took_s = time.monotonic() - done.start_s
             outcome = _outcome(code, done)
@@ -70,10 +70,10 @@ class Bench:
 
     def _without_a_fault(self, target: Target) -> float:
         """Run the tests on the source as it is; gives what they reckon."""
-        source = (self._nursery.tree / target.file).read_text(encoding="utf-8")
+        source = (self._server.tree / target.file).read_text(encoding="utf-8")
         folder = self._room()
         self._start(target, source, folder, compare=False)
-        _, code, cpu_s = self._nursery.wait()
+        _, code, cpu_s = self._server.wait()
         if code != PASSED:
             raise TrialError(
                 f"the tests of {target.file} fail without a fault ({code}):\n{_said(folder)}"
@@ -82,12 +82,12 @@ class Bench:
 
     def _start(self, target: Target, source: str, folder: Path, *, compare: bool = True) -> int:
         cpu_s = self._cpu_s.get(target.tests, 300.0)
-        prepare = partial(use_source, target.module, source, self._nursery.tree)
+        prepare = partial(use_source, target.module, source, self._server.tree)
         if target.is_cpp:
             prepare = partial(
                 self._use_library, target.file, source, folder, self._whole if compare else None
             )
-        return self._nursery.start(
+        return self._server.start(
             target.tests,
             prepare,
             cpu_s=5 + 3 * cpu_s,
@@ -96,12 +96,12 @@ class Bench:
         )
 
     def _use_library(self, file: str, source: str, folder: Path, whole: Path | None) -> None:
-        built = cpp_build.build(self._nursery.tree, file, source, folder / "build", whole)
+        built = cpp_build.build(self._server.tree, file, source, folder / "build", whole)
         os.environ[_LIBRARY] = str(built)
 
     @cached_property
     def _whole(self) -> Path:
-        return cpp_build.build_whole(self._nursery.tree, self._folder / "whole")
+        return cpp_build.build_whole(self._server.tree, self._folder / "whole")
 
     def _room(self) -> Path:
         folder = self._folder / str(next(self._numbers))

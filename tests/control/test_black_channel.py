@@ -25,6 +25,7 @@ import pytest
 from cryptography.exceptions import InvalidTag
 from cryptography.hazmat.primitives.ciphers.aead import AESGCM
 from tests.control.rules import RULES
+from tests.examples import share_of
 
 from wax import messages
 from wax.control import gate, latch
@@ -461,7 +462,7 @@ def run(traces: int, seed: int) -> Tally:
 @pytest.mark.timeout(3600)
 def test_nothing_wrong_is_ever_executed() -> None:
     """Of all traces none ends in a motion, a stop or a release that nobody has rightfully sent."""
-    traces = int(os.environ.get("WAX_TRACES", "2000"))
+    traces = int(os.environ.get("WAX_TRACES", share_of(2000)))
     tally = run(traces, seed=5)
     assert tally.wrong == []
     # It was no idle talk: each harm was done, each refusal was needed, and the robot was driven.

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from tests.control.rules import RULES
+from tests.examples import examples
 
 from wax.control import gate, latch, ramp
 from wax.control.command import Command
@@ -143,7 +144,7 @@ def expected(command: Command, sight: str) -> Twist:
     return Twist(shares[0] * LIMITS.linear_mps, shares[1] * LIMITS.angular_rps)
 
 
-@settings(max_examples=400, deadline=None)
+@examples(400)
 @given(st.lists(words, min_size=10, max_size=80), st.sampled_from([0.0, 0.02, 0.2]))
 def test_motion_only_by_the_rules(trace: list[Word], one_way_s: float) -> None:
     """Whatever repeats, overtakes, delays or lies: only the newest that keeps all rules moves."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
+from tests.examples import examples
 
 from wax.config import TurnSettings
 from wax.control.turns import PlaceLost, TurnEnded, TurnRenewed, Turns, TurnStarted, Why
@@ -204,4 +204,4 @@ class TurnsMachine(RuleBasedStateMachine):
 
 
 TestTurns = TurnsMachine.TestCase
-TestTurns.settings = settings(max_examples=150, stateful_step_count=60, deadline=None)
+TestTurns.settings = examples(150, stateful_step_count=60)

@@ -9,6 +9,7 @@ from random import Random
 from typing import TYPE_CHECKING
 
 import pytest
+from tests.examples import share_of
 from tests.firmware.channel import ERRORS, make_trace, play
 from tests.firmware.core import FIRMWARE, build, load
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     import ctypes
     from pathlib import Path
 
-TRACES = int(os.environ.get("WAX_TRACES", "2000"))
+TRACES = int(os.environ.get("WAX_TRACES", share_of(2000)))
 MUTANT_TRACES = 400
 
 # What the core must not lack; each is a line of it, and what becomes of it.
@@ -61,6 +62,7 @@ def test_no_wrong_execution() -> None:
     assert counts["refused"] > TRACES
 
 
+@pytest.mark.system  # each builds a core of its own
 @pytest.mark.parametrize("fault", MUTANTS)
 def test_a_core_without_one_of_its_rules_is_found_out(fault: str, tmp_path: Path) -> None:
     """With any one rule taken out of the core the same traces find a wrong execution."""

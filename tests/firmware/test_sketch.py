@@ -11,6 +11,8 @@ import sys
 import pytest
 from tests.firmware.core import ROOT
 
+pytestmark = pytest.mark.system
+
 
 @pytest.mark.timeout(300)
 def test_the_sketch_fits_an_uno() -> None:

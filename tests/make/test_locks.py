@@ -12,7 +12,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[2]
-RUN, DEV, NODE = "requirements.lock", "requirements-dev.lock", ".make/node.lock"
+RUN, DEV, NODE, UV = "requirements.lock", "requirements-dev.lock", ".make/node.lock", ".make/uv.txt"
 
 
 def _locked(name: str) -> dict[str, set[str]]:
@@ -25,7 +25,7 @@ def _locked(name: str) -> dict[str, set[str]]:
     return versions
 
 
-@pytest.mark.parametrize("name", [RUN, DEV, NODE])
+@pytest.mark.parametrize("name", [RUN, DEV, NODE, UV])
 def test_every_version_has_hashes_and_no_host(name: str) -> None:
     """What is installed is what was locked, from whichever mirror it comes."""
     text = (ROOT / name).read_text(encoding="utf-8")
@@ -52,6 +52,7 @@ def test_locks_are_what_the_project_asks_for() -> None:
         RUN: project["project"]["dependencies"] + groups["build"],
         DEV: project["project"]["dependencies"] + groups["build"] + groups["dev"],
         NODE: groups["node"],
+        UV: groups["uv"],
     }
     for name, lines in wanted.items():
         locked = _locked(name)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from tests.examples import examples
 
 from wax.media.blocks import Blocks
 from wax.media.source import BLOCK_SAMPLES, Sound
@@ -25,7 +26,6 @@ def push_all(blocks: Blocks, pieces: list[Sound]) -> list[Sound]:
     jitter=st.lists(st.floats(-0.04, 0.04), min_size=60, max_size=60),
     start_s=st.floats(0, 1e7),
 )
-@settings(deadline=None)
 def test_jitter_loses_and_makes_no_sample(
     lengths: list[int], jitter: list[float], start_s: float
 ) -> None:
@@ -48,7 +48,7 @@ def test_jitter_loses_and_makes_no_sample(
 
 
 @given(jitter=st.lists(st.floats(-0.03, 0.03), min_size=300, max_size=300))
-@settings(max_examples=30, deadline=None)
+@examples(30)
 def test_times_are_much_evener_than_the_device(jitter: list[float]) -> None:
     """With pieces whose times jitter, each block is 10 ms after the one before ± 0.05 ms."""
     blocks = Blocks()
@@ -72,7 +72,6 @@ def test_a_drifting_sound_card_is_followed(ppm: int) -> None:
 
 
 @given(gap_s=st.floats(0.101, 0.99))
-@settings(deadline=None)
 def test_a_gap_is_filled_with_silence(gap_s: float) -> None:
     """Sound after a gap of up to 1 s keeps its own time, and the gap is silence."""
     blocks = Blocks()
@@ -87,7 +86,6 @@ def test_a_gap_is_filled_with_silence(gap_s: float) -> None:
 
 
 @given(back_s=st.floats(0.101, 0.99))
-@settings(deadline=None)
 def test_an_overlap_is_left_out(back_s: float) -> None:
     """Sound that claims a time already delivered is dropped: times rise and no delay is added."""
     blocks = Blocks()

@@ -15,7 +15,7 @@ from wax.errors import ConfigError
 from wax.media.camera import OpenCvCamera
 from wax.media.file import FileAudio, FileVideo
 from wax.media.find import Sources, make_sources
-from wax.media.microphone import AlsaMicrophone, PortAudioMicrophone
+from wax.media.microphone import PortAudioMicrophone
 from wax.media.testcard import TestCardAudio, TestCardVideo
 from wax.robot.driver import Limits, RobotState, Twist
 
@@ -88,13 +88,28 @@ def test_each_name_of_a_picture(name: str, kind: type) -> None:
         ("microphone:3", PortAudioMicrophone),
         ("microphone:USB Webcam", PortAudioMicrophone),
         ("microphone:pulse", PortAudioMicrophone),
-        ("alsa:plughw:CARD=Webcam,DEV=0", AlsaMicrophone),
+        ("microphone:hw:1,0", PortAudioMicrophone),
         ("rtsp://10.0.0.1/stream", FileAudio),
     ],
 )
 def test_each_name_of_a_sound(name: str, kind: type) -> None:
     """The names of the manual make the source that they say, without opening it."""
     assert type(find(audio=name).audio) is kind
+
+
+@pytest.mark.parametrize(
+    ("before", "now"),
+    [
+        ("alsa:hw:1", '"microphone:hw:1,0"'),
+        ("alsa:plughw:2,1", '"microphone:hw:2,1"'),
+        ("alsa:plughw:CARD=Webcam,DEV=0", "microphone:… with a part of the device's name"),
+    ],
+)
+def test_a_name_of_alsas_is_told_its_new_one(before: str, now: str) -> None:
+    """A configuration that names a device as ALSA does stops the start with what to write."""
+    with pytest.raises(ConfigError) as caught:
+        find(audio=before)
+    assert str(caught.value).startswith(f"[audio] source: {before} is now {now}")
 
 
 def test_a_device_is_passed_on_as_it_is_written() -> None:

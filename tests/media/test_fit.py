@@ -5,8 +5,9 @@ from __future__ import annotations
 import av
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from tests.examples import examples
 
 from wax.media.fit import fit_bgr, fit_frame, inner_size
 
@@ -27,7 +28,7 @@ def test_inner_size_is_even_and_fits(shown: tuple[int, int], width: int, height:
 
 
 @given(width=EVEN, height=EVEN, odd=st.tuples(st.integers(16, 300), st.integers(16, 300)))
-@settings(max_examples=40, deadline=None)
+@examples(40)
 def test_the_result_is_a_picture_of_the_wanted_size(
     width: int, height: int, odd: tuple[int, int]
 ) -> None:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,10 +12,7 @@ from structlog.testing import capture_logs
 from wax.config import AudioSettings
 from wax.errors import SourceError
 from wax.media import microphone
-from wax.media.microphone import AlsaMicrophone, PortAudioMicrophone, load_portaudio
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from wax.media.microphone import PortAudioMicrophone, load_portaudio
 
 
 class FakeClock:
@@ -202,23 +198,3 @@ def test_without_the_library_the_package_is_named(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr("importlib.import_module", fail)
     with pytest.raises(SourceError, match="apt install libportaudio2"):
         load_portaudio()
-
-
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="ALSA is Linux's")
-def test_alsa_through_pyav(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A real ALSA device, the null one, delivers blocks; a missing one is a sentence."""
-    configuration = tmp_path / "alsa.conf"
-    configuration.write_text("pcm.quiet { type null }\n")
-    monkeypatch.setenv("ALSA_CONFIG_PATH", str(configuration))
-    source = AlsaMicrophone(AudioSettings(), FakeClock(), device="quiet")
-    source.open()
-    sound = source.read()
-    assert len(sound.samples) >= 480
-    assert sound.captured_s == pytest.approx(100 - len(sound.samples) / 48_000)
-    source.close()
-    source.close()
-    missing = AlsaMicrophone(AudioSettings(), FakeClock(), device="nothing")
-    with pytest.raises(SourceError, match=r"^Microphone alsa:nothing cannot be opened"):
-        missing.open()
-    with pytest.raises(SourceError, match="has stopped"):
-        missing.read()

@@ -9,9 +9,10 @@ import av
 import numpy as np
 import pytest
 from av.packet import Packet
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from tests.open_fence import OpenFence
+from tests.examples import examples
 
 from wax.media.sound_encoder import SoundEncoder
 from wax.media.sound_hub import SoundHub
@@ -172,7 +173,7 @@ _acts = st.lists(
 )
 
 
-@settings(deadline=None, max_examples=150)
+@examples(150)
 @given(
     phase=st.integers(0, 11),
     begun=st.integers(0, 20),

@@ -9,8 +9,9 @@ import av
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from tests.examples import examples
 
 from wax.config import AudioSettings, VideoSettings
 from wax.media.source import Picture, Sound
@@ -56,7 +57,7 @@ def test_crc_is_the_one_that_is_documented() -> None:
     wall_ms=st.integers(1, 1 << 41).filter(lambda ms: ms % STAMP_MODULUS),
     size=st.sampled_from([(640, 480), (320, 240), (160, 120), (64, 60), (1280, 720), (354, 290)]),
 )
-@settings(max_examples=60, deadline=None)
+@examples(60)
 def test_every_moment_is_read_back(wall_ms: int, size: tuple[int, int]) -> None:
     """What is drawn at any Unix time and size reads back as that time modulo 2⁴⁰."""
     assert read_stamp(card(*size, wall_ms)) == wall_ms % STAMP_MODULUS
@@ -111,7 +112,7 @@ def test_stamp_survives_a_modem_line() -> None:
 
 
 @given(cell=st.integers(0, 47))
-@settings(max_examples=48, deadline=None)
+@examples(48)
 def test_a_wrong_cell_is_noticed(cell: int) -> None:
     """A stamp with one cell turned over is no stamp."""
     i420 = card(640, 480, NOW_MS).i420.copy()
@@ -176,7 +177,7 @@ def remainder(sounds: list[Sound]) -> NDArray[np.float64]:
 @given(
     now_s=st.floats(0, 1e6), wall_s=st.floats(1_700_000_000, 1_900_000_000, allow_subnormal=False)
 )
-@settings(max_examples=25, deadline=None)
+@examples(25)
 def test_bursts_start_at_whole_seconds(now_s: float, wall_s: float) -> None:
     """The tone never breaks, and 100 ms of 1 kHz start within 1 ms of each whole Unix second."""
     clock = FakeClock(now_s, wall_s)

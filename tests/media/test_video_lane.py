@@ -6,8 +6,9 @@ import av
 import numpy as np
 import pytest
 from av.packet import Packet
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from tests.examples import examples
 
 from wax.config import RenditionSettings
 from wax.media.encoded import EncodedPicture
@@ -63,7 +64,7 @@ TAKEN = st.lists(st.sampled_from([0, 0, 0, 1, 1, 2, 5]), min_size=90, max_size=9
 TOPS = st.lists(st.sampled_from([0, 1, 2, 2]), min_size=90, max_size=90)
 
 
-@settings(max_examples=100, deadline=None)
+@examples(100)
 @given(TAKEN, TOPS)
 def test_what_a_slow_viewer_gets_decodes_to_the_same_pictures(
     taken: list[int], tops: list[int]
@@ -77,7 +78,7 @@ def test_what_a_slow_viewer_gets_decodes_to_the_same_pictures(
         assert decoded == WHOLE[pts]
 
 
-@settings(max_examples=100, deadline=None)
+@examples(100)
 @given(TAKEN, TOPS)
 def test_what_depends_on_something_has_it(taken: list[int], tops: list[int]) -> None:
     """What a picture says that it depends on was sent before it: the packetiser's numbers rely

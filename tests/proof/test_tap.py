@@ -20,6 +20,8 @@ from wax.robot.serial.frames import Decoder, Drive, Frame, Hello, Report, Stop, 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+pytestmark = pytest.mark.system
+
 SESSION = 77
 HELLO = encode(Frame(Hello(SESSION)), SESSION)
 DRIVE = encode(Frame(Drive(180, 180), sequence=1), SESSION)

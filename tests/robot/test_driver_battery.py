@@ -94,7 +94,15 @@ class SingleByteProcessRig(ProcessRig):
 Rig = SimulatedRig | SerialRig
 
 
-@pytest.fixture(params=[SimulatedRig, SerialRig, SingleByteRig, ProcessRig, SingleByteProcessRig])
+@pytest.fixture(
+    params=[
+        SimulatedRig,
+        *(
+            pytest.param(rig, marks=pytest.mark.system)
+            for rig in (SerialRig, SingleByteRig, ProcessRig, SingleByteProcessRig)
+        ),
+    ]
+)
 def rig(request: pytest.FixtureRequest, board: Board) -> Iterator[Rig]:
     rig: Rig = request.param(board)
     yield rig

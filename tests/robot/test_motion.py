@@ -6,8 +6,9 @@ import math
 from itertools import pairwise
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from tests.examples import examples
 
 from wax.robot.driver import STANDSTILL, Limits, Pose, Twist
 from wax.robot.simulated.flat import furnished_flat
@@ -34,7 +35,7 @@ twists = st.builds(Twist, st.floats(-2, 2), st.floats(-4, 4))
 rides = st.lists(st.tuples(twists, st.integers(1, 120)), min_size=1, max_size=12)
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(rides)
 def test_never_inside_anything_and_never_too_fast(ride: list[tuple[Twist, int]]) -> None:
     """However it is driven, the robot's circle stays clear and its speed within the limits."""
@@ -49,7 +50,7 @@ def test_never_inside_anything_and_never_too_fast(ride: list[tuple[Twist, int]])
             assert abs(motion.angular_rps) <= LIMITS.angular_rps
 
 
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(st.floats(-math.pi, math.pi), st.floats(5.0, 10.0))
 def test_the_fastest_robot_does_not_tunnel(heading: float, speed: float) -> None:
     """Even at ten metres a second, the most that can be configured, walls hold."""

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
     from tests.robot.conftest import Board
 
+pytestmark = pytest.mark.system
+
 AHEAD = Twist(0.5, 0.0)
 DIALECTS = pytest.mark.parametrize("dialect", ["frames", "bytes"])
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
+from tests.examples import examples
 
 from wax.robot.driver import STANDSTILL, Limits, Twist
 from wax.robot.serial.setpoints import Order, SetPoints
@@ -163,5 +163,5 @@ class Histories(RuleBasedStateMachine):
 
 
 TestHistories = Histories.TestCase
-TestHistories.settings = settings(max_examples=150, stateful_step_count=30, deadline=None)
+TestHistories.settings = examples(150, stateful_step_count=30)
 TestHistories.__doc__ = "Motion is only ever of the newest turn, fresh, and after a neutral."

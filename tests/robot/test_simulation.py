@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from tests.examples import examples
 
 from wax.config import RobotSettings
 from wax.robot.driver import Twist
@@ -90,7 +91,7 @@ calls = st.lists(
 )
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(calls)
 def test_the_same_calls_give_the_same_ride(ride: list[tuple[float, float, int, float]]) -> None:
     """Two robots told the same at the same times are always in the same place."""

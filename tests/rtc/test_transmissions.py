@@ -7,8 +7,9 @@ from random import Random
 from typing import TYPE_CHECKING, Literal
 
 import pytest
-from hypothesis import Phase, given, settings
+from hypothesis import Phase, given
 from hypothesis import strategies as st
+from tests.examples import examples
 from tests.rtc.browser_feedback import feedback_packet
 
 from wax.rtc.feedback import PERIOD_S, TICK_S, Feedback, parse
@@ -155,7 +156,7 @@ class Browser:
 
 
 # A seed cannot be made simpler, so what fails is told as it was found.
-@settings(max_examples=25, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@examples(25, phases=[Phase.explicit, Phase.reuse, Phase.generate])
 @given(
     kind=st.sampled_from(["none", "single", "burst", "all of a second"]),
     jitter_s=st.floats(0, 0.2),

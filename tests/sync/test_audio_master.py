@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import random
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from tests.examples import examples
 
 from wax.config import SyncSettings
 from wax.sync.audio_master import AudioMaster
@@ -106,7 +107,7 @@ def _told(sound_ms: float | None, picture_ms: float | None) -> PlayoutReport:
     return PlayoutReport(StreamPlayout(age_ms=sound_ms), StreamPlayout(age_ms=picture_ms))
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(
     early_ms=st.floats(0, 450),
     least_ms=st.floats(0, 30),
@@ -135,7 +136,7 @@ def test_an_observers_picture_meets_the_sound_and_stays_there(
     assert browser.changes - changes <= 4
 
 
-@settings(max_examples=30)
+@examples(30)
 @given(slope=st.floats(-75, 75), round_trip_s=st.floats(0, 0.1))
 def test_the_picture_follows_a_sound_that_drifts(slope: float, round_trip_s: float) -> None:
     """While a browser stretches its sound by 75 ms a second the picture stays beside it."""

@@ -6,8 +6,9 @@ import math
 from typing import TYPE_CHECKING
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from tests.examples import examples
 
 from wax.sync.delivery import Delivery, LinkEstimate
 from wax.sync.estimate import STARTING_RATE_BPS, LinkEstimator
@@ -287,7 +288,7 @@ moves = st.one_of(
 )
 
 
-@settings(max_examples=150)
+@examples(150)
 @given(st.lists(moves, max_size=40))
 def test_lies_are_bounded(trace: list[tuple[str, object, float]]) -> None:
     """Whatever is reported, and however time runs, nothing is raised and all is within bounds."""

@@ -7,8 +7,9 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
+from tests.examples import examples
 from tests.sync.link_model import default_rungs, default_sounds
 
 from wax.sync.delivery import LinkEstimate, LinkState
@@ -91,7 +92,7 @@ def test_each_rate_has_its_rung(rate_bps: float, name: str) -> None:
     assert serving.top_layer == serving.rung.layers
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(st.floats(60e3, 5e6))
 def test_what_is_chosen_fits(rate_bps: float) -> None:
     """Sound and picture together take no more than what was left of the rate."""
@@ -108,7 +109,7 @@ traces = st.lists(
 )
 
 
-@settings(max_examples=200)
+@examples(200)
 @given(traces, st.floats(8e3, 3e6), st.floats(1, 3), states, st.sampled_from([0.0, 0.02, 0.1]))
 def test_more_never_gives_less(
     trace: list[tuple[float, LinkState, float, float]],
@@ -130,7 +131,7 @@ def test_more_never_gives_less(
     assert more[2] >= less[2]
 
 
-@settings(max_examples=80)
+@examples(80)
 @given(st.floats(20e3, 3e6), st.lists(st.floats(0.93, 1.07), min_size=50, max_size=50))
 @example(29_237.0, [*[1.0] * 43, 0.9375, *[1.0] * 6])
 def test_a_steady_link_changes_no_rung_twice_in_5_s(rate_bps: float, noise: list[float]) -> None:

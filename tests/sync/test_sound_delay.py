@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from tests.examples import examples
 
 from wax.sync.sound_delay import BOUND_MS, SoundDelay
 
@@ -76,7 +77,7 @@ def test_a_perfect_link_is_left_to_the_browser() -> None:
     assert set(ear.targets) == {None}
 
 
-@settings(max_examples=20, deadline=None)
+@examples(20)
 @given(needs_ms=st.floats(0, 450), seed=st.integers(0, 100))
 def test_on_a_steady_link_breaks_end_and_become_rare(needs_ms: float, seed: int) -> None:
     """After 15 s no sound breaks; in half an hour what is tried costs six short breaks at most."""
@@ -93,7 +94,7 @@ def test_on_a_steady_link_breaks_end_and_become_rare(needs_ms: float, seed: int)
     assert ear.buffer_ms <= max(30.0, needs_ms + 150)
 
 
-@settings(max_examples=30)
+@examples(30)
 @given(jitter_ms=st.floats(0, 300), seed=st.integers(0, 100))
 def test_measured_jitter_is_met_before_anything_breaks(jitter_ms: float, seed: int) -> None:
     """What packets show beyond what a decoder bridges is asked for, and hardly ever changed."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import re
 import struct
 import sys
 from dataclasses import dataclass
@@ -94,11 +93,9 @@ def _captures(path: Path) -> bool:
 
 
 def list_microphones(
-    *,
-    proc: Path = Path("/proc/asound"),
-    load_portaudio: Callable[[], Any] = load_portaudio,
+    *, load_portaudio: Callable[[], Any] = load_portaudio
 ) -> tuple[list[Device], str | None]:
-    """List what PortAudio and ALSA know, and a sentence if PortAudio is missing."""
+    """List what PortAudio knows, and a sentence if it is missing."""
     found = []
     problem = None
     try:
@@ -112,20 +109,7 @@ def list_microphones(
         problem = str(error)
     except Exception as error:  # PortAudio without any sound system raises its own errors
         problem = f"PortAudio cannot list its devices: {error}"
-    return found + _alsa_microphones(proc), problem
-
-
-def _alsa_microphones(proc: Path) -> list[Device]:
-    """Read `/proc/asound/pcm`: lines of ``card-device: id : name : playback n : capture n``."""
-    found = []
-    for line in _text(proc / "pcm").splitlines():
-        match = re.match(r"(\d+)-(\d+): [^:]*: ([^:]*?) ?:.*capture", line)
-        if match:
-            card, device, name = int(match[1]), int(match[2]), match[3]
-            card_id = _text(proc / f"card{card}" / "id") or str(card)
-            source = f"alsa:plughw:CARD={card_id},DEV={device}"
-            found.append(Device("[audio] source", source, f"{name} (ALSA)"))
-    return found
+    return found, problem
 
 
 def _text(path: Path) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -10,7 +11,7 @@ from wax.errors import ConfigError, SourceError
 from wax.media.address import is_network, open_container
 from wax.media.camera import OpenCvCamera
 from wax.media.file import MediaFile
-from wax.media.microphone import AlsaMicrophone, PortAudioMicrophone
+from wax.media.microphone import PortAudioMicrophone
 from wax.media.testcard import TestCardAudio, TestCardVideo
 from wax.plugin import is_plugin_name, make_plugin
 from wax.robot.driver import HasCamera, HasMicrophone
@@ -95,11 +96,25 @@ def _microphone(settings: AudioSettings, clock: Clock) -> AudioSource | None:
     """Return the live microphone that is named, or None if the name is no microphone's."""
     kind, _, device = settings.source.partition(":")
     if kind == "alsa" and device:
-        return AlsaMicrophone(settings, clock, device=device)
+        raise ConfigError(
+            f"{_AUDIO_KEY}: {settings.source} is now {_named_by_portaudio(device)}; "
+            "'wax devices' lists what is there."
+        )
     if kind != "microphone":
         return None
     number_or_name = int(device) if device.isdecimal() else device or None
     return PortAudioMicrophone(settings, clock, device=number_or_name)
+
+
+def _named_by_portaudio(alsa: str) -> str:
+    """Give the new name of a device that was named as ALSA does.
+
+    PortAudio finds a device by a part of its name, in which a card has its number and not its id.
+    """
+    match = re.fullmatch(r"(?:plug)?hw:(\d+)(?:,(\d+))?", alsa)
+    if match is None:
+        return "microphone:… with a part of the device's name, or microphone for the default"
+    return f'"microphone:hw:{match[1]},{match[2] or 0}"'
 
 
 class _Files:

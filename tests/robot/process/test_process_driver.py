@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
     from wax.robot.driver import Driver
 
+pytestmark = pytest.mark.system
+
 AHEAD = Twist(0.5, 0.0)
 
 

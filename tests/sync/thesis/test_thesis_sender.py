@@ -7,8 +7,9 @@ import itertools
 from dataclasses import dataclass, field
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
+from tests.examples import examples
 
 from wax.sync.thesis.sender import Decision, Sender
 from wax.sync.thesis.settings import ThesisSettings
@@ -175,7 +176,7 @@ def _run(link: Link, audio_mu_ms: int, phase_s: float) -> Run:
 # --- what holds on every link ----------------------------------------------------------------
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(links(), audio_mus, st.floats(0, 0.09))
 def test_nothing_newer_leaves_before_the_acknowledgement(
     link: Link, audio_mu_ms: int, phase_s: float
@@ -191,7 +192,7 @@ def test_nothing_newer_leaves_before_the_acknowledgement(
 
 # An outage that a picture outlasts as lost, and is acknowledged after all.
 @example(Link([(0.0, 4e3), (1.0625, 1e5), (3.0625, 0.0), (6.0625, 5e4)], delay_s=0.0), 500, 0.0)
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(links(), audio_mus, st.floats(0, 0.09))
 def test_the_picture_never_drifts(link: Link, audio_mu_ms: int, phase_s: float) -> None:
     """However long a link is slow, lateness never adds up.
@@ -214,7 +215,7 @@ def test_the_picture_never_drifts(link: Link, audio_mu_ms: int, phase_s: float) 
             under_way_s = one.done_s - one.left_s
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(links(), audio_mus, st.floats(0, 0.09))
 def test_what_is_sent_is_the_newest_allowed(link: Link, audio_mu_ms: int, phase_s: float) -> None:
     """No sound leaves while a newer is there; no picture unless no newer one was due."""
@@ -236,7 +237,7 @@ def test_what_is_sent_is_the_newest_allowed(link: Link, audio_mu_ms: int, phase_
             assert newer.ready_s >= one.left_s - 1e-9
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(links(), audio_mus, st.floats(0, 0.09))
 def test_memory_is_bounded_and_nothing_vanishes(
     link: Link, audio_mu_ms: int, phase_s: float
@@ -251,7 +252,7 @@ def test_memory_is_bounded_and_nothing_vanishes(
     assert len(done) == len(set(done))
 
 
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(links(), audio_mus)
 def test_the_same_happens_the_same_way(link: Link, audio_mu_ms: int) -> None:
     """The sender holds no clock and no chance: the same run twice sends the same."""
@@ -262,7 +263,7 @@ def test_the_same_happens_the_same_way(link: Link, audio_mu_ms: int) -> None:
     ]
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(links(), audio_mus)
 def test_the_sound_goes_first(link: Link, audio_mu_ms: int) -> None:
     """Where both may leave at once the sound is ahead, and a picture never keeps it waiting."""

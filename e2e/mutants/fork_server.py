@@ -1,9 +1,8 @@
-"""Runs tests in processes that are forked from one in which what they all need is loaded already.
+"""A fork server: runs tests in processes that have loaded what they all need.
 
-So that a fault costs the time of its tests and little more. The tests see a copy of the tree, and
-a module with a fault takes the place of the real one as it is imported: nothing is changed in any
-file, and the tree may be worked on meanwhile. Hypothesis draws the same examples for all
-(its profile for CI), and does not make a failure shorter.
+So a mutant costs the time of its tests and little more. The tests see a copy of the tree, and the
+mutated module takes the place of the real one as it is imported: no file is changed, and the tree
+may be worked on meanwhile. Hypothesis draws the same examples for all and shrinks no failure.
 """
 
 from __future__ import annotations
@@ -54,6 +53,7 @@ _OPTIONS: Final = (
     "-p",
     "no:cacheprovider",
     "--timeout=0",
+    "--hypothesis-profile=mutants",
     _LOADED_ALREADY,
 )
 _MEMORY_BYTES: Final = 4 << 30
@@ -65,7 +65,7 @@ class NothingToTestError(Exception):
     """What was prepared is no other program."""
 
 
-class Nursery:
+class ForkServer:
     """Forks runs of tests on the copy of the tree in `tree`."""
 
     def __init__(self, tree: Path) -> None:
@@ -117,10 +117,15 @@ def _kill(run: int) -> None:
 
 
 @contextmanager
-def open_nursery() -> Iterator[Nursery]:
+def open_fork_server() -> Iterator[ForkServer]:
     """Copy the tree, load what is needed, and leave nothing behind."""
-    os.environ["CI"] = "1"  # tests/conftest.py leaves the choice of a profile to it
-    hypothesis.settings.load_profile("ci")  # the same examples each time, and none remembered
+    hypothesis.settings.register_profile(
+        "mutants",
+        derandomize=True,
+        database=None,
+        deadline=None,
+        phases=[hypothesis.Phase.explicit, hypothesis.Phase.generate],
+    )
     for name in _LOADED:
         importlib.import_module(name)
     with tempfile.TemporaryDirectory(prefix="wax-mutants-") as folder:
@@ -130,16 +135,16 @@ def open_nursery() -> Iterator[Nursery]:
                 shutil.copytree(here, there, ignore=_NOT_COPIED)
             else:
                 shutil.copy(here, there)
-        nursery = Nursery(Path(folder))
+        server = ForkServer(Path(folder))
         try:
-            yield nursery
+            yield server
         finally:
-            nursery.end()
+            server.end()
 
 
 def use_source(module: str, source: str, tree: Path) -> None:
     """Let this process import a module from this source."""
-    sys.meta_path.insert(0, _Changeling(module, source, tree))
+    sys.meta_path.insert(0, _MutatedModule(module, source, tree))
 
 
 def _run(
@@ -158,7 +163,6 @@ def _run(
         os.chdir(tree)
         sys.path[:0] = [str(tree), str(tree / "server")]
         prepare()
-        _do_not_shrink()
         code = int(pytest.main([*_OPTIONS, *tests]))
     except NothingToTestError:
         code = NOTHING_TO_TEST
@@ -169,14 +173,8 @@ def _run(
         os._exit(code)
 
 
-def _do_not_shrink() -> None:
-    phases = [hypothesis.Phase.explicit, hypothesis.Phase.generate]
-    hypothesis.settings.register_profile("mutants", hypothesis.settings(), phases=phases)
-    hypothesis.settings.load_profile("mutants")
-
-
-class _Changeling(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Gives one module another source; all else about it is as it was."""
+class _MutatedModule(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    """Gives one module another source; all else about it stays."""
 
     def __init__(self, module: str, source: str, tree: Path) -> None:
         self._module = module

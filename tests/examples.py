@@ -1,0 +1,35 @@
+"""How many cases a property is tried with.
+
+A test says its full number. `make unit` and `make test` try a quarter of it, other cases each time
+(in CI the same ones); `make test-all` tries all, by ``pytest --hypothesis-profile=full``.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from hypothesis import settings
+
+_FULL: Final = 100
+"""What Hypothesis tries where a test says nothing."""
+
+
+def load_profiles() -> None:
+    """Load the profile `quick`, and have `full` ready.
+
+    No example is timed: a busy machine is no failure. Both build on what Hypothesis has loaded by
+    itself: where CI is set, that draws the same examples each time and stores none.
+    """
+    settings.register_profile("full", deadline=None, max_examples=_FULL)
+    settings.register_profile("quick", deadline=None, max_examples=_FULL // 4)
+    settings.load_profile("quick")
+
+
+def share_of(full: int) -> int:
+    """Give the loaded profile's share of a number of cases, at least one."""
+    return max(1, full * settings().max_examples // _FULL)
+
+
+def examples(full: int, **more: Any) -> settings:
+    """Try a property with the loaded profile's share of `full` examples."""
+    return settings(max_examples=share_of(full), **more)
