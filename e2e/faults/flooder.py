@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from e2e.bench.servers import ROOT
 from e2e.faults.operator import RawOperator
 from e2e.measure.errors import MeasureError
+from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable

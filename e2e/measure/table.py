@@ -41,7 +41,9 @@ def goal(row: Row) -> str:
 
 
 def verdict(row: Row) -> str:
-    return {True: "met", False: "**missed**", None: ""}[row.met]
+    if row.met is None:
+        return "" if row.goal is None else "not measured"
+    return "met" if row.met else "**missed**"
 
 
 def number(value: float | None) -> str:
