@@ -67,14 +67,15 @@ class MeasuredServer(Server):
 async def serving(
     side: str, core: int | None = None, **settings: Any
 ) -> AsyncIterator[MeasuredServer]:
-    """Serve inside the block; raises `MeasureError` with the log's end where it does not start."""
+    """Serve inside the block; raises `MeasureError` where it does not start."""
     with TemporaryDirectory(prefix="wax-bench-") as folder:
         server = MeasuredServer(side, Path(folder), settings, core)
         try:
             try:
                 await server.start()
             except AssertionError as error:
-                raise MeasureError(f"the server of {side} does not serve:\n{error}") from error
+                log = server.log.strip().splitlines() or ["no log"]
+                raise MeasureError(f"{side} does not serve; its log ends: {log[-1]}") from error
             yield server
         finally:
             await server.kill()

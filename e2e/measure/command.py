@@ -34,14 +34,20 @@ NOT_RUN: Final = 77
 """What automake takes for a test that was skipped."""
 
 
-def main(suite: Suite, words: Sequence[str] | None = None) -> int:
-    """Read the command line and do what it says."""
+def main(
+    suite: Suite,
+    words: Sequence[str] | None = None,
+    *,
+    out: Path = OUT,
+    published: Path = FOLDER,
+) -> int:
+    """Do what the command line says; results go to a folder of the suite's own in `out`."""
     parser = parser_of(suite)
     arguments = parser.parse_args(words)
     if arguments.publish and (arguments.quick or arguments.n):
         parser.error("only the full number is published; give --publish without --quick and --n")
     try:
-        return run(suite, arguments)
+        return run(suite, arguments, out=out, published=published)
     except MeasureError as error:
         print(f"{suite.name}: {error}", file=sys.stderr)
         return 2
@@ -68,7 +74,9 @@ def parser_of(suite: Suite) -> argparse.ArgumentParser:
     return parser
 
 
-def run(suite: Suite, arguments: argparse.Namespace, out: Path = OUT) -> int:
+def run(
+    suite: Suite, arguments: argparse.Namespace, *, out: Path = OUT, published: Path = FOLDER
+) -> int:
     """Measure; the exit status. Raises `MeasureError` where what was asked for makes no sense."""
     wanted = [
         (case, arguments.n or (case.quick if arguments.quick else case.n))
@@ -97,10 +105,9 @@ def run(suite: Suite, arguments: argparse.Namespace, out: Path = OUT) -> int:
     print(to_table(suite.derive([row for result in found for row in result.rows])))
     if arguments.publish:
         everything = results.of(origin)
-        full = [
-            everything[case.key, case.n] for case in suite.cases if (case.key, case.n) in everything
-        ]
-        print(f"published: {publish(suite, full).relative_to(ROOT)}; now run make figures")
+        full = [everything.get((case.key, case.n)) for case in suite.cases]
+        path = publish(suite, [result for result in full if result], published)
+        print(f"published: {path}; now run make figures")
     return _status(found)
 
 
