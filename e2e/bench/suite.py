@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from e2e.bench.fan_out import fan_out
 from e2e.bench.first_picture import first_picture
@@ -13,18 +13,15 @@ from e2e.bench.servers import STOCK, WAX
 from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Case, Suite
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
+    from collections.abc import Callable, Coroutine
 
     from e2e.measure.row import Row
 
+    Measure = Callable[[int], Coroutine[Any, Any, list[Row]]]
 
-def _case(
-    key: str, n: int, measure: Callable[[int], Awaitable[list[Row]]], title: str, quick: int
-) -> Case:
-    async def measured(n: int) -> list[Row]:
-        return await measure(n)
 
-    return Case(key, title, n, lambda n: asyncio.run(measured(n)), quick)
+def _case(key: str, n: int, measure: Measure, title: str, quick: int) -> Case:
+    return Case(key, title, n, lambda n: asyncio.run(measure(n)), quick)
 
 
 SUITE: Final = Suite(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from e2e.faults.black_channel import black_channel
 from e2e.faults.blind import camera_freezes, page_starves, video_starves
@@ -22,9 +22,9 @@ from e2e.measure.row import Row
 from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Case, Suite
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
+    from collections.abc import Callable, Coroutine
 
-    Measure = Callable[[int], Awaitable[Row | list[Row]]]
+    Measure = Callable[[int], Coroutine[Any, Any, Row | list[Row]]]
 
 
 def staged_case(key: str, n: int, measure: Measure, title: str, quick: int = 2) -> Case:
@@ -32,15 +32,11 @@ def staged_case(key: str, n: int, measure: Measure, title: str, quick: int = 2) 
 
     def run(n: int) -> list[Row]:
         # A loop for each: what one leaves behind must not disturb the next.
-        found = asyncio.run(_awaited(measure(n)))
+        found = asyncio.run(measure(n))
         rows = [found] if isinstance(found, Row) else found
         return [row.model_copy(update={"load": str(DEFAULT)}) for row in rows]
 
     return Case(key, title, n, run, quick)
-
-
-async def _awaited(found: Awaitable[Row | list[Row]]) -> Row | list[Row]:
-    return await found
 
 
 SUITE: Final = Suite(
