@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from e2e.measure.row import Row
     from e2e.measure.suite import Case, Suite
 
 OUT: Final = ROOT / "e2e/out"
@@ -44,6 +45,8 @@ def main(
     """Do what the command line says; results go to a folder of the suite's own in `out`."""
     parser = parser_of(suite)
     arguments = parser.parse_args(words)
+    if arguments.n is not None and arguments.n < 1:
+        parser.error(f"--n {arguments.n}: at least 1")
     if arguments.publish and (arguments.quick or arguments.n):
         parser.error("only the full number is published; give --publish without --quick and --n")
     try:
@@ -75,7 +78,7 @@ def parser_of(suite: Suite) -> argparse.ArgumentParser:
 
 
 def run(
-    suite: Suite, arguments: argparse.Namespace, *, out: Path = OUT, published: Path = FOLDER
+    suite: Suite, arguments: argparse.Namespace, out: Path = OUT, published: Path = FOLDER
 ) -> int:
     """Measure; the exit status. Raises `MeasureError` where what was asked for makes no sense."""
     wanted = [
@@ -102,13 +105,14 @@ def run(
             results.add(old)
             print(f"{old.problem or 'ok'} ({old.took_s:.0f} s)", file=sys.stderr, flush=True)
         found.append(old)
-    print(to_table(suite.derive([row for result in found for row in result.rows])))
+    rows = suite.derive([row for result in found for row in result.rows])
+    print(to_table(rows))
     if arguments.publish:
         everything = results.of(origin)
         full = [everything.get((case.key, case.n)) for case in suite.cases]
         path = publish(suite, [result for result in full if result], published)
         print(f"published: {path}; now run make figures")
-    return _status(found)
+    return _status(found, rows)
 
 
 def _measure(case: Case, n: int, origin: Origin, load_1min: float, log: Path) -> Result:
@@ -144,10 +148,10 @@ def _chosen(suite: Suite, patterns: Sequence[str] | None) -> list[Case]:
     ]
 
 
-def _status(found: Sequence[Result]) -> int:
+def _status(found: Sequence[Result], rows: Sequence[Row]) -> int:
     statuses = {result.status for result in found}
     if "failed" in statuses:
         return 2
     if "not run" in statuses:
         return NOT_RUN
-    return 1 if any(row.met is False for result in found for row in result.rows) else 0
+    return 1 if any(row.met is False for row in rows) else 0
