@@ -107,7 +107,7 @@ class Stage:
         self.server = StagedServer(folder, toml.dumps(tree))
         self.server.environment = environment or {}
         self.record = Record(self.board.log_path)
-        self._crowd: Crowd | None = None
+        self.crowd: Crowd | None = None
         self._ending = AsyncExitStack()
 
     async def __aenter__(self) -> Self:
@@ -119,7 +119,7 @@ class Stage:
             await self.answers()
             if self.load.observers:
                 offering = Offering(url=f"{self.server.url}/api/offer", wax=True)
-                self._crowd = ending.enter_context(await asyncio.to_thread(Crowd, offering))
+                self.crowd = ending.enter_context(await asyncio.to_thread(Crowd, offering))
             await self._fill()
             self._ending = ending.pop_all()
         return self
@@ -131,9 +131,9 @@ class Stage:
 
     async def _fill(self) -> None:
         """Let the observers come, anew where the server is another one."""
-        if self._crowd is not None:
-            await asyncio.to_thread(self._crowd.hold, 0)
-            await asyncio.to_thread(self._crowd.hold, self.load.observers)
+        if self.crowd is not None:
+            await asyncio.to_thread(self.crowd.hold, 0)
+            await asyncio.to_thread(self.crowd.hold, self.load.observers)
 
     async def _is_loaded(self) -> None:
         """Raise `MeasureError` where observers were lost: then the load was not what is said."""

@@ -20,8 +20,10 @@ from e2e.faults.nuisance import TTLS_MS, nuisance
 from e2e.faults.operator_gone import browser_frozen, browser_killed, network_vanishes
 from e2e.faults.robot_gone import driver_killed, serial_unplugged
 from e2e.faults.server_gone import loop_blocked, server_killed, server_stopped
-from e2e.faults.stage import DEFAULT, LIGHT
+from e2e.faults.stage import DEFAULT, LIGHT, staged
 from e2e.faults.steady_beat import steady_beat
+from e2e.harness.wait import eventually
+from e2e.measure.errors import MeasureError
 from e2e.measure.table import to_table
 
 if TYPE_CHECKING:
@@ -127,6 +129,23 @@ async def test_the_beat_is_measured_where_it_is_made() -> None:
     assert min(row.n for row in found.values()) >= 225
     assert found["steady-beat: gap"].values["median"] == pytest.approx(20, abs=5)
     assert (found["steady-beat: loop's gap"].values["max"] or 0.0) >= 20
+
+
+async def test_a_load_that_did_not_hold_is_no_result() -> None:
+    """Where observers are gone at the end, nothing that was measured counts."""
+
+    async def lose_them() -> None:
+        async with staged(load=replace(DEFAULT, observers=2)) as stage:
+            assert stage.crowd is not None
+            await asyncio.to_thread(stage.crowd.hold, 0)
+
+            async def forgotten() -> bool:
+                return not (await stage.server.status())["viewers"]
+
+            await eventually(forgotten, "the observers are forgotten")
+
+    with pytest.raises(MeasureError, match="of 2 observers 0 were left"):
+        await lose_them()
 
 
 async def test_no_harm_to_a_channel_is_executed() -> None:

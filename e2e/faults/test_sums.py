@@ -16,7 +16,8 @@ from e2e.faults.operator import Sent
 from e2e.faults.record import Record
 from e2e.faults.relay import Packet
 from e2e.faults.steady_beat import own_beat
-from e2e.measure.row import timed
+from e2e.faults.suite import staged_case
+from e2e.measure.row import Row, timed
 from wax.errors import ProtocolError
 from wax.messages import parse_drive, parse_state
 
@@ -87,6 +88,16 @@ def test_a_stop_that_never_comes_misses_every_goal() -> None:
     assert not timed("x", "y", [100.0, stopping.told_ms], 200.0).met
     assert timed("x", "y", [100.0, 120.0], 200.0).met
     assert not timed("x", "y", [100.0, 120.0], 200.0, wrong=1).met
+
+
+def test_rows_say_under_which_load() -> None:
+    """What is measured on the stage says what the server served meanwhile."""
+
+    async def measure(n: int) -> Row:
+        return timed("x", "y", [float(n)], 5.0)
+
+    (row,) = staged_case("x", 9, measure, "trials").run(2)
+    assert (row.load, row.values["max"]) == ("640×480 at 30 fps, sound, 20 observers", 2.0)
 
 
 def test_a_robot_that_stood_before_was_not_moving() -> None:
