@@ -7,17 +7,17 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from e2e.bench.crowd import Crowd
 from e2e.bench.errors import BenchError
 from e2e.bench.plan import FPS
 from e2e.bench.process import CoreMeter, two_cores, udp_receive_errors
 from e2e.bench.servers import Server
+from e2e.crowd import Crowd
 
 if TYPE_CHECKING:
-    from e2e.bench.crowd import Sample
     from e2e.bench.plan import Plan
     from e2e.bench.process import ProcessMeter
     from e2e.bench.servers import Side
+    from e2e.crowd import Sample
 
 SATURATED_CPU = 0.90
 LEAST_FPS_FRACTION = 0.95

@@ -7,9 +7,9 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from e2e.bench.crowd import Crowd
 from e2e.bench.errors import BenchError
 from e2e.bench.servers import Server
+from e2e.crowd import Crowd
 
 if TYPE_CHECKING:
     from e2e.bench.plan import Plan

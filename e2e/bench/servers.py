@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from e2e.bench.errors import BenchError
 from e2e.bench.process import ProcessMeter, pinned
-from e2e.bench.viewer import Offering
+from e2e.crowd.sample import Offering
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -83,8 +83,7 @@ class Server:
 
     @property
     def offering(self) -> Offering:
-        path = "/api/offer" if self.side == "ours" else "/offer"
-        return Offering(url=self.url + path, wax=self.side == "ours")
+        return Offering(url=self.url, wax=self.side == "ours")
 
     def status(self) -> dict[str, Any]:
         """Ask our server about itself."""

@@ -7,8 +7,7 @@ import time
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.bench.crowd import Crowd
-from e2e.bench.viewer import Offering
+from e2e.crowd import Crowd, Offering
 from e2e.faults.finding import Figure, timed
 from e2e.faults.operator import RawOperator
 from e2e.faults.stage import staged
@@ -34,7 +33,7 @@ async def steady_beat(
     """
     async with staged(_FULL, settings) as stage, RawOperator(stage.server) as operator:
         await operator.join()
-        offering = Offering(url=f"{stage.server.url}/api/offer", wax=True)
+        offering = Offering(url=stage.server.url, wax=True)
         with await asyncio.to_thread(Crowd, offering) as crowd:
             await asyncio.to_thread(crowd.hold, viewers)
             await stage.drive(operator)
