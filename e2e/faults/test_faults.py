@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from contextlib import asynccontextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import pytest
 
@@ -13,7 +13,7 @@ from e2e.faults.black_channel import CELLS, black_channel
 from e2e.faults.blind import camera_freezes, page_starves, video_starves
 from e2e.faults.delay_step import delay_step
 from e2e.faults.flood import WAYS, stop_in_flood
-from e2e.faults.hand_over import hand_over, one_turn
+from e2e.faults.hand_over import Ending, hand_over, one_turn
 from e2e.faults.hands_off import EVENTS, hands_off
 from e2e.faults.nuisance import TTLS_MS, nuisance
 from e2e.faults.operator_gone import browser_frozen, browser_killed, network_vanishes
@@ -93,9 +93,10 @@ async def test_a_blocked_server_stops_the_robot() -> None:
 
 
 async def test_nothing_of_an_old_turn_moves_the_robot() -> None:
-    """From one operator to the next there is a stop, and no frame of the old turn after it."""
+    """Left, over, vanished, crashed or come back: a stop, and nothing of the old turn after it."""
     late, without_stop, _ = await hand_over(6)
     assert (late.met, without_stop.met) == (True, True), f"{late}\n{without_stop}"
+    assert min(late.detail[ending] for ending in get_args(Ending)) >= 1
 
 
 async def test_a_turn_lasts_as_long_as_is_said() -> None:
