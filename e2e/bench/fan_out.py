@@ -9,21 +9,21 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from e2e.bench.crowd import Crowd
 from e2e.bench.process import CoreMeter, two_cores, udp_receive_errors
 from e2e.bench.servers import SIDES, STOCK, WAX, serving
-from e2e.bench.viewer import FPS
+from e2e.crowd import Crowd
 from e2e.measure.errors import MeasureError, NotRunError
 from e2e.measure.row import Row, judged
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from e2e.bench.crowd import Sample
     from e2e.bench.servers import MeasuredServer
+    from e2e.crowd import Sample
 
 VIEWERS: Final = {WAX: (1, 2, 4, 8, 16, 32, 50), STOCK: (1, 2, 4, 8)}
 WINDOW_S: Final = 2.0
+FPS: Final = 30.0
 _SETTLE_S: Final = 4.0
 _SATURATED_CPU: Final = 0.90
 _LEAST_FPS_SHARE: Final = 0.95

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.bench.process import ProcessMeter, pinned
-from e2e.bench.viewer import Offering
+from e2e.crowd.sample import Offering
 from e2e.harness import toml
 from e2e.harness.server import Server
 from e2e.measure.errors import MeasureError
@@ -59,8 +59,7 @@ class MeasuredServer(Server):
 
     @property
     def offering(self) -> Offering:
-        is_wax = self.side == WAX
-        return Offering(url=f"{self.url}{'/api/offer' if is_wax else '/offer'}", wax=is_wax)
+        return Offering(url=self.url, wax=self.side == WAX)
 
 
 @asynccontextmanager

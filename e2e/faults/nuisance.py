@@ -106,7 +106,7 @@ async def _drive(seconds: float, settings: Mapping[str, Any]) -> Drive:
         return Drive(
             seconds=until_s - since_s,
             stops=stops,
-            one_way_s=operator.one_way_s,
+            one_way_s=operator.clock.one_way_s,
             arrivals=tuple(arrivals(operator.sent_before, relay.up)),
             late_ms=late_ms,
         )

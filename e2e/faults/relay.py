@@ -73,6 +73,9 @@ class Relay:
         self._peer: Address | None = None
         self._server: Address | None = None
 
+    def offer(self, sdp: str) -> str:
+        return without_candidates(sdp)
+
     async def answer(self, sdp: str) -> str:
         """Open the sockets anew; return the server's answer with the relay in its place."""
         self.close()

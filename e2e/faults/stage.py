@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 
-from e2e.bench.crowd import Crowd
-from e2e.bench.viewer import Offering
+from e2e.crowd import Crowd, Offering
 from e2e.faults.record import Record
 from e2e.harness import toml
 from e2e.harness.board import Board
@@ -100,6 +99,7 @@ class Stage:
         load: Load = DEFAULT,
         environment: Mapping[str, str] | None = None,
     ) -> None:
+        self.folder = folder
         self.load = load
         self.board = Board(folder)
         robot = {"driver": "serial", "serial": {"url": str(self.board.path)}}
@@ -118,7 +118,7 @@ class Stage:
             ending.push_async_callback(self.server.kill)
             await self.answers()
             if self.load.observers:
-                offering = Offering(url=f"{self.server.url}/api/offer", wax=True)
+                offering = Offering(url=self.server.url, wax=True)
                 self.crowd = ending.enter_context(await asyncio.to_thread(Crowd, offering))
             await self._fill()
             self._ending = ending.pop_all()

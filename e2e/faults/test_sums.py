@@ -109,18 +109,30 @@ def test_a_robot_that_stood_before_was_not_moving() -> None:
     assert not record(frame(1.0), wheels(1.0, 100)).moved_at(1.2)
 
 
-def test_a_late_frame_of_an_old_turn_is_found() -> None:
-    """Motion for a turn that is over, and a switch without a stop between, are told."""
-    stop = frame(1.1, "stop")
-    good = record(frame(1.0), stop, frame(1.15, "stop", turn=2), frame(1.2, turn=2)).frames
-    assert switches(good).n == 1
-    assert switches(good).late == 0
-    assert switches(good).without_stop == 0
-    assert switches(good).gaps_ms[0] == pytest.approx(50)
-    assert switches(good, slow={2}).gaps_ms == ()
-    bad = record(frame(1.0), frame(1.2, turn=2), frame(1.3)).frames
-    assert switches(bad).late == 1
-    assert switches(bad).without_stop == 1
+DIRECTIONS = {1: 1, 2: -1}
+
+
+def test_a_good_switch_is_a_stop_and_then_the_new_hands() -> None:
+    """Nothing is wrong with it, and its gap is from the turn's first frame to its first motion."""
+    stop, back = frame(1.15, "stop", turn=2), frame(1.2, speed=-100, turn=2)
+    good = record(frame(1.0), frame(1.1, "stop"), stop, back).frames
+    found = switches(good, DIRECTIONS)
+    assert (found.n, found.old, found.foreign, found.without_stop) == (1, 0, 0, 0)
+    assert found.gaps_ms[0] == pytest.approx(50)
+    assert switches(good, DIRECTIONS, slow={2}).gaps_ms == ()
+
+
+def test_a_late_frame_is_found_though_the_board_refuses_it() -> None:
+    """Motion for a turn that is over counts on the wire, and so does a switch without a stop."""
+    refused = frame(1.3) | {"verdict": "old turn"}
+    found = switches(record(frame(1.0), frame(1.2, speed=-100, turn=2), refused).frames, DIRECTIONS)
+    assert (found.old, found.foreign, found.without_stop) == (1, 0, 1)
+
+
+def test_the_hands_of_the_operator_before_are_found_under_the_new_number() -> None:
+    """Motion is foreign where the turn's operator drives the other way, or was never told of it."""
+    frames = record(frame(1.0), frame(1.1, "stop"), frame(1.2, turn=2), frame(1.3, turn=3)).frames
+    assert switches(frames, DIRECTIONS).foreign == 2
 
 
 def test_halts_are_counted() -> None:

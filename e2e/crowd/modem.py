@@ -1,9 +1,10 @@
-"""A modem of one viewer's own, in the crowd's process: the link's model between socket and ICE."""
+"""A modem of one viewer's own, in the crowd's process: the link model between socket and ICE."""
 
 from __future__ import annotations
 
 import asyncio
 import time
+from functools import partial
 from struct import Struct
 from typing import TYPE_CHECKING, Any, Final
 
@@ -14,11 +15,25 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 PROFILE: Final = "modem-56k"
-_IN_FRONT: Final = Struct("!I24x")
-"""In the place of the headers of IP and UDP, 28 bytes, so that these count; says whose it is."""
+_HEADERS: Final = Struct("!I24x")
+"""In place of the headers of IP and UDP, 28 bytes, so that these count; says whose it is."""
 
 
-class Way:
+def put_behind(protocol: Any, seed: int) -> Callable[[], None]:
+    """Put aioice's `protocol` behind a modem; returns what ends that."""
+    down = Line("down", seed, protocol.datagram_received)
+    up = Line("up", seed, partial(_send, protocol.transport))
+    protocol.datagram_received = down.carry
+    protocol.transport = _Through(protocol.transport, up)
+
+    def close() -> None:
+        down.close()
+        up.close()
+
+    return close
+
+
+class Line:
     """One direction; `hand_on` gets each datagram and its address when it has come through."""
 
     def __init__(
@@ -33,8 +48,8 @@ class Way:
     def carry(self, data: bytes, address: Any) -> None:
         if address not in self._addresses:
             self._addresses.append(address)
-        front = _IN_FRONT.pack(self._addresses.index(address))
-        self._model.arrive(front + data, time.monotonic())
+        headers = _HEADERS.pack(self._addresses.index(address))
+        self._model.arrive(headers + data, time.monotonic())
         self._arm()
 
     def close(self) -> None:
@@ -55,9 +70,28 @@ class Way:
     def _come(self) -> None:
         self._timer = None
         for _, packet in self._model.due(time.monotonic()):
-            (number,) = _IN_FRONT.unpack_from(packet)
-            self._hand_on(packet[_IN_FRONT.size :], self._addresses[number])
+            (number,) = _HEADERS.unpack_from(packet)
+            self._hand_on(packet[_HEADERS.size :], self._addresses[number])
         self._arm()
+
+
+class _Through:
+    """A socket's transport whose datagrams go by a line first."""
+
+    def __init__(self, transport: Any, line: Line) -> None:
+        self._transport = transport
+        self._line = line
+
+    def sendto(self, data: bytes, address: Any = None) -> None:
+        self._line.carry(data, address)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._transport, name)
+
+
+def _send(transport: Any, data: bytes, address: Any) -> None:
+    if not transport.is_closing():  # ICE gives up those of its sockets that it does not need
+        transport.sendto(data, address)
 
 
 def _nobody(data: bytes, address: Any) -> None:

@@ -1,4 +1,7 @@
-"""The lab's side of the crowd's process."""
+"""The lab's near end of a crowd, at the server's end of the link.
+
+There it loads neither the link nor the browser's decoder.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,7 @@ from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from pydantic import BaseModel, ConfigDict
-
+from e2e.crowd.sample import Request, Sample
 from e2e.lab.errors import LabError
 from e2e.lab.process import CostMeter
 
@@ -27,56 +29,38 @@ _ANSWER_WITHIN_S: Final = 10.0
 _LEAVE_WITHIN_S: Final = 5.0
 
 
-class Count(BaseModel):
-    """What all of them have got so far, each number for one of them, on CLOCK_MONOTONIC."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    at_s: float
-    frames: list[int]
-    packets: int
-    lost: int
-    problem: str | None = None
-    """Why there is no crowd."""
-    slow: int = 0
-    """The first of them so many are behind a modem each."""
-    feedbacks: int = 0
-    """Transport-wide feedback packets that all of them sent."""
-    repeats_asked: int = 0
-    keyframes_asked: int = 0
-
-
 @dataclass(slots=True)
 class Crowd:
-    """The near end."""
+    """`first` is what they had when all were there; the first `slow` are behind a modem each."""
 
     process: Process
-    first: Count
+    first: Sample
+    slow: int
     meter: CostMeter
 
     async def told(self) -> dict[str, float | str]:
         """Return what they got since they were all there; raises `LabError`."""
-        last = await _ask(self.process)
+        last = await _ask(self.process, Request(verb="count"), _ANSWER_WITHIN_S)
         span_s = last.at_s - self.first.at_s
         rates = [
-            (after - before) / span_s
-            for before, after in zip(self.first.frames, last.frames, strict=True)
+            (after.video.frames - before.video.frames) / span_s
+            for before, after in zip(self.first.viewers, last.viewers, strict=True)
         ]
-        packets = last.packets - self.first.packets
-        lost = last.lost - self.first.lost
-        slow, quick = rates[: last.slow], rates[last.slow :]
+        was, now = self.first.total, last.total
+        packets = now.video.packets + now.audio.packets - was.video.packets - was.audio.packets
+        lost = now.video.lost + now.audio.lost - was.video.lost - was.audio.lost
+        asked, told = now.answers, was.answers
+        slow, quick = rates[: self.slow], rates[self.slow :]
         found: dict[str, float | str] = {
             "crowd.viewers": len(rates),
-            "crowd.slow": last.slow,
+            "crowd.slow": self.slow,
             "crowd.pictures_per_s_min": min(quick),
             "crowd.pictures_per_s_mean": sum(quick) / len(quick),
             "crowd.lost_share": lost / (packets + lost) if packets + lost > 0 else 0.0,
             "crowd.packets_per_s": packets / span_s,
-            "crowd.feedbacks_per_s": (last.feedbacks - self.first.feedbacks) / span_s,
-            "crowd.repeats_asked_per_s": (last.repeats_asked - self.first.repeats_asked) / span_s,
-            "crowd.keyframes_asked_per_s": (
-                (last.keyframes_asked - self.first.keyframes_asked) / span_s
-            ),
+            "crowd.feedbacks_per_s": (asked.feedbacks - told.feedbacks) / span_s,
+            "crowd.repeats_asked_per_s": (asked.retransmissions - told.retransmissions) / span_s,
+            "crowd.keyframes_asked_per_s": (asked.keyframes - told.keyframes) / span_s,
             "crowd.cpu_share": self.meter.read().cpu_share,
         }
         if slow:
@@ -97,13 +81,12 @@ async def crowd(cell: Cell, link: Link, url: str) -> AsyncIterator[Crowd]:
     how = "stock" if cell.system == "stock" else "wax"
     number = cell.viewers - 1
     process = await link.server.spawn_python(
-        ["-m", "e2e.lab.crowd", url.rstrip("/"), how, str(number), str(cell.slow)],
-        stdin=PIPE,
-        stdout=PIPE,
+        ["-m", "e2e.crowd", url.rstrip("/"), how, str(cell.slow)], stdin=PIPE, stdout=PIPE
     )
     try:
-        first = await _answer(process, JOIN_WITHIN_S + JOIN_EACH_S * number)
-        yield Crowd(process, first, CostMeter(process.pid, "the crowd"))
+        hold = Request(verb="hold", number=number)
+        first = await _ask(process, hold, JOIN_WITHIN_S + JOIN_EACH_S * number)
+        yield Crowd(process, first, cell.slow, CostMeter(process.pid, "the crowd"))
     finally:
         assert process.stdin is not None
         process.stdin.close()
@@ -114,23 +97,19 @@ async def crowd(cell: Cell, link: Link, url: str) -> AsyncIterator[Crowd]:
             await process.wait()
 
 
-async def _ask(process: Process) -> Count:
+async def _ask(process: Process, request: Request, within_s: float) -> Sample:
     assert process.stdin is not None
-    with suppress(ConnectionError):  # then the answer says that it has ended
-        process.stdin.write(b"count\n")
-        await process.stdin.drain()
-    return await _answer(process, _ANSWER_WITHIN_S)
-
-
-async def _answer(process: Process, within_s: float) -> Count:
     assert process.stdout is not None
+    with suppress(ConnectionError):  # then the answer says that it has ended
+        process.stdin.write(request.model_dump_json().encode() + b"\n")
+        await process.stdin.drain()
     try:
         line = await asyncio.wait_for(process.stdout.readline(), within_s)
     except TimeoutError as error:
         raise LabError(f"the crowd did not answer within {within_s:.0f} s") from error
     if not line:
         raise LabError("the crowd's process has ended; its last words are on standard error")
-    count = Count.model_validate_json(line)
-    if count.problem is not None:
-        raise LabError(f"the crowd did not come together: {count.problem}")
-    return count
+    sample = Sample.model_validate_json(line)
+    if sample.problem is not None:
+        raise LabError(f"the crowd did not come together: {sample.problem}")
+    return sample

@@ -1,6 +1,6 @@
-"""What can be read of a protected RTP packet without its key: SRTP leaves the header clear.
+"""The header of an SRTP packet, which is readable without its key (pure).
 
-RFC 3550, 5.1, RFC 3711, 3.1 and RFC 8285, 4.2. So a crowd need not decrypt what it only counts.
+RFC 3550, 5.1; RFC 3711, 3.1; RFC 8285, 4.2. What is only counted need not be decrypted.
 """
 
 from __future__ import annotations
@@ -8,12 +8,12 @@ from __future__ import annotations
 from struct import unpack_from
 from typing import Final, NamedTuple
 
-_FIXED: Final = 12
-_ONE_BYTE: Final = 0xBEDE
+_FIXED_BYTES: Final = 12
+_ONE_BYTE_HEADERS: Final = 0xBEDE
 
 
-class Header(NamedTuple):
-    """The fields of one packet; `transport_sequence` is None where it bears none."""
+class RtpHeader(NamedTuple):
+    """The fields of one packet; `transport_sequence` is None where the packet bears none."""
 
     payload_type: int
     marker: bool
@@ -21,22 +21,22 @@ class Header(NamedTuple):
     timestamp: int
     ssrc: int
     payload: bytes
-    """Protected as it is, with the tag of SRTP at its end."""
+    """Still encrypted, with SRTP's authentication tag at its end."""
     transport_sequence: int | None
 
 
 def is_rtp(data: bytes) -> bool:
     """Tell RTP from RTCP, DTLS and STUN on one port (RFC 7983, RFC 5761)."""
-    return len(data) >= _FIXED and 127 < data[0] < 192 and not 192 <= data[1] <= 223
+    return len(data) >= _FIXED_BYTES and 127 < data[0] < 192 and not 192 <= data[1] <= 223
 
 
-def read(data: bytes, extension_id: int | None) -> Header | None:
-    """Read the header; `extension_id` is the transport-wide sequence number's, where negotiated.
+def read(data: bytes, extension_id: int | None) -> RtpHeader | None:
+    """Read the header; None where the packet is cut off.
 
-    None where the packet is cut off.
+    `extension_id` is the negotiated one of the transport-wide sequence number, if any.
     """
     sequence, timestamp, ssrc = unpack_from("!HLL", data, 2)
-    size = _FIXED + 4 * (data[0] & 0x0F)
+    size = _FIXED_BYTES + 4 * (data[0] & 0x0F)
     transport_sequence = None
     if data[0] & 0x10:
         if len(data) < size + 4:
@@ -45,9 +45,9 @@ def read(data: bytes, extension_id: int | None) -> Header | None:
         begin, size = size + 4, size + 4 + 4 * words
         if len(data) < size:
             return None
-        if profile == _ONE_BYTE and extension_id is not None:
+        if profile == _ONE_BYTE_HEADERS and extension_id is not None:
             transport_sequence = _find(data, begin, size, extension_id)
-    return Header(
+    return RtpHeader(
         data[1] & 0x7F,
         data[1] >= 128,
         sequence,

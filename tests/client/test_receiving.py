@@ -1,8 +1,7 @@
-"""The crowd's parts: headers that are read as aiortc writes them, and what is said back."""
+"""Receiving without decoding: headers are read as aiortc writes them, and answered."""
 
 from __future__ import annotations
 
-import asyncio
 from struct import unpack_from
 
 import pytest
@@ -11,11 +10,16 @@ from aiortc.rtp import HeaderExtensions, HeaderExtensionsMap, RtpPacket
 from hypothesis import given
 from hypothesis import strategies as st
 
-from e2e.lab.crowd import header
-from e2e.lab.crowd.feedback import LEAST_EVERY_S, MOST_EVERY_S, URI, Feedback, every_s
-from e2e.lab.crowd.line import Way
-from e2e.lab.crowd.missing import AGAIN_S, MOST_TIMES, Missing
-from e2e.lab.crowd.onlooker import agreed
+from wax.client import rtp_header as header
+from wax.client.retransmission import MAX_RETRIES, RETRY_S, RetransmissionRequests
+from wax.client.sdp import agreed
+from wax.client.transport_feedback import (
+    MAX_INTERVAL_S,
+    MIN_INTERVAL_S,
+    URI,
+    TransportFeedback,
+    interval_s,
+)
 from wax.rtc.feedback import find, parse
 
 ANSWER = f"""v=0
@@ -108,11 +112,11 @@ def test_feedback_says_when_each_packet_came(first: int, arrivals: list[tuple[in
 
     The server's own reader finds as many.
     """
-    feedback = Feedback()
+    feedback = TransportFeedback()
     at_s, sequence, expected = 1000.0, first, {}
     for ahead, ticks in arrivals:
         sequence, at_s = sequence + ahead, at_s + 0.00025 * ticks
-        feedback.came(sequence & 0xFFFF, at_s)
+        feedback.arrived(sequence & 0xFFFF, at_s)
         expected[sequence & 0xFFFF] = at_s
     packet = feedback.take(1, 2)
     assert packet is not None
@@ -126,10 +130,10 @@ def test_feedback_says_when_each_packet_came(first: int, arrivals: list[tuple[in
 
 def test_what_was_lost_between_two_is_told() -> None:
     """The next feedback begins where the last ended, so that no loss falls between them."""
-    feedback = Feedback()
-    feedback.came(10, 1.0)
+    feedback = TransportFeedback()
+    feedback.arrived(10, 1.0)
     feedback.take(1, 2)
-    feedback.came(13, 1.1)
+    feedback.arrived(13, 1.1)
     packet = feedback.take(1, 2)
     assert packet is not None
     assert unpack_from("!HH", packet, 12) == (11, 3)
@@ -138,21 +142,21 @@ def test_what_was_lost_between_two_is_told() -> None:
 
 def test_feedback_takes_a_twentieth() -> None:
     """The wait is Chromium's: short when much comes, bounded both ways."""
-    assert every_s(10e6) == LEAST_EVERY_S
-    assert every_s(0) == MOST_EVERY_S
-    assert 8 * 68 / every_s(100_000) == pytest.approx(0.05 * 100_000)
+    assert interval_s(10e6) == MIN_INTERVAL_S
+    assert interval_s(0) == MAX_INTERVAL_S
+    assert 8 * 68 / interval_s(100_000) == pytest.approx(0.05 * 100_000)
 
 
 def test_what_is_missing_is_asked_for_until_it_comes() -> None:
     """A gap is asked for at once and again; what came is not, and in the end a keyframe is."""
-    missing = Missing()
+    missing = RetransmissionRequests()
     for sequence in (65534, 2):
-        missing.came(sequence)
+        missing.arrived(sequence)
     assert missing.due(1.0) == ([65535, 0, 1], False)
-    missing.came(0)
-    assert missing.due(1.0 + AGAIN_S / 2) == ([], False)
-    asked = [missing.due(1.0 + 1.01 * AGAIN_S * turn) for turn in range(1, MOST_TIMES + 1)]
-    assert asked[:-1] == [([65535, 1], False)] * (MOST_TIMES - 1)
+    missing.arrived(0)
+    assert missing.due(1.0 + RETRY_S / 2) == ([], False)
+    asked = [missing.due(1.0 + 1.01 * RETRY_S * turn) for turn in range(1, MAX_RETRIES + 1)]
+    assert asked[:-1] == [([65535, 1], False)] * (MAX_RETRIES - 1)
     assert asked[-1] == ([], True)
 
 
@@ -160,20 +164,6 @@ def test_an_answer_is_understood() -> None:
     """Payload types by kind, repeats apart, and the extension's number; without it, none."""
     found = agreed(ANSWER)
     assert found.kinds == {96: "audio", 97: "video"}
-    assert found.repeats == {98}
+    assert found.retransmissions == {98}
     assert found.extension_id == 5
     assert agreed(ANSWER.replace(URI, "urn:another")).extension_id is None
-
-
-async def test_a_line_of_ones_own_keeps_order_and_addresses() -> None:
-    """What goes in comes out as it was, in order, each with its own address."""
-    come: asyncio.Queue[tuple[bytes, object]] = asyncio.Queue()
-    way = Way("down", 1, lambda data, address: come.put_nowait((data, address)), "lan")
-    sent = [(bytes([number]) * number, ("10.0.0.1", number % 3)) for number in range(1, 20)]
-    for data, address in sent:
-        way.carry(data, address)
-    assert [await come.get() for _ in sent] == sent
-    way.carry(b"late", None)
-    way.close()
-    await asyncio.sleep(0.01)
-    assert come.empty()
