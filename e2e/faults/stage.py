@@ -199,17 +199,6 @@ class Stage:
             await asyncio.sleep(0.005)
         return False
 
-    async def standing(self, within_s: float = 3.0) -> None:
-        """Wait until the wheels stand."""
-        deadline_s = time.monotonic() + within_s
-        while True:
-            self.record.read()
-            if not self.record.wheels or self.record.wheels[-1].stand:
-                return
-            if time.monotonic() > deadline_s:
-                raise MeasureError(f"the robot moves on for {within_s:g} s")
-            await asyncio.sleep(0.005)
-
     def outcome(self, since_s: float, until_s: float | None = None) -> Stopping | None:
         """Read how the motion of `since_s` ended, by now; None where there was none."""
         until_s = time.monotonic() if until_s is None else until_s
