@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from e2e.harness.viewer import Viewer
 
 TOLERANCE_MS = 40.0
-"""The issue's promise: a chosen delay is followed within it, both streams."""
+"""A chosen delay is followed by both streams within it."""
 
 HELD_MS = 80.0
 """More than any browser holds a picture back by itself, less than 200 ms of sound need."""
