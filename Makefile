@@ -46,7 +46,7 @@ coverage: ## the branches of the same, which the tests must all take
 
 figures: ## the README's tables anew, from what the suites have published
 	@sh .make/install.sh test
-	@.venv/bin/python -m e2e.measure.figures
+	@.venv/bin/python -m e2e.measure
 
 lock: ## renew the locked versions of the Python packages
 	@sh .make/install.sh run
