@@ -6,19 +6,18 @@ import contextlib
 import select
 import subprocess
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Final, Self
 
-from e2e.bench.errors import BenchError
 from e2e.bench.process import ProcessMeter, pinned
 from e2e.crowd.sample import Request, Sample
+from e2e.measure.errors import MeasureError
+from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
     from types import TracebackType
 
     from e2e.crowd.sample import Offering
 
-ROOT: Final = Path(__file__).resolve().parents[2]
 ANSWER_TIMEOUT_S: Final = 180.0
 LEAVE_TIMEOUT_S: Final = 10.0
 
@@ -26,7 +25,7 @@ LEAVE_TIMEOUT_S: Final = 10.0
 class Crowd:
     """`with Crowd(offering, core) as crowd: crowd.hold(8); crowd.count()`.
 
-    Every request raises `BenchError` when the far end could not do it.
+    Every request raises `MeasureError` when the far end could not do it.
     """
 
     def __init__(self, offering: Offering, core: int | None = None) -> None:
@@ -75,13 +74,13 @@ class Crowd:
             to.write(request.model_dump_json().encode() + b"\n")
             to.flush()
         except OSError as error:
-            raise BenchError(f"the viewers' process ended before {request.verb}") from error
+            raise MeasureError(f"the viewers' process ended before {request.verb}") from error
         if not select.select([back], [], [], ANSWER_TIMEOUT_S)[0]:
-            raise BenchError(f"the viewers did not {request.verb} in {ANSWER_TIMEOUT_S:g} s")
+            raise MeasureError(f"the viewers did not {request.verb} in {ANSWER_TIMEOUT_S:g} s")
         line = back.readline()
         if not line:
-            raise BenchError(f"the viewers' process ended while asked to {request.verb}")
+            raise MeasureError(f"the viewers' process ended while asked to {request.verb}")
         sample = Sample.model_validate_json(line)
         if sample.problem is not None:
-            raise BenchError(sample.problem)
+            raise MeasureError(sample.problem)
         return sample

@@ -3,40 +3,39 @@
 from __future__ import annotations
 
 import asyncio
-import time
 
 import pytest
 
-from e2e.bench.errors import BenchError
-from e2e.bench.servers import Server
+from e2e.bench.servers import SIDES, WAX, serving
 from e2e.crowd import Crowd, Offering
 from e2e.crowd.modem import Line
+from e2e.measure.errors import MeasureError
 
 VIEWERS = 3
 WATCHED_S = 3.0
 
 
 @pytest.mark.timeout(120)
-@pytest.mark.parametrize("side", ["ours", "stock"])
-def test_a_crowd_sees_hears_and_answers(side: str) -> None:
+@pytest.mark.parametrize("side", SIDES)
+async def test_a_crowd_sees_hears_and_answers(side: str) -> None:
     """Each gets frames and sound; ours gets transport-wide feedback and reports of each."""
-    with Server(side) as server, Crowd(server.offering) as crowd:  # type: ignore[arg-type]
-        crowd.hold(VIEWERS)
-        time.sleep(1.0)
-        first = crowd.count()
-        time.sleep(WATCHED_S)
-        last = crowd.count()
-        status = server.status() if side == "ours" else {"viewers": []}
-        crowd.hold(1)
-        assert len(crowd.count().viewers) == 1
-        crowd.cycle(1)
-        assert len(crowd.count().viewers) == 1
+    async with serving(side) as server:
+        with await asyncio.to_thread(Crowd, server.offering) as crowd:
+            await asyncio.to_thread(crowd.hold, VIEWERS)
+            await asyncio.sleep(1.0)
+            first = await asyncio.to_thread(crowd.count)
+            await asyncio.sleep(WATCHED_S)
+            last = await asyncio.to_thread(crowd.count)
+            viewers = (await server.status())["viewers"] if side == WAX else []
+            await asyncio.to_thread(crowd.hold, 1)
+            await asyncio.to_thread(crowd.cycle, 1)
+            assert len((await asyncio.to_thread(crowd.count)).viewers) == 1
     for before, after in zip(first.viewers, last.viewers, strict=True):
         assert after.video.frames > before.video.frames
         assert after.audio.packets > before.audio.packets
         gives_feedback = after.answers.feedbacks > before.answers.feedbacks
-        assert gives_feedback == (side == "ours")
-    for viewer in status["viewers"]:
+        assert gives_feedback == (side == WAX)
+    for viewer in viewers:
         assert viewer["report"]["sound"]["age_ms"] > 0
         assert viewer["report"]["picture"]["rate_hz"] is not None
 
@@ -44,7 +43,7 @@ def test_a_crowd_sees_hears_and_answers(side: str) -> None:
 def test_a_crowd_that_cannot_be_is_one_sentence() -> None:
     """Where nobody answers the near end says so, and the far end has ended."""
     with (
-        pytest.raises(BenchError, match=r"127\.0\.0\.1:9"),
+        pytest.raises(MeasureError, match=r"127\.0\.0\.1:9"),
         Crowd(Offering(url="http://127.0.0.1:9", wax=True)) as crowd,
     ):
         crowd.hold(1)

@@ -15,10 +15,10 @@ from random import Random
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
-from e2e.faults.errors import FaultError
-from e2e.faults.finding import Figure, counted, timed
 from e2e.faults.operator import RawOperator
-from e2e.faults.stage import BLIND, staged
+from e2e.faults.stage import staged
+from e2e.measure.errors import MeasureError
+from e2e.measure.row import counted, timed
 from wax.proof.remote import RemoteOperator
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from e2e.faults.record import Seen
     from e2e.faults.stage import Stage
+    from e2e.measure.row import Row
     from wax.client.process import Order, Seat
 
 GAP_MS: Final = 300.0
@@ -96,9 +97,7 @@ def switches(
     return Switches(n, old, foreign, without_stop, tuple(gaps_ms))
 
 
-async def hand_over(
-    n: int, *, environment: Mapping[str, str] | None = None, **settings: Mapping[str, Any]
-) -> list[Figure]:
+async def hand_over(n: int, **settings: Any) -> list[Row]:
     """Two who take turns, each a process that drives on after its turn as nobody should.
 
     Most leave; some let the turn end, vanish, crash, or come back in that instant. The gap is from
@@ -110,7 +109,7 @@ async def hand_over(
     short = {"turns": {"turn_s": _SHORT_TURN_S, "grace_s": 0.5}}
     done = dict.fromkeys(_WEIGHTS, 0)
     slow: set[int] = set()
-    async with staged(BLIND, short, settings, environment=environment) as stage:
+    async with staged(short, **settings) as stage:
         async with AsyncExitStack() as leaving:
             players = Player(stage, 1), Player(stage, -1)
             for player in players:
@@ -134,21 +133,23 @@ async def hand_over(
         directions = {turn: one.direction for one in players for turn in one.turns}
         found = switches(stage.record.frames, directions, slow)
     if found.n == 0 and not found.old + found.foreign:
-        raise FaultError("hand-over: there was none")
+        raise MeasureError("hand-over: there was none")
     return [
         counted(
             "hand-over",
-            "frames on the wire after the switch: of the old turn, of the operator before",
+            "hand-over: frames on the wire for the old turn, or by its operator's hands",
             found.old + found.foreign,
             found.n,
             of_the_old_turn=found.old,
             of_the_operator_before=found.foreign,
             **done,
         ),
-        counted("hand-over: stop", "switches without a stop between", found.without_stop, found.n),
+        counted(
+            "hand-over: stop", "… switches without a stop between", found.without_stop, found.n
+        ),
         timed(
             "hand-over: gap",
-            "a turn begins → its first motion",
+            "… a turn begins → its first motion",
             found.gaps_ms,
             GAP_MS,
         ),
@@ -168,7 +169,8 @@ class Player:
     def __init__(self, stage: Stage, direction: int) -> None:
         self.direction = direction
         self.turns: set[int] = set()
-        self.remote = RemoteOperator(stage.folder / f"operator{direction}.log", self._told)
+        log = stage.server.log_path.with_name(f"operator{direction}.log")
+        self.remote = RemoteOperator(log, self._told)
         self._stage = stage
 
     async def come(self) -> None:
@@ -176,7 +178,7 @@ class Player:
 
     async def gets_turn(self) -> None:
         if not await self.remote.until(lambda: self.remote.seat.drives, _WAIT_S):
-            raise FaultError(f"hand-over: no turn within {_WAIT_S:g} s")
+            raise MeasureError(f"hand-over: no turn within {_WAIT_S:g} s")
 
     async def begins(self) -> None:
         """Let go and press at once, as whoever waits for their turn does."""
@@ -212,7 +214,7 @@ class Player:
         if not self.remote.runs:
             await self.come()
         if not await self.remote.until(lambda: self.remote.seat.is_open, _WAIT_S):
-            raise FaultError("hand-over: an operator did not come back")
+            raise MeasureError("hand-over: an operator did not come back")
 
     async def _until_end(self, before_s: float) -> None:
         ends_ms = self.remote.seat.ends_ms
@@ -224,11 +226,11 @@ class Player:
             self.turns.add(seat.turn)
 
 
-async def one_turn(n: int, *, turn_s: float = TURN_S, **settings: Mapping[str, Any]) -> Figure:
+async def one_turn(n: int, *, turn_s: float = TURN_S, **settings: Any) -> Row:
     """Measure how long a whole turn lasts, by its first and last frame."""
     errors_ms: list[float | None] = []
     async with (
-        staged(BLIND, {"turns": {"turn_s": turn_s}}, settings) as stage,
+        staged({"turns": {"turn_s": turn_s}}, **settings) as stage,
         RawOperator(stage.server) as first,
         RawOperator(stage.server) as second,
     ):
@@ -247,7 +249,7 @@ async def one_turn(n: int, *, turn_s: float = TURN_S, **settings: Mapping[str, A
             lasted_s = begin_s[turns[1]] - begin_s[turns[0]]
             errors_ms.append(abs(lasted_s - turn_s) * 1000)
             second.say(type="leave")
-    return timed(f"turn of {turn_s:g} s", "error of its length", errors_ms, TURN_ERROR_MS)
+    return timed("one-turn", f"turn of {turn_s:g} s: error of its length", errors_ms, TURN_ERROR_MS)
 
 
 def _first_frames(frames: Sequence[Seen]) -> list[tuple[int, float]]:

@@ -7,21 +7,21 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.faults.errors import FaultError
 from e2e.faults.page import KEY, chromiums
-from e2e.faults.stage import SEEING, random_phase, staged
+from e2e.faults.stage import random_phase, staged
 from e2e.faults.trials import repeat, told
 from e2e.harness.hands import Fingers
 from e2e.harness.tab import Tab
 from e2e.harness.wait import eventually
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable, Mapping, Sequence
+    from collections.abc import Awaitable, Callable, Sequence
 
-    from e2e.faults.finding import Figure
     from e2e.faults.page import Chromium
     from e2e.faults.record import Stopping
     from e2e.faults.stage import Stage
+    from e2e.measure.row import Row
 
     Act = Callable[[Tab], Awaitable[None]]
 
@@ -62,13 +62,13 @@ async def hands_off(
     *,
     acts: Sequence[str] = tuple(ACTS),
     script: str = "",
-    **settings: Mapping[str, Any],
-) -> list[Figure]:
+    **settings: Any,
+) -> list[Row]:
     """From the event to the first frame that stops; `n` times each, and for a cancelled touch.
 
     `script` runs in the page before its own.
     """
-    async with staged(SEEING, _PATIENT, settings) as stage, chromiums() as launch:
+    async with staged(_PATIENT, **settings) as stage, chromiums() as launch:
         page = await launch(stage.server.url, has_touch=True)
         browser = page.viewer.page.context.browser
         assert browser is not None
@@ -83,8 +83,10 @@ async def hands_off(
         await page.take_the_wheel()
         touch = _Touch(stage, page, await Fingers.of(page.viewer))
         found["pointercancel"] = await repeat("hands-off: pointercancel", n, touch.cancel)
-    what = "first event in the page → zero on the wire"
-    return [told(f"hands-off: {name}", what, trials, GOAL_MS) for name, trials in found.items()]
+    return [
+        told(f"hands-off: {name}", f"{name}: first event in the page → zero", trials, GOAL_MS)
+        for name, trials in found.items()
+    ]
 
 
 class _Hands:
@@ -114,14 +116,11 @@ class _Hands:
         await undo(self._tab)
         lost_ms = await self._tab.evaluate("Number(sessionStorage.waxLost)")
         if not isinstance(lost_ms, float | int):
-            raise FaultError("hands-off: the page was told of nothing")
+            raise MeasureError("hands-off: the page was told of nothing")
         since_s = lost_ms / 1000 + ahead_s
         await self._tab.key("keyUp", KEY)
         await self.drive()
-        self._stage.record.read()
-        if not self._stage.record.moved_at(since_s):
-            return None
-        return self._stage.record.stopping(since_s, until_s)
+        return self._stage.outcome(since_s, until_s)
 
     async def _press(self) -> None:
         await self._tab.key("keyUp", KEY)
@@ -155,10 +154,7 @@ class _Touch:
         await self._fingers.cancel()
         self._is_down = False
         await asyncio.sleep(_LOOK_S)
-        self._stage.record.read()
-        if not self._stage.record.moved_at(since_s):
-            return None
-        return self._stage.record.stopping(since_s, time.monotonic())
+        return self._stage.outcome(since_s)
 
     async def _press(self) -> None:
         if self._is_down:

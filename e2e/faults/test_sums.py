@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from e2e.faults.finding import timed
 from e2e.faults.hand_over import switches
 from e2e.faults.harm import NO_COMMANDS, NO_STOPS, STOP, corrupted, no_releases
 from e2e.faults.nuisance import Arrival, arrivals, halts, replayed
@@ -17,6 +16,8 @@ from e2e.faults.operator import Sent
 from e2e.faults.record import Record
 from e2e.faults.relay import Packet
 from e2e.faults.steady_beat import own_beat
+from e2e.faults.suite import staged_case
+from e2e.measure.row import Row, timed
 from wax.errors import ProtocolError
 from wax.messages import parse_drive, parse_state
 
@@ -89,6 +90,16 @@ def test_a_stop_that_never_comes_misses_every_goal() -> None:
     assert not timed("x", "y", [100.0, 120.0], 200.0, wrong=1).met
 
 
+def test_rows_say_under_which_load() -> None:
+    """What is measured on the stage says what the server served meanwhile."""
+
+    async def measure(n: int) -> Row:
+        return timed("x", "y", [float(n)], 5.0)
+
+    (row,) = staged_case("x", 9, measure, "trials").run(2)
+    assert (row.load, row.values["max"]) == ("640×480 at 30 fps, sound, 20 observers", 2.0)
+
+
 def test_a_robot_that_stood_before_was_not_moving() -> None:
     """A trial in which the machine had stopped the robot by itself does not count."""
     seen = record(frame(1.0), wheels(1.0, 100), frame(1.1, "stop"), wheels(1.12, 0))
@@ -134,7 +145,7 @@ def test_a_stall_of_the_loop_is_a_long_gap() -> None:
     """One beat that is 100 ms late hardly changes the jitter, and misses the goal of the gap."""
     counted = {"control.jitter_p99_ms": 4.9, "control.latest_ms": 100.0}
     jitter, gap = own_beat(counted, 3000)
-    assert (jitter.met, gap.met, gap.max) == (True, False, 120.0)
+    assert (jitter.met, gap.met, gap.values) == (True, False, {"max": 120.0})
     late, good = own_beat({"control.jitter_p99_ms": 5.1, "control.latest_ms": 20.0}, 3000)
     assert (late.met, good.met) == (False, True)
 
