@@ -137,7 +137,7 @@ async def hand_over(n: int, **settings: Any) -> list[Row]:
     return [
         counted(
             "hand-over",
-            "hand-over: frames on the wire of the old turn, or of the operator before",
+            "hand-over: frames on the wire for the old turn, or by its operator's hands",
             found.old + found.foreign,
             found.n,
             of_the_old_turn=found.old,
@@ -169,7 +169,8 @@ class Player:
     def __init__(self, stage: Stage, direction: int) -> None:
         self.direction = direction
         self.turns: set[int] = set()
-        self.remote = RemoteOperator(stage.folder / f"operator{direction}.log", self._told)
+        log = stage.server.log_path.with_name(f"operator{direction}.log")
+        self.remote = RemoteOperator(log, self._told)
         self._stage = stage
 
     async def come(self) -> None:
