@@ -13,7 +13,7 @@ _LEAST_PACKETS: Final = 3
 _MARGIN_S: Final = 0.005
 
 
-class BusyLink:
+class DeliveryRate:
     """Told of every packet that arrived, in the order of their sending; times in seconds."""
 
     def __init__(self) -> None:

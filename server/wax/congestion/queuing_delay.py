@@ -22,7 +22,7 @@ _ROUGH_GAIN: Final = 0.1
 _FIRST_ROUGH_S: Final = 0.002
 
 
-class Waiting:
+class QueuingDelay:
     """Times in seconds; told of every packet that arrived, in the order of their sending."""
 
     def __init__(self) -> None:

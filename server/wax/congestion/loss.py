@@ -41,7 +41,7 @@ class _Bucket:
         self.packets = self.lost = self.arrived_bytes = 0
 
 
-class Losses:
+class LossControl:
     """Told of every packet in the order of their sending; `now_s` never falls."""
 
     def __init__(self) -> None:

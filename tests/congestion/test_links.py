@@ -5,9 +5,9 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
-from tests.sync.link_model import Loop, default_rungs, profile
+from tests.sync.link_model import Loop, default_steps, profile
 
-TOP, MIDDLE, *_, LEAST = default_rungs()
+TOP, MIDDLE, *_, LEAST = default_steps()
 
 cases = pytest.mark.parametrize(("feedback_s", "seed"), [(0.05, 1), (0.1, 2), (0.25, 3), (0.1, 4)])
 
@@ -21,7 +21,7 @@ def test_on_one_machine_the_top_is_reached_at_once(feedback_s: float, seed: int)
     assert changes[-1] == (changes[-1][0], TOP)
     assert changes[-1][0] < 1.0
     assert len(changes) <= 4
-    assert record.servings[-1][1].reason == "as large as asked for"
+    assert record.allocations[-1][1].reason == "as large as asked for"
 
 
 @cases
@@ -51,7 +51,7 @@ def test_stalls_are_no_congestion(feedback_s: float, seed: int) -> None:
 def test_a_wireless_megabit_settles(feedback_s: float, seed: int) -> None:
     """1 Mbit/s with jitter and stalls settles on 640×480 at 600 kbit/s and stays there."""
     record = Loop(profile("wireless-1m"), feedback_s=feedback_s, seed=seed).run(90)
-    assert [rung for _, rung in record.changes(10.0)] == [MIDDLE]
+    assert [step for _, step in record.changes(10.0)] == [MIDDLE]
     assert record.fps(10, 90) >= 25
     assert record.picture_ms(10, 90, 0.95) <= 100
 
@@ -69,7 +69,7 @@ def test_a_fall_of_the_rate_is_answered(feedback_s: float, seed: int) -> None:
     assert answered[0] - fell_s <= 0.3 + 2 * feedback_s
     assert record.picture_ms(fell_s + 2, rose_s, 1.0) <= 300
     assert record.sound_ms(fell_s + 2, rose_s, 1.0) <= 150
-    top_s = next(at_s for at_s, rung in record.changes(rose_s) if rung == TOP and at_s > rose_s)
+    top_s = next(at_s for at_s, step in record.changes(rose_s) if step == TOP and at_s > rose_s)
     assert top_s - rose_s <= 15
     assert record.changes()[-1][1] == TOP
 
@@ -78,17 +78,19 @@ def test_a_fall_of_the_rate_is_answered(feedback_s: float, seed: int) -> None:
 def test_random_loss_costs_no_quality(feedback_s: float, seed: int) -> None:
     """5 % lost in bursts keep the best picture, and sound is sent again often enough."""
     record = Loop(profile("wifi-bad"), feedback_s=feedback_s, seed=seed).run(60)
-    assert [rung for _, rung in record.changes(5.0)] == [TOP]
+    assert [step for _, step in record.changes(5.0)] == [TOP]
     assert all(estimate.rate_bps > 1.5e6 for at_s, estimate in record.estimates if at_s > 5)
-    assert all(serving.redundancy >= 1 for at_s, serving in record.servings if at_s > 5)
-    assert all(serving.sound.mu_ms == 20 for _, serving in record.servings if serving.sound)
+    assert all(allocation.redundancy >= 1 for at_s, allocation in record.allocations if at_s > 5)
+    assert all(
+        allocation.sound.mu_ms == 20 for _, allocation in record.allocations if allocation.sound
+    )
 
 
 @cases
 def test_a_round_trip_of_600_ms_blinds_nobody(feedback_s: float, seed: int) -> None:
     """Over a satellite the best is reached in 5 s and kept, and the way is never silent."""
     record = Loop(profile("satellite"), feedback_s=feedback_s, seed=seed).run(60)
-    assert [rung for _, rung in record.changes(5.0)] == [TOP]
+    assert [step for _, step in record.changes(5.0)] == [TOP]
     assert not [at_s for at_s, estimate in record.estimates if estimate.state == "blind"]
     assert record.picture_ms(5, 60, 0.95) <= 350
 
@@ -98,7 +100,7 @@ def test_an_outage_is_waited_out() -> None:
     record = Loop(profile("outage")).run(20)
     assert {estimate.state for at_s, estimate in record.estimates if 5.8 < at_s < 7} == {"blind"}
     assert record.picture_ms(8, 20, 1.0) <= 100
-    assert record.at(20).rung == TOP
+    assert record.at(20).step == TOP
 
 
 @pytest.mark.parametrize("queue_ms", [60, 150])
@@ -111,7 +113,7 @@ def test_a_short_queue_is_not_overrun(queue_ms: float) -> None:
 
 @pytest.mark.parametrize("name", ["lte-edge", "lte-good", "wireless-2m", "campus", "isdn-64k"])
 def test_no_flapping(name: str) -> None:
-    """On any steady link, once found out, at most one rung changes in 5 s."""
+    """On any steady link, once found out, at most one step changes in 5 s."""
     record = Loop(profile(name)).run(60)
     changes = [at_s for at_s, _ in record.changes(10.0)]
     assert all(later - earlier >= 5.0 for earlier, later in pairwise(changes))
@@ -122,4 +124,4 @@ def test_the_clocks_do_not_matter() -> None:
     network = profile("internet-5m")
     for origin_s, drift in ((-1e9, 200e-6), (3e8, -200e-6)):
         record = Loop(network, origin_s=origin_s, drift=drift).run(60)
-        assert [rung for _, rung in record.changes(5.0)] == [TOP]
+        assert [step for _, step in record.changes(5.0)] == [TOP]

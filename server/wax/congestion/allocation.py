@@ -18,7 +18,7 @@ class SoundForm:
 
 
 @dataclass(frozen=True, slots=True)
-class Rung:
+class Step:
     """One rendition as the ladder sees it; `name` is how the hub knows it."""
 
     name: str
@@ -30,14 +30,14 @@ class Rung:
 
 
 @dataclass(frozen=True, slots=True)
-class Serving:
+class Allocation:
     """What one viewer is sent from now on.
 
     Pictures above `top_layer` are left out. `redundancy` is how many earlier units each packet of
     sound carries again (RFC 2198). `reason` says in plain words why it is not more.
     """
 
-    rung: Rung | None
+    step: Step | None
     top_layer: int
     sound: SoundForm | None
     redundancy: int

@@ -9,28 +9,28 @@ from itertools import pairwise
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from tests.sync.link_model import default_rungs, default_sounds
+from tests.sync.link_model import default_sounds, default_steps
 
-from wax.sync.delivery import LinkEstimate, LinkState
-from wax.sync.ladder import Ladder
-from wax.sync.serving import Rung, Serving, SoundForm
-from wax.sync.wire_cost import picture_bps, sound_bps
+from wax.congestion.allocation import Allocation, SoundForm, Step
+from wax.congestion.allocator import Allocator
+from wax.congestion.delivery import LinkEstimate, LinkState
+from wax.congestion.wire_cost import picture_bps, sound_bps
 
-RUNGS, SOUNDS = default_rungs(), default_sounds()
+STEPS, SOUNDS = default_steps(), default_sounds()
 STEADY = LinkEstimate("steady", 5e6, 1e6, 0.0, 5.0, 0.0, 0, 40.0)
 
 
 class Viewer:
     """Asks ten times a second."""
 
-    def __init__(self, ladder: Ladder | None = None) -> None:
-        self.ladder = ladder or Ladder(RUNGS, SOUNDS)
+    def __init__(self, ladder: Allocator | None = None) -> None:
+        self.ladder = ladder or Allocator(STEPS, SOUNDS)
         self.now_s = 100.0
         self.size: str | None = "640x480"
         self.sound = True
         self.form: SoundForm | None = None
 
-    def decide(self, estimate: LinkEstimate) -> Serving:
+    def decide(self, estimate: LinkEstimate) -> Allocation:
         return self.ladder.decide(
             estimate,
             size=self.size,
@@ -40,7 +40,7 @@ class Viewer:
             now_s=self.now_s,
         )
 
-    def run(self, seconds: float, rate_bps: float, **other: object) -> list[Serving]:
+    def run(self, seconds: float, rate_bps: float, **other: object) -> list[Allocation]:
         out = []
         for _ in range(round(seconds * 10)):
             out.append(self.decide(replace(STEADY, rate_bps=rate_bps, **other)))  # type: ignore[arg-type]
@@ -48,28 +48,30 @@ class Viewer:
         return out
 
 
-def _takes_bps(serving: Serving, rate_bps: float) -> float:
-    takes = sound_bps(serving.sound, serving.redundancy) if serving.sound else 0.0
-    if serving.rung is not None:
-        takes += picture_bps(serving.rung, serving.rung.layers - serving.top_layer, rate_bps)
+def _takes_bps(allocation: Allocation, rate_bps: float) -> float:
+    takes = sound_bps(allocation.sound, allocation.redundancy) if allocation.sound else 0.0
+    if allocation.step is not None:
+        takes += picture_bps(
+            allocation.step, allocation.step.layers - allocation.top_layer, rate_bps
+        )
     return takes
 
 
-def _worth(serving: Serving) -> tuple[int, int, int]:
-    """Order servings: picture by rung and layers; sound by form."""
-    rung = -1 if serving.rung is None else len(RUNGS) - RUNGS.index(serving.rung)
-    assert serving.sound is not None
-    return rung, serving.top_layer if serving.rung else 0, -SOUNDS.index(serving.sound)
+def _worth(allocation: Allocation) -> tuple[int, int, int]:
+    """Order allocations: picture by step and layers; sound by form."""
+    step = -1 if allocation.step is None else len(STEPS) - STEPS.index(allocation.step)
+    assert allocation.sound is not None
+    return step, allocation.top_layer if allocation.step else 0, -SOUNDS.index(allocation.sound)
 
 
 def test_it_begins_small_while_nothing_is_known() -> None:
-    """What is merely assumed is not spent: the smallest rung, until a picture has come."""
+    """What is merely assumed is not spent: the smallest step, until a picture has come."""
     viewer = Viewer()
-    serving = viewer.run(0.3, 300_000, state="starting", assumed=True)[-1]
-    assert serving.rung == RUNGS[-1]
-    assert serving.reason == "finding out what the link carries"
-    serving = viewer.run(0.1, 1.5e6, state="starting")[-1]
-    assert serving.rung == RUNGS[0]
+    allocation = viewer.run(0.3, 300_000, state="starting", assumed=True)[-1]
+    assert allocation.step == STEPS[-1]
+    assert allocation.reason == "finding out what the link carries"
+    allocation = viewer.run(0.1, 1.5e6, state="starting")[-1]
+    assert allocation.step == STEPS[0]
 
 
 @pytest.mark.parametrize(
@@ -83,22 +85,22 @@ def test_it_begins_small_while_nothing_is_known() -> None:
         (60e3, "160x120 at 16 kbit/s"),
     ],
 )
-def test_each_rate_has_its_rung(rate_bps: float, name: str) -> None:
-    """The best rung that fits into 85 % of the rate beside the sound, whole."""
-    serving = Viewer().run(20, rate_bps)[-1]
-    assert serving.rung is not None
-    assert serving.rung.name == name
-    assert serving.top_layer == serving.rung.layers
+def test_each_rate_has_its_step(rate_bps: float, name: str) -> None:
+    """The best step that fits into 85 % of the rate beside the sound, whole."""
+    allocation = Viewer().run(20, rate_bps)[-1]
+    assert allocation.step is not None
+    assert allocation.step.name == name
+    assert allocation.top_layer == allocation.step.layers
 
 
 @settings(max_examples=60)
 @given(st.floats(60e3, 5e6))
 def test_what_is_chosen_fits(rate_bps: float) -> None:
     """Sound and picture together take no more than what was left of the rate."""
-    serving = Viewer().run(20, rate_bps)[-1]
-    assert _takes_bps(serving, rate_bps) + 4000 <= 1.1 * rate_bps
-    if serving.rung != RUNGS[-1]:
-        assert _takes_bps(serving, rate_bps) + 4000 <= 0.95 * rate_bps
+    allocation = Viewer().run(20, rate_bps)[-1]
+    assert _takes_bps(allocation, rate_bps) + 4000 <= 1.1 * rate_bps
+    if allocation.step != STEPS[-1]:
+        assert _takes_bps(allocation, rate_bps) + 4000 <= 0.95 * rate_bps
 
 
 states = st.sampled_from(["starting", "steady", "congested", "blind"])
@@ -133,57 +135,57 @@ def test_more_never_gives_less(
 @settings(max_examples=80)
 @given(st.floats(20e3, 3e6), st.lists(st.floats(0.93, 1.07), min_size=50, max_size=50))
 @example(29_237.0, [*[1.0] * 43, 0.9375, *[1.0] * 6])
-def test_a_steady_link_changes_no_rung_twice_in_5_s(rate_bps: float, noise: list[float]) -> None:
-    """An estimate that trembles by 7 % never makes two changes of rung within 5 s."""
+def test_a_steady_link_changes_no_step_twice_in_5_s(rate_bps: float, noise: list[float]) -> None:
+    """An estimate that trembles by 7 % never makes two changes of step within 5 s."""
     viewer = Viewer()
     viewer.run(3.5, rate_bps)
-    changes, rung = [], viewer.run(0.1, rate_bps)[-1].rung
+    changes, step = [], viewer.run(0.1, rate_bps)[-1].step
     for factor in noise:
         began_s = viewer.now_s
-        for look, serving in enumerate(viewer.run(0.8, rate_bps * factor)):
-            if serving.rung != rung:
+        for look, allocation in enumerate(viewer.run(0.8, rate_bps * factor)):
+            if allocation.step != step:
                 changes.append(began_s + look / 10)
-                rung = serving.rung
+                step = allocation.step
     assert all(later - earlier >= 4.99 for earlier, later in pairwise(changes))
 
 
 def test_less_is_sent_in_the_same_decision() -> None:
-    """When the rate falls a little, the upper layer goes at once and the rung follows."""
+    """When the rate falls a little, the upper layer goes at once and the step follows."""
     viewer = Viewer()
     viewer.run(10, 2e6)
-    serving = viewer.run(0.1, 800e3)[-1]
-    assert serving.rung == RUNGS[0]
-    assert serving.top_layer == 1
-    serving = viewer.run(2, 800e3)[-1]
-    assert serving.rung == RUNGS[2]
-    assert serving.reason == "the link carries about 800 kbit/s"
+    allocation = viewer.run(0.1, 800e3)[-1]
+    assert allocation.step == STEPS[0]
+    assert allocation.top_layer == 1
+    allocation = viewer.run(2, 800e3)[-1]
+    assert allocation.step == STEPS[2]
+    assert allocation.reason == "the link carries about 800 kbit/s"
 
 
-def test_a_rung_of_which_nothing_fits_is_left_at_once() -> None:
-    """When not even its lowest layer fits, the next decision is another rung."""
+def test_a_step_of_which_nothing_fits_is_left_at_once() -> None:
+    """When not even its lowest layer fits, the next decision is another step."""
     viewer = Viewer()
     viewer.run(10, 2e6)
-    assert viewer.run(0.1, 270e3)[-1].rung == RUNGS[3]
+    assert viewer.run(0.1, 270e3)[-1].step == STEPS[3]
 
 
 def test_no_keyframe_is_asked_for_into_a_full_queue() -> None:
-    """While the queue is long only the lowest layer is left; the new rung begins after it."""
+    """While the queue is long only the lowest layer is left; the new step begins after it."""
     viewer = Viewer()
     viewer.run(10, 2e6)
-    serving = viewer.run(1.0, 270e3, state="congested", queue_ms=400.0)[-1]
-    assert serving.rung == RUNGS[0]
-    assert serving.top_layer == 0
-    assert viewer.run(0.1, 270e3, state="congested", queue_ms=50.0)[-1].rung == RUNGS[3]
+    allocation = viewer.run(1.0, 270e3, state="congested", queue_ms=400.0)[-1]
+    assert allocation.step == STEPS[0]
+    assert allocation.top_layer == 0
+    assert viewer.run(0.1, 270e3, state="congested", queue_ms=50.0)[-1].step == STEPS[3]
 
 
-def test_it_goes_up_after_a_while_and_skips_rungs() -> None:
+def test_it_goes_up_after_a_while_and_skips_steps() -> None:
     """A rate that has risen is believed after a second, and the best that fits is next."""
     viewer = Viewer()
     viewer.run(10, 270e3)
-    assert viewer.run(0.9, 2e6)[-1].rung == RUNGS[3]
-    rungs = [serving.rung for serving in viewer.run(1.0, 2e6)]
-    assert set(rungs) <= {RUNGS[3], RUNGS[0]}
-    assert rungs[-1] == RUNGS[0]
+    assert viewer.run(0.9, 2e6)[-1].step == STEPS[3]
+    steps = [allocation.step for allocation in viewer.run(1.0, 2e6)]
+    assert set(steps) <= {STEPS[3], STEPS[0]}
+    assert steps[-1] == STEPS[0]
 
 
 def test_a_rise_that_failed_is_tried_later_each_time() -> None:
@@ -193,7 +195,7 @@ def test_a_rise_that_failed_is_tried_later_each_time() -> None:
     waits = []
     for _ in range(4):
         begun_s = viewer.now_s
-        while viewer.run(0.1, 1e6)[-1].rung != RUNGS[1]:
+        while viewer.run(0.1, 1e6)[-1].step != STEPS[1]:
             assert viewer.now_s - begun_s < 100
         waits.append(viewer.now_s - begun_s)
         viewer.run(2, 1e6)
@@ -207,7 +209,7 @@ def test_nothing_goes_up_while_the_link_is_not_calm() -> None:
     for state in ("congested", "blind"):
         viewer = Viewer()
         viewer.run(10, 270e3)
-        assert viewer.run(10, 2e6, state=state)[-1].rung == RUNGS[3]
+        assert viewer.run(10, 2e6, state=state)[-1].step == STEPS[3]
     assert viewer.run(0.1, 2e6, state="blind")[-1].reason == "nothing is heard from the browser"
 
 
@@ -215,16 +217,16 @@ def test_sound_outlives_the_picture() -> None:
     """Where only sound fits the picture goes; it is tried, and comes back when it fits."""
     viewer = Viewer()
     viewer.run(5, 60e3)
-    servings = viewer.run(60, 22e3)
-    assert servings[5].rung is None
-    assert servings[5].sound == SOUNDS[-1]
-    assert servings[5].reason == "the link carries about 22 kbit/s, enough for sound alone"
-    trials = [serving for serving in servings if serving.rung is not None]
+    allocations = viewer.run(60, 22e3)
+    assert allocations[5].step is None
+    assert allocations[5].sound == SOUNDS[-1]
+    assert allocations[5].reason == "the link carries about 22 kbit/s, enough for sound alone"
+    trials = [allocation for allocation in allocations if allocation.step is not None]
     assert 0 < len(trials) < 200
-    assert {(serving.rung, serving.top_layer) for serving in trials} == {(RUNGS[-1], 0)}
-    serving = viewer.run(10, 60e3)[-1]
-    assert serving.rung == RUNGS[-1]
-    assert serving.top_layer == RUNGS[-1].layers
+    assert {(allocation.step, allocation.top_layer) for allocation in trials} == {(STEPS[-1], 0)}
+    allocation = viewer.run(10, 60e3)[-1]
+    assert allocation.step == STEPS[-1]
+    assert allocation.top_layer == STEPS[-1].layers
 
 
 @pytest.mark.parametrize(
@@ -232,44 +234,44 @@ def test_sound_outlives_the_picture() -> None:
 )
 def test_the_sound_leaves_two_thirds_to_the_picture(rate_bps: float, mu_ms: int) -> None:
     """The best form that takes a third at most; the smallest whatever it takes."""
-    serving = Viewer().run(10, rate_bps)[-1]
-    assert serving.sound is not None
-    assert serving.sound.mu_ms == mu_ms
+    allocation = Viewer().run(10, rate_bps)[-1]
+    assert allocation.sound is not None
+    assert allocation.sound.mu_ms == mu_ms
 
 
 @pytest.mark.parametrize(("rate_bps", "mu_ms"), [(60e3, 60), (250e3, 20), (5e6, 10)])
 def test_shorter_units_are_sent_where_they_may_be(rate_bps: float, mu_ms: int) -> None:
     """Whose role allows units of 10 ms has them over a link with room for twice the headers."""
-    serving = Viewer(Ladder(RUNGS, [SoundForm(10, 32_000), *SOUNDS])).run(10, rate_bps)[-1]
-    assert serving.sound is not None
-    assert serving.sound.mu_ms == mu_ms
+    allocation = Viewer(Allocator(STEPS, [SoundForm(10, 32_000), *SOUNDS])).run(10, rate_bps)[-1]
+    assert allocation.sound is not None
+    assert allocation.sound.mu_ms == mu_ms
 
 
 def test_sound_alone_may_take_everything() -> None:
     """Without a picture the best form that fits at all is sent."""
     viewer = Viewer()
     viewer.size = None
-    serving = viewer.run(10, 80e3)[-1]
-    assert serving.rung is None
-    assert serving.sound == SOUNDS[0]
-    assert serving.reason == "no picture is asked for"
+    allocation = viewer.run(10, 80e3)[-1]
+    assert allocation.step is None
+    assert allocation.sound == SOUNDS[0]
+    assert allocation.reason == "no picture is asked for"
 
 
 def test_a_form_that_is_fixed_stays() -> None:
     """The configuration's form is used on any link."""
     viewer = Viewer()
     viewer.form = SOUNDS[0]
-    assert {serving.sound for serving in viewer.run(5, 45e3)} == {SOUNDS[0]}
+    assert {allocation.sound for allocation in viewer.run(5, 45e3)} == {SOUNDS[0]}
 
 
 def test_without_sound_the_picture_has_it_all() -> None:
     """Who wants no sound is sent none, and a larger picture where that made the difference."""
     viewer = Viewer()
     viewer.sound = False
-    serving = viewer.run(10, 770e3)[-1]
-    assert serving.sound is None
-    assert serving.rung == RUNGS[1]
-    assert Viewer().run(10, 770e3)[-1].rung == RUNGS[2]
+    allocation = viewer.run(10, 770e3)[-1]
+    assert allocation.sound is None
+    assert allocation.step == STEPS[1]
+    assert Viewer().run(10, 770e3)[-1].step == STEPS[2]
 
 
 @pytest.mark.parametrize(
@@ -282,49 +284,49 @@ def test_loss_is_answered_by_sending_sound_again(lost: float, burst: int, redund
 
 def test_sound_is_not_sent_again_where_that_costs_the_picture() -> None:
     """On a modem line loss changes nothing: sound takes its third already."""
-    serving = Viewer().run(10, 50e3, lost=0.05, burst=2)[-1]
-    assert serving.redundancy == 0
-    assert serving.rung == RUNGS[-1]
+    allocation = Viewer().run(10, 50e3, lost=0.05, burst=2)[-1]
+    assert allocation.redundancy == 0
+    assert allocation.step == STEPS[-1]
 
 
 def test_redundancy_stays_a_while() -> None:
     """After the last loss sound is sent again for 10 s more."""
     viewer = Viewer()
     viewer.run(5, 5e6, lost=0.05, burst=2)
-    servings = viewer.run(12, 5e6)
-    assert servings[95].redundancy == 2
-    assert servings[-1].redundancy == 0
+    allocations = viewer.run(12, 5e6)
+    assert allocations[95].redundancy == 2
+    assert allocations[-1].redundancy == 0
 
 
 def test_a_smaller_picture_is_given_where_asked_for() -> None:
-    """Who asks for 320×240 gets its best rung and none above, at once and in words."""
+    """Who asks for 320×240 gets its best step and none above, at once and in words."""
     viewer = Viewer()
     viewer.run(10, 5e6)
     viewer.size = "320x240"
-    serving = viewer.run(0.1, 5e6)[-1]
-    assert serving.rung == RUNGS[2]
-    assert serving.reason == "as large as asked for"
+    allocation = viewer.run(0.1, 5e6)[-1]
+    assert allocation.step == STEPS[2]
+    assert allocation.reason == "as large as asked for"
     viewer.size = "100x80"  # smaller than any
-    rung = viewer.run(0.1, 5e6)[-1].rung
-    assert rung is not None
-    assert rung.size == "160x120"
+    step = viewer.run(0.1, 5e6)[-1].step
+    assert step is not None
+    assert step.size == "160x120"
 
 
-def test_rungs_without_layers_are_changed_whole() -> None:
-    """H.264 has nothing to cut, so a rate that falls changes the rung in the same decision."""
-    viewer = Viewer(Ladder([replace(rung, layers=0) for rung in RUNGS], SOUNDS))
+def test_steps_without_layers_are_changed_whole() -> None:
+    """H.264 has nothing to cut, so a rate that falls changes the step in the same decision."""
+    viewer = Viewer(Allocator([replace(step, layers=0) for step in STEPS], SOUNDS))
     viewer.run(10, 2e6)
-    serving = viewer.run(0.1, 950e3)[-1]
-    assert serving.rung is not None
-    assert serving.rung.name == RUNGS[1].name
-    assert serving.top_layer == 0
+    allocation = viewer.run(0.1, 950e3)[-1]
+    assert allocation.step is not None
+    assert allocation.step.name == STEPS[1].name
+    assert allocation.top_layer == 0
 
 
 def test_a_ladder_needs_something_to_choose_from() -> None:
-    """No rung, no sound or a size that is none is refused in words."""
-    with pytest.raises(ValueError, match="at least one rung"):
-        Ladder([], SOUNDS)
-    with pytest.raises(ValueError, match="at least one rung"):
-        Ladder(RUNGS, [])
+    """No step, no sound or a size that is none is refused in words."""
+    with pytest.raises(ValueError, match="at least one step"):
+        Allocator([], SOUNDS)
+    with pytest.raises(ValueError, match="at least one step"):
+        Allocator(STEPS, [])
     with pytest.raises(ValueError, match="large is no size"):
-        Ladder([Rung("x", "large", 30.0, 100_000, 2)], SOUNDS)
+        Allocator([Step("x", "large", 30.0, 100_000, 2)], SOUNDS)

@@ -18,7 +18,7 @@ _RISE_PER_S: Final = 0.08
 _MOST_S: Final = 2.0
 
 
-class LossRate:
+class LossBasedControl:
     """Follows the share of packets that each receiver report tells (RFC 3550, 6.4.1)."""
 
     def __init__(self) -> None:

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.sync.estimate.busy import BusyLink
-from wax.sync.estimate.evidence import Evidence, Passage
-from wax.sync.estimate.jitter import Jitter
-from wax.sync.estimate.sent_log import SentLog
+from wax.congestion.delivery_rate import DeliveryRate
+from wax.congestion.dispersion import DispersionEstimator, TrainDispersion
+from wax.congestion.jitter import Jitter
+from wax.congestion.send_history import SendHistory
 
 steps = st.lists(st.tuples(st.floats(0.001, 0.5), st.integers(1, 1500)), min_size=1, max_size=40)
 
@@ -21,7 +21,7 @@ def test_the_log_counts_what_left_between(
     trace: list[tuple[float, int]], after_s: float, more_s: float
 ) -> None:
     """The bytes between two moments are those that were added later than one, by the other."""
-    log, now_s, sent = SentLog(), 0.0, []
+    log, now_s, sent = SendHistory(), 0.0, []
     for pause_s, size_bytes in trace:
         now_s += pause_s
         log.add(size_bytes, now_s)
@@ -33,7 +33,7 @@ def test_the_log_counts_what_left_between(
 
 def test_the_log_is_bounded() -> None:
     """After 100 000 datagrams the last are still known and the first forgotten."""
-    log = SentLog()
+    log = SendHistory()
     for number in range(100_000):
         log.add(100, number / 1000)
     assert log.between(99.0, 200.0) == 100 * 999
@@ -45,7 +45,7 @@ def test_the_queue_now_is_that_of_a_link_of_the_rate(
     trace: list[tuple[float, int]], rate_bps: float
 ) -> None:
     """From the wait of any one packet follows the queue that the whole trace leaves."""
-    log, now_s, free_s, joined = SentLog(), 0.0, 0.0, []
+    log, now_s, free_s, joined = SendHistory(), 0.0, 0.0, []
     for pause_s, size_bytes in trace:
         now_s += pause_s
         log.add(size_bytes, now_s)
@@ -84,7 +84,7 @@ def test_jitter_forgets_after_20_s() -> None:
 
 def test_a_full_link_shows_its_rate_through_a_stall() -> None:
     """Packets that leave a full queue at 1 Mbit/s show it, also where one was held for 150 ms."""
-    busy = BusyLink()
+    busy = DeliveryRate()
     arrived_s = 0.0
     for number in range(40):
         arrived_s += 0.008 + (0.15 if number == 20 else 0.0)
@@ -94,7 +94,7 @@ def test_a_full_link_shows_its_rate_through_a_stall() -> None:
 
 def test_a_link_with_pauses_shows_nothing() -> None:
     """Packets that nobody was before say nothing of the rate."""
-    busy = BusyLink()
+    busy = DeliveryRate()
     for number in range(40):
         busy.add(number * 0.02, number * 0.02, 1000)
     assert busy.rate_bps() is None
@@ -102,10 +102,10 @@ def test_a_link_with_pauses_shows_nothing() -> None:
 
 @given(st.integers(1, 200), st.floats(2e4, 2e7))
 def test_even_trains_show_the_rate_from_both_sides(count: int, rate_bps: float) -> None:
-    """Trains that all came at the rate bound it from below, and many of them from above."""
-    evidence = Evidence()
+    """PacketTrains that all came at the rate bound it from below, and many of them from above."""
+    evidence = DispersionEstimator()
     for number in range(count):
-        evidence.add(Passage(number / 30, 20_000, 0.001 / 2e7, 20_000 / rate_bps), 0.0)
+        evidence.add(TrainDispersion(number / 30, 20_000, 0.001 / 2e7, 20_000 / rate_bps), 0.0)
     assert evidence.least_bps(0.0, bold=False) == pytest.approx(rate_bps, rel=1e-3)
     if count >= 32:
         assert evidence.most_bps(0.0) == pytest.approx(rate_bps, rel=1e-3)
@@ -115,14 +115,14 @@ def test_even_trains_show_the_rate_from_both_sides(count: int, rate_bps: float) 
 
 def test_rough_ways_make_evidence_weak() -> None:
     """One train over a way that varies by 10 ms shows less than over a smooth one."""
-    evidence = Evidence()
-    evidence.add(Passage(0.0, 20_000, 0.01, 0.02), 0.01)
+    evidence = DispersionEstimator()
+    evidence.add(TrainDispersion(0.0, 20_000, 0.01, 0.02), 0.01)
     assert evidence.least_bps(0.01, bold=False) < evidence.least_bps(0.0, bold=False) / 2
     assert evidence.least_bps(0.01, bold=True) > evidence.least_bps(0.01, bold=False)
 
 
 def test_a_train_that_was_held_and_let_go_is_no_evidence() -> None:
     """What comes all at once was not spread by the link."""
-    evidence = Evidence()
-    evidence.add(Passage(0.0, 20_000, 0.02, 0.0), 0.001)
+    evidence = DispersionEstimator()
+    evidence.add(TrainDispersion(0.0, 20_000, 0.02, 0.0), 0.001)
     assert len(evidence) == 0

@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from wax.sync.serving import Serving
-from wax.sync.sound_choice import Budget, SoundChoice
-from wax.sync.wire_cost import picture_bps
+from wax.congestion.allocation import Allocation
+from wax.congestion.sound_choice import Budget, SoundChoice
+from wax.congestion.wire_cost import picture_bps
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from wax.sync.delivery import LinkEstimate
-    from wax.sync.serving import Rung, SoundForm
+    from wax.congestion.allocation import SoundForm, Step
+    from wax.congestion.delivery import LinkEstimate
 
 _SHARE: Final = 0.85
-"""What of the rate a rung may take to be chosen,"""
+"""What of the rate a step may take to be chosen,"""
 _KEPT_SHARE: Final = 0.95
 """to stay whole,"""
 _LAST_SHARE: Final = 1.1
@@ -52,20 +52,20 @@ class Since:
         return now_s - self._from_s >= seconds
 
 
-class Ladder:
-    """Chooses sound, rung and layers for one viewer.
+class Allocator:
+    """Chooses sound, step and layers for one viewer.
 
-    Down at once: upper layers are cut in the same decision, and the rung follows. Up after it
-    fitted for a while, longer after each try that failed, and at most one rung in 5 s; at the
+    Down at once: upper layers are cut in the same decision, and the step follows. Up after it
+    fitted for a while, longer after each try that failed, and at most one step in 5 s; at the
     beginning at once.
     """
 
-    def __init__(self, rungs: Sequence[Rung], sounds: Sequence[SoundForm]) -> None:
-        """Raise ValueError where there is no rung, no sound or a size that is none."""
-        if not rungs or not sounds:
-            raise ValueError("a ladder needs at least one rung and one form of the sound")
-        self._rungs = tuple(sorted(rungs, key=lambda rung: -rung.bitrate_bps))
-        self._areas = tuple(_area(rung.size) for rung in self._rungs)
+    def __init__(self, steps: Sequence[Step], sounds: Sequence[SoundForm]) -> None:
+        """Raise ValueError where there is no step, no sound or a size that is none."""
+        if not steps or not sounds:
+            raise ValueError("a ladder needs at least one step and one form of the sound")
+        self._steps = tuple(sorted(steps, key=lambda step: -step.bitrate_bps))
+        self._areas = tuple(_area(step.size) for step in self._steps)
         self._sound = SoundChoice(sounds)
         self._now_s = self._begun_s = -math.inf
         self._at: int | None = None
@@ -89,7 +89,7 @@ class Ladder:
         sound_form: SoundForm | None,
         other_bps: float,
         now_s: float,
-    ) -> Serving:
+    ) -> Allocation:
         """Decide what is sent from now on.
 
         `size` is the largest picture that is wanted ("640x480"), None for none; `sound_form` the
@@ -117,14 +117,14 @@ class Ladder:
             self._sound.none()
         if size is None:
             self._at, self._gone_s = None, None
-            return Serving(None, 0, form, again, "no picture is asked for")
+            return Allocation(None, 0, form, again, "no picture is asked for")
         allowed = self._allowed(size)
         self._climb(estimate, budget, allowed, quick=quick)
         reason = self._reason(estimate, allowed)
         if self._at is None:
-            return Serving(None, 0, form, again, reason)
-        rung = self._rungs[self._at]
-        return Serving(rung, rung.layers - self._cut, form, again, reason)
+            return Allocation(None, 0, form, again, reason)
+        step = self._steps[self._at]
+        return Allocation(step, step.layers - self._cut, form, again, reason)
 
     def _climb(
         self, estimate: LinkEstimate, budget: Budget, allowed: Sequence[int], *, quick: bool
@@ -142,14 +142,14 @@ class Ladder:
             self._failed()
             if estimate.queue_ms > _FULL_MS:
                 # A keyframe would be old before it could leave; what comes later is newer.
-                self._cut = self._rungs[self._at].layers
+                self._cut = self._steps[self._at].layers
                 return
             self._move(max(target, self._at + 1))
             cut = self._needed_cut(self._at, budget, self._kept_share(last))
         if cut is None and now_s >= self._glance_until_s:
             self._at, self._gone_s, self._changed_s = None, now_s, now_s
             return
-        self._cut_to(self._rungs[self._at].layers if cut is None else cut, quick=quick)
+        self._cut_to(self._steps[self._at].layers if cut is None else cut, quick=quick)
         between = quick or now_s - self._changed_s >= _BETWEEN_S
         hold_s = 0.0 if quick else self._hold_s
         better = calm and target < self._at and self._cut == 0
@@ -167,7 +167,7 @@ class Ladder:
             return allowed[-1]  # what is assumed would fill a modem line
         left_bps = self._sound.left_bps(budget, _SHARE)
         fitting = (
-            at for at in allowed if picture_bps(self._rungs[at], 0, estimate.rate_bps) <= left_bps
+            at for at in allowed if picture_bps(self._steps[at], 0, estimate.rate_bps) <= left_bps
         )
         return next(fitting, allowed[-1])
 
@@ -177,12 +177,12 @@ class Ladder:
     def _needed_cut(self, at: int, budget: Budget, share: float) -> int | None:
         """Return how many layers have to go, None where not even the lowest fits."""
         left_bps = self._sound.left_bps(budget, share)
-        rung = self._rungs[at]
+        step = self._steps[at]
         return next(
             (
                 cut
-                for cut in range(rung.layers + 1)
-                if picture_bps(rung, cut, budget.rate_bps) <= left_bps
+                for cut in range(step.layers + 1)
+                if picture_bps(step, cut, budget.rate_bps) <= left_bps
             ),
             None,
         )
@@ -207,7 +207,7 @@ class Ladder:
             return False
         self._gone_s = None
         self._move(last)
-        self._cut = self._rungs[last].layers
+        self._cut = self._steps[last].layers
         return True
 
     def _failed(self) -> None:

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wax.sync.delivery import Delivery, LinkEstimate
-from wax.sync.estimate import STARTING_RATE_BPS, LinkEstimator
+from wax.congestion.delivery import Delivery, LinkEstimate
+from wax.congestion.estimator import LinkEstimator
+from wax.congestion.probing import STARTING_RATE_BPS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -169,7 +170,7 @@ def test_silence_is_told_and_ends_with_the_next_feedback() -> None:
 
 
 def test_who_sends_nothing_is_not_blind() -> None:
-    """Silence is only where something was sent that could be answered."""
+    """FeedbackTimeout is only where something was sent that could be answered."""
     sound = Sound()
     sound.run(5.0)
     assert sound.estimator.estimate(sound.now_s + 60).state == "steady"

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Protocol
 
-from wax.sync.delivery import Train
+from wax.congestion.delivery import Train
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from wax.sync.delivery import Delivery
+    from wax.congestion.delivery import Delivery
 
 _PAYLOAD_BYTES: Final = 1200
 """Fits any tunnel (WireGuard's IPv6 has 1280) with all headers."""
 
 
-class Way(Protocol):
+class CongestionControl(Protocol):
     """The way to one browser. Nothing here raises; `now_s` never falls by much."""
 
     @property
@@ -63,7 +63,7 @@ class Way(Protocol):
         ...
 
 
-class OpenWay:
+class NoCongestionControl:
     """A way that nobody measures: everything goes at once, in packets of ordinary size."""
 
     watched = False

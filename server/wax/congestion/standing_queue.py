@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from wax.sync.estimate.waiting import Waiting
+    from wax.congestion.queuing_delay import QueuingDelay
 
 _STANDING_S: Final = 0.030
 _PACKETS: Final = 1.5
@@ -28,7 +28,7 @@ class StandingQueue:
         self._level_s = 0.0
         self._level_from_s = 0.0
 
-    def look(self, waiting: Waiting, rate_bps: float, now_s: float) -> bool:
+    def look(self, waiting: QueuingDelay, rate_bps: float, now_s: float) -> bool:
         """Judge after each feedback; return whether the queue stands."""
         limit_s = self.limit_s(waiting, rate_bps)
         standing_s = waiting.standing_s
@@ -50,7 +50,7 @@ class StandingQueue:
         """Return for how long the wait has neither grown nor shrunk; a queue does one of both."""
         return now_s - self._level_from_s
 
-    def limit_s(self, waiting: Waiting, rate_bps: float) -> float:
+    def limit_s(self, waiting: QueuingDelay, rate_bps: float) -> float:
         """Return what is still no queue: one packet before another, and what is jitter."""
         jitter_s = min(_ROUGH * waiting.rough_s, _MOST_ROUGH_S)
         return max(_STANDING_S, _PACKETS * _PACKET_BITS / rate_bps, jitter_s)

@@ -5,15 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from wax.sync.estimate import STARTING_RATE_BPS, LinkEstimator, payload_bytes
-from wax.sync.loss_rate import LossRate
-from wax.sync.marking import Marking
-from wax.sync.pacer import Pacer
+from wax.congestion.estimator import LinkEstimator
+from wax.congestion.feedback_sampling import FeedbackSampling
+from wax.congestion.loss_based import LossBasedControl
+from wax.congestion.pacer import Pacer
+from wax.congestion.packet_size import payload_bytes
+from wax.congestion.probing import STARTING_RATE_BPS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from wax.sync.delivery import Delivery, LinkEstimate, Train
+    from wax.congestion.delivery import Delivery, LinkEstimate, Train
 
 _LOOK_S: Final = 0.1
 _LOOK_SETTLED_S: Final = 0.5
@@ -34,7 +36,7 @@ _FULL_MS: Final = 150.0
 """With so much waiting in the way, copies would only make it longer."""
 
 
-class LiveWay:
+class SenderSideControl:
     """Joins estimator and pacer; `on_news` is called when a decision may have to change."""
 
     watched = True
@@ -43,11 +45,11 @@ class LiveWay:
         self.thorough = False
         """Whether the browser tells of each packet all the time: of who drives, all is known."""
         self._on_news = on_news
-        self._marking = Marking()
+        self._marking = FeedbackSampling()
         self._trained_s = float("-inf")
         self._estimator = LinkEstimator()
         self._tells = False
-        self._losses: LossRate | None = None
+        self._losses: LossBasedControl | None = None
         """In the estimator's place for a browser that tells of no arrivals."""
         self._pacer = Pacer(STARTING_RATE_BPS)
         self._looked_s = float("-inf")
@@ -79,12 +81,12 @@ class LiveWay:
         self._estimate = known
         return known
 
-    # --- as Way has it ---------------------------------------------------------------------
+    # --- as CongestionControl has it -------------------------------------------------------
 
     def negotiated(self, *, tells: bool) -> None:
         # Told once for each stream; what one of them tells is enough.
         self._tells = self._tells or tells
-        self._losses = None if self._tells else LossRate()
+        self._losses = None if self._tells else LossBasedControl()
 
     def lost(self, share: float, now_s: float) -> None:
         if self._losses is not None:

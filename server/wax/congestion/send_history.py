@@ -8,7 +8,7 @@ from typing import Final
 _KEPT: Final = 4096
 
 
-class SentLog:
+class SendHistory:
     """Times never fall from one `add` to the next."""
 
     def __init__(self) -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from wax.sync.wire_cost import sound_bps
+from wax.congestion.wire_cost import sound_bps
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from wax.sync.serving import SoundForm
+    from wax.congestion.allocation import SoundForm
 
 _SHARE: Final = 3
 """Sound takes at most one part in three; its smallest form stays whatever it takes."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from wax.sync.delivery import UDP_IP_BYTES
+from wax.congestion.delivery import UDP_IP_BYTES
 
 HEADER_BYTES: Final = UDP_IP_BYTES + 32
 """Beside its payload: IP, UDP, 12 of RTP, about 10 of its extensions, 10 of the SRTP tag."""

@@ -6,7 +6,7 @@ from itertools import pairwise
 from math import sqrt
 from typing import TYPE_CHECKING, Final
 
-from wax.sync.serving import Rung, SoundForm
+from wax.congestion.allocation import SoundForm, Step
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -14,23 +14,23 @@ if TYPE_CHECKING:
     from wax.config import AudioSettings, RenditionSettings, VideoSettings
 
 _WIDE: Final = 1.7
-"""Between two rungs whose rates differ by more there is one more for who has his own."""
+"""Between two steps whose rates differ by more there is one more for who has his own."""
 _LAYERS: Final = 2
 """Temporal layers of VP8 that can be left out; H.264 has none here."""
 
 
-class Offer:
+class RenditionLadder:
     """The configuration as the ladder and the hubs want it."""
 
     def __init__(self, video: VideoSettings, audio: AudioSettings) -> None:
         layers = _LAYERS if video.codec == "vp8" else 0
         own = refined(video.renditions)
         self._settings = {one.name: one for one in own}
-        self._shared = [_rung(one, layers) for one in video.renditions]
-        self._own = [_rung(one, layers) for one in own]
+        self._shared = [_step(one, layers) for one in video.renditions]
+        self._own = [_step(one, layers) for one in own]
         self._forms = [SoundForm(one.mu_ms, one.bitrate_bps) for one in audio.forms]
 
-    def rungs(self, *, is_own: bool) -> Sequence[Rung]:
+    def steps(self, *, is_own: bool) -> Sequence[Step]:
         """Return the shared renditions, or the finer ladder of who has one of his own.
 
         An encoder of VP8 does not follow a rate while it runs, so his follows the link in steps.
@@ -38,7 +38,7 @@ class Offer:
         return self._own if is_own else self._shared
 
     def settings(self, name: str) -> RenditionSettings:
-        """Return what a rung's rendition is made of."""
+        """Return what a step's rendition is made of."""
         return self._settings[name]
 
     def forms(self, least_mu_ms: int) -> Sequence[SoundForm]:
@@ -64,7 +64,7 @@ def refined(renditions: Iterable[RenditionSettings]) -> list[RenditionSettings]:
     return found
 
 
-def _rung(one: RenditionSettings, layers: int) -> Rung:
-    return Rung(
+def _step(one: RenditionSettings, layers: int) -> Step:
+    return Step(
         name=one.name, size=one.size, fps=one.fps, bitrate_bps=one.bitrate_bps, layers=layers
     )

@@ -5,23 +5,23 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from wax.sync.delivery import LinkEstimate, Train
-from wax.sync.estimate.busy import BusyLink
-from wax.sync.estimate.evidence import Evidence
-from wax.sync.estimate.jitter import Jitter
-from wax.sync.estimate.losses import Losses
-from wax.sync.estimate.packets import payload_bytes, train_payload_bytes
-from wax.sync.estimate.probing import ENOUGH_BPS, STARTING_RATE_BPS, Prober
-from wax.sync.estimate.sent_log import SentLog
-from wax.sync.estimate.silence import Silence
-from wax.sync.estimate.standing import StandingQueue
-from wax.sync.estimate.trains import Probe, Trains
-from wax.sync.estimate.waiting import Waiting
+from wax.congestion.delivery import LinkEstimate, Train
+from wax.congestion.delivery_rate import DeliveryRate
+from wax.congestion.dispersion import DispersionEstimator
+from wax.congestion.feedback_timeout import FeedbackTimeout
+from wax.congestion.jitter import Jitter
+from wax.congestion.loss import LossControl
+from wax.congestion.packet_size import payload_bytes, train_payload_bytes
+from wax.congestion.packet_trains import PacketTrain, PacketTrains
+from wax.congestion.probing import ENOUGH_BPS, STARTING_RATE_BPS, Prober
+from wax.congestion.queuing_delay import QueuingDelay
+from wax.congestion.send_history import SendHistory
+from wax.congestion.standing_queue import StandingQueue
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from wax.sync.delivery import Delivery, LinkState
+    from wax.congestion.delivery import Delivery, LinkState
 
 _LEAST_BPS: Final = 8_000.0
 _MOST_BPS: Final = 50_000_000.0
@@ -65,16 +65,16 @@ class LinkEstimator:
         self._rate_bps = STARTING_RATE_BPS
         self._starting_until_s = math.inf
         self._origin_s: float | None = None
-        self._log = SentLog()
-        self._waiting = Waiting()
-        self._busy = BusyLink()
+        self._log = SendHistory()
+        self._waiting = QueuingDelay()
+        self._busy = DeliveryRate()
         self._queue = StandingQueue()
         self._jitter = Jitter()
-        self._losses = Losses()
-        self._evidence = Evidence()
-        self._trains = Trains(self._log)
+        self._losses = LossControl()
+        self._evidence = DispersionEstimator()
+        self._trains = PacketTrains(self._log)
         self._prober = Prober()
-        self._silence = Silence()
+        self._silence = FeedbackTimeout()
         self._number = 0
         self._assumed = True
         self._crept_s = 0.0
@@ -214,7 +214,7 @@ class LinkEstimator:
         for probe in self._trains.add(delivery):
             self._judge_train(probe)
 
-    def _judge_train(self, probe: Probe) -> None:
+    def _judge_train(self, probe: PacketTrain) -> None:
         passage = probe.passage(self._now_s)
         if passage is None:
             return

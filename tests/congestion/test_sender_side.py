@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from wax.streams.live_way import LiveWay
-from wax.sync.delivery import Delivery
+from wax.congestion.delivery import Delivery
+from wax.congestion.sender_side import SenderSideControl
 
 KBIT = 1000 / 8
 
@@ -14,7 +14,7 @@ class Line:
     def __init__(self, rate_bps: float) -> None:
         self.rate_bps = rate_bps
         self.looks = 0
-        self.way = LiveWay(self._looked)
+        self.way = SenderSideControl(self._looked)
         self.now_s = 100.0
         self._free_s = 0.0
         self._told: list[tuple[float, Delivery]] = []
@@ -84,7 +84,7 @@ def test_what_is_stuck_stops_pictures_but_for_a_try() -> None:
 
 def test_what_others_take_is_counted() -> None:
     """Data channels and their acknowledgements are told apart from sound and picture."""
-    way = LiveWay(lambda _estimate, _now_s: None)
+    way = SenderSideControl(lambda _estimate, _now_s: None)
     for tick in range(400):
         way.sent(100, 100 + tick / 20, is_media=False)
         way.sent(1000, 100 + tick / 20, is_media=True)
@@ -115,7 +115,7 @@ def test_a_full_way_gets_no_copies() -> None:
 
 def test_a_browser_that_tells_of_no_arrivals_is_served_by_its_losses() -> None:
     """Without transport-wide feedback on either stream the rate follows what is lost."""
-    way = LiveWay(lambda _estimate, _now_s: None)
+    way = SenderSideControl(lambda _estimate, _now_s: None)
     way.negotiated(tells=False)
     before = way.estimate(100.0)
     assert (before.state, before.assumed) == ("steady", False)

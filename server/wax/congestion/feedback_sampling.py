@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from wax.sync.delivery import LinkEstimate
+    from wax.congestion.delivery import LinkEstimate
 
 _WINDOW_S: Final = 0.03
 _SETTLED_EVERY_S: Final = 0.4
@@ -21,7 +21,7 @@ _SPARE: Final = 1.5
 """A settled link carries so much more than is sent over it."""
 
 
-class Marking:
+class FeedbackSampling:
     """Opens a window now and then; a picture that begins in one is marked to its end."""
 
     def __init__(self) -> None:

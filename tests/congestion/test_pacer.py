@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.sync.pacer import Pacer, gap_s
+from wax.congestion.pacer import Pacer, gap_s
 
 steps = st.lists(st.tuples(st.floats(0, 0.1), st.integers(0, 1500)), max_size=50)
 

@@ -22,7 +22,7 @@ _FEW: Final = 16
 _MANY: Final = 32
 
 
-class Passage(NamedTuple):
+class TrainDispersion(NamedTuple):
     """One train: its bits after the first packet, and the times from first to last packet."""
 
     judged_s: float
@@ -45,13 +45,13 @@ class _Sums(NamedTuple):
 _NONE: Final = _Sums(-math.inf, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-class Evidence:
-    """Trains that were paced faster than the rate that was known; each question is cheap."""
+class DispersionEstimator:
+    """PacketTrains that were paced faster than the rate that was known; each question is cheap."""
 
     def __init__(self) -> None:
         self._sums: deque[_Sums] = deque([_NONE])
 
-    def add(self, passage: Passage, rough_s: float) -> None:
+    def add(self, passage: TrainDispersion, rough_s: float) -> None:
         """Count a train; one that came in less time than it was sent in was held and let go."""
         while len(self) and self._sums[1].judged_s < passage.judged_s - _MEMORY_S:
             self._sums.popleft()

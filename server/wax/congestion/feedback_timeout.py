@@ -13,7 +13,7 @@ _KEPT: Final = 5
 _MOST_S: Final = 10.0
 
 
-class Silence:
+class FeedbackTimeout:
     """Times in seconds that never fall."""
 
     def __init__(self) -> None:

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from wax.sync.estimate.evidence import Passage
+from wax.congestion.dispersion import TrainDispersion
 
 if TYPE_CHECKING:
-    from wax.sync.delivery import Delivery
-    from wax.sync.estimate.sent_log import SentLog
+    from wax.congestion.delivery import Delivery
+    from wax.congestion.send_history import SendHistory
 
 _MOST: Final = 64
 _LONGEST_S: Final = 30.0
 _LEAST_TRIMMED: Final = 3
 
 
-class Probe:
+class PacketTrain:
     """A train that leaves faster than the link is known to be."""
 
     __slots__ = ("arrivals", "told", "toll_bytes", "wanted")
@@ -28,7 +28,7 @@ class Probe:
         self.arrivals: list[tuple[float, float, float]] = []
         """When each was sent, when it came, and the bits since the one before."""
 
-    def passage(self, now_s: float) -> Passage | None:
+    def passage(self, now_s: float) -> TrainDispersion | None:
         """Return how the train went through, None where fewer than two packets came."""
         if len(self.arrivals) < 2:
             return None
@@ -36,7 +36,7 @@ class Probe:
         bits = sum(bits for _, _, bits in self.arrivals[1:])
         if bits <= 0 or not first_came_s <= came_s < first_came_s + _LONGEST_S:
             return None
-        return Passage(now_s, bits, max(sent_s - first_sent_s, 1e-6), came_s - first_came_s)
+        return TrainDispersion(now_s, bits, max(sent_s - first_sent_s, 1e-6), came_s - first_came_s)
 
     def trimmed_bps(self) -> float | None:
         """Return the rate without the longest pause, None where fewer than three packets came.
@@ -55,20 +55,20 @@ class Probe:
         return bits / took_s if took_s > 0 else None
 
 
-class Trains:
+class PacketTrains:
     """The probes that are on their way, a bounded number."""
 
-    def __init__(self, log: SentLog) -> None:
+    def __init__(self, log: SendHistory) -> None:
         self._log = log
-        self._probes: dict[int, Probe] = {}
+        self._probes: dict[int, PacketTrain] = {}
         self._lost_bytes = 0
 
     def expect(self, number: int, packets: int) -> None:
         if len(self._probes) >= _MOST:
             del self._probes[next(iter(self._probes))]
-        self._probes[number] = Probe(packets)
+        self._probes[number] = PacketTrain(packets)
 
-    def add(self, delivery: Delivery) -> list[Probe]:
+    def add(self, delivery: Delivery) -> list[PacketTrain]:
         """Count a packet, in the order of sending; return the probes that are whole with it."""
         older = [number for number in self._probes if number < (delivery.train or 0)]
         whole = [self._probes.pop(number) for number in older]

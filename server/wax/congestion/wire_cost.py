@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from wax.sync.estimate import HEADER_BYTES, payload_bytes
+from wax.congestion.packet_size import HEADER_BYTES, payload_bytes
 
 if TYPE_CHECKING:
-    from wax.sync.serving import Rung, SoundForm
+    from wax.congestion.allocation import SoundForm, Step
 
 _LAYER_SHARE: Final = 0.6
 """What is left of the bit rate without the uppermost layer (as the encoders are told)."""
@@ -23,9 +23,9 @@ def sound_bps(form: SoundForm, redundancy: int) -> float:
     return form.bitrate_bps * (1 + redundancy) + packets_per_s * (HEADER_BYTES + again_bytes) * 8
 
 
-def picture_bps(rung: Rung, cut: int, rate_bps: float) -> float:
-    """Return what a rung takes without its `cut` uppermost layers, on a link of `rate_bps`."""
-    fps = rung.fps * 0.5**cut
-    bitrate_bps = rung.bitrate_bps * math.pow(_LAYER_SHARE, cut)
+def picture_bps(step: Step, cut: int, rate_bps: float) -> float:
+    """Return what a step takes without its `cut` uppermost layers, on a link of `rate_bps`."""
+    fps = step.fps * 0.5**cut
+    bitrate_bps = step.bitrate_bps * math.pow(_LAYER_SHARE, cut)
     packets = math.ceil(bitrate_bps / fps / 8 / payload_bytes(rate_bps))
     return bitrate_bps + fps * packets * HEADER_BYTES * 8
