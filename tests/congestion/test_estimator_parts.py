@@ -84,45 +84,45 @@ def test_jitter_forgets_after_20_s() -> None:
 
 def test_a_full_link_shows_its_rate_through_a_stall() -> None:
     """Packets that leave a full queue at 1 Mbit/s show it, also where one was held for 150 ms."""
-    busy = DeliveryRate()
+    rate = DeliveryRate()
     arrived_s = 0.0
     for number in range(40):
         arrived_s += 0.008 + (0.15 if number == 20 else 0.0)
-        busy.add(number * 0.001, arrived_s, 1000)
-    assert busy.rate_bps() == pytest.approx(1e6, rel=0.01)
+        rate.add(number * 0.001, arrived_s, 1000)
+    assert rate.rate_bps() == pytest.approx(1e6, rel=0.01)
 
 
 def test_a_link_with_pauses_shows_nothing() -> None:
     """Packets that nobody was before say nothing of the rate."""
-    busy = DeliveryRate()
+    rate = DeliveryRate()
     for number in range(40):
-        busy.add(number * 0.02, number * 0.02, 1000)
-    assert busy.rate_bps() is None
+        rate.add(number * 0.02, number * 0.02, 1000)
+    assert rate.rate_bps() is None
 
 
 @given(st.integers(1, 200), st.floats(2e4, 2e7))
 def test_even_trains_show_the_rate_from_both_sides(count: int, rate_bps: float) -> None:
     """PacketTrains that all came at the rate bound it from below, and many of them from above."""
-    evidence = DispersionEstimator()
+    dispersion = DispersionEstimator()
     for number in range(count):
-        evidence.add(TrainDispersion(number / 30, 20_000, 0.001 / 2e7, 20_000 / rate_bps), 0.0)
-    assert evidence.least_bps(0.0, bold=False) == pytest.approx(rate_bps, rel=1e-3)
+        dispersion.add(TrainDispersion(number / 30, 20_000, 0.001 / 2e7, 20_000 / rate_bps), 0.0)
+    assert dispersion.min_bps(0.0, startup=False) == pytest.approx(rate_bps, rel=1e-3)
     if count >= 32:
-        assert evidence.most_bps(0.0) == pytest.approx(rate_bps, rel=1e-3)
+        assert dispersion.max_bps(0.0) == pytest.approx(rate_bps, rel=1e-3)
     else:
-        assert evidence.most_bps(0.0) == math.inf
+        assert dispersion.max_bps(0.0) == math.inf
 
 
-def test_rough_ways_make_evidence_weak() -> None:
-    """One train over a way that varies by 10 ms shows less than over a smooth one."""
-    evidence = DispersionEstimator()
-    evidence.add(TrainDispersion(0.0, 20_000, 0.01, 0.02), 0.01)
-    assert evidence.least_bps(0.01, bold=False) < evidence.least_bps(0.0, bold=False) / 2
-    assert evidence.least_bps(0.01, bold=True) > evidence.least_bps(0.01, bold=False)
+def test_noisy_paths_weaken_what_trains_show() -> None:
+    """One train over a path that varies by 10 ms shows less than over a smooth one."""
+    dispersion = DispersionEstimator()
+    dispersion.add(TrainDispersion(0.0, 20_000, 0.01, 0.02), 0.01)
+    assert dispersion.min_bps(0.01, startup=False) < dispersion.min_bps(0.0, startup=False) / 2
+    assert dispersion.min_bps(0.01, startup=True) > dispersion.min_bps(0.01, startup=False)
 
 
-def test_a_train_that_was_held_and_let_go_is_no_evidence() -> None:
+def test_a_compressed_train_shows_nothing() -> None:
     """What comes all at once was not spread by the link."""
-    evidence = DispersionEstimator()
-    evidence.add(TrainDispersion(0.0, 20_000, 0.02, 0.0), 0.001)
-    assert len(evidence) == 0
+    dispersion = DispersionEstimator()
+    dispersion.add(TrainDispersion(0.0, 20_000, 0.02, 0.0), 0.001)
+    assert len(dispersion) == 0

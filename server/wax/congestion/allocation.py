@@ -1,4 +1,4 @@
-"""The values between the ladder and the lanes: what one viewer is sent, and why."""
+"""The values between the allocator and the lanes: what one viewer is sent, and why."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class SoundForm:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One rendition as the ladder sees it; `name` is how the hub knows it."""
+    """One step of the rendition ladder; `name` is how the hub knows it."""
 
     name: str
     size: str

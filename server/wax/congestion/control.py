@@ -1,4 +1,4 @@
-"""What a peer asks before it sends, and tells when it has: the policy of one viewer's link."""
+"""What a peer asks before it sends, and tells when it has: congestion control as it sees it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _PAYLOAD_BYTES: Final = 1200
 
 
 class CongestionControl(Protocol):
-    """The way to one browser. Nothing here raises; `now_s` never falls by much."""
+    """Of all that goes to one browser. Nothing here raises; `now_s` never falls by much."""
 
     @property
     def watched(self) -> bool:
@@ -64,7 +64,7 @@ class CongestionControl(Protocol):
 
 
 class NoCongestionControl:
-    """A way that nobody measures: everything goes at once, in packets of ordinary size."""
+    """None: everything goes at once, in packets of ordinary size."""
 
     watched = False
 

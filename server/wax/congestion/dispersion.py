@@ -1,8 +1,10 @@
-"""What the trains of the last while say about the link, and how sure that is.
+"""Packet-train dispersion: what trains that left faster than the rate say about the bottleneck.
 
-A train that is sent faster than the link carries comes out at the rate of the link. Jitter
-makes one train say little, so the time they took together is taken over their bits together,
-with as many standard errors on either side as may be wrong.
+A train that is sent faster than the bottleneck serves comes out spread at its rate (Keshav's packet
+pair, SIGCOMM 1991; trains: Dovrolis, Ramanathan, Moore, INFOCOM 2001). With cross traffic that is
+their asymptotic dispersion rate, between available bandwidth and capacity. One train says little
+through jitter, so the times of several are summed over the sum of their bits, with a confidence
+interval of so many standard errors.
 """
 
 from __future__ import annotations
@@ -12,14 +14,38 @@ from collections import deque
 from typing import Final, NamedTuple
 
 _MEMORY_S: Final = 10.0
-_MOST: Final = 128
+"""Trains of the last while count. BBR's bandwidth filter spans about as long (10 round trips)."""
+
+_MAX_TRAINS: Final = 128
+"""More are not kept; at 30 pictures a second that is 4 s. Ours."""
+
 _ERRORS: Final = 2.0
-_BOLD_ERRORS: Final = 0.7
-_WISER: Final = 0.1
-_PRIOR: Final = 3
+"""Standard errors of a bound that is to be sure: 95 % of a normal distribution lie within."""
+
+_STARTUP_ERRORS: Final = 0.7
+"""Standard errors at startup, when to be soon matters more than to be sure. Ours."""
+
+_STARTUP_ERRORS_PER_TRAIN: Final = 0.1
+"""By so much each train of the startup makes the bound more careful, up to `_ERRORS`. Ours."""
+
 _LIKELY_ERRORS: Final = 1.5
-_FEW: Final = 16
-_MANY: Final = 32
+"""Standard errors above the mean to which the rate may be raised step by step. Ours."""
+
+_LIKELY_MIN_TRAINS: Final = 16
+"""Fewer trains say nothing of what is likely. Ours."""
+
+_MAX_RATE_MIN_TRAINS: Final = 32
+"""Fewer trains set no upper limit: cross traffic in one of them would. Ours."""
+
+_PRIOR_TRAINS: Final = 3
+"""So many trains the jitter of single packets is worth as a prior of their variance. Ours."""
+
+_COMPRESSED_SHARE: Final = 0.9
+"""A train that came in less of the time it was sent in was held and let go together: ACK
+compression in TCP, no dispersion. Ours."""
+
+_COMPRESSED_NOISES: Final = 2.0
+"""So many times the delay noise it may be shorter still, for jitter does that too. Ours."""
 
 
 class TrainDispersion(NamedTuple):
@@ -46,25 +72,26 @@ _NONE: Final = _Sums(-math.inf, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class DispersionEstimator:
-    """PacketTrains that were paced faster than the rate that was known; each question is cheap."""
+    """Trains that were paced faster than the rate that was known; each question is cheap."""
 
     def __init__(self) -> None:
         self._sums: deque[_Sums] = deque([_NONE])
 
-    def add(self, passage: TrainDispersion, rough_s: float) -> None:
-        """Count a train; one that came in less time than it was sent in was held and let go."""
-        while len(self) and self._sums[1].judged_s < passage.judged_s - _MEMORY_S:
+    def add(self, train: TrainDispersion, noise_s: float) -> None:
+        """Count a train, unless it was compressed on the way."""
+        while len(self) and self._sums[1].judged_s < train.judged_s - _MEMORY_S:
             self._sums.popleft()
-        if passage.came_in_s < 0.9 * passage.sent_in_s - 2 * rough_s:
+        shortest_s = _COMPRESSED_SHARE * train.sent_in_s - _COMPRESSED_NOISES * noise_s
+        if train.came_in_s < shortest_s:
             return
-        if len(self) >= _MOST:
+        if len(self) >= _MAX_TRAINS:
             self._sums.popleft()
         last = self._sums[-1]
-        bits = passage.bits / 1000
-        ms = max(passage.came_in_s, passage.sent_in_s) * 1000
+        bits = train.bits / 1000
+        ms = max(train.came_in_s, train.sent_in_s) * 1000
         self._sums.append(
             _Sums(
-                passage.judged_s,
+                train.judged_s,
                 last.bits + bits,
                 last.ms + ms,
                 last.bits_2 + bits * bits,
@@ -79,44 +106,41 @@ class DispersionEstimator:
     def clear(self) -> None:
         self._sums = deque([_NONE])
 
-    def least_bps(self, rough_s: float, *, bold: bool) -> float:
-        """Return what the link carries at least: the best that the last 1, 2, 4… trains show.
-
-        `bold` is for the first trains, when it matters more to be soon than to be sure.
-        """
+    def min_bps(self, noise_s: float, *, startup: bool) -> float:
+        """Return what the link carries at least: the best that the last 1, 2, 4… trains show."""
         errors = _ERRORS
-        if bold:
-            errors = min(_BOLD_ERRORS + _WISER * len(self), _ERRORS)
-        least_bps, count = 0.0, 1
+        if startup:
+            errors = min(_STARTUP_ERRORS + _STARTUP_ERRORS_PER_TRAIN * len(self), _ERRORS)
+        min_bps, count = 0.0, 1
         while len(self) and count < 2 * len(self):
-            least_bps = max(least_bps, self._bound_bps(min(count, len(self)), rough_s, errors))
+            min_bps = max(min_bps, self._bound_bps(min(count, len(self)), noise_s, errors))
             count *= 2
-        return least_bps
+        return min_bps
 
-    def likely_bps(self, rough_s: float) -> float:
+    def likely_bps(self, noise_s: float) -> float:
         """Return what the link may well carry; of few trains nothing."""
-        if len(self) < _FEW:
+        if len(self) < _LIKELY_MIN_TRAINS:
             return 0.0
-        return self._bound_bps(len(self), rough_s, -_LIKELY_ERRORS)
+        return self._bound_bps(len(self), noise_s, -_LIKELY_ERRORS)
 
-    def most_bps(self, rough_s: float) -> float:
+    def max_bps(self, noise_s: float) -> float:
         """Return what the link carries at most; only many trains limit it."""
-        if len(self) < _MANY:
+        if len(self) < _MAX_RATE_MIN_TRAINS:
             return math.inf
-        return self._bound_bps(len(self), rough_s, -_ERRORS)
+        return self._bound_bps(len(self), noise_s, -_ERRORS)
 
-    def _bound_bps(self, count: int, rough_s: float, errors: float) -> float:
+    def _bound_bps(self, count: int, noise_s: float, errors: float) -> float:
         """Return the rate of the last `count` trains, so many standard errors below it."""
         last, first = self._sums[-1], self._sums[-1 - count]
         bits, ms = last.bits - first.bits, last.ms - first.ms
-        slowness = ms / bits
+        ms_per_bit = ms / bits
         # A few trains say little about how much they differ, so what single packets say counts too.
-        squares = _PRIOR * 2 * (rough_s * 1000) ** 2
+        squares = _PRIOR_TRAINS * 2 * (noise_s * 1000) ** 2
         squares += max(
             0.0,
             (last.ms_2 - first.ms_2)
-            - 2 * slowness * (last.bits_ms - first.bits_ms)
-            + slowness**2 * (last.bits_2 - first.bits_2),
+            - 2 * ms_per_bit * (last.bits_ms - first.bits_ms)
+            + ms_per_bit**2 * (last.bits_2 - first.bits_2),
         )
-        ms += errors * math.sqrt(squares / (count + _PRIOR - 1)) * math.sqrt(count)
+        ms += errors * math.sqrt(squares / (count + _PRIOR_TRAINS - 1)) * math.sqrt(count)
         return bits / ms * 1e6 if ms > 0 else math.inf

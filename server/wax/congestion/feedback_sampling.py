@@ -1,8 +1,9 @@
-"""Of which packets a browser shall tell when they came: all while it matters, a sample otherwise.
+"""For which packets a browser shall send transport-wide feedback: all, or a sample.
 
-Each answer of a browser costs its uplink about 75 bytes, up to twenty times a second (a tenth of a
-modem line), and the server as much as sending four packets; a hundred settled observers need
-neither. Pure.
+A packet without a transport-wide sequence number is not told of
+(draft-holmer-rmcat-transport-wide-cc-extensions-01). Each feedback costs the browser's uplink about
+75 bytes, up to twenty times a second (a tenth of a modem line), and the server as much as sending
+four packets; a hundred settled observers need neither. Pure.
 """
 
 from __future__ import annotations
@@ -13,12 +14,25 @@ if TYPE_CHECKING:
     from wax.congestion.delivery import LinkEstimate
 
 _WINDOW_S: Final = 0.03
+"""A sample lasts so long: a picture and the sound beside it. Ours."""
+
 _SETTLED_EVERY_S: Final = 0.4
+"""A settled link is sampled so often: a queue is found in two samples. Ours."""
+
 _THIN_EVERY_S: Final = 0.5
+"""A thin one so often, as feedback takes a part of it. Ours."""
+
 _THIN_BPS: Final = 150_000.0
-_CALM_MS: Final = 30.0
-_SPARE: Final = 1.5
-"""A settled link carries so much more than is sent over it."""
+"""Below this rate a link is thin: feedback for all would take 8 % of as thin an uplink. Ours."""
+
+_SETTLED_QUEUE_MS: Final = 30.0
+"""A settled link has no longer queue: what a standing queue begins with."""
+
+_SPARE_FACTOR: Final = 1.5
+"""A settled link carries so many times what is sent over it. Ours."""
+
+_SOUND_EVERY_FACTOR: Final = 2.0
+"""Sound begins a sample only where no picture did for so many times as long. Ours."""
 
 
 class FeedbackSampling:
@@ -42,8 +56,8 @@ class FeedbackSampling:
             self._every_s = _THIN_EVERY_S
         elif (
             not thorough
-            and estimate.queue_ms < _CALM_MS
-            and estimate.rate_bps > _SPARE * estimate.used_bps
+            and estimate.queue_ms < _SETTLED_QUEUE_MS
+            and estimate.rate_bps > _SPARE_FACTOR * estimate.used_bps
         ):
             self._every_s = _SETTLED_EVERY_S
         else:
@@ -54,8 +68,8 @@ class FeedbackSampling:
         if train is not None and self._train is not None and train == self._train[0]:
             return self._train[1]
         # Pictures are what probes a link; sound opens a window only where none come.
-        patience_s = self._every_s if train is not None else 2 * self._every_s
-        if now_s - self._opened_s >= patience_s:
+        every_s = self._every_s if train is not None else _SOUND_EVERY_FACTOR * self._every_s
+        if now_s - self._opened_s >= every_s:
             self._opened_s = now_s
         is_open = self._every_s == 0.0 or now_s - self._opened_s < _WINDOW_S
         if train is not None:

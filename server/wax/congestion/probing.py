@@ -1,22 +1,48 @@
-"""How fast pictures leave, so that they find out what the link carries without hurting sound."""
+"""How fast pictures leave, so that they probe the link without delaying sound noticeably.
+
+Every picture is a probe: nothing is padded. GCC's implementation sends clusters of padding at 3 and
+6 times the first rate and then at twice the last result; BBR paces at 2.77 times its estimate at
+startup and at 1.25 in ProbeBW_UP. We bound what a probe may cost by the queue that it may build.
+"""
 
 from __future__ import annotations
 
 from typing import Final
 
 STARTING_RATE_BPS: Final = 300_000.0
-"""What is taken for the rate while nothing is known."""
-ENOUGH_BPS: Final = 20_000_000.0
-"""More is not looked for."""
+"""What is taken for the rate while nothing is known. As libwebrtc."""
 
-_STARTING_FACTOR: Final = 4.0
-_FACTOR: Final = 2.0
-_WORTH: Final = 1.15
-_DELAY_S: Final = 0.050
-_UNFELT_DELAY_S: Final = 0.010
+ENOUGH_BPS: Final = 20_000_000.0
+"""More is not looked for: ten times what the largest rendition takes."""
+
+_STARTUP_GAIN: Final = 4.0
+"""Pacing gain of a probe at startup. libwebrtc: 3 and 6; BBR: 2.77."""
+
+_PROBE_GAIN: Final = 2.0
+"""Pacing gain of a probe afterwards. libwebrtc: 2; BBR: 1.25."""
+
+_MIN_GAIN: Final = 1.15
+"""A probe that is no faster tells nothing through jitter. Ours."""
+
+_MAX_QUEUE_S: Final = 0.050
+"""The queue that a probe may build where the link carries no more. NADA's QTH (RFC 8698) is as
+much; below what a jitter buffer bridges unheard."""
+
+_UNFELT_QUEUE_S: Final = 0.010
+"""The queue that every picture may build, for it disturbs nothing. NADA's QEPS is as much."""
+
 _CLIMB_S: Final = 1.0
+"""So long after a rise every picture is a probe. Ours."""
+
 _FIRST_PAUSE_S: Final = 1.0
-_LONGEST_PAUSE_S: Final = 30.0
+"""Between the first two fruitless probes. Ours."""
+
+_MAX_PAUSE_S: Final = 30.0
+"""Between fruitless probes at most. libwebrtc probes each 5 s where the application limits, BBR
+each 2 to 3 s; ours cost sound a delay."""
+
+_BACKOFF_FACTOR: Final = 2.0
+"""The pause grows so with each fruitless probe: binary exponential backoff."""
 
 
 class Prober:
@@ -33,27 +59,27 @@ class Prober:
         self._pause_s = _FIRST_PAUSE_S
 
     def pace_bps(
-        self, size_bytes: int, rate_bps: float, *, starting: bool, lossy: bool, now_s: float
+        self, size_bytes: int, rate_bps: float, *, startup: bool, lossy: bool, now_s: float
     ) -> tuple[float, bool]:
         """Return the pace, and whether it is worth more packets than the picture needs.
 
-        Where the way is `lossy`, the queue may be too short for what leaves fast.
+        Where the link is `lossy`, its queue may be too short for what leaves fast.
         """
         if rate_bps >= ENOUGH_BPS or size_bytes <= 0:
             return rate_bps, False
         bits = size_bytes * 8
-        unfelt_bps = _fastest_bps(rate_bps, bits, _UNFELT_DELAY_S, _FACTOR)
-        climbing = starting or now_s < self._climbs_until_s
+        unfelt_bps = _fastest_bps(rate_bps, bits, _UNFELT_QUEUE_S, _PROBE_GAIN)
+        climbing = startup or now_s < self._climbs_until_s
         if not climbing and now_s < self._next_s:
-            worth = unfelt_bps >= _WORTH * rate_bps and not lossy
+            worth = unfelt_bps >= _MIN_GAIN * rate_bps and not lossy
             return (unfelt_bps if worth else rate_bps), False
-        factor = _STARTING_FACTOR if starting else _FACTOR
-        pace_bps = _fastest_bps(rate_bps, bits, _DELAY_S, factor)
-        if pace_bps < _WORTH * rate_bps:
+        gain = _STARTUP_GAIN if startup else _PROBE_GAIN
+        pace_bps = _fastest_bps(rate_bps, bits, _MAX_QUEUE_S, gain)
+        if pace_bps < _MIN_GAIN * rate_bps:
             return rate_bps, False
         if not climbing:
             self._next_s = now_s + self._pause_s
-            self._pause_s = min(2 * self._pause_s, _LONGEST_PAUSE_S)
+            self._pause_s = min(_BACKOFF_FACTOR * self._pause_s, _MAX_PAUSE_S)
         return min(pace_bps, ENOUGH_BPS), True
 
     def risen(self, now_s: float) -> None:
@@ -69,9 +95,9 @@ class Prober:
         self._pause_s = _FIRST_PAUSE_S
 
 
-def _fastest_bps(rate_bps: float, bits: int, delay_s: float, factor: float) -> float:
-    """Return the pace at which a link of just this rate is `delay_s` behind after the picture."""
-    slack = bits / rate_bps - delay_s
-    if slack <= bits / (factor * rate_bps):
-        return factor * rate_bps
-    return bits / slack
+def _fastest_bps(rate_bps: float, bits: int, queue_s: float, gain: float) -> float:
+    """Return the pace that leaves a queue of `queue_s` on a link of just this rate."""
+    slack_s = bits / rate_bps - queue_s
+    if slack_s <= bits / (gain * rate_bps):
+        return gain * rate_bps
+    return bits / slack_s

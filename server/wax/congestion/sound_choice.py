@@ -12,14 +12,24 @@ if TYPE_CHECKING:
 
     from wax.congestion.allocation import SoundForm
 
-_SHARE: Final = 3
-"""Sound takes at most one part in three; its smallest form stays whatever it takes."""
-_HOLD_S: Final = 5.0
+_PARTS: Final = 3
+"""Sound takes at most one part in so many; its smallest form stays whatever it takes. Ours."""
 
-_LOSS: Final = 0.005
-_LOSS_OVER: Final = 0.0025
-_MOST_AGAIN: Final = 3
-_AGAIN_HOLD_S: Final = 10.0
+_RISE_HOLD_S: Final = 5.0
+"""A better form must have fitted for so long. Ours."""
+
+_REDUNDANCY_LOSS_SHARE: Final = 0.005
+"""From so much loss on earlier units are sent again (RFC 2198): one packet in 200, of 20 ms each 4
+s, is heard. Ours."""
+
+_REDUNDANCY_OVER_SHARE: Final = 0.0025
+"""Until there is less than this: hysteresis. Ours."""
+
+_MAX_REDUNDANCY: Final = 3
+"""No more earlier units go with a packet: who waits for them waits 60 ms. Ours."""
+
+_REDUNDANCY_HOLD_S: Final = 10.0
+"""Fewer go after fewer were enough for so long. As long as the loss that is told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +52,7 @@ class SoundChoice:
         self._forms = tuple(forms)
         self._form: SoundForm | None = None
         self._better_since_s: float | None = None
-        self._again = 0
+        self._redundancy = 0
         self._fewer_since_s: float | None = None
         self._aim: tuple[SoundForm, int] | None = None
         self._considered: tuple[SoundForm, ...] = ()
@@ -66,7 +76,7 @@ class SoundChoice:
         forms = (fixed,) if fixed is not None else self._forms
         self._considered = forms
         self._follow_loss(lost, burst, now_s)
-        third_bps = budget.bps if alone else budget.bps / _SHARE
+        third_bps = budget.bps if alone else budget.bps / _PARTS
         best = next((form for form in forms if sound_bps(form, 0) <= third_bps), forms[-1])
         form = self._held(forms, best, quick=quick, now_s=now_s)
         self._form = form
@@ -85,10 +95,10 @@ class SoundChoice:
             *self._aim
         )
         for form in self._considered:
-            for again in range(self._again + 1):
-                takes_bps = sound_bps(form, again)
-                if takes_bps * _SHARE > chosen_by.bps:
-                    from_bps = (takes_bps * _SHARE + chosen_by.other_bps) / chosen_by.share
+            for redundancy in range(self._redundancy + 1):
+                takes_bps = sound_bps(form, redundancy)
+                if takes_bps * _PARTS > chosen_by.bps:
+                    from_bps = (takes_bps * _PARTS + chosen_by.other_bps) / chosen_by.share
                     then = Budget(from_bps, share, chosen_by.other_bps)
                     left_bps = min(left_bps, then.bps - takes_bps)
         return left_bps
@@ -106,21 +116,21 @@ class SoundChoice:
             return best
         if self._better_since_s is None:
             self._better_since_s = now_s
-        if now_s - self._better_since_s < _HOLD_S:
+        if now_s - self._better_since_s < _RISE_HOLD_S:
             return self._form
         self._better_since_s = None
         return best
 
     def _follow_loss(self, lost: float, burst: int, now_s: float) -> None:
-        limit = _LOSS_OVER if self._again else _LOSS
-        wanted = min(burst, _MOST_AGAIN) if lost >= limit else 0
-        if wanted >= self._again:
-            self._again, self._fewer_since_s = wanted, None
+        limit = _REDUNDANCY_OVER_SHARE if self._redundancy else _REDUNDANCY_LOSS_SHARE
+        wanted = min(burst, _MAX_REDUNDANCY) if lost >= limit else 0
+        if wanted >= self._redundancy:
+            self._redundancy, self._fewer_since_s = wanted, None
         elif self._fewer_since_s is None:
             self._fewer_since_s = now_s
-        elif now_s - self._fewer_since_s >= _AGAIN_HOLD_S:
-            self._again, self._fewer_since_s = wanted, None
+        elif now_s - self._fewer_since_s >= _REDUNDANCY_HOLD_S:
+            self._redundancy, self._fewer_since_s = wanted, None
 
     def _affordable(self, form: SoundForm, third_bps: float) -> int:
-        counts = range(self._again, 0, -1)
+        counts = range(self._redundancy, 0, -1)
         return next((count for count in counts if sound_bps(form, count) <= third_bps), 0)
