@@ -1,25 +1,27 @@
-"""How many numbers lie: what a median alone would hide."""
+"""Summary statistics: what a median alone would hide."""
 
 from __future__ import annotations
 
 import math
 import statistics
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from e2e.bench.errors import BenchError
+from pydantic import BaseModel, ConfigDict
+
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 
-@dataclass(frozen=True, slots=True)
-class Spread:
-    """`p50` is the usual median; `p95` and `p99` are nearest-rank, so values that were measured."""
+class Summary(BaseModel):
+    """`median` is the usual one; `p95` and `p99` are nearest-rank, so values that were measured."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
     n: int
     min: float
-    p50: float
+    median: float
     p95: float
     p99: float
     max: float
@@ -27,19 +29,19 @@ class Spread:
     sd: float
 
 
-def spread(values: Sequence[float]) -> Spread:
-    """Sum up; raises `BenchError` when there is nothing to."""
+def summarize(values: Sequence[float]) -> Summary:
+    """Sum up; raises `MeasureError` where there is nothing to."""
     if not values:
-        raise BenchError("nothing was measured")
+        raise MeasureError("nothing was measured")
     ordered = sorted(values)
 
     def rank(fraction: float) -> float:
         return ordered[max(0, math.ceil(fraction * len(ordered)) - 1)]
 
-    return Spread(
+    return Summary(
         n=len(ordered),
         min=ordered[0],
-        p50=statistics.median(ordered),
+        median=statistics.median(ordered),
         p95=rank(0.95),
         p99=rank(0.99),
         max=ordered[-1],

@@ -1,4 +1,4 @@
-"""Which machine and which versions the numbers belong to."""
+"""Which machine, commit and versions figures belong to."""
 
 from __future__ import annotations
 
@@ -6,18 +6,21 @@ import importlib.metadata
 import os
 import platform
 import subprocess
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
-from e2e.bench.process import machine_memory_mib
-from e2e.bench.servers import ROOT
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+from pydantic import BaseModel, ConfigDict
 
-PACKAGES = ("wax-teleop", "aiortc", "aioice", "aiohttp", "av", "numpy", "playwright")
+from e2e.measure.suite import ROOT
+
+_PACKAGES: Final = ("wax-teleop", "aiortc", "aioice", "aiohttp", "av", "numpy", "playwright")
 
 
-@dataclass(frozen=True, slots=True)
-class Machine:
+class Machine(BaseModel):
     """Ratios carry over to another machine, absolute times do not."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
     cpu: str
     cores: int
@@ -26,22 +29,26 @@ class Machine:
     python: str
     versions: dict[str, str]
     chromium: str | None
-    commit: str | None
-    load_1min_before: float
+
+    def __str__(self) -> str:
+        return f"{self.cpu}, {self.cores} cores, {self.memory_mib // 1024} GiB, {self.system}"
 
 
 def describe() -> Machine:
     return Machine(
         cpu=_cpu(),
         cores=os.cpu_count() or 0,
-        memory_mib=machine_memory_mib(),
+        memory_mib=int(psutil.virtual_memory().total // 2**20),
         system=f"{platform.system()} {platform.release()} {platform.machine()}",
         python=platform.python_version(),
-        versions={name: importlib.metadata.version(name) for name in PACKAGES},
-        chromium=_first_line("chromium", "--version"),
-        commit=_first_line("git", "-C", str(ROOT), "describe", "--always", "--dirty"),
-        load_1min_before=os.getloadavg()[0],
+        versions={name: importlib.metadata.version(name) for name in _PACKAGES},
+        chromium=_first_line(os.environ.get("WAX_CHROMIUM", "chromium"), "--version"),
     )
+
+
+def commit() -> str:
+    """Name the commit; it ends with ``-dirty`` where tracked files differ from it."""
+    return _first_line("git", "-C", str(ROOT), "describe", "--always", "--dirty") or "unknown"
 
 
 def _cpu() -> str:
@@ -58,5 +65,4 @@ def _first_line(*command: str) -> str | None:
         done = subprocess.run(command, capture_output=True, text=True, timeout=20, check=True)
     except (OSError, subprocess.SubprocessError):
         return None
-    lines = done.stdout.splitlines()
-    return lines[0].strip() if lines else None
+    return next(iter(done.stdout.splitlines()), None)
