@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from tests.open_fence import OpenFence
 from tests.examples import examples
 
+from wax.congestion.allocation import SoundForm
 from wax.media.sound_encoder import SoundEncoder
 from wax.media.sound_hub import SoundHub
 from wax.media.source import BLOCK_SAMPLES, Sound
-from wax.sync.serving import SoundForm
 
 if TYPE_CHECKING:
     from wax.media.encoded import EncodedSound

@@ -24,6 +24,7 @@ from aiortc.sdp import SessionDescription
 from av.packet import Packet
 
 from wax.clock import SystemClock
+from wax.congestion.control import NoCongestionControl
 from wax.errors import SignallingError
 from wax.media.encoded import VIDEO_TIME_BASE, EncodedPicture, EncodedSound
 from wax.rtc import private, rtp
@@ -35,11 +36,11 @@ from wax.streams.streams import Codecs
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Sequence
 
-    from wax.rtc.way import Way
-    from wax.sync.delivery import Delivery
+    from wax.congestion.control import CongestionControl
+    from wax.congestion.delivery import Delivery
 
 
-class Noted(OpenWay):
+class Noted(NoCongestionControl):
     """A way that is always open and notes what it is told."""
 
     watched = True
@@ -411,7 +412,7 @@ async def test_nothing_is_sent_after_the_end(pair: Pair) -> None:
     pair.peer.send("state", "late")
 
 
-def _peer(events: Events, way: Way) -> Peer:
+def _peer(events: Events, way: CongestionControl) -> Peer:
     private.install()
     return Peer(
         ice_servers=[],

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
     from wax.config import SyncSettings
     from wax.fence import Fence
+    from wax.congestion.control import CongestionControl
     from wax.rtc.lane import PictureLane, SoundLane
-    from wax.rtc.way import Way
     from wax.sync.playout import PlayoutReport
 
 Kind = Literal["audio", "video"]
@@ -50,7 +50,7 @@ class Lanes:
 
     picture: PictureLane
     sound: SoundLane
-    way: Way
+    way: CongestionControl
 
 
 class Page(Protocol):
