@@ -212,7 +212,7 @@ async def test_commands_of_an_old_turn_or_age_move_nothing(server: Server) -> No
 
 async def test_a_message_that_never_ends_ends_only_its_sender(server: Server) -> None:
     """A stranger's fragments close the stranger's peer, and another page is answered."""
-    async with RawPeer(server) as stranger, RawPeer(server) as other:
+    async with Client(server.url) as stranger, Client(server.url) as other:
         sctp = stranger.peer.sctp
         assert sctp is not None
         for number in range(200):

@@ -15,6 +15,7 @@ from tests.turned_clock import TurnedClock
 
 from wax import room as room_module
 from wax.config import VideoSettings
+from wax.congestion.allocation import SoundForm
 from wax.control.turns import Turns
 from wax.fence import Fence
 from wax.media.encoded import VIDEO_TIME_BASE, EncodedPicture
@@ -24,7 +25,6 @@ from wax.media.unit_hub import UnitHub
 from wax.media.video_hub import VideoHub
 from wax.status import Status
 from wax.streams.thesis import ThesisService, thesis_video
-from wax.sync.serving import SoundForm
 from wax.sync.thesis.settings import ThesisSettings
 from wax.telemetry import Counters, Rates
 from wax.viewer import Viewer

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from tests.examples import examples
-from tests.sync.link_model import default_rungs, default_sounds
 from tests.sync.link_model import default_sounds, default_steps
 
 from wax.congestion.allocation import Allocation, SoundForm, Step

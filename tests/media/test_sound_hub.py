@@ -11,8 +11,8 @@ import pytest
 from av.packet import Packet
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.open_fence import OpenFence
 from tests.examples import examples
+from tests.open_fence import OpenFence
 
 from wax.congestion.allocation import SoundForm
 from wax.media.sound_encoder import SoundEncoder

@@ -30,7 +30,6 @@ from wax.media.encoded import VIDEO_TIME_BASE, EncodedPicture, EncodedSound
 from wax.rtc import private, rtp
 from wax.rtc.peer import Peer
 from wax.rtc.signalling import clean_offer
-from wax.rtc.way import OpenWay
 from wax.streams.streams import Codecs
 
 if TYPE_CHECKING:
@@ -452,7 +451,7 @@ async def test_what_browsers_offer_is_answered_and_parsed_once(
 async def test_garbage_is_refused_with_a_sentence() -> None:
     """An offer that aiortc stumbles over is a refusal, and leaves nothing open."""
     events = Events()
-    peer = _peer(events, OpenWay())
+    peer = _peer(events, NoCongestionControl())
     sections = [f"m={kind} 9 UDP/TLS/RTP/SAVPF x" for kind in ("audio", "video", "application")]
     with pytest.raises(SignallingError, match="cannot be answered"):
         await peer.answer("\r\n".join(["v=0", *sections]))

@@ -26,11 +26,9 @@ from wax.sync.playout import PlayoutReport, StreamPlayout
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-    from wax.fence import Fence
-    from wax.rtc.way import Way
-    from wax.sync.delivery import Train
     from wax.congestion.control import CongestionControl
     from wax.congestion.delivery import Train
+    from wax.fence import Fence
 
 SIZES = VideoSettings()
 OPERATOR = SyncSettings(max_holdback_ms=50.0, max_skew_ms=100.0, least_audio_mu_ms=10)

@@ -17,8 +17,9 @@ from wax.media.spread import spread
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from wax.fence import Fence
+
     from wax.congestion.allocation import SoundForm
+    from wax.fence import Fence
     from wax.media.encoded import EncodedSound
     from wax.media.source import Sound
 

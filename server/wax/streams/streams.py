@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from wax.config import SyncSettings
-    from wax.fence import Fence
     from wax.congestion.control import CongestionControl
+    from wax.fence import Fence
     from wax.rtc.lane import PictureLane, SoundLane
     from wax.sync.playout import PlayoutReport
 
