@@ -36,6 +36,10 @@ faults: ## each link from finger to wheel broken while the robot drives: make fa
 	@sh .make/install.sh test
 	@sh .make/faults.sh $(ARGS)
 
+figures: ## the tables of README.md, from e2e/published
+	@sh .make/install.sh test
+	@.venv/bin/python -m e2e.measure
+
 mutants: ## small faults in what keeps the robot standing, which the tests must notice
 	@sh .make/install.sh test
 	@sh .make/mutants.sh $(ARGS)
@@ -43,10 +47,6 @@ mutants: ## small faults in what keeps the robot standing, which the tests must 
 coverage: ## the branches of the same, which the tests must all take
 	@sh .make/install.sh test
 	@sh .make/coverage.sh
-
-figures: ## the README's tables anew, from what the suites have published
-	@sh .make/install.sh test
-	@.venv/bin/python -m e2e.measure.figures
 
 lock: ## renew the locked versions of the Python packages
 	@sh .make/install.sh run
@@ -56,4 +56,4 @@ clean: ## remove all that was installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run unit test test-all check bench lab goals faults mutants coverage figures lock clean
+.PHONY: help run unit test test-all check bench lab goals faults figures mutants coverage lock clean
