@@ -22,31 +22,31 @@ check: ## lint, format, strict types and import rules of both languages
 
 bench: ## the benchmarks, as JSON
 	@sh .make/install.sh test
-	@sh .make/bench.sh $(ARGS)
+	@sh .make/suite.sh bench $(ARGS)
 
 lab: ## the thesis's chapter 5 over shaped networks, with a report: make lab ARGS="--only E3"
 	@sh .make/install.sh test
-	@sh .make/lab.sh $(ARGS)
+	@sh .make/suite.sh lab $(ARGS)
 
 goals: ## age, freshness and sound over each link, beside stock aiortc and LiveKit: make goals ARGS="--only modem"
 	@sh .make/install.sh test
-	@sh .make/lab.sh --goals $(ARGS)
+	@sh .make/suite.sh lab --goals $(ARGS)
 
 faults: ## each link from finger to wheel broken while the robot drives: make faults ARGS="--only server-killed"
 	@sh .make/install.sh test
-	@sh .make/faults.sh $(ARGS)
+	@sh .make/suite.sh faults $(ARGS)
+
+figures: ## the tables of README.md, from e2e/published
+	@sh .make/install.sh test
+	@.venv/bin/python -m e2e.measure
 
 mutants: ## small faults in what keeps the robot standing, which the tests must notice
 	@sh .make/install.sh test
-	@sh .make/mutants.sh $(ARGS)
+	@sh .make/suite.sh mutants $(ARGS)
 
 coverage: ## the branches of the same, which the tests must all take
 	@sh .make/install.sh test
-	@sh .make/coverage.sh
-
-figures: ## the README's tables anew, from what the suites have published
-	@sh .make/install.sh test
-	@.venv/bin/python -m e2e.measure
+	@sh .make/suite.sh coverage
 
 lock: ## renew the locked versions of the Python packages
 	@sh .make/install.sh run
@@ -56,4 +56,4 @@ clean: ## remove all that was installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run unit test test-all check bench lab goals faults mutants coverage figures lock clean
+.PHONY: help run unit test test-all check bench lab goals faults figures mutants coverage lock clean

@@ -5,7 +5,7 @@
 #   library [SOURCE [FOLDER]]  the core as a shared library; prints its path. SOURCE is another
 #                       server/firmware, such as one with a fault in it, for another FOLDER
 #   coverage COMMAND…   run a command with WAX_FIRMWARE_LIBRARY set to a core that counts its
-#                       branches; print as JSON how many of how many were taken
+#                       branches; print how many of how many were taken
 #   avr                 the sketch for the ATmega328P of an Uno; prints its sizes as JSON
 set -eu
 . .make/lib.sh
@@ -66,7 +66,8 @@ coverage() {
     done
     c++ --coverage -shared "$folder"/*.o -o "$folder/libwax.so"
     WAX_FIRMWARE_LIBRARY=$folder/libwax.so "$@" >&2
-    .venv/bin/python .make/firmware_coverage.py "$folder"
+    .venv/bin/gcovr --root . --filter "$firmware/wax/src/core/" --txt-metric branch --txt - \
+        --fail-under-line 100 --fail-under-branch 100 "$folder"
 }
 
 avr() {

@@ -62,7 +62,7 @@ fi
 stage "Python's unit tests" python_tests tests "not system$short" -n logical
 stage "what starts processes" python_tests tests "system$short" -n logical
 if [ "$what" = all ]; then
-    stage "the branches" sh .make/coverage.sh
+    stage "the branches" sh .make/suite.sh coverage
     stage "the quick lab" lab
 else
     stage "one cell of the lab" lab --only E3/wireless-1m/operator

@@ -72,7 +72,7 @@ async def drive_by_keys(server: Server, viewer: Viewer, *keys: str, seconds: flo
 
 
 @pytest.mark.timeout(90)
-@pytest.mark.parametrize("keys", ["Arrow", "wasd"])
+@pytest.mark.parametrize("keys", ["Arrow", pytest.param("wasd", marks=pytest.mark.full)])
 async def test_keys_move_the_robot(server: Server, driver: Viewer, keys: str) -> None:
     """Arrow keys and WASD drive ahead, back, left and right, and the release stops."""
     ahead, left, back, right = (

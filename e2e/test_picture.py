@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 MIME_TYPE = {"vp8": "video/VP8", "h264": "video/H264"}
 
 
-@pytest.fixture(scope="module", params=["vp8", "h264"])
+@pytest.fixture(scope="module", params=["vp8", pytest.param("h264", marks=pytest.mark.full)])
 def codec(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 

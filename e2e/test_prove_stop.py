@@ -101,6 +101,7 @@ async def test_a_stop_that_is_in_time_is_proved(
     assert status == 0
 
 
+@pytest.mark.full
 @pytest.mark.timeout(180)
 async def test_a_stop_that_is_late_is_not_proved(
     tmp_path: Path, board: Board, chromium: Browser

@@ -217,6 +217,7 @@ async def test_a_board_that_stopped_by_itself_waits_for_a_new_press(
         await drives_again(viewer, drives)
 
 
+@pytest.mark.full
 @pytest.mark.timeout(90)
 async def test_a_pulled_plug_of_a_board_of_2004(
     serve: Serve, tmp_path: Path, line: SerialLine, open_viewer: OpenViewer

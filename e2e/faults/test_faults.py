@@ -191,29 +191,34 @@ async def test_who_does_not_see_does_not_drive() -> None:
     await keeps(camera_freezes(1, load=LIGHT))
 
 
+@pytest.mark.full
 async def test_a_page_that_holds_on_does_not_stop() -> None:
     """Where it does not hear of the event, the measure of the page can fail."""
     deaf, touch = await hands_off(1, acts=["another tab"], script=_DEAF, load=LIGHT)
     assert (deaf.met, touch.met) == (False, True)
 
 
+@pytest.mark.full
 async def test_without_the_watchdog_of_silence_the_stop_is_late() -> None:
     """A slow driver's process and board are noticed: the measure of a stopped server can fail."""
     slow = {"silence_ms": 1000, "serial": {"ttl_ms": 1000}}
     assert not (await server_stopped(1, robot=slow, load=LIGHT)).met
 
 
+@pytest.mark.full
 async def test_without_the_driver_process_s_silence_the_stop_is_late() -> None:
     """With a quick board still there: each of the two watchdogs is noticed by itself."""
     assert not (await server_stopped(1, robot={"silence_ms": 1000}, load=LIGHT)).met
 
 
+@pytest.mark.full
 async def test_without_the_board_s_own_watchdog_the_stop_is_late() -> None:
     """A board that obeys old frames is noticed: the measure of a killed driver can fail."""
     slow = {"silence_ms": 120, "serial": {"ttl_ms": 1000}}
     assert not (await driver_killed(1, robot=slow, load=LIGHT)).met
 
 
+@pytest.mark.full
 async def test_without_the_age_of_a_command_the_stop_is_late() -> None:
     """A gate that obeys old commands is noticed: the measure of a vanished network can fail."""
     slow = {"max_age_ms": 1000.0, "max_command_age_ms": 2000.0}
@@ -221,6 +226,7 @@ async def test_without_the_age_of_a_command_the_stop_is_late() -> None:
     assert (late.met, far.met) == (False, False)
 
 
+@pytest.mark.full
 async def test_without_the_age_of_a_command_a_delay_is_executed() -> None:
     """A gate that obeys old commands is noticed: the measure of the black channel can fail."""
     slow = {"max_age_ms": 1000.0, "max_command_age_ms": 2000.0}

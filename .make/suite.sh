@@ -1,0 +1,28 @@
+# What measures, or tests the tests: see that what it drives is there, then run it.
+# usage: suite.sh bench | faults | lab | mutants | coverage   ARGUMENTS…
+set -eu
+. .make/lib.sh
+. .make/browsers.sh
+PATH=$PWD/.venv/bin:$PATH
+PYTHON=$PWD/.venv/bin/python
+export PATH PYTHON
+
+suite=$1
+shift
+case $suite in
+bench) want_playwright && want_chromium ;;
+faults)
+    want_playwright && want_chromium
+    sh .make/firmware.sh board >/dev/null
+    ;;
+lab) want_all && sh .make/livekit.sh ;;
+mutants) sh .make/firmware.sh library >/dev/null ;; # there is a compiler, or a sentence about it
+coverage)
+    status=0
+    python -m e2e.mutants.branches || status=1
+    npm run --silent --prefix web coverage || status=1
+    exit $status
+    ;;
+*) die "usage: suite.sh bench | faults | lab | mutants | coverage ARGUMENTS…" ;;
+esac
+exec python -m "e2e.$suite" "$@"
