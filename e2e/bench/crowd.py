@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import aiohttp
 
-from e2e.bench.errors import BenchError
 from e2e.bench.process import ProcessMeter, pinned
 from e2e.bench.viewer import Offering, Viewer, ViewerCounts
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -44,7 +44,7 @@ class Sample:
 class Crowd:
     """The near end: `with Crowd(offering, core) as crowd: crowd.hold(8); crowd.count()`.
 
-    Every method raises `BenchError` when the far end could not do it.
+    Every method raises `MeasureError` when the far end could not do it.
     """
 
     def __init__(self, offering: Offering, core: int | None = None) -> None:
@@ -55,7 +55,7 @@ class Crowd:
             self._process.start()
         far_end.close()
         if self._process.pid is None:
-            raise BenchError("the viewers' process did not start")
+            raise MeasureError("the viewers' process did not start")
         self.meter = ProcessMeter(self._process.pid)
 
     def __enter__(self) -> Crowd:
@@ -85,18 +85,20 @@ class Crowd:
     def count(self) -> Sample:
         sample = self._ask(Command("count"))
         if not isinstance(sample, Sample):
-            raise BenchError("the viewers' process gave no count")
+            raise MeasureError("the viewers' process gave no count")
         return sample
 
     def _ask(self, command: Command) -> object:
         try:
             self._end.send(command)
             if not self._end.poll(ANSWER_TIMEOUT_S):
-                raise BenchError(f"the viewers did not {command.verb} in {ANSWER_TIMEOUT_S:g} s")
+                raise MeasureError(f"the viewers did not {command.verb} in {ANSWER_TIMEOUT_S:g} s")
             answer = self._end.recv()
         except (OSError, EOFError) as error:
-            raise BenchError(f"the viewers' process ended while asked to {command.verb}") from error
-        if isinstance(answer, BenchError):
+            raise MeasureError(
+                f"the viewers' process ended while asked to {command.verb}"
+            ) from error
+        if isinstance(answer, MeasureError):
             raise answer
         return answer
 
@@ -158,8 +160,8 @@ async def _serve(end: Connection[Any, Command], offering: Offering) -> None:
             command = await loop.run_in_executor(None, end.recv)
             try:
                 end.send(await crowd.do(command))
-            except (BenchError, aiohttp.ClientError) as error:
-                end.send(BenchError(str(error)))
+            except (MeasureError, aiohttp.ClientError) as error:
+                end.send(MeasureError(str(error)))
             if command.verb == "end":
                 return
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from aiortc.rtcrtpreceiver import RTCRtpReceiver, StreamStatistics
 
-from e2e.bench.errors import BenchError
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     import asyncio
@@ -50,11 +50,11 @@ def count_only(
     """Make a receiver count instead of decode; returns its streams by SSRC, filled as they come.
 
     Call it before the connection is made; `arrived` is set with the first packet, `came` is told
-    of each. Raises `BenchError` if aiortc has changed inside.
+    of each. Raises `MeasureError` if aiortc has changed inside.
     """
     streams: dict[int, Any] | None = getattr(receiver, _STREAMS, None)
     if streams is None or not hasattr(receiver, _HANDLER):
-        raise BenchError("this aiortc is built differently inside; mend e2e/bench/receiver.py")
+        raise MeasureError("this aiortc is built differently inside; mend e2e/bench/receiver.py")
     clock_rate_hz = _CLOCK_RATE_HZ[kind]
 
     async def count(packet: RtpPacket, arrival_time_ms: int) -> None:

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Literal
 
 from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
 
-from e2e.bench.errors import BenchError
-from e2e.bench.plan import FPS, SIZE
 from e2e.bench.receipts import Receipts
 from e2e.bench.receiver import count_only
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     import aiohttp
@@ -25,6 +24,8 @@ if TYPE_CHECKING:
 
     from e2e.bench.receiver import CountedStream
 
+FPS = 30.0
+SIZE = "640x480"
 # What a page does that only watches and has settled.
 PING_INTERVAL_S = 1.0
 REPORT_INTERVAL_S = 1.0
@@ -59,7 +60,7 @@ class ViewerCounts:
 
 
 class Viewer:
-    """Connects, keeps itself alive as the page does, counts. Raises `BenchError` from `connect`."""
+    """Connects, keeps itself alive as the page does, counts. `connect` raises `MeasureError`."""
 
     def __init__(self, offering: Offering) -> None:
         self._offering = offering
@@ -80,7 +81,7 @@ class Viewer:
                     await arrived.wait()
         except TimeoutError as error:
             missing = " and ".join(kind for kind in KINDS if not self._arrived[kind].is_set())
-            raise BenchError(
+            raise MeasureError(
                 f"{self._offering.url}: no {missing} in {CONNECT_TIMEOUT_S:g} s; "
                 f"the connection is {self._peer.connectionState}"
             ) from error
@@ -106,7 +107,7 @@ class Viewer:
         request |= {"client": str(uuid.uuid4())} if self._offering.wax else {"type": "offer"}
         async with http.post(self._offering.url, json=request) as response:
             if response.status != 200:
-                raise BenchError(
+                raise MeasureError(
                     f"{self._offering.url}: {response.status} {(await response.text())[:200]}"
                 )
             answer = await response.json()

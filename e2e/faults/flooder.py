@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from e2e.bench.servers import ROOT
-from e2e.faults.errors import FaultError
 from e2e.faults.operator import RawOperator
+from e2e.measure.errors import MeasureError
+from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
@@ -51,7 +51,7 @@ class Flood:
         self._process.stdin.write(b"stop\n")
         said = await asyncio.wait_for(self._process.stdout.readline(), 20)
         if not said:
-            raise FaultError("the flood ended too soon; its last words are above")
+            raise MeasureError("the flood ended too soon; its last words are above")
         return float(said)
 
     async def end(self) -> dict[str, Any]:
@@ -60,7 +60,7 @@ class Flood:
         said, _ = await asyncio.wait_for(self._process.communicate(), 20)
         found = json.loads(said)
         if not isinstance(found, dict):
-            raise FaultError("the flood did not say what it sent")
+            raise MeasureError("the flood did not say what it sent")
         return found
 
 
@@ -80,7 +80,7 @@ async def flooding(url: str, rate_hz: float) -> AsyncIterator[Flood]:
     assert process.stdout is not None
     try:
         if not await asyncio.wait_for(process.stdout.readline(), 20):
-            raise FaultError("the flood ended before it began; its last words are above")
+            raise MeasureError("the flood ended before it began; its last words are above")
         yield Flood(process)
     finally:
         if process.returncode is None:

@@ -8,17 +8,18 @@ from itertools import pairwise
 from random import Random
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.faults.errors import FaultError
-from e2e.faults.finding import Figure, counted, timed
 from e2e.faults.operator import RawOperator
 from e2e.faults.relay import Relay
-from e2e.faults.stage import BLIND, staged
+from e2e.faults.stage import staged
+from e2e.measure.errors import MeasureError
+from e2e.measure.row import counted, timed
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Mapping, Sequence
+    from collections.abc import Container, Sequence
 
     from e2e.faults.record import Seen
     from e2e.faults.stage import Stage
+    from e2e.measure.row import Row
 
 GAP_MS: Final = 300.0
 TURN_S: Final = 60.0
@@ -67,7 +68,7 @@ def switches(frames: Sequence[Seen], slow: Container[int] = ()) -> Switches:
     return Switches(n, late, without_stop, tuple(gaps_ms))
 
 
-async def hand_over(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
+async def hand_over(n: int, **settings: Any) -> list[Row]:
     """Two who take turns: most leave, some let the turn end, vanish, or come back in that instant.
 
     The gap is from a turn's first frame, a stop, to its first that moves; who drives lets go and
@@ -76,7 +77,7 @@ async def hand_over(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
     """
     random = Random(2004)
     short = {"turns": {"turn_s": _SHORT_TURN_S, "grace_s": 0.5}}
-    async with staged(BLIND, short, settings) as stage:
+    async with staged(short, **settings) as stage:
         players = [Player(stage), Player(stage)]
         for player in players:
             await player.come()
@@ -102,15 +103,21 @@ async def hand_over(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
         stage.record.read()
         found = switches(stage.record.frames, slow)
     if found.n == 0:
-        raise FaultError("hand-over: there was none")
+        raise MeasureError("hand-over: there was none")
     return [
         counted(
-            "hand-over", "frames of an old turn after the switch", found.late, found.n, **kinds
+            "hand-over",
+            "hand-over: frames of an old turn after the switch",
+            found.late,
+            found.n,
+            **kinds,
         ),
-        counted("hand-over: stop", "switches without a stop between", found.without_stop, found.n),
+        counted(
+            "hand-over: stop", "… switches without a stop between", found.without_stop, found.n
+        ),
         timed(
             "hand-over: gap",
-            "a turn begins → its first motion",
+            "… a turn begins → its first motion",
             found.gaps_ms,
             GAP_MS,
         ),
@@ -182,7 +189,7 @@ class Player:
     async def is_there(self) -> None:
         """Be heard again, whatever became of the connection."""
         if not await self.raw.pongs():
-            raise FaultError("a peer of the hand-over did not come back")
+            raise MeasureError("a peer of the hand-over did not come back")
 
     async def _until_end(self, before_s: float) -> None:
         ends_ms = self.raw.ends_server_ms
@@ -190,11 +197,11 @@ class Player:
             await asyncio.sleep(max(0.0, (ends_ms - self.raw.server_ms()) / 1000 - before_s))
 
 
-async def one_turn(n: int, *, turn_s: float = TURN_S, **settings: Mapping[str, Any]) -> Figure:
+async def one_turn(n: int, *, turn_s: float = TURN_S, **settings: Any) -> Row:
     """Measure how long a whole turn lasts, by its first and last frame."""
     errors_ms: list[float | None] = []
     async with (
-        staged(BLIND, {"turns": {"turn_s": turn_s}}, settings) as stage,
+        staged({"turns": {"turn_s": turn_s}}, **settings) as stage,
         RawOperator(stage.server) as first,
         RawOperator(stage.server) as second,
     ):
@@ -213,7 +220,7 @@ async def one_turn(n: int, *, turn_s: float = TURN_S, **settings: Mapping[str, A
             lasted_s = begin_s[turns[1]] - begin_s[turns[0]]
             errors_ms.append(abs(lasted_s - turn_s) * 1000)
             second.say(type="leave")
-    return timed(f"turn of {turn_s:g} s", "error of its length", errors_ms, TURN_ERROR_MS)
+    return timed("one-turn", f"turn of {turn_s:g} s: error of its length", errors_ms, TURN_ERROR_MS)
 
 
 def _first_frames(frames: Sequence[Seen]) -> list[tuple[int, float]]:

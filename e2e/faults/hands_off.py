@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.faults.page import chromiums
-from e2e.faults.stage import SEEING, random_phase, staged
+from e2e.faults.stage import random_phase, staged
 from e2e.faults.trials import repeat, told
 from e2e.harness.hands import Fingers
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
     from playwright.async_api import Page
 
-    from e2e.faults.finding import Figure
     from e2e.faults.page import Chromium
     from e2e.faults.record import Stopping
     from e2e.faults.stage import Stage
+    from e2e.measure.row import Row
 
 GOAL_MS: Final = 120.0
 _LOOK_S: Final = 0.25
@@ -54,8 +54,8 @@ async def hands_off(
     *,
     events: Mapping[str, str] = EVENTS,
     script: str = "",
-    **settings: Mapping[str, Any],
-) -> list[Figure]:
+    **settings: Any,
+) -> list[Row]:
     """From the event to the first frame that stops; `n` times each, and for a cancelled touch.
 
     `script` runs in the page before its own.
@@ -64,7 +64,7 @@ async def hands_off(
     async def prepare(page: Page) -> None:
         await page.add_init_script(script)
 
-    async with staged(SEEING, _PATIENT, settings) as stage, chromiums() as launch:
+    async with staged(_PATIENT, **settings) as stage, chromiums() as launch:
         page = await launch(stage.server.url, prepare=prepare, has_touch=True)
         await page.take_the_wheel()
         hands = _Hands(stage, page, await Fingers.of(page.viewer))
@@ -73,8 +73,10 @@ async def hands_off(
             for name, script in events.items()
         }
         found["pointercancel"] = await repeat("hands-off: pointercancel", n, hands.by_touch)
-    what = "event in the page → zero on the wire"
-    return [told(f"hands-off: {name}", what, trials, GOAL_MS) for name, trials in found.items()]
+    return [
+        told(f"hands-off: {name}", f"{name} in the page → zero on the wire", trials, GOAL_MS)
+        for name, trials in found.items()
+    ]
 
 
 class _Hands:
@@ -118,8 +120,4 @@ class _Hands:
         await self._fingers.press(0, self._page.viewer.button("Forward"))
 
     def _found(self, since_s: float) -> Stopping | None:
-        record = self._stage.record
-        record.read()
-        if not record.moved_at(since_s):
-            return None
-        return record.stopping(since_s, time.monotonic())
+        return self._stage.outcome(since_s)

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.faults.finding import Figure
 from e2e.faults.operator import RawOperator
 from e2e.faults.relay import Relay, Weather
-from e2e.faults.stage import BLIND, staged
+from e2e.faults.stage import staged
+from e2e.measure.row import judged
 from wax.config import Settings
 from wax.control import gate
 from wax.control.gate import Command, TurnView
@@ -24,14 +24,13 @@ if TYPE_CHECKING:
     from e2e.faults.operator import Sent
     from e2e.faults.record import Seen
     from e2e.faults.relay import Packet
+    from e2e.measure.row import Row
 
 BAD: Final = Weather(delay_ms=60, jitter_ms=30, loss=0.02)
 GOAL: Final = 1.0
 """Stops in ten minutes."""
 TTLS_MS: Final = (100, 125, 150, 175, 200, 250, 300)
 _TEN_MINUTES_S: Final = 600.0
-_LANES: Final = 2
-"""So many links at once, each with a server and a robot of its own."""
 _COMMAND_BYTES: Final = 120
 _BEAT_S: Final = 0.02
 _VIEWER: Final = 1
@@ -48,7 +47,7 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """One lane's run."""
+    """One run over the bad link."""
 
     seconds: float
     stops: int
@@ -57,44 +56,34 @@ class Drive:
     late_ms: float
 
 
-async def nuisance(n: int, **settings: Mapping[str, Any]) -> Figure:
+async def nuisance(n: int, **settings: Any) -> Row:
     """Drive for `n` seconds altogether over a bad link, and count the stops."""
-    lanes = await asyncio.gather(*(_lane(n / _LANES, seed, settings) for seed in range(_LANES)))
-    seconds = sum(lane.seconds for lane in lanes)
-    per_ten = sum(lane.stops for lane in lanes) * _TEN_MINUTES_S / seconds
+    drive = await _drive(n, settings)
+    scale = _TEN_MINUTES_S / drive.seconds
     curve = {
-        f"{ttl_ms} ms": round(
-            sum(replayed(lane.arrivals, lane.one_way_s, ttl_ms) for lane in lanes)
-            * _TEN_MINUTES_S
-            / seconds,
-            2,
-        )
+        f"{ttl_ms} ms": round(replayed(drive.arrivals, drive.one_way_s, ttl_ms) * scale, 2)
         for ttl_ms in TTLS_MS
     }
-    return Figure(
-        name="nuisance",
-        what="stops in 10 min at 2 % loss and 60 ± 30 ms",
-        unit="",
-        n=round(seconds),
-        p50=None,
-        p99=None,
-        max=per_ten,
-        goal=GOAL,
-        judged="max",
-        met=per_ten <= GOAL,
+    return judged(
+        "nuisance",
+        "stops for no reason in 10 min at 2 % loss and 60 ± 30 ms",
+        "",
+        {"max": drive.stops * scale},
+        GOAL,
+        n=round(drive.seconds),
+        column="max",
         detail={
-            "seconds": seconds,
-            "stops": sum(lane.stops for lane in lanes),
+            "stops": drive.stops,
             "stops_in_ten_minutes_by_time_to_live": curve,
-            "one_way_ms": [lane.one_way_s * 1000 for lane in lanes],
-            "late_by_this_machine_ms": max(lane.late_ms for lane in lanes),
+            "one_way_ms": drive.one_way_s * 1000,
+            "late_by_this_machine_ms": drive.late_ms,
         },
     )
 
 
-async def _lane(seconds: float, seed: int, settings: Mapping[str, Mapping[str, Any]]) -> Drive:
-    relay = Relay(BAD, seed=seed)
-    async with staged(BLIND, settings) as stage, RawOperator(stage.server, relay=relay) as operator:
+async def _drive(seconds: float, settings: Mapping[str, Any]) -> Drive:
+    relay = Relay(BAD, seed=0)
+    async with staged(**settings) as stage, RawOperator(stage.server, relay=relay) as operator:
         # The way's own time must be known at the turn's start.
         await asyncio.sleep(2.0)
         await operator.join()

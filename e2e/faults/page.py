@@ -13,10 +13,10 @@ import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev
 from playwright.async_api import Error as PlaywrightError
 from playwright.async_api import async_playwright
 
-from e2e.faults.errors import FaultError
 from e2e.faults.relay import without_candidates
 from e2e.harness.chromium import launch_chromium
 from e2e.harness.viewer import Card, Viewer
+from e2e.measure.errors import MeasureError
 from wax.clock import SystemClock
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ class Chromium:
         notes = await page.evaluate("window.waxNotes")
         at_ms = next((at_ms for at_ms, shown in notes if text in shown), None)
         if at_ms is None:
-            raise FaultError(f"the page shows, but was not seen to begin to show: {text}")
+            raise MeasureError(f"the page shows, but was not seen to begin to show: {text}")
         return await self.monotonic_s(at_ms)
 
     async def look(self) -> None:
@@ -111,7 +111,7 @@ class Chromium:
         """Return when the newest picture was taken that the page has shown, on CLOCK_MONOTONIC."""
         newest = await self.viewer.page.evaluate("window.waxNewest")
         if newest is None:
-            raise FaultError("the page has shown no picture since it was looked at")
+            raise MeasureError("the page has shown no picture since it was looked at")
         card, clock = Card(**newest), SystemClock()
         taken_ms = card.now_ms - card.age_ms
         return clock.now_s() - (clock.wall_ms() - taken_ms) / 1000

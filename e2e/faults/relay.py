@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from random import Random
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from e2e.faults.errors import FaultError
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -168,7 +168,7 @@ def _candidate(sdp: str) -> tuple[str, int]:
         match = _CANDIDATE.match(line)
         if match:
             return match["host"], int(match["port"])
-    raise FaultError("this machine has no IPv4 address that the relay could take part on")
+    raise MeasureError("this machine has no IPv4 address that the relay could take part on")
 
 
 def _only(sdp: str, address: tuple[str, int]) -> str:

@@ -56,7 +56,7 @@ class Run(_Result):
     took_s: float
     arguments: list[str]
     machine: dict[str, Any]
-    """As `e2e.bench.machine.describe` tells it, and whether the link has real-time priority."""
+    """As `e2e.measure.machine.describe` tells it, and whether the link has real-time priority."""
     cells: list[CellResult]
     client2004: list[dict[str, Any]] = []
     """The rows of `e2e.lab.client2004`."""

@@ -8,10 +8,8 @@ import sys
 import time
 import traceback
 from contextlib import suppress
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from e2e.bench import machine
 from e2e.lab.emulator import verified
 from e2e.lab.errors import LabError
 from e2e.lab.folder import REPORT, RUN, Begun, RunFolder, utc
@@ -24,6 +22,7 @@ from e2e.lab.results import CellResult, Run
 from e2e.lab.runner import Runner
 from e2e.lab.stage import Stage
 from e2e.lab.watch import watch
+from e2e.measure import machine
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -146,7 +145,7 @@ def write_report(run: Run, folder: RunFolder) -> None:
 async def _describe(stage: Stage) -> dict[str, Any]:
     described = await asyncio.to_thread(machine.describe)
     statistics = await stage.link.statistics()
-    return {**asdict(described), "real_time": statistics.real_time}
+    return {**described.model_dump(), "real_time": statistics.real_time}
 
 
 async def _own_error(folder: RunFolder) -> dict[str, Any]:

@@ -12,10 +12,10 @@ from av.packet import Packet
 from hypothesis import given
 from hypothesis import strategies as st
 
+from wax.congestion.allocation import SoundForm
 from wax.media.sample_clock import SampleClock
 from wax.media.sound_encoder import SoundEncoder
 from wax.media.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ, Sound
-from wax.sync.serving import SoundForm
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -12,10 +12,10 @@ from av.packet import Packet
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from wax.congestion.allocation import SoundForm
 from wax.media.sound_encoder import SoundEncoder
 from wax.media.sound_hub import SoundHub
 from wax.media.source import BLOCK_SAMPLES, Sound
-from wax.sync.serving import SoundForm
 
 if TYPE_CHECKING:
     from wax.media.encoded import EncodedSound

@@ -9,9 +9,9 @@ from av.packet import Packet
 from hypothesis import given
 from hypothesis import strategies as st
 
+from wax.congestion.allocation import SoundForm
 from wax.media.encoded import EncodedSound
 from wax.media.sound_lane import SoundLane
-from wax.sync.serving import SoundForm
 
 SHORT = SoundForm(20, 32_000)
 LONG = SoundForm(60, 12_000)

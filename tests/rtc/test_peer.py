@@ -21,20 +21,20 @@ from aiortc.rtp import (
 from av.packet import Packet
 
 from wax.clock import SystemClock
+from wax.congestion.control import NoCongestionControl
 from wax.errors import SignallingError
 from wax.media.encoded import VIDEO_TIME_BASE, EncodedPicture, EncodedSound
 from wax.rtc import private, rtp
 from wax.rtc.peer import Peer
-from wax.rtc.way import OpenWay
 from wax.streams.streams import Codecs
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Sequence
 
-    from wax.sync.delivery import Delivery
+    from wax.congestion.delivery import Delivery
 
 
-class Noted(OpenWay):
+class Noted(NoCongestionControl):
     """A way that is always open and notes what it is told."""
 
     watched = True
@@ -414,7 +414,7 @@ async def test_garbage_is_refused_with_a_sentence() -> None:
         ice_servers=[],
         codecs=Codecs(audio="opus", video="vp8"),
         video=Pictures(),
-        way=OpenWay(),
+        way=NoCongestionControl(),
         audio=Sounds(),
         events=events,
         clock=SystemClock(),

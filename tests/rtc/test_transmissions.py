@@ -15,7 +15,7 @@ from wax.rtc.feedback import PERIOD_S, TICK_S, Feedback, parse
 from wax.rtc.transmissions import Transmissions
 
 if TYPE_CHECKING:
-    from wax.sync.delivery import Delivery
+    from wax.congestion.delivery import Delivery
 
 
 def send(transmissions: Transmissions, now_s: float, count: int = 1) -> list[int]:

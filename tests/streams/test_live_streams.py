@@ -13,20 +13,20 @@ from tests.turned_clock import TurnedClock
 
 from wax import messages
 from wax.config import AudioSettings, SyncSettings, VideoSettings
+from wax.congestion.delivery import Delivery
 from wax.media.encoded import VIDEO_TIME_BASE, EncodedPicture
 from wax.media.sound_hub import SoundHub
 from wax.media.source import BLOCK_SAMPLES, Sound
 from wax.media.video_hub import VideoHub
 from wax.media.video_lane import VideoLane
 from wax.streams.live import LiveService
-from wax.sync.delivery import Delivery
 from wax.sync.playout import PlayoutReport, StreamPlayout
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-    from wax.rtc.way import Way
-    from wax.sync.delivery import Train
+    from wax.congestion.control import CongestionControl
+    from wax.congestion.delivery import Train
 
 SIZES = VideoSettings()
 OPERATOR = SyncSettings(max_holdback_ms=50.0, max_skew_ms=100.0, least_audio_mu_ms=10)
@@ -114,7 +114,7 @@ class Scene:
         packet.time_base = VIDEO_TIME_BASE
         return EncodedPicture(packet, name, keyframe, 0, now_s)
 
-    def _send(self, way: Way, picture: EncodedPicture) -> None:
+    def _send(self, way: CongestionControl, picture: EncodedPicture) -> None:
         size = picture.packet.size
         train: Train = way.train(size, self.clock.now_s())
         while size > 0:

@@ -18,11 +18,11 @@ from e2e.lab.link.model import Direction
 from e2e.lab.link.profile import Profile, load
 
 from wax.config import Settings
-from wax.sync.delivery import Delivery, LinkEstimate
-from wax.sync.estimate import LinkEstimator
-from wax.sync.ladder import Ladder
-from wax.sync.pacer import Pacer, gap_s
-from wax.sync.serving import Rung, Serving, SoundForm
+from wax.congestion.allocation import Allocation, SoundForm, Step
+from wax.congestion.allocator import Allocator
+from wax.congestion.delivery import Delivery, LinkEstimate
+from wax.congestion.estimator import LinkEstimator
+from wax.congestion.pacer import Pacer, gap_s
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,10 +35,10 @@ _WEIGHTS = (1.6, 0.8, 0.8)
 _KEYFRAME = 3.0
 
 
-def default_rungs() -> list[Rung]:
+def default_steps() -> list[Step]:
     """Return the ladder of the default configuration, VP8 with its three temporal layers."""
     return [
-        Rung(one.name, one.size, one.fps, one.bitrate_bps, 2) for one in Settings().video.renditions
+        Step(one.name, one.size, one.fps, one.bitrate_bps, 2) for one in Settings().video.renditions
     ]
 
 
@@ -77,25 +77,25 @@ class Record:
     """What happened, by the time at the server."""
 
     estimates: list[tuple[float, LinkEstimate]] = field(default_factory=list)
-    servings: list[tuple[float, Serving]] = field(default_factory=list)
+    allocations: list[tuple[float, Allocation]] = field(default_factory=list)
     pictures: list[tuple[float, float]] = field(default_factory=list)
     """When each came to the browser, and how old it was then."""
     sounds: list[tuple[float, float]] = field(default_factory=list)
     lost_sounds: int = 0
     sent_sounds: int = 0
 
-    def changes(self, from_s: float = 0.0) -> list[tuple[float, Rung | None]]:
-        """Return when which rung was chosen, the one at `from_s` first."""
-        out: list[tuple[float, Rung | None]] = []
-        for now_s, serving in self.servings:
+    def changes(self, from_s: float = 0.0) -> list[tuple[float, Step | None]]:
+        """Return when which step was chosen, the one at `from_s` first."""
+        out: list[tuple[float, Step | None]] = []
+        for now_s, allocation in self.allocations:
             if now_s < from_s and out:
-                out[0] = (now_s, serving.rung)
-            elif not out or out[-1][1] != serving.rung:
-                out.append((now_s, serving.rung))
+                out[0] = (now_s, allocation.step)
+            elif not out or out[-1][1] != allocation.step:
+                out.append((now_s, allocation.step))
         return out
 
-    def at(self, now_s: float) -> Serving:
-        return [serving for at_s, serving in self.servings if at_s <= now_s][-1]
+    def at(self, now_s: float) -> Allocation:
+        return [allocation for at_s, allocation in self.allocations if at_s <= now_s][-1]
 
     def sound_ms(self, from_s: float, until_s: float, share: float) -> float:
         return _quantile([age for at, age in self.sounds if from_s <= at < until_s], share) * 1000
@@ -129,7 +129,7 @@ class Loop:
         self.record = Record()
         self.estimator = LinkEstimator()
         self.pacer = Pacer(self.estimator.estimate(start_s).rate_bps)
-        self.ladder = Ladder(default_rungs(), default_sounds())
+        self.ladder = Allocator(default_steps(), default_sounds())
         self._down = Direction(network.down, seed=seed, way="down", start_s=start_s)
         self._up = Direction(network.up, seed=seed, way="up", start_s=start_s)
         if changes:
@@ -152,9 +152,9 @@ class Loop:
         self._number = 0
         self._lane: deque[Picture] = deque()
         self._sending = False
-        self._encoded: Rung | None = None
+        self._encoded: Step | None = None
         self._since_keyframe = 0
-        self.serving: Serving | None = None
+        self.allocation: Allocation | None = None
         self.broken = 0
         for first in (self._decide, self._sound, self._capture, self._feedback, self._ping):
             self._at(start_s, first)
@@ -181,22 +181,22 @@ class Loop:
     def _decide(self) -> None:
         now_s = self.now_s
         estimate = self.estimator.estimate(now_s)
-        serving = self.ladder.decide(
+        allocation = self.ladder.decide(
             estimate, size=self._size, sound=True, sound_form=None, other_bps=4000, now_s=now_s
         )
         self.pacer.rate_bps = estimate.rate_bps
         self.record.estimates.append((now_s - self.start_s, estimate))
-        if serving != self.serving:
-            self.record.servings.append((now_s - self.start_s, serving))
-        self.serving = serving
+        if allocation != self.allocation:
+            self.record.allocations.append((now_s - self.start_s, allocation))
+        self.allocation = allocation
         self._at(now_s + 0.05, self._decide)
 
     def _sound(self) -> None:
-        assert self.serving is not None
-        form = self.serving.sound
+        assert self.allocation is not None
+        form = self.allocation.sound
         assert form is not None
         unit = form.bitrate_bps * form.mu_ms // 8000
-        size = unit * (1 + self.serving.redundancy) + HEADERS_BYTES
+        size = unit * (1 + self.allocation.redundancy) + HEADERS_BYTES
         self.record.sent_sounds += 1
         self._send(Packet(self.now_s, size, "audio", captured_s=self.now_s))
         self._at(self.now_s + form.mu_ms / 1000, self._sound)
@@ -206,20 +206,20 @@ class Loop:
         self._at(self.now_s + 0.5, self._ping)
 
     def _capture(self) -> None:
-        assert self.serving is not None
-        rung = self.serving.rung
-        self._at(self.now_s + 1 / (rung.fps if rung else 10.0), self._capture)
-        if rung is None:
+        assert self.allocation is not None
+        step = self.allocation.step
+        self._at(self.now_s + 1 / (step.fps if step else 10.0), self._capture)
+        if step is None:
             self._lane.clear()
             self._encoded = None
             return
-        keyframe = rung != self._encoded
-        self._encoded = rung
+        keyframe = step != self._encoded
+        self._encoded = step
         self._since_keyframe = 0 if keyframe else self._since_keyframe + 1
         layer = _LAYERS[self._since_keyframe % len(_LAYERS)]
         weight = _KEYFRAME if keyframe else _WEIGHTS[layer]
-        size = rung.bitrate_bps / rung.fps / 8 * weight * self._random.uniform(0.8, 1.2)
-        if layer > self.serving.top_layer and not keyframe:
+        size = step.bitrate_bps / step.fps / 8 * weight * self._random.uniform(0.8, 1.2)
+        if layer > self.allocation.top_layer and not keyframe:
             return
         if keyframe:
             self._lane.clear()

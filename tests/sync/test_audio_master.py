@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wax.config import SyncSettings
+from wax.congestion.allocation import Allocation, SoundForm, Step
+from wax.congestion.delivery import LinkEstimate
 from wax.sync.audio_master import AudioMaster
-from wax.sync.delivery import LinkEstimate
 from wax.sync.playout import PlayoutReport, StreamPlayout
 from wax.sync.policies import make_policy
-from wax.sync.serving import Rung, Serving, SoundForm
 
 OBSERVER = SyncSettings()
 OPERATOR = SyncSettings(max_holdback_ms=50.0, max_skew_ms=100.0)
@@ -33,9 +33,9 @@ estimates = st.none() | st.builds(
     burst=st.integers(),
     round_trip_ms=ages,
 )
-servings = st.none() | st.builds(
-    Serving,
-    rung=st.none() | st.just(Rung("a", "640x480", 30.0, 1_000_000, 3)),
+allocations = st.none() | st.builds(
+    Allocation,
+    step=st.none() | st.just(Step("a", "640x480", 30.0, 1_000_000, 3)),
     top_layer=st.just(2),
     sound=st.none() | st.just(SoundForm(60, 12_000)),
     redundancy=st.integers(0, 3),
@@ -231,20 +231,20 @@ def test_one_report_that_is_far_off_moves_nothing() -> None:
 
 
 @given(
-    st.lists(st.tuples(reports, st.floats(), estimates, servings), max_size=30),
+    st.lists(st.tuples(reports, st.floats(), estimates, allocations), max_size=30),
     st.sampled_from([0, 50, 500]),
     st.sampled_from(["auto", 20.0, 500.0]),
 )
 def test_the_bounds_hold_whatever_is_reported(
-    trace: list[tuple[PlayoutReport, float, LinkEstimate | None, Serving | None]],
+    trace: list[tuple[PlayoutReport, float, LinkEstimate | None, Allocation | None]],
     ceiling: int,
     delay: float | str,
 ) -> None:
     """No report, estimate or clock, however wrong, leads beyond the bounds of either stream."""
     sync = {"max_holdback_ms": float(ceiling), "audio_delay_ms": delay}
     policy = AudioMaster(SyncSettings.model_validate(sync))
-    for report, now_s, estimate, serving in trace:
-        targets = policy.decide(report, now_s, estimate, serving)
+    for report, now_s, estimate, allocation in trace:
+        targets = policy.decide(report, now_s, estimate, allocation)
         assert targets.picture_ms is not None
         assert 0 <= targets.picture_ms <= ceiling
         assert targets.sound_ms is None or 0 <= targets.sound_ms <= 500

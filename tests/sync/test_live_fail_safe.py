@@ -8,21 +8,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wax.config import SyncSettings
-from wax.sync.delivery import LinkEstimate, LinkState
+from wax.congestion.allocation import Allocation, SoundForm, Step
+from wax.congestion.delivery import LinkEstimate, LinkState
 from wax.sync.fail_safe import FailSafe
 from wax.sync.playout import PlayoutPolicy, PlayoutReport, PlayoutTargets, StreamPlayout
 from wax.sync.policies import make_policy
-from wax.sync.serving import Rung, Serving, SoundForm
 
-RUNG = Rung("a", "640x480", 30.0, 1_000_000, 3)
+STEP = Step("a", "640x480", 30.0, 1_000_000, 3)
 
 
 def _estimate(state: LinkState) -> LinkEstimate:
     return LinkEstimate(state, 1e6, 5e5, 0.0, 3.0, 0.0, 0, 50.0)
 
 
-def _serving(rung: Rung | None) -> Serving:
-    return Serving(rung, 2, SoundForm(20, 32_000), 0, "")
+def _allocation(step: Step | None) -> Allocation:
+    return Allocation(step, 2, SoundForm(20, 32_000), 0, "")
 
 
 class Viewer:
@@ -38,7 +38,7 @@ class Viewer:
         seconds: float,
         *,
         state: LinkState = "steady",
-        rung: Rung | None = RUNG,
+        step: Step | None = STEP,
         conceals_ms: float = 0.0,
         picture: bool = True,
     ) -> PlayoutTargets:
@@ -53,7 +53,7 @@ class Viewer:
             )
             seen = StreamPlayout(age_ms=60.0, delay_ms=10.0) if picture else None
             targets = self.policy.decide(
-                PlayoutReport(played, seen), self.ticks / 4, _estimate(state), _serving(rung)
+                PlayoutReport(played, seen), self.ticks / 4, _estimate(state), _allocation(step)
             )
         return targets
 
@@ -74,8 +74,8 @@ def test_a_congested_link_plays_both_as_soon_as_possible() -> None:
 def test_a_link_that_no_picture_fits_is_fail_safe() -> None:
     """While the ladder has no picture for a viewer who wants one, nothing is in step."""
     viewer = Viewer()
-    assert not viewer.watch(2.0, rung=None).in_step
-    assert "no picture fits" in viewer.watch(1.0, rung=None).reason
+    assert not viewer.watch(2.0, step=None).in_step
+    assert "no picture fits" in viewer.watch(1.0, step=None).reason
 
 
 def test_sound_that_breaks_however_long_it_waits_is_fail_safe() -> None:

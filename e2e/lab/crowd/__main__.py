@@ -14,10 +14,10 @@ from typing import Final
 
 import aiohttp
 
-from e2e.bench.errors import BenchError
 from e2e.bench.viewer import Offering
 from e2e.lab.crowd.near import Count
 from e2e.lab.crowd.onlooker import Onlooker, offer_as_chromium
+from e2e.measure.errors import MeasureError
 
 JOINING_AT_ONCE: Final = 4
 _TURN_S: Final = 0.01
@@ -37,7 +37,7 @@ async def _be_crowd(offering: Offering, number: int, slow: int) -> None:
             if telling.done():
                 telling.result()
             _say(_count(viewers, slow))
-    except (BenchError, aiohttp.ClientError) as error:
+    except (MeasureError, aiohttp.ClientError) as error:
         _say(Count(at_s=0.0, frames=[], packets=0, lost=0, problem=str(error)))
     finally:
         telling.cancel()

@@ -18,13 +18,13 @@ import pylibsrtp
 from aiortc.codecs import CODECS, HEADER_EXTENSIONS
 from aiortc.rtcrtpparameters import RTCRtcpFeedback, RTCRtpHeaderExtensionParameters
 
-from e2e.bench.errors import BenchError
 from e2e.bench.receiver import CountedStream
 from e2e.bench.viewer import Offering, Viewer
 from e2e.lab.crowd import header
 from e2e.lab.crowd.feedback import URI, Feedback, every_s
 from e2e.lab.crowd.line import Way
 from e2e.lab.crowd.missing import Missing
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     import aiohttp
@@ -224,10 +224,12 @@ def agreed(sdp: str) -> Agreed:
 
 
 def _protocols(receiver: Any) -> list[Any]:
-    """Return what aioice has at each of its sockets; raises `BenchError` where it is otherwise."""
+    """Return what aioice has at each of its sockets; raises `MeasureError` if it has changed."""
     connection = getattr(receiver.transport.transport, "_connection", None)
     protocols = list(getattr(connection, "_protocols", ()))
     wanted = ("datagram_received", "transport")
     if not protocols or not all(hasattr(one, name) for one in protocols for name in wanted):
-        raise BenchError("this aioice is built differently inside; mend e2e/lab/crowd/onlooker.py")
+        raise MeasureError(
+            "this aioice is built differently inside; mend e2e/lab/crowd/onlooker.py"
+        )
     return protocols

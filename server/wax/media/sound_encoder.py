@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from av.packet import Packet
     from numpy.typing import NDArray
 
+    from wax.congestion.allocation import SoundForm
     from wax.media.source import Sound
-    from wax.sync.serving import SoundForm
 
 _TIME_BASE: Final = Fraction(1, SAMPLE_RATE_HZ)
 

@@ -16,9 +16,9 @@ from wax.media.source import BLOCK_MS, SAMPLE_RATE_HZ
 from wax.media.spread import spread
 
 if TYPE_CHECKING:
+    from wax.congestion.allocation import SoundForm
     from wax.media.encoded import EncodedSound
     from wax.media.source import Sound
-    from wax.sync.serving import SoundForm
 
 _PAST_MS: Final = 720
 """So much of the past is kept: the longest pre-roll, 500, in whole media units of up to 120, and

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 from wax.media.source import SAMPLE_RATE_HZ
 
 if TYPE_CHECKING:
+    from wax.congestion.allocation import SoundForm
     from wax.media.encoded import EncodedSound
-    from wax.sync.serving import SoundForm
 
 _HELD_SAMPLES: Final = SAMPLE_RATE_HZ
 """One second: room for the largest pre-roll and as much again."""

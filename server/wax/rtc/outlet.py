@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING, Literal
 
 import structlog
 
+from wax.congestion.delivery import UDP_IP_BYTES
 from wax.errors import ProtocolError
 from wax.rtc import feedback, private
 from wax.rtc.transmissions import Transmissions
-from wax.sync.delivery import UDP_IP_BYTES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from aiortc import RTCDtlsTransport
 
-    from wax.rtc.way import Way
+    from wax.congestion.control import CongestionControl
 
 _LOG = structlog.get_logger(__name__)
 
@@ -25,7 +25,7 @@ class Outlet:
     """Between the two senders of a peer and the transport that they share."""
 
     def __init__(
-        self, way: Way, now_s: Callable[[], float], on_refused: Callable[[], None]
+        self, way: CongestionControl, now_s: Callable[[], float], on_refused: Callable[[], None]
     ) -> None:
         """`on_refused` is called for feedback that is none."""
         self.way = way

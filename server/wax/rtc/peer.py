@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
     from wax.clock import Clock
     from wax.config import IceServer
+    from wax.congestion.control import CongestionControl
     from wax.rtc.lane import Encoded, PictureLane, SoundLane
-    from wax.rtc.way import Way
     from wax.streams.streams import Codecs, Kind
 
 _LOG = structlog.get_logger(__name__)
@@ -86,7 +86,7 @@ class Peer:
         codecs: Codecs,
         video: PictureLane,
         audio: SoundLane,
-        way: Way,
+        way: CongestionControl,
         events: PeerEvents,
         clock: Clock,
         round_trip_s: Callable[[], float | None],

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from aiortc.rtp import RtcpPsfbPacket, RtcpRtpfbPacket
 
+from wax.congestion.pacer import gap_s
 from wax.rtc import rtp
 from wax.rtc.history import History, SentPacket
 from wax.rtc.payload import h264
 from wax.rtc.payload.vp8 import Vp8Packetizer
 from wax.rtc.repeats import Repeats
 from wax.rtc.sender import UINT16, UINT32, Seat, Sender
-from wax.sync.pacer import gap_s
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -2,7 +2,8 @@
 
 aiortc's own encodes for each viewer, sends without pause or mark, repeats without limit, tells
 the time of sending as that of capture and loses every keyframe request. This one takes what
-was encoded for all, asks the viewer's `Way` before a picture leaves, and does none of that.
+was encoded for all, asks the viewer's `CongestionControl` before a picture leaves, and does none
+of that.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal
 import structlog
 from aiortc.rtp import RtcpRrPacket
 
+from wax.congestion.delivery import UDP_IP_BYTES
 from wax.rtc import private, rtp
 from wax.rtc.reports import ReportedTimes
-from wax.sync.delivery import UDP_IP_BYTES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine

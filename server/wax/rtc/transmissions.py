@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Literal
 
+from wax.congestion.delivery import Delivery
 from wax.rtc.feedback import PERIOD_S
-from wax.sync.delivery import Delivery
 
 if TYPE_CHECKING:
     from wax.rtc.feedback import Feedback

@@ -1,33 +1,34 @@
 """`audio-master` and `video-first`: each viewer's own policy, one encoder for everybody.
 
-Three decisions are made for each viewer, each by something pure: what his link carries
-(`sync/estimate`), what he is sent over it (`sync/ladder`), and when it plays (`sync/policies`).
+Three decisions are made for each viewer, each by something pure: what their link carries
+(`congestion/estimator`), what they are sent over it (`congestion/allocator`), and when it plays
+(`sync/policies`).
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from wax.streams.live_way import LiveWay
-from wax.streams.offer import Offer
+from wax.congestion.allocator import Allocator
+from wax.congestion.sender_side import SenderSideControl
 from wax.streams.playing import Playing
+from wax.streams.rendition_ladder import RenditionLadder
 from wax.streams.streams import Codecs, Kind, Lanes, Policy, Units
 from wax.streams.telling import Telling, served
-from wax.sync.ladder import Ladder
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from wax.clock import Clock
     from wax.config import AudioSettings, SyncSettings, VideoSettings
+    from wax.congestion.allocation import Allocation, SoundForm, Step
+    from wax.congestion.delivery import LinkEstimate
     from wax.media.sound_hub import SoundHub
     from wax.media.sound_lane import SoundLane
     from wax.media.video_hub import VideoHub
     from wax.media.video_lane import VideoLane
     from wax.streams.streams import Page
-    from wax.sync.delivery import LinkEstimate
     from wax.sync.playout import PlayoutReport
-    from wax.sync.serving import Rung, Serving, SoundForm
 
 _RESUME_S: Final = 0.5
 """Between two keyframes that are asked for because a lane has lost its thread."""
@@ -44,7 +45,7 @@ class LiveStreams:
         clock: Clock,
         video: VideoHub,
         audio: SoundHub,
-        offer: Offer,
+        offer: RenditionLadder,
         page: Page,
         sync: SyncSettings,
     ) -> None:
@@ -67,10 +68,10 @@ class LiveStreams:
         """Know nothing of the link and have decided nothing."""
         self._playing = Playing(self._page, self._sync)
         self._telling = Telling(self._page)
-        self._way = LiveWay(self._decide)
+        self._way = SenderSideControl(self._decide)
         self._way.thorough = self._drives
         self._ladder = self._make_ladder()
-        self._serving: Serving | None = None
+        self._allocation: Allocation | None = None
         self._asked_s = float("-inf")
 
     @property
@@ -80,10 +81,10 @@ class LiveStreams:
             return self._role_sync
         return self._role_sync.model_copy(update={"policy": self._wanted_policy})
 
-    def _make_ladder(self) -> Ladder:
+    def _make_ladder(self) -> Allocator:
         is_own = self._sync.own_rendition and self._video.has_room
-        return Ladder(
-            self._offer.rungs(is_own=is_own), self._offer.forms(self._sync.least_audio_mu_ms)
+        return Allocator(
+            self._offer.steps(is_own=is_own), self._offer.forms(self._sync.least_audio_mu_ms)
         )
 
     # --- the peer's life -------------------------------------------------------------------
@@ -138,7 +139,7 @@ class LiveStreams:
 
     def reported(self, report: PlayoutReport) -> None:
         now_s = self._clock.now_s()
-        self._playing.reported(report, now_s, self._way.estimate(now_s), self._serving)
+        self._playing.reported(report, now_s, self._way.estimate(now_s), self._allocation)
 
     def round_trip(self, round_trip_s: float) -> None:
         self._way.round_trip(round_trip_s, self._clock.now_s())
@@ -152,8 +153,10 @@ class LiveStreams:
     def status(self) -> dict[str, object]:
         now_s = self._clock.now_s()
         known = self._playing.status()
-        if self._serving is not None:
-            now = served(self._way.estimate(now_s), self._serving, in_step=self._playing.is_in_step)
+        if self._allocation is not None:
+            now = served(
+                self._way.estimate(now_s), self._allocation, in_step=self._playing.is_in_step
+            )
             known |= now.model_dump(exclude={"type"})
         return known
 
@@ -171,7 +174,7 @@ class LiveStreams:
     def _decide(self, estimate: LinkEstimate, now_s: float) -> None:
         if self._picture_lane is None or self._sound_lane is None:
             return
-        serving = self._ladder.decide(
+        allocation = self._ladder.decide(
             estimate,
             size=self._size,
             sound=self._sound_wanted,
@@ -179,30 +182,30 @@ class LiveStreams:
             other_bps=self._way.other_bps,
             now_s=now_s,
         )
-        before, self._serving = self._serving, serving
-        self._send_picture(self._picture_lane, before, serving, estimate, now_s)
-        self._send_sound(self._sound_lane, serving)
+        before, self._allocation = self._allocation, allocation
+        self._send_picture(self._picture_lane, before, allocation, estimate, now_s)
+        self._send_sound(self._sound_lane, allocation)
         if self._is_ready:
             in_step = self._playing.is_in_step
-            self._telling.tell(estimate, serving, in_step=in_step, now_s=now_s)
+            self._telling.tell(estimate, allocation, in_step=in_step, now_s=now_s)
 
     def _send_picture(
         self,
         lane: VideoLane,
-        before: Serving | None,
-        serving: Serving,
+        before: Allocation | None,
+        allocation: Allocation,
         estimate: LinkEstimate,
         now_s: float,
     ) -> None:
-        lane.top_layer = serving.top_layer
-        old = None if before is None else before.rung
-        if serving.rung != old or before is None:
-            name = None if serving.rung is None else serving.rung.name
+        lane.top_layer = allocation.top_layer
+        old = None if before is None else before.step
+        if allocation.step != old or before is None:
+            name = None if allocation.step is None else allocation.step.name
             if name is not None:
                 self._video.provide(self._offer.settings(name))
             self._video.choose(lane, name)
             self._asked_s = now_s
-            if old is not None and serving.rung is not None and _falls(old, serving.rung):
+            if old is not None and allocation.step is not None and _falls(old, allocation.step):
                 # The link is full of the old one: each more of its pictures is one too late.
                 lane.give_up()
         elif (lane.is_cut or lane.is_waiting) and self._may_resume(estimate, now_s):
@@ -218,9 +221,9 @@ class LiveStreams:
             and self._way.free_in_s(None, now_s) <= 0
         )
 
-    def _send_sound(self, lane: SoundLane, serving: Serving) -> None:
-        lane.redundancy = serving.redundancy
-        self._audio.choose(lane, serving.sound, self._playing.preroll_ms)
+    def _send_sound(self, lane: SoundLane, allocation: Allocation) -> None:
+        lane.redundancy = allocation.redundancy
+        self._audio.choose(lane, allocation.sound, self._playing.preroll_ms)
 
     def _fixed_form(self) -> SoundForm | None:
         mu_ms = self._sync.audio_mu_ms
@@ -247,7 +250,7 @@ class LiveService:
         self._clock = clock
         self._video = video
         self._audio = audio
-        self._offer = Offer(video_settings, audio_settings)
+        self._offer = RenditionLadder(video_settings, audio_settings)
 
     @property
     def sizes(self) -> Sequence[str]:
@@ -264,5 +267,5 @@ class LiveService:
         )
 
 
-def _falls(old: Rung, new: Rung) -> bool:
+def _falls(old: Step, new: Step) -> bool:
     return new.bitrate_bps < old.bitrate_bps

@@ -9,10 +9,10 @@ from wax.sync.policies import make_policy
 
 if TYPE_CHECKING:
     from wax.config import SyncSettings
+    from wax.congestion.allocation import Allocation
+    from wax.congestion.delivery import LinkEstimate
     from wax.streams.streams import Page
-    from wax.sync.delivery import LinkEstimate
     from wax.sync.playout import PlayoutReport, PlayoutTargets
-    from wax.sync.serving import Serving
 
 _RETARGET_MS: Final = 4.0
 """A buffer is not retargeted for less: each change of the picture's is a small jump."""
@@ -59,10 +59,10 @@ class Playing:
         report: PlayoutReport,
         now_s: float,
         estimate: LinkEstimate,
-        serving: Serving | None,
+        allocation: Allocation | None,
     ) -> None:
         """Learn how both play over what is known of the link."""
-        self._retarget(self._policy.decide(report, now_s, estimate, serving))
+        self._retarget(self._policy.decide(report, now_s, estimate, allocation))
 
     def status(self) -> dict[str, object]:
         known: dict[str, object] = {"policy": self._policy.name}

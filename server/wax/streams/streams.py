@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from wax.config import SyncSettings
+    from wax.congestion.control import CongestionControl
     from wax.rtc.lane import PictureLane, SoundLane
-    from wax.rtc.way import Way
     from wax.sync.playout import PlayoutReport
 
 Kind = Literal["audio", "video"]
@@ -49,7 +49,7 @@ class Lanes:
 
     picture: PictureLane
     sound: SoundLane
-    way: Way
+    way: CongestionControl
 
 
 class Page(Protocol):

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from wax import messages
 from wax.config import RenditionSettings, VideoSettings
+from wax.congestion.control import NoCongestionControl
 from wax.media.unit_lane import PictureIntake, UnitLane
-from wax.rtc.way import OpenWay
 from wax.streams.streams import Codecs, Kind, Lanes, Policy, Units
 from wax.sync.thesis.compensation import Compensation
 from wax.sync.thesis.sender import Sender
@@ -84,7 +84,7 @@ class ThesisStreams:
         self._intake = PictureIntake(self._picture_captured)
         self._video.attach(self._intake)
         # What may leave is the sender's decision; once it may, it goes at once.
-        return Lanes(picture, sound, OpenWay())
+        return Lanes(picture, sound, NoCongestionControl())
 
     def release(self) -> None:
         if self._intake is not None:

@@ -16,9 +16,9 @@ from wax.sync.watch import Watch
 
 if TYPE_CHECKING:
     from wax.config import SyncSettings
-    from wax.sync.delivery import LinkEstimate
+    from wax.congestion.allocation import Allocation
+    from wax.congestion.delivery import LinkEstimate
     from wax.sync.playout import PlayoutReport, StreamPlayout
-    from wax.sync.serving import Serving
 
 _AUTO_PREROLL_MS: Final = 40.0
 """What a browser's buffer settles at by itself on a good link."""
@@ -64,9 +64,9 @@ class AudioMaster:
         report: PlayoutReport,
         now_s: float,
         estimate: LinkEstimate | None = None,
-        serving: Serving | None = None,
+        allocation: Allocation | None = None,
     ) -> PlayoutTargets:
-        self.watch.update(report, now_s, estimate, serving)
+        self.watch.update(report, now_s, estimate, allocation)
         now_s = self.watch.now_s
         if self.watch.fail_safe.reason is not None:
             self._hold.forget(0.0, now_s)

@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from wax.sync.delivery import LinkEstimate
-    from wax.sync.serving import Serving
+    from wax.congestion.allocation import Allocation
+    from wax.congestion.delivery import LinkEstimate
     from wax.sync.sound_delay import SoundDelay
 
 _ENTER_S: Final = 1.0
@@ -19,12 +19,12 @@ _LEAVE_S: Final = 4.0
 
 
 def insufficient(
-    estimate: LinkEstimate | None, serving: Serving | None, sound: SoundDelay
+    estimate: LinkEstimate | None, allocation: Allocation | None, sound: SoundDelay
 ) -> str | None:
     """Say why a link cannot carry the sound and the picture, both wanted; None when it can."""
     if sound.is_useless:
         return "the sound breaks however long it waits"
-    if serving is not None and serving.rung is None:
+    if allocation is not None and allocation.step is None:
         return "no picture fits the link"
     if estimate is not None and estimate.state == "congested":
         return "the link is congested"

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from wax.sync.delivery import LinkEstimate
-    from wax.sync.serving import Serving
+    from wax.congestion.allocation import Allocation
+    from wax.congestion.delivery import LinkEstimate
     from wax.sync.watch import Watch
 
 
@@ -74,7 +74,7 @@ class PlayoutPolicy(Protocol):
         report: PlayoutReport,
         now_s: float,
         estimate: LinkEstimate | None = None,
-        serving: Serving | None = None,
+        allocation: Allocation | None = None,
     ) -> PlayoutTargets:
         """Return the targets after a report, with the newest estimate of the link and what is sent.
 

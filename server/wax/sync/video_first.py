@@ -9,9 +9,9 @@ from wax.sync.watch import Watch
 
 if TYPE_CHECKING:
     from wax.config import SyncSettings
-    from wax.sync.delivery import LinkEstimate
+    from wax.congestion.allocation import Allocation
+    from wax.congestion.delivery import LinkEstimate
     from wax.sync.playout import PlayoutReport
-    from wax.sync.serving import Serving
 
 
 class VideoFirst:
@@ -41,7 +41,7 @@ class VideoFirst:
         report: PlayoutReport,
         now_s: float,
         estimate: LinkEstimate | None = None,
-        serving: Serving | None = None,
+        allocation: Allocation | None = None,
     ) -> PlayoutTargets:
-        self.watch.update(report, now_s, estimate, serving)
+        self.watch.update(report, now_s, estimate, allocation)
         return self.start()

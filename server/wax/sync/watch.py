@@ -11,9 +11,9 @@ from wax.sync.sound_delay import SoundDelay
 
 if TYPE_CHECKING:
     from wax.config import SyncSettings
-    from wax.sync.delivery import LinkEstimate
+    from wax.congestion.allocation import Allocation
+    from wax.congestion.delivery import LinkEstimate
     from wax.sync.playout import PlayoutReport
-    from wax.sync.serving import Serving
 
 _USUAL_MU_MS = 20
 
@@ -38,16 +38,16 @@ class Watch:
         report: PlayoutReport,
         now_s: float,
         estimate: LinkEstimate | None,
-        serving: Serving | None,
+        allocation: Allocation | None,
     ) -> None:
         """Learn from a report and from what was known of the link when it came."""
         self.now_s = max(now_s, self.now_s) if isfinite(now_s) else self.now_s
         heard = report.sound or StreamPlayout()
-        form = None if serving is None else serving.sound
+        form = None if allocation is None else allocation.sound
         self.sound.decide(
             jitter_ms=0.0 if estimate is None else estimate.jitter_ms,
             mu_ms=_USUAL_MU_MS if form is None else form.mu_ms,
-            redundancy=0 if serving is None or form is None else serving.redundancy,
+            redundancy=0 if allocation is None or form is None else allocation.redundancy,
             concealed_ms=heard.concealed_ms,
             played_ms=heard.played_ms,
             output_ms=heard.output_ms,
@@ -60,10 +60,10 @@ class Watch:
         if report.sound is None or report.picture is None:
             self.fail_safe.leave()
             return
-        self.fail_safe.update(self._trouble(estimate, serving), self.now_s)
+        self.fail_safe.update(self._trouble(estimate, allocation), self.now_s)
         if self.fail_safe.is_active and self.sound.is_useless:
             self.sound.restart()
 
-    def _trouble(self, estimate: LinkEstimate | None, serving: Serving | None) -> str | None:
+    def _trouble(self, estimate: LinkEstimate | None, allocation: Allocation | None) -> str | None:
         still = self.fail_safe.reason if self.sound.is_breaking else None
-        return insufficient(estimate, serving, self.sound) or still
+        return insufficient(estimate, allocation, self.sound) or still

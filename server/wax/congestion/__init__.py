@@ -1,0 +1,1 @@
+"""Pure: what one viewer's link carries, and what is sent over it and when."""

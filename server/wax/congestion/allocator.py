@@ -1,0 +1,292 @@
+"""What one viewer is sent: the best rendition that their link carries, changed seldom.
+
+What adaptive streaming calls the choice of a step of the bitrate ladder; the hysteresis and the
+backoff of failed rises are ours.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from wax.congestion.allocation import Allocation
+from wax.congestion.sound_choice import Budget, SoundChoice
+from wax.congestion.wire_cost import picture_bps
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wax.congestion.allocation import SoundForm, Step
+    from wax.congestion.delivery import LinkEstimate
+
+_FIT_SHARE: Final = 0.85
+"""What of the rate a step may take to be chosen; the rest is for keyframes and jitter. Ours."""
+
+_KEEP_SHARE: Final = 0.95
+"""What it may take to be kept whole: hysteresis. Ours."""
+
+_LAST_SHARE: Final = 1.1
+"""The smallest step may take more: it is thinned picture by picture, upper layers first. Ours."""
+
+_STARTUP_S: Final = 3.0
+"""So long after the beginning every change is made at once. As long as the estimator's startup."""
+
+_BETWEEN_S: Final = 5.0
+"""Steps change no more often: a keyframe costs as much as several pictures. Ours."""
+
+_RISE_HOLD_S: Final = 1.0
+"""A better step must have fitted for so long. Ours."""
+
+_TRIAL_S: Final = 8.0
+"""A rise that is taken back within so long has failed. Ours."""
+
+_FAILED_HOLD_S: Final = 5.0
+"""After a failed rise the next step must have fitted for so long. Ours."""
+
+_MAX_HOLD_S: Final = 60.0
+"""And for no longer than this after many. Ours."""
+
+_BACKOFF_FACTOR: Final = 2.0
+"""Each failure makes the wait so many times as long: binary exponential backoff."""
+
+_PROVEN_S: Final = 30.0
+"""A step that was kept for so long was right, and the wait is short redundancy. Ours."""
+
+_FALL_HOLD_S: Final = 1.0
+"""A step whose layers are cut is left after so long. Ours."""
+
+_LAYER_HOLD_S: Final = 1.0
+"""A layer comes back after it fitted for so long. Ours."""
+
+_FULL_QUEUE_MS: Final = 100.0
+"""Behind a longer queue no keyframe is sent: it would be old when it came. Ours."""
+
+_RETURN_S: Final = 5.0
+"""A picture that was given up comes back after it fitted for so long. Ours."""
+
+_FIRST_PAUSE_S: Final = 5.0
+"""Or is tried after so long, for without it nothing probes the link. Ours."""
+
+_TRY_S: Final = 5.0
+"""Such a try lasts so long. Ours."""
+
+
+class Since:
+    """For how long something has been so without a break."""
+
+    def __init__(self) -> None:
+        self._from_s: float | None = None
+
+    def lasts(self, so: bool, seconds: float, now_s: float) -> bool:
+        """Count one more look; return whether it has been so for that long."""
+        if not so:
+            self._from_s = None
+            return False
+        if self._from_s is None:
+            self._from_s = now_s
+        return now_s - self._from_s >= seconds
+
+
+class Allocator:
+    """Chooses sound, step and layers for one viewer.
+
+    Down at once: upper layers are cut in the same decision, and the step follows. Up after it
+    fitted for a while, longer after each try that failed, and at most one step in 5 s; at the
+    beginning at once.
+    """
+
+    def __init__(self, steps: Sequence[Step], sounds: Sequence[SoundForm]) -> None:
+        """Raise ValueError where there is no step, no sound or a size that is none."""
+        if not steps or not sounds:
+            raise ValueError("a ladder needs at least one step and one form of the sound")
+        self._steps = tuple(sorted(steps, key=lambda step: -step.bitrate_bps))
+        self._areas = tuple(_area(step.size) for step in self._steps)
+        self._sound = SoundChoice(sounds)
+        self._now_s = self._begun_s = -math.inf
+        self._at: int | None = None
+        self._cut = 0
+        self._changed_s = self._rose_s = -math.inf
+        self._hold_s = _RISE_HOLD_S
+        self._better = Since()
+        self._fewer = Since()
+        self._worse = Since()
+        self._whole = Since()
+        self._try_until_s = -math.inf
+        self._gone_s: float | None = None
+        self._pause_s = _FIRST_PAUSE_S
+
+    def decide(
+        self,
+        estimate: LinkEstimate,
+        *,
+        size: str | None,
+        sound: bool,
+        sound_form: SoundForm | None,
+        other_bps: float,
+        now_s: float,
+    ) -> Allocation:
+        """Decide what is sent from now on.
+
+        `size` is the largest picture that is wanted ("640x480"), None for none; `sound_form` the
+        one that the configuration fixes, None to choose. `other_bps` is what data channel and
+        acknowledgements take. Raises ValueError where `size` is no size.
+        """
+        if self._now_s < now_s < math.inf:
+            self._now_s = now_s
+        if self._begun_s == -math.inf:
+            self._begun_s = self._now_s
+        quick = estimate.state == "starting" or self._now_s - self._begun_s < _STARTUP_S
+        budget = Budget(estimate.rate_bps, _FIT_SHARE, other_bps)
+        form, redundancy = None, 0
+        if sound:
+            form, redundancy = self._sound.choose(
+                budget,
+                sound_form,
+                alone=size is None,
+                lost=estimate.lost,
+                burst=estimate.burst,
+                quick=quick,
+                now_s=self._now_s,
+            )
+        else:
+            self._sound.none()
+        if size is None:
+            self._at, self._gone_s = None, None
+            return Allocation(None, 0, form, redundancy, "no picture is asked for")
+        allowed = self._allowed(size)
+        self._follow(estimate, budget, allowed, quick=quick)
+        reason = self._reason(estimate, allowed)
+        if self._at is None:
+            return Allocation(None, 0, form, redundancy, reason)
+        step = self._steps[self._at]
+        return Allocation(step, step.layers - self._cut, form, redundancy, reason)
+
+    def _follow(
+        self, estimate: LinkEstimate, budget: Budget, allowed: Sequence[int], *, quick: bool
+    ) -> None:
+        now_s, last = self._now_s, allowed[-1]
+        calm = estimate.state in ("starting", "steady")
+        target = self._target(estimate, budget, allowed)
+        if self._gone_s is not None and not self._comes_back(budget, last, calm=calm):
+            return
+        if self._at not in allowed:
+            self._move(target)
+        assert self._at is not None
+        cut = self._needed_cut(self._at, budget, self._kept_share(last))
+        if cut is None and self._at != last:
+            self._failed()
+            if estimate.queue_ms > _FULL_QUEUE_MS:
+                # A keyframe would be old before it could leave; what comes later is newer.
+                self._cut = self._steps[self._at].layers
+                return
+            self._move(max(target, self._at + 1))
+            cut = self._needed_cut(self._at, budget, self._kept_share(last))
+        if cut is None and now_s >= self._try_until_s:
+            self._at, self._gone_s, self._changed_s = None, now_s, now_s
+            return
+        self._cut_to(self._steps[self._at].layers if cut is None else cut, quick=quick)
+        between = quick or now_s - self._changed_s >= _BETWEEN_S
+        hold_s = 0.0 if quick else self._hold_s
+        better = calm and target < self._at and self._cut == 0
+        if self._better.lasts(better, hold_s, now_s) and between:
+            self._move(target)
+            self._rose_s = -math.inf if quick else now_s
+        worse = self._cut > 0 and target > self._at
+        if self._worse.lasts(worse, _FALL_HOLD_S, now_s) and between:
+            self._move(target)
+        if self._rose_s > -math.inf and now_s - self._rose_s > _PROVEN_S:
+            self._rose_s, self._hold_s = -math.inf, _RISE_HOLD_S
+
+    def _target(self, estimate: LinkEstimate, budget: Budget, allowed: Sequence[int]) -> int:
+        if estimate.assumed:
+            return allowed[-1]  # what is assumed would fill a modem line
+        left_bps = self._sound.left_bps(budget, _FIT_SHARE)
+        fitting = (
+            at for at in allowed if picture_bps(self._steps[at], 0, estimate.rate_bps) <= left_bps
+        )
+        return next(fitting, allowed[-1])
+
+    def _kept_share(self, last: int) -> float:
+        return _LAST_SHARE if self._at == last else _KEEP_SHARE
+
+    def _needed_cut(self, at: int, budget: Budget, share: float) -> int | None:
+        """Return how many layers have to go, None where not even the lowest fits."""
+        left_bps = self._sound.left_bps(budget, share)
+        step = self._steps[at]
+        return next(
+            (
+                cut
+                for cut in range(step.layers + 1)
+                if picture_bps(step, cut, budget.rate_bps) <= left_bps
+            ),
+            None,
+        )
+
+    def _cut_to(self, cut: int, *, quick: bool) -> None:
+        if cut > self._cut:
+            self._failed()
+        elif not self._fewer.lasts(cut < self._cut, _LAYER_HOLD_S, self._now_s) and not quick:
+            return
+        self._cut = cut
+
+    def _comes_back(self, budget: Budget, last: int, *, calm: bool) -> bool:
+        """Return whether the picture that was given up is sent again, or tried."""
+        assert self._gone_s is not None
+        fits = self._needed_cut(last, budget, _KEEP_SHARE) is not None
+        if self._whole.lasts(fits, _RETURN_S, self._now_s):
+            self._pause_s = _FIRST_PAUSE_S
+        elif calm and self._now_s - self._gone_s >= self._pause_s:
+            self._pause_s = min(_BACKOFF_FACTOR * self._pause_s, _MAX_HOLD_S)
+            self._try_until_s = self._now_s + _TRY_S
+        else:
+            return False
+        self._gone_s = None
+        self._move(last)
+        self._cut = self._steps[last].layers
+        return True
+
+    def _failed(self) -> None:
+        """Put the next try off where this was one."""
+        if self._now_s - self._rose_s < _TRIAL_S:
+            self._hold_s = min(max(_BACKOFF_FACTOR * self._hold_s, _FAILED_HOLD_S), _MAX_HOLD_S)
+        self._rose_s = -math.inf
+
+    def _move(self, at: int) -> None:
+        if at != self._at:
+            self._changed_s = self._now_s
+            self._cut = 0
+        self._at = at
+
+    def _allowed(self, size: str) -> list[int]:
+        area = _area(size)
+        fitting = [at for at, other in enumerate(self._areas) if other <= area]
+        least = min(self._areas)
+        return fitting or [at for at, other in enumerate(self._areas) if other == least]
+
+    def _reason(self, estimate: LinkEstimate, allowed: Sequence[int]) -> str:
+        carries = f"the link carries about {_rate(estimate.rate_bps)}"
+        if estimate.state == "blind":
+            return "nothing is heard from the browser"
+        if self._at is None:
+            return f"{carries}, enough for sound alone"
+        if self._now_s < self._try_until_s:
+            return "trying whether the link carries a picture again"
+        if self._at == allowed[0] and self._cut == 0:
+            return "as large as asked for"
+        if estimate.state == "starting":
+            return "finding out what the link carries"
+        return carries
+
+
+def _area(size: str) -> int:
+    width, _, height = size.partition("x")
+    if not (width.isascii() and width.isdecimal() and height.isascii() and height.isdecimal()):
+        raise ValueError(f"{size} is no size; write it as 640x480")
+    return int(width) * int(height)
+
+
+def _rate(bps: float) -> str:
+    """Say a rate in two digits, as no estimate is better."""
+    digits = 10 ** max(0, math.floor(math.log10(max(bps, 10))) - 1)
+    rounded = round(bps / digits) * digits
+    return f"{rounded / 1e6:g} Mbit/s" if rounded >= 1e6 else f"{rounded / 1e3:g} kbit/s"

@@ -1,0 +1,91 @@
+"""What a peer asks before it sends, and tells when it has: congestion control as it sees it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Protocol
+
+from wax.congestion.delivery import Train
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wax.congestion.delivery import Delivery
+
+_PAYLOAD_BYTES: Final = 1200
+"""Fits any tunnel (WireGuard's IPv6 has 1280) with all headers."""
+
+
+class CongestionControl(Protocol):
+    """Of all that goes to one browser. Nothing here raises; `now_s` never falls by much."""
+
+    @property
+    def watched(self) -> bool:
+        """Whether the browser shall tell when each packet has arrived."""
+        ...
+
+    def negotiated(self, *, tells: bool) -> None:
+        """Learn whether the browser tells when each packet has arrived."""
+        ...
+
+    def sent(self, size_bytes: int, now_s: float, *, is_media: bool) -> None:
+        """Learn that a datagram of this size, headers and all, has left."""
+        ...
+
+    def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
+        """Learn what became of packets."""
+        ...
+
+    def lost(self, share: float, now_s: float) -> None:
+        """Learn which share of a stream's packets did not arrive lately, from 0 to 1."""
+        ...
+
+    def round_trip(self, round_trip_s: float, now_s: float) -> None:
+        """Learn how long the way there and back took just now."""
+        ...
+
+    def marks(self, train: int | None, now_s: float) -> bool:
+        """Tell whether the browser shall say when this packet of a picture, or of sound, came."""
+        ...
+
+    def free_in_s(self, unreported_s: float | None, now_s: float) -> float:
+        """Return how long a picture has to wait; 0 lets one go.
+
+        `unreported_s` is the age of the oldest packet of which should have been heard, or None.
+        """
+        ...
+
+    def train(self, size_bytes: int, now_s: float) -> Train:
+        """Return how the packets of a picture of this size shall leave."""
+        ...
+
+    def repeats(self, size_bytes: int, age_s: float, now_s: float) -> bool:
+        """Tell whether to send a lost packet again that was first sent `age_s` ago."""
+        ...
+
+
+class NoCongestionControl:
+    """None: everything goes at once, in packets of ordinary size."""
+
+    watched = False
+
+    def negotiated(self, *, tells: bool) -> None: ...
+
+    def lost(self, share: float, now_s: float) -> None: ...
+
+    def sent(self, size_bytes: int, now_s: float, *, is_media: bool) -> None: ...
+
+    def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None: ...
+
+    def round_trip(self, round_trip_s: float, now_s: float) -> None: ...
+
+    def marks(self, train: int | None, now_s: float) -> bool:  # noqa: ARG002  # all or none
+        return self.watched
+
+    def free_in_s(self, unreported_s: float | None, now_s: float) -> float:  # noqa: ARG002  # never full
+        return 0.0
+
+    def train(self, size_bytes: int, now_s: float) -> Train:  # noqa: ARG002  # all are alike
+        return Train(number=0, pace_bps=float("inf"), payload_bytes=_PAYLOAD_BYTES)
+
+    def repeats(self, size_bytes: int, age_s: float, now_s: float) -> bool:  # noqa: ARG002  # all
+        return True

@@ -1,0 +1,63 @@
+"""The delivery rate of a busy link: what leaves a queue that never empties leaves at capacity.
+
+The delivery rate sample of draft-cheng-iccrg-delivery-rate-estimation, taken over a busy period
+alone, so that it is never limited by the application.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from itertools import pairwise
+from typing import Final
+
+_WINDOW_S: Final = 0.8
+"""How much of a busy period counts. GCC measures over 0.5 to 1 s (T in 5.6)."""
+
+_MIN_BUSY_S: Final = 0.06
+"""A shorter busy period tells no rate: arrivals of one feedback come with jitter. Ours."""
+
+_MIN_PACKETS: Final = 3
+"""So does one of fewer packets: without the longest gap there is one gap left. Ours."""
+
+_BACK_TO_BACK_S: Final = 0.005
+"""A packet that came this much later than alone still counts as queued. As GCC's burst_time
+(5.6)."""
+
+
+class DeliveryRate:
+    """Told of every packet that arrived, in the order of their sending; times in seconds."""
+
+    def __init__(self) -> None:
+        self._busy: deque[tuple[float, float]] = deque()  # arrival, bytes that came until then
+        self._bytes = 0.0
+        self._arrived_s = -math.inf
+
+    def add(self, unqueued_s: float, arrived_s: float, size_bytes: float) -> None:
+        """Count `size_bytes` that came by `arrived_s`.
+
+        `unqueued_s` is when the packet would have come without a queue. Where that is not after
+        the arrival of the one before, the two have left the queue back to back.
+        """
+        if not self._arrived_s > unqueued_s + _BACK_TO_BACK_S or arrived_s < self._arrived_s:
+            self.clear()
+        self._bytes += size_bytes
+        self._arrived_s = arrived_s
+        self._busy.append((arrived_s, self._bytes))
+        while len(self._busy) > 2 and self._busy[1][0] < arrived_s - _WINDOW_S:
+            self._busy.popleft()
+
+    def rate_bps(self) -> float | None:
+        """Return the rate of the busy period that lasts; None where it is too short."""
+        if len(self._busy) < _MIN_PACKETS:
+            return None
+        gaps = [(b - a, later - total) for (a, total), (b, later) in pairwise(self._busy)]
+        # A stall is a pause of the link, but none of its rate.
+        longest = max(gaps)
+        took_s = sum(gap_s for gap_s, _ in gaps) - longest[0]
+        size_bytes = sum(size for _, size in gaps) - longest[1]
+        return size_bytes * 8 / took_s if took_s >= _MIN_BUSY_S else None
+
+    def clear(self) -> None:
+        self._busy.clear()
+        self._bytes = 0.0

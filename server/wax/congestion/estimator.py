@@ -1,0 +1,367 @@
+"""What one viewer's link carries, from what comes back of what was sent."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from wax.congestion.delivery import LinkEstimate, Train
+from wax.congestion.delivery_rate import DeliveryRate
+from wax.congestion.dispersion import DispersionEstimator
+from wax.congestion.feedback_timeout import FeedbackTimeout
+from wax.congestion.jitter import Jitter
+from wax.congestion.loss import LossControl
+from wax.congestion.packet_size import payload_bytes, train_payload_bytes
+from wax.congestion.packet_trains import PacketTrain, PacketTrains
+from wax.congestion.probing import ENOUGH_BPS, STARTING_RATE_BPS, Prober
+from wax.congestion.queuing_delay import QueuingDelay
+from wax.congestion.send_history import SendHistory
+from wax.congestion.standing_queue import StandingQueue
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wax.congestion.delivery import Delivery, LinkState
+
+_MIN_RATE_BPS: Final = 8_000.0
+"""The rate never falls below: the smallest form of the sound takes 13 kbit/s. Ours."""
+
+_MAX_RATE_BPS: Final = 50_000_000.0
+"""Nor rises above; a bound against what cannot be."""
+
+_DECREASE_FACTOR: Final = 0.9
+"""What of a rate that was measured at its limit is used, so that the queue drains. GCC's beta is
+0.85 (5.5)."""
+
+_MIN_RISE_FACTOR: Final = 1.03
+"""A probe that shows less above the rate is no rise: hysteresis. Ours."""
+
+_STARTUP_S: Final = 3.0
+"""The startup ends so long after the first feedback. Ours; BBR's ends when the rate stays."""
+
+_PROBE_PACKETS: Final = 4
+"""A probing picture leaves in at least so many packets. libwebrtc's probe clusters have 5."""
+
+_STARTUP_TRAINS: Final = 3
+"""So many first trains may lower the rate that is assumed. Ours."""
+
+_STARTUP_SLOW_S: Final = 0.010
+"""One of them that was spread by so much shows a link slower than assumed. Ours."""
+
+_STARTUP_SLOW_NOISES: Final = 3.0
+"""And by so many times the delay noise (99.7 % of a normal distribution)."""
+
+_INCREASE_PER_S: Final = 0.15
+"""What is likely is approached by so much a second. GCC's multiplicative increase: 8 % (5.5)."""
+
+_MAX_INCREASE_S: Final = 1.0
+"""One feedback raises by no more than so long would. As GCC (5.5)."""
+
+_MAX_USE_FACTOR: Final = 4.0
+"""Never to more than so many times what is in use, for nothing has shown more. GCC: 1.5 times what
+was received (5.5)."""
+
+_REFUTED_SHARE: Final = 0.85
+"""Where the trains bound the link below this share of the rate, the rate was wrong. Ours."""
+
+_HOLD_S: Final = 2.0
+"""So long after a fall nothing rises but by a train that shows it. Ours; GCC holds until the queue
+has drained (5.5)."""
+
+_CEILING_FACTOR: Final = 1.05
+"""What was seen to fill the link, and this much more, is not passed step by step. Ours; GCC slows
+down near its average of such rates (5.5)."""
+
+_CEILING_MEMORY_S: Final = 20.0
+"""For so long. Ours."""
+
+_CARRIED_FROM_S: Final = 2.0
+"""What left between so long ago"""
+_CARRIED_UNTIL_S: Final = 1.0
+"""and so long has come through where no queue stands, so the link carries it. Ours."""
+
+_PROBE_MAX_LOSS_SHARE: Final = 0.1
+"""With more loss only rare probes leave faster: the queue may be too short for them. Ours."""
+
+_LOW_LOSS_SHARE: Final = 0.02
+"""Less is no sign of congestion. GCC: 2 % (6)."""
+
+_JITTER_HINDSIGHT_S: Final = 1.0
+"""When a queue is found, what it delayed in the last second is no jitter. Ours: it takes two
+feedbacks to find one."""
+
+_ROUTE_CHANGE_S: Final = 3.0
+"""A standing delay that stays level for so long is a longer route. Ours; LEDBAT waits until its
+base delay is forgotten, BBR drains the queue to see (ProbeRTT)."""
+
+_RESTART_AFTER_S: Final = 3.0
+"""After so long a silence the link is probed anew. Ours."""
+
+_JITTER_QUANTILE: Final = 0.99
+"""Of the sound so much is to come in time. Ours; NetEq follows 95 to 97 %."""
+
+_MAX_QUEUE_MS: Final = 10_000.0
+"""A longer queue is told as this; a bound against what cannot be."""
+
+_MAX_DELIVERY_AGE_S: Final = 60.0
+"""Feedback of older packets is ignored; a bound against what cannot be."""
+
+_MAX_CLOCK_S: Final = 1e11
+"""Nor is a later time of arrival taken: floats are finer than a tick below it."""
+
+_MAX_DATAGRAM_BYTES: Final = 65_535
+"""No datagram is longer (RFC 768)."""
+
+
+class LinkEstimator:
+    """Follows the rate by packet trains, and the queue by one-way delays.
+
+    Falls at once, to what comes out of a full queue; rises by pictures that leave faster than the
+    rate. Loss alone is no sign, unless it is much and more than usual. Whatever is reported, the
+    rate stays between 8 kbit/s and 50 Mbit/s and nothing is raised; time that runs back stands.
+    """
+
+    def __init__(self) -> None:
+        self._now_s = 0.0
+        self._rate_bps = STARTING_RATE_BPS
+        self._startup_until_s = math.inf
+        self._clock_offset_s: float | None = None
+        self._history = SendHistory()
+        self._delay = QueuingDelay()
+        self._delivery_rate = DeliveryRate()
+        self._queue = StandingQueue()
+        self._jitter = Jitter()
+        self._loss = LossControl()
+        self._dispersion = DispersionEstimator()
+        self._trains = PacketTrains(self._history)
+        self._prober = Prober()
+        self._timeout = FeedbackTimeout()
+        self._number = 0
+        self._assumed = True
+        self._increased_s = 0.0
+        self._fell_s = -math.inf
+        self._before_queue_bps = 0.0
+        self._counted_s = -math.inf
+        self._lost_bytes = 0
+        self._ceiling_bps = math.inf
+        self._newest: tuple[float, float] | None = None  # when it was sent, how long it was queued
+
+    def sent(self, size_bytes: int, now_s: float) -> None:
+        """Count a datagram that leaves, headers and all; `now_s` as in its `Delivery.sent_s`."""
+        now_s = self._pass(now_s)
+        if 0 < size_bytes <= _MAX_DATAGRAM_BYTES:
+            self._history.add(size_bytes, now_s)
+            self._timeout.sent(now_s)
+
+    def round_trip(self, round_trip_s: float, now_s: float) -> None:
+        """Count a round trip that was measured, of any length."""
+        self._pass(now_s)
+        self._timeout.round_trip(round_trip_s)
+
+    def train(self, size_bytes: int, now_s: float) -> Train:
+        """Decide how a picture of `size_bytes` leaves that is about to be sent."""
+        now_s = self._pass(now_s)
+        self._number += 1
+        pace_bps, many = self._rate_bps, False
+        if not self._congested and not self._timeout.is_over(now_s):
+            pace_bps, many = self._prober.pace_bps(
+                size_bytes,
+                self._rate_bps,
+                startup=self._startup,
+                lossy=self._loss.share > _PROBE_MAX_LOSS_SHARE,
+                now_s=now_s,
+            )
+        payload = payload_bytes(self._rate_bps)
+        if many:
+            payload = train_payload_bytes(self._rate_bps, size_bytes, _PROBE_PACKETS)
+        packets = math.ceil(size_bytes / payload)
+        if pace_bps > self._rate_bps and packets > 1:
+            self._trains.expect(self._number, packets)
+        return Train(self._number, pace_bps, payload)
+
+    def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
+        """Count what a feedback told of."""
+        now_s = self._pass(now_s)
+        known = sorted((one for one in deliveries if self._sane(one)), key=lambda one: one.sent_s)
+        if not known:
+            return
+        if self._timeout.silent_s(now_s) > _RESTART_AFTER_S:
+            self._restart()
+        self._timeout.heard()
+        if self._startup_until_s == math.inf:
+            self._startup_until_s = now_s + _STARTUP_S
+        for delivery in known:
+            self._count(delivery)
+        self._judge_queue()
+        fallen_bps = self._loss.judge(
+            self._rate_bps, queue_stands=self._queue.since_s is not None, now_s=now_s
+        )
+        if fallen_bps is not None:
+            self._decrease(fallen_bps)
+        if not self._congested:
+            self._increase()
+
+    def estimate(self, now_s: float) -> LinkEstimate:
+        """Return what is known now."""
+        now_s = self._pass(now_s)
+        round_trip_s = self._timeout.round_trip_s
+        return LinkEstimate(
+            state=self._state(now_s),
+            rate_bps=self._rate_bps,
+            used_bps=self._history.used_bps(now_s),
+            queue_ms=self._queue_ms(now_s),
+            jitter_ms=self._jitter.quantile_ms(_JITTER_QUANTILE),
+            lost=self._loss.share,
+            burst=self._loss.burst(),
+            round_trip_ms=None if round_trip_s is None else round_trip_s * 1000,
+            assumed=self._assumed and self._startup,
+        )
+
+    @property
+    def _startup(self) -> bool:
+        return self._now_s < self._startup_until_s
+
+    @property
+    def _congested(self) -> bool:
+        return self._queue.since_s is not None or self._loss.congested
+
+    def _state(self, now_s: float) -> LinkState:
+        if self._timeout.is_over(now_s):
+            return "blind"
+        if self._congested:
+            return "congested"
+        return "starting" if self._startup else "steady"
+
+    def _queue_ms(self, now_s: float) -> float:
+        if self._newest is None:
+            return 0.0
+        sent_s, queued_s = self._newest
+        queue_s = self._history.queue_s(queued_s, sent_s, now_s, self._rate_bps)
+        return min(queue_s * 1000, _MAX_QUEUE_MS)
+
+    def _pass(self, now_s: float) -> float:
+        if self._now_s < now_s < math.inf:
+            self._now_s = now_s
+        return self._now_s
+
+    def _sane(self, delivery: Delivery) -> bool:
+        return (
+            0 < delivery.size_bytes <= _MAX_DATAGRAM_BYTES
+            and self._now_s - _MAX_DELIVERY_AGE_S < delivery.sent_s <= self._now_s
+            and (delivery.arrived_s is None or abs(delivery.arrived_s) < _MAX_CLOCK_S)
+        )
+
+    def _count(self, delivery: Delivery) -> None:
+        sound = delivery.kind == "audio"
+        lost = delivery.arrived_s is None
+        self._loss.add(delivery.size_bytes, lost=lost, sound=sound, now_s=self._now_s)
+        if lost:
+            self._lost_bytes += delivery.size_bytes
+        if delivery.arrived_s is not None:
+            if self._clock_offset_s is None:
+                self._clock_offset_s = delivery.arrived_s - delivery.sent_s
+            arrived_s = delivery.arrived_s - self._clock_offset_s
+            queued_s = self._delay.add(
+                delivery.sent_s, arrived_s, delivery.size_bytes, self._rate_bps
+            )
+            self._newest = (delivery.sent_s, queued_s)
+            unqueued_s = delivery.sent_s + self._delay.base_s
+            # With it came what left before it and was not marked, the data channels' and RTCP's.
+            size_bytes = self._history.between(self._counted_s, delivery.sent_s) - self._lost_bytes
+            self._delivery_rate.add(unqueued_s, arrived_s, max(size_bytes, delivery.size_bytes))
+            self._counted_s, self._lost_bytes = max(self._counted_s, delivery.sent_s), 0
+            if sound and self._queue.since_s is None:
+                self._jitter.add(arrived_s - delivery.sent_s, self._now_s)
+        for train in self._trains.add(delivery):
+            self._judge_train(train)
+
+    def _judge_train(self, train: PacketTrain) -> None:
+        dispersion = train.dispersion(self._now_s)
+        if dispersion is None:
+            return
+        noise_s = self._delay.noise_s
+        self._dispersion.add(dispersion, noise_s)
+        if not self._startup or len(self._dispersion) > _STARTUP_TRAINS:
+            return
+        # What the rate was is a mere assumption, so one train that is clearly slow is enough.
+        spread_s = dispersion.came_in_s - dispersion.sent_in_s
+        if spread_s <= _STARTUP_SLOW_NOISES * noise_s + _STARTUP_SLOW_S:
+            self._assumed = False
+            return
+        came_bps = train.trimmed_bps()
+        if came_bps is not None:
+            self._assumed = False
+            self._decrease(_DECREASE_FACTOR * came_bps)
+
+    def _judge_queue(self) -> None:
+        stood = self._queue.since_s is not None
+        if not self._queue.update(self._delay, self._rate_bps, self._now_s):
+            self._delay.settle()
+            return
+        if not stood:
+            self._before_queue_bps = self._rate_bps
+            limit_s = self._delay.base_s + self._queue.limit_s(self._delay, self._rate_bps)
+            self._jitter.forget_since(self._now_s - _JITTER_HINDSIGHT_S, limit_s)
+        came_bps = self._delivery_rate.rate_bps()
+        if came_bps is not None and _DECREASE_FACTOR * came_bps < self._rate_bps:
+            self._ceiling_bps = _CEILING_FACTOR * came_bps
+            self._decrease(_DECREASE_FACTOR * came_bps)
+        elif (
+            self._queue.level_for_s(self._now_s) > _ROUTE_CHANGE_S
+            and self._loss.share < _LOW_LOSS_SHARE
+        ):
+            # A queue would have grown or shrunk by now: it is the route that has become longer.
+            self._delay.relearn()
+            self._queue.clear()
+            self._set(max(self._rate_bps, self._before_queue_bps))
+
+    def _increase(self) -> None:
+        now_s, noise_s = self._now_s, self._delay.noise_s
+        min_bps = self._dispersion.min_bps(noise_s, startup=self._startup)
+        if min_bps > _MIN_RISE_FACTOR * self._rate_bps:
+            self._prober.risen(now_s)
+            self._set(min_bps)
+        elif self._dispersion.max_bps(noise_s) < _REFUTED_SHARE * self._rate_bps:
+            self._set(self._dispersion.max_bps(noise_s))
+        elif now_s - self._fell_s > _HOLD_S:
+            # Jitter hides some of what is carried: what is likely is tried, step by step.
+            likely_bps = self._dispersion.likely_bps(noise_s)
+            if now_s - self._fell_s < _CEILING_MEMORY_S:
+                likely_bps = min(likely_bps, self._ceiling_bps)
+            used_bps = self._history.used_bps(now_s)
+            likely_bps = min(likely_bps, _MAX_USE_FACTOR * used_bps, ENOUGH_BPS)
+            elapsed_s = min(now_s - self._increased_s, _MAX_INCREASE_S)
+            step = 1 + _INCREASE_PER_S * elapsed_s
+            self._set(max(self._rate_bps, min(step * self._rate_bps, likely_bps)))
+        self._increased_s = now_s
+        if now_s - self._fell_s > _HOLD_S and self._loss.share < _LOW_LOSS_SHARE:
+            from_s, until_s = now_s - _CARRIED_FROM_S, now_s - _CARRIED_UNTIL_S
+            carried_bytes = self._history.between(from_s, until_s)
+            carried_bps = 8 * carried_bytes / (_CARRIED_FROM_S - _CARRIED_UNTIL_S)
+            self._set(max(self._rate_bps, _DECREASE_FACTOR * carried_bps))
+        if self._rate_bps >= ENOUGH_BPS:
+            self._startup_until_s = min(self._startup_until_s, now_s)
+
+    def _decrease(self, rate_bps: float) -> None:
+        if rate_bps >= self._rate_bps:
+            return
+        self._set(rate_bps)
+        self._fell_s = self._now_s
+        self._startup_until_s = min(self._startup_until_s, self._now_s)
+        self._dispersion.clear()
+        self._trains.clear()
+        self._prober.fallen(self._now_s)
+
+    def _restart(self) -> None:
+        """After a long silence nothing is known any more, but how little it was before."""
+        self._set(min(self._rate_bps, STARTING_RATE_BPS))
+        self._startup_until_s = math.inf
+        self._delay.relearn()
+        self._delivery_rate.clear()
+        self._queue.clear()
+        self._dispersion.clear()
+        self._trains.clear()
+        self._loss.forget(self._now_s)
+
+    def _set(self, rate_bps: float) -> None:
+        self._rate_bps = min(max(rate_bps, _MIN_RATE_BPS), _MAX_RATE_BPS)

@@ -1,0 +1,61 @@
+"""Whether feedback is overdue: the RTCP timeout of a circuit breaker (RFC 8083), but sooner."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Final
+
+_MIN_TIMEOUT_S: Final = 0.5
+"""Feedback that is no later is not overdue; browsers send it each 50 to 100 ms. RFC 8083 waits for
+three RTCP intervals, which takes seconds; a robot drives meanwhile. Ours."""
+
+_FIRST_TIMEOUT_S: Final = 2.0
+"""The first feedback may take so long: no round trip is known before it. Ours."""
+
+_ROUND_TRIPS: Final = 2.0
+"""Feedback takes one round trip; another one is allowed for a queue. Ours."""
+
+_KEPT_ROUND_TRIPS: Final = 5
+"""The middle of so many is told: one that a queue made longer does not count. Ours."""
+
+_MAX_ROUND_TRIP_S: Final = 10.0
+"""A longer one counts as this; a bound against what cannot be."""
+
+
+class FeedbackTimeout:
+    """Times in seconds that never fall."""
+
+    def __init__(self) -> None:
+        self._round_trips_s: deque[float] = deque(maxlen=_KEPT_ROUND_TRIPS)
+        self._unanswered_s: float | None = None
+        self._heard = False
+
+    @property
+    def round_trip_s(self) -> float | None:
+        """The median of the last five, None while none was measured."""
+        if not self._round_trips_s:
+            return None
+        return sorted(self._round_trips_s)[len(self._round_trips_s) // 2]
+
+    def round_trip(self, round_trip_s: float) -> None:
+        if 0 <= round_trip_s < math.inf:
+            self._round_trips_s.append(min(round_trip_s, _MAX_ROUND_TRIP_S))
+
+    def sent(self, now_s: float) -> None:
+        if self._unanswered_s is None:
+            self._unanswered_s = now_s
+
+    def heard(self) -> None:
+        self._unanswered_s = None
+        self._heard = True
+
+    def silent_s(self, now_s: float) -> float:
+        """Return how long nothing has come although something was sent."""
+        return 0.0 if self._unanswered_s is None else max(0.0, now_s - self._unanswered_s)
+
+    def is_over(self, now_s: float) -> bool:
+        """Tell whether that is longer than two round trips, half a second at least."""
+        longest_s = max(self._round_trips_s, default=0.0)
+        least_s = _MIN_TIMEOUT_S if self._heard else _FIRST_TIMEOUT_S
+        return self.silent_s(now_s) > max(least_s, _ROUND_TRIPS * longest_s)

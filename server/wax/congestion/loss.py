@@ -1,0 +1,195 @@
+"""Loss-based control beside the delay-based one (GCC, section 6), and how long losses last.
+
+Loss alone lowers the rate only where it is much more than usual: a radio link that always loses
+5 % is not congested. GCC's bounds are fixed (2 and 10 %); ours learn what is usual.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Final, NamedTuple
+
+_BUCKET_S: Final = 0.25
+"""Packets are counted in stretches of so long. Ours."""
+
+_MEMORY_S: Final = 10.0
+"""The loss that is told is that of so long; RTCP reports one of about 5 s (RFC 3550, 6.2). Ours."""
+
+_HIGH_LOSS_SHARE: Final = 0.12
+"""Loss beyond the usual that lowers the rate. GCC: 10 %."""
+
+_USUAL_FACTOR: Final = 2.0
+"""The usual loss counts so many times before `_HIGH_LOSS_SHARE` is added. Ours."""
+
+_HIGH_LOSS_S: Final = 2.0
+"""Over which high loss is judged, and how long the rate stays after a fall. Ours."""
+
+_SEVERE_LOSS_SHARE: Final = 0.4
+"""Loss that lowers the rate at once, whatever is usual. Ours."""
+
+_SEVERE_LOSS_S: Final = 1.0
+"""Over which severe loss is judged. Ours."""
+
+_MIN_PACKETS: Final = 40
+"""Fewer packets say nothing: the standard error of 12 % of 40 is 5 %. Ours."""
+
+_DECREASE_FACTOR: Final = 0.9
+"""What of the rate that still came is used after a fall, so that the queue drains. GCC's beta is
+0.85."""
+
+_MAX_DECREASE_FACTOR: Final = 0.5
+"""No fall leaves less of the rate; GCC's 1 - 0.5 p leaves as much where everything is lost."""
+
+_USUAL_GAIN: Final = _BUCKET_S / 20
+"""The usual loss is an average over about 20 s. Ours."""
+
+_USUAL_MIN_BUCKETS: Final = 8
+"""The first 2 s count as if so many buckets without a loss had been before. Ours."""
+
+_BURSTS: Final = 200
+"""So many bursts of loss are remembered. A bound of memory."""
+
+_BURSTS_S: Final = 30.0
+"""For so long. Ours."""
+
+_BURST_QUANTILE: Final = 0.95
+"""Of the bursts this share is to be repaired by redundancy (RFC 2198). Ours."""
+
+
+class _LossCounts(NamedTuple):
+    """What became of the packets that were told of in a stretch of time."""
+
+    packets: int
+    lost: int
+    arrived_bytes: int
+
+    @property
+    def lost_share(self) -> float:
+        return self.lost / self.packets if self.packets else 0.0
+
+
+class _Bucket:
+    __slots__ = ("arrived_bytes", "lost", "packets", "start_s")
+
+    def __init__(self, start_s: float) -> None:
+        self.start_s = start_s
+        self.packets = self.lost = self.arrived_bytes = 0
+
+
+class LossControl:
+    """Told of every packet in the order of their sending; `now_s` never falls."""
+
+    def __init__(self) -> None:
+        self._buckets: deque[_Bucket] = deque()
+        self._bursts = _Bursts()
+        self._sound_bursts = _Bursts()
+        self._usual_share = 0.0
+        self._closed = 0
+        self._congested = False
+        self._judged_from_s = -math.inf
+
+    @property
+    def share(self) -> float:
+        """What of the packets was lost in the last 10 s."""
+        return self._since(-math.inf).lost_share
+
+    @property
+    def congested(self) -> bool:
+        """Whether the rate fell because of loss, and nothing yet shows that it was enough."""
+        return self._congested
+
+    def add(self, size_bytes: int, *, lost: bool, sound: bool, now_s: float) -> None:
+        if not self._buckets or now_s >= self._buckets[-1].start_s + _BUCKET_S:
+            self._close(now_s)
+            self._buckets.append(_Bucket(now_s))
+        bucket = self._buckets[-1]
+        bucket.packets += 1
+        if lost:
+            bucket.lost += 1
+        else:
+            bucket.arrived_bytes += size_bytes
+        self._bursts.add(lost=lost, now_s=now_s)
+        if sound:
+            self._sound_bursts.add(lost=lost, now_s=now_s)
+
+    def judge(self, rate_bps: float, *, queue_stands: bool, now_s: float) -> float | None:
+        """Return to what the rate falls because much is lost, None where it stays.
+
+        High loss without a standing queue: the queue of the link is too short to be seen. Where
+        one stands it loses too, but its delay tells more.
+        """
+        if queue_stands:
+            self._congested, self._judged_from_s = False, now_s
+            return None
+        severe = self._since(max(now_s - _SEVERE_LOSS_S, self._judged_from_s))
+        if severe.packets >= _MIN_PACKETS and severe.lost_share > _SEVERE_LOSS_SHARE:
+            return self._fallen_bps(severe.arrived_bytes * 8 / _SEVERE_LOSS_S, rate_bps, now_s)
+        if now_s - self._judged_from_s < _HIGH_LOSS_S:
+            return None
+        high = self._since(max(now_s - _HIGH_LOSS_S, self._judged_from_s))
+        limit_share = _HIGH_LOSS_SHARE + _USUAL_FACTOR * self._usual_share
+        self._congested = high.packets >= _MIN_PACKETS and high.lost_share > limit_share
+        if not self._congested:
+            return None
+        return self._fallen_bps(high.arrived_bytes * 8 / _HIGH_LOSS_S, rate_bps, now_s)
+
+    def burst(self) -> int:
+        """Return how many are lost in a row at most (95 of 100 times), 0 when none are.
+
+        Of the sound, where sound is sent: its packets are fewer and so fewer of them in a row.
+        """
+        return self._sound_bursts.longest() if self._sound_bursts.told else self._bursts.longest()
+
+    def forget(self, now_s: float) -> None:
+        """Begin to count anew; how long bursts are stays known."""
+        self._buckets.clear()
+        self._congested, self._judged_from_s = False, now_s
+
+    def _fallen_bps(self, came_bps: float, rate_bps: float, now_s: float) -> float:
+        self._congested, self._judged_from_s = True, now_s
+        return max(_DECREASE_FACTOR * came_bps, _MAX_DECREASE_FACTOR * rate_bps)
+
+    def _since(self, from_s: float) -> _LossCounts:
+        packets = lost = arrived_bytes = 0
+        for bucket in reversed(self._buckets):
+            if bucket.start_s < from_s:
+                break
+            packets += bucket.packets
+            lost += bucket.lost
+            arrived_bytes += bucket.arrived_bytes
+        return _LossCounts(packets, lost, arrived_bytes)
+
+    def _close(self, now_s: float) -> None:
+        if self._buckets:
+            bucket = self._buckets[-1]
+            self._closed += 1
+            gain = max(_USUAL_GAIN, 1 / (_USUAL_MIN_BUCKETS + self._closed))
+            self._usual_share += gain * (bucket.lost / bucket.packets - self._usual_share)
+        while self._buckets and self._buckets[0].start_s < now_s - _MEMORY_S:
+            self._buckets.popleft()
+
+
+class _Bursts:
+    """Lengths of bursts of lost packets."""
+
+    def __init__(self) -> None:
+        self._ended: deque[tuple[float, int]] = deque(maxlen=_BURSTS)
+        self._length = 0
+        self.told = False
+
+    def add(self, *, lost: bool, now_s: float) -> None:
+        self.told = True
+        if lost:
+            self._length += 1
+        elif self._length:
+            self._ended.append((now_s, self._length))
+            self._length = 0
+        while self._ended and self._ended[0][0] < now_s - _BURSTS_S:
+            self._ended.popleft()
+
+    def longest(self) -> int:
+        lengths = sorted(length for _, length in self._ended)
+        if not lengths:
+            return self._length
+        return lengths[min(int(_BURST_QUANTILE * len(lengths)), len(lengths) - 1)]

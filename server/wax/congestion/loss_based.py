@@ -1,0 +1,60 @@
+"""What a link carries, where a browser tells of nothing but how much it has lost. Pure.
+
+The loss-based half of Google's congestion control (draft-ietf-rmcat-gcc-02, section 6), for what
+has no transport-wide feedback. It notices a full link only when its queue overflows.
+"""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import Final
+
+_STARTING_RATE_BPS: Final = 5_000_000.0
+"""Taken for the rate before the first report. Ours: no delay shows that it is too much."""
+
+_MIN_RATE_BPS: Final = 30_000.0
+"""The rate never falls below: sound and the smallest picture now and then. Ours."""
+
+_MAX_RATE_BPS: Final = 20_000_000.0
+"""Nor rises above: ten times what the largest rendition takes."""
+
+_LOW_LOSS_SHARE: Final = 0.02
+"""Below this share of lost packets the rate rises. GCC: 2 %."""
+
+_HIGH_LOSS_SHARE: Final = 0.10
+"""Above this it falls. GCC: 10 %."""
+
+_INCREASE_PER_S: Final = 0.08
+"""By so much it rises. GCC: 5 % a report."""
+
+_MAX_REPORT_S: Final = 2.0
+"""One report counts for no longer. Ours: twice a browser's interval."""
+
+_DECREASE_SHARE: Final = 0.5
+"""What of the lost share the rate falls by. GCC: 1 - 0.5 p."""
+
+
+class LossBasedControl:
+    """Follows the share of packets that each receiver report tells (RFC 3550, 6.4.1)."""
+
+    def __init__(self) -> None:
+        self.rate_bps = _STARTING_RATE_BPS
+        self.lost = 0.0
+        """The share that the newest report told."""
+        self._reported_s: float | None = None
+
+    def reported(self, lost: float, now_s: float) -> None:
+        """Learn a share from 0 to 1; what is none, and time that runs back, changes nothing."""
+        if not (isfinite(lost) and 0 <= lost <= 1 and isfinite(now_s)):
+            return
+        before_s = now_s if self._reported_s is None else self._reported_s
+        self._reported_s = max(before_s, now_s)
+        self.lost = lost
+        if lost > _HIGH_LOSS_SHARE:
+            self._set(self.rate_bps * (1 - _DECREASE_SHARE * lost))
+        elif lost < _LOW_LOSS_SHARE:
+            elapsed_s = min(max(now_s - before_s, 0.0), _MAX_REPORT_S)
+            self._set(self.rate_bps * (1 + _INCREASE_PER_S * elapsed_s))
+
+    def _set(self, rate_bps: float) -> None:
+        self.rate_bps = min(max(rate_bps, _MIN_RATE_BPS), _MAX_RATE_BPS)

@@ -1,0 +1,103 @@
+"""How fast pictures leave, so that they probe the link without delaying sound noticeably.
+
+Every picture is a probe: nothing is padded. GCC's implementation sends clusters of padding at 3 and
+6 times the first rate and then at twice the last result; BBR paces at 2.77 times its estimate at
+startup and at 1.25 in ProbeBW_UP. We bound what a probe may cost by the queue that it may build.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+STARTING_RATE_BPS: Final = 300_000.0
+"""What is taken for the rate while nothing is known. As libwebrtc."""
+
+ENOUGH_BPS: Final = 20_000_000.0
+"""More is not looked for: ten times what the largest rendition takes."""
+
+_STARTUP_GAIN: Final = 4.0
+"""Pacing gain of a probe at startup. libwebrtc: 3 and 6; BBR: 2.77."""
+
+_PROBE_GAIN: Final = 2.0
+"""Pacing gain of a probe afterwards. libwebrtc: 2; BBR: 1.25."""
+
+_MIN_GAIN: Final = 1.15
+"""A probe that is no faster tells nothing through jitter. Ours."""
+
+_MAX_QUEUE_S: Final = 0.050
+"""The queue that a probe may build where the link carries no more. NADA's QTH (RFC 8698) is as
+much; below what a jitter buffer bridges unheard."""
+
+_UNFELT_QUEUE_S: Final = 0.010
+"""The queue that every picture may build, for it disturbs nothing. NADA's QEPS is as much."""
+
+_CLIMB_S: Final = 1.0
+"""So long after a rise every picture is a probe. Ours."""
+
+_FIRST_PAUSE_S: Final = 1.0
+"""Between the first two fruitless probes. Ours."""
+
+_MAX_PAUSE_S: Final = 30.0
+"""Between fruitless probes at most. libwebrtc probes each 5 s where the application limits, BBR
+each 2 to 3 s; ours cost sound a delay."""
+
+_BACKOFF_FACTOR: Final = 2.0
+"""The pause grows so with each fruitless probe: binary exponential backoff."""
+
+
+class Prober:
+    """Paces each picture; `now_s` never falls.
+
+    If the link carries no more than is known, a picture that leaves faster delays the sound behind
+    it. By 10 ms every picture may; by up to 50 ms one in a while, which becomes longer while
+    nothing comes of it, and all of them while the rate is rising.
+    """
+
+    def __init__(self) -> None:
+        self._climbs_until_s = 0.0
+        self._next_s = 0.0
+        self._pause_s = _FIRST_PAUSE_S
+
+    def pace_bps(
+        self, size_bytes: int, rate_bps: float, *, startup: bool, lossy: bool, now_s: float
+    ) -> tuple[float, bool]:
+        """Return the pace, and whether it is worth more packets than the picture needs.
+
+        Where the link is `lossy`, its queue may be too short for what leaves fast.
+        """
+        if rate_bps >= ENOUGH_BPS or size_bytes <= 0:
+            return rate_bps, False
+        bits = size_bytes * 8
+        unfelt_bps = _fastest_bps(rate_bps, bits, _UNFELT_QUEUE_S, _PROBE_GAIN)
+        climbing = startup or now_s < self._climbs_until_s
+        if not climbing and now_s < self._next_s:
+            worth = unfelt_bps >= _MIN_GAIN * rate_bps and not lossy
+            return (unfelt_bps if worth else rate_bps), False
+        gain = _STARTUP_GAIN if startup else _PROBE_GAIN
+        pace_bps = _fastest_bps(rate_bps, bits, _MAX_QUEUE_S, gain)
+        if pace_bps < _MIN_GAIN * rate_bps:
+            return rate_bps, False
+        if not climbing:
+            self._next_s = now_s + self._pause_s
+            self._pause_s = min(_BACKOFF_FACTOR * self._pause_s, _MAX_PAUSE_S)
+        return min(pace_bps, ENOUGH_BPS), True
+
+    def risen(self, now_s: float) -> None:
+        """Go on: the rate has risen."""
+        self._climbs_until_s = now_s + _CLIMB_S
+        self._next_s = now_s + _CLIMB_S
+        self._pause_s = _FIRST_PAUSE_S
+
+    def fallen(self, now_s: float) -> None:
+        """Look soon whether the rate that fell comes back, but not at once."""
+        self._climbs_until_s = now_s
+        self._next_s = now_s + _FIRST_PAUSE_S
+        self._pause_s = _FIRST_PAUSE_S
+
+
+def _fastest_bps(rate_bps: float, bits: int, queue_s: float, gain: float) -> float:
+    """Return the pace that leaves a queue of `queue_s` on a link of just this rate."""
+    slack_s = bits / rate_bps - queue_s
+    if slack_s <= bits / (gain * rate_bps):
+        return gain * rate_bps
+    return bits / slack_s

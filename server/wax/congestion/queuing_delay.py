@@ -1,0 +1,129 @@
+"""Queuing delay from one-way delays between two clocks that were never set alike.
+
+As LEDBAT (RFC 6817), NADA and SCReAM do: the difference of arrival and sending holds the clocks'
+unknown offset; what it is above the least of the last half minute, the base delay, is queuing. So a
+drift of the clocks (100 ppm are 3 ms in that time) and a new route are forgotten.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Final
+
+_BASE_MEMORY_S: Final = 30.0
+"""How long a base delay counts. LEDBAT: up to 10 minutes; BBR's min_rtt: 10 s. A drift of 100 ppm
+makes it 3 ms wrong; a queue that stands longer would be taken for the path."""
+
+_BASE_BUCKET_S: Final = 0.5
+"""Base delays are kept for stretches of so long, to bound the memory. LEDBAT: a minute."""
+
+_RECENT_S: Final = 0.07
+"""The least delay of so long is what stands. CoDel's interval is 100 ms. Ours: less than two
+feedbacks, so that a queue is found within 200 ms."""
+
+_RECENT_PACKETS: Final = 3
+"""Of so many packets at least. Ours."""
+
+_SMALL_PACKET_BYTES: Final = 100
+"""What a packet is longer takes longer to send, and is not queuing: of a packet of sound nothing is
+taken off."""
+
+_USUAL_GAIN: Final = 0.01
+"""By so much each feedback without congestion makes its delay the usual one. Ours."""
+
+_MAX_USUAL_S: Final = 0.015
+"""More is never usual: half of what a standing queue begins with."""
+
+_NOISE_GAIN: Final = 0.1
+"""Of a new difference in the mean square. RFC 3550's jitter (6.4.1) has 1/16. Ours."""
+
+_FIRST_NOISE_S: Final = 0.002
+"""Taken for the noise before any packet. Ours."""
+
+_NOISE_MAX_FACTOR: Final = 3.0
+"""A difference counts as at most so many times the noise, so that one stall does not make the path
+look noisy for long. GCC clips at 3 sigma, too (5.3)."""
+
+_NOISE_MAX_STEP_S: Final = 0.001
+"""And this much more, so that noise can begin from nothing. Ours."""
+
+
+class QueuingDelay:
+    """Times in seconds; told of every packet that arrived, in the order of their sending."""
+
+    def __init__(self) -> None:
+        self._base: deque[tuple[float, float]] = deque()  # rising, from buckets of time
+        self._recent: deque[tuple[float, float]] = deque()
+        self._before_s: float | None = None
+        self._noise_squared = _FIRST_NOISE_S**2
+        self._usual_s = 0.0
+
+    @property
+    def base_s(self) -> float:
+        """The least one-way delay, with the clocks' offset; of nothing it is infinite."""
+        return self._base[0][1] if self._base else math.inf
+
+    @property
+    def noise_s(self) -> float:
+        """How much the delay differs from one packet to the next (root of the mean square)."""
+        return math.sqrt(self._noise_squared)
+
+    @property
+    def standing_s(self) -> float:
+        """How long everything that came lately was queued at least, beyond what is usual.
+
+        The least of several: one packet that is late is none, and of those that a stall held and
+        let go together the last was not queued.
+        """
+        return max(0.0, self._shortest_s() - self._usual_s)
+
+    @property
+    def span_s(self) -> float:
+        """The time over which came what `standing_s` is about."""
+        return self._recent[-1][0] - self._recent[0][0] if self._recent else 0.0
+
+    def add(self, sent_s: float, arrived_s: float, size_bytes: int, rate_bps: float) -> float:
+        """Return how long this one was queued; its own length at the rate is no queuing."""
+        delay_s = arrived_s - sent_s
+        self._follow(sent_s, delay_s)
+        if self._before_s is not None:
+            most_s = _NOISE_MAX_FACTOR * self.noise_s + _NOISE_MAX_STEP_S
+            step_s = min(abs(delay_s - self._before_s), most_s)
+            self._noise_squared += _NOISE_GAIN * (step_s * step_s - self._noise_squared)
+        self._before_s = delay_s
+        own_s = max(0, size_bytes - _SMALL_PACKET_BYTES) * 8 / rate_bps
+        queued_s = max(0.0, delay_s - self.base_s - own_s)
+        self._recent.append((arrived_s, queued_s))
+        while len(self._recent) > _RECENT_PACKETS and (
+            self._recent[0][0] < arrived_s - _RECENT_S or self._recent[0][0] > arrived_s
+        ):
+            self._recent.popleft()
+        return max(0.0, delay_s - self.base_s)
+
+    def settle(self) -> None:
+        """Take what everything waits now for usual, slowly; for a link that is not congested."""
+        self._usual_s += _USUAL_GAIN * (self._shortest_s() - self._usual_s)
+        self._usual_s = min(self._usual_s, _MAX_USUAL_S)
+
+    def relearn(self) -> None:
+        """Forget the base delay: the route has become longer."""
+        self._base.clear()
+        self._recent.clear()
+        self._before_s = None
+
+    def _shortest_s(self) -> float:
+        return min((queued_s for _, queued_s in self._recent), default=0.0)
+
+    def _follow(self, sent_s: float, delay_s: float) -> None:
+        while self._base and self._base[0][0] < sent_s - _BASE_MEMORY_S:
+            self._base.popleft()
+        if (
+            self._base
+            and delay_s >= self._base[-1][1]
+            and sent_s < self._base[-1][0] + _BASE_BUCKET_S
+        ):
+            return
+        while self._base and self._base[-1][1] >= delay_s:
+            self._base.pop()
+        self._base.append((sent_s, delay_s))

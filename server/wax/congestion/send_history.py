@@ -1,0 +1,57 @@
+"""What left for one browser, and when: the bytes between any two moments of the last while."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from typing import Final
+
+_KEPT_PACKETS: Final = 4096
+"""At least so many datagrams are kept: 8 s at the 500 a second of the largest rendition. A bound
+of memory; `between` and `queue_s` look back 2 s and one round trip."""
+
+_USED_S: Final = 1.0
+"""Over which the rate in use is told. GCC's T is 0.5 to 1 s."""
+
+
+class SendHistory:
+    """Times never fall from one `add` to the next."""
+
+    def __init__(self) -> None:
+        self._times_s: list[float] = []
+        self._sums: list[int] = []
+        self._sum = self._before = 0
+
+    def add(self, size_bytes: int, now_s: float) -> None:
+        if len(self._times_s) >= 2 * _KEPT_PACKETS:
+            self._before = self._sums[_KEPT_PACKETS - 1]
+            del self._times_s[:_KEPT_PACKETS], self._sums[:_KEPT_PACKETS]
+        self._sum += size_bytes
+        self._times_s.append(now_s)
+        self._sums.append(self._sum)
+
+    def between(self, after_s: float, until_s: float) -> int:
+        """Return the bytes that left later than `after_s` and not later than `until_s`."""
+        return max(0, self._until(until_s) - self._until(after_s))
+
+    def used_bps(self, now_s: float) -> float:
+        """Return the rate over the last second."""
+        return 8.0 * self.between(now_s - _USED_S, now_s) / _USED_S
+
+    def queue_s(self, queued_s: float, sent_s: float, now_s: float, rate_bps: float) -> float:
+        """Return how long the queue of a link of `rate_bps` is now.
+
+        It was `queued_s` long when the packet of `sent_s` had joined it; what left since then
+        has joined it too.
+        """
+        at_s = sent_s
+        first = bisect_right(self._times_s, sent_s)
+        before = self._sums[first - 1] if first else self._before
+        for index in range(first, len(self._times_s)):
+            time_s, total = self._times_s[index], self._sums[index]
+            queued_s = max(0.0, queued_s - (time_s - at_s)) + (total - before) * 8 / rate_bps
+            at_s, before = time_s, total
+        return max(0.0, queued_s - (now_s - at_s))
+
+    def _until(self, time_s: float) -> int:
+        index = bisect_right(self._times_s, time_s)
+        return self._sums[index - 1] if index else self._before

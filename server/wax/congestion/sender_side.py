@@ -1,0 +1,182 @@
+"""Congestion control at the sender: what may leave for one browser, how fast, and why."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from wax.congestion.estimator import LinkEstimator
+from wax.congestion.feedback_sampling import FeedbackSampling
+from wax.congestion.loss_based import LossBasedControl
+from wax.congestion.pacer import Pacer
+from wax.congestion.packet_size import payload_bytes
+from wax.congestion.probing import STARTING_RATE_BPS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from wax.congestion.delivery import Delivery, LinkEstimate, Train
+
+_UPDATE_S: Final = 0.1
+"""So often the estimate is read where no feedback comes. Ours: about as often as feedback."""
+
+_SETTLED_UPDATE_S: Final = 0.5
+"""So often on a settled link, which is only sampled. Ours."""
+
+_OTHER_S: Final = 2.0
+"""Over which the share of the data channels is averaged. Ours."""
+
+_RETRANSMISSION_SHARE: Final = 0.25
+"""Of the rate, for retransmissions: a link that loses more needs a smaller picture. Ours."""
+
+_RETRANSMISSION_BURST_S: Final = 0.25
+"""So much of that share may be spent at once. Ours."""
+
+_STALE_S: Final = 0.5
+"""A packet that was first sent so long ago, beyond a round trip, is of no use any more. Ours."""
+
+_FULL_QUEUE_MS: Final = 150.0
+"""With so long a queue retransmissions would only make it longer. Ours."""
+
+_FEEDBACK_S: Final = 0.1
+"""Within this and a round trip feedback comes: Chromium sends it each 50 ms."""
+
+_PROBE_EVERY_S: Final = 0.3
+"""While nothing is heard a picture goes this often, to find out whether the link is open again.
+Ours."""
+
+_RETRY_S: Final = 0.02
+"""And it is looked again after so long. Ours: less than a picture lasts."""
+
+
+class SenderSideControl:
+    """Joins estimator, pacer and sampling; `on_news` is called when allocations may change."""
+
+    watched = True
+
+    def __init__(self, on_news: Callable[[LinkEstimate, float], None]) -> None:
+        self.thorough = False
+        """Whether the browser tells of each packet all the time: of who drives, all is known."""
+        self._on_news = on_news
+        self._sampling = FeedbackSampling()
+        self._trained_s = float("-inf")
+        self._estimator = LinkEstimator()
+        self._tells = False
+        self._loss_based: LossBasedControl | None = None
+        """In the estimator's place for a browser that tells of no arrivals."""
+        self._pacer = Pacer(STARTING_RATE_BPS)
+        self._updated_s = float("-inf")
+        self._update_every_s = _UPDATE_S
+        self._other_bps = 0.0
+        self._other_s: float | None = None
+        self._retransmitted_bits = 0.0
+        self._retransmitted_s: float | None = None
+        self._estimate: LinkEstimate | None = None
+
+    @property
+    def other_bps(self) -> float:
+        """What everything but sound and picture takes: data channels and their acknowledgements."""
+        return self._other_bps
+
+    def estimate(self, now_s: float) -> LinkEstimate:
+        """Return what is known of the link now."""
+        known = self._estimator.estimate(now_s)
+        if self._loss_based is not None:
+            known = replace(
+                known,
+                state="steady",
+                rate_bps=self._loss_based.rate_bps,
+                queue_ms=0.0,
+                lost=self._loss_based.lost,
+                burst=1 if self._loss_based.lost > 0 else 0,
+                assumed=False,
+            )
+        self._estimate = known
+        return known
+
+    # --- as CongestionControl has it -------------------------------------------------------
+
+    def negotiated(self, *, tells: bool) -> None:
+        # Told once for each stream; what one of them tells is enough.
+        self._tells = self._tells or tells
+        self._loss_based = None if self._tells else LossBasedControl()
+
+    def lost(self, share: float, now_s: float) -> None:
+        if self._loss_based is not None:
+            self._loss_based.reported(share, now_s)
+
+    def sent(self, size_bytes: int, now_s: float, *, is_media: bool) -> None:
+        self._estimator.sent(size_bytes, now_s)
+        self._pacer.spend(size_bytes, now_s)
+        if not is_media:
+            self._count_other(size_bytes, now_s)
+        if now_s - self._updated_s >= self._update_every_s:
+            self._update(now_s)
+
+    def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
+        self._estimator.delivered(deliveries, now_s)
+        self._update(now_s)
+
+    def round_trip(self, round_trip_s: float, now_s: float) -> None:
+        self._estimator.round_trip(round_trip_s, now_s)
+
+    def marks(self, train: int | None, now_s: float) -> bool:
+        return self._sampling.marks(train, now_s)
+
+    def free_in_s(self, unreported_s: float | None, now_s: float) -> float:
+        wait_s = self._pacer.free_in_s(now_s)
+        if self._is_stuck(unreported_s):
+            # What is sent behind it would only make the sound later.
+            return max(wait_s, min(self._trained_s + _PROBE_EVERY_S - now_s, _RETRY_S))
+        return wait_s
+
+    def train(self, size_bytes: int, now_s: float) -> Train:
+        self._trained_s = now_s
+        train = self._estimator.train(size_bytes, now_s)
+        if self._loss_based is not None:
+            rate_bps = self._loss_based.rate_bps
+            train = replace(train, pace_bps=rate_bps, payload_bytes=payload_bytes(rate_bps))
+        return train
+
+    def repeats(self, size_bytes: int, age_s: float, now_s: float) -> bool:
+        known = self._estimate or self.estimate(now_s)
+        if known.state == "blind" or known.queue_ms > _FULL_QUEUE_MS:
+            return False
+        if age_s > _STALE_S + (known.round_trip_ms or 0.0) / 1000:
+            return False
+        allowed_bps = _RETRANSMISSION_SHARE * known.rate_bps
+        gone_s = 0.0 if self._retransmitted_s is None else max(now_s - self._retransmitted_s, 0.0)
+        self._retransmitted_s = now_s
+        waiting = max(self._retransmitted_bits - gone_s * allowed_bps, 0.0)
+        if waiting > _RETRANSMISSION_BURST_S * allowed_bps:
+            self._retransmitted_bits = waiting
+            return False
+        self._retransmitted_bits = waiting + 8 * size_bytes
+        return True
+
+    def _is_stuck(self, unreported_s: float | None) -> bool:
+        known = self._estimate
+        if known is None or known.state == "blind":
+            return known is not None
+        if unreported_s is None or self._sampling.is_sparse:
+            return False
+        return unreported_s > _FEEDBACK_S + (known.round_trip_ms or 0.0) / 1000
+
+    def _update(self, now_s: float) -> None:
+        self._updated_s = now_s
+        estimate = self.estimate(now_s)
+        self._pacer.rate_bps = estimate.rate_bps
+        self._pacer.drain(estimate.queue_ms, now_s)
+        self._sampling.follow(estimate, thorough=self.thorough)
+        settled = self._sampling.is_sparse or self._loss_based is not None
+        self._update_every_s = _SETTLED_UPDATE_S if settled else _UPDATE_S
+        self._on_news(estimate, now_s)
+
+    def _count_other(self, size_bytes: int, now_s: float) -> None:
+        if self._other_s is None:
+            self._other_s = now_s
+        elapsed_s = max(now_s - self._other_s, 0.0)
+        self._other_s = now_s
+        # An average that forgets: each datagram adds its share of the window.
+        self._other_bps *= max(1.0 - elapsed_s / _OTHER_S, 0.0)
+        self._other_bps += 8 * size_bytes / _OTHER_S

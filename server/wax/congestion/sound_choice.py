@@ -1,0 +1,136 @@
+"""Which form the sound has, how much of it is sent again, and what that leaves to the picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from wax.congestion.wire_cost import sound_bps
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wax.congestion.allocation import SoundForm
+
+_PARTS: Final = 3
+"""Sound takes at most one part in so many; its smallest form stays whatever it takes. Ours."""
+
+_RISE_HOLD_S: Final = 5.0
+"""A better form must have fitted for so long. Ours."""
+
+_REDUNDANCY_LOSS_SHARE: Final = 0.005
+"""From so much loss on earlier units are sent again (RFC 2198): one packet in 200, of 20 ms each 4
+s, is heard. Ours."""
+
+_REDUNDANCY_OVER_SHARE: Final = 0.0025
+"""Until there is less than this: hysteresis. Ours."""
+
+_MAX_REDUNDANCY: Final = 3
+"""No more earlier units go with a packet: who waits for them waits 60 ms. Ours."""
+
+_REDUNDANCY_HOLD_S: Final = 10.0
+"""Fewer go after fewer were enough for so long. As long as the loss that is told."""
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """What a share of the link's rate leaves to sound and picture: it, less what others take."""
+
+    rate_bps: float
+    share: float
+    other_bps: float
+
+    @property
+    def bps(self) -> float:
+        return self.share * self.rate_bps - self.other_bps
+
+
+class SoundChoice:
+    """Told of the link at every decision; `now_s` never falls."""
+
+    def __init__(self, forms: Sequence[SoundForm]) -> None:
+        self._forms = tuple(forms)
+        self._form: SoundForm | None = None
+        self._better_since_s: float | None = None
+        self._redundancy = 0
+        self._fewer_since_s: float | None = None
+        self._aim: tuple[SoundForm, int] | None = None
+        self._considered: tuple[SoundForm, ...] = ()
+
+    def choose(
+        self,
+        budget: Budget,
+        fixed: SoundForm | None,
+        *,
+        alone: bool,
+        lost: float,
+        burst: int,
+        quick: bool,
+        now_s: float,
+    ) -> tuple[SoundForm, int]:
+        """Return the form and how many earlier units go with each.
+
+        Down at once; up at once only where it is to be `quick`, else after it fitted for 5 s.
+        `alone` is sound without a picture: it may take everything.
+        """
+        forms = (fixed,) if fixed is not None else self._forms
+        self._considered = forms
+        self._follow_loss(lost, burst, now_s)
+        third_bps = budget.bps if alone else budget.bps / _PARTS
+        best = next((form for form in forms if sound_bps(form, 0) <= third_bps), forms[-1])
+        form = self._held(forms, best, quick=quick, now_s=now_s)
+        self._form = form
+        self._aim = (best, self._affordable(best, third_bps))
+        return form, self._affordable(form, third_bps)
+
+    def left_bps(self, chosen_by: Budget, share: float) -> float:
+        """Return what is left to the picture of a `share` of the rate, after `choose`.
+
+        A faster link never leaves less: shortly before the next better sound would fit, the
+        picture is given no more than it will keep then.
+        """
+        if self._aim is None:
+            return Budget(chosen_by.rate_bps, share, chosen_by.other_bps).bps
+        left_bps = Budget(chosen_by.rate_bps, share, chosen_by.other_bps).bps - sound_bps(
+            *self._aim
+        )
+        for form in self._considered:
+            for redundancy in range(self._redundancy + 1):
+                takes_bps = sound_bps(form, redundancy)
+                if takes_bps * _PARTS > chosen_by.bps:
+                    from_bps = (takes_bps * _PARTS + chosen_by.other_bps) / chosen_by.share
+                    then = Budget(from_bps, share, chosen_by.other_bps)
+                    left_bps = min(left_bps, then.bps - takes_bps)
+        return left_bps
+
+    def none(self) -> None:
+        """No sound is wanted now."""
+        self._aim = None
+        self._form = None
+
+    def _held(
+        self, forms: tuple[SoundForm, ...], best: SoundForm, *, quick: bool, now_s: float
+    ) -> SoundForm:
+        if self._form not in forms or quick or forms.index(best) >= forms.index(self._form):
+            self._better_since_s = None
+            return best
+        if self._better_since_s is None:
+            self._better_since_s = now_s
+        if now_s - self._better_since_s < _RISE_HOLD_S:
+            return self._form
+        self._better_since_s = None
+        return best
+
+    def _follow_loss(self, lost: float, burst: int, now_s: float) -> None:
+        limit = _REDUNDANCY_OVER_SHARE if self._redundancy else _REDUNDANCY_LOSS_SHARE
+        wanted = min(burst, _MAX_REDUNDANCY) if lost >= limit else 0
+        if wanted >= self._redundancy:
+            self._redundancy, self._fewer_since_s = wanted, None
+        elif self._fewer_since_s is None:
+            self._fewer_since_s = now_s
+        elif now_s - self._fewer_since_s >= _REDUNDANCY_HOLD_S:
+            self._redundancy, self._fewer_since_s = wanted, None
+
+    def _affordable(self, form: SoundForm, third_bps: float) -> int:
+        counts = range(self._redundancy, 0, -1)
+        return next((count for count in counts if sound_bps(form, count) <= third_bps), 0)

@@ -1,0 +1,31 @@
+"""What sound and picture take on the wire, headers and all."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from wax.congestion.packet_size import HEADER_BYTES, payload_bytes
+
+if TYPE_CHECKING:
+    from wax.congestion.allocation import SoundForm, Step
+
+_LAYER_SHARE: Final = 0.6
+"""What is left of the bit rate without the uppermost layer (as the encoders are told)."""
+_BLOCK_BYTES: Final = 4
+"""The header of each earlier unit in a packet; that of the last has one byte (RFC 2198, 3)."""
+
+
+def sound_bps(form: SoundForm, redundancy: int) -> float:
+    """Return what a form takes with so many earlier units in each packet."""
+    again_bytes = _BLOCK_BYTES * redundancy + 1 if redundancy else 0
+    packets_per_s = 1000 / form.mu_ms
+    return form.bitrate_bps * (1 + redundancy) + packets_per_s * (HEADER_BYTES + again_bytes) * 8
+
+
+def picture_bps(step: Step, cut: int, rate_bps: float) -> float:
+    """Return what a step takes without its `cut` uppermost layers, on a link of `rate_bps`."""
+    fps = step.fps * 0.5**cut
+    bitrate_bps = step.bitrate_bps * math.pow(_LAYER_SHARE, cut)
+    packets = math.ceil(bitrate_bps / fps / 8 / payload_bytes(rate_bps))
+    return bitrate_bps + fps * packets * HEADER_BYTES * 8

@@ -1,0 +1,70 @@
+"""What there is to choose from: the ladder of renditions and the forms of the sound. Pure."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import sqrt
+from typing import TYPE_CHECKING, Final
+
+from wax.congestion.allocation import SoundForm, Step
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from wax.config import AudioSettings, RenditionSettings, VideoSettings
+
+_WIDE: Final = 1.7
+"""Between two steps whose rates differ by more there is one more for who has his own."""
+_LAYERS: Final = 2
+"""Temporal layers of VP8 that can be left out; H.264 has none here."""
+
+
+class RenditionLadder:
+    """The configuration as the ladder and the hubs want it."""
+
+    def __init__(self, video: VideoSettings, audio: AudioSettings) -> None:
+        layers = _LAYERS if video.codec == "vp8" else 0
+        own = refined(video.renditions)
+        self._settings = {one.name: one for one in own}
+        self._shared = [_step(one, layers) for one in video.renditions]
+        self._own = [_step(one, layers) for one in own]
+        self._forms = [SoundForm(one.mu_ms, one.bitrate_bps) for one in audio.forms]
+
+    def steps(self, *, is_own: bool) -> Sequence[Step]:
+        """Return the shared renditions, or the finer ladder of who has one of his own.
+
+        An encoder of VP8 does not follow a rate while it runs, so his follows the link in steps.
+        """
+        return self._own if is_own else self._shared
+
+    def settings(self, name: str) -> RenditionSettings:
+        """Return what a step's rendition is made of."""
+        return self._settings[name]
+
+    def forms(self, least_mu_ms: int) -> Sequence[SoundForm]:
+        """Return the forms whose media units are no shorter; the longest where all are."""
+        found = [form for form in self._forms if form.mu_ms >= least_mu_ms]
+        return found or self._forms[-1:]
+
+    def form(self, mu_ms: int) -> SoundForm:
+        """Return the one form of this media unit, at the rate of the nearest on offer."""
+        nearest = min(self._forms, key=lambda form: abs(form.mu_ms - mu_ms))
+        return SoundForm(mu_ms, nearest.bitrate_bps)
+
+
+def refined(renditions: Iterable[RenditionSettings]) -> list[RenditionSettings]:
+    """Put between two renditions far apart one of the larger size at the rate in the middle."""
+    ladder = list(renditions)
+    found = ladder[:1]
+    for above, below in pairwise(ladder):
+        if above.bitrate_bps > _WIDE * below.bitrate_bps:
+            middle_bps = round(sqrt(above.bitrate_bps * below.bitrate_bps) / 1000) * 1000
+            found.append(above.model_copy(update={"bitrate_bps": middle_bps}))
+        found.append(below)
+    return found
+
+
+def _step(one: RenditionSettings, layers: int) -> Step:
+    return Step(
+        name=one.name, size=one.size, fps=one.fps, bitrate_bps=one.bitrate_bps, layers=layers
+    )

@@ -1,0 +1,314 @@
+"""The estimator by itself: what it makes of arrivals, losses, silence and lies."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from wax.congestion.delivery import Delivery, LinkEstimate
+from wax.congestion.estimator import LinkEstimator
+from wax.congestion.probing import STARTING_RATE_BPS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+WAY_S = 0.03
+FEEDBACK_S = 0.1
+
+
+class Sound:
+    """Sound of 50 packets a second that arrives as `late_s` and `lost` say."""
+
+    def __init__(self, size_bytes: int = 140, *, clock_s: float = 1000.0) -> None:
+        self.estimator = LinkEstimator()
+        self.now_s = 10.0
+        self._size_bytes = size_bytes
+        self._clock_s = clock_s
+        self._number = 0
+
+    def run(
+        self,
+        seconds: float,
+        *,
+        late_s: Callable[[float], float] = lambda _: 0.0,
+        lost: Callable[[int], bool] = lambda _: False,
+        told: bool = True,
+    ) -> LinkEstimate:
+        """Send for a while; what is late holds back what comes after it."""
+        latest_s = -math.inf
+        start_s = self.now_s
+        while self.now_s < start_s + seconds - 1e-9:
+            deliveries = []
+            for _ in range(5):
+                self.estimator.sent(self._size_bytes, self.now_s)
+                latest_s = max(latest_s, self.now_s + WAY_S + late_s(self.now_s - start_s))
+                arrived_s = None if lost(self._number) else latest_s + self._clock_s
+                deliveries.append(Delivery(self.now_s, arrived_s, self._size_bytes, "audio"))
+                self._number += 1
+                self.now_s += FEEDBACK_S / 5
+            if told:
+                self.estimator.delivered(deliveries, self.now_s)
+        return self.estimator.estimate(self.now_s)
+
+
+def test_nothing_is_known_at_first() -> None:
+    """Before any feedback the rate is the assumed one, and it says so."""
+    estimate = LinkEstimator().estimate(5.0)
+    assert estimate.rate_bps == STARTING_RATE_BPS
+    assert estimate.assumed
+    assert estimate.state == "starting"
+    assert estimate.round_trip_ms is None
+
+
+def test_what_was_sent_in_the_last_second_is_used() -> None:
+    """50 packets of 140 bytes a second are 56 kbit/s, and nothing a second later."""
+    sound = Sound()
+    assert sound.run(2.0).used_bps == pytest.approx(56_000, rel=0.05)
+    assert sound.estimator.estimate(sound.now_s + 1.5).used_bps == 0
+
+
+def test_a_stall_is_no_congestion() -> None:
+    """What a pause of 150 ms holds and lets go leaves the rate, and no queue is told."""
+    sound = Sound()
+    sound.run(2.0)
+
+    def stall(at_s: float) -> float:
+        return max(0.0, 0.65 - at_s) if at_s >= 0.5 else 0.0
+
+    estimate = sound.run(2.0, late_s=stall)
+    assert estimate.rate_bps == STARTING_RATE_BPS
+    assert estimate.queue_ms <= 5.0
+    assert estimate.state != "congested"
+
+
+def test_a_growing_queue_is_found_in_two_feedbacks() -> None:
+    """Sound that comes at half its rate is congestion after 200 ms, at nine tenths of what came."""
+    sound = Sound()
+    sound.run(5.0)
+    sound.run(0.2, late_s=lambda at_s: at_s)
+    estimate = sound.run(0.1, late_s=lambda at_s: at_s + 0.2)
+    assert estimate.state == "congested"
+    assert estimate.rate_bps == pytest.approx(0.9 * 56_000 / 2, rel=0.15)
+    assert estimate.queue_ms > 100
+
+
+def test_a_queue_that_has_emptied_is_forgotten() -> None:
+    """Once packets come in time again the link is steady, without a queue."""
+    sound = Sound()
+    sound.run(5.0)
+    sound.run(0.5, late_s=lambda at_s: at_s)
+    estimate = sound.run(1.0)
+    assert estimate.state == "steady"
+    assert estimate.queue_ms <= 20
+
+
+def test_a_longer_way_is_no_queue() -> None:
+    """A new route that takes 80 ms more is taken for what it is within 5 s."""
+    sound = Sound()
+    sound.run(5.0)
+    estimate = sound.run(5.0, late_s=lambda _: 0.08)
+    assert estimate.state == "steady"
+    assert estimate.rate_bps == STARTING_RATE_BPS
+
+
+def test_a_drift_of_the_clocks_is_no_queue() -> None:
+    """Clocks that part by 100 ppm for five minutes look like at most 5 ms."""
+    sound = Sound()
+    sound.run(5.0)
+    estimate = sound.run(300.0, late_s=lambda at_s: at_s * 100e-6)
+    assert estimate.queue_ms <= 5
+    assert estimate.jitter_ms <= 5
+    assert estimate.rate_bps == STARTING_RATE_BPS
+
+
+def test_jitter_is_what_most_of_the_sound_needs() -> None:
+    """Of sound that is late by up to 40 ms, 99 of 100 come within 40."""
+    sound = Sound()
+    numbers = iter(range(10**6))
+    estimate = sound.run(20.0, late_s=lambda _: (next(numbers) * 7 % 41) / 1000)
+    assert 35 <= estimate.jitter_ms <= 41
+
+
+def test_a_queue_does_not_widen_the_jitter_for_long() -> None:
+    """Half a second of congestion is answered by sending less, not by a longer buffer."""
+    sound = Sound()
+    sound.run(10.0)
+    sound.run(0.5, late_s=lambda at_s: at_s)
+    assert sound.run(3.0).jitter_ms <= 50
+
+
+def test_random_loss_leaves_the_rate() -> None:
+    """5 % that are lost in rows of two are told, and cost no rate."""
+    estimate = Sound().run(30.0, lost=lambda number: number % 40 < 2)
+    assert estimate.rate_bps == STARTING_RATE_BPS
+    assert estimate.lost == pytest.approx(0.05, abs=0.01)
+    assert estimate.burst == 2
+
+
+def test_much_loss_lowers_the_rate() -> None:
+    """Where every second packet is lost the rate falls, but in 0.7 s to no less than half."""
+    sound = Sound()
+    sound.run(10.0)
+    rates = [sound.run(0.1, lost=lambda number: number % 2 == 0).rate_bps for _ in range(40)]
+    assert rates[-1] < STARTING_RATE_BPS / 2
+    assert all(later >= earlier / 2 for earlier, later in zip(rates, rates[7:], strict=False))
+
+
+def test_silence_is_told_and_ends_with_the_next_feedback() -> None:
+    """Half a second without a word is blind; the rate stays, and a word ends it."""
+    sound = Sound()
+    sound.run(5.0)
+    assert sound.run(0.4, told=False).state != "blind"
+    estimate = sound.run(0.3, told=False)
+    assert estimate.state == "blind"
+    assert estimate.rate_bps == STARTING_RATE_BPS
+    assert sound.run(0.1).state == "steady"
+
+
+def test_who_sends_nothing_is_not_blind() -> None:
+    """FeedbackTimeout is only where something was sent that could be answered."""
+    sound = Sound()
+    sound.run(5.0)
+    assert sound.estimator.estimate(sound.now_s + 60).state == "steady"
+
+
+def test_long_round_trips_blind_nobody() -> None:
+    """With round trips of a second, feedback may take two."""
+    sound = Sound()
+    sound.run(5.0)
+    sound.estimator.round_trip(1.0, sound.now_s)
+    assert sound.run(1.9, told=False).state != "blind"
+    assert sound.estimator.estimate(sound.now_s).round_trip_ms == 1000
+    assert sound.run(0.3, told=False).state == "blind"
+
+
+def test_after_a_long_silence_it_begins_carefully() -> None:
+    """What was known of a fast link before ten silent seconds is not used after them."""
+    estimator = LinkEstimator()
+    now_s = _climb(estimator)
+    assert estimator.estimate(now_s).rate_bps > 2e6
+    estimator.sent(100, now_s)
+    now_s += 10
+    estimator.delivered([Delivery(now_s - 0.1, 5.0, 100, "audio")], now_s)
+    estimate = estimator.estimate(now_s)
+    assert estimate.rate_bps == STARTING_RATE_BPS
+    assert estimate.state == "starting"
+
+
+def _climb(estimator: LinkEstimator, *, ends_alone: bool = False) -> float:
+    """Send pictures over a perfect link until the rate is known to be high.
+
+    With `ends_alone` only the first and the last packet of each are told of, and a picture is left
+    out after each.
+    """
+    now_s = 1.0
+    for _ in range(20):
+        train = estimator.train(4000, now_s)
+        deliveries = []
+        for _ in range(math.ceil(4000 / train.payload_bytes)):
+            size = train.payload_bytes + 60
+            estimator.sent(size, now_s)
+            deliveries.append(Delivery(now_s, now_s + 7, size, "video", train.number))
+            now_s += size * 8 / train.pace_bps
+        now_s += 0.05
+        if ends_alone:
+            estimator.train(10, now_s)
+            deliveries = [deliveries[0], deliveries[-1]]
+        estimator.delivered(deliveries, now_s)
+    return now_s
+
+
+def test_marks_on_a_few_packets_cost_no_rate() -> None:
+    """Where only the ends of a train are told of, what left between them counts all the same."""
+    estimator = LinkEstimator()
+    now_s = _climb(estimator, ends_alone=True)
+    assert estimator.estimate(now_s).rate_bps > 1e6
+
+
+@given(st.integers(1, 200_000), st.floats(0, 100))
+def test_a_picture_never_delays_sound_for_long(size_bytes: int, now_s: float) -> None:
+    """If the link carries just the rate, a picture's pace puts it 50 ms behind at most."""
+    estimator = LinkEstimator()
+    rate_bps = estimator.estimate(now_s).rate_bps
+    train = estimator.train(size_bytes, now_s)
+    assert train.pace_bps >= rate_bps
+    assert size_bytes * 8 / rate_bps - size_bytes * 8 / train.pace_bps <= 0.050 + 1e-9
+    assert 200 <= train.payload_bytes <= 1180
+
+
+def test_trains_are_numbered() -> None:
+    """Every picture has a number of its own, which rises."""
+    estimator = LinkEstimator()
+    numbers = [estimator.train(1000, 1.0).number for _ in range(5)]
+    assert numbers == sorted(set(numbers))
+
+
+def test_fruitless_probes_become_rare() -> None:
+    """On a line that carries no more, large probes back off to one in 16 s or less often."""
+    estimator = LinkEstimator()
+    carried_bps, free_s = 60_000.0, 0.0
+    probes = []
+    now_s = 1.0
+    while now_s < 90:
+        train = estimator.train(1500, now_s)
+        if train.pace_bps > 1.3 * estimator.estimate(now_s).rate_bps:
+            probes.append(now_s)
+        deliveries = []
+        sent_s = now_s
+        for _ in range(math.ceil(1500 / train.payload_bytes)):
+            size = train.payload_bytes + 60
+            estimator.sent(size, sent_s)
+            free_s = max(free_s, sent_s) + size * 8 / carried_bps
+            deliveries.append(Delivery(sent_s, free_s + 0.02, size, "video", train.number))
+            sent_s += size * 8 / train.pace_bps
+        now_s += 0.5
+        estimator.delivered(deliveries, now_s)
+    assert probes
+    assert len([probe_s for probe_s in probes if probe_s > 40]) <= 4
+
+
+weird = st.floats() | st.floats(-1, 200)
+deliveries = st.builds(
+    Delivery,
+    sent_s=weird,
+    arrived_s=st.none() | weird,
+    size_bytes=st.integers(-10, 100_000),
+    kind=st.sampled_from(["audio", "video", "repeat"]),
+    train=st.none() | st.integers(-5, 50),
+)
+moves = st.one_of(
+    st.tuples(st.just("sent"), st.integers(-10, 100_000), weird),
+    st.tuples(st.just("told"), st.lists(deliveries, max_size=12), weird),
+    st.tuples(st.just("trip"), weird, weird),
+    st.tuples(st.just("train"), st.integers(-10, 10**7), weird),
+)
+
+
+@settings(max_examples=150)
+@given(st.lists(moves, max_size=40))
+def test_lies_are_bounded(trace: list[tuple[str, object, float]]) -> None:
+    """Whatever is reported, and however time runs, nothing is raised and all is within bounds."""
+    estimator = LinkEstimator()
+    for kind, what, now_s in trace:
+        if kind == "sent":
+            estimator.sent(what, now_s)  # type: ignore[arg-type]
+        elif kind == "told":
+            estimator.delivered(what, now_s)  # type: ignore[arg-type]
+        elif kind == "trip":
+            estimator.round_trip(what, now_s)  # type: ignore[arg-type]
+        else:
+            train = estimator.train(what, now_s)  # type: ignore[arg-type]
+            assert 200 <= train.payload_bytes <= 1180
+            assert 8_000 <= train.pace_bps <= 2e8
+        estimate = estimator.estimate(now_s)
+        assert 8_000 <= estimate.rate_bps <= 50e6
+        assert 0 <= estimate.queue_ms <= 10_000
+        assert 0 <= estimate.jitter_ms <= 10_000
+        assert 0 <= estimate.lost <= 1
+        assert estimate.burst >= 0
+        assert math.isfinite(estimate.used_bps)
+        assert estimate.round_trip_ms is None or 0 <= estimate.round_trip_ms <= 10_000

@@ -1,0 +1,128 @@
+"""The parts of the estimator against the plain way to compute the same."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.congestion.delivery_rate import DeliveryRate
+from wax.congestion.dispersion import DispersionEstimator, TrainDispersion
+from wax.congestion.jitter import Jitter
+from wax.congestion.send_history import SendHistory
+
+steps = st.lists(st.tuples(st.floats(0.001, 0.5), st.integers(1, 1500)), min_size=1, max_size=40)
+
+
+@given(steps, st.floats(0, 5), st.floats(0, 5))
+def test_the_log_counts_what_left_between(
+    trace: list[tuple[float, int]], after_s: float, more_s: float
+) -> None:
+    """The bytes between two moments are those that were added later than one, by the other."""
+    log, now_s, sent = SendHistory(), 0.0, []
+    for pause_s, size_bytes in trace:
+        now_s += pause_s
+        log.add(size_bytes, now_s)
+        sent.append((now_s, size_bytes))
+    until_s = after_s + more_s
+    wanted = sum(size for at_s, size in sent if after_s < at_s <= until_s)
+    assert log.between(after_s, until_s) == wanted
+
+
+def test_the_log_is_bounded() -> None:
+    """After 100 000 datagrams the last are still known and the first forgotten."""
+    log = SendHistory()
+    for number in range(100_000):
+        log.add(100, number / 1000)
+    assert log.between(99.0, 200.0) == 100 * 999
+    assert log.between(-1.0, 200.0) <= 100 * 10_000
+
+
+@given(steps, st.floats(1e4, 1e7))
+def test_the_queue_now_is_that_of_a_link_of_the_rate(
+    trace: list[tuple[float, int]], rate_bps: float
+) -> None:
+    """From the wait of any one packet follows the queue that the whole trace leaves."""
+    log, now_s, free_s, joined = SendHistory(), 0.0, 0.0, []
+    for pause_s, size_bytes in trace:
+        now_s += pause_s
+        log.add(size_bytes, now_s)
+        free_s = max(free_s, now_s) + size_bytes * 8 / rate_bps
+        joined.append((now_s, free_s - now_s))
+    at_s, waiting_s = joined[len(joined) // 2]
+    now_s += 0.01
+    wanted_s = max(0.0, free_s - now_s)
+    assert log.queue_s(waiting_s, at_s, now_s, rate_bps) == pytest.approx(wanted_s, abs=1e-6)
+
+
+@given(
+    st.lists(st.floats(0, 2), min_size=1, max_size=100),
+    st.floats(0, 1),
+)
+def test_jitter_is_the_quantile_above_the_least(ways_s: list[float], share: float) -> None:
+    """Sorted, it is the value at that share, less the first."""
+    jitter = Jitter()
+    for number, way_s in enumerate(ways_s):
+        jitter.add(way_s, number / 50)
+    ordered = sorted(ways_s)
+    wanted_ms = (ordered[math.floor(share * (len(ordered) - 1) + 0.5)] - ordered[0]) * 1000
+    assert jitter.quantile_ms(share) == pytest.approx(wanted_ms, abs=1e-6)
+
+
+def test_jitter_forgets_after_20_s() -> None:
+    """What was late 21 s ago is not bridged any more."""
+    jitter = Jitter()
+    jitter.add(0.0, 0.0)
+    jitter.add(0.5, 0.1)
+    jitter.add(0.0, 1.0)
+    assert jitter.quantile_ms(1.0) == pytest.approx(500)
+    jitter.add(0.01, 21.0)
+    assert jitter.quantile_ms(1.0) == pytest.approx(10)
+
+
+def test_a_full_link_shows_its_rate_through_a_stall() -> None:
+    """Packets that leave a full queue at 1 Mbit/s show it, also where one was held for 150 ms."""
+    rate = DeliveryRate()
+    arrived_s = 0.0
+    for number in range(40):
+        arrived_s += 0.008 + (0.15 if number == 20 else 0.0)
+        rate.add(number * 0.001, arrived_s, 1000)
+    assert rate.rate_bps() == pytest.approx(1e6, rel=0.01)
+
+
+def test_a_link_with_pauses_shows_nothing() -> None:
+    """Packets that nobody was before say nothing of the rate."""
+    rate = DeliveryRate()
+    for number in range(40):
+        rate.add(number * 0.02, number * 0.02, 1000)
+    assert rate.rate_bps() is None
+
+
+@given(st.integers(1, 200), st.floats(2e4, 2e7))
+def test_even_trains_show_the_rate_from_both_sides(count: int, rate_bps: float) -> None:
+    """PacketTrains that all came at the rate bound it from below, and many of them from above."""
+    dispersion = DispersionEstimator()
+    for number in range(count):
+        dispersion.add(TrainDispersion(number / 30, 20_000, 0.001 / 2e7, 20_000 / rate_bps), 0.0)
+    assert dispersion.min_bps(0.0, startup=False) == pytest.approx(rate_bps, rel=1e-3)
+    if count >= 32:
+        assert dispersion.max_bps(0.0) == pytest.approx(rate_bps, rel=1e-3)
+    else:
+        assert dispersion.max_bps(0.0) == math.inf
+
+
+def test_noisy_paths_weaken_what_trains_show() -> None:
+    """One train over a path that varies by 10 ms shows less than over a smooth one."""
+    dispersion = DispersionEstimator()
+    dispersion.add(TrainDispersion(0.0, 20_000, 0.01, 0.02), 0.01)
+    assert dispersion.min_bps(0.01, startup=False) < dispersion.min_bps(0.0, startup=False) / 2
+    assert dispersion.min_bps(0.01, startup=True) > dispersion.min_bps(0.01, startup=False)
+
+
+def test_a_compressed_train_shows_nothing() -> None:
+    """What comes all at once was not spread by the link."""
+    dispersion = DispersionEstimator()
+    dispersion.add(TrainDispersion(0.0, 20_000, 0.02, 0.0), 0.001)
+    assert len(dispersion) == 0

@@ -1,0 +1,127 @@
+"""Estimator, pacer and ladder together, over the links that the lab has."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+from tests.sync.link_model import Loop, default_steps, profile
+
+TOP, MIDDLE, *_, LEAST = default_steps()
+
+cases = pytest.mark.parametrize(("feedback_s", "seed"), [(0.05, 1), (0.1, 2), (0.25, 3), (0.1, 4)])
+
+
+@cases
+def test_on_one_machine_the_top_is_reached_at_once(feedback_s: float, seed: int) -> None:
+    """A link without a limit carries the best within a second, by at most three keyframes."""
+    record = Loop(profile("same-machine"), feedback_s=feedback_s, seed=seed).run(5)
+    changes = record.changes()
+    assert changes[0][1] == LEAST
+    assert changes[-1] == (changes[-1][0], TOP)
+    assert changes[-1][0] < 1.0
+    assert len(changes) <= 4
+    assert record.allocations[-1][1].reason == "as large as asked for"
+
+
+@cases
+def test_a_modem_line_is_not_filled(feedback_s: float, seed: int) -> None:
+    """After 8 s no queue is above 150 ms, no sound is 100 ms late, and 5 pictures/s come."""
+    network = profile("modem-56k")
+    record = Loop(network, feedback_s=feedback_s, seed=seed).run(60)
+    assert all(estimate.queue_ms <= 150 for at_s, estimate in record.estimates if at_s > 8)
+    own_ms = 60 + 24  # the way, and the length of a packet of sound
+    assert record.sound_ms(8, 60, 1.0) <= own_ms + 100
+    assert record.picture_ms(8, 60, 0.95) <= 300
+    assert record.fps(8, 60) >= 5
+    assert record.lost_sounds == 0
+
+
+@cases
+def test_stalls_are_no_congestion(feedback_s: float, seed: int) -> None:
+    """On 5 Mbit/s with a stall in every 2.5 s the best is reached soon and then kept."""
+    record = Loop(profile("internet-5m"), feedback_s=feedback_s, seed=seed).run(60)
+    assert record.changes(5.0) == [(record.changes(5.0)[0][0], TOP)]
+    assert all(estimate.rate_bps > 1.5e6 for at_s, estimate in record.estimates if at_s > 8)
+    assert record.sound_ms(5, 60, 0.95) <= 100
+    assert record.picture_ms(5, 60, 0.95) <= 100
+
+
+@cases
+def test_a_wireless_megabit_settles(feedback_s: float, seed: int) -> None:
+    """1 Mbit/s with jitter and stalls settles on 640×480 at 600 kbit/s and stays there."""
+    record = Loop(profile("wireless-1m"), feedback_s=feedback_s, seed=seed).run(90)
+    assert [step for _, step in record.changes(10.0)] == [MIDDLE]
+    assert record.fps(10, 90) >= 25
+    assert record.picture_ms(10, 90, 0.95) <= 100
+
+
+@cases
+def test_a_fall_of_the_rate_is_answered(feedback_s: float, seed: int) -> None:
+    """5 Mbit/s, then 300 kbit/s, then 5 again: fresh pictures after 2 s, all of them 15 s after."""
+    record = Loop(profile("step-down"), feedback_s=feedback_s, seed=seed).run(40)
+    fell_s, rose_s = 5.0, 10.0
+    answered = [
+        at_s
+        for at_s, estimate in record.estimates
+        if at_s > fell_s and estimate.rate_bps <= 300_000
+    ]
+    assert answered[0] - fell_s <= 0.3 + 2 * feedback_s
+    assert record.picture_ms(fell_s + 2, rose_s, 1.0) <= 300
+    assert record.sound_ms(fell_s + 2, rose_s, 1.0) <= 150
+    top_s = next(at_s for at_s, step in record.changes(rose_s) if step == TOP and at_s > rose_s)
+    assert top_s - rose_s <= 15
+    assert record.changes()[-1][1] == TOP
+
+
+@cases
+def test_random_loss_costs_no_quality(feedback_s: float, seed: int) -> None:
+    """5 % lost in bursts keep the best picture, and sound is sent again often enough."""
+    record = Loop(profile("wifi-bad"), feedback_s=feedback_s, seed=seed).run(60)
+    assert [step for _, step in record.changes(5.0)] == [TOP]
+    assert all(estimate.rate_bps > 1.5e6 for at_s, estimate in record.estimates if at_s > 5)
+    assert all(allocation.redundancy >= 1 for at_s, allocation in record.allocations if at_s > 5)
+    assert all(
+        allocation.sound.mu_ms == 20 for _, allocation in record.allocations if allocation.sound
+    )
+
+
+@cases
+def test_a_round_trip_of_600_ms_blinds_nobody(feedback_s: float, seed: int) -> None:
+    """Over a satellite the best is reached in 5 s and kept, and the way is never silent."""
+    record = Loop(profile("satellite"), feedback_s=feedback_s, seed=seed).run(60)
+    assert [step for _, step in record.changes(5.0)] == [TOP]
+    assert not [at_s for at_s, estimate in record.estimates if estimate.state == "blind"]
+    assert record.picture_ms(5, 60, 0.95) <= 350
+
+
+def test_an_outage_is_waited_out() -> None:
+    """While nothing comes back pictures pause; after it they are fresh and as good as before."""
+    record = Loop(profile("outage")).run(20)
+    assert {estimate.state for at_s, estimate in record.estimates if 5.8 < at_s < 7} == {"blind"}
+    assert record.picture_ms(8, 20, 1.0) <= 100
+    assert record.at(20).step == TOP
+
+
+@pytest.mark.parametrize("queue_ms", [60, 150])
+def test_a_short_queue_is_not_overrun(queue_ms: float) -> None:
+    """Where the queue is shorter than a stall, trains and losses tell the rate all the same."""
+    record = Loop(profile("wireless-2m", rate_bps=400_000, queue_ms=queue_ms)).run(40)
+    assert all(estimate.rate_bps <= 500_000 for at_s, estimate in record.estimates if at_s > 10)
+    assert record.estimates[-1][1].lost < 0.05
+
+
+@pytest.mark.parametrize("name", ["lte-edge", "lte-good", "wireless-2m", "campus", "isdn-64k"])
+def test_no_flapping(name: str) -> None:
+    """On any steady link, once found out, at most one step changes in 5 s."""
+    record = Loop(profile(name)).run(60)
+    changes = [at_s for at_s, _ in record.changes(10.0)]
+    assert all(later - earlier >= 5.0 for earlier, later in pairwise(changes))
+
+
+def test_the_clocks_do_not_matter() -> None:
+    """A browser's clock of any origin that drifts by 200 ppm leads to the same picture."""
+    network = profile("internet-5m")
+    for origin_s, drift in ((-1e9, 200e-6), (3e8, -200e-6)):
+        record = Loop(network, origin_s=origin_s, drift=drift).run(60)
+        assert [step for _, step in record.changes(5.0)] == [TOP]

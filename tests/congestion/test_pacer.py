@@ -1,0 +1,105 @@
+"""The pacer: what was sent is waited for, no more and no less."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.congestion.pacer import Pacer, gap_s
+
+steps = st.lists(st.tuples(st.floats(0, 0.1), st.integers(0, 1500)), max_size=50)
+
+
+def test_a_picture_may_go_at_once_where_nothing_was_sent() -> None:
+    """An untouched way is free."""
+    assert Pacer(100_000).free_in_s(5.0) == 0.0
+
+
+def test_a_datagram_takes_its_time() -> None:
+    """1000 bytes at 100 kbit/s keep the way busy for 80 ms."""
+    pacer = Pacer(100_000)
+    pacer.spend(1000, 1.0)
+    assert pacer.free_in_s(1.0) == pytest.approx(0.080)
+    assert pacer.free_in_s(1.05) == pytest.approx(0.030)
+    assert pacer.free_in_s(1.2) == 0.0
+
+
+def test_sound_goes_on_the_debt() -> None:
+    """Sound spends without asking, and the picture waits for all of it."""
+    pacer = Pacer(50_000)
+    for packet in range(5):
+        pacer.spend(150, packet * 0.001)
+    assert pacer.free_in_s(0.004) == pytest.approx(5 * 0.024 - 0.004)
+
+
+def test_what_is_measured_in_the_way_is_not_counted_twice() -> None:
+    """A measured queue counts as far as it is longer than what is owed already."""
+    pacer = Pacer(100_000)
+    pacer.spend(1000, 1.0)
+    pacer.drain(50, 1.0)
+    assert pacer.free_in_s(1.0) == pytest.approx(0.080)
+    pacer.drain(400, 1.0)
+    assert pacer.free_in_s(1.0) == pytest.approx(0.400)
+
+
+def test_a_newer_measurement_replaces_an_older() -> None:
+    """A queue that turns out shorter is waited for no longer than what was sent takes."""
+    pacer = Pacer(100_000)
+    pacer.spend(1000, 1.0)
+    pacer.drain(400, 1.0)
+    pacer.spend(500, 1.0)
+    assert pacer.free_in_s(1.0) == pytest.approx(0.440)
+    pacer.drain(0, 1.01)
+    assert pacer.free_in_s(1.01) == pytest.approx(0.110)
+
+
+def test_a_debt_takes_longer_on_a_slower_link() -> None:
+    """What is owed is bits, so half the rate takes twice the time."""
+    pacer = Pacer(100_000)
+    pacer.spend(1000, 1.0)
+    pacer.rate_bps = 50_000
+    assert pacer.free_in_s(1.0) == pytest.approx(0.160)
+
+
+def test_time_that_runs_back_frees_nothing() -> None:
+    """An earlier time, or none, is taken for the latest that was told."""
+    pacer = Pacer(100_000)
+    pacer.spend(1000, 10.0)
+    for now_s in (9.0, -math.inf, math.nan, math.inf):
+        assert pacer.free_in_s(now_s) == pytest.approx(0.080)
+    assert pacer.free_in_s(10.08) == 0.0
+
+
+@given(steps, st.floats(8e3, 5e7))
+def test_no_more_leaves_than_the_rate(trace: list[tuple[float, int]], rate_bps: float) -> None:
+    """Who waits as long as told never sends more than the rate and one datagram."""
+    pacer, now_s, sent_bits, last_bits = Pacer(rate_bps), 0.0, 0, 0
+    for pause_s, size_bytes in trace:
+        now_s += pause_s
+        now_s += pacer.free_in_s(now_s)
+        assert sent_bits - last_bits <= now_s * rate_bps * (1 + 1e-6) + 1
+        pacer.spend(size_bytes, now_s)
+        last_bits = size_bytes * 8
+        sent_bits += last_bits
+
+
+@given(st.lists(st.tuples(st.sampled_from("sdr"), st.floats(), st.floats()), max_size=30))
+def test_the_wait_is_always_a_number(trace: list[tuple[str, float, float]]) -> None:
+    """Whatever it is told, the wait is between nothing and 10 s of the rate at the time."""
+    pacer = Pacer(1e6)
+    for kind, value, now_s in trace:
+        if kind == "s":
+            pacer.spend(int(value) if abs(value) < 1e9 else 0, now_s)
+        elif kind == "d":
+            pacer.drain(value, now_s)
+        else:
+            pacer.rate_bps = min(max(value, 1e6), 1e7)
+        assert 0 <= pacer.free_in_s(now_s) <= 100
+
+
+def test_a_train_is_spread_at_its_pace() -> None:
+    """1250 bytes at 1 Mbit/s leave 10 ms to the next."""
+    assert gap_s(1250, 1e6) == pytest.approx(0.010)

@@ -1,0 +1,61 @@
+"""What there is to choose from."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.config import AudioSettings, RenditionSettings, VideoSettings
+from wax.congestion.allocation import SoundForm
+from wax.streams.rendition_ladder import RenditionLadder, refined
+
+LADDER = RenditionLadder(VideoSettings(), AudioSettings())
+
+
+def test_the_shared_ladder_is_the_configurations() -> None:
+    """What everybody may get is what is written, in its order, with the layers of VP8."""
+    steps = LADDER.steps(is_own=False)
+    assert [step.name for step in steps] == [one.name for one in VideoSettings().renditions]
+    assert {step.layers for step in steps} == {2}
+    assert {
+        step.layers
+        for step in RenditionLadder(VideoSettings(codec="h264"), AudioSettings())._shared
+    } == {0}
+
+
+def test_who_has_his_own_has_more_to_choose_from() -> None:
+    """A finer ladder has all of the shared one, and every step can be made."""
+    own = LADDER.steps(is_own=True)
+    assert set(LADDER.steps(is_own=False)) < set(own)
+    assert [LADDER.settings(step.name).bitrate_bps for step in own] == [r.bitrate_bps for r in own]
+
+
+@given(st.lists(st.integers(10_000, 20_000_000), min_size=1, max_size=8, unique=True))
+def test_a_refined_ladder_falls_and_keeps_its_steps(rates: list[int]) -> None:
+    """Rates fall from step to step, nothing is lost, and no gap is left that was wide."""
+    ladder = [
+        RenditionSettings(width=64, height=48, fps=10, bitrate_bps=rate)
+        for rate in sorted(rates, reverse=True)
+    ]
+    fine = refined(ladder)
+    assert [one for one in fine if one in ladder] == ladder
+    for above, below in pairwise(fine):
+        assert above.bitrate_bps > below.bitrate_bps
+    assert len(fine) <= 2 * len(ladder) - 1
+
+
+@pytest.mark.parametrize(
+    ("least", "expected"), [(10, [10, 20, 40, 60]), (20, [20, 40, 60]), (120, [60])]
+)
+def test_a_role_may_have_only_longer_units(least: int, expected: list[int]) -> None:
+    """Forms with shorter units are left out; where all would be, the longest stays."""
+    assert [form.mu_ms for form in LADDER.forms(least)] == expected
+
+
+def test_a_fixed_unit_has_the_rate_of_its_neighbour() -> None:
+    """A media unit that the configuration fixes is encoded like the nearest on offer."""
+    assert LADDER.form(40) == SoundForm(40, 24_000)
+    assert LADDER.form(120) == SoundForm(120, 12_000)
