@@ -83,10 +83,14 @@ class Sounds(Ticking):
     def __init__(self) -> None:
         super().__init__()
         self.again: tuple[EncodedSound, ...] = ()
+        self.takes_redundancy: bool | None = None
 
     async def get(self) -> EncodedSound:
         await asyncio.sleep(0.01)
         return EncodedSound(*self._next(), 900)
+
+    def offered(self, *, redundancy: bool) -> None:
+        self.takes_redundancy = redundancy
 
     def earlier(self, sound: EncodedSound) -> tuple[EncodedSound, ...]:
         return self.again
@@ -336,6 +340,13 @@ async def test_sound_carries_what_may_be_lost_again(
         if read.ssrc == sender._ssrc and read.payload_type == 63:
             break
     assert b"before" in read.payload
+
+
+async def test_a_browser_without_redundancy_is_told_of(pair: Pair) -> None:
+    """Where the offer has no redundant sound the lane learns that none will be sent."""
+    lane = pair.peer._sound._lane
+    assert isinstance(lane, Sounds)
+    assert lane.takes_redundancy is False
 
 
 async def test_a_report_tells_the_time_of_capture(
