@@ -65,8 +65,8 @@ uv() {
 }
 
 _pip_index() {
-    echo "${PIP_INDEX_URL:-$(.venv/bin/python -m pip config get global.index-url 2>/dev/null ||
-        echo https://pypi.org/simple)}"
+    found=$(.venv/bin/python -m pip config list 2>/dev/null | sed -n "s/^.*\.index-url='\(.*\)'$/\1/p" | head -n 1)
+    echo "${found:-https://pypi.org/simple}"
 }
 
 # usage: patiently SECONDS COMMAND…   runs what talks to a mirror: three times if need be, each time
