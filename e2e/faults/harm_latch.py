@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 _TOO_LATE_S: Final = 2.2
 """A release counts for two seconds, where it was sent after the stop."""
+_SAID_AGAIN_S: Final = 0.2
+"""A robot that stands is told so again each 50 ms."""
 
 
 class LatchHarm:
@@ -70,7 +72,7 @@ class LatchHarm:
             operator.release(number - 1)
         wrong += await self._latched() is None
         await self._free()
-        return wrong + self._moved()
+        return wrong + await self._moved()
 
     async def release(self, error: str) -> int:
         """Press Stop and harm its release; counts what is wrong."""
@@ -105,7 +107,7 @@ class LatchHarm:
                 operator.release(stop + random.choice((-1, 1, 2, 9)))
         wrong = int(await self._latched() is None)
         await self._free()
-        return wrong + self._moved()
+        return wrong + await self._moved()
 
     def _send_no_stop(self, error: str) -> None:
         operator, random = self._operator, self._channel.random
@@ -162,14 +164,19 @@ class LatchHarm:
         self._newest = int(stop["number"])
         return self._newest
 
-    def _moved(self) -> int:
+    async def _moved(self) -> int:
         """Count the frames that move although a stop has been latched.
 
-        What was under way to the board then came before a frame that stops; that none does is
-        wrong as well.
+        What was under way to the board then came before a frame that stops; that none does in
+        time is wrong as well.
         """
         assert self._since_s is not None
         record = self._channel.stage.record
-        record.read()
-        found = record.stopping(self._since_s, time.monotonic())
-        return found.moved_again + (found.told_ms is None)
+        deadline_s = time.monotonic() + _SAID_AGAIN_S
+        while True:
+            record.read()
+            now_s = time.monotonic()
+            found = record.stopping(self._since_s, now_s)
+            if found.told_ms is not None or now_s > deadline_s:
+                return found.moved_again + (found.told_ms is None)
+            await asyncio.sleep(0.01)
