@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import random
-import time
 from bisect import bisect_left
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from playwright.async_api import async_playwright
 
@@ -17,6 +16,7 @@ from e2e.bench.servers import WAX, serving
 from e2e.faults.record import Record
 from e2e.harness.board import Board
 from e2e.harness.chromium import launch_chromium
+from e2e.harness.page_clock import page_clock
 from e2e.harness.viewer import Viewer
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, judged
@@ -25,8 +25,6 @@ from e2e.measure.summary import summarize
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from playwright.async_api import Page
-
     from e2e.faults.record import Seen
 
 GOAL_MS: Final = 25.0
@@ -34,7 +32,6 @@ _KEY: Final = "ArrowUp"
 _REST_S: Final = (0.2, 0.4)
 _HOLD_S: Final = (0.12, 0.3)
 _SETTLE_S: Final = 1.0
-_TRIES: Final = 60
 _KEYS: Final = """
 (() => {
   window.waxBenchKeys = [];
@@ -115,36 +112,22 @@ async def _strokes(board: Board, n: int) -> tuple[list[Stroke], float]:
         await viewer.join()
         await viewer.drives()
         await asyncio.sleep(_SETTLE_S)
-        before = await _clock_ms(viewer.page)
+        before = await page_clock(viewer.page.evaluate)
         for _ in range(n):
             await viewer.page.keyboard.down(_KEY)
             await asyncio.sleep(random.uniform(*_HOLD_S))
             await viewer.page.keyboard.up(_KEY)
             await asyncio.sleep(random.uniform(*_REST_S))
-        after = await _clock_ms(viewer.page)
+        after = await page_clock(viewer.page.evaluate)
         noted = await viewer.page.evaluate("window.waxBenchKeys")
         await browser.close()
-    _, offset_ms = min(before, after)
+    clock, drift_s = min(before, after), abs(before.ahead_s - after.ahead_s)
     strokes = [
-        Stroke(kind == "keydown", made_ms + offset_ms)
+        Stroke(kind == "keydown", clock.monotonic_s(made_ms) * 1000)
         for kind, code, made_ms in noted
         if code == _KEY
     ]
-    return strokes, max(before[0], after[0], abs(before[1] - after[1]))
-
-
-async def _clock_ms(page: Page) -> tuple[float, float]:
-    """Ask the page for its time: the error, and CLOCK_MONOTONIC less ``performance.now()``.
-
-    The quickest answer bounds the error by half its round trip.
-    """
-    clocks = []
-    for _ in range(_TRIES):
-        before_ms = time.monotonic() * 1000
-        page_ms: Any = await page.evaluate("performance.now()")
-        after_ms = time.monotonic() * 1000
-        clocks.append(((after_ms - before_ms) / 2, (before_ms + after_ms) / 2 - float(page_ms)))
-    return min(clocks)
+    return strokes, max(before.error_s, after.error_s, drift_s) * 1000
 
 
 def changes(frames: Iterable[Seen]) -> list[Change]:

@@ -18,8 +18,6 @@ from e2e.harness.wait import eventually
 from wax.media.testcard import TestCardVideo
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     from wax.clock import Clock
     from wax.config import VideoSettings
     from wax.media.source import Picture
@@ -96,12 +94,7 @@ class Control:
     def __enter__(self) -> Control:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._temporary.cleanup()
 
     async def block(self, seconds: float) -> float:

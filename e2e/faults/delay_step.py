@@ -21,7 +21,6 @@ SHORT: Final = Weather(delay_ms=20)
 LONG: Final = Weather(delay_ms=1000)
 _LATE_S: Final = 1.5
 """So long late commands go on to arrive after the step: half a second of them."""
-_COMMAND_BYTES: Final = 120
 
 
 async def delay_step(n: int, **settings: Any) -> list[Row]:
@@ -39,11 +38,7 @@ async def delay_step(n: int, **settings: Any) -> list[Row]:
             await stage.drive(operator)
             relay.weather = LONG
             step_s = time.monotonic()
-            last_s = max(
-                one.leaves_s
-                for one in relay.up
-                if one.leaves_s is not None and one.size >= _COMMAND_BYTES
-            )
+            last_s = relay.last_command_s
             await asyncio.sleep(_LATE_S)
             # What is still under way is neutral, and the robot must not move by it either.
             until_s = time.monotonic()

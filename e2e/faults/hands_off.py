@@ -11,6 +11,7 @@ from e2e.faults.page import KEY, chromiums
 from e2e.faults.stage import random_phase, staged
 from e2e.faults.trials import repeat, told
 from e2e.harness.hands import Fingers
+from e2e.harness.page_clock import page_clock
 from e2e.harness.tab import Tab
 from e2e.harness.wait import eventually
 from e2e.measure.errors import MeasureError
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 GOAL_MS: Final = 120.0
 _LOOK_S: Final = 0.25
 _BACK_S: Final = 20.0
-_CLOCK_READINGS: Final = 20
 
 ACTS: Final[dict[str, tuple[Act, Act]]] = {
     "another tab": (Tab.open_another, Tab.close_another),
@@ -107,7 +107,7 @@ class _Hands:
 
     async def lose(self, act: Act, undo: Act) -> Stopping | None:
         await self._stage.moving(self._press)
-        ahead_s = await self._clock_ahead_s()
+        clock = await page_clock(self._tab.evaluate)
         await self._tab.evaluate("delete sessionStorage.waxLost")
         await random_phase()
         await act(self._tab)
@@ -117,7 +117,7 @@ class _Hands:
         lost_ms = await self._tab.evaluate("Number(sessionStorage.waxLost)")
         if not isinstance(lost_ms, float | int):
             raise MeasureError("hands-off: the page was told of nothing")
-        since_s = lost_ms / 1000 + ahead_s
+        since_s = clock.monotonic_s(lost_ms)
         await self._tab.key("keyUp", KEY)
         await self.drive()
         return self._stage.outcome(since_s, until_s)
@@ -126,16 +126,6 @@ class _Hands:
         await self._tab.key("keyUp", KEY)
         await asyncio.sleep(0.08)
         await self._tab.key("keyDown", KEY)
-
-    async def _clock_ahead_s(self) -> float:
-        """Return how far `time.monotonic` is ahead of the page's clock, by the quickest reading."""
-        readings = []
-        for _ in range(_CLOCK_READINGS):
-            before_s = time.monotonic()
-            now_ms = float(await self._tab.evaluate("performance.now()"))
-            after_s = time.monotonic()
-            readings.append((after_s - before_s, (after_s + before_s) / 2 - now_ms / 1000))
-        return min(readings)[1]
 
 
 class _Touch:

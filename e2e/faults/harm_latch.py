@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 
 _TOO_LATE_S: Final = 2.2
 """A release counts for two seconds, where it was sent after the stop."""
-_SAID_AGAIN_S: Final = 0.2
-"""A robot that stands is told so again each 50 ms."""
+_BEATS_S: Final = 0.2
 
 
 class LatchHarm:
@@ -167,16 +166,14 @@ class LatchHarm:
     async def _moved(self) -> int:
         """Count the frames that move although a stop has been latched.
 
-        What was under way to the board then came before a frame that stops; that none does in
-        time is wrong as well.
+        What was under way to the board then came before a frame that stops; that none does within
+        some beats is wrong as well.
         """
         assert self._since_s is not None
-        record = self._channel.stage.record
-        deadline_s = time.monotonic() + _SAID_AGAIN_S
+        record, end_s = self._channel.stage.record, time.monotonic() + _BEATS_S
         while True:
             record.read()
-            now_s = time.monotonic()
-            found = record.stopping(self._since_s, now_s)
-            if found.told_ms is not None or now_s > deadline_s:
+            found = record.stopping(self._since_s, time.monotonic())
+            if found.told_ms is not None or time.monotonic() > end_s:
                 return found.moved_again + (found.told_ms is None)
-            await asyncio.sleep(0.01)
+            await asyncio.sleep(0.005)

@@ -12,7 +12,8 @@ from e2e.faults.operator import RawOperator
 from e2e.faults.page import Chromium, chromiums
 from e2e.faults.relay import Relay
 from e2e.faults.stage import random_phase, staged
-from e2e.faults.trials import Trials, repeat, told, travelled
+from e2e.faults.trials import Trials, repeat, told
+from e2e.measure.row import summed
 from wax.config import Settings
 
 if TYPE_CHECKING:
@@ -28,8 +29,6 @@ _LOOK_S: Final = 0.4
 """Shorter than the second after which a server takes an operator for lost."""
 _A_CONNECTION: Final = 5
 """So many trials over each."""
-_COMMAND_BYTES: Final = 120
-"""Smaller packets of a raw peer's channels are acknowledgements and heartbeats."""
 
 
 async def network_vanishes(n: int, **settings: Any) -> list[Row]:
@@ -59,10 +58,11 @@ async def network_vanishes(n: int, **settings: Any) -> list[Row]:
             GOAL_MS,
             peer_late_ms=late_ms,
         ),
-        travelled(
+        summed(
             "network-vanishes: distance",
             "… way from there to standstill",
-            trials,
+            "mm",
+            [one.travelled_mm for one in trials.results],
             GOAL_MM,
         ),
     ]
@@ -75,17 +75,13 @@ async def _vanish(stage: Stage, operator: RawOperator, relay: Relay) -> Stopping
     await random_phase()
     relay.cut()
     cut_s = time.monotonic()
-    last_s = max(
-        one.leaves_s for one in relay.up if one.leaves_s is not None and one.size >= _COMMAND_BYTES
-    )
+    last_s = relay.last_command_s
     await asyncio.sleep(_LOOK_S)
     until_s = time.monotonic()
     relay.up.clear()
     relay.mend()
     stage.record.read()
-    if not stage.record.moved_at(cut_s):
-        return None
-    return stage.record.stopping(last_s, until_s)
+    return stage.record.stopping(last_s, until_s) if stage.record.moved_at(cut_s) else None
 
 
 async def browser_frozen(n: int, **settings: Any) -> Row:

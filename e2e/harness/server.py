@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import io
+import os
 import signal
 import socket
 import sys
@@ -40,6 +41,8 @@ class Server:
         self.log_path = folder / "server.log"
         self._config_path = folder / "wax.toml"
         self._config_path.write_text(toml, encoding="utf-8")
+        self.environment: dict[str, str] = {}
+        """What its process has beside this one's environment."""
         self._process: Process | None = None
 
     @property
@@ -68,7 +71,11 @@ class Server:
         arguments += ["--host", "127.0.0.1", "--port", str(self.port)]
         with self.log_path.open("ab") as log:
             self._process = await asyncio.create_subprocess_exec(
-                str(COMMAND), *arguments, stdin=asyncio.subprocess.DEVNULL, stdout=log, stderr=log
+                *(str(COMMAND), *arguments),
+                stdin=asyncio.subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                env=os.environ | self.environment,
             )
 
     async def start(self) -> None:

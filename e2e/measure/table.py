@@ -29,7 +29,7 @@ def to_markdown(published: Published, *, is_stale: bool) -> str:
     lines = [head, ["---"] * len(head)]
     for row in published.rows:
         values = [_cell(row, column) for column in published.columns]
-        words = verdict(row) + (", stale" if is_stale else "")
+        words = verdict(row).replace("missed", "**missed**") + (", stale" if is_stale else "")
         lines.append([row.what, f"{row.n}", *values, _goal(row), words.removeprefix(", ")])
     table = "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
     origin = fill(_origin(published, is_stale=is_stale), 100, break_on_hyphens=False)
@@ -39,7 +39,7 @@ def to_markdown(published: Published, *, is_stale: bool) -> str:
 def verdict(row: Row) -> str:
     if row.met is None:
         return "" if row.goal is None else "not measured"
-    return "met" if row.met else "**missed**"
+    return "met" if row.met else "missed"
 
 
 def number(value: float | None) -> str:
