@@ -45,7 +45,7 @@ async def test_card_moves_and_is_fresh(server: Server, codec: str, open_viewer: 
     assert await viewer.probe("codec('video')") == MIME_TYPE[codec]
 
 
-@pytest.mark.timeout(90)
+@pytest.mark.timeout(120)
 async def test_the_operators_picture_is_fresher_than_stocks(
     server: Server, open_viewer: OpenViewer
 ) -> None:
@@ -55,7 +55,7 @@ async def test_the_operators_picture_is_fresher_than_stocks(
         await ours.join()
         await ours.drives()
         ages_ms: dict[Viewer, list[float]] = {ours: [], theirs: []}
-        for viewer in [ours, theirs] * 5:  # in turn, so that both meet the same machine
+        for viewer in [ours, theirs] * 4:  # in turn, so that both meet the same machine
             ages_ms[viewer] += [card.age_ms for card in await viewer.cards(20) if card.valid]
         ours_ms, theirs_ms = (median(ages_ms[viewer]) for viewer in (ours, theirs))
         assert ours_ms <= 0.7 * theirs_ms, f"{ours_ms:.0f} ms, stock's {theirs_ms:.0f} ms"

@@ -9,7 +9,7 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from e2e.bench.process import CoreMeter, two_cores, udp_receive_errors
+from e2e.bench.process import core_busy_s, two_cores, udp_receive_errors
 from e2e.bench.servers import SIDES, STOCK, WAX, serving
 from e2e.crowd import Crowd
 from e2e.measure.errors import MeasureError, NotRunError
@@ -96,7 +96,6 @@ async def fan_out(n: int) -> list[Row]:
 async def _points(side: str, n: int, server_core: int, viewers_core: int) -> list[Point]:
     """Add viewers until there are enough, or the server takes no more."""
     points = []
-    core = CoreMeter(server_core)
     async with serving(side, server_core) as server:
         with await asyncio.to_thread(Crowd, server.offering, viewers_core) as crowd:
             try:
@@ -104,7 +103,7 @@ async def _points(side: str, n: int, server_core: int, viewers_core: int) -> lis
                     await asyncio.to_thread(crowd.hold, number)
                     await _grown(crowd)
                     await asyncio.sleep(_SETTLE_S)
-                    points.append(await _point(server, crowd, core, n))
+                    points.append(await _point(server, crowd, server_core, n))
             except MeasureError as error:
                 if not points:
                     raise
@@ -124,16 +123,16 @@ async def _grown(crowd: Crowd) -> None:
         before = now
 
 
-async def _point(server: MeasuredServer, crowd: Crowd, core: CoreMeter, n: int) -> Point:
+async def _point(server: MeasuredServer, crowd: Crowd, core: int, n: int) -> Point:
     errors, dropped = udp_receive_errors(), await _dropped(server)
-    viewers_s, core_s = crowd.meter.cpu_s(), core.busy_s()
+    viewers_s, core_s = crowd.meter.cpu_s(), core_busy_s(core)
     first = await asyncio.to_thread(crowd.count)
     windows = [await _window(server) for _ in range(n)]
     last = await asyncio.to_thread(crowd.count)
     measured_s = last.at_s - first.at_s
     cpu = statistics.fmean(windows)
     viewers_cpu = (crowd.meter.cpu_s() - viewers_s) / measured_s
-    others_cpu = (core.busy_s() - core_s) / measured_s - cpu
+    others_cpu = (core_busy_s(core) - core_s) / measured_s - cpu
     fps_min, packets, lost = received(first, last)
     saturated = cpu > _SATURATED_CPU or fps_min < _LEAST_FPS_SHARE * FPS
     flaw = None

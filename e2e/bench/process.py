@@ -38,19 +38,13 @@ class ProcessMeter:
         return [self._process, *self._process.children(recursive=True)]
 
 
-class CoreMeter:
-    """How busy one core is, whoever uses it."""
-
-    def __init__(self, core: int) -> None:
-        self._core = core
-
-    def busy_s(self) -> float:
-        """Seconds so far in which the core did not idle."""
-        times = psutil.cpu_times(percpu=True)[self._core]
-        idle = times.idle + getattr(times, "iowait", 0.0)
-        # On Linux guest time is already part of user time.
-        guest = getattr(times, "guest", 0.0) + getattr(times, "guest_nice", 0.0)
-        return float(sum(times) - idle - guest)
+def core_busy_s(core: int) -> float:
+    """Seconds so far in which a core did not idle, whoever used it."""
+    times = psutil.cpu_times(percpu=True)[core]
+    idle = times.idle + getattr(times, "iowait", 0.0)
+    # On Linux guest time is already part of user time.
+    guest = getattr(times, "guest", 0.0) + getattr(times, "guest_nice", 0.0)
+    return float(sum(times) - idle - guest)
 
 
 def two_cores() -> tuple[int, int] | None:

@@ -12,7 +12,8 @@ from e2e.faults.operator import RawOperator
 from e2e.faults.page import Chromium, chromiums
 from e2e.faults.relay import Relay
 from e2e.faults.stage import random_phase, staged
-from e2e.faults.trials import Trials, repeat, told, travelled
+from e2e.faults.trials import Trials, repeat, told
+from e2e.measure.row import summed
 from wax.config import Settings
 
 if TYPE_CHECKING:
@@ -57,10 +58,11 @@ async def network_vanishes(n: int, **settings: Any) -> list[Row]:
             GOAL_MS,
             peer_late_ms=late_ms,
         ),
-        travelled(
+        summed(
             "network-vanishes: distance",
             "… way from there to standstill",
-            trials,
+            "mm",
+            [one.travelled_mm for one in trials.results],
             GOAL_MM,
         ),
     ]

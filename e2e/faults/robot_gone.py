@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from e2e.faults.operator import RawOperator
 from e2e.faults.page import chromiums
 from e2e.faults.stage import random_phase, staged
-from e2e.faults.trials import ended, repeat
+from e2e.faults.trials import repeat, told
 from e2e.harness.wait import eventually
 from e2e.measure.row import counted, timed
 
@@ -47,9 +47,8 @@ async def driver_killed(n: int, **settings: Any) -> Row:
             return stage.outcome(since_s, until_s)
 
         trials = await repeat("driver-killed", n, trial)
-    return ended(
-        "driver-killed", "driver's process killed → the board stops by itself", trials, GOAL_MS
-    )
+    what = "driver's process killed → the board stops by itself"
+    return told("driver-killed", what, trials, GOAL_MS, by_board=True)
 
 
 async def _problem(stage: Stage) -> str:

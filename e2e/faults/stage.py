@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import random
 import time
 from contextlib import AsyncExitStack, asynccontextmanager
@@ -18,7 +17,7 @@ from e2e.crowd import Crowd, Offering
 from e2e.faults.record import Record
 from e2e.harness import toml
 from e2e.harness.board import Board
-from e2e.harness.server import COMMAND, Server
+from e2e.harness.server import Server
 from e2e.harness.wait import eventually
 from e2e.measure.errors import MeasureError
 from e2e.measure.suite import ROOT
@@ -70,25 +69,6 @@ _RAMP_S: Final = 1.5
 _LONG_TURNS: Final = {"turns": {"turn_s": 3600.0, "grace_s": 0.5}}
 
 
-class StagedServer(Server):
-    """Finds the suite's own camera by its name, as anybody's plug-in."""
-
-    environment: Mapping[str, str] = {}
-
-    async def launch(self) -> None:
-        arguments = ["--config", str(self._config_path)]
-        arguments += ["--host", "127.0.0.1", "--port", str(self.port)]
-        with self.log_path.open("ab") as log:
-            self._process = await asyncio.create_subprocess_exec(
-                str(COMMAND),
-                *arguments,
-                stdin=asyncio.subprocess.DEVNULL,
-                stdout=log,
-                stderr=log,
-                env={**os.environ, "PYTHONPATH": str(ROOT), **self.environment},
-            )
-
-
 class Stage:
     """Use as an async context manager; inside, the server has found the board."""
 
@@ -103,8 +83,9 @@ class Stage:
         self.board = Board(folder)
         robot = {"driver": "serial", "serial": {"url": str(self.board.path)}}
         tree = merged(_LONG_TURNS, load.media, {"robot": robot}, *settings)
-        self.server = StagedServer(folder, toml.dumps(tree))
-        self.server.environment = environment or {}
+        self.server = Server(folder, toml.dumps(tree))
+        # It finds the suite's own camera by its name, as anybody's plug-in.
+        self.server.environment = {"PYTHONPATH": str(ROOT), **(environment or {})}
         self.record = Record(self.board.log_path)
         self.crowd: Crowd | None = None
         self._ending = AsyncExitStack()

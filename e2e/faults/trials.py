@@ -6,7 +6,7 @@ import sys
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from e2e.measure.errors import MeasureError
-from e2e.measure.row import Row, summed, timed
+from e2e.measure.row import Row, timed
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -50,28 +50,26 @@ async def repeat(name: str, n: int, trial: Callable[[], Awaitable[T | None]]) ->
     return trials
 
 
-def told(name: str, what: str, trials: Trials[Stopping], goal_ms: float, **detail: Any) -> Row:
-    """Judge the first frame that stops."""
-    values_ms = [one.told_ms for one in trials.results]
-    return timed(name, what, values_ms, goal_ms, **_beside(trials), **detail)
-
-
-def ended(name: str, what: str, trials: Trials[Stopping], goal_ms: float, **detail: Any) -> Row:
-    """Judge the end of the motion, by a frame or by the board's own watchdog."""
-    values_ms = [one.ends_ms for one in trials.results]
-    return timed(name, what, values_ms, goal_ms, **_beside(trials), **detail)
-
-
-def travelled(name: str, what: str, trials: Trials[Stopping], goal_mm: float) -> Row:
-    """Judge the way until the wheels stand."""
-    return summed(name, what, "mm", [one.travelled_mm for one in trials.results], goal_mm)
-
-
-def _beside(trials: Trials[Stopping]) -> dict[str, Any]:
-    stands_ms = [one.stands_ms for one in trials.results]
-    return {
-        "wrong": sum(one.moved_again for one in trials.results),
-        "void": trials.void,
-        "stands_max_ms": max((at for at in stands_ms if at is not None), default=None),
-        "never_stood": stands_ms.count(None),
-    }
+def told(
+    name: str,
+    what: str,
+    trials: Trials[Stopping],
+    goal_ms: float,
+    *,
+    by_board: bool = False,
+    **detail: Any,
+) -> Row:
+    """Judge the first frame that stops; with `by_board` its own watchdog may have been first."""
+    found = trials.results
+    stands_ms = [one.stands_ms for one in found if one.stands_ms is not None]
+    return timed(
+        name,
+        what,
+        [one.ends_ms if by_board else one.told_ms for one in found],
+        goal_ms,
+        wrong=sum(one.moved_again for one in found),
+        void=trials.void,
+        stands_max_ms=max(stands_ms, default=None),
+        never_stood=len(found) - len(stands_ms),
+        **detail,
+    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import io
+import os
 import signal
 import socket
 import sys
@@ -46,6 +47,8 @@ class Server:
         self._config_path = folder / "wax.toml"
         self._config_path.write_text(toml, encoding="utf-8")
         self._stderr = stderr
+        self.environment: dict[str, str] = {}
+        """What its process has beside this one's environment."""
         self._process: Process | None = None
 
     @property
@@ -79,6 +82,7 @@ class Server:
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=log,
                 stderr=log if self._stderr is None else self._stderr,
+                env=os.environ | self.environment,
             )
 
     async def start(self) -> None:

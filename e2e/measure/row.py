@@ -65,7 +65,7 @@ def summed(
     came = [value for value in values if value is not None]
     never = len(values) - len(came)
     spread = summarize(came) if came else None
-    found = {} if spread is None else {name: getattr(spread, name) for name in _SHOWN}
+    found = {} if spread is None else spread.model_dump(exclude={"n", "mean", "sd"})
     value = None if spread is None else getattr(spread, judged)
     return Row(
         key=key,
@@ -124,6 +124,3 @@ def judged(
         met=met,
         **more,
     )
-
-
-_SHOWN = ("min", "median", "p95", "p99", "max")
