@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from e2e.lab.link.trace import TraceTransmitter, read
 from tests.ablation.links import beside_download, beside_viewer, measured, recorded
 from tests.sync.link_model import Loop
 
@@ -37,7 +38,8 @@ def over_traces(paths: Sequence[Path], seconds: float = 60.0) -> list[dict[str, 
         link = recorded(file)
         loop = Loop(link, feedback_s=0.05)
         loop.run(seconds)
-        out.append({"trace": file.name} | _rounded(loop, 5.0, seconds))
+        mean_bps = round(TraceTransmitter(read(str(file)), 0.0).mean_bps)
+        out.append({"trace": file.name, "mean_bps": mean_bps} | _rounded(loop, 5.0, seconds))
     return out
 
 
