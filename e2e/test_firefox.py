@@ -94,7 +94,7 @@ LARGEST = "640x480 at 1000 kbit/s"
 
 @pytest.mark.timeout(120)
 async def test_firefox_gets_the_largest_picture(serve: Serve, tmp_path: Path) -> None:
-    """Firefox tells of each packet's arrival, sound and picture, and by that the picture climbs."""
+    """By what Firefox tells of the picture's packets the picture climbs, with sound beside it."""
     path = find_firefox()
     profile = tmp_path / "profile"
     profile.mkdir()
@@ -106,11 +106,16 @@ async def test_firefox_gets_the_largest_picture(serve: Serve, tmp_path: Path) ->
         await eventually(
             lambda: window.evaluate("waxProbe.playing()"), "the picture plays", within_s=20
         )
-        # Where both agree to it the server has nothing else to go by, and begins with little.
+        # Where the picture has it the server begins with little and goes by what it is told; the
+        # sound has it too since some version after 140.
         answer = await window.evaluate("waxProbe.answer()")
         sections = answer.split("m=")[1:]
         agreed = {one.split()[0] for one in sections if FEEDBACK in one}
-        assert agreed == {"audio", "video"}, "Firefox is served by what it loses"
+        assert "video" in agreed, "Firefox is served by what it loses"
+        await window.evaluate(button("Start"))
+        await eventually(
+            lambda: window.evaluate("waxProbe.audible()"), "the sound plays", within_s=10
+        )
 
         async def is_large() -> bool:
             card = (await window.evaluate("waxProbe.cards(1)"))[0]

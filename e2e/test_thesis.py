@@ -14,6 +14,7 @@ from e2e.harness.wait import eventually
 if TYPE_CHECKING:
     from e2e.conftest import OpenViewer, Serve
     from e2e.harness.server import Server
+    from e2e.harness.viewer import Viewer
 
 CONFIG = Path(__file__).parents[1] / "config" / "thesis.toml"
 
@@ -34,6 +35,23 @@ async def _streams(server: Server) -> dict[str, Any]:
     return found
 
 
+async def _none_waits(viewer: Viewer) -> dict[str, Any]:
+    """Return the browser's counts at a moment when no picture waits to be decoded.
+
+    Only then is `keyFramesDecoded` the same number everywhere: Chromium 150 counts a keyframe
+    when it has come, Chromium 156 when it is decoded.
+    """
+
+    async def counts() -> dict[str, Any] | None:
+        found = await viewer.inbound("video")
+        waiting = found["framesReceived"] - found["framesDecoded"] - found["framesDropped"]
+        return None if waiting else found
+
+    found = await eventually(counts, "no picture waits to be decoded", every_s=0.03)
+    assert found is not None
+    return found
+
+
 async def test_the_browser_plays_the_system_of_2004(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
@@ -49,11 +67,12 @@ async def test_the_browser_plays_the_system_of_2004(
         assert await viewer.probe("codec('audio')") == "audio/PCMU"
         await asyncio.sleep(3)  # until the browser's buffer has grown to the length of a unit
         await viewer.forget()
-        before = await viewer.inbound("video")
+        before = await _none_waits(viewer)
         cards = await viewer.cards(25)
-        after = await viewer.inbound("video")
+        after = await _none_waits(viewer)
         assert after["frameWidth"] == 166
-        assert after["framesDecoded"] == after["keyFramesDecoded"]
+        for counts in (before, after):  # received and decoded differ by what was dropped, if any
+            assert counts["keyFramesDecoded"] in (counts["framesReceived"], counts["framesDecoded"])
         assert after["framesDecoded"] - before["framesDecoded"] > 15
         assert [card for card in cards if card.valid]
         assert ear.loudness(await viewer.heard()) > 0.02

@@ -29,6 +29,7 @@ class Viewer:
         self.size: str | None = "640x480"
         self.sound = True
         self.form: SoundForm | None = None
+        self.takes_redundancy = True
 
     def decide(self, estimate: LinkEstimate) -> Allocation:
         return self.ladder.decide(
@@ -38,6 +39,7 @@ class Viewer:
             sound_form=self.form,
             other_bps=4000,
             now_s=self.now_s,
+            takes_redundancy=self.takes_redundancy,
         )
 
     def run(self, seconds: float, rate_bps: float, **other: object) -> list[Allocation]:
@@ -287,6 +289,13 @@ def test_sound_is_not_sent_again_where_that_costs_the_picture() -> None:
     allocation = Viewer().run(10, 50e3, lost=0.05, burst=2)[-1]
     assert allocation.redundancy == 0
     assert allocation.step == STEPS[-1]
+
+
+def test_a_browser_without_redundancy_gets_none() -> None:
+    """However much is lost, what the browser does not take is not sent, nor waited for."""
+    viewer = Viewer()
+    viewer.takes_redundancy = False
+    assert viewer.run(1, 5e6, lost=0.2, burst=3)[-1].redundancy == 0
 
 
 def test_redundancy_stays_a_while() -> None:

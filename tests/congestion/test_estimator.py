@@ -176,6 +176,23 @@ def test_who_sends_nothing_is_not_blind() -> None:
     assert sound.estimator.estimate(sound.now_s + 60).state == "steady"
 
 
+def test_who_is_not_told_of_what_is_sent_is_not_blind() -> None:
+    """A stream that the browser does not tell of is no reason to wait for feedback."""
+    sound = Sound()
+    sound.run(5.0)
+    for tick in range(500):
+        sound.estimator.sent(140, sound.now_s + tick / 50, is_told=False)
+        assert sound.estimator.estimate(sound.now_s + tick / 50).state == "steady"
+
+
+def test_a_queue_that_nobody_tells_of_any_more_is_none() -> None:
+    """Congestion ends 3 s after the last packet that the browser would have told of."""
+    sound = Sound()
+    sound.run(5.0)
+    assert sound.run(0.5, late_s=lambda at_s: at_s).state == "congested"
+    assert sound.estimator.estimate(sound.now_s + 3.1).state == "steady"
+
+
 def test_long_round_trips_blind_nobody() -> None:
     """With round trips of a second, feedback may take two."""
     sound = Sound()
@@ -284,6 +301,7 @@ moves = st.one_of(
     st.tuples(st.just("sent"), st.integers(-10, 100_000), weird),
     st.tuples(st.just("told"), st.lists(deliveries, max_size=12), weird),
     st.tuples(st.just("trip"), weird, weird),
+    st.tuples(st.just("report"), weird, weird),
     st.tuples(st.just("train"), st.integers(-10, 10**7), weird),
 )
 
@@ -298,6 +316,8 @@ def test_lies_are_bounded(trace: list[tuple[str, object, float]]) -> None:
             estimator.sent(what, now_s)  # type: ignore[arg-type]
         elif kind == "told":
             estimator.delivered(what, now_s)  # type: ignore[arg-type]
+        elif kind == "report":
+            estimator.reported(what, now_s)  # type: ignore[arg-type]
         elif kind == "trip":
             estimator.round_trip(what, now_s)  # type: ignore[arg-type]
         else:

@@ -13,6 +13,8 @@ from aiortc import RTCPeerConnection, RTCSessionDescription
 from aiortc.rtp import (
     RtcpPacket,
     RtcpPsfbPacket,
+    RtcpReceiverInfo,
+    RtcpRrPacket,
     RtcpRtpfbPacket,
     RtcpSrPacket,
     RtpPacket,
@@ -41,11 +43,18 @@ class Noted(NoCongestionControl):
 
     def __init__(self) -> None:
         self.sent_bytes: list[tuple[int, bool]] = []
+        self.told_bytes: list[int] = []
+        self.lost_: list[tuple[str, float]] = []
         self.delivered_: list[Delivery] = []
         self.closed = False
 
-    def sent(self, size_bytes: int, now_s: float, *, is_media: bool) -> None:
+    def sent(self, size_bytes: int, now_s: float, *, is_media: bool, is_told: bool = True) -> None:
         self.sent_bytes.append((size_bytes, is_media))
+        if is_told:
+            self.told_bytes.append(size_bytes)
+
+    def lost(self, share: float, now_s: float, kind: Literal["audio", "video"] = "video") -> None:
+        self.lost_.append((kind, share))
 
     def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
         self.delivered_ += deliveries
@@ -74,10 +83,14 @@ class Sounds(Ticking):
     def __init__(self) -> None:
         super().__init__()
         self.again: tuple[EncodedSound, ...] = ()
+        self.takes_redundancy: bool | None = None
 
     async def get(self) -> EncodedSound:
         await asyncio.sleep(0.01)
         return EncodedSound(*self._next(), 900)
+
+    def offered(self, *, redundancy: bool) -> None:
+        self.takes_redundancy = redundancy
 
     def earlier(self, sound: EncodedSound) -> tuple[EncodedSound, ...]:
         return self.again
@@ -283,6 +296,29 @@ async def test_every_datagram_is_counted(pair: Pair) -> None:
     assert min(media) > 65 + 12 + 28
 
 
+async def test_what_is_not_told_of_is_sent_as_such(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the browser tells of the picture alone, sound and reports are not waited for."""
+    assert pair.way.told_bytes == []
+    monkeypatch.setattr(pair.peer._picture, "_ids", rtp.ExtensionIds(transport_sequence=7))
+    pair.way.sent_bytes.clear()
+    await asyncio.sleep(0.1)
+    all_bytes = [size for size, _ in pair.way.sent_bytes]
+    assert 0 < len(pair.way.told_bytes) < len(all_bytes)
+    # The extension of eight bytes makes them longer than sound that has the same payload.
+    assert min(pair.way.told_bytes) > min(all_bytes)
+
+
+async def test_losses_are_told_with_their_stream(pair: Pair) -> None:
+    """A receiver report on the sound is the sound's, one on the picture the picture's."""
+    peer = pair.peer
+    for sender, fraction in ((peer._sound, 64), (peer._picture, 32)):
+        about = RtcpReceiverInfo(sender._ssrc, fraction, 9, 1, 0, 0, 0)
+        await sender._handle_rtcp_packet(RtcpRrPacket(ssrc=1, reports=[about]))
+    assert pair.way.lost_[-2:] == [("audio", 0.25), ("video", 0.125)]
+
+
 async def test_sound_carries_what_may_be_lost_again(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -304,6 +340,13 @@ async def test_sound_carries_what_may_be_lost_again(
         if read.ssrc == sender._ssrc and read.payload_type == 63:
             break
     assert b"before" in read.payload
+
+
+async def test_a_browser_without_redundancy_is_told_of(pair: Pair) -> None:
+    """Where the offer has no redundant sound the lane learns that none will be sent."""
+    lane = pair.peer._sound._lane
+    assert isinstance(lane, Sounds)
+    assert lane.takes_redundancy is False
 
 
 async def test_a_report_tells_the_time_of_capture(

@@ -50,6 +50,12 @@ class ChromiumWindow:
         except Error as error:
             raise _told(f"{key} cannot be pressed in Chromium", error) from error
 
+    async def release(self, key: Key) -> None:
+        try:
+            await self._page.keyboard.up(key)
+        except Error as error:
+            raise _told(f"{key} cannot be let go of in Chromium", error) from error
+
 
 class Chromium:
     def __init__(self, browser: Browser) -> None:

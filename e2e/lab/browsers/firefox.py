@@ -73,6 +73,12 @@ class FirefoxWindow:
         except AssertionError as error:
             raise LabError(f"{key} cannot be pressed in Firefox: {error}") from error
 
+    async def release(self, key: Key) -> None:
+        try:
+            await self._window.key("keyUp", KEYS[key])
+        except AssertionError as error:
+            raise LabError(f"{key} cannot be let go of in Firefox: {error}") from error
+
 
 class FirefoxBrowser:
     def __init__(self, session: bidi.Session) -> None:

@@ -27,7 +27,10 @@ class Window(Protocol):
         """Return the value of an expression, awaited, as JSON has it; as if by a touch."""
 
     async def hold(self, key: Key) -> None:
-        """Press a key and never let go of it."""
+        """Press a key and keep it pressed."""
+
+    async def release(self, key: Key) -> None:
+        """Let go of a key that is held."""
 
 
 class Browser(Protocol):

@@ -61,6 +61,9 @@ class Page:
     async def hold(self, key: str) -> None:
         raise NotImplementedError
 
+    async def release(self, key: str) -> None:
+        raise NotImplementedError
+
 
 class Health:
     """A server that is well."""

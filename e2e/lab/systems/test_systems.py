@@ -96,6 +96,7 @@ async def watch(cell: Cell, running: Any, browser: Any) -> None:
     async with browser.window(PROBE.read_text(encoding="utf-8")) as window:
         await window.goto(running.url)
         assert await window.evaluate("isSecureContext")
+        at_first = await running.told()
         await running.opened(window)
 
         async def ask(expression: str) -> Any:
@@ -118,11 +119,8 @@ async def watch(cell: Cell, running: Any, browser: Any) -> None:
         if cell.system == "operator":
             assert told["viewer.role"] == "operator"
         if cell.drives:
-
-            async def moves() -> bool:
-                return float((await running.told())["robot.speed_mps"]) != 0
-
-            await eventually(moves, "the key that is held moves the robot")
+            where = ("robot.pose.x_m", "robot.pose.y_m")
+            assert [told[one] for one in where] != [at_first[one] for one in where]
         assert await kept(browser, running.url) == []
 
 

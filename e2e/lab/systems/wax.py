@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from e2e.lab.link import Link
 
 DRIVES_WITHIN_S: Final = 30.0
+_MOVES_WITHIN_S: Final = 1.0
+_LET_GO_S: Final = 0.3
+"""In which the page says several times that nothing is held."""
 _LOOK_EVERY_S: Final = 0.1
 
 
@@ -37,16 +40,53 @@ class Wax:
         await window.evaluate(_press("Start"))
         if not self._joins:
             return
+        before = await self._disturbances()
         await self._until(window, _press("Join the queue"), "lets nobody join the queue")
         says = "document.body.innerText.includes('You are driving')"
         await self._until(window, says, "does not say that the browser drives")
         if self._drives:
-            await window.hold("ArrowUp")
+            await self._drive(window, before)
 
     async def told(self) -> dict[str, float | str]:
         status = await self._served.json("/api/status")
         first, *_ = sorted(status.pop("viewers"), key=lambda line: line["id"]) or [{}]
         return flat(status) | flat({"viewer": first})
+
+    async def _drive(self, window: Window, before: float) -> None:
+        """Hold a key; press it anew where the server asks for that.
+
+        It does while the page sees no picture yet, and after it was late itself: a key that is
+        held through that moves nothing (`wax.control.gate`).
+        """
+        until_s = time.monotonic() + DRIVES_WITHIN_S
+        while time.monotonic() < until_s:
+            await window.hold("ArrowUp")
+            if await self._moves():
+                return
+            now = await self._disturbances()
+            if now == before:
+                break
+            before = now
+            await window.release("ArrowUp")
+            await asyncio.sleep(_LET_GO_S)
+        raise LabError("a key that is held in the page of WAX does not move the robot")
+
+    async def _moves(self) -> bool:
+        until_s = time.monotonic() + _MOVES_WITHIN_S
+        while time.monotonic() < until_s:
+            if (await self.told())["robot.speed_mps"] != 0:
+                return True
+            await asyncio.sleep(_LOOK_EVERY_S)
+        return False
+
+    async def _disturbances(self) -> float:
+        """Count how often the server was late itself, or refused what the page said."""
+        told = await self.told()
+        return sum(
+            float(count)
+            for name, count in told.items()
+            if name == "counters.control.late" or name.startswith("counters.commands.refused.")
+        )
 
     async def _until(self, window: Window, expression: str, problem: str) -> None:
         until_s = time.monotonic() + DRIVES_WITHIN_S

@@ -124,12 +124,14 @@ class Allocator:
         sound_form: SoundForm | None,
         other_bps: float,
         now_s: float,
+        takes_redundancy: bool = True,
     ) -> Allocation:
         """Decide what is sent from now on.
 
         `size` is the largest picture that is wanted ("640x480"), None for none; `sound_form` the
         one that the configuration fixes, None to choose. `other_bps` is what data channel and
-        acknowledgements take. Raises ValueError where `size` is no size.
+        acknowledgements take. Without `takes_redundancy` no sound is sent again: the browser would
+        not take it. Raises ValueError where `size` is no size.
         """
         if self._now_s < now_s < math.inf:
             self._now_s = now_s
@@ -144,7 +146,7 @@ class Allocator:
                 sound_form,
                 alone=size is None,
                 lost=estimate.lost,
-                burst=estimate.burst,
+                burst=estimate.burst if takes_redundancy else 0,
                 quick=quick,
                 now_s=self._now_s,
             )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 from wax.congestion.delivery import Train
 
@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from wax.congestion.delivery import Delivery
+
+Kind = Literal["audio", "video"]
 
 _PAYLOAD_BYTES: Final = 1200
 """Fits any tunnel (WireGuard's IPv6 has 1280) with all headers."""
@@ -23,19 +25,22 @@ class CongestionControl(Protocol):
         """Whether the browser shall tell when each packet has arrived."""
         ...
 
-    def negotiated(self, *, tells: bool) -> None:
-        """Learn whether the browser tells when each packet has arrived."""
+    def negotiated(self, *, tells: bool, kind: Kind = "video") -> None:
+        """Learn whether the browser tells when each packet of this stream has arrived."""
         ...
 
-    def sent(self, size_bytes: int, now_s: float, *, is_media: bool) -> None:
-        """Learn that a datagram of this size, headers and all, has left."""
+    def sent(self, size_bytes: int, now_s: float, *, is_media: bool, is_told: bool = True) -> None:
+        """Learn that a datagram of this size, headers and all, has left.
+
+        `is_told` is one of a stream whose packets the browser tells of, be it marked or not.
+        """
         ...
 
     def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
         """Learn what became of packets."""
         ...
 
-    def lost(self, share: float, now_s: float) -> None:
+    def lost(self, share: float, now_s: float, kind: Kind = "video") -> None:
         """Learn which share of a stream's packets did not arrive lately, from 0 to 1."""
         ...
 
@@ -68,11 +73,13 @@ class NoCongestionControl:
 
     watched = False
 
-    def negotiated(self, *, tells: bool) -> None: ...
+    def negotiated(self, *, tells: bool, kind: Kind = "video") -> None: ...
 
-    def lost(self, share: float, now_s: float) -> None: ...
+    def lost(self, share: float, now_s: float, kind: Kind = "video") -> None: ...
 
-    def sent(self, size_bytes: int, now_s: float, *, is_media: bool) -> None: ...
+    def sent(
+        self, size_bytes: int, now_s: float, *, is_media: bool, is_told: bool = True
+    ) -> None: ...
 
     def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None: ...
 

@@ -16,6 +16,7 @@ from wax.congestion.packet_trains import PacketTrain, PacketTrains
 from wax.congestion.probing import ENOUGH_BPS, STARTING_RATE_BPS, Prober
 from wax.congestion.queuing_delay import QueuingDelay
 from wax.congestion.send_history import SendHistory
+from wax.congestion.sound_reports import SoundReports
 from wax.congestion.standing_queue import StandingQueue
 
 if TYPE_CHECKING:
@@ -121,9 +122,17 @@ class LinkEstimator:
     Falls at once, to what comes out of a full queue; rises by pictures that leave faster than the
     rate. Loss alone is no sign, unless it is much and more than usual. Whatever is reported, the
     rate stays between 8 kbit/s and 50 Mbit/s and nothing is raised; time that runs back stands.
+
+    Not every browser tells of the sound's packets, too; Firefox 140 does not. There sound is a
+    known load between the pictures, receiver reports tell its loss, and the first packet of each
+    picture, which waits behind no other of it, tells its jitter.
     """
 
     def __init__(self) -> None:
+        self.is_sound_told = True
+        """Whether the browser tells of the sound's packets, too."""
+        self._sound_reports = SoundReports()
+        self._jitter_train: int | None = None
         self._now_s = 0.0
         self._rate_bps = STARTING_RATE_BPS
         self._startup_until_s = math.inf
@@ -148,17 +157,31 @@ class LinkEstimator:
         self._ceiling_bps = math.inf
         self._newest: tuple[float, float] | None = None  # when it was sent, how long it was queued
 
-    def sent(self, size_bytes: int, now_s: float) -> None:
-        """Count a datagram that leaves, headers and all; `now_s` as in its `Delivery.sent_s`."""
+    def sent(self, size_bytes: int, now_s: float, *, is_told: bool = True) -> None:
+        """Count a datagram that leaves, headers and all; `now_s` as in its `Delivery.sent_s`.
+
+        `is_told` is false for one of a stream whose packets the browser does not tell of.
+        """
         now_s = self._pass(now_s)
         if 0 < size_bytes <= _MAX_DATAGRAM_BYTES:
             self._history.add(size_bytes, now_s)
-            self._timeout.sent(now_s)
+            if is_told:
+                self._timeout.sent(now_s)
 
     def round_trip(self, round_trip_s: float, now_s: float) -> None:
         """Count a round trip that was measured, of any length."""
         self._pass(now_s)
         self._timeout.round_trip(round_trip_s)
+
+    def reported(self, lost: float, now_s: float) -> None:
+        """Count the share that a receiver report tells as lost of sound that is not told of."""
+        now_s = self._pass(now_s)
+        if not 0 <= lost <= 1:
+            return
+        self._sound_reports.add(lost)
+        if self._timeout.is_idle(now_s) or self._timeout.is_over(now_s):
+            used_bps = self._history.used_bps(now_s)
+            self._set(self._sound_reports.rate_bps(used_bps, self._rate_bps, now_s))
 
     def train(self, size_bytes: int, now_s: float) -> Train:
         """Decide how a picture of `size_bytes` leaves that is about to be sent."""
@@ -187,9 +210,10 @@ class LinkEstimator:
         known = sorted((one for one in deliveries if self._sane(one)), key=lambda one: one.sent_s)
         if not known:
             return
-        if self._timeout.silent_s(now_s) > _RESTART_AFTER_S:
+        if self._timeout.since_heard_s(now_s) > _RESTART_AFTER_S:
             self._restart()
-        self._timeout.heard()
+        self._timeout.heard(now_s)
+        self._sound_reports.heard()
         if self._startup_until_s == math.inf:
             self._startup_until_s = now_s + _STARTUP_S
         for delivery in known:
@@ -206,6 +230,7 @@ class LinkEstimator:
     def estimate(self, now_s: float) -> LinkEstimate:
         """Return what is known now."""
         now_s = self._pass(now_s)
+        lost, burst = self._lost_and_burst()
         round_trip_s = self._timeout.round_trip_s
         return LinkEstimate(
             state=self._state(now_s),
@@ -213,8 +238,8 @@ class LinkEstimator:
             used_bps=self._history.used_bps(now_s),
             queue_ms=self._queue_ms(now_s),
             jitter_ms=self._jitter.quantile_ms(_JITTER_QUANTILE),
-            lost=self._loss.share,
-            burst=self._loss.burst(),
+            lost=lost,
+            burst=burst,
             round_trip_ms=None if round_trip_s is None else round_trip_s * 1000,
             assumed=self._assumed and self._startup,
         )
@@ -225,7 +250,17 @@ class LinkEstimator:
 
     @property
     def _congested(self) -> bool:
+        if self._timeout.is_idle(self._now_s):
+            return False  # whatever was seen last: nobody would tell of its end
         return self._queue.since_s is not None or self._loss.congested
+
+    def _lost_and_burst(self) -> tuple[float, int]:
+        """Return the share that is lost, and how many in a row, of sound where it is known."""
+        lost = self._sound_reports.lost
+        if lost is None:
+            return self._loss.share, self._loss.burst()
+        # No report tells how many in a row, but the pictures' packets met the same link.
+        return lost, max(self._loss.burst(), 1) if lost > 0 else 0
 
     def _state(self, now_s: float) -> LinkState:
         if self._timeout.is_over(now_s):
@@ -272,10 +307,17 @@ class LinkEstimator:
             size_bytes = self._history.between(self._counted_s, delivery.sent_s) - self._lost_bytes
             self._delivery_rate.add(unqueued_s, arrived_s, max(size_bytes, delivery.size_bytes))
             self._counted_s, self._lost_bytes = max(self._counted_s, delivery.sent_s), 0
-            if sound and self._queue.since_s is None:
+            if self._tells_jitter(delivery) and self._queue.since_s is None:
                 self._jitter.add(arrived_s - delivery.sent_s, self._now_s)
         for train in self._trains.add(delivery):
             self._judge_train(train)
+
+    def _tells_jitter(self, delivery: Delivery) -> bool:
+        if self.is_sound_told:
+            return delivery.kind == "audio"
+        before = self._jitter_train
+        self._jitter_train = before if delivery.train is None else delivery.train
+        return self._jitter_train != before
 
     def _judge_train(self, train: PacketTrain) -> None:
         dispersion = train.dispersion(self._now_s)

@@ -16,6 +16,10 @@ _FIRST_TIMEOUT_S: Final = 2.0
 _ROUND_TRIPS: Final = 2.0
 """Feedback takes one round trip; another one is allowed for a queue. Ours."""
 
+_IDLE_S: Final = 3.0
+"""Where nothing that the browser tells of was sent for so long, nothing is overdue: what was told
+last may have been followed by packets that were lost, or that nobody asked about. Ours."""
+
 _KEPT_ROUND_TRIPS: Final = 5
 """The middle of so many is told: one that a queue made longer does not count. Ours."""
 
@@ -29,7 +33,8 @@ class FeedbackTimeout:
     def __init__(self) -> None:
         self._round_trips_s: deque[float] = deque(maxlen=_KEPT_ROUND_TRIPS)
         self._unanswered_s: float | None = None
-        self._heard = False
+        self._sent_s = math.inf
+        self._heard_s: float | None = None
 
     @property
     def round_trip_s(self) -> float | None:
@@ -43,19 +48,30 @@ class FeedbackTimeout:
             self._round_trips_s.append(min(round_trip_s, _MAX_ROUND_TRIP_S))
 
     def sent(self, now_s: float) -> None:
-        if self._unanswered_s is None:
+        if self._unanswered_s is None or self.is_idle(now_s):
             self._unanswered_s = now_s
+        self._sent_s = now_s
 
-    def heard(self) -> None:
+    def heard(self, now_s: float) -> None:
         self._unanswered_s = None
-        self._heard = True
+        self._heard_s = now_s
+
+    def is_idle(self, now_s: float) -> bool:
+        """Tell whether nothing was sent for so long that nothing is awaited any more."""
+        return now_s - self._sent_s > _IDLE_S
+
+    def since_heard_s(self, now_s: float) -> float:
+        """Return how long ago the last feedback came, 0 before the first."""
+        return 0.0 if self._heard_s is None else now_s - self._heard_s
 
     def silent_s(self, now_s: float) -> float:
         """Return how long nothing has come although something was sent."""
-        return 0.0 if self._unanswered_s is None else max(0.0, now_s - self._unanswered_s)
+        if self._unanswered_s is None or self.is_idle(now_s):
+            return 0.0
+        return max(0.0, now_s - self._unanswered_s)
 
     def is_over(self, now_s: float) -> bool:
         """Tell whether that is longer than two round trips, half a second at least."""
         longest_s = max(self._round_trips_s, default=0.0)
-        least_s = _MIN_TIMEOUT_S if self._heard else _FIRST_TIMEOUT_S
+        least_s = _FIRST_TIMEOUT_S if self._heard_s is None else _MIN_TIMEOUT_S
         return self.silent_s(now_s) > max(least_s, _ROUND_TRIPS * longest_s)

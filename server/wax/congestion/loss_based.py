@@ -37,8 +37,11 @@ _DECREASE_SHARE: Final = 0.5
 class LossBasedControl:
     """Follows the share of packets that each receiver report tells (RFC 3550, 6.4.1)."""
 
-    def __init__(self) -> None:
-        self.rate_bps = _STARTING_RATE_BPS
+    def __init__(
+        self, starting_bps: float = _STARTING_RATE_BPS, max_bps: float = _MAX_RATE_BPS
+    ) -> None:
+        self._max_bps = max_bps
+        self.rate_bps = min(starting_bps, max_bps)
         self.lost = 0.0
         """The share that the newest report told."""
         self._reported_s: float | None = None
@@ -57,4 +60,4 @@ class LossBasedControl:
             self._set(self.rate_bps * (1 + _INCREASE_PER_S * elapsed_s))
 
     def _set(self, rate_bps: float) -> None:
-        self.rate_bps = min(max(rate_bps, _MIN_RATE_BPS), _MAX_RATE_BPS)
+        self.rate_bps = min(max(rate_bps, _MIN_RATE_BPS), self._max_bps)

@@ -15,6 +15,7 @@ from wax.congestion.probing import STARTING_RATE_BPS
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from wax.congestion.control import Kind
     from wax.congestion.delivery import Delivery, LinkEstimate, Train
 
 _UPDATE_S: Final = 0.1
@@ -96,17 +97,21 @@ class SenderSideControl:
 
     # --- as CongestionControl has it -------------------------------------------------------
 
-    def negotiated(self, *, tells: bool) -> None:
+    def negotiated(self, *, tells: bool, kind: Kind = "video") -> None:
         # Told once for each stream; what one of them tells is enough.
         self._tells = self._tells or tells
         self._loss_based = None if self._tells else LossBasedControl()
+        if kind == "audio":
+            self._estimator.is_sound_told = tells
 
-    def lost(self, share: float, now_s: float) -> None:
+    def lost(self, share: float, now_s: float, kind: Kind = "video") -> None:
         if self._loss_based is not None:
             self._loss_based.reported(share, now_s)
+        elif kind == "audio" and not self._estimator.is_sound_told:
+            self._estimator.reported(share, now_s)
 
-    def sent(self, size_bytes: int, now_s: float, *, is_media: bool) -> None:
-        self._estimator.sent(size_bytes, now_s)
+    def sent(self, size_bytes: int, now_s: float, *, is_media: bool, is_told: bool = True) -> None:
+        self._estimator.sent(size_bytes, now_s, is_told=is_told)
         self._pacer.spend(size_bytes, now_s)
         if not is_media:
             self._count_other(size_bytes, now_s)

@@ -38,6 +38,8 @@ class SoundLane:
         self._change_pts = 0
         self.redundancy = 0
         """How many earlier packets go once more with each, where links lose some (RFC 2198)."""
+        self.takes_redundancy = True
+        """Whether the browser takes them; Firefox does not."""
         self.dropped = 0
 
     @property
@@ -86,6 +88,9 @@ class SoundLane:
         self._held -= sound.duration_samples
         self._sent.append((form, sound))
         return sound
+
+    def offered(self, *, redundancy: bool) -> None:
+        self.takes_redundancy = redundancy
 
     def earlier(self, sound: EncodedSound) -> tuple[EncodedSound, ...]:
         """Return what is sent once more with this one, up to `redundancy`, the oldest first.

@@ -45,6 +45,8 @@ class UnitLane(Generic[ItemT]):
             await self._ready.wait()
         return self._queue.popleft()
 
+    def offered(self, *, redundancy: bool) -> None: ...  # none is sent
+
     def earlier(self, sound: object) -> Sequence[EncodedSound]:  # noqa: ARG002  # as lanes have it
         """Repeat nothing: a lost unit is the page's to skip."""
         return ()

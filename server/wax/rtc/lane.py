@@ -45,6 +45,10 @@ class SoundLane(Protocol):
         """Wait for the next packet to send."""
         ...
 
+    def offered(self, *, redundancy: bool) -> None:
+        """Learn whether the browser takes earlier sound once more (RFC 2198)."""
+        ...
+
     def earlier(self, sound: EncodedSound) -> Sequence[EncodedSound]:
         """Return those just before this one that go with it once more, the oldest first."""
         ...

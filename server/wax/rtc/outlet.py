@@ -34,6 +34,7 @@ class Outlet:
         self._transmissions = Transmissions()
         self._transports: list[RTCDtlsTransport] = []
         self._marked_s: float | None = None
+        self._is_told = False
 
     def join(self, transport: RTCDtlsTransport) -> None:
         """Count whatever leaves by this transport and hear what comes back; safe to repeat."""
@@ -45,7 +46,11 @@ class Outlet:
     def mark(
         self, size_bytes: int, kind: Literal["audio", "video", "repeat"], train: int | None
     ) -> int | None:
-        """Return the transport-wide sequence number for a packet of about this size, or None."""
+        """Return the transport-wide sequence number for a packet of about this size, or None.
+
+        To be asked just before each packet of a stream that the browser tells of is sent.
+        """
+        self._is_told = True
         now_s = self._now_s()
         if not self.way.marks(train, now_s):
             return None
@@ -61,10 +66,12 @@ class Outlet:
         is_media = datagram[0] > 127
         # A packet that was marked leaves before anything else can: it has one time, not two.
         now_s, self._marked_s = self._marked_s, None
+        is_told, self._is_told = self._is_told, False
         self.way.sent(
             len(datagram) + UDP_IP_BYTES,
             self._now_s() if now_s is None else now_s,
             is_media=is_media,
+            is_told=is_told,
         )
 
     def _told(self, rtcp: bytes) -> None:

@@ -96,7 +96,8 @@ class Sender(private.SenderInPlace):
             transport_sequence=numbers.get(rtp.TRANSPORT_SEQUENCE),
             playout_delay=numbers.get(rtp.PLAYOUT_DELAY),
         )
-        self._outlet.way.negotiated(tells=self._ids.transport_sequence is not None)
+        tells = self._ids.transport_sequence is not None
+        self._outlet.way.negotiated(tells=tells, kind=self.kind)
         self._cname = parameters.rtcp.cname or ""
         self._payload_type = parameters.codecs[0].payloadType or 0
         extra = next((c for c in parameters.codecs if c.name.lower() == self._extra_name), None)
@@ -120,7 +121,7 @@ class Sender(private.SenderInPlace):
             self._asked(packet)
 
     def _told(self, report: RtcpReceiverInfo, now_s: float) -> None:
-        self._outlet.way.lost(report.fraction_lost / 256, now_s)
+        self._outlet.way.lost(report.fraction_lost / 256, now_s, self.kind)
         trip_s = self._reported.round_trip_s(report.lsr, report.dlsr, now_s)
         if trip_s is not None:
             self._outlet.way.round_trip(trip_s, now_s)

@@ -9,6 +9,7 @@ from wax.rtc.payload.red import red_payload
 from wax.rtc.sender import UINT32, Seat, Sender
 
 if TYPE_CHECKING:
+    from aiortc.rtcrtpparameters import RTCRtpSendParameters
     from aiortc.rtp import AnyRtcpPacket
 
     from wax.rtc.lane import SoundLane
@@ -25,6 +26,10 @@ class SoundSender(Sender):
     def __init__(self, seat: Seat, *, lane: SoundLane) -> None:
         super().__init__(seat)
         self._lane = lane
+
+    def begin(self, parameters: RTCRtpSendParameters) -> None:
+        super().begin(parameters)
+        self._lane.offered(redundancy=self._extra_payload_type is not None)
 
     async def _run_lane(self) -> None:
         while True:

@@ -181,6 +181,7 @@ class LiveStreams:
             sound_form=self._fixed_form(),
             other_bps=self._way.other_bps,
             now_s=now_s,
+            takes_redundancy=self._sound_lane.takes_redundancy,
         )
         before, self._allocation = self._allocation, allocation
         self._send_picture(self._picture_lane, before, allocation, estimate, now_s)
