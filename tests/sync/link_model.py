@@ -346,7 +346,7 @@ class Loop:
         self._down_sent.pop(number - 20_000, None)
         self._count_sent += 1
         self._down.arrive(_named(number, packet.size_bytes), self.now_s)
-        self.control.sent(packet.size_bytes, self.now_s, is_media=media)
+        self.control.sent(packet.size_bytes, self.now_s, is_media=media, is_told=media)
         return packet
 
     def _arrivals(self) -> None:

@@ -37,11 +37,11 @@ _DECREASE_SHARE: Final = 0.5
 class LossBasedControl:
     """Follows the share of packets that each receiver report tells (RFC 3550, 6.4.1)."""
 
-    def __init__(
-        self, starting_bps: float = _STARTING_RATE_BPS, max_bps: float = _MAX_RATE_BPS
-    ) -> None:
-        self._max_bps = max_bps
-        self.rate_bps = min(starting_bps, max_bps)
+    def __init__(self, starting_bps: float | None = None, max_bps: float | None = None) -> None:
+        """Begin with a rate and a bound that are known, or with those of an unknown link."""
+        self._max_bps = _MAX_RATE_BPS if max_bps is None else max_bps
+        known_bps = _STARTING_RATE_BPS if starting_bps is None else starting_bps
+        self.rate_bps = min(known_bps, self._max_bps)
         self.lost = 0.0
         """The share that the newest report told."""
         self._reported_s: float | None = None
