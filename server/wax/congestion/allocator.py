@@ -20,55 +20,72 @@ if TYPE_CHECKING:
     from wax.congestion.delivery import LinkEstimate
 
 _FIT_SHARE: Final = 0.85
-"""What of the rate a step may take to be chosen; the rest is for keyframes and jitter. Ours."""
+"""What of the rate a step may take to be chosen; the rest is for keyframes and jitter. Ours.
+Half: wireless: use 69 % → 19 %; double: outages: use 35 % → 69 %."""
 
 _KEEP_SHARE: Final = 0.95
-"""What it may take to be kept whole: hysteresis. Ours."""
+"""What it may take to be kept whole: hysteresis. Ours.
+Half: wireless: use 69 % → 43 %; double: cellular: picture 248 ms → 1407 ms."""
 
 _LAST_SHARE: Final = 1.1
-"""The smallest step may take more: it is thinned picture by picture, upper layers first. Ours."""
+"""The smallest step may take more: it is thinned picture by picture, upper layers first. Ours.
+Half: modem: use 87 % → 43 %; double: the same."""
 
 _STARTUP_S: Final = 3.0
-"""So long after the beginning every change is made at once. As long as the estimator's startup."""
+"""So long after the beginning every change is made at once. As long as the estimator's startup.
+Half: the same; double: cellular: sound 127 ms → 79 ms."""
 
 _BETWEEN_S: Final = 5.0
-"""Steps change no more often: a keyframe costs as much as several pictures. Ours."""
+"""Steps change no more often: a keyframe costs as much as several pictures. Ours.
+Half: no change to speak of; double: outages: recovery 23.0 s → 14.9 s."""
 
 _RISE_HOLD_S: Final = 1.0
-"""A better step must have fitted for so long. Ours."""
+"""A better step must have fitted for so long. Ours.
+Half: step-down: picture 174 ms → 144 ms; double: no change to speak of."""
 
 _TRIAL_S: Final = 8.0
-"""A rise that is taken back within so long has failed. Ours."""
+"""A rise that is taken back within so long has failed. Ours.
+Half: the same; double: the same."""
 
 _FAILED_HOLD_S: Final = 5.0
-"""After a failed rise the next step must have fitted for so long. Ours."""
+"""After a failed rise the next step must have fitted for so long. Ours.
+Half: the same; double: the same."""
 
 _MAX_HOLD_S: Final = 60.0
-"""And for no longer than this after many. Ours."""
+"""And for no longer than this after many. Ours.
+Half: the same; double: the same."""
 
 _BACKOFF_FACTOR: Final = 2.0
-"""Each failure makes the wait so many times as long: binary exponential backoff."""
+"""Each failure makes the wait so many times as long: binary exponential backoff.
+Half: the same; double: the same."""
 
 _PROVEN_S: Final = 30.0
-"""A step that was kept for so long was right, and the wait is short redundancy. Ours."""
+"""A step that was kept for so long was right, and the wait is short again. Ours.
+Half: the same; double: the same."""
 
 _FALL_HOLD_S: Final = 1.0
-"""A step whose layers are cut is left after so long. Ours."""
+"""A step whose layers are cut is left after so long. Ours.
+Half: route: recovery 0.0 s → 8.0 s; double: cellular: use 44 % → 39 %."""
 
 _LAYER_HOLD_S: Final = 1.0
-"""A layer comes back after it fitted for so long. Ours."""
+"""A layer comes back after it fitted for so long. Ours.
+Half: no change to speak of; double: cellular: use 44 % → 49 %."""
 
 _FULL_QUEUE_MS: Final = 100.0
-"""Behind a longer queue no keyframe is sent: it would be old when it came. Ours."""
+"""Behind a longer queue no keyframe is sent: it would be old when it came. Ours.
+Half: step-down: picture 174 ms → 134 ms; double: no change to speak of."""
 
 _RETURN_S: Final = 5.0
-"""A picture that was given up comes back after it fitted for so long. Ours."""
+"""A picture that was given up comes back after it fitted for so long. Ours.
+Half: the same; double: the same."""
 
 _FIRST_PAUSE_S: Final = 5.0
-"""Or is tried after so long, for without it nothing probes the link. Ours."""
+"""Or is tried after so long, for without it nothing probes the link. Ours.
+Half: the same; double: the same."""
 
 _TRY_S: Final = 5.0
-"""Such a try lasts so long. Ours."""
+"""Such a try lasts so long. Ours.
+Half: the same; double: the same."""
 
 
 class Since:

@@ -12,17 +12,20 @@ from itertools import pairwise
 from typing import Final
 
 _WINDOW_S: Final = 0.8
-"""How much of a busy period counts. GCC measures over 0.5 to 1 s (T in 5.6)."""
+"""How much of a busy period counts. GCC measures over 0.5 to 1 s (T in 5.6).
+Half: download: picture 877 ms → 214 ms; double: download: picture 877 ms → 1327 ms."""
 
 _MIN_BUSY_S: Final = 0.06
-"""A shorter busy period tells no rate: arrivals of one feedback come with jitter. Ours."""
+"""A shorter busy period tells no rate: arrivals of one feedback come with jitter. Ours.
+Half: route: recovery 0.0 s → 8.0 s; double: no change to speak of."""
 
 _MIN_PACKETS: Final = 3
-"""So does one of fewer packets: without the longest gap there is one gap left. Ours."""
+"""So does one of fewer packets: without the longest gap there is one gap left. Ours.
+Half: the same; double: the same."""
 
 _BACK_TO_BACK_S: Final = 0.005
-"""A packet that came this much later than alone still counts as queued. As GCC's burst_time
-(5.6)."""
+"""A packet that came this much later than alone still counts as queued. As GCC's burst_time (5.6).
+Half: no change to speak of; double: no change to speak of."""
 
 
 class DeliveryRate:

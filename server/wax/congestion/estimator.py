@@ -25,81 +25,106 @@ if TYPE_CHECKING:
     from wax.congestion.delivery import Delivery, LinkState
 
 _MIN_RATE_BPS: Final = 8_000.0
-"""The rate never falls below: the smallest form of the sound takes 13 kbit/s. Ours."""
+"""The rate never falls below: the smallest form of the sound takes 13 kbit/s. Ours.
+Half: the same; double: the same."""
 
 _MAX_RATE_BPS: Final = 50_000_000.0
 """Nor rises above; a bound against what cannot be."""
 
 _DECREASE_FACTOR: Final = 0.9
 """What of a rate that was measured at its limit is used, so that the queue drains. GCC's beta is
-0.85 (5.5)."""
+0.85 (5.5).
+Half: modem: picture 266 ms → 4137 ms; double: cellular: use 44 % → 65 %."""
 
 _MIN_RISE_FACTOR: Final = 1.03
-"""A probe that shows less above the rate is no rise: hysteresis. Ours."""
+"""A probe that shows less above the rate is no rise: hysteresis. Ours.
+Half: wireless: use 69 % → 41 %; double: wireless: use 69 % → 36 %."""
 
 _STARTUP_S: Final = 3.0
-"""The startup ends so long after the first feedback. Ours; BBR's ends when the rate stays."""
+"""The startup ends so long after the first feedback. Ours; BBR's ends when the rate stays.
+Half: long-outage: recovery 8.0 s → 1.0 s; double: route: use 89 % → 29 %."""
 
 _PROBE_PACKETS: Final = 4
-"""A probing picture leaves in at least so many packets. libwebrtc's probe clusters have 5."""
+"""A probing picture leaves in at least so many packets. libwebrtc's probe clusters have 5.
+Half: modem: use 87 % → 79 %; double: cellular: sound 127 ms → 85 ms."""
 
 _STARTUP_TRAINS: Final = 3
-"""So many first trains may lower the rate that is assumed. Ours."""
+"""So many first trains may lower the rate that is assumed. Ours.
+Half: the same; double: no change to speak of."""
 
 _STARTUP_SLOW_S: Final = 0.010
-"""One of them that was spread by so much shows a link slower than assumed. Ours."""
+"""One of them that was spread by so much shows a link slower than assumed. Ours.
+Half: short-queue: sound 70 ms → 50 ms; double: the same."""
 
 _STARTUP_SLOW_NOISES: Final = 3.0
-"""And by so many times the delay noise (99.7 % of a normal distribution)."""
+"""And by so many times the delay noise (99.7 % of a normal distribution).
+Half: short-queue: sound 70 ms → 50 ms; double: the same."""
 
 _INCREASE_PER_S: Final = 0.15
-"""What is likely is approached by so much a second. GCC's multiplicative increase: 8 % (5.5)."""
+"""What is likely is approached by so much a second. GCC's multiplicative increase: 8 % (5.5).
+Half: no change to speak of; double: wireless: concealed 0.5 % → 1.5 %."""
 
 _MAX_INCREASE_S: Final = 1.0
-"""One feedback raises by no more than so long would. As GCC (5.5)."""
+"""One feedback raises by no more than so long would. As GCC (5.5).
+Half: the same; double: the same."""
 
 _MAX_USE_FACTOR: Final = 4.0
 """Never to more than so many times what is in use, for nothing has shown more. GCC: 1.5 times what
-was received (5.5)."""
+was received (5.5).
+Half: route: use 89 % → 34 %; double: step-down: picture 174 ms → 144 ms."""
 
 _REFUTED_SHARE: Final = 0.85
-"""Where the trains bound the link below this share of the rate, the rate was wrong. Ours."""
+"""Where the trains bound the link below this share of the rate, the rate was wrong. Ours.
+Half: no change to speak of; double: route: picture 137 ms → 301 ms."""
 
 _HOLD_S: Final = 2.0
 """So long after a fall nothing rises but by a train that shows it. Ours; GCC holds until the queue
-has drained (5.5)."""
+has drained (5.5).
+Half: cellular: sound 127 ms → 102 ms; double: the same."""
 
 _CEILING_FACTOR: Final = 1.05
 """What was seen to fill the link, and this much more, is not passed step by step. Ours; GCC slows
-down near its average of such rates (5.5)."""
+down near its average of such rates (5.5).
+Half: step-down: picture 174 ms → 144 ms; double: the same."""
 
 _CEILING_MEMORY_S: Final = 20.0
-"""For so long. Ours."""
+"""For so long. Ours.
+Half: the same; double: the same."""
 
 _CARRIED_FROM_S: Final = 2.0
-"""What left between so long ago"""
+"""What left between so long ago and `_CARRIED_UNTIL_S` has come through where no queue stands, so
+the link carries it. Ours.
+Half: makes no sense; double: step-down: picture 174 ms → 144 ms."""
+
 _CARRIED_UNTIL_S: Final = 1.0
-"""and so long has come through where no queue stands, so the link carries it. Ours."""
+"""What left later may still be under way. Ours.
+Half: the same; double: makes no sense."""
 
 _PROBE_MAX_LOSS_SHARE: Final = 0.1
-"""With more loss only rare probes leave faster: the queue may be too short for them. Ours."""
+"""With more loss only rare probes leave faster: the queue may be too short for them. Ours.
+Half: the same; double: the same."""
 
 _LOW_LOSS_SHARE: Final = 0.02
-"""Less is no sign of congestion. GCC: 2 % (6)."""
+"""Less is no sign of congestion. GCC: 2 % (6).
+Half: the same; double: the same."""
 
 _JITTER_HINDSIGHT_S: Final = 1.0
 """When a queue is found, what it delayed in the last second is no jitter. Ours: it takes two
-feedbacks to find one."""
+feedbacks to find one.
+Half: the same; double: the same."""
 
 _ROUTE_CHANGE_S: Final = 3.0
 """A standing delay that stays level for so long is a longer route. Ours; LEDBAT waits until its
-base delay is forgotten, BBR drains the queue to see (ProbeRTT)."""
+base delay is forgotten, BBR drains the queue to see (ProbeRTT).
+Half: no change to speak of; double: route: recovery 0.0 s → 8.0 s."""
 
 _RESTART_AFTER_S: Final = 3.0
-"""After so long a silence the link is probed anew. Ours."""
+"""After so long a silence the link is probed anew. Ours.
+Half: outages: use 35 % → 26 %; double: long-outage: use 34 % → 43 %."""
 
 _JITTER_QUANTILE: Final = 0.99
-"""Of the sound so much is to come in time. Ours; NetEq follows 95 to 97 %."""
+"""Of the sound so much is to come in time. Ours; NetEq follows 95 to 97 %.
+Half: no change to speak of; double: no change to speak of."""
 
 _MAX_QUEUE_MS: Final = 10_000.0
 """A longer queue is told as this; a bound against what cannot be."""

@@ -14,25 +14,32 @@ if TYPE_CHECKING:
     from wax.congestion.delivery import LinkEstimate
 
 _WINDOW_S: Final = 0.03
-"""A sample lasts so long: a picture and the sound beside it. Ours."""
+"""A sample lasts so long: a picture and the sound beside it. Ours.
+Half: no change to speak of; double: route: use 89 % → 32 %."""
 
 _SETTLED_EVERY_S: Final = 0.4
-"""A settled link is sampled so often: a queue is found in two samples. Ours."""
+"""A settled link is sampled so often: a queue is found in two samples. Ours.
+Half: long-outage: use 34 % → 48 %; double: long-outage: recovery 8.0 s → 1.0 s."""
 
 _THIN_EVERY_S: Final = 0.5
-"""A thin one so often, as feedback takes a part of it. Ours."""
+"""A thin one so often, as feedback takes a part of it. Ours.
+Half: no change to speak of; double: outages: recovery 23.0 s → 17.6 s."""
 
 _THIN_BPS: Final = 150_000.0
-"""Below this rate a link is thin: feedback for all would take 8 % of as thin an uplink. Ours."""
+"""Below this rate a link is thin: feedback for all would take 8 % of as thin an uplink. Ours.
+Half: no change to speak of; double: cellular: concealed 2.3 % → 5.8 %."""
 
 _SETTLED_QUEUE_MS: Final = 30.0
-"""A settled link has no longer queue: what a standing queue begins with."""
+"""A settled link has no longer queue: what a standing queue begins with.
+Half: route: picture 137 ms → 255 ms; double: the same."""
 
 _SPARE_FACTOR: Final = 1.5
-"""A settled link carries so many times what is sent over it. Ours."""
+"""A settled link carries so many times what is sent over it. Ours.
+Half: the same; double: long-outage: use 34 % → 51 %."""
 
 _SOUND_EVERY_FACTOR: Final = 2.0
-"""Sound begins a sample only where no picture did for so many times as long. Ours."""
+"""Sound begins a sample only where no picture did for so many times as long. Ours.
+Half: long-outage: recovery 8.0 s → 1.0 s; double: the same."""
 
 
 class FeedbackSampling:

@@ -8,20 +8,25 @@ from typing import Final
 
 _MIN_TIMEOUT_S: Final = 0.5
 """Feedback that is no later is not overdue; browsers send it each 50 to 100 ms. RFC 8083 waits for
-three RTCP intervals, which takes seconds; a robot drives meanwhile. Ours."""
+three RTCP intervals, which takes seconds; a robot drives meanwhile. Ours.
+Half: long-outage: picture 3883 ms → 3157 ms; double: outages: recovery 23.0 s → 17.9 s."""
 
 _FIRST_TIMEOUT_S: Final = 2.0
-"""The first feedback may take so long: no round trip is known before it. Ours."""
+"""The first feedback may take so long: no round trip is known before it. Ours.
+Half: the same; double: the same."""
 
 _ROUND_TRIPS: Final = 2.0
-"""Feedback takes one round trip; another one is allowed for a queue. Ours."""
+"""Feedback takes one round trip; another one is allowed for a queue. Ours.
+Half: no change to speak of; double: no change to speak of."""
 
 _IDLE_S: Final = 3.0
 """Where nothing that the browser tells of was sent for so long, nothing is overdue: what was told
-last may have been followed by packets that were lost, or that nobody asked about. Ours."""
+last may have been followed by packets that were lost, or that nobody asked about. Ours.
+Half: the same; double: the same."""
 
 _KEPT_ROUND_TRIPS: Final = 5
-"""The middle of so many is told: one that a queue made longer does not count. Ours."""
+"""The middle of so many is told: one that a queue made longer does not count. Ours.
+Half: no change to speak of; double: cellular: use 44 % → 49 %."""
 
 _MAX_ROUND_TRIP_S: Final = 10.0
 """A longer one counts as this; a bound against what cannot be."""

@@ -8,7 +8,8 @@ from collections import deque
 from typing import Final
 
 _MEMORY_S: Final = 20.0
-"""How long a delay counts: long enough that 99 of 100 of 50 packets a second are 1,000. Ours."""
+"""How long a delay counts: long enough that 99 of 100 of 50 packets a second are 1,000. Ours.
+Half: the same; double: the same."""
 
 _MAX_PACKETS: Final = 4000
 """More are not kept: 20 s of sound are 2,000 at most. A bound of memory."""

@@ -10,38 +10,45 @@ from math import isfinite
 from typing import Final
 
 _STARTING_RATE_BPS: Final = 5_000_000.0
-"""Taken for the rate before the first report. Ours: no delay shows that it is too much."""
+"""Taken for the rate before the first report. Ours: no delay shows that it is too much.
+Half: loss-only: picture 762 ms → 380 ms; double: loss-only: use 86 % → 93 %."""
 
 _MIN_RATE_BPS: Final = 30_000.0
-"""The rate never falls below: sound and the smallest picture now and then. Ours."""
+"""The rate never falls below: sound and the smallest picture now and then. Ours.
+Half: the same; double: the same."""
 
 _MAX_RATE_BPS: Final = 20_000_000.0
 """Nor rises above: ten times what the largest rendition takes."""
 
 _LOW_LOSS_SHARE: Final = 0.02
-"""Below this share of lost packets the rate rises. GCC: 2 %."""
+"""Below this share of lost packets the rate rises. GCC: 2 %.
+Half: the same; double: no change to speak of."""
 
 _HIGH_LOSS_SHARE: Final = 0.10
-"""Above this it falls. GCC: 10 %."""
+"""Above this it falls. GCC: 10 %.
+Half: the same; double: loss-only: use 86 % → 100 %."""
 
 _INCREASE_PER_S: Final = 0.08
-"""By so much it rises. GCC: 5 % a report."""
+"""By so much it rises. GCC: 5 % a report.
+Half: no change to speak of; double: no change to speak of."""
 
 _MAX_REPORT_S: Final = 2.0
-"""One report counts for no longer. Ours: twice a browser's interval."""
+"""One report counts for no longer. Ours: twice a browser's interval.
+Half: no change to speak of; double: the same."""
 
 _DECREASE_SHARE: Final = 0.5
-"""What of the lost share the rate falls by. GCC: 1 - 0.5 p."""
+"""What of the lost share the rate falls by. GCC: 1 - 0.5 p.
+Half: loss-only: use 86 % → 93 %; double: loss-only: use 86 % → 4 %."""
 
 
 class LossBasedControl:
     """Follows the share of packets that each receiver report tells (RFC 3550, 6.4.1)."""
 
-    def __init__(
-        self, starting_bps: float = _STARTING_RATE_BPS, max_bps: float = _MAX_RATE_BPS
-    ) -> None:
-        self._max_bps = max_bps
-        self.rate_bps = min(starting_bps, max_bps)
+    def __init__(self, starting_bps: float | None = None, max_bps: float | None = None) -> None:
+        """Begin with a rate and a bound that are known, or with those of an unknown link."""
+        self._max_bps = _MAX_RATE_BPS if max_bps is None else max_bps
+        known_bps = _STARTING_RATE_BPS if starting_bps is None else starting_bps
+        self.rate_bps = min(known_bps, self._max_bps)
         self.lost = 0.0
         """The share that the newest report told."""
         self._reported_s: float | None = None

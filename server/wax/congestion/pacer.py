@@ -13,7 +13,8 @@ _MIN_RATE_BPS: Final = 1_000.0
 """A bound against division by nothing: the estimator never goes below 8 kbit/s."""
 
 _MAX_DEBT_S: Final = 10.0
-"""More is never owed: after that long everything that was sent has arrived or is lost."""
+"""More is never owed: after that long everything that was sent has arrived or is lost.
+Half: the same; double: the same."""
 
 
 def gap_s(size_bytes: int, pace_bps: float) -> float:

@@ -11,13 +11,16 @@ HEADER_BYTES: Final = UDP_IP_BYTES + 32
 
 _MAX_SERIALIZATION_S: Final = 0.030
 """So long a packet may take to serialize: sound behind it waits for it. Ours, about one packet of
-sound."""
+sound.
+Half: step-down: picture 174 ms → 124 ms; double: outages: picture 262 ms → 312 ms."""
 
 _MIN_PAYLOAD_BYTES: Final = 200
-"""Smaller ones would be a third headers."""
+"""Smaller ones would be a third headers.
+Half: modem: use 87 % → 94 %; double: modem: use 87 % → 79 %."""
 
 _MAX_PAYLOAD_BYTES: Final = 1180
-"""Fits any tunnel with all headers: IPv6 guarantees 1280 (RFC 8200, 5)."""
+"""Fits any tunnel with all headers: IPv6 guarantees 1280 (RFC 8200, 5).
+Half: wifi-bad: concealed 0.3 % → 4.8 %; double: route: picture 137 ms → 273 ms."""
 
 
 def payload_bytes(rate_bps: float) -> int:

@@ -18,7 +18,8 @@ _MAX_DISPERSION_S: Final = 30.0
 """A train that came over a longer time is none; a bound against what cannot be."""
 
 _MIN_TRIMMED_PACKETS: Final = 3
-"""Without its longest gap a train of fewer packets has none left."""
+"""Without its longest gap a train of fewer packets has none left.
+Half: the same; double: no change to speak of."""
 
 
 class PacketTrain:

@@ -10,39 +10,50 @@ from __future__ import annotations
 from typing import Final
 
 STARTING_RATE_BPS: Final = 300_000.0
-"""What is taken for the rate while nothing is known. As libwebrtc."""
+"""What is taken for the rate while nothing is known. As libwebrtc.
+Half: modem: picture 266 ms → 199 ms; double: outages: picture 262 ms → 179 ms."""
 
 ENOUGH_BPS: Final = 20_000_000.0
-"""More is not looked for: ten times what the largest rendition takes."""
+"""More is not looked for: ten times what the largest rendition takes.
+Half: step-down: picture 174 ms → 144 ms; double: the same."""
 
 _STARTUP_GAIN: Final = 4.0
-"""Pacing gain of a probe at startup. libwebrtc: 3 and 6; BBR: 2.77."""
+"""Pacing gain of a probe at startup. libwebrtc: 3 and 6; BBR: 2.77.
+Half: wireless: use 69 % → 43 %; double: cellular: sound 127 ms → 79 ms."""
 
 _PROBE_GAIN: Final = 2.0
-"""Pacing gain of a probe afterwards. libwebrtc: 2; BBR: 1.25."""
+"""Pacing gain of a probe afterwards. libwebrtc: 2; BBR: 1.25.
+Half: long-outage: use 34 % → 65 %; double: step-down: picture 174 ms → 144 ms."""
 
 _MIN_GAIN: Final = 1.15
-"""A probe that is no faster tells nothing through jitter. Ours."""
+"""A probe that is no faster tells nothing through jitter. Ours.
+Half: no change to speak of; double: long-outage: use 34 % → 65 %."""
 
 _MAX_QUEUE_S: Final = 0.050
 """The queue that a probe may build where the link carries no more. NADA's QTH (RFC 8698) is as
-much; below what a jitter buffer bridges unheard."""
+much; below what a jitter buffer bridges unheard.
+Half: cellular: sound 127 ms → 73 ms; double: short-queue: use 98 % → 47 %."""
 
 _UNFELT_QUEUE_S: Final = 0.010
-"""The queue that every picture may build, for it disturbs nothing. NADA's QEPS is as much."""
+"""The queue that every picture may build, for it disturbs nothing. NADA's QEPS is as much.
+Half: outages: recovery 23.0 s → 17.8 s; double: no change to speak of."""
 
 _CLIMB_S: Final = 1.0
-"""So long after a rise every picture is a probe. Ours."""
+"""So long after a rise every picture is a probe. Ours.
+Half: step-down: picture 174 ms → 144 ms; double: no change to speak of."""
 
 _FIRST_PAUSE_S: Final = 1.0
-"""Between the first two fruitless probes. Ours."""
+"""Between the first two fruitless probes. Ours.
+Half: step-down: picture 174 ms → 144 ms; double: no change to speak of."""
 
 _MAX_PAUSE_S: Final = 30.0
 """Between fruitless probes at most. libwebrtc probes each 5 s where the application limits, BBR
-each 2 to 3 s; ours cost sound a delay."""
+each 2 to 3 s; ours cost sound a delay.
+Half: the same; double: the same."""
 
 _BACKOFF_FACTOR: Final = 2.0
-"""The pause grows so with each fruitless probe: binary exponential backoff."""
+"""The pause grows so with each fruitless probe: binary exponential backoff.
+Half: step-down: picture 174 ms → 144 ms; double: step-down: picture 174 ms → 144 ms."""
 
 
 class Prober:

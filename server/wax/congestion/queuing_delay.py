@@ -13,40 +13,51 @@ from typing import Final
 
 _BASE_MEMORY_S: Final = 30.0
 """How long a base delay counts. LEDBAT: up to 10 minutes; BBR's min_rtt: 10 s. A drift of 100 ppm
-makes it 3 ms wrong; a queue that stands longer would be taken for the path."""
+makes it 3 ms wrong; a queue that stands longer would be taken for the path.
+Half: no change to speak of; double: the same."""
 
 _BASE_BUCKET_S: Final = 0.5
-"""Base delays are kept for stretches of so long, to bound the memory. LEDBAT: a minute."""
+"""Base delays are kept for stretches of so long, to bound the memory. LEDBAT: a minute.
+Half: the same; double: the same."""
 
 _RECENT_S: Final = 0.07
 """The least delay of so long is what stands. CoDel's interval is 100 ms. Ours: less than two
-feedbacks, so that a queue is found within 200 ms."""
+feedbacks, so that a queue is found within 200 ms.
+Half: cellular: sound 127 ms → 180 ms; double: cellular: concealed 2.3 % → 0.5 %."""
 
 _RECENT_PACKETS: Final = 3
-"""Of so many packets at least. Ours."""
+"""Of so many packets at least. Ours.
+Half: no change to speak of; double: route: picture 137 ms → 307 ms."""
 
 _SMALL_PACKET_BYTES: Final = 100
 """What a packet is longer takes longer to send, and is not queuing: of a packet of sound nothing is
-taken off."""
+taken off.
+Half: the same; double: the same."""
 
 _USUAL_GAIN: Final = 0.01
-"""By so much each feedback without congestion makes its delay the usual one. Ours."""
+"""By so much each feedback without congestion makes its delay the usual one. Ours.
+Half: the same; double: cellular: use 44 % → 49 %."""
 
 _MAX_USUAL_S: Final = 0.015
-"""More is never usual: half of what a standing queue begins with."""
+"""More is never usual: half of what a standing queue begins with.
+Half: the same; double: the same."""
 
 _NOISE_GAIN: Final = 0.1
-"""Of a new difference in the mean square. RFC 3550's jitter (6.4.1) has 1/16. Ours."""
+"""Of a new difference in the mean square. RFC 3550's jitter (6.4.1) has 1/16. Ours.
+Half: no change to speak of; double: no change to speak of."""
 
 _FIRST_NOISE_S: Final = 0.002
-"""Taken for the noise before any packet. Ours."""
+"""Taken for the noise before any packet. Ours.
+Half: cellular: sound 127 ms → 79 ms; double: cellular: sound 127 ms → 79 ms."""
 
 _NOISE_MAX_FACTOR: Final = 3.0
 """A difference counts as at most so many times the noise, so that one stall does not make the path
-look noisy for long. GCC clips at 3 sigma, too (5.3)."""
+look noisy for long. GCC clips at 3 sigma, too (5.3).
+Half: no change to speak of; double: step-down: picture 174 ms → 144 ms."""
 
 _NOISE_MAX_STEP_S: Final = 0.001
-"""And this much more, so that noise can begin from nothing. Ours."""
+"""And this much more, so that noise can begin from nothing. Ours.
+Half: route: picture 137 ms → 273 ms; double: step-down: picture 174 ms → 144 ms."""
 
 
 class QueuingDelay:

@@ -10,7 +10,8 @@ _KEPT_PACKETS: Final = 4096
 of memory; `between` and `queue_s` look back 2 s and one round trip."""
 
 _USED_S: Final = 1.0
-"""Over which the rate in use is told. GCC's T is 0.5 to 1 s."""
+"""Over which the rate in use is told. GCC's T is 0.5 to 1 s.
+Half: step-down: picture 174 ms → 144 ms; double: route: use 89 % → 34 %."""
 
 
 class SendHistory:

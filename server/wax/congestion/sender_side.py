@@ -19,35 +19,45 @@ if TYPE_CHECKING:
     from wax.congestion.delivery import Delivery, LinkEstimate, Train
 
 _UPDATE_S: Final = 0.1
-"""So often the estimate is read where no feedback comes. Ours: about as often as feedback."""
+"""So often the estimate is read where no feedback comes. Ours: about as often as feedback.
+Half: the same; double: no change to speak of."""
 
 _SETTLED_UPDATE_S: Final = 0.5
-"""So often on a settled link, which is only sampled. Ours."""
+"""So often on a settled link, which is only sampled. Ours.
+Half: long-outage: recovery 8.0 s → 1.2 s; double: no change to speak of."""
 
 _OTHER_S: Final = 2.0
-"""Over which the share of the data channels is averaged. Ours."""
+"""Over which the share of the data channels is averaged. Ours.
+Half: no change to speak of; double: the same."""
 
 _RETRANSMISSION_SHARE: Final = 0.25
-"""Of the rate, for retransmissions: a link that loses more needs a smaller picture. Ours."""
+"""Of the rate, for retransmissions: a link that loses more needs a smaller picture. Ours.
+Half: loss-only: picture 762 ms → 363 ms; double: no change to speak of."""
 
 _RETRANSMISSION_BURST_S: Final = 0.25
-"""So much of that share may be spent at once. Ours."""
+"""So much of that share may be spent at once. Ours.
+Half: no change to speak of; double: loss-only: concealed 5.5 % → 8.9 %."""
 
 _STALE_S: Final = 0.5
-"""A packet that was first sent so long ago, beyond a round trip, is of no use any more. Ours."""
+"""A packet that was first sent so long ago, beyond a round trip, is of no use any more. Ours.
+Half: loss-only: picture 762 ms → 546 ms; double: step-down: use 50 % → 32 %."""
 
 _FULL_QUEUE_MS: Final = 150.0
-"""With so long a queue retransmissions would only make it longer. Ours."""
+"""With so long a queue retransmissions would only make it longer. Ours.
+Half: no change to speak of; double: no change to speak of."""
 
 _FEEDBACK_S: Final = 0.1
-"""Within this and a round trip feedback comes: Chromium sends it each 50 ms."""
+"""Within this and a round trip feedback comes: Chromium sends it each 50 ms.
+Half: download: concealed 18.9 % → 16.7 %; double: download: picture 877 ms → 379 ms."""
 
 _PROBE_EVERY_S: Final = 0.3
 """While nothing is heard a picture goes this often, to find out whether the link is open again.
-Ours."""
+Ours.
+Half: cellular: sound 127 ms → 87 ms; double: download: picture 877 ms → 462 ms."""
 
 _RETRY_S: Final = 0.02
-"""And it is looked again after so long. Ours: less than a picture lasts."""
+"""And it is looked again after so long. Ours: less than a picture lasts.
+Half: modem: picture 266 ms → 306 ms; double: no change to speak of."""
 
 
 class SenderSideControl:

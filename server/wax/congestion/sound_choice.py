@@ -13,23 +13,29 @@ if TYPE_CHECKING:
     from wax.congestion.allocation import SoundForm
 
 _PARTS: Final = 3
-"""Sound takes at most one part in so many; its smallest form stays whatever it takes. Ours."""
+"""Sound takes at most one part in so many; its smallest form stays whatever it takes. Ours.
+Half: no change to speak of; double: step-down: picture 174 ms → 285 ms."""
 
 _RISE_HOLD_S: Final = 5.0
-"""A better form must have fitted for so long. Ours."""
+"""A better form must have fitted for so long. Ours.
+Half: no change to speak of; double: no change to speak of."""
 
 _REDUNDANCY_LOSS_SHARE: Final = 0.005
 """From so much loss on earlier units are sent again (RFC 2198): one packet in 200, of 20 ms each 4
-s, is heard. Ours."""
+s, is heard. Ours.
+Half: the same; double: the same."""
 
 _REDUNDANCY_OVER_SHARE: Final = 0.0025
-"""Until there is less than this: hysteresis. Ours."""
+"""Until there is less than this: hysteresis. Ours.
+Half: the same; double: the same."""
 
 _MAX_REDUNDANCY: Final = 3
-"""No more earlier units go with a packet: who waits for them waits 60 ms. Ours."""
+"""No more earlier units go with a packet: who waits for them waits 60 ms. Ours.
+Half: no change to speak of; double: no change to speak of."""
 
 _REDUNDANCY_HOLD_S: Final = 10.0
-"""Fewer go after fewer were enough for so long. As long as the loss that is told."""
+"""Fewer go after fewer were enough for so long. As long as the loss that is told.
+Half: no change to speak of; double: the same."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,30 +12,60 @@ from math import ceil, isfinite
 from typing import Final
 
 BOUND_MS: Final = 500.0
-"""No sound waits longer: the thesis's audio media unit."""
+"""No sound waits longer: the thesis's audio media unit.
+Half: the same; double: the same."""
 
 _STEP_MS: Final = 10.0
+"""Delays differ by so much at least; the video's playout-delay has the same steps.
+Half: no change to speak of; double: no change to speak of."""
+
 _LEAST_MS: Final = 20.0
-"""What a browser keeps anyway; to ask for no more is to ask for nothing."""
+"""What a browser keeps anyway; to ask for no more is to ask for nothing.
+Half: no change to speak of; double: bursts: concealed 0.8 % → 2.5 %."""
 
 _WINDOW_S: Final = 2.0
+"""Over which concealment is summed. Ours.
+Half: no change to speak of; double: no change to speak of."""
+
 _BRIDGED_MS: Final = 60.0
-"""What a decoder makes up so that it is hardly heard: it goes on with the wave (NetEq: 100 ms, then
-it fades). More than this within the window is a break, and packets that come this much late are."""
+"""What a decoder conceals so that it is hardly heard: it goes on with the wave (NetEq: 100 ms, then
+it fades). More than this within the window is a break, and packets that come this much late are.
+Half: outages: picture 262 ms → 212 ms; double: outages: concealed 9.7 % → 10.8 %."""
+
 _USELESS_MS: Final = 100.0
+"""More than this at the longest delay: waiting is of no use. Ours.
+Half: the same; double: the same."""
+
 _GRACE_S: Final = 1.0
-"""So long after the sound began, or its form changed, what is made up says nothing of the link."""
+"""So long after the sound began, or its form changed, what is concealed says nothing of the link.
+Ours.
+Half: loss-only: concealed 5.5 % → 1.4 %; double: no change to speak of."""
 
 _NEW_SHARE: Final = 0.25
-"""Of a measurement of the device in the mean."""
+"""Of a measurement of the device in the mean. Ours.
+Half: the same; double: the same."""
 
 _RISE_MS: Final = (20.0, 120.0)
+"""A break makes the delay so much longer, at least and at most. Ours.
+Half: outages: picture 262 ms → 222 ms; double: outages: picture 262 ms → 382 ms."""
+
 _STRETCH_MS_PER_S: Final = 75.0
+"""So fast browsers stretch the sound, as measured in Chromium.
+Half: the same; double: the same."""
+
 _SHOWN_S: Final = 0.5
-"""A rise has its effect once the sound is stretched and the page has reported it."""
+"""A rise has its effect once the sound is stretched and the page has reported it. Ours: two
+reports.
+Half: the same; double: the same."""
 
 _PATIENCE_S: Final = (30.0, 480.0)
+"""Without a break for so long the delay becomes shorter; after one that this caused, for four times
+as long, up to the second. Ours.
+Half: no change to speak of; double: the same."""
+
 _FALL_EVERY_S: Final = 5.0
+"""Then by one step in so long. Ours.
+Half: the same; double: the same."""
 
 
 class SoundDelay:
