@@ -34,6 +34,10 @@ mutants: ## small faults in what keeps the robot standing, which the tests must 
 	@sh .make/install.sh test
 	@sh .make/mutants.sh $(ARGS)
 
+ablation: ## half and double of each constant of the congestion control, in simulation
+	@sh .make/install.sh test
+	@.venv/bin/python -m tests.ablation $(ARGS)
+
 coverage: ## the branches of the same, which the tests must all take
 	@sh .make/install.sh test
 	@sh .make/coverage.sh
@@ -45,4 +49,4 @@ clean: ## remove all that was installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run test check bench lab goals faults mutants coverage lock clean
+.PHONY: help run test check bench lab goals faults mutants ablation coverage lock clean

@@ -1,8 +1,9 @@
 """A viewer's link without a clock: the lab's model of a network between a sender and a browser.
 
-The sender is as large as it has to be: sound at once, pictures in temporal layers that wait for
-the pacer, trains at their pace. The browser's clock has an origin and a drift of its own, and
-tells of every packet as transport-wide feedback does, over the way back.
+The sender's congestion control, allocator and playout policy are those of the product; around them
+is what a test needs: sound at once, pictures in temporal layers that wait for the pacer, trains at
+their pace, retransmissions. The browser's clock has an origin and a drift of its own, and tells of
+every marked packet as transport-wide feedback does, over the way back.
 """
 
 from __future__ import annotations
@@ -12,20 +13,24 @@ from collections import deque
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
 from random import Random
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
 from e2e.lab.link.model import Direction
 from e2e.lab.link.profile import Profile, load
+from tests.sync.browser_model import Browser
 
-from wax.config import Settings
+from wax.config import Settings, SyncSettings
 from wax.congestion.allocation import Allocation, SoundForm, Step
 from wax.congestion.allocator import Allocator
 from wax.congestion.delivery import Delivery, LinkEstimate
-from wax.congestion.estimator import LinkEstimator
-from wax.congestion.pacer import Pacer, gap_s
+from wax.congestion.pacer import gap_s
+from wax.congestion.sender_side import SenderSideControl
+from wax.sync.audio_master import AudioMaster
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from wax.sync.playout import PlayoutReport
 
 HEADERS_BYTES = 60
 _TICK_S = 0.00025
@@ -33,6 +38,16 @@ _TICK_S = 0.00025
 _LAYERS = (0, 2, 1, 2)
 _WEIGHTS = (1.6, 0.8, 0.8)
 _KEYFRAME = 3.0
+_REPORT_S = 0.25
+"""How often a page tells how it plays."""
+_RECEIVER_REPORT_S = 1.0
+"""How often a browser sends receiver reports of the picture."""
+_ASK_AGAIN_S = 0.05
+"""A browser sends a NACK again after a round trip; this is that of most links here."""
+_GIVE_UP_S = 0.5
+"""Then it asks for a keyframe (PLI)."""
+_CHROMIUM_S = 0.05
+"""How often Chromium sends feedback where there is room for it."""
 
 
 def default_steps() -> list[Step]:
@@ -61,6 +76,8 @@ class Packet:
     kind: str
     train: int | None = None
     captured_s: float | None = None
+    number: int = 0
+    redundancy: int = 0
     last: bool = False
 
 
@@ -79,10 +96,15 @@ class Record:
     estimates: list[tuple[float, LinkEstimate]] = field(default_factory=list)
     allocations: list[tuple[float, Allocation]] = field(default_factory=list)
     pictures: list[tuple[float, float]] = field(default_factory=list)
-    """When each came to the browser, and how old it was then."""
+    """When the last packet of each came to the browser, and how old it was then."""
+    shown: list[tuple[float, float]] = field(default_factory=list)
+    """When each was shown, whole and held back, and how old it was then."""
     sounds: list[tuple[float, float]] = field(default_factory=list)
     lost_sounds: int = 0
     sent_sounds: int = 0
+    came_bytes: list[tuple[float, int]] = field(default_factory=list)
+    played: list[tuple[float, float, float]] = field(default_factory=list)
+    """At each report how much of the sound was concealed so far, and played, in s."""
 
     def changes(self, from_s: float = 0.0) -> list[tuple[float, Step | None]]:
         """Return when which step was chosen, the one at `from_s` first."""
@@ -111,31 +133,52 @@ def _quantile(values: list[float], share: float) -> float:
     return sorted(values)[min(int(share * len(values)), len(values) - 1)] if values else math.inf
 
 
+class Link(Protocol):
+    """One direction, as `Direction` is; or a port of one that is shared."""
+
+    def arrive(self, packet: bytes, now_s: float) -> None: ...
+
+    def next_s(self) -> float: ...
+
+    def due(self, now_s: float) -> list[tuple[float, bytes]]: ...
+
+
 class Loop:
-    """One viewer, from encoders to feedback and back; `run` may be called again to go on."""
+    """One viewer, from encoders to playout and back; `run` may be called again to go on."""
 
     def __init__(
         self,
         network: Profile,
         *,
+        down: Link | None = None,
         feedback_s: float = 0.1,
         drift: float = 50e-6,
         origin_s: float = 12345.0,
         seed: int = 1,
         size: str | None = "640x480",
+        drives: bool = True,
+        tells: bool = True,
         changes: bool = True,
         start_s: float = 100.0,
     ) -> None:
         self.record = Record()
-        self.estimator = LinkEstimator()
-        self.pacer = Pacer(self.estimator.estimate(start_s).rate_bps)
-        self.ladder = Allocator(default_steps(), default_sounds())
-        self._down = Direction(network.down, seed=seed, way="down", start_s=start_s)
-        self._up = Direction(network.up, seed=seed, way="up", start_s=start_s)
-        if changes:
-            self._down.start_changes(start_s)
-            self._up.start_changes(start_s)
         self.start_s = self.now_s = start_s
+        self.allocation: Allocation | None = None
+        self.control = SenderSideControl(self._decide)
+        self.control.negotiated(tells=tells)
+        self.control.thorough = drives
+        self.browser = Browser()
+        self._policy = AudioMaster(SyncSettings())
+        self._allocator = Allocator(default_steps(), default_sounds())
+        up = Direction(network.up, seed=seed, way="up", start_s=start_s)
+        if down is None:
+            own = Direction(network.down, seed=seed, way="down", start_s=start_s)
+            if changes:
+                own.start_changes(start_s)
+            down = own
+        if changes:
+            up.start_changes(start_s)
+        self._down, self._up = down, up
         self._size = size
         self._feedback_s = feedback_s
         self._clock: Callable[[float], float] = lambda at_s: (
@@ -144,61 +187,83 @@ class Loop:
         self._random = Random(f"{seed} pictures")  # a Random of its own, so that runs repeat
         self._events: list[tuple[float, int, Callable[[], None]]] = []
         self._count = 0
-        self._flying: deque[Packet] = deque()
         self._down_sent: dict[int, Packet] = {}
         self._up_sent: dict[int, Callable[[], None]] = {}
-        self._told_until = self._arrived_until = 0
-        self._history: dict[int, tuple[Packet, float | None]] = {}
-        self._number = 0
+        self._unreported: dict[int, Packet] = {}
+        self._arrived: dict[int, float] = {}
+        self._newest = self._reported_until = 0
         self._lane: deque[Picture] = deque()
         self._sending = False
         self._encoded: Step | None = None
         self._since_keyframe = 0
-        self.allocation: Allocation | None = None
-        self.broken = 0
-        for first in (self._decide, self._sound, self._capture, self._feedback, self._ping):
+        self._units = 0
+        self._base: int | None = None
+        self._videos: dict[int, Packet] = {}
+        self._count_sent = self._came = self._reported_sent = self._reported_came = 0
+        self._asked: dict[int, float] = {}
+        self._pli_s = -math.inf
+        self._video = self._video_came = 0
+        self._decide(self.control.estimate(start_s), start_s)
+        for first in (
+            self._sound,
+            self._capture,
+            self._feedback if tells else self._receiver_report,
+            self._ping,
+            self._report,
+            self._ask_again,
+        ):
             self._at(start_s, first)
 
     def run(self, seconds: float) -> Record:
         end_s = self.now_s + seconds
-        while True:
-            wire_s = min(self._down.next_s(), self._up.next_s())
-            due_s = min(wire_s, self._events[0][0])
-            if due_s > end_s:
-                break
-            self.now_s = due_s
-            if wire_s <= due_s:
-                self._arrivals()
-            else:
-                heappop(self._events)[2]()
+        while self.next_s() <= end_s:
+            self.step()
         self.now_s = end_s
         return self.record
+
+    def next_s(self) -> float:
+        """Return when something happens next."""
+        return min(self._down.next_s(), self._up.next_s(), self._events[0][0])
+
+    def step(self) -> None:
+        """Do what happens next."""
+        wire_s = min(self._down.next_s(), self._up.next_s())
+        self.now_s = max(self.now_s, min(wire_s, self._events[0][0]))
+        if wire_s <= self.now_s:
+            self._arrivals()
+        else:
+            heappop(self._events)[2]()
 
     def _at(self, at_s: float, what: Callable[[], None]) -> None:
         self._count += 1
         heappush(self._events, (at_s, self._count, what))
 
-    def _decide(self) -> None:
-        now_s = self.now_s
-        estimate = self.estimator.estimate(now_s)
-        allocation = self.ladder.decide(
-            estimate, size=self._size, sound=True, sound_form=None, other_bps=4000, now_s=now_s
+    def _decide(self, estimate: LinkEstimate, now_s: float) -> None:
+        allocation = self._allocator.decide(
+            estimate,
+            size=self._size,
+            sound=True,
+            sound_form=None,
+            other_bps=self.control.other_bps,
+            now_s=now_s,
         )
-        self.pacer.rate_bps = estimate.rate_bps
         self.record.estimates.append((now_s - self.start_s, estimate))
         if allocation != self.allocation:
             self.record.allocations.append((now_s - self.start_s, allocation))
         self.allocation = allocation
-        self._at(now_s + 0.05, self._decide)
 
     def _sound(self) -> None:
         assert self.allocation is not None
-        form = self.allocation.sound
+        form, redundancy = self.allocation.sound, self.allocation.redundancy
         assert form is not None
         unit = form.bitrate_bps * form.mu_ms // 8000
-        size = unit * (1 + self.allocation.redundancy) + HEADERS_BYTES
+        size = unit * (1 + redundancy) + HEADERS_BYTES
         self.record.sent_sounds += 1
-        self._send(Packet(self.now_s, size, "audio", captured_s=self.now_s))
+        self._units += 1
+        self.browser.sound.sent(self._units, self.now_s, form.mu_ms / 1000)
+        self._send(
+            Packet(self.now_s, size, "audio", captured_s=self.now_s, number=self._units)
+        ).redundancy = redundancy
         self._at(self.now_s + form.mu_ms / 1000, self._sound)
 
     def _ping(self) -> None:
@@ -237,83 +302,165 @@ class Loop:
         if not self._lane:
             self._sending = False
             return
-        wait_s = self.pacer.free_in_s(self.now_s)
-        if self.estimator.estimate(self.now_s).state == "blind":
-            wait_s = 0.02
+        unreported_s = None
+        if self._unreported and self._feedback_s <= _CHROMIUM_S:  # what is overdue counts on it
+            unreported_s = self.now_s - next(iter(self._unreported.values())).sent_s
+        wait_s = self.control.free_in_s(unreported_s, self.now_s)
         if wait_s > 0:
             self._at(self.now_s + max(wait_s, 0.0005), self._go)
             return
         picture = self._lane.popleft()
-        train = self.estimator.train(picture.size_bytes, self.now_s)
+        train = self.control.train(picture.size_bytes, self.now_s)
         count = math.ceil(picture.size_bytes / train.payload_bytes)
+        before = None if picture.keyframe else self._base
+        self.browser.picture.sent(train.number, picture.captured_s, count, before)
+        if picture.layer == 0:
+            self._base = train.number
         self._train(picture, train.number, train.pace_bps, count)
 
     def _train(self, picture: Picture, number: int, pace_bps: float, left: int) -> None:
-        packets = left
-        size = math.ceil(picture.size_bytes / packets)
+        size = math.ceil(picture.size_bytes / left)
+        self._video += 1
         packet = Packet(
-            self.now_s, size + HEADERS_BYTES, "video", number, picture.captured_s, left == 1
+            self.now_s, size + HEADERS_BYTES, "video", number, picture.captured_s, self._video
         )
+        packet.last = left == 1
+        self._videos[self._video] = packet
+        self._videos.pop(self._video - 1024, None)
         self._send(packet)
         picture.size_bytes -= size
         next_s = self.now_s + gap_s(packet.size_bytes, pace_bps)
-        if left > 1 and picture.size_bytes > 0:
+        if left > 1:
             self._at(next_s, lambda: self._train(picture, number, pace_bps, left - 1))
         else:
             self._at(next_s, self._go)
 
-    def _send(self, packet: Packet) -> None:
-        self.pacer.spend(packet.size_bytes, self.now_s)
-        self.estimator.sent(packet.size_bytes, self.now_s)
-        number = -1
-        if packet.kind != "ping":
-            self._number += 1
-            number = self._number
-            self._history[number] = (packet, None)
+    def _send(self, packet: Packet) -> Packet:
+        media = packet.kind != "ping"
+        self._count += 1
+        number = self._count
+        train = packet.train if packet.kind == "video" else None
+        if media and self.control.marks(train, self.now_s):
+            self._unreported[number] = packet
+        self._down_sent[number] = packet
+        self._down_sent.pop(number - 20_000, None)
+        self._count_sent += 1
         self._down.arrive(_named(number, packet.size_bytes), self.now_s)
-        if packet.kind == "ping":
-            self._pinged_s = packet.sent_s
+        self.control.sent(packet.size_bytes, self.now_s, is_media=media)
+        return packet
 
     def _arrivals(self) -> None:
         for due_s, data in self._down.due(self.now_s):
             number = _name(data)
-            if number < 0:
-                self._reply(90, self._pong(self._pinged_s))
+            packet = self._down_sent.pop(number)
+            self._came += 1
+            self.record.came_bytes.append((due_s - self.start_s, packet.size_bytes))
+            if packet.kind == "ping":
+                self._reply(90, self._pong(packet.sent_s))
                 continue
-            packet, _ = self._history[number]
-            self._history[number] = (packet, self._clock(due_s))
-            self._arrived_until = max(self._arrived_until, number)
-            at_s = due_s - self.start_s
-            if packet.kind == "audio":
-                self.record.sounds.append((at_s, due_s - packet.sent_s))
-            elif packet.last and packet.captured_s is not None:
-                self.record.pictures.append((at_s, due_s - packet.captured_s))
+            if number in self._unreported:
+                self._arrived[number] = self._clock(due_s)
+                self._newest = max(self._newest, number)
+            self._played(packet, due_s)
         for _, data in self._up.due(self.now_s):
             self._up_sent.pop(_name(data))()
 
+    def _played(self, packet: Packet, due_s: float) -> None:
+        if packet.kind == "audio":
+            self.record.sounds.append((due_s - self.start_s, due_s - packet.sent_s))
+            self.browser.sound.came(packet.number, packet.redundancy, due_s)
+            return
+        if packet.kind == "video":
+            for missing in range(self._video_came + 1, packet.number):
+                self._ask(missing)
+            self._video_came = max(self._video_came, packet.number)
+            if packet.last and packet.captured_s is not None:
+                self.record.pictures.append((due_s - self.start_s, due_s - packet.captured_s))
+        self._asked.pop(packet.number, None)
+        assert packet.train is not None
+        for captured_s, shown_s in self.browser.picture.came(packet.train, due_s):
+            self.record.shown.append((shown_s - self.start_s, shown_s - captured_s))
+
+    def _ask(self, number: int) -> None:
+        """Send a NACK for a packet of a picture (RFC 4585)."""
+        self._asked.setdefault(number, self.now_s)
+        self._reply(70, lambda: self._retransmit(number))
+
+    def _ask_again(self) -> None:
+        """Send NACKs again, and a PLI where they were of no use."""
+        self._at(self.now_s + _ASK_AGAIN_S, self._ask_again)
+        for number, first_s in list(self._asked.items()):
+            if self.now_s - first_s < _GIVE_UP_S:
+                self._ask(number)
+                continue
+            del self._asked[number]
+            if self.now_s - self._pli_s > _GIVE_UP_S:
+                self._pli_s = self.now_s
+                self._reply(60, self._lose_thread)
+
+    def _lose_thread(self) -> None:
+        """Begin again with a keyframe."""
+        self._encoded = None
+
+    def _retransmit(self, number: int) -> None:
+        packet = self._videos.get(number)
+        if packet is None:
+            return
+        age_s = self.now_s - packet.sent_s
+        if self.control.repeats(packet.size_bytes, age_s, self.now_s):
+            self._send(
+                Packet(self.now_s, packet.size_bytes + 2, "repeat", packet.train, number=number)
+            )
+
     def _pong(self, sent_s: float) -> Callable[[], None]:
-        return lambda: self.estimator.round_trip(self.now_s - sent_s, self.now_s)
+        return lambda: self.control.round_trip(self.now_s - sent_s, self.now_s)
+
+    def _report(self) -> None:
+        assert self.allocation is not None
+        self._at(self.now_s + _REPORT_S, self._report)
+        report = self.browser.report(self.now_s, sees=self.allocation.step is not None)
+        played = (self.browser.sound.concealed_s, self.browser.sound.played_s)
+        self.record.played.append((self.now_s - self.start_s, *played))
+        self._reply(200, lambda: self._reported(report))
+
+    def _reported(self, report: PlayoutReport) -> None:
+        targets = self._policy.decide(
+            report, self.now_s, self.control.estimate(self.now_s), self.allocation
+        )
+        self.browser.sound.least_s = (targets.sound_ms or 0.0) / 1000
+        self.browser.picture.hold_s = (targets.picture_ms or 0.0) / 1000
 
     def _feedback(self) -> None:
         self._at(self.now_s + self._feedback_s, self._feedback)
-        if self._arrived_until <= self._told_until:
+        if not self._arrived:
             return
-        told = [
-            Delivery(packet.sent_s, arrived_s, packet.size_bytes, packet.kind, packet.train)  # type: ignore[arg-type]
-            for packet, arrived_s in (
-                self._history.pop(number)
-                for number in range(self._told_until + 1, self._arrived_until + 1)
-            )
-        ]
-        self.record.lost_sounds += sum(d.kind == "audio" and d.arrived_s is None for d in told)
-        self._told_until = self._arrived_until
-        self._reply(60 + 3 * len(told), lambda: self._told(told))
+        arrived, after, until = self._arrived, self._reported_until, self._newest
+        self._arrived, self._reported_until = {}, until
+        self._reply(60 + 3 * len(arrived), lambda: self._told(arrived, after, until))
 
-    def _told(self, told: list[Delivery]) -> None:
-        self.estimator.delivered(told, self.now_s)
-        estimate = self.estimator.estimate(self.now_s)
-        self.pacer.rate_bps = estimate.rate_bps
-        self.pacer.drain(estimate.queue_ms, self.now_s)
+    def _receiver_report(self) -> None:
+        """Tell the share of all packets that were lost since the last report (RFC 3550, 6.4)."""
+        self._at(self.now_s + _RECEIVER_REPORT_S, self._receiver_report)
+        expected, came = self._count_sent - self._reported_sent, self._came - self._reported_came
+        self._reported_sent, self._reported_came = self._count_sent, self._came
+        if expected:
+            lost = min(max(1 - came / expected, 0.0), 1.0)
+            self._reply(60, lambda: self.control.lost(lost, self.now_s))
+
+    def _told(self, arrived: dict[int, float], after: int, until: int) -> None:
+        """Match a feedback with what was sent; what a lost one told is never told."""
+        told = []
+        for number in [number for number in self._unreported if number <= until]:
+            packet = self._unreported.pop(number)
+            if number <= after:
+                continue
+            train = packet.train if packet.kind == "video" else None
+            kind = cast("Literal['audio', 'video', 'repeat']", packet.kind)
+            told.append(
+                Delivery(packet.sent_s, arrived.get(number), packet.size_bytes, kind, train)
+            )
+        self.record.lost_sounds += sum(d.kind == "audio" and d.arrived_s is None for d in told)
+        self.control.delivered(told, self.now_s)
 
     def _reply(self, size_bytes: int, what: Callable[[], None]) -> None:
         self._count += 1

@@ -77,9 +77,11 @@ _CEILING_MEMORY_S: Final = 20.0
 """For so long. Ours."""
 
 _CARRIED_FROM_S: Final = 2.0
-"""What left between so long ago"""
+"""What left between so long ago and `_CARRIED_UNTIL_S` has come through where no queue stands, so
+the link carries it. Ours."""
+
 _CARRIED_UNTIL_S: Final = 1.0
-"""and so long has come through where no queue stands, so the link carries it. Ours."""
+"""What left later may still be under way. Ours."""
 
 _PROBE_MAX_LOSS_SHARE: Final = 0.1
 """With more loss only rare probes leave faster: the queue may be too short for them. Ours."""

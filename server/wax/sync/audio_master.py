@@ -28,6 +28,7 @@ _SPREAD_MS: Final = 20.0
 in steps of 10. The skew is kept so much inside of what is let be."""
 
 _USUAL_ROUND_TRIP_S: Final = 0.1
+"""Taken for the round trip before one was measured. Ours."""
 
 
 class AudioMaster:

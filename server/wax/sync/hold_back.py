@@ -11,22 +11,33 @@ STEP_MS: Final = 10.0
 """What RTP's playout-delay can tell apart."""
 
 _REPORT_S: Final = 0.25
-"""How much time a report looks back on."""
+"""How much time a report looks back on: the page sends one so often."""
+
 _NEXT_PICTURE_S: Final = 0.02
+"""A new hold-back has its effect from the next picture on: half of their distance."""
 
 _SAMPLES: Final = 16
+"""So many reports count at most, 4 s of them. Ours."""
+
 _SURE_MS: Final = 8.0
+"""A smaller error is what steps of 10 ms and the measurement leave. Ours."""
+
 _UNSURE_MS: Final = 24.0
-"""An error of so much is corrected after one report; it takes several to believe a smaller one,
-and one below `_SURE_MS` is what steps of 10 ms and the measurement leave."""
+"""An error of so much is corrected after one report; it takes several to believe a smaller one.
+Ours."""
 
 _NOTICED_MS: Final = 125.0
-_MET_AGAIN_MS: Final = 105.0
 """Sound so late is noticed (ITU-R BT.1359): where even the longest hold-back would leave more, it
 buys nothing, and the picture is shown at once. Thesis 3.3: delivery before synchronisation."""
 
+_MET_AGAIN_MS: Final = 105.0
+"""Below this it is held back again: hysteresis. Ours."""
+
 _JUMP_MS: Final = 40.0
+"""A report that differs by more must be confirmed by the next. Ours."""
+
 _FARTHEST_MS: Final = 10_000.0
+"""Nothing is farther from the sound; a bound against what cannot be."""
 
 
 class HoldBack:

@@ -15,27 +15,44 @@ BOUND_MS: Final = 500.0
 """No sound waits longer: the thesis's audio media unit."""
 
 _STEP_MS: Final = 10.0
+"""Delays differ by so much at least; the video's playout-delay has the same steps."""
+
 _LEAST_MS: Final = 20.0
 """What a browser keeps anyway; to ask for no more is to ask for nothing."""
 
 _WINDOW_S: Final = 2.0
+"""Over which concealment is summed. Ours."""
+
 _BRIDGED_MS: Final = 60.0
-"""What a decoder makes up so that it is hardly heard: it goes on with the wave (NetEq: 100 ms, then
+"""What a decoder conceals so that it is hardly heard: it goes on with the wave (NetEq: 100 ms, then
 it fades). More than this within the window is a break, and packets that come this much late are."""
+
 _USELESS_MS: Final = 100.0
+"""More than this at the longest delay: waiting is of no use. Ours."""
+
 _GRACE_S: Final = 1.0
-"""So long after the sound began, or its form changed, what is made up says nothing of the link."""
+"""So long after the sound began, or its form changed, what is concealed says nothing of the link.
+Ours."""
 
 _NEW_SHARE: Final = 0.25
-"""Of a measurement of the device in the mean."""
+"""Of a measurement of the device in the mean. Ours."""
 
 _RISE_MS: Final = (20.0, 120.0)
+"""A break makes the delay so much longer, at least and at most. Ours."""
+
 _STRETCH_MS_PER_S: Final = 75.0
+"""So fast browsers stretch the sound, as measured in Chromium."""
+
 _SHOWN_S: Final = 0.5
-"""A rise has its effect once the sound is stretched and the page has reported it."""
+"""A rise has its effect once the sound is stretched and the page has reported it. Ours: two
+reports."""
 
 _PATIENCE_S: Final = (30.0, 480.0)
+"""Without a break for so long the delay becomes shorter; after one that this caused, for four times
+as long, up to the second. Ours."""
+
 _FALL_EVERY_S: Final = 5.0
+"""Then by one step in so long. Ours."""
 
 
 class SoundDelay:

@@ -1,0 +1,124 @@
+"""The numeric constants of the congestion control and of playout, and how one is changed."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import pkgutil
+import sys
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import wax.congestion
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from types import ModuleType
+
+_PLAYOUT: Final = ("wax.sync.sound_delay", "wax.sync.hold_back", "wax.sync.audio_master")
+
+Number = int | float
+Value = Number | tuple[Number, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """`name` of `module`; `note` is the docstring behind it."""
+
+    module: str
+    name: str
+    value: Value
+    note: str | None
+
+    @property
+    def key(self) -> str:
+        return f"{self.module.rpartition('.')[2]}.{self.name}"
+
+    def scaled(self, factor: float) -> Value:
+        """Return the value times a factor; whole numbers stay whole and positive."""
+        if isinstance(self.value, tuple):
+            return tuple(_scaled(one, factor) for one in self.value)
+        return _scaled(self.value, factor)
+
+    @contextmanager
+    def set(self, value: Value) -> Iterator[None]:
+        """Let it have another value, wherever a module has imported it."""
+        homes = [
+            module
+            for name, module in list(sys.modules.items())
+            if name == self.module
+            or (
+                name.startswith("wax.")
+                and not self.name.startswith("_")
+                and getattr(module, self.name, None) == self.value
+            )
+        ]
+        for module in homes:
+            setattr(module, self.name, value)
+        try:
+            yield
+        finally:
+            for module in homes:
+                setattr(module, self.name, self.value)
+
+
+def modules() -> list[str]:
+    """Return the modules whose constants are looked at."""
+    found = [f"wax.congestion.{one.name}" for one in pkgutil.iter_modules(wax.congestion.__path__)]
+    return [*found, *_PLAYOUT]
+
+
+def constants() -> list[Constant]:
+    """Return all numeric constants, in the order of the modules."""
+    return [one for name in modules() for one in _constants(importlib.import_module(name))]
+
+
+def code(names: list[str]) -> str:
+    """Return the code of modules without docstrings and notes, which change no figure."""
+    out = []
+    for name in names:
+        tree = ast.parse(_source(importlib.import_module(name)))
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+                node.body = [one for one in node.body if not _is_note(one)]
+        out.append(f"{name}\n{ast.dump(tree)}")
+    return "\n".join(out)
+
+
+def _source(module: ModuleType) -> str:
+    assert module.__file__ is not None
+    return Path(module.__file__).read_text(encoding="utf-8")
+
+
+def _constants(module: ModuleType) -> list[Constant]:
+    body = ast.parse(_source(module)).body
+    found = []
+    for node, after in zip(body, [*body[1:], None], strict=True):
+        if not (isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name)):
+            continue
+        value = getattr(module, node.target.id)
+        numbers = value if isinstance(value, tuple) and not hasattr(value, "_fields") else (value,)
+        if all(isinstance(one, Number) and not isinstance(one, bool) for one in numbers):
+            note = _note(after) if after is not None and _is_note(after) else None
+            found.append(Constant(module.__name__, node.target.id, value, note))
+    return found
+
+
+def _is_note(node: ast.stmt) -> bool:
+    return (
+        isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    )
+
+
+def _note(node: ast.stmt) -> str:
+    assert isinstance(node, ast.Expr)
+    assert isinstance(node.value, ast.Constant)
+    return " ".join(str(node.value.value).split())
+
+
+def _scaled(value: Number, factor: float) -> Number:
+    return max(1, round(value * factor)) if isinstance(value, int) else value * factor

@@ -1,0 +1,194 @@
+"""Runs the links with each constant halved and doubled, and says what that changes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+import statistics
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final
+
+from tests.ablation.constants import Constant, code, constants, modules
+from tests.ablation.links import CASES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+Result = dict[str, dict[str, float | None]]
+"""By link and then by measure."""
+
+FACTORS: Final = {"half": 0.5, "double": 2.0}
+FACTS: Final = {
+    "control._PAYLOAD_BYTES",
+    "delivery.UDP_IP_BYTES",
+    "estimator._MAX_CLOCK_S",
+    "estimator._MAX_DATAGRAM_BYTES",
+    "packet_size.HEADER_BYTES",
+    "wire_cost._BLOCK_BYTES",
+    "wire_cost._LAYER_SHARE",
+}
+"""What is so on the wire, in the codec or in a float, and is not ours to choose."""
+BOUNDS: Final = {
+    "estimator._MAX_DELIVERY_AGE_S",
+    "estimator._MAX_QUEUE_MS",
+    "estimator._MAX_RATE_BPS",
+    "feedback_timeout._MAX_ROUND_TRIP_S",
+    "hold_back._FARTHEST_MS",
+    "jitter._MAX_MS",
+    "jitter._MAX_PACKETS",
+    "loss._BURSTS",
+    "loss_based._MAX_RATE_BPS",
+    "pacer._MIN_RATE_BPS",
+    "packet_trains._MAX_DISPERSION_S",
+    "packet_trains._MAX_TRAINS",
+    "send_history._KEPT_PACKETS",
+}
+"""What only bounds memory, or what cannot be: no link reaches it."""
+
+_HARNESS: Final = (
+    "tests.ablation.links",
+    "tests.congestion.bottleneck",
+    "tests.sync.browser_model",
+    "tests.sync.link_model",
+    "wax.sync.fail_safe",
+    "wax.sync.watch",
+)
+_SEEDS: Final = 6
+"""So many runs tell how much chance alone changes a measure."""
+_NOTICEABLE: Final = {
+    "use": (0.04, 0.0),
+    "picture_ms": (15.0, 0.10),
+    "sound_ms": (8.0, 0.10),
+    "concealed": (0.005, 0.0),
+    "recovery_s": (1.0, 0.10),
+}
+"""Of each measure how much of a change is worth a word, absolute and relative: the larger."""
+
+
+def digest() -> str:
+    """Return the hash of the code that is measured, without its comments."""
+    return hashlib.sha256(code([*modules(), *_HARNESS]).encode()).hexdigest()[:16]
+
+
+def tuned() -> list[Constant]:
+    """Return the constants that are tuned."""
+    return [one for one in constants() if one.key not in FACTS | BOUNDS]
+
+
+def run(seed: int = 1) -> Result:
+    """Measure every link as it is."""
+    return {name: case.measure(seed).as_dict() for name, case in CASES.items()}
+
+
+def run_with(key: str, factor: float) -> Result:
+    """Measure every link with one constant changed; nothing where that makes no sense."""
+    (constant,) = [one for one in constants() if one.key == key]
+    with constant.set(constant.scaled(factor)), suppress(ArithmeticError):
+        return run()
+    return {}
+
+
+def sweep(path: Path, jobs: int) -> dict[str, Result]:
+    """Measure what has no result in `path` on this code; return all, by key and factor."""
+    mine = digest()
+    found = _read(path, mine)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    wanted = [name for name in _names() if name not in found]
+    with ProcessPoolExecutor(jobs) as pool, path.open("a", encoding="utf-8") as file:
+        futures = {pool.submit(_one, name): name for name in wanted}
+        for future in as_completed(futures):
+            name, result = futures[future], future.result()
+            found[name] = result
+            file.write(json.dumps({"code": mine, "name": name, "result": result}) + "\n")
+            file.flush()
+    return {name: found[name] for name in _names()}
+
+
+def effect(before: Result, after: Result, spread: Result) -> str:
+    """Say in a few words what changes most, of all links and measures."""
+    if not after:
+        return "makes no sense"
+    worst, said = 1.0, ""
+    same = True
+    for link, measures in before.items():
+        for measure, was in measures.items():
+            now = after[link][measure]
+            same = same and was == now
+            if was is None or now is None:
+                if was is not now and worst < 3:
+                    worst, said = 3.0, f"{link}: {_WORDS[measure]} {_say(measure, was, now)}"
+                continue
+            least, share = _NOTICEABLE[measure]
+            noticeable = max(least, share * abs(was), 2 * (spread[link][measure] or 0.0))
+            if abs(now - was) / noticeable > worst:
+                worst = abs(now - was) / noticeable
+                said = f"{link}: {_WORDS[measure]} {_say(measure, was, now)}"
+    return said or ("the same" if same else "no change to speak of")
+
+
+def spread(found: dict[str, Result]) -> Result:
+    """Return by how much chance alone changes each measure (standard deviation over seeds)."""
+    out: Result = {}
+    for link, measures in found["seed 1"].items():
+        out[link] = {}
+        for measure in measures:
+            values = [found[f"seed {seed}"][link][measure] for seed in range(1, _SEEDS + 1)]
+            known = [value for value in values if value is not None]
+            out[link][measure] = statistics.stdev(known) if len(known) > 1 else 0.0
+    return out
+
+
+_WORDS: Final = {
+    "use": "use",
+    "picture_ms": "picture",
+    "sound_ms": "sound",
+    "concealed": "concealed",
+    "recovery_s": "recovery",
+}
+
+
+def _say(measure: str, was: float | None, now: float | None) -> str:
+    return f"{_figure(measure, was)} → {_figure(measure, now)}"
+
+
+def _figure(measure: str, value: float | None) -> str:
+    if value is None:
+        return "none"
+    if measure in ("use", "concealed"):
+        return f"{100 * value:.{0 if measure == 'use' else 1}f} %"
+    return f"{value:.0f} ms" if measure.endswith("_ms") else f"{value:.1f} s"
+
+
+def mean(result: Result, measure: str) -> float | None:
+    """Return the mean over the links that have this measure."""
+    values = [one[measure] for one in result.values()]
+    known = [value for value in values if value is not None and math.isfinite(value)]
+    return statistics.fmean(known) if known else None
+
+
+def _names() -> Iterator[str]:
+    for seed in range(1, _SEEDS + 1):
+        yield f"seed {seed}"
+    for constant in tuned():
+        for factor in FACTORS:
+            yield f"{constant.key} {factor}"
+
+
+def _one(name: str) -> Result:
+    key, _, last = name.rpartition(" ")
+    return run(int(last)) if key == "seed" else run_with(key, FACTORS[last])
+
+
+def _read(path: Path, mine: str) -> dict[str, Result]:
+    if not path.exists():
+        return {}
+    lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    return {line["name"]: line["result"] for line in lines if line["code"] == mine}
+
+
+def default_jobs() -> int:
+    return max(1, os.cpu_count() or 1)

@@ -1,0 +1,63 @@
+"""The ablation: which constants there are, what is said of them, and how one is changed."""
+
+from __future__ import annotations
+
+import pytest
+from tests.ablation.constants import Constant, constants
+from tests.ablation.sweep import BOUNDS, FACTS, Result, effect, tuned
+
+from wax.congestion import estimator, probing
+
+ALL = constants()
+
+
+def _named(key: str) -> Constant:
+    (found,) = [one for one in ALL if one.key == key]
+    return found
+
+
+@pytest.mark.parametrize("constant", ALL, ids=lambda one: one.key)
+def test_each_constant_says_why(constant: Constant) -> None:
+    """Behind each number stand its reason and, where it is tuned, what half and double change."""
+    assert constant.note
+    if constant.key not in FACTS | BOUNDS:
+        assert "Half: " in constant.note
+        assert "double: " in constant.note
+
+
+def test_what_is_left_out_exists() -> None:
+    """No fact and no bound is named that is gone."""
+    assert {one.key for one in ALL} >= FACTS | BOUNDS
+    assert {one.key for one in tuned()} == {one.key for one in ALL} - FACTS - BOUNDS
+
+
+def test_a_constant_is_changed_wherever_it_is_known_and_put_back() -> None:
+    """One that another module has imported changes there, too, and only meanwhile."""
+    constant = _named("probing.STARTING_RATE_BPS")
+    with constant.set(constant.scaled(2.0)):
+        assert [vars(one)[constant.name] for one in (probing, estimator)] == [600_000, 600_000]
+    assert [vars(one)[constant.name] for one in (probing, estimator)] == [300_000, 300_000]
+
+
+def test_whole_numbers_stay_whole() -> None:
+    """Half of three packets are two, and half of one is one."""
+    assert _named("delivery_rate._MIN_PACKETS").scaled(0.5) == 2
+    assert Constant("m", "N", 1, None).scaled(0.5) == 1
+    assert Constant("m", "N", (30.0, 480.0), None).scaled(2.0) == (60.0, 960.0)
+
+
+def test_the_largest_change_is_what_is_told() -> None:
+    """Of all links and measures one is named, and chance alone is nothing to speak of."""
+    before: Result = {
+        "modem": {"use": 0.8, "sound_ms": 100.0},
+        "cell": {"use": 0.5, "sound_ms": 80.0},
+    }
+    after: Result = {
+        "modem": {"use": 0.79, "sound_ms": 180.0},
+        "cell": {"use": 0.5, "sound_ms": 95.0},
+    }
+    chance: Result = {link: dict.fromkeys(measures, 0.0) for link, measures in before.items()}
+    assert effect(before, after, chance) == "modem: sound 100 ms → 180 ms"
+    assert effect(before, before, chance) == "the same"
+    loud: Result = {link: dict.fromkeys(measures, 100.0) for link, measures in before.items()}
+    assert effect(before, after, loud) == "no change to speak of"

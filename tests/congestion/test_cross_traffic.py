@@ -1,0 +1,56 @@
+"""Several flows over one bottleneck, and cells whose rate walks: what each viewer is left with."""
+
+from __future__ import annotations
+
+import pytest
+from tests.ablation.links import beside_download, beside_viewer, carried_bps, cellular, network
+from tests.ablation.traffic import rate_bps, starved_s
+from tests.congestion.bottleneck import Port, TcpDownload, bottleneck, run
+from tests.sync.link_model import Loop
+
+
+def test_two_downloads_fill_a_bottleneck_and_share_it() -> None:
+    """The model of TCP fills the link alone, and leaves a second one no less than a third."""
+    link = network("shared", rate_bps=5_000_000, queue_ms=100.0, delay_ms=20.0)
+    pipe = bottleneck(link, seed=1, start_s=100.0)
+    first = TcpDownload(Port(pipe), back_s=0.02, begin_s=100.0)
+    second = TcpDownload(Port(pipe), back_s=0.02, begin_s=105.0)
+    run([first, second], 140.0)
+    assert first.rate_bps(101, 105) >= 0.95 * 5e6
+    shares = [one.rate_bps(115, 140) for one in (first, second)]
+    assert sum(shares) >= 0.95 * 5e6
+    assert min(shares) >= sum(shares) / 3
+
+
+@pytest.mark.parametrize("link_bps", [400_000, 800_000, 2_000_000])
+def test_a_second_viewer_gets_as_much(link_bps: int) -> None:
+    """Of a thin bottleneck the one who comes later has the same share, and neither starves."""
+    first, second = beside_viewer(1, rate_bps=link_bps, begin_s=10.0, run_s=40.0)
+    shares = [rate_bps(first, 20.0, 40.0), rate_bps(second, 10.0, 30.0)]
+    assert min(shares) >= 0.8 * max(shares)
+    assert starved_s(first, 20.0, 40.0) == 0
+    assert starved_s(second, 10.0, 30.0) == 0
+    assert first.record.sound_ms(20.0, 40.0, 0.95) <= 120
+    assert second.record.sound_ms(10.0, 30.0, 0.95) <= 120
+
+
+@pytest.mark.parametrize("link_bps", [1_000_000, 3_000_000])
+def test_a_download_never_silences_a_viewer(link_bps: int) -> None:
+    """Beside a download that fills the queue the sound comes, no later than the queue is long."""
+    loop, download = beside_download(1, rate_bps=link_bps, begin_s=6.0, end_s=20.0, run_s=20.0)
+    own_ms = 20 + 24  # the way, and the length of a packet of sound
+    assert loop.record.sound_ms(8.0, 20.0, 1.0) <= own_ms + 300
+    assert len([at_s for at_s, _ in loop.record.sounds if 8.0 <= at_s < 20.0]) >= 0.9 * 12 / 0.06
+    assert download.rate_bps(110.0, 120.0) >= 0.9 * link_bps
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_cell_is_followed(seed: int) -> None:
+    """While the rate walks between 0.15 and 6 Mbit/s pictures go on, soon, and most is used."""
+    cell = cellular(seed=seed, seconds=30)
+    loop = Loop(cell, feedback_s=0.05)
+    loop.run(30)
+    assert rate_bps(loop, 4.0, 30.0) >= 0.5 * carried_bps(cell, 30.0)
+    assert starved_s(loop, 4.0, 30.0) == 0
+    assert loop.record.sound_ms(4.0, 30.0, 0.95) <= 150
+    assert loop.record.picture_ms(4.0, 30.0, 0.95) <= 300
