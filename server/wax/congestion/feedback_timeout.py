@@ -18,7 +18,8 @@ _ROUND_TRIPS: Final = 2.0
 
 _IDLE_S: Final = 3.0
 """Where nothing that the browser tells of was sent for so long, nothing is overdue: what was told
-last may have been followed by packets that were lost, or that nobody asked about. Ours."""
+last may have been followed by packets that were lost, or that nobody asked about. Ours. Half: the
+same; double: the same."""
 
 _KEPT_ROUND_TRIPS: Final = 5
 """The middle of so many is told: one that a queue made longer does not count. Ours."""
