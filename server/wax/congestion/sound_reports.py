@@ -9,11 +9,12 @@ from wax.congestion.loss_based import LossBasedControl
 
 _REPORTS: Final = 2
 """The loss is averaged over so many reports: about 10 s, as where each packet is told of. libwebrtc
-sends one each 5 s. Ours."""
+sends one each 5 s. Ours. Half: of 5 % between 2.6 and 8.2 % are told, with two 3.3 to 7.0; double:
+a burst at the beginning is told for 20 s."""
 
 _MAX_USE_FACTOR: Final = 4.0
 """Where nothing else is told the link carries no more than so many times what is in use. As the
-estimator's."""
+estimator's. Half: on 24 kbit/s sound 265 ms → 488 ms; double: the same."""
 
 
 class SoundReports:
