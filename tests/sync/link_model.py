@@ -25,6 +25,7 @@ from wax.congestion.allocator import Allocator
 from wax.congestion.delivery import Delivery, LinkEstimate
 from wax.congestion.pacer import gap_s
 from wax.congestion.sender_side import SenderSideControl
+from wax.rtc.repeats import Repeats
 from wax.sync.audio_master import AudioMaster
 
 if TYPE_CHECKING:
@@ -200,6 +201,7 @@ class Loop:
         self._base: int | None = None
         self._videos: dict[int, Packet] = {}
         self._count_sent = self._came = self._reported_sent = self._reported_came = 0
+        self._repeats = Repeats()
         self._asked: dict[int, float] = {}
         self._pli_s = -math.inf
         self._video = self._video_came = 0
@@ -406,8 +408,13 @@ class Loop:
         packet = self._videos.get(number)
         if packet is None:
             return
+        round_trip_ms = self.control.estimate(self.now_s).round_trip_ms
+        round_trip_s = None if round_trip_ms is None else round_trip_ms / 1000
+        if not self._repeats.is_due(number, round_trip_s, self.now_s):
+            return
         age_s = self.now_s - packet.sent_s
         if self.control.repeats(packet.size_bytes, age_s, self.now_s):
+            self._repeats.sent(number, self.now_s)
             self._send(
                 Packet(self.now_s, packet.size_bytes + 2, "repeat", packet.train, number=number)
             )
