@@ -14,8 +14,8 @@ from heapq import heappop, heappush
 from random import Random
 from typing import TYPE_CHECKING, Any
 
-from e2e.lab.link.model import Direction
-from e2e.lab.link.profile import Profile, load
+from tests.link.model import Direction
+from tests.link.profile import Profile, load
 
 from wax.config import Settings
 from wax.sync.delivery import Delivery, LinkEstimate

@@ -7,8 +7,9 @@ import time
 from struct import Struct
 from typing import TYPE_CHECKING, Any, Final
 
+from tests.link.model import Direction
+
 from e2e.lab.link import load
-from e2e.lab.link.model import Direction
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -13,8 +13,9 @@ import sys
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from e2e.lab.link.errors import LinkError
-from e2e.lab.link.profile import load, names
+from tests.link.errors import LinkError
+from tests.link.profile import load, names
+
 from e2e.lab.link.verify import verify
 
 if TYPE_CHECKING:

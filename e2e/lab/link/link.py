@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from pydantic import TypeAdapter
+from tests.link.errors import LinkError
+from tests.link.profile import Profile, load
 
 from e2e.lab.link import leftovers, namespace
-from e2e.lab.link.errors import LinkError, UnavailableError
-from e2e.lab.link.profile import Profile, load
+from e2e.lab.link.errors import UnavailableError
 from e2e.lab.link.statistics import Hello, Refusal, Statistics
 
 if TYPE_CHECKING:

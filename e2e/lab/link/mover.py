@@ -20,11 +20,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
+from tests.link.model import Direction
+from tests.link.profile import Profile
+
 from e2e.lab.link import leftovers, namespace
 from e2e.lab.link.errors import UnavailableError
-from e2e.lab.link.model import Direction
 from e2e.lab.link.priority import be_first
-from e2e.lab.link.profile import Profile
 from e2e.lab.link.statistics import Hello, Lateness, Refusal, Statistics
 from e2e.lab.link.tun import open_tun, read_packets
 

@@ -6,22 +6,9 @@ from bisect import bisect_left
 from dataclasses import dataclass, field
 from typing import Final
 
+from tests.link.counters import Counters  # noqa: TC002  # pydantic looks the annotation up
+
 LATE_MS: Final = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
-
-
-@dataclass(slots=True)
-class Counters:
-    """What went through one direction since its start; bytes are those of IP packets."""
-
-    packets_in: int = 0
-    bytes_in: int = 0
-    packets_out: int = 0
-    bytes_out: int = 0
-    queue_drops: int = 0
-    queue_drop_bytes: int = 0
-    losses: int = 0
-    loss_bytes: int = 0
-    backlog_peak_bytes: int = 0
 
 
 @dataclass(slots=True)

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 import pytest_asyncio
+from tests.link.profile import parse
 
 from e2e.harness.missing import missing
 from e2e.lab.link import Link, LinkError, Profile, UnavailableError, leftovers, namespace
-from e2e.lab.link.profile import parse
 from e2e.lab.link.verify import verify
 
 if TYPE_CHECKING:

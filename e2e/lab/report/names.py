@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from e2e.lab.link import profile as profiles
-from e2e.lab.link.errors import LinkError
+from tests.link import profile as profiles
+from tests.link.errors import LinkError
+
 from e2e.lab.plan import CHANGING, NARROW, TODAY, WIRED
 
 if TYPE_CHECKING:

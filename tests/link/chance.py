@@ -7,10 +7,10 @@ from random import Random
 from statistics import NormalDist
 from typing import TYPE_CHECKING, Final
 
-from e2e.lab.link.profile import NORMAL_CUT
+from tests.link.profile import NORMAL_CUT
 
 if TYPE_CHECKING:
-    from e2e.lab.link.profile import Jitter, Loss, Stalls
+    from tests.link.profile import Jitter, Loss, Stalls
 
 _NORMAL: Final = NormalDist()
 _LEAST: Final = _NORMAL.cdf(-NORMAL_CUT)

@@ -6,7 +6,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from e2e.lab.link.schedule import Schedule
+    from tests.link.schedule import Schedule
 
 
 class Transmitter(Protocol):

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
-from e2e.lab.link.model import Direction
-from e2e.lab.link.profile import DirectionSettings
+from tests.link.model import Direction
+from tests.link.profile import DirectionSettings
 
 if TYPE_CHECKING:
     from pathlib import Path

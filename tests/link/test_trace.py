@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
-from e2e.lab.link.errors import ProfileError
-from e2e.lab.link.trace import TraceTransmitter, read
+from tests.link.errors import ProfileError
+from tests.link.trace import TraceTransmitter, read
 
 if TYPE_CHECKING:
     from pathlib import Path

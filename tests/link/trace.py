@@ -11,7 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
-from e2e.lab.link.errors import ProfileError
+from tests.link.errors import ProfileError
 
 OPPORTUNITY_BYTES: Final = 1500
 

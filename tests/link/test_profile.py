@@ -6,9 +6,8 @@ import re
 from typing import TYPE_CHECKING, Any
 
 import pytest
-
-from e2e.lab.link.errors import ProfileError
-from e2e.lab.link.profile import FOLDER, Profile, load, names, parse
+from tests.link.errors import ProfileError
+from tests.link.profile import FOLDER, Profile, load, names, parse
 
 if TYPE_CHECKING:
     from pathlib import Path

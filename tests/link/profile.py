@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from tests.link import trace
+from tests.link.errors import ProfileError
 
-from e2e.lab.link import trace
-from e2e.lab.link.errors import ProfileError
 from wax import allowed
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
-FOLDER: Final = Path(__file__).parent.parent / "profiles"
+FOLDER: Final = Path(__file__).parent / "profiles"
 NORMAL_CUT: Final = 3.0
 """Normal jitter is cut at this many standard deviations, so that no delay is negative."""
 

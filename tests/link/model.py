@@ -1,4 +1,8 @@
-"""One direction of the link, pure: packets in, and when which of them come out."""
+"""One direction of a link, without a clock: packets in, and when which of them come out.
+
+Unit tests of congestion control simulate with it, and the emulator in `e2e.lab.link` moves real
+packets by it.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +10,15 @@ import math
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING
 
-from e2e.lab.link.chance import LossChain, StallClock, jitter_quantile_ms, seeded
-from e2e.lab.link.queueing import Backlog, RateTransmitter
-from e2e.lab.link.schedule import Schedule
-from e2e.lab.link.statistics import Counters
-from e2e.lab.link.trace import TraceTransmitter, read
+from tests.link.chance import LossChain, StallClock, jitter_quantile_ms, seeded
+from tests.link.counters import Counters
+from tests.link.queueing import Backlog, RateTransmitter
+from tests.link.schedule import Schedule
+from tests.link.trace import TraceTransmitter, read
 
 if TYPE_CHECKING:
-    from e2e.lab.link.profile import Conditions, DirectionSettings
-    from e2e.lab.link.queueing import Transmitter
+    from tests.link.profile import Conditions, DirectionSettings
+    from tests.link.queueing import Transmitter
 
 
 class Direction:

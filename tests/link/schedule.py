@@ -7,7 +7,7 @@ from bisect import bisect_right
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from e2e.lab.link.profile import Conditions, DirectionSettings
+    from tests.link.profile import Conditions, DirectionSettings
 
 
 class Schedule:

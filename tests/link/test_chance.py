@@ -10,9 +10,8 @@ from statistics import fmean, pstdev
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
-from e2e.lab.link.chance import LossChain, StallClock, jitter_quantile_ms
-from e2e.lab.link.profile import Jitter, Loss, Stalls, load, names
+from tests.link.chance import LossChain, StallClock, jitter_quantile_ms
+from tests.link.profile import Jitter, Loss, Stalls, load, names
 
 UNIFORM = Jitter(distribution="uniform", ms=10)
 NORMAL = Jitter(distribution="normal", ms=10)
