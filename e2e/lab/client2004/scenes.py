@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from e2e.lab.client2004.client import Client
 from e2e.lab.client2004.path import SyntheticPath
 from e2e.lab.client2004.source import Recorder
+from e2e.lab.thesis import AUDIO
+
+if TYPE_CHECKING:
+    from e2e.lab.thesis import Pauses
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,9 +20,29 @@ class Scene:
     """One row of the table; `reasons` says where its numbers are from."""
 
     name: str
+    profile: str
+    """The lab's profile that stands for it, by which `e2e.lab.thesis` has its words."""
+    users: tuple[str, ...]
+    """Whose pauses the thesis tells there: the clients in `AUDIO`."""
     path: SyntheticPath
     client: Client
     reasons: str
+
+    def said(self, mu_ms: int) -> list[Pauses]:
+        clients = AUDIO[self.profile]
+        found = (clients[user].get(mu_ms) for user in self.users)
+        return [one for one in found if one is not None and one.is_told]
+
+    def words(self, mu_ms: int) -> str:
+        return "; ".join(dict.fromkeys(one.text for one in self.said(mu_ms))) or "–"
+
+    def was_clean(self, mu_ms: int) -> bool | None:
+        """Return whether there were no pauses; None where the thesis does not say."""
+        said = self.said(mu_ms)
+        return all(one.none for one in said) if said else None
+
+    def longest_ms(self, mu_ms: int) -> float | None:
+        return max((one.longest_ms for one in self.said(mu_ms) if one.longest_ms), default=None)
 
 
 RECORDER = Recorder(fragment_ms=512.0, hand_over_ms=3.0)
@@ -33,11 +58,10 @@ RECORDER_REASONS = (
 
 NETSCAPE_LINUX = Client()
 WINDOWS = Client(least_turn_ms=250.0, most_turn_ms=350.0)
-JAVA_2 = Client(block_ms=256.0)
 PAGE = Client(queue_mus=math.inf)
 """As our page acknowledges: on delivery, since a browser's buffer always has room."""
 CLIENT_REASONS = (
-    "block 50 ms, Java 2 256 ms; queue twice an audio MU: 5.2.1.2, 5.2.2.6, 4.3.2.",
+    "block 50 ms; queue twice an audio MU: 5.2.1.2, 4.3.2.",
     "Linux, turn-round 0: it asks again at once, since nothing in the thesis says otherwise.",
     "Windows, turn-round 250-350 ms: not documented; the delayed acknowledgement of Windows, "
     "200 ms, and a Java that also decodes ten pictures a second are of that order, and 5.2.1.2 "
@@ -49,18 +73,24 @@ CLIENT_REASONS = (
 SCENES = (
     Scene(
         "same machine",
+        "same-machine",
+        ("",),
         SyntheticPath(0.2, 1.0, 0.02, 9.0),
         NETSCAPE_LINUX,
         "under 1 ms, occasional spikes of up to 9 ms (5.2.1.1); occasional = 1 in 50",
     ),
     Scene(
         "LAN",
+        "lan",
+        ("",),
         SyntheticPath(1.0, 10.0, 0.0, 10.0),
         NETSCAPE_LINUX,
         "as fast as the same machine (5.2.1.1), under 10 ms (6.1); the second is taken",
     ),
     Scene(
         "campus",
+        "campus",
+        ("",),
         SyntheticPath(0.0, 10.0, 0.02, 200.0),
         WINDOWS,
         "0 or 10 ms, which is that client's clock; up to 200 ms once in the run shown (5.2.1.1), "
@@ -68,6 +98,8 @@ SCENES = (
     ),
     Scene(
         "Internet, Linux",
+        "internet-5m",
+        ("Linux, Netscape 4.8",),
         SyntheticPath(47.0, 94.0, 0.05, 200.0),
         NETSCAPE_LINUX,
         "47-94 ms, four later than 100 ms in the run shown (5.2.2.1), some 80 lines; how much "
@@ -75,6 +107,8 @@ SCENES = (
     ),
     Scene(
         "Internet, Windows",
+        "internet-5m",
+        ("Windows, Netscape 4.8", "Windows, Internet Explorer 6"),
         SyntheticPath(47.0, 94.0, 0.05, 200.0),
         WINDOWS,
         "the same connection, Windows XP",
