@@ -1,0 +1,146 @@
+"""The command line of every suite.
+
+Exit status: 0 when every goal is met; 1 when one is missed; 2 when something failed; 77 when this
+machine lacks what a case needs and nothing else is wrong; 130 after Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+import traceback
+from datetime import UTC, datetime
+from difflib import get_close_matches
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Final
+
+from e2e.measure import machine
+from e2e.measure.errors import MeasureError, NotRunError
+from e2e.measure.published import FOLDER, publish
+from e2e.measure.results import Origin, Result, Results
+from e2e.measure.suite import ROOT, digest
+from e2e.measure.table import to_table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from e2e.measure.suite import Case, Suite
+
+OUT: Final = ROOT / "e2e/out"
+NOT_RUN: Final = 77
+"""What automake takes for a test that was skipped."""
+
+
+def main(suite: Suite, words: Sequence[str] | None = None) -> int:
+    """Read the command line and do what it says."""
+    parser = parser_of(suite)
+    arguments = parser.parse_args(words)
+    if arguments.publish and (arguments.quick or arguments.n):
+        parser.error("only the full number is published; give --publish without --quick and --n")
+    try:
+        return run(suite, arguments)
+    except MeasureError as error:
+        print(f"{suite.name}: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+
+
+def parser_of(suite: Suite) -> argparse.ArgumentParser:
+    """Give the parser, to which a suite may add options of its own."""
+    parser = argparse.ArgumentParser(prog=f"python -m e2e.{suite.name}", description=suite.about)
+    parser.add_argument(
+        "--only", nargs="+", action="extend", metavar="CASE", help="these; * and ? as in a shell"
+    )
+    number = parser.add_mutually_exclusive_group()
+    number.add_argument("--n", type=int, help="so often, instead of each case's full number")
+    number.add_argument("--quick", action="store_true", help="each case's small number")
+    parser.add_argument(
+        "--resume", action="store_true", help="only what has no result on this commit and machine"
+    )
+    parser.add_argument("--list", action="store_true", help="say which cases there are")
+    parser.add_argument(
+        "--publish", action="store_true", help=f"then write {FOLDER.relative_to(ROOT)}/"
+    )
+    return parser
+
+
+def run(suite: Suite, arguments: argparse.Namespace, out: Path = OUT) -> int:
+    """Measure; the exit status. Raises `MeasureError` where what was asked for makes no sense."""
+    wanted = [
+        (case, arguments.n or (case.quick if arguments.quick else case.n))
+        for case in _chosen(suite, arguments.only)
+    ]
+    if arguments.list:
+        print("\n".join(f"{case.key:<28}{n:>6}  {case.title}" for case, n in wanted))
+        return 0
+    origin = Origin(
+        commit=machine.commit(), measured=digest(suite.measures), machine=machine.describe()
+    )
+    if arguments.publish and origin.commit.endswith("-dirty"):
+        raise MeasureError("what is not committed is not published; commit it first")
+    results = Results(out / suite.name)
+    kept = results.of(origin) if arguments.resume else {}
+    load_1min = os.getloadavg()[0]
+    found = []
+    for number, (case, n) in enumerate(wanted, 1):
+        old = kept.get((case.key, n))
+        if old is None or old.status != "ok":
+            print(f"[{number}/{len(wanted)}] {case.key} … ", end="", file=sys.stderr, flush=True)
+            old = _measure(case, n, origin, load_1min, out / suite.name / "log.txt")
+            results.add(old)
+            print(f"{old.problem or 'ok'} ({old.took_s:.0f} s)", file=sys.stderr, flush=True)
+        found.append(old)
+    print(to_table(suite.derive([row for result in found for row in result.rows])))
+    if arguments.publish:
+        everything = results.of(origin)
+        full = [
+            everything[case.key, case.n] for case in suite.cases if (case.key, case.n) in everything
+        ]
+        print(f"published: {publish(suite, full).relative_to(ROOT)}; now run make figures")
+    return _status(found)
+
+
+def _measure(case: Case, n: int, origin: Origin, load_1min: float, log: Path) -> Result:
+    started_utc, start_s = datetime.now(tz=UTC).isoformat(timespec="seconds"), time.monotonic()
+    result = Result(
+        case=case.key, n=n, origin=origin, started_utc=started_utc, took_s=0.0, load_1min=load_1min
+    )
+    try:
+        update: dict[str, object] = {"rows": list(case.run(n))}
+    except NotRunError as error:
+        update = {"status": "not run", "problem": str(error)}
+    except Exception as error:  # whatever it is, the other cases are not to be lost
+        with log.open("a", encoding="utf-8") as file:
+            file.write(f"{started_utc} {case.key}\n{traceback.format_exc()}\n")
+        name = "" if isinstance(error, MeasureError) else f"{type(error).__name__}: "
+        problem = name + (str(error).strip().splitlines() or [""])[0]
+        update = {"status": "failed", "problem": problem}
+    return result.model_copy(update=update | {"took_s": time.monotonic() - start_s})
+
+
+def _chosen(suite: Suite, patterns: Sequence[str] | None) -> list[Case]:
+    """Return the cases that a pattern matches, all without one."""
+    keys = [case.key for case in suite.cases]
+    for pattern in patterns or ():
+        if not any(fnmatchcase(key, pattern) for key in keys):
+            near = get_close_matches(pattern, keys, 1)
+            meant = f"; did you mean {near[0]}?" if near else ""
+            raise MeasureError(f"there is no case {pattern}{meant} (--list names them)")
+    return [
+        case
+        for case in suite.cases
+        if not patterns or any(fnmatchcase(case.key, pattern) for pattern in patterns)
+    ]
+
+
+def _status(found: Sequence[Result]) -> int:
+    statuses = {result.status for result in found}
+    if "failed" in statuses:
+        return 2
+    if "not run" in statuses:
+        return NOT_RUN
+    return 1 if any(row.met is False for result in found for row in result.rows) else 0

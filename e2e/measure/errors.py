@@ -1,0 +1,11 @@
+"""What a suite says when it cannot measure."""
+
+from __future__ import annotations
+
+
+class MeasureError(Exception):
+    """A sentence for a person: what could not be measured, and why; a log's end may follow it."""
+
+
+class NotRunError(MeasureError):
+    """A sentence about what the machine lacks for this measurement, and how to get it."""

@@ -1,0 +1,68 @@
+"""Which machine, commit and versions figures belong to."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import platform
+import subprocess
+from pathlib import Path
+from typing import Final
+
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+from pydantic import BaseModel, ConfigDict
+
+from e2e.measure.suite import ROOT
+
+_PACKAGES: Final = ("wax-teleop", "aiortc", "aioice", "aiohttp", "av", "numpy", "playwright")
+
+
+class Machine(BaseModel):
+    """Ratios carry over to another machine, absolute times do not."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    cpu: str
+    cores: int
+    memory_mib: int
+    system: str
+    python: str
+    versions: dict[str, str]
+    chromium: str | None
+
+    def __str__(self) -> str:
+        return f"{self.cpu}, {self.cores} cores, {self.memory_mib // 1024} GiB, {self.system}"
+
+
+def describe() -> Machine:
+    return Machine(
+        cpu=_cpu(),
+        cores=os.cpu_count() or 0,
+        memory_mib=int(psutil.virtual_memory().total // 2**20),
+        system=f"{platform.system()} {platform.release()} {platform.machine()}",
+        python=platform.python_version(),
+        versions={name: importlib.metadata.version(name) for name in _PACKAGES},
+        chromium=_first_line(os.environ.get("WAX_CHROMIUM", "chromium"), "--version"),
+    )
+
+
+def commit() -> str:
+    """Name the commit; it ends with ``-dirty`` where tracked files differ from it."""
+    return _first_line("git", "-C", str(ROOT), "describe", "--always", "--dirty") or "unknown"
+
+
+def _cpu() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or "unknown"
+
+
+def _first_line(*command: str) -> str | None:
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=20, check=True)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return next(iter(done.stdout.splitlines()), None)

@@ -1,0 +1,65 @@
+"""Results as they come, a line each: a run that was ended loses one case, and goes on later."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from e2e.measure.machine import Machine
+from e2e.measure.row import Row
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+class Origin(BaseModel):
+    """What a result was measured on. `measured` is the hash over the product's files."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    commit: str
+    measured: str
+    machine: Machine
+
+
+class Result(BaseModel):
+    """One case. `problem` is one sentence where there are no rows; `load_1min` that before."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    case: str
+    n: int
+    origin: Origin
+    started_utc: str
+    took_s: float
+    load_1min: float
+    status: Literal["ok", "failed", "not run"] = "ok"
+    problem: str | None = None
+    rows: list[Row] = []
+
+
+class Results:
+    """A suite's file of results; those of other commits stay in it and do not count."""
+
+    def __init__(self, folder: Path) -> None:
+        self.path = folder / "results.jsonl"
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def add(self, result: Result) -> None:
+        with self.path.open("a", encoding="utf-8") as file:
+            # The line's end comes first: one that a crash has torn does not spoil the next.
+            file.write(f"\n{result.model_dump_json()}")
+
+    def of(self, origin: Origin) -> dict[tuple[str, int], Result]:
+        """Give what was measured on this origin, the newest of each case and n."""
+        found: dict[tuple[str, int], Result] = {}
+        lines = self.path.read_text(encoding="utf-8").splitlines() if self.path.exists() else []
+        for line in lines:
+            try:
+                result = Result.model_validate_json(line)
+            except ValidationError:  # torn by a crash, or of another version
+                continue
+            if result.origin == origin:
+                found[result.case, result.n] = result
+        return found

@@ -1,0 +1,132 @@
+"""One row of a table: a figure, how often it was measured, its goal, and whether that is met."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel, ConfigDict
+
+from e2e.measure.errors import MeasureError
+from e2e.measure.summary import Summary, summarize
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+
+class Row(BaseModel):
+    """`values` are numbers in `unit`, by the name of their column; None where there is none.
+
+    The goal is that the value of the column `judged` is at most `goal`, or with `at_least` no
+    less. `met` is None where there is no goal or nothing to judge. `load` says what the system
+    carried meanwhile. `detail` explains a result to whoever runs the suite; it is not published.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    key: str
+    what: str
+    n: int
+    unit: str = ""
+    values: dict[str, float | None]
+    spread: Summary | None = None
+    judged: str = ""
+    goal: float | None = None
+    at_least: bool = False
+    met: bool | None = None
+    load: str = ""
+    detail: dict[str, Any] = {}
+
+
+def timed(
+    key: str, what: str, values_ms: Sequence[float | None], goal_ms: float, **more: Any
+) -> Row:
+    """Sum up times in milliseconds, as `summed` does."""
+    return summed(key, what, "ms", values_ms, goal_ms, **more)
+
+
+def summed(
+    key: str,
+    what: str,
+    unit: str,
+    values: Sequence[float | None],
+    goal: float,
+    *,
+    judged: str = "max",
+    wrong: int = 0,
+    load: str = "",
+    **detail: Any,
+) -> Row:
+    """Sum up repetitions; what never came to an end (None) misses every goal.
+
+    `judged` is a name of `Summary`; `wrong` counts what must never happen, and misses the goal.
+    Raises `MeasureError` where nothing was measured.
+    """
+    if not values:
+        raise MeasureError(f"{key}: nothing was measured")
+    came = [value for value in values if value is not None]
+    never = len(values) - len(came)
+    spread = summarize(came) if came else None
+    found = {} if spread is None else {name: getattr(spread, name) for name in _SHOWN}
+    value = None if spread is None else getattr(spread, judged)
+    return Row(
+        key=key,
+        what=what,
+        n=len(values),
+        unit=unit,
+        values=found,
+        spread=spread,
+        judged=judged,
+        goal=goal,
+        met=value is not None and value <= goal and not never and not wrong,
+        load=load,
+        detail={"wrong": wrong, "never": never} | detail,
+    )
+
+
+def counted(key: str, what: str, wrong: int, of: int, *, load: str = "", **detail: Any) -> Row:
+    """Count what must never happen, `wrong` of so many."""
+    return Row(
+        key=key,
+        what=what,
+        n=of,
+        values={"max": float(wrong)},
+        judged="max",
+        goal=0.0,
+        met=wrong == 0 and of > 0,
+        load=load,
+        detail=detail,
+    )
+
+
+def judged(
+    key: str,
+    what: str,
+    unit: str,
+    values: Mapping[str, float | None],
+    goal: float | None = None,
+    *,
+    n: int,
+    column: str = "WAX",
+    at_least: bool = False,
+    **more: Any,
+) -> Row:
+    """Set values beside each other; the goal is about that of `column`."""
+    value = values.get(column)
+    met = None
+    if value is not None and goal is not None:
+        met = value >= goal if at_least else value <= goal
+    return Row(
+        key=key,
+        what=what,
+        n=n,
+        unit=unit,
+        values=dict(values),
+        judged=column,
+        goal=goal,
+        at_least=at_least,
+        met=met,
+        **more,
+    )
+
+
+_SHOWN = ("min", "median", "p95", "p99", "max")

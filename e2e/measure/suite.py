@@ -1,0 +1,62 @@
+"""What a suite is: its cases, and the files of the product that they judge."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from e2e.measure.row import Row
+
+ROOT: Final = Path(__file__).resolve().parents[2]
+SERVER: Final = ("server/wax/**/*.py", "requirements.lock")
+PAGE: Final = ("web/src/**/*.ts", "web/src/**/*.tsx", "web/package-lock.json")
+FIRMWARE: Final = ("server/firmware/**/*.h", "server/firmware/**/*.cpp")
+_BUILT: Final = {"generated", "dist", "node_modules"}
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """`run(n)` measures `n` times and returns the rows; `n` in full, `quick` in the short form.
+
+    It raises `NotRunError` where this machine cannot, anything else where it failed: either way
+    the other cases go on.
+    """
+
+    key: str
+    title: str
+    n: int
+    run: Callable[[int], Sequence[Row]]
+    quick: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Suite:
+    """`measures` are globs of the product's files: the published rows are stale once they change.
+
+    `columns` are the values of a row that the README shows, in order. `derive` makes the published
+    rows of all that the cases gave, for figures that compare cases or are medians over them.
+    """
+
+    name: str
+    about: str
+    measures: tuple[str, ...]
+    columns: tuple[str, ...]
+    cases: tuple[Case, ...]
+    derive: Callable[[list[Row]], list[Row]] = list
+    notes: tuple[str, ...] = ()
+    """What a reader must know beside the table, a sentence each."""
+
+
+def digest(measures: Sequence[str], root: Path = ROOT) -> str:
+    """Hash names and contents of the files that the globs match, built ones left out."""
+    found = hashlib.sha256()
+    for path in sorted({path for glob in measures for path in root.glob(glob)}):
+        name = path.relative_to(root)
+        if not _BUILT.intersection(name.parts):
+            found.update(f"{name.as_posix()}\n".encode() + path.read_bytes() + b"\0")
+    return found.hexdigest()[:16]
