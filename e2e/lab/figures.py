@@ -45,9 +45,9 @@ class Figures(_Figures):
 
     from_ms: float
     to_ms: float
-    sound_from_ms: float | None = None
+    sound_from_ms: float
     """What is heard counts from here to `to_ms`: later than `from_ms` where the sound came late,
-    and beyond `to_ms` where it came too late to be judged. None in runs of older versions."""
+    and beyond `to_ms` where it came too late to be judged."""
     picture_age_ms: Quantiles | None = None
     """Capture to presentation of each presented frame."""
     sound_age_ms: Quantiles | None = None

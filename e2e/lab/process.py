@@ -6,21 +6,21 @@ import time
 
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 
-from e2e.lab.errors import LabError
 from e2e.lab.results import Server
+from e2e.measure.errors import MeasureError
 
 _MIB = 1024 * 1024
 
 
 class CostMeter:
-    """Counts from its making on. Raises `LabError` when the process `pid` has ended."""
+    """Counts from its making on. Raises `MeasureError` when the process `pid` has ended."""
 
     def __init__(self, pid: int, name: str) -> None:
         self._name = name
         try:
             self._process = psutil.Process(pid)
         except psutil.NoSuchProcess as error:
-            raise LabError(f"{name} has ended; its last words are in the run's log") from error
+            raise MeasureError(f"{name} has ended; its last words are in the run's log") from error
         self._from_s = time.monotonic()
         self._before_s = self._cpu_s()
 
@@ -42,7 +42,7 @@ class CostMeter:
             children = self._process.children(recursive=True)
             costs = [_costs(self._process)]
         except psutil.NoSuchProcess as error:
-            raise LabError(
+            raise MeasureError(
                 f"{self._name} ended while it was watched; its last words are in the run's log"
             ) from error
         for child in children:

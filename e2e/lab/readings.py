@@ -25,7 +25,6 @@ class Pictures(_Columns):
     """How far the drawn face opens its mouth, 0…1; None where there is no face."""
     width: list[int] = []
     height: list[int] = []
-    """Empty in runs of older versions."""
 
 
 class Sound(_Columns):
@@ -66,7 +65,7 @@ class Counters(_Columns):
     data_sent_bytes: list[float | None] = []
     output_ms: list[float | None] = []
     """From the jitter buffer to the loudspeaker as the browser reckons it (`media-playout`), mean
-    since the look before. Empty in runs of older versions."""
+    since the look before."""
 
 
 class Commands(_Columns):

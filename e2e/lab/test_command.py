@@ -16,9 +16,9 @@ import pytest
 from e2e.harness.missing import missing
 from e2e.lab.__main__ import NOT_RUN
 from e2e.lab.browsers.window import installed
-from e2e.lab.errors import NotRunError
 from e2e.lab.folder import CELLS, PLAN
 from e2e.lab.link import Link, UnavailableError, leftovers
+from e2e.measure.errors import NotRunError
 
 ROOT = Path(__file__).parents[2]
 LAB = (sys.executable, "-m", "e2e.lab")

@@ -10,10 +10,10 @@ import pytest
 from e2e.lab import plan
 from e2e.lab.cell import Cell
 from e2e.lab.client2004.table import MU_LENGTHS_MS
-from e2e.lab.errors import LabError
 from e2e.lab.link import load, names
 from e2e.lab.plan import EVERY_SYSTEM, estimate_s, full, matches, quick
 from e2e.lab.wanted import Wanted
+from e2e.measure.errors import MeasureError
 
 HOUR_S = 3600
 
@@ -142,5 +142,7 @@ def test_only_takes_what_any_pattern_matches() -> None:
 
 def test_a_pattern_without_a_cell_is_one_sentence() -> None:
     """A pattern that nothing matches is told with the name that was meant."""
-    with pytest.raises(LabError, match=r"^no cell's name has E1/campsu in it; did you mean campus"):
+    with pytest.raises(
+        MeasureError, match=r"^no cell's name has E1/campsu in it; did you mean campus"
+    ):
         Wanted(only=["E1", "E1/campsu"]).cells()

@@ -11,7 +11,7 @@ from playwright.async_api import Error, async_playwright
 
 from e2e.harness.chromium import FLAGS, NAMES
 from e2e.lab.browsers.window import LOAD_WITHIN_S, as_json, installed
-from e2e.lab.errors import LabError
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Sequence
@@ -112,6 +112,6 @@ async def open_chromium(
                 await browser.close()
 
 
-def _told(what: str, error: Error) -> LabError:
+def _told(what: str, error: Error) -> MeasureError:
     lines = [line.strip() for line in error.message.splitlines() if line.strip()]
-    return LabError(f"{what}: {lines[0] if lines else error.name}")
+    return MeasureError(f"{what}: {lines[0] if lines else error.name}")

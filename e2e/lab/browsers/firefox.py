@@ -12,8 +12,8 @@ import aiohttp
 
 from e2e.harness import bidi
 from e2e.lab.browsers.window import LOAD_WITHIN_S, installed
-from e2e.lab.errors import LabError
 from e2e.lab.relay import http_through
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
@@ -59,19 +59,19 @@ class FirefoxWindow:
         try:
             await self._window.goto(url, within_s=LOAD_WITHIN_S)
         except AssertionError as error:
-            raise LabError(f"{url} does not open in Firefox: {error}") from error
+            raise MeasureError(f"{url} does not open in Firefox: {error}") from error
 
     async def evaluate(self, expression: str) -> Any:
         try:
             return await self._window.evaluate(expression)
         except AssertionError as error:
-            raise LabError(f"a script failed in Firefox: {error}") from error
+            raise MeasureError(f"a script failed in Firefox: {error}") from error
 
     async def hold(self, key: Key) -> None:
         try:
             await self._window.key("keyDown", KEYS[key])
         except AssertionError as error:
-            raise LabError(f"{key} cannot be pressed in Firefox: {error}") from error
+            raise MeasureError(f"{key} cannot be pressed in Firefox: {error}") from error
 
 
 class FirefoxBrowser:
@@ -91,7 +91,7 @@ class FirefoxBrowser:
                 contexts=[opened["context"]],
             )
         except AssertionError as error:
-            raise LabError(f"Firefox opens no window: {error}") from error
+            raise MeasureError(f"Firefox opens no window: {error}") from error
         try:
             yield FirefoxWindow(bidi.Firefox(self._session, opened["context"]))
         finally:
@@ -137,14 +137,14 @@ async def _talking(link: Link, profile: Path, process: Process) -> AsyncIterator
     try:
         url = await bidi.listens(profile, process)
     except AssertionError as error:
-        raise LabError(str(error)) from error
+        raise MeasureError(str(error)) from error
     host, port = str(urlsplit(url).hostname), urlsplit(url).port or 0
     async with AsyncExitStack() as opened:
         http = await opened.enter_async_context(http_through(link.browser, host, port))
         try:
             session = await opened.enter_async_context(bidi.talking(http, url))
         except (AssertionError, aiohttp.ClientError) as error:
-            raise LabError(f"Firefox does not answer: {error}") from error
+            raise MeasureError(f"Firefox does not answer: {error}") from error
         yield session
 
 

@@ -6,9 +6,9 @@ import sys
 from argparse import ArgumentParser
 from pathlib import Path
 
-from e2e.lab.errors import LabError
 from e2e.lab.face.film import looks, write
 from e2e.lab.face.voice import speak
+from e2e.measure.errors import MeasureError
 
 
 def main() -> int:
@@ -22,7 +22,7 @@ def main() -> int:
     try:
         voice = speak()
         write(file, voice, looks(voice))
-    except (LabError, OSError) as error:
+    except (MeasureError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
     return 0

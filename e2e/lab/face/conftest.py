@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from e2e.harness.missing import missing
-from e2e.lab.errors import NotRunError
 from e2e.lab.face.voice import speak
+from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
     import numpy as np

@@ -14,11 +14,11 @@ import cv2
 import numpy as np
 import pytest
 
-from e2e.lab.errors import NotRunError
 from e2e.lab.face import face_file
 from e2e.lab.face.drawing import Look, draw
 from e2e.lab.face.film import looks
 from e2e.lab.face.voice import FPS, RATE_HZ
+from e2e.measure.errors import NotRunError
 from wax.media.fit import fit_frame
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import av
 import numpy as np
 
-from e2e.lab.errors import NotRunError
+from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

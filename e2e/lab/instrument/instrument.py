@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.lab.errors import LabError
 from e2e.lab.instrument.preload import NAME
 from e2e.lab.readings import (
     Commands,
@@ -17,6 +16,7 @@ from e2e.lab.readings import (
     SetPoints,
     Sound,
 )
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -26,7 +26,7 @@ _PLAUSIBLE_MS: Final = 600_000.0
 """A card farther from now is none: one picture in 256 has the right check by chance."""
 
 
-class InstrumentError(LabError):
+class InstrumentError(MeasureError):
     """The instrument cannot do its work."""
 
 

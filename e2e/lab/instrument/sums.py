@@ -100,14 +100,14 @@ def picture_ages(pictures: Pictures) -> list[tuple[float, float]]:
     """Moment and age of each presented picture whose stamp was read."""
     return [
         (at, at - stamp)
-        for at, stamp in zip(pictures.at_ms, pictures.stamp_ms, strict=False)
+        for at, stamp in zip(pictures.at_ms, pictures.stamp_ms, strict=True)
         if stamp is not None
     ]
 
 
 def shown_ms(pictures: Pictures) -> list[float]:
     """When the picture changed: the same stamp again is the same picture, shown again."""
-    rows = list(zip(pictures.at_ms, pictures.stamp_ms, strict=False))
+    rows = list(zip(pictures.at_ms, pictures.stamp_ms, strict=True))
     again = [False] + [
         stamp is not None and stamp == old for (_, old), (_, stamp) in pairwise(rows)
     ]
@@ -132,9 +132,7 @@ def _longest_freeze_ms(shown: list[float], from_ms: float, to_ms: float) -> floa
 def _within(counters: Counters, from_ms: float, to_ms: float) -> Counters:
     rows = [i for i, at in enumerate(counters.at_ms) if from_ms <= at <= to_ms]
     columns = {name: getattr(counters, name) for name in Counters.model_fields}
-    # Runs of older versions lack the newer columns altogether.
-    known = {name: column for name, column in columns.items() if column}
-    return Counters(**{name: [column[i] for i in rows] for name, column in known.items()})
+    return Counters(**{name: [column[i] for i in rows] for name, column in columns.items()})
 
 
 def _concealed_share(counters: Counters) -> float | None:

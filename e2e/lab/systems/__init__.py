@@ -21,7 +21,7 @@ def start(cell: Cell, link: Link, folder: Path) -> AbstractAsyncContextManager[R
     """Serve the cell's system inside the block; it is stopped afterwards, killed if needed.
 
     `folder` takes its configuration and log. Raises `NotRunError` when it cannot run here,
-    `LabError` with the end of its log when it does not get healthy.
+    `MeasureError` with the end of its log when it does not get healthy.
     """
     if cell.system == "stock":
         return stock.start(cell, link, folder)

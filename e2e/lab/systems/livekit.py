@@ -7,10 +7,10 @@ import time
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Final
 
-from e2e.lab.errors import LabError, NotRunError
 from e2e.lab.systems.film import film
 from e2e.lab.systems.running import PORT
 from e2e.lab.systems.served import serving
+from e2e.measure.errors import MeasureError, NotRunError
 from e2e.peers.livekit.errors import LiveKitError
 from e2e.peers.livekit.installation import find_client, find_server
 
@@ -47,7 +47,9 @@ class LiveKitRunning:
         until_s = time.monotonic() + _PLAYS_WITHIN_S
         while (state := await window.evaluate(_PLAY_THE_SOUND)) != "connected":
             if time.monotonic() > until_s:
-                raise LabError(f"LiveKit's page does not play, {_PLAYS_WITHIN_S:g} s on: {state}")
+                raise MeasureError(
+                    f"LiveKit's page does not play, {_PLAYS_WITHIN_S:g} s on: {state}"
+                )
             await asyncio.sleep(_LOOK_EVERY_S)
 
     async def told(self) -> dict[str, float | str]:

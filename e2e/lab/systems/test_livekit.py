@@ -9,10 +9,10 @@ import pytest
 
 from e2e.harness.missing import missing
 from e2e.lab.cell import Cell
-from e2e.lab.errors import LabError, NotRunError
 from e2e.lab.link import Link, UnavailableError
 from e2e.lab.systems import livekit
 from e2e.lab.systems.livekit import LiveKitRunning, check_installed, command
+from e2e.measure.errors import MeasureError, NotRunError
 from e2e.peers.livekit import installation
 from e2e.peers.livekit.__main__ import parse
 
@@ -83,7 +83,7 @@ async def test_a_page_that_does_not_play_says_what_it_says(
     """The page's own words are in the sentence when it does not play in time."""
     monkeypatch.setattr(livekit, "_PLAYS_WITHIN_S", 0.0)
     running = LiveKitRunning(Health())  # type: ignore[arg-type]  # nothing is asked of it
-    with pytest.raises(LabError, match="not connected: no token"):
+    with pytest.raises(MeasureError, match="not connected: no token"):
         await running.opened(Page("not connected: no token"))
 
 

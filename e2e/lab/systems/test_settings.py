@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from e2e.harness import toml
 from e2e.lab.cell import Cell, SystemName
-from e2e.lab.errors import LabError
 from e2e.lab.systems.settings import THESIS, merged, settings
 from e2e.lab.systems.wax import flat
+from e2e.measure.errors import MeasureError
 from wax import config
 
 TEXT = st.text(st.characters(codec="utf-8"))
@@ -102,7 +102,7 @@ def test_a_crowd_has_room() -> None:
 
 def test_another_system_is_refused() -> None:
     """A peer has no configuration of WAX."""
-    with pytest.raises(LabError, match="stock is no system of WAX"):
+    with pytest.raises(MeasureError, match="stock is no system of WAX"):
         settings(cell("stock"), "testcard")
 
 

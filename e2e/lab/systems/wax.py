@@ -8,10 +8,10 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.harness import toml
-from e2e.lab.errors import LabError
 from e2e.lab.systems.film import film
 from e2e.lab.systems.served import Served, serving
 from e2e.lab.systems.settings import settings
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping
@@ -34,10 +34,10 @@ class Wax:
         self._drives = drives
 
     async def opened(self, window: Window) -> None:
-        await window.evaluate(_press("Start"))
+        await window.evaluate(press("Start"))
         if not self._joins:
             return
-        await self._until(window, _press("Join the queue"), "lets nobody join the queue")
+        await self._until(window, press("Join the queue"), "lets nobody join the queue")
         says = "document.body.innerText.includes('You are driving')"
         await self._until(window, says, "does not say that the browser drives")
         if self._drives:
@@ -53,7 +53,7 @@ class Wax:
         while not await window.evaluate(expression):
             self._served.check()
             if time.monotonic() > until_s:
-                raise LabError(f"the page of WAX {problem} within {DRIVES_WITHIN_S:g} s")
+                raise MeasureError(f"the page of WAX {problem} within {DRIVES_WITHIN_S:g} s")
             await asyncio.sleep(_LOOK_EVERY_S)
 
 
@@ -81,7 +81,7 @@ def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, float | str]:
     return found
 
 
-def _press(name: str) -> str:
+def press(name: str) -> str:
     """Return a script that presses the button with this text, and is true when there is one."""
     return (
         "((button) => Boolean(button && !button.disabled && (button.click(), true)))("

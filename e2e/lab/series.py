@@ -1,4 +1,4 @@
-"""What the plots and some figures need of the raw series: ages, skew, gaps, recovery."""
+"""What figures and plots need of the raw series: ages, skew, recovery."""
 
 from __future__ import annotations
 
@@ -9,41 +9,29 @@ from typing import TYPE_CHECKING, Final
 
 from e2e.lab.instrument import sums
 from e2e.lab.instrument.bursts import Burst, bursts, skews_ms
-from e2e.lab.readings import Counters, Sound
 
 if TYPE_CHECKING:
-    from e2e.lab.figures import Figures
     from e2e.lab.readings import Readings
 
 Series = list[tuple[float, float]]
 """(Unix ms, value), in the order of the times."""
 
-MOST: Final = 1e9
-"""Eleven days in ms."""
-MOST_UNIX_MS: Final = 1e15
-LATE_MS: Final = 100.0
-"""One video MU: a picture this much older than the cell's youngest is late (after 5.2.1.1)."""
 STALL_MS: Final = 200.0
 """Two video MUs: where ten pictures a second are the rule, one is missing (after 5.3)."""
 RECOVERED_MS: Final = 100.0
-HELD_MS: Final = 900.0
+RECOVERED_FOR_MS: Final = 900.0
 """About a second; the bursts that tell the sound's age come a second apart, not exactly."""
 SILENCE_MS: Final = 1500.0
 """What comes after so long without anything is judged anew."""
-
-
-def sane(series: Series) -> Series:
-    """Leave out what cannot be drawn: infinities, and what no clock can have read."""
-    return [(at, value) for at, value in series if abs(at) < MOST and abs(value) < MOST]
+FRESH_MS: Final = 300.0
+FULL_RATE: Final = 27.0
+"""Nine tenths of the 30 pictures a second that every system is asked for."""
+HELD_MS: Final = 1000.0
 
 
 def picture_ages(readings: Readings) -> Series:
     """Age of each presented picture whose stamp was read."""
-    return [
-        (at_ms, age_ms)
-        for at_ms, age_ms in sums.picture_ages(readings.pictures)
-        if _is_time(at_ms) and _is_time(age_ms)
-    ]
+    return sums.picture_ages(readings.pictures)
 
 
 def standing(ages: Series) -> Series:
@@ -58,57 +46,32 @@ def standing(ages: Series) -> Series:
 
 def sound_ages(readings: Readings) -> Series:
     """Age of each second's burst when it begins to be heard, as the instrument finds it."""
-    sound = [
-        (start_ms, burst)
-        for start_ms, burst in zip(readings.sound.start_ms, readings.sound.burst, strict=False)
-        if _is_time(start_ms) and _is_time(burst)
-    ]
-    held = [
-        (at_ms, ms)
-        for at_ms, ms in zip(
-            readings.counters.at_ms, readings.counters.sound_buffer_ms, strict=False
-        )
-        if ms is not None and _is_time(at_ms) and _is_time(ms)
-    ]
-    heard = bursts(
-        Sound(start_ms=[one for one, _ in sound], burst=[one for _, one in sound]),
-        Counters(at_ms=[one for one, _ in held], sound_buffer_ms=[one for _, one in held]),
-        picture_ages(readings),
-    )
+    heard = bursts(readings.sound, readings.counters, picture_ages(readings))
     return [(burst.heard_ms, burst.age_ms) for burst in heard]
 
 
-def skews(pictures: Series, sounds: Series) -> Series:
+def skews(readings: Readings) -> Series:
     """Skew at each burst, as the instrument has it; above 0 the sound comes after the picture."""
+    pictures = picture_ages(readings)
     return [
         (heard_ms, skew_ms)
-        for heard_ms, age_ms in sounds
+        for heard_ms, age_ms in sound_ages(readings)
         for skew_ms in skews_ms([Burst(heard_ms, age_ms)], pictures)
     ]
 
 
-def within(series: Series, figures: Figures) -> Series:
-    return [(at_ms, value) for at_ms, value in series if figures.from_ms <= at_ms <= figures.to_ms]
-
-
-def late_pictures_per_s(readings: Readings, figures: Figures) -> float | None:
-    """Pictures more than `LATE_MS` older than the youngest; None without a readable one."""
-    ages = [age_ms for _, age_ms in within(picture_ages(readings), figures)]
-    seconds = (figures.to_ms - figures.from_ms) / 1000.0
-    if not ages or not seconds > 0:
-        return None
-    return sum(age_ms > min(ages) + LATE_MS for age_ms in ages) / seconds
-
-
-def picture_stalls_per_s(readings: Readings, figures: Figures) -> float | None:
-    """How often one picture stood for `STALL_MS` or longer; None without any picture."""
-    new = sums.shown_ms(readings.pictures)
-    shown = [at for at in new if figures.from_ms <= at <= figures.to_ms]
-    seconds = (figures.to_ms - figures.from_ms) / 1000.0
-    if not shown or not seconds > 0:
-        return None
-    times = [*shown, figures.to_ms]
-    return sum(after - one >= STALL_MS for one, after in pairwise(times)) / seconds
+def sized(readings: Readings, least: tuple[int, int]) -> list[tuple[float, bool]]:
+    """When each new picture was shown, and whether it was at least so many pixels wide and high."""
+    pictures = readings.pictures
+    found: list[tuple[float, bool]] = []
+    before = None
+    for at_ms, stamp_ms, width, height in zip(
+        pictures.at_ms, pictures.stamp_ms, pictures.width, pictures.height, strict=True
+    ):
+        if stamp_ms is None or stamp_ms != before:
+            found.append((at_ms, width >= least[0] and height >= least[1]))
+        before = stamp_ms
+    return found
 
 
 def recovery_ms(series: Series, began_ms: float, at_ms: float, next_ms: float) -> float | None:
@@ -130,9 +93,39 @@ def recovery_ms(series: Series, began_ms: float, at_ms: float, next_ms: float) -
             since = None
         if value <= limit_ms:
             since = when_ms if since is None else since
-            if when_ms - since >= HELD_MS:
+            if when_ms - since >= RECOVERED_FOR_MS:
                 return since - at_ms
         last_ms = when_ms
+    return None
+
+
+def fresh_after_ms(ages: Series, step_ms: float, end_ms: float) -> float | None:
+    """From a step until the picture is, and stays for 1 s, younger than `FRESH_MS`.
+
+    Between two pictures the older one grows old. None where that is not reached before `end_ms`.
+    """
+    fresh_ms = step_ms
+    last_ms = max([at_ms for at_ms, _ in ages if at_ms <= end_ms], default=step_ms)
+    spans = [*pairwise(ages), *([(ages[-1], (end_ms, 0.0))] if ages else [])]
+    for (at_ms, age_ms), (next_ms, _) in spans:
+        stale_ms = at_ms + max(0.0, FRESH_MS - age_ms)
+        if stale_ms >= next_ms or next_ms <= step_ms:
+            continue
+        if stale_ms - fresh_ms >= HELD_MS:
+            break
+        fresh_ms = next_ms
+    return fresh_ms - step_ms if last_ms - fresh_ms >= HELD_MS else None
+
+
+def full_after_ms(shown: list[tuple[float, bool]], from_ms: float) -> float | None:
+    """From a moment until pictures come in full size at the full rate for 1 s; None if never."""
+    times = [at_ms for at_ms, _ in shown]
+    for place, (at_ms, _) in enumerate(shown):
+        if at_ms < from_ms or times[-1] < at_ms + HELD_MS:
+            continue
+        held = [large for when_ms, large in shown[place:] if when_ms < at_ms + HELD_MS]
+        if all(held) and len(held) >= FULL_RATE:
+            return at_ms - from_ms
     return None
 
 
@@ -148,7 +141,3 @@ def thinned(series: Series, most: int) -> Series:
         greatest = max(places, key=lambda place: series[place][1])
         kept += [series[place] for place in sorted({places[0], least, greatest, places[-1]})]
     return kept
-
-
-def _is_time(value: float) -> bool:
-    return abs(value) < MOST_UNIX_MS

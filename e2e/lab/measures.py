@@ -1,0 +1,516 @@
+"""Every number of a cell: its name, its unit, how a person writes it, and where it comes from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+from e2e.lab import series
+from e2e.lab.instrument.pauses import concealed_pauses, tone_pauses
+from e2e.lab.instrument.quantities import quantiles
+from e2e.lab.names import changes_s
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from e2e.lab.figures import Figures, Pauses
+    from e2e.lab.readings import Readings
+    from e2e.lab.results import CellResult
+
+    Get = Callable[[CellResult], float | None]
+    FromReadings = Callable[[Readings, Figures], float | None]
+
+Unit = Literal["ms", "±ms", "/s", "/min", "s", "%", "kB/s", "±ms/min", "MiB", ""]
+
+BRIDGED_MS: Final = 50.0
+"""What 2004's client bridged: a delay of 38 ms was not heard, since that is less (5.2.1.3)."""
+LATE_MS: Final = 100.0
+"""One video MU: a picture this much older than the cell's youngest is late (after 5.2.1.1)."""
+JOINED_MS: Final = 3000.0
+"""So long after the first picture the goal's skew counts."""
+ENDED_MS: Final = 5000.0
+"""With no picture for so long at the end of a cell nobody is connected."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """`get` gives None where there is nothing measured; shares and bytes come as `unit` has them.
+
+    With `may_never` a missing number means, where the link changed, that it was never reached.
+    """
+
+    name: str
+    label: str
+    unit: Unit
+    get: Get
+    about: str = ""
+    may_never: bool = False
+
+    def of(self, result: CellResult) -> float | None:
+        value = self.get(result)
+        return value if value is not None and math.isfinite(value) else None
+
+    def text(self, value: float) -> str:
+        """Write it without its unit: three figures, a true minus, a plus where the sign tells."""
+        size = abs(value)
+        digits = 0 if size >= 100 or ("ms" in self.unit and size >= 10) else 1
+        digits = 2 if 0 < size < 1 else digits
+        text = f"{value:{'+' if self.unit.startswith('±') else ''}.{digits}f}"
+        text = text.rstrip("0").rstrip(".") if "." in text else text
+        return "0" if text.strip("+-0.") == "" else text.replace("-", "−")
+
+    def with_unit(self, value: float) -> str:
+        return f"{self.text(value)} {self.unit.lstrip('±')}".rstrip()
+
+
+def hears_tone(result: CellResult) -> bool:
+    """Whether gaps of the tone could be found: the face speaks, it has no tone."""
+    return result.cell.content == "testcard" and bool(result.readings.sound.start_ms)
+
+
+def _at(path: str, scale: float = 1.0) -> Get:
+    """Follow attributes from a result; None where one of them is."""
+
+    def get(result: CellResult) -> float | None:
+        value: Any = result
+        for name in path.split("."):
+            value = getattr(value, name, None)
+        return scale * value if isinstance(value, float | int) else None
+
+    return get
+
+
+def _told(name: str, scale: float = 1.0) -> Get:
+    def get(result: CellResult) -> float | None:
+        value = result.told.get(name)
+        return scale * value if isinstance(value, float | int) else None
+
+    return get
+
+
+def _read(get: FromReadings) -> Get:
+    return lambda result: get(result.readings, result.figures)
+
+
+def _absolute(get: Get) -> Get:
+    return lambda result: None if (value := get(result)) is None else abs(value)
+
+
+def _total_bytes(way: Literal["received", "sent"]) -> Get:
+    def get(result: CellResult) -> float | None:
+        kinds = getattr(result.figures, f"{way}_bytes_per_s")
+        known = [value for _, value in kinds if value is not None]
+        return sum(known) / 1000 if known else None
+
+    return get
+
+
+def _pauses(
+    kind: Literal["tone", "concealed"], sum_up: Callable[[list[float], float], float]
+) -> Get:
+    """Sum up the lengths of the pauses, ms, over the minutes of sound that were judged."""
+
+    def get(result: CellResult) -> float | None:
+        figures = result.figures
+        told = hears_tone(result) if kind == "tone" else figures.concealed_share is not None
+        minutes = (figures.to_ms - figures.sound_from_ms) / 60_000
+        if not told or not minutes > 0:
+            return None
+        pauses: Pauses = getattr(figures, f"{kind}_pauses")
+        return sum_up(pauses.length_ms, minutes)
+
+    return get
+
+
+def _per_min(lengths_ms: list[float], minutes: float) -> float:
+    return len(lengths_ms) / minutes
+
+
+def _longest(lengths_ms: list[float], minutes: float) -> float:
+    return max(lengths_ms, default=0.0)
+
+
+def _percent(lengths_ms: list[float], minutes: float) -> float:
+    return sum(lengths_ms) / (600 * minutes)
+
+
+def _late_pictures_per_s(readings: Readings, figures: Figures) -> float | None:
+    ages = [
+        age_ms
+        for at_ms, age_ms in series.picture_ages(readings)
+        if figures.from_ms <= at_ms <= figures.to_ms
+    ]
+    seconds = (figures.to_ms - figures.from_ms) / 1000.0
+    if not ages or not seconds > 0:
+        return None
+    return sum(age_ms > min(ages) + LATE_MS for age_ms in ages) / seconds
+
+
+def skew_p95_ms(readings: Readings, figures: Figures) -> float | None:
+    """p95 of the absolute skew from 3 s after joining on, joining being the first picture.
+
+    Sound that comes later than that has no skew before; the figure of the first sound tells of it.
+    """
+    if readings.first_picture_ms is None:
+        return None
+    from_ms = readings.first_picture_ms + JOINED_MS
+    found = quantiles(
+        [abs(skew) for at_ms, skew in series.skews(readings) if from_ms <= at_ms <= figures.to_ms]
+    )
+    return found.p95 if found else None
+
+
+def concealed_percent(readings: Readings, figures: Figures) -> float | None:
+    """Of the samples that were played from the first sound on, those that were made up."""
+    if readings.first_sound_ms is None:
+        return None
+    counters = readings.counters
+    rows = [
+        (played, concealed)
+        for at_ms, played, concealed in zip(
+            counters.at_ms, counters.played_samples, counters.concealed_samples, strict=True
+        )
+        if played is not None
+        and concealed is not None
+        and readings.first_sound_ms <= at_ms <= figures.to_ms
+    ]
+    if len(rows) < 2 or rows[-1][0] <= rows[0][0]:
+        return None
+    return 100 * (rows[-1][1] - rows[0][1]) / (rows[-1][0] - rows[0][0])
+
+
+def _heard_and_counted(
+    readings: Readings, from_ms: float, to_ms: float
+) -> tuple[list[float], list[float]]:
+    """Lengths of the gaps in the tone as heard, and of the concealments as counted, ms."""
+    return (
+        tone_pauses(readings.sound, from_ms, to_ms).length_ms,
+        concealed_pauses(readings.counters, from_ms, to_ms).length_ms,
+    )
+
+
+def pauses(readings: Readings, figures: Figures) -> float | None:
+    """How often the sound paused since it was first heard, as heard or as counted."""
+    if readings.first_sound_ms is None:
+        return None
+    both = _heard_and_counted(readings, readings.first_sound_ms, figures.to_ms)
+    return float(max(map(len, both)))
+
+
+def longest_pause_ms(readings: Readings, from_ms: float | None, to_ms: float) -> float | None:
+    if from_ms is None:
+        return None
+    heard, counted = _heard_and_counted(readings, from_ms, to_ms)
+    return max([*heard, *counted], default=0.0)
+
+
+def _rate(least: tuple[int, int]) -> FromReadings:
+    def rate(readings: Readings, figures: Figures) -> float | None:
+        if figures.to_ms <= figures.from_ms or not readings.pictures.at_ms:
+            return None
+        shown = [
+            large
+            for at_ms, large in series.sized(readings, least)
+            if figures.from_ms <= at_ms <= figures.to_ms
+        ]
+        return 1000 * sum(shown) / (figures.to_ms - figures.from_ms)
+
+    return rate
+
+
+def breaks(readings: Readings, figures: Figures) -> float | None:
+    """How often the page's connection changed its state after it was connected; 0 is never.
+
+    An end at which no picture comes any more counts as one. None where it was not looked at.
+    """
+    states = readings.connections.state
+    if "connected" not in states:
+        return None
+    changes = len(states) - 1 - states.index("connected")
+    shown = readings.pictures.at_ms
+    is_over = not shown or figures.to_ms - shown[-1] > ENDED_MS
+    return float(changes + is_over)
+
+
+def set_points_per_s(readings: Readings, figures: Figures) -> float | None:
+    """How often the page handed a set-point to its channel; None where it never did."""
+    sent = readings.set_points.at_ms
+    if not sent or figures.to_ms <= figures.from_ms:
+        return None
+    inside = sum(figures.from_ms <= at_ms <= figures.to_ms for at_ms in sent)
+    return 1000 * inside / (figures.to_ms - figures.from_ms)
+
+
+def step_ms(result: CellResult, which: int) -> float | None:
+    """When the link changed, Unix ms: 0 for the first time, −1 for the last; None if it did not."""
+    began_ms, changes = result.told.get("changes_began_ms"), changes_s(result.cell.profile)
+    if not isinstance(began_ms, float | int) or not changes:
+        return None
+    return began_ms + 1000 * changes[which][0]
+
+
+def _recovered(of: Literal["picture", "sound"], which: int) -> Get:
+    def get(result: CellResult) -> float | None:
+        first_ms, at_ms = step_ms(result, 0), step_ms(result, which)
+        changes = changes_s(result.cell.profile)
+        if first_ms is None or at_ms is None or (which == 0 and len(changes) < 2):
+            return None
+        next_ms = first_ms + 1000 * (changes[1][0] - changes[0][0]) if which == 0 else math.inf
+        if of == "picture":
+            ages = series.standing(series.picture_ages(result.readings))
+        else:
+            ages = series.sound_ages(result.readings)
+        return series.recovery_ms(ages, first_ms, at_ms, next_ms)
+
+    return get
+
+
+def _from_step(get: Callable[[Readings, float, float, float], float | None]) -> Get:
+    """Give `get` when the link was made worse, when it was whole again, and the cell's end."""
+
+    def found(result: CellResult) -> float | None:
+        worse_ms, whole_ms = step_ms(result, 0), step_ms(result, -1)
+        if worse_ms is None or whole_ms is None or worse_ms == whole_ms:
+            return None
+        return get(result.readings, worse_ms, whole_ms, result.figures.to_ms)
+
+    return found
+
+
+_FULL: Final = (640, 480)
+_SMALLEST: Final = (160, 120)
+_ALL: Final = (
+    Measure(
+        "picture_age_p50_ms",
+        "picture, p50",
+        "ms",
+        _at("figures.picture_age_ms.p50"),
+        "from capture to the browser’s compositor",
+    ),
+    Measure("picture_age_p95_ms", "picture, p95", "ms", _at("figures.picture_age_ms.p95")),
+    Measure(
+        "sound_age_p50_ms",
+        "sound, p50",
+        "ms",
+        _at("figures.sound_age_ms.p50"),
+        "from capture to the ear",
+    ),
+    Measure(
+        "skew_p50_ms",
+        "skew, p50",
+        "±ms",
+        _at("figures.skew_ms.p50"),
+        "sound’s age less picture’s: above 0 the sound comes after the picture",
+    ),
+    Measure("absolute_skew_p95_ms", "|skew|, p95", "ms", _at("figures.absolute_skew_p95_ms")),
+    Measure("pictures_per_s", "pictures", "/s", _at("figures.pictures_per_s")),
+    Measure("longest_freeze_ms", "longest freeze", "ms", _at("figures.longest_freeze_ms")),
+    Measure(
+        "late_pictures_per_s",
+        "late pictures",
+        "/s",
+        _read(_late_pictures_per_s),
+        f"older than the cell’s youngest by more than {LATE_MS:.0f} ms",
+    ),
+    Measure(
+        "tone_pauses_per_min",
+        "tone gaps",
+        "/min",
+        _pauses("tone", _per_min),
+        "gaps of 30 ms or more in the tone as it was played",
+    ),
+    Measure(
+        "heard_tone_pauses_per_min",
+        f"tone gaps above {BRIDGED_MS:.0f} ms",
+        "/min",
+        _pauses("tone", lambda ms, minutes: sum(one > BRIDGED_MS for one in ms) / minutes),
+        "as long as those that the thesis calls pauses",
+    ),
+    Measure("longest_tone_pause_ms", "longest tone gap", "ms", _pauses("tone", _longest)),
+    Measure("tone_pause_share", "tone gaps, of the time", "%", _pauses("tone", _percent)),
+    Measure(
+        "concealed_pauses_per_min",
+        "concealments",
+        "/min",
+        _pauses("concealed", _per_min),
+        "100 ms or more of sound made up without a break, by the browser’s counts",
+    ),
+    Measure(
+        "longest_concealed_pause_ms", "longest concealment", "ms", _pauses("concealed", _longest)
+    ),
+    Measure(
+        "first_picture_ms",
+        "first picture",
+        "ms",
+        _at("figures.first_picture_ms"),
+        "from the begin of the navigation",
+    ),
+    Measure("first_sound_ms", "first sound", "ms", _at("figures.first_sound_ms")),
+    Measure(
+        "command_round_trip_p50_ms",
+        "command, p50",
+        "ms",
+        _at("figures.command_round_trip_ms.p50"),
+        "round trip over the data channel, WAX only",
+    ),
+    Measure(
+        "command_round_trip_p95_ms", "command, p95", "ms", _at("figures.command_round_trip_ms.p95")
+    ),
+    Measure(
+        "transport_round_trip_p50_ms",
+        "transport, p50",
+        "ms",
+        _at("figures.transport_round_trip_ms.p50"),
+        "the transport’s own round trip (STUN)",
+    ),
+    Measure("received_kb_per_s", "received", "kB/s", _total_bytes("received")),
+    Measure("sent_kb_per_s", "sent", "kB/s", _total_bytes("sent")),
+    *(
+        Measure(
+            f"received_{kind}_kb_per_s",
+            f"received, {kind}",
+            "kB/s",
+            _at(f"figures.received_bytes_per_s.{kind}", 0.001),
+        )
+        for kind in ("audio", "video", "repeated", "data", "other")
+    ),
+    Measure(
+        "picture_drift_ms_per_min",
+        "picture drift",
+        "±ms/min",
+        _at("figures.picture_drift_ms_per_min"),
+    ),
+    Measure(
+        "sound_drift_ms_per_min", "sound drift", "±ms/min", _at("figures.sound_drift_ms_per_min")
+    ),
+    Measure(
+        "lip_lag_ms",
+        "lip lag",
+        "±ms",
+        _at("figures.lip_lag_ms"),
+        "by how much the voice comes after the lips",
+    ),
+    Measure("lip_correlation", "lip correlation", "", _at("figures.lip_correlation")),
+    Measure(
+        "fail_safe_s",
+        "fail-safe mode",
+        "s",
+        _told("viewer.streams.fail_safe_s"),
+        "how long the policy was in fail-safe mode (thesis 3.3 and 3.5), as the server says",
+    ),
+    Measure(
+        "crowd_pictures_per_s_mean",
+        "crowd, mean",
+        "/s",
+        _told("crowd.pictures_per_s_mean"),
+        "pictures that each of the other viewers received",
+    ),
+    Measure("crowd_pictures_per_s_min", "crowd, least", "/s", _told("crowd.pictures_per_s_min")),
+    Measure(
+        "crowd_lost_share",
+        "crowd, lost",
+        "%",
+        _told("crowd.lost_share", 100),
+        "of the packets to the other viewers",
+    ),
+    Measure(
+        "server_cpu", "server CPU", "%", _at("server.cpu_share", 100), "of one core, with children"
+    ),
+    Measure("server_memory_mib", "server memory", "MiB", _at("server.memory_mib")),
+    Measure("machine_busy", "the whole machine", "%", _told("machine.busy_share", 100), "busy"),
+    Measure("picture_adapted_ms", "picture after the first change", "ms", _recovered("picture", 0)),
+    Measure(
+        "picture_recovered_ms",
+        "picture after the last change",
+        "ms",
+        _recovered("picture", -1),
+        may_never=True,
+    ),
+    Measure("sound_adapted_ms", "sound after the first change", "ms", _recovered("sound", 0)),
+    Measure(
+        "sound_recovered_ms",
+        "sound after the last change",
+        "ms",
+        _recovered("sound", -1),
+        may_never=True,
+    ),
+    Measure(
+        "joined_skew_p95_ms",
+        "|skew|, p95, from 3 s after joining",
+        "ms",
+        _read(skew_p95_ms),
+        "of each second’s burst; joining is the first picture",
+    ),
+    Measure("concealed_percent", "concealed sound", "%", _read(concealed_percent)),
+    Measure(
+        "pauses",
+        "audible pauses",
+        "",
+        _read(pauses),
+        "gaps of 30 ms or more in the tone as it was played, or 100 ms or more made up without a "
+        "break as the browser counts, whichever are more, from the first sound on",
+    ),
+    Measure(
+        "longest_pause_ms",
+        "longest pause",
+        "ms",
+        _read(lambda read, figures: longest_pause_ms(read, read.first_sound_ms, figures.to_ms)),
+    ),
+    Measure("pictures_640_per_s", "pictures at 640×480", "/s", _read(_rate(_FULL))),
+    Measure("pictures_160_per_s", "pictures at 160×120 or more", "/s", _read(_rate(_SMALLEST))),
+    Measure("breaks", "breaks of the connection", "", _read(breaks)),
+    Measure("set_points_per_s", "set-points sent", "/s", _read(set_points_per_s)),
+    Measure(
+        "picture_drift_ms",
+        "picture’s drift a minute",
+        "ms",
+        _absolute(_at("figures.picture_drift_ms_per_min")),
+    ),
+    Measure(
+        "sound_drift_ms",
+        "sound’s drift a minute",
+        "ms",
+        _absolute(_at("figures.sound_drift_ms_per_min")),
+    ),
+    Measure(
+        "fresh_after_ms",
+        f"picture under {series.FRESH_MS:.0f} ms again",
+        "ms",
+        _from_step(
+            lambda read, worse_ms, _, to_ms: series.fresh_after_ms(
+                series.picture_ages(read), worse_ms, to_ms
+            )
+        ),
+        "from when the link was made worse",
+        may_never=True,
+    ),
+    Measure(
+        "step_pause_ms",
+        "longest pause after the step",
+        "ms",
+        _from_step(lambda read, worse_ms, _, to_ms: longest_pause_ms(read, worse_ms, to_ms)),
+    ),
+    Measure(
+        "full_after_ms",
+        "full quality after recovery",
+        "ms",
+        _from_step(
+            lambda read, _, whole_ms, __: series.full_after_ms(series.sized(read, _FULL), whole_ms)
+        ),
+        "640×480 at 27 or more pictures in each second, from when the link was whole again",
+        may_never=True,
+    ),
+)
+MEASURES: Final[dict[str, Measure]] = {measure.name: measure for measure in _ALL}
+
+
+def measured(result: CellResult) -> dict[str, float | None]:
+    """Take every number that there is; None where it was looked for and never reached."""
+    found: dict[str, float | None] = {}
+    for measure in _ALL:
+        value = measure.of(result)
+        never = measure.may_never and value is None and step_ms(result, -1) is not None
+        if value is not None or never:
+            found[measure.name] = value
+    return found
