@@ -8,6 +8,7 @@ not what the lab needs (a link, a browser); 130 after Ctrl-C.
 from __future__ import annotations
 
 import sys
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -41,6 +42,9 @@ def main(words: Sequence[str] | None = None) -> int:
     except MeasureError as error:
         print(f"lab: {error}", file=sys.stderr)
         return 2
+    except OSError as error:
+        print(f"lab: {error}; name another folder by --out", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         return 130
 
@@ -54,7 +58,7 @@ def _measure(arguments: argparse.Namespace, cells: Sequence[Cell]) -> int:
     with Apparatus(arguments.out / name, strict=arguments.quick) as apparatus:
         if cells:
             apparatus.check(cells[0])
-            _say(cells)
+            _say(arguments, cells)
         cases = _cases(arguments, cells, apparatus)
         status = run(_suite(name, arguments, cases), arguments, arguments.out)
     if cells and not arguments.goals:
@@ -105,8 +109,21 @@ def _cells(arguments: argparse.Namespace) -> list[Cell]:
     everything = _planned(arguments, [])
     for pattern in only:
         if not any(plan.matches(cell, [pattern]) for cell in everything):
-            raise MeasureError(f"no cell's name has {pattern} in it; --list says their names")
+            raise MeasureError(
+                f"no cell's name has {pattern} in it{_near(pattern, everything)}; "
+                "--list says their names"
+            )
     return _planned(arguments, only)
+
+
+def _near(pattern: str, cells: Sequence[Cell]) -> str:
+    """Say which part of a name was meant, where one of them is close."""
+    parts = sorted({part for cell in cells for part in cell.variant.split("/")})
+    for word in pattern.split("/"):
+        near = get_close_matches(word, parts, 1)
+        if word not in parts and near:
+            return f", did you mean {near[0]}"
+    return ""
 
 
 def _planned(arguments: argparse.Namespace, only: Sequence[str]) -> list[Cell]:
@@ -131,15 +148,15 @@ def _is_trimmed(arguments: argparse.Namespace) -> bool:
 def _list(arguments: argparse.Namespace, cells: Sequence[Cell]) -> int:
     for cell in cells:
         print(cell.key)
-    _say(cells)
+    _say(arguments, cells)
     if _is_trimmed(arguments):
         for line in plan.TRIMMED:
             print(f"left out: {line}", file=sys.stderr)
     return 0
 
 
-def _say(cells: Sequence[Cell]) -> None:
-    minutes = plan.estimate_s(cells) / 60
+def _say(arguments: argparse.Namespace, cells: Sequence[Cell]) -> None:
+    minutes = plan.estimate_s(cells, own_error=not arguments.quick) / 60
     number = f"{len(cells)} cell{'' if len(cells) == 1 else 's'}"
     print(f"{number}, about {minutes:.0f} min", file=sys.stderr)
 

@@ -135,8 +135,7 @@ def crowds(*, long: bool = False) -> tuple[int, int]:
 def derive(rows: Sequence[Row]) -> list[Row]:
     """Judge every goal of which there is a cell of ours."""
     cells = found(rows)
-    there = {(one.cell.profile, one.cell.system) for one in cells}
-    return [judge(goal, cells) for goal in goals() if (goal.profile, goal.system) in there]
+    return [judge(goal, cells) for goal in goals() if _cells(goal, cells, goal.system)]
 
 
 def judge(goal: Goal, cells: Sequence[Found]) -> Row:
@@ -260,8 +259,9 @@ def _compared() -> Iterator[Cell]:
 
 
 def _beside() -> Iterator[Cell]:
-    """Give the peers' other cells."""
-    for system in PEERS:
+    """Give the peers' other cells: of LiveKit as its quick start has it."""
+    peers: tuple[SystemName, ...] = ("stock", "livekit")
+    for system in peers:
         for profile in ("wireless-1m", "modem-56k", "wifi-bad", "satellite"):
             yield _cell(profile, system)
         yield _cell("step-down", system, CHANGING_S)

@@ -71,8 +71,9 @@ _JOIN_S: Final = 0.3
 _LAST_S: Final = 20.0
 """How long is watched after the last change of a link."""
 _CHANGING_S: Final = 30.0
-_REST_S: Final = 60.0
-"""The instrument's own error and the report."""
+_REST_S: Final = 20.0
+"""Looking at the machine, and the report."""
+_OWN_ERROR_S: Final = 30.0
 
 
 def full(
@@ -165,9 +166,9 @@ def changes(name: str) -> bool:
     return any(way.changes or way.trace is not None for way in ways)
 
 
-def estimate_s(cells: Sequence[Cell]) -> float:
+def estimate_s(cells: Sequence[Cell], *, own_error: bool = True) -> float:
     """How long these cells will take, one after the other, and what is measured beside them."""
-    total_s = _REST_S + sum(_cell_s(cell) for cell in cells)
+    total_s = _REST_S + (_OWN_ERROR_S if own_error else 0.0) + sum(map(_cell_s, cells))
     stages = [(cell.profile, cell.browser, cell.repeat) for cell in cells]
     for before, stage in zip([None, *stages], stages, strict=False):
         if before != stage or changes(stage[0]):
