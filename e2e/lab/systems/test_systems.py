@@ -137,7 +137,7 @@ async def test_the_end_of_the_log_is_told(link: Link, tmp_path: Path) -> None:
     """A server that ends at start is an error with its own last words."""
     wrong = cell("thesis", audio_mu_ms=123)
     with pytest.raises(
-        MeasureError, match=r"(?s)ended with status 2; its log ends:\n.*audio_mu_ms"
+        MeasureError, match=r"(?s)ended with status 2; its log ends with: .*audio_mu_ms"
     ):
         async with start(wrong, link, tmp_path):
             pass
