@@ -37,9 +37,9 @@ GIVEN: Final = (
     "a Chromium or Firefox of the same build behind the same link.",
     "Stock aiortc: MediaRelay and one VP8 encoder for each viewer, begun at 1 Mbit/s, as in its "
     "examples.",
-    "LiveKit: server 1.11.0 in its default configuration on one address, fed by its Python SDK as "
-    "its quick start has it (VP8 with simulcast, 1.5 Mbit/s at most for the largest layer), and a "
-    "page of livekit-client with adaptive stream and dynacast on.",
+    "LiveKit: server 1.11.0 in its default configuration, fed by its Python SDK as its quick start "
+    "has it (VP8 with simulcast, at most 1 Mbit/s for the largest layer), and a page of "
+    "livekit-client with adaptive stream and dynacast on.",
     "LiveKit, one layer: the same server with a playout delay of 0 to 10 ms, its preset for "
     "teleoperation, fed by WHIP with one VP8 layer of 1 Mbit/s; adaptive stream off, since there "
     "is one layer to choose from.",

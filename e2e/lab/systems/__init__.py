@@ -25,7 +25,7 @@ def start(cell: Cell, link: Link, folder: Path) -> AbstractAsyncContextManager[R
     """
     if cell.system == "stock":
         return stock.start(cell, link, folder)
-    if cell.system == "livekit":
+    if cell.system in ("livekit", "livekit-whip"):
         from e2e.lab.systems import livekit  # noqa: PLC0415  # it imports this package
 
         return livekit.start(cell, link, folder)

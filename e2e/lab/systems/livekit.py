@@ -1,4 +1,4 @@
-"""LiveKit 1.11.0 fed by WHIP, at the server's end; what it is, is told in `e2e.peers.livekit`."""
+"""LiveKit at the server's end, published in either way that `e2e.peers.livekit` has."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from e2e.lab.systems.running import PORT
 from e2e.lab.systems.served import serving
 from e2e.measure.errors import MeasureError, NotRunError
 from e2e.peers.livekit.errors import LiveKitError
-from e2e.peers.livekit.installation import find_client, find_server
+from e2e.peers.livekit.installation import check_sdk, find_client, find_server
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -65,23 +65,27 @@ class LiveKitRunning:
 @asynccontextmanager
 async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Running]:
     """See `e2e.lab.systems.start`."""
-    check_installed()
+    how = "whip" if cell.system == "livekit-whip" else "sdk"
+    check_installed(how)
     media = await film() if cell.content == "face" else None
-    arguments = command(link.server.address, media)
+    arguments = command(how, link.server.address, media)
     async with serving("livekit", link, folder, arguments) as served:
         yield LiveKitRunning(served)
 
 
-def check_installed() -> None:
-    """Raise `NotRunError` when the server or the browser library is missing."""
+def check_installed(how: str) -> None:
+    """Raise `NotRunError` when the server, the browser library or the SDK is missing."""
     try:
         find_server()
         find_client()
+        if how == "sdk":
+            check_sdk()
     except LiveKitError as error:
         raise NotRunError(str(error)) from error
 
 
-def command(address: str, media: Path | None) -> list[str]:
+def command(how: str, address: str, media: Path | None) -> list[str]:
     """Return Python's arguments; without a film the test card is published."""
     shown = [] if media is None else ["--media", str(media)]
-    return ["-m", "e2e.peers.livekit", "--host", address, "--port", str(PORT), *shown]
+    place = ["--host", address, "--port", str(PORT)]
+    return ["-m", "e2e.peers.livekit", "--how", how, *place, *shown]

@@ -19,19 +19,21 @@ from e2e.peers.livekit.__main__ import parse
 if TYPE_CHECKING:
     from pathlib import Path
 
-CELL = Cell(experiment="E2", profile="lan", system="livekit")
-
 
 def test_its_own_program_takes_the_command_line(tmp_path: Path) -> None:
     """It is told the address at its end, and a film only where there is one."""
-    asked = parse(command("10.77.0.1", None)[2:])
+    asked = parse(command("sdk", "10.77.0.1", None)[2:])
+    assert asked.how == "sdk"
     assert str(asked.host) == "10.77.0.1"
     assert asked.media is None
     film = tmp_path / "face.mp4"
-    assert parse(command("10.77.0.1", film)[2:]).media == film
+    assert parse(command("whip", "10.77.0.1", film)[2:]).media == film
 
 
-@pytest.mark.parametrize(("missing_part", "said"), [("_BUILT", "Go"), ("_PACKAGE", "make check")])
+@pytest.mark.parametrize(
+    ("missing_part", "said"),
+    [("_BUILT", "Go"), ("_PACKAGE", "make check"), ("_SDK", "the package livekit")],
+)
 def test_what_is_missing_is_not_run(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, missing_part: str, said: str
 ) -> None:
@@ -40,9 +42,9 @@ def test_what_is_missing_is_not_run(
     program.touch(0o755)
     monkeypatch.delenv("WAX_LIVEKIT", raising=False)
     monkeypatch.setattr(installation, "_BUILT", program)
-    monkeypatch.setattr(installation, missing_part, tmp_path / "nowhere")
+    monkeypatch.setattr(installation, missing_part, type(getattr(installation, missing_part))("no"))
     with pytest.raises(NotRunError, match=said) as refusal:
-        check_installed()
+        check_installed("sdk")
     assert "\n" not in str(refusal.value)
 
 
@@ -88,15 +90,17 @@ async def test_a_page_that_does_not_play_says_what_it_says(
 
 
 @pytest.mark.timeout(90)
-async def test_it_serves_at_its_end_and_leaves_nothing(tmp_path: Path) -> None:
+@pytest.mark.parametrize("system", ["livekit", "livekit-whip"])
+async def test_it_serves_at_its_end_and_leaves_nothing(system: Any, tmp_path: Path) -> None:
     """Over a link it publishes, tells its versions, and all its processes end with the block."""
     try:
-        check_installed()
+        check_installed("sdk" if system == "livekit" else "whip")
     except NotRunError as error:
         pytest.skip(str(error))
     try:
+        cell = Cell(experiment="E2", profile="lan", system=system)
         async with Link("lan") as link:
-            async with livekit.start(CELL, link, tmp_path) as running:
+            async with livekit.start(cell, link, tmp_path) as running:
                 told = await running.told()
                 family = psutil.Process(running.pid).children(recursive=True)
                 assert len(family) == 2

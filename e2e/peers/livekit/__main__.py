@@ -17,7 +17,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from e2e.peers.livekit.errors import LiveKitError
-from e2e.peers.livekit.installation import VERSION, client_version, find_client, find_server
+from e2e.peers.livekit.installation import (
+    VERSION,
+    check_sdk,
+    client_version,
+    find_client,
+    find_server,
+)
 from e2e.peers.livekit.messages import PUBLISHER_LINE, Published, Ready, Refusal, say
 from e2e.peers.livekit.page import Pages
 from e2e.peers.livekit.server import LiveKit, Ports
@@ -38,6 +44,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
         prog="python -m e2e.peers.livekit",
         description=__doc__.splitlines()[0] if __doc__ else None,
     )
+    parser.add_argument("--how", choices=("sdk", "whip"), default="sdk", help="who publishes")
     parser.add_argument("--host", type=IPv4Address, default=IPv4Address("127.0.0.1"))
     parser.add_argument("--port", type=int, default=8080, help="the page's")
     parser.add_argument("--signal-port", type=int, default=_PORTS.signal)
@@ -54,17 +61,20 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 async def run(asked: argparse.Namespace) -> None:
     """Run everything until it is cancelled. Raises `LiveKitError`."""
     program, script = find_server(), find_client()
+    is_sdk = asked.how == "sdk"
+    if is_sdk:
+        check_sdk()
     key = Key.make()
     address = str(asked.host)
     ports = Ports(asked.signal_port, asked.media_tcp_port, asked.media_udp_port)
-    livekit = LiveKit(program, address, ports, key)
-    pages = Pages(f"ws://{address}:{ports.signal}", key, script)
+    livekit = LiveKit(program, address, ports, key, is_by_default=is_sdk)
+    pages = Pages(f"ws://{address}:{ports.signal}", key, script, is_adaptive=is_sdk)
     async with AsyncExitStack() as running:
         running.push_async_callback(livekit.stop)
         await livekit.start()
         running.push_async_callback(pages.stop)
         await pages.start(address, asked.port)
-        publisher = await start_publisher(livekit.url, key, asked.media)
+        publisher = await start_publisher(asked.how, livekit.url, key, asked.media)
         running.push_async_callback(stop_publisher, publisher)
         pages.published = await first_published(publisher)
         say(
@@ -77,8 +87,8 @@ async def run(asked: argparse.Namespace) -> None:
         await any_ended(livekit, publisher, pages)
 
 
-async def start_publisher(url: str, key: Key, media: Path | None) -> Process:
-    arguments = ["--url", url, *(["--media", str(media)] if media else [])]
+async def start_publisher(how: str, url: str, key: Key, media: Path | None) -> Process:
+    arguments = ["--how", how, "--url", url, *(["--media", str(media)] if media else [])]
     return await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "e2e.peers.livekit.publisher", *arguments),
         stdin=asyncio.subprocess.DEVNULL,

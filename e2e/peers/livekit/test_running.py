@@ -22,7 +22,7 @@ from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.peers.livekit.__main__ import first_published, start_publisher, stop_publisher
 from e2e.peers.livekit.errors import LiveKitError
-from e2e.peers.livekit.installation import find_client, find_server
+from e2e.peers.livekit.installation import check_sdk, find_client, find_server
 from e2e.peers.livekit.messages import FIRST_LINE, PUBLISHER_LINE, Published, Ready, Refusal
 from e2e.peers.livekit.server import LiveKit, Ports
 from e2e.peers.livekit.tokens import ROOM, Key
@@ -69,6 +69,7 @@ def _livekit() -> None:
     try:
         find_server()
         find_client()
+        check_sdk()
     except LiveKitError as error:
         pytest.skip(str(error))
 
@@ -105,12 +106,13 @@ async def test_a_port_that_is_taken_is_one_sentence() -> None:
 
 @pytest.mark.timeout(90)
 @pytest.mark.usefixtures("_livekit")
-async def test_the_publisher_comes_back() -> None:
+@pytest.mark.parametrize("how", ["sdk", "whip"])
+async def test_the_publisher_comes_back(how: str) -> None:
     """A publisher that LiveKit puts out publishes anew, without being told."""
     ports = Ports(free_port(), free_port(), free_port())
     livekit = LiveKit(find_server(), "127.0.0.1", ports, KEY)
     await livekit.start()
-    publisher = await start_publisher(livekit.url, KEY, None)
+    publisher = await start_publisher(how, livekit.url, KEY, None)
     try:
         assert await first_published(publisher) == 1
         await put_out(livekit.url, "robot")
@@ -154,9 +156,10 @@ async def test_when_livekit_dies_the_rest_ends() -> None:
 
 @pytest.mark.timeout(90)
 @pytest.mark.usefixtures("_livekit")
-async def test_a_browser_sees_and_hears_through_livekit(chromium: Browser) -> None:
+@pytest.mark.parametrize("how", ["sdk", "whip"])
+async def test_a_browser_sees_and_hears_through_livekit(chromium: Browser, how: str) -> None:
     """The test card comes whole, and packets of sound with it; Ctrl-C leaves no process."""
-    async with started() as process:
+    async with started(how=how) as process:
         ready = await first_line(process)
         assert isinstance(ready, Ready)
         family = psutil.Process(process.pid).children(recursive=True)
