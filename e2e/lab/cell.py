@@ -30,7 +30,7 @@ class Cell(BaseModel):
     system: SystemName
     audio_mu_ms: int | None = None
     """Only for ``thesis``; 500 where it is None."""
-    content: Literal["testcard", "face"] = "testcard"
+    content: Literal["testcard", "talking-head"] = "testcard"
     browser: Literal["chromium", "firefox"] = "chromium"
     viewers: int = 1
     """All but the first only count what they get (E5)."""

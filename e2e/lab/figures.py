@@ -73,5 +73,5 @@ class Figures(_Figures):
     picture_drift_ms_per_min: float | None = None
     sound_drift_ms_per_min: float | None = None
     lip_lag_ms: float | None = None
-    """For the face: by how much the voice comes after the lips, where their correlation peaks."""
+    """By how much a talking head's voice comes after its lips, where their correlation peaks."""
     lip_correlation: float | None = None

@@ -65,7 +65,7 @@ class Measure:
 
 
 def hears_tone(result: CellResult) -> bool:
-    """Whether gaps of the tone could be found: the face speaks, it has no tone."""
+    """Whether gaps of the tone could be found: speech has no tone."""
     return result.cell.content == "testcard" and bool(result.readings.sound.start_ms)
 
 

@@ -30,14 +30,19 @@ CROWDED: Final[tuple[SystemName, ...]] = ("thesis", "operator", "stock")
 
 TRIMMED: Final[dict[str, tuple[str, ...]]] = {
     "E1: the outage, which is E6's": ("E1/outage/*",),
-    "E2: on the LAN and the campus the face, and all but thesis and audio-master": (
-        *("E2/lan/*/face", "E2/lan/video-first", "E2/lan/stock", "E2/lan/livekit*"),
-        *("E2/campus/*/face", "E2/campus/video-first", "E2/campus/stock", "E2/campus/livekit*"),
+    "E2: on the LAN and the campus the talking head, and all but thesis and audio-master": (
+        *("E2/lan/*/talking-head", "E2/lan/video-first", "E2/lan/stock", "E2/lan/livekit*"),
+        *(
+            "E2/campus/*/talking-head",
+            "E2/campus/video-first",
+            "E2/campus/stock",
+            "E2/campus/livekit*",
+        ),
     ),
-    "E2: the face of video-first on the same machine, of LiveKit but over 5 Mbit/s, and of its one "
+    "E2: the talking head of video-first on the same machine, of LiveKit but over 5 Mbit/s, and of its one "
     "layer": (
-        *("E2/same-machine/video-first/face", "E2/same-machine/livekit*/face"),
-        "E2/internet-5m/livekit-whip/face",
+        *("E2/same-machine/video-first/talking-head", "E2/same-machine/livekit*/talking-head"),
+        "E2/internet-5m/livekit-whip/talking-head",
     ),
     "E3: on dual-modem and isdn-64k, which are predictions, all but thesis and audio-master": (
         *("E3/dual-modem/operator", "E3/dual-modem/video-first"),
@@ -102,7 +107,7 @@ def quick(*, repeats: int = 1, only: Sequence[str] = ()) -> list[Cell]:
         _cell("E1", "lan", "thesis", audio_mu_ms=500),
         _cell("E2", "lan", "audio-master"),
         *(_cell("E2", "lan", peer) for peer in PEERS),
-        _cell("E2", "lan", "audio-master", content="face", seconds=10.0),
+        _cell("E2", "lan", "audio-master", content="talking-head", seconds=10.0),
         _cell("E3", "wireless-1m", "operator"),
         _cell("E4", "lan", "audio-master", browser="firefox"),
         _cell("E5", "lan", "operator", viewers=4),
@@ -119,7 +124,7 @@ def everything() -> Iterator[Cell]:
     """Give what every experiment needs, untrimmed."""
     for name, mu_ms in product(profiles(), MU_LENGTHS_MS):
         yield _cell("E1", name, "thesis", audio_mu_ms=mu_ms)
-    for name, system, content in product(WIRED, WATCHED, ("testcard", "face")):
+    for name, system, content in product(WIRED, WATCHED, ("testcard", "talking-head")):
         yield _cell("E2", name, system, content=content)
     for name, system in product(("internet-5m", *NARROW, *TODAY), EVERY_SYSTEM):
         yield _cell("E3", name, system)

@@ -22,7 +22,7 @@ class Pictures(_Columns):
     stamp_ms: list[float | None] = []
     """What its test card says, whole Unix time; None where it cannot be read."""
     mouth: list[float | None] = []
-    """How far the drawn face opens its mouth, 0…1; None where there is no face."""
+    """How far the talking head opens its mouth, 0…1; None where there is none."""
     width: list[int] = []
     height: list[int] = []
 

@@ -100,7 +100,7 @@ def test_a_cell_without_a_picture_fails_where_that_is_asked(
 @pytest.mark.parametrize(
     ("raised", "kind"),
     [
-        (LinkError("the mover has ended"), MeasureError),
+        (LinkError("the forwarder has ended"), MeasureError),
         (UnavailableError("no TUN here"), NotRunError),
         (RuntimeError("whatever"), RuntimeError),
     ],

@@ -91,10 +91,10 @@ def test_pauses_are_a_share_of_the_time_that_sound_was_judged() -> None:
     assert value("tone_pauses_per_min", never) is None
 
 
-def test_the_face_has_no_tone_to_have_gaps() -> None:
+def test_speech_has_no_tone_to_have_gaps() -> None:
     """That no gap was found where no tone is, is not told as none."""
-    face = CELL.model_copy(update={"content": "face"})
-    assert value("tone_pauses_per_min", result(readings(15), face)) is None
+    speech = CELL.model_copy(update={"content": "talking-head"})
+    assert value("tone_pauses_per_min", result(readings(15), speech)) is None
     assert value("tone_pauses_per_min", result(readings(15))) == 0
 
 

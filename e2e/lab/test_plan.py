@@ -38,9 +38,9 @@ def test_nothing_is_measured_twice() -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "same-machine/thesis/500ms/face",
+        "same-machine/thesis/500ms/talking-head",
         "internet-5m/livekit",
-        "internet-5m/video-first/face",
+        "internet-5m/video-first/talking-head",
         "modem-56k/operator",
         "wifi-bad/stock",
         "same-machine/operator",
@@ -97,7 +97,7 @@ def test_quick_touches_every_part() -> None:
     cells = quick()
     assert {cell.system for cell in cells} == set(EVERY_SYSTEM)
     assert {cell.browser for cell in cells} == {"chromium", "firefox"}
-    assert {cell.content for cell in cells} == {"testcard", "face"}
+    assert {cell.content for cell in cells} == {"testcard", "talking-head"}
     assert {cell.experiment for cell in cells} == {"E1", "E2", "E3", "E4", "E5", "E6"}
     assert {100, 500} <= {cell.audio_mu_ms for cell in cells}
     assert max(cell.viewers for cell in cells) > 1
@@ -130,6 +130,6 @@ def test_only_takes_what_any_pattern_matches() -> None:
     """Several patterns add up, and what an experiment shares with an earlier one is in its part."""
     assert measured(full(only=["E2/same-machine/thesis", "E6/outage/stock"])) == {
         "same-machine/thesis/500ms",
-        "same-machine/thesis/500ms/face",
+        "same-machine/thesis/500ms/talking-head",
         "outage/stock/30s",
     }

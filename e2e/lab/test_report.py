@@ -212,12 +212,12 @@ def test_the_summary_is_of_this_run(tmp_path: Path) -> None:
 
 
 def test_what_is_published_is_a_median_for_each_system(tmp_path: Path) -> None:
-    """A row for each link and figure, a column for each system; crowds and faces are left out."""
+    """A row for each link and figure, a column for each system; crowds and speech are left out."""
     for n, ms in enumerate((10.0, 20.0, 60.0)):
         keep(tmp_path, cell(system="operator", repeat=n), {"picture_age_p50_ms": ms})
     keep(tmp_path, cell(), {"picture_age_p50_ms": 40.0})
     keep(tmp_path, cell(viewers=8), {"picture_age_p50_ms": 99.0})
-    keep(tmp_path, cell(content="face"), {"pictures_per_s": 5.0})
+    keep(tmp_path, cell(content="talking-head"), {"pictures_per_s": 5.0})
     rows = chapter5.derive([row for one in newest(tmp_path) for row in one.rows])
     assert [(row.key, row.n, row.values) for row in rows] == [
         ("lan/picture_age_p50_ms", 3, {"operator": 20.0, "stock aiortc": 40.0})

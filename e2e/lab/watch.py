@@ -8,11 +8,11 @@ from contextlib import AsyncExitStack, suppress
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from e2e.lab.crowd import crowd
-from e2e.lab.face.lips import lip_lag
 from e2e.lab.instrument import PRELOAD, Instrument, figures
 from e2e.lab.process import CostMeter, MachineMeter
 from e2e.lab.results import Carried, CellResult
 from e2e.lab.systems import start
+from e2e.lab.talking_head.lips import lip_lag
 from wax.clock import SystemClock
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ async def _goto(window: Window, url: str, instrument: Instrument, within_s: floa
 
 
 async def _listen(instrument: Instrument) -> None:
-    """Wait until the ear is on; what never sounds is seen in the readings."""
+    """Wait until the audio probe is on; what never sounds is seen in the readings."""
     with suppress(TimeoutError):
         async with asyncio.timeout(_HEARS_WITHIN_S):
             await _until(instrument.listen)
@@ -164,10 +164,10 @@ def since(before: dict[str, float | str], after: dict[str, float | str]) -> dict
 
 
 def summed(cell: Cell, readings: Readings, *, settle_s: float) -> Figures:
-    """Sum up what was read, and judge the lips where a face was shown."""
+    """Sum up what was read, and judge the lips where there were any."""
     found = figures(readings, settle_s=settle_s)
     lag = None
-    if cell.content == "face":
+    if cell.content == "talking-head":
         lag = lip_lag(readings, from_ms=found.from_ms, to_ms=found.to_ms)
     if lag is None:
         return found

@@ -111,7 +111,7 @@ def test_changes_build_on_each_other() -> None:
 
 
 @pytest.mark.parametrize("name", names())
-def test_a_profile_survives_the_way_to_the_mover(name: str) -> None:
+def test_a_profile_survives_the_way_to_the_forwarder(name: str) -> None:
     """Written as JSON and read again it is the same profile."""
     profile = load(name)
     assert Profile.model_validate_json(profile.model_dump_json(exclude_unset=True)) == profile

@@ -28,7 +28,7 @@ def figures(readings: Readings, *, settle_s: float = 3.0, to_ms: float | None = 
     ages = picture_ages(readings.pictures)
     aged = [(at, age) for at, age in ages if from_ms <= at <= to_ms]
     heard: list[Burst] = []
-    if not _is_face(readings.pictures):
+    if not _is_speech(readings.pictures):
         found = bursts(readings.sound, readings.counters, ages)
         heard = [burst for burst in found if sound_from_ms <= burst.heard_ms <= to_ms]
     skews = skews_ms(heard, ages)
@@ -46,7 +46,7 @@ def figures(readings: Readings, *, settle_s: float = 3.0, to_ms: float | None = 
         pictures_per_s=_pictures_per_s(shown, from_ms, to_ms),
         longest_freeze_ms=_longest_freeze_ms(shown, from_ms, to_ms),
         tone_pauses=Pauses()
-        if _is_face(readings.pictures)
+        if _is_speech(readings.pictures)
         else tone_pauses(readings.sound, sound_from_ms, to_ms),
         concealed_pauses=concealed_pauses(readings.counters, sound_from_ms, to_ms),
         concealed_share=_concealed_share(_within(readings.counters, sound_from_ms, to_ms)),
@@ -90,7 +90,7 @@ def _after(moment_ms: float | None, opened_ms: float) -> float | None:
     return None if moment_ms is None else moment_ms - opened_ms
 
 
-def _is_face(pictures: Pictures) -> bool:
+def _is_speech(pictures: Pictures) -> bool:
     """Tell speech from the test card: in a voice there are neither its tones nor its pauses."""
     has_mouth = any(mouth is not None for mouth in pictures.mouth)
     return has_mouth and all(stamp is None for stamp in pictures.stamp_ms)

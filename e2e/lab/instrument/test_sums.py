@@ -204,7 +204,7 @@ def test_bytes_of_no_kind_are_the_rest() -> None:
     assert set(found.sent_bytes_per_s.model_dump().values()) == {None}
 
 
-def test_a_face_is_not_judged_by_the_cards_tones() -> None:
+def test_speech_is_not_judged_by_the_cards_tones() -> None:
     """Speech pauses and has tones of its own: no burst, no tone pause comes of it."""
     page = readings(10)
     page.pictures.stamp_ms = [None] * 250

@@ -1,4 +1,4 @@
-"""What the mover tells about itself."""
+"""What the forwarder tells about itself."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Statistics:
     running_s: float
     cpu_s: float
     real_time: bool
-    """Whether the mover goes before other processes; if not, trust delays less."""
+    """Whether the forwarder goes before other processes; if not, trust delays less."""
     down: Counters
     up: Counters
     down_late: Lateness
@@ -41,7 +41,7 @@ class Statistics:
 
 @dataclass(frozen=True, slots=True)
 class Hello:
-    """The mover's first line: its descriptors of the namespaces, and when time 0 was."""
+    """The forwarder's first line: its descriptors of the namespaces, and when time 0 was."""
 
     start_s: float
     server_network: int
@@ -51,6 +51,6 @@ class Hello:
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """The mover's only line when there is no link."""
+    """The forwarder's only line when there is no link."""
 
     refused: str

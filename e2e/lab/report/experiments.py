@@ -105,8 +105,8 @@ def _plain(cells: Cells) -> list[Found]:
     return where(cells, lambda cell: cell.is_plain)
 
 
-def _face(cells: Cells) -> list[Found]:
-    return where(cells, lambda cell: cell.content == "face" and cell.browser == "chromium")
+def _talking_head(cells: Cells) -> list[Found]:
+    return where(cells, lambda cell: cell.content == "talking-head" and cell.browser == "chromium")
 
 
 def _stress(cells: Cells) -> list[Found]:
@@ -318,7 +318,7 @@ EXPERIMENTS: Final = (
         "e2-lips",
         "E2 · Voice against lips, on a film of a talking head",
         "thesis 5.3; its judges were people",
-        _face,
+        _talking_head,
         _columns("lip_lag_ms", "lip_correlation", "concealed_percent", "pictures_per_s"),
         notes=(
             "Where the opening of the mouth and the loudness of the voice fit best; a low "

@@ -67,7 +67,7 @@ async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Running]:
     """See `e2e.lab.systems.start`."""
     how = "whip" if cell.system == "livekit-whip" else "sdk"
     check_installed(how)
-    media = await film() if cell.content == "face" else None
+    media = await film() if cell.content == "talking-head" else None
     arguments = command(how, link.server.address, media)
     async with serving("livekit", link, folder, arguments) as served:
         yield LiveKitRunning(served)

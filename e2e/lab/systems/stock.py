@@ -36,7 +36,7 @@ class Stock:
 async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Stock]:
     """See `e2e.lab.systems.start`."""
     arguments = ["-m", "e2e.peers.stock", "--host", "0.0.0.0", "--port", str(PORT)]
-    if cell.content == "face":
+    if cell.content == "talking-head":
         arguments += ["--media", str(await film())]
     async with serving("stock", link, folder, arguments) as served:
         yield Stock(served)

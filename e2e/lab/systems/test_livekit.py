@@ -26,7 +26,7 @@ def test_its_own_program_takes_the_command_line(tmp_path: Path) -> None:
     assert asked.how == "sdk"
     assert str(asked.host) == "10.77.0.1"
     assert asked.media is None
-    film = tmp_path / "face.mp4"
+    film = tmp_path / "film.mp4"
     assert parse(command("whip", "10.77.0.1", film)[2:]).media == film
 
 

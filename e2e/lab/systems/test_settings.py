@@ -77,9 +77,9 @@ def test_video_first_is_for_both_roles() -> None:
 
 def test_the_thesis_keeps_its_constants() -> None:
     """The shipped file is the base; the cell changes the audio MU and the sources alone."""
-    tree = settings(cell("thesis", audio_mu_ms=200), "/films/face.mp4")
+    tree = settings(cell("thesis", audio_mu_ms=200), "/films/film.mp4")
     assert tree["thesis"].pop("audio_mu_ms") == 200
-    assert tree["video"].pop("source") == tree["audio"].pop("source") == "/films/face.mp4"
+    assert tree["video"].pop("source") == tree["audio"].pop("source") == "/films/film.mp4"
     shipped = tomllib.loads(THESIS.read_text(encoding="utf-8"))
     del shipped["thesis"]["audio_mu_ms"], shipped["turns"]["turn_s"]
     for name, keys in shipped.items():

@@ -6,7 +6,7 @@
 // knows. Elsewhere WebAudio hears them (ScriptProcessor: an AudioWorklet is refused by many a page's
 // policy). To both the browser's own estimate of what lies between there and the loudspeaker is
 // added afterwards, by the reader.
-const makeEars = (clock, hooks, limit) => {
+const makeAudioProbe = (clock, hooks, limit) => {
   const table = makeTable(["taken_ms", "rms", "tone", "burst"], 60_000);
   const taps = new Map(); // of each track, its tap
   let first_ms = null;

@@ -1,4 +1,4 @@
-"""The face's voice: sentences by espeak-ng with real pauses between them."""
+"""The voice: sentences by espeak-ng with real pauses between them."""
 
 from __future__ import annotations
 
@@ -66,13 +66,11 @@ def _espeak(words: str, words_per_minute: int) -> NDArray[np.float64]:
             ]
     except FileNotFoundError as error:
         raise NotRunError(
-            "The talking face has no voice: espeak-ng is not installed; install the package "
-            "espeak-ng."
+            "The film has no voice: espeak-ng is not installed; install the package espeak-ng."
         ) from error
     except (OSError, subprocess.SubprocessError, av.FFmpegError) as error:
         raise NotRunError(
-            f"The talking face has no voice: espeak-ng failed ({error}); try it by hand: "
-            "espeak-ng hello."
+            f"The film has no voice: espeak-ng failed ({error}); try it by hand: espeak-ng hello."
         ) from error
     frames += resampler.resample(None)
     return np.concatenate([frame.to_ndarray()[0] for frame in frames]) / 32768.0

@@ -1,12 +1,9 @@
-"""The talking face as a file: what a server gets to play, and what can still be read of it."""
+"""The film as a file: what a server gets to play, and what can still be read of it."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import av
@@ -14,23 +11,23 @@ import cv2
 import numpy as np
 import pytest
 
-from e2e.lab.face import face_file
-from e2e.lab.face.drawing import Look, draw
-from e2e.lab.face.film import looks
-from e2e.lab.face.voice import FPS, RATE_HZ
+from e2e.lab.talking_head import film_file
+from e2e.lab.talking_head.drawing import draw
+from e2e.lab.talking_head.film import openings
+from e2e.lab.talking_head.voice import FPS, RATE_HZ
 from e2e.measure.errors import NotRunError
 from wax.media.fit import fit_frame
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from av.video.frame import VideoFrame
     from numpy.typing import NDArray
-
-ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope="session")
 def film(voice: NDArray[np.int16], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return face_file(tmp_path_factory.mktemp("face"))
+    return film_file(tmp_path_factory.mktemp("film"))
 
 
 @pytest.fixture(scope="session")
@@ -51,16 +48,15 @@ def opening(i420: NDArray[np.uint8]) -> float:
 def test_nothing_but_the_mouth_is_red() -> None:
     """Red is found between 0.55 and 0.85 of the height only, about the middle, as high as asked."""
     for asked in np.linspace(0, 1, 21):
-        for lids in (0.0, 0.6, 1.0):
-            blue, green, red = np.moveaxis(draw(Look(mouth=asked, lids=lids, brows=asked)), 2, 0)
-            rows, columns = np.nonzero((red > 180) & (green < 90) & (blue < 90))
-            if asked < 0.03:
-                assert not len(rows)
-                continue
-            assert rows.min() >= 0.55 * 480
-            assert rows.max() < 0.85 * 480
-            assert abs(columns.mean() - 319.5) < 1
-            assert abs(len(np.unique(rows)) / 120 - asked) <= 2 / 120
+        blue, green, red = np.moveaxis(draw(asked), 2, 0)
+        rows, columns = np.nonzero((red > 180) & (green < 90) & (blue < 90))
+        if asked < 0.03:
+            assert not len(rows)
+            continue
+        assert rows.min() >= 0.55 * 480
+        assert rows.max() < 0.85 * 480
+        assert abs(columns.mean() - 319.5) < 1
+        assert abs(len(np.unique(rows)) / 120 - asked) <= 2 / 120
 
 
 def test_both_streams_are_exact(
@@ -104,7 +100,7 @@ def test_lips_show_the_loudness_of_their_own_moment(
 
 def test_the_voice_fits_itself_at_no_other_shift(voice: NDArray[np.int16]) -> None:
     """Between 0.25 s and 1.5 s away the opening correlates with itself by less than 0.2."""
-    mouths = np.array([look.mouth for look in looks(voice)])
+    mouths = openings(voice)
     assert 20 <= len(mouths) / FPS <= 40
     mouths -= mouths.mean()
     sidelobes = [
@@ -115,12 +111,11 @@ def test_the_voice_fits_itself_at_no_other_shift(voice: NDArray[np.int16]) -> No
 
 
 def test_the_seam_of_the_loop_is_silent(voice: NDArray[np.int16]) -> None:
-    """At both ends half a second is silence behind closed lips, and the face looks the same."""
+    """At both ends half a second is silence behind closed lips."""
     half = RATE_HZ // 2
     assert not voice[:half].any()
     assert not voice[-half:].any()
-    face = looks(voice)
-    assert face[0] == face[-1] == Look()
+    assert openings(voice)[0] == openings(voice)[-1] == 0
 
 
 @pytest.mark.parametrize(
@@ -143,7 +138,7 @@ def test_the_mouth_survives_vp8(
     encoder.options |= {"g": "1" if size == (166, 130) else "3000"}
     decoder = av.CodecContext.create("vp8", "r")
     apart = FPS // fps
-    asked = [look.mouth for look in looks(voice)][:450:apart]
+    asked = openings(voice)[:450:apart]
     read = []
     for number, picture in enumerate(pictures[:450:apart]):
         frame = av.VideoFrame.from_ndarray(fit_frame(picture, width, height), format="yuv420p")
@@ -161,36 +156,19 @@ def test_two_runs_make_one_file(voice: NDArray[np.int16], tmp_path: Path) -> Non
     """Made twice at the same time, there is one whole film, and a third run makes none."""
     folder = tmp_path / "new"
     with ThreadPoolExecutor(2) as pool:
-        first, second = pool.map(face_file, [folder, folder])
+        first, second = pool.map(film_file, [folder, folder])
     assert first == second
     assert list(folder.iterdir()) == [first]
     with av.open(str(first)) as container:
         assert container.streams.video[0].frames == len(voice) * FPS // RATE_HZ
     made_ns = first.stat().st_mtime_ns
-    assert face_file(folder) == first
+    assert film_file(folder) == first
     assert first.stat().st_mtime_ns == made_ns
 
 
 def test_without_espeak_a_sentence_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where espeak-ng is missing, `NotRunError` says what to install and nothing is left behind."""
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(NotRunError, match=r"^The talking face has no voice: .*install.*\.$"):
-        face_file(tmp_path / "new")
+    with pytest.raises(NotRunError, match=r"^The film has no voice: .*install.*\.$"):
+        film_file(tmp_path / "new")
     assert not (tmp_path / "new").exists()
-
-
-def test_the_command_writes_a_film_or_says_why_not(
-    voice: NDArray[np.int16], tmp_path: Path
-) -> None:
-    """`python -m e2e.lab.face FILE` writes it; a wrong name is one sentence and status not 0."""
-    command = [sys.executable, "-m", "e2e.lab.face"]
-    subprocess.run([*command, str(tmp_path / "face.mp4")], cwd=ROOT, check=True)
-    with av.open(str(tmp_path / "face.mp4")) as container:
-        assert {stream.type for stream in container.streams} == {"video", "audio"}
-    for wrong in ("face.txt", "nowhere/face.mp4"):
-        done = subprocess.run(
-            [*command, str(tmp_path / wrong)], cwd=ROOT, capture_output=True, text=True, check=False
-        )
-        assert done.returncode != 0
-        assert "Traceback" not in done.stderr
-        assert Path(wrong).parts[0] in done.stderr

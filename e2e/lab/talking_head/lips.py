@@ -6,7 +6,7 @@ at any frame rate. What a viewer sees comes half an interval later still, becaus
 until the next; holding each picture would take that off the lag (17 ms at 30 pictures a second,
 half a second at one) and make the two disagree.
 
-How good the face is as a ruler, with pictures up to 20 ms early or late, a fifth of them lost and
+How good the film is as a ruler, with pictures up to 20 ms early or late, a fifth of them lost and
 gaps in the sound (95 % of several hundred simulated cells of 12 s, then the worst): within 4 and
 10 ms at 30 pictures a second, 9 and 25 at 5, 17 and 120 at one. At one picture a second 12 s are
 too short: a tenth gets no answer, and one in a hundred voices that are not the lips' own is
@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from e2e.lab.face.loudness import loudness, smooth
+from e2e.lab.talking_head.loudness import loudness, smooth
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,7 +40,7 @@ _HEARD_SHARE: Final = 0.5
 
 _LEAST_PICTURES: Final = 10
 _LEAST_MOVEMENT: Final = 0.05
-"""Standard deviation of the opening; the face's own is 0.3."""
+"""Standard deviation of the opening; that of the film is 0.3."""
 
 _MEMORY_MS: Final = 250.0
 """Speech after so long tells something new; pictures closer than this are not independent."""
@@ -101,13 +101,13 @@ def lip_lag(readings: Readings, *, from_ms: float, to_ms: float) -> LipLag | Non
 def _mouths(
     pictures: Pictures, from_ms: float, to_ms: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """When each face was presented, and its opening."""
-    faces = [
+    """When each mouth was presented, and its opening."""
+    mouths = [
         (at_ms, mouth)
         for at_ms, mouth in zip(pictures.at_ms, pictures.mouth, strict=True)
         if mouth is not None and from_ms <= at_ms <= to_ms
     ]
-    columns = np.array(faces, np.float64).reshape(-1, 2)
+    columns = np.array(mouths, np.float64).reshape(-1, 2)
     return columns[:, 0], columns[:, 1]
 
 

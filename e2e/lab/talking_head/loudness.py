@@ -1,4 +1,4 @@
-"""How loud a voice seems, as the face's mouth shows it and as the lips are judged by it."""
+"""How loud a voice seems, as the mouth in the film shows it and as the lips are judged by it."""
 
 from __future__ import annotations
 

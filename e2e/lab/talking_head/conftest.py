@@ -1,4 +1,4 @@
-"""The face's voice, spoken once for all tests of it."""
+"""The voice, spoken once for all tests of it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from e2e.harness.missing import missing
-from e2e.lab.face.voice import speak
+from e2e.lab.talking_head.voice import speak
 from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:

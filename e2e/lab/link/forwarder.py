@@ -1,6 +1,6 @@
 """The process that is the link: holds both namespaces and moves packets between their TUN devices.
 
-``python -m e2e.lab.link.mover`` reads the profile as one line of JSON, answers with one line
+``python -m e2e.lab.link.forwarder`` reads the profile as one line of JSON, answers with one line
 (`Hello` or `Refusal`), and then answers each line ``statistics`` or ``start_changes`` with one.
 When its standard input ends, whoever had it has ended: it ends everything in the namespaces and
 itself, and with it they and the devices are gone.
@@ -57,7 +57,7 @@ class Way:
             os.write(self._sink, packet)
 
 
-class Mover:
+class Forwarder:
     """Moves until its input ends."""
 
     def __init__(self, down: Way, up: Way, *, start_s: float, real_time: bool) -> None:
@@ -125,7 +125,7 @@ def main() -> int:
         _answer(asdict(Refusal(str(error))))
         return 1
     start_s, real_time = time.monotonic(), be_first()
-    mover = Mover(
+    forwarder = Forwarder(
         Way(server_tun, browser_tun, _direction(profile, "down", start_s)),
         Way(browser_tun, server_tun, _direction(profile, "up", start_s)),
         start_s=start_s,
@@ -135,7 +135,7 @@ def main() -> int:
     gc.disable()  # nothing here makes cycles, and a collection would be late packets
     try:
         _answer(asdict(Hello(start_s, server, browser, Path(_USER_NAMESPACE).readlink() != user)))
-        mover.run(control, _answer)
+        forwarder.run(control, _answer)
     finally:
         ours = {leftovers.namespace_of(server), leftovers.namespace_of(browser)}
         leftovers.end_all(ours, but=os.getpid())

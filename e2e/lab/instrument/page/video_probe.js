@@ -5,7 +5,7 @@
 // a busy page, while the screen does not; `expectedDisplayTime` is a promise, not an event. Not in
 // it: the way from there to the light, up to one refresh and whatever the screen takes, the same
 // for every system.
-const makeEyes = (clock, hooks, limit) => {
+const makeVideoProbe = (clock, hooks, limit) => {
   const COLUMNS = 16;
   const ROWS = 3;
   const FINE = 3; // drawn with 3 × 3 samples a cell, of which the middle one is read
@@ -13,7 +13,7 @@ const makeEyes = (clock, hooks, limit) => {
   const cost = { reads: 0, total_ms: 0, worst_ms: 0, missed: 0 };
   let first_ms = null;
   let chosen = null;
-  let faceSeen = false;
+  let mouthSeen = false;
 
   const makeContext = (width, height) => {
     const canvas = document.createElement("canvas");
@@ -76,7 +76,7 @@ const makeEyes = (clock, hooks, limit) => {
     });
   };
 
-  // How far the drawn face's mouth is open, null until there was red where its mouth would be.
+  // How far the mouth is open, null until there was red where its mouth would be.
   const readMouth = (picture, width, height) => {
     const high = Math.max(1, Math.round(height * 0.3));
     if (strip?.canvas.height !== high) {
@@ -93,8 +93,8 @@ const makeEyes = (clock, hooks, limit) => {
       }
       if (red >= 2) open++;
     }
-    faceSeen ||= open > 0;
-    return faceSeen ? Math.min(1, open / (0.25 * height)) : null;
+    mouthSeen ||= open > 0;
+    return mouthSeen ? Math.min(1, open / (0.25 * height)) : null;
   };
 
   let byLuma = "VideoFrame" in window; // until a frame shows that this browser has none to give
