@@ -54,7 +54,8 @@ def _measure(arguments: argparse.Namespace, cells: Sequence[Cell]) -> int:
 
     name = _name(arguments)
     # The cells that were chosen and repeated are the suite: the library takes all of them, once.
-    arguments.only, arguments.n = None, None
+    arguments.only = [f"*{one}*" for one in arguments.only or ()] if arguments.emulator else None
+    arguments.n = None
     with Apparatus(arguments.out / name, strict=arguments.quick) as apparatus:
         if cells:
             apparatus.check(cells[0])

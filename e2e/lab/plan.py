@@ -32,15 +32,10 @@ TRIMMED: Final[dict[str, tuple[str, ...]]] = {
     "E1: the outage, which is E6's": ("E1/outage/*",),
     "E2: on the LAN and the campus the talking head, and all but thesis and audio-master": (
         *("E2/lan/*/talking-head", "E2/lan/video-first", "E2/lan/stock", "E2/lan/livekit*"),
-        *(
-            "E2/campus/*/talking-head",
-            "E2/campus/video-first",
-            "E2/campus/stock",
-            "E2/campus/livekit*",
-        ),
+        *("E2/campus/*/talking-head", "E2/campus/video-first", "E2/campus/stock"),
+        "E2/campus/livekit*",
     ),
-    "E2: the talking head of video-first on the same machine, of LiveKit but over 5 Mbit/s, and of its one "
-    "layer": (
+    "E2: the talking head of video-first on the same machine, of LiveKit but over 5 Mbit/s": (
         *("E2/same-machine/video-first/talking-head", "E2/same-machine/livekit*/talking-head"),
         "E2/internet-5m/livekit-whip/talking-head",
     ),

@@ -58,6 +58,7 @@ def run_lab(
     ("arguments", "said"),
     [
         (["--only", "E1/campsu"], "lab: no cell's name has E1/campsu in it, did you mean campus;"),
+        (["--emulator", "--only", "campsu"], "lab: there is no case *campsu*"),
         (["--n", "0"], "--n 0: allowed is a whole number from 1 to 100"),
         (["--quick", "--long"], "give one of --quick, --long and --emulator"),
         (["--goals", "--quick"], "give --goals without --quick"),
@@ -115,6 +116,7 @@ def test_a_browser_that_does_not_start_is_no_missing_one(tmp_path: Path) -> None
     ("before", "said"),
     [
         ("mount -t tmpfs none /dev/net", "lab not run: /dev/net/tun is missing"),
+        ("mount --bind /dev/null /dev/net/tun", "lab not run: no TUN device can be made here"),
         ('set -- setpriv --bounding-set=-all --inh-caps=-all "$@"', "lab not run: "),
     ],
 )

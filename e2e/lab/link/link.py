@@ -169,21 +169,16 @@ class Link:
         self.start_s = hello.start_s
 
     async def _ask(self, line: str) -> bytes:
-        if (
-            self._forwarder is None
-            or self._forwarder.stdin is None
-            or self._forwarder.stdout is None
-        ):
+        forwarder = self._forwarder
+        if forwarder is None or forwarder.stdin is None or forwarder.stdout is None:
             raise LinkError("the link is not open; enter it with `async with`")
         async with self._asking:
             try:
-                self._forwarder.stdin.write(line.encode() + b"\n")
-                await self._forwarder.stdin.drain()
-                answer = await asyncio.wait_for(self._forwarder.stdout.readline(), _ANSWER_WITHIN_S)
+                forwarder.stdin.write(line.encode() + b"\n")
+                await forwarder.stdin.drain()
+                answer = await asyncio.wait_for(forwarder.stdout.readline(), _ANSWER_WITHIN_S)
             except (ConnectionError, TimeoutError) as error:
-                raise LinkError(
-                    "the link's forwarder does not answer; make the link anew"
-                ) from error
+                raise LinkError("the link does not answer; make it anew") from error
         if not answer:
-            raise LinkError("the link's forwarder has ended; its last words are on standard error")
+            raise LinkError("the link has ended; its last words are on standard error")
         return answer
