@@ -14,7 +14,7 @@ check: ## lint, format and strict types of both languages
 	@sh .make/install.sh check
 	@sh .make/check.sh
 
-bench: ## the benchmarks, as JSON
+bench: ## the benchmarks beside a stock aiortc server: make bench ARGS="--only memory"
 	@sh .make/install.sh test
 	@sh .make/bench.sh $(ARGS)
 
@@ -29,6 +29,10 @@ goals: ## issue 4's goals beside stock aiortc and LiveKit: make goals ARGS="--on
 faults: ## each link from finger to wheel broken while the robot drives: make faults ARGS="--only server-killed"
 	@sh .make/install.sh test
 	@sh .make/faults.sh $(ARGS)
+
+figures: ## the tables of README.md, from e2e/published
+	@sh .make/install.sh test
+	@.venv/bin/python -m e2e.measure
 
 mutants: ## small faults in what keeps the robot standing, which the tests must notice
 	@sh .make/install.sh test
@@ -45,4 +49,4 @@ clean: ## remove all that was installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run test check bench lab goals faults mutants coverage lock clean
+.PHONY: help run test check bench lab goals faults figures mutants coverage lock clean

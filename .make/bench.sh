@@ -1,4 +1,4 @@
-# The benchmarks; what they find goes to standard output as JSON.
+# The benchmarks.
 # usage: bench.sh [ARGUMENTS…]
 set -eu
 . .make/lib.sh

@@ -11,9 +11,9 @@ import pytest
 import pytest_asyncio
 
 from e2e.harness import toml
-from e2e.harness.raw_peer import RawPeer
 from e2e.harness.robot import pose, stands_still, turn_by_key
 from e2e.harness.wait import eventually
+from wax.client import Client, Operator
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -147,7 +147,7 @@ async def test_bad_messages_are_counted_and_harmless(
     operator = await open_viewer(server)
     await operator.join()
     await operator.drives()
-    async with RawPeer(server) as stranger:
+    async with Client(server.url) as stranger:
         assert await stranger.pongs()
         before, start = await server.status(), await pose(server)
         messages = bad_messages(before["turn"]["number"], stranger.server_ms())
@@ -173,17 +173,10 @@ async def test_bad_messages_are_counted_and_harmless(
 @pytest.mark.timeout(60)
 async def test_commands_of_an_old_turn_or_age_move_nothing(server: Server) -> None:
     """Even the operator's commands are refused with an old turn's number or an old time."""
-    async with RawPeer(server) as driver:
-        assert await driver.pongs()
-        driver.state.send(json.dumps({"type": "join"}))
-
-        async def drives() -> bool:
-            me = driver.newest("hello").get("viewer")
-            turn = driver.newest("room").get("turn", {})
-            return me is not None and turn.get("operator") == me
-
-        await eventually(drives, "the turn begins")
-        turn = driver.newest("room")["turn"]["number"]
+    async with Operator(server.url) as driver:
+        driver.is_silent = True
+        await driver.join()
+        turn = driver.turn
         assert await driver.pongs()
         sequence = itertools.count(1)
 
@@ -217,7 +210,7 @@ async def test_a_flood_does_not_stop_the_others(server: Server, open_viewer: Ope
     operator = await open_viewer(server)
     await operator.join()
     await operator.drives()
-    async with RawPeer(server) as stranger:
+    async with Client(server.url) as stranger:
         for seq in range(2000):
             stranger.drive.send(row(GO | {"seq": seq}))
         await turn_by_key(server, operator)

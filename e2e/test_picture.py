@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from statistics import median
 from typing import TYPE_CHECKING
 
 import pytest
 import pytest_asyncio
 
+from e2e.bench.servers import STOCK, serving
 from e2e.harness import toml
 from e2e.harness.eye import assert_live
 from e2e.harness.wait import eventually
@@ -41,6 +43,22 @@ async def test_card_moves_and_is_fresh(server: Server, codec: str, open_viewer: 
     viewer = await open_viewer(server)
     assert_live(await viewer.cards(45))
     assert await viewer.probe("codec('video')") == MIME_TYPE[codec]
+
+
+@pytest.mark.timeout(90)
+async def test_the_operators_picture_is_fresher_than_stocks(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """It is at most seven tenths as old as a stock server's in the same browser and minute."""
+    async with serving(STOCK) as stock:
+        ours, theirs = await open_viewer(server), await open_viewer(stock)
+        await ours.join()
+        await ours.drives()
+        ages_ms: dict[Viewer, list[float]] = {ours: [], theirs: []}
+        for viewer in [ours, theirs] * 5:  # in turn, so that both meet the same machine
+            ages_ms[viewer] += [card.age_ms for card in await viewer.cards(20) if card.valid]
+        ours_ms, theirs_ms = (median(ages_ms[viewer]) for viewer in (ours, theirs))
+        assert ours_ms <= 0.7 * theirs_ms, f"{ours_ms:.0f} ms, stock's {theirs_ms:.0f} ms"
 
 
 @pytest.mark.timeout(90)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from e2e.bench.servers import STOCK, serving
 from e2e.harness import ear, toml
 from e2e.harness.eye import assert_live
 from e2e.harness.viewer import EARS
@@ -22,13 +23,14 @@ if TYPE_CHECKING:
     from e2e.harness.viewer import Viewer
 
 TOLERANCE_MS = 40.0
-"""The issue's promise: a chosen delay is followed within it, both streams."""
+"""A chosen delay is followed by both streams within it."""
 
 HELD_MS = 80.0
 """More than any browser holds a picture back by itself, less than 200 ms of sound need."""
 
-SOUND_EARLY_MS, SOUND_LATE_MS = 45.0, 125.0
-"""ITU-R BT.1359: skew that people begin to detect."""
+OF_STOCK = 1.5
+"""The most that sound may be older than stock aiortc's in the same browser and minute; it is as
+old, since both wait for the browser's own buffer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,35 +88,49 @@ async def test_a_chosen_delay_is_followed_by_both_streams(
             await eventually(follows, "both streams wait as long as was chosen", within_s=12)
         finally:
             print(f"chosen {delay_ms} ms: {measured}")
-        skew_ms = await measured_skew_ms(viewer)
-        print(f"chosen {delay_ms} ms: skew {skew_ms:+.0f} ms (sound late is positive)")
-        assert -SOUND_EARLY_MS <= skew_ms <= SOUND_LATE_MS
+        ages = await ages_of(viewer)
+        assert abs(ages.skew_ms) <= TOLERANCE_MS, ages
 
 
-async def measured_skew_ms(viewer: Viewer) -> float:
-    """How much later than the picture the sound comes to the ear, by the test card of both."""
+@dataclass(frozen=True, slots=True)
+class Ages:
+    """How old sound and picture are when they are heard and seen, medians over a run."""
+
+    sound_ms: float
+    picture_ms: float
+
+    @property
+    def skew_ms(self) -> float:
+        """How much later than the picture the sound comes."""
+        return self.sound_ms - self.picture_ms
+
+
+async def ages_of(viewer: Viewer) -> Ages:
+    """Read seven seconds of the test card, by eye and ear."""
     await asyncio.sleep(2)
     await viewer.forget()
-    cards = await viewer.cards(90)
+    cards = await viewer.cards(180)
     await asyncio.sleep(1)
-    sound_ms = median(ear.burst_ages_ms(await viewer.heard())) + await viewer.device_ms()
-    picture_ms = median(card.age_ms for card in cards if card.valid)
-    return sound_ms - picture_ms
+    return Ages(
+        sound_ms=median(ear.burst_ages_ms(await viewer.heard())) + await viewer.device_ms(),
+        picture_ms=median(card.age_ms for card in cards if card.valid),
+    )
 
 
 @pytest.mark.timeout(90)
 async def test_by_default_the_delay_is_small(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
-    """As shipped, an observer on a good line hears and sees within a quarter of a second."""
-    async with serve(tmp_path, toml.CARD) as server:
-        viewer = await open_viewer(server, **EARS)
-        await viewer.listen()
-        skew_ms = await measured_skew_ms(viewer)
-        ages = [card.age_ms for card in await viewer.cards(30) if card.valid]
-        print(f"default: picture {median(ages):.0f} ms old, skew {skew_ms:+.0f} ms")
-        assert median(ages) < 250
-        assert -SOUND_EARLY_MS <= skew_ms <= SOUND_LATE_MS
+    """As shipped, an observer hears as soon as from a stock server, and sees in step with it."""
+    async with serve(tmp_path, toml.CARD) as server, serving(STOCK) as stock:
+        ours, theirs = await open_viewer(server, **EARS), await open_viewer(stock, **EARS)
+        await ours.listen()
+        await theirs.listen()
+        ages, reference = await asyncio.gather(ages_of(ours), ages_of(theirs))
+        assert ages.sound_ms <= OF_STOCK * reference.sound_ms, (ages, reference)
+        # Where the machine keeps nobody in step, by half as much as a server that does not try.
+        apart_ms = max(TOLERANCE_MS, abs(reference.skew_ms) / 2)
+        assert abs(ages.skew_ms) <= apart_ms, (ages, reference)
 
 
 @pytest.mark.timeout(90)

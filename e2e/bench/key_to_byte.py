@@ -2,130 +2,149 @@
 
 from __future__ import annotations
 
+import asyncio
 import random
-import time
 from bisect import bisect_left
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Final
 
-from e2e.bench.board import Board
-from e2e.bench.browser import KEYS_JS, chromium, fresh_page, page_clock
-from e2e.bench.errors import BenchError
-from e2e.bench.motion import Change, changes
-from e2e.bench.servers import TEST_CARD, Server
-from e2e.bench.spread import Spread, spread
+from playwright.async_api import async_playwright
+
+from e2e.bench.servers import WAX, serving
+from e2e.faults.record import Record
+from e2e.harness.board import Board
+from e2e.harness.chromium import launch_chromium
+from e2e.harness.page_clock import page_clock
+from e2e.harness.viewer import Viewer
+from e2e.measure.errors import MeasureError
+from e2e.measure.row import Row, judged
+from e2e.measure.summary import summarize
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Page
+    from collections.abc import Iterable
 
-    from e2e.bench.browser import PageClock
-    from e2e.bench.plan import Plan
-    from e2e.bench.servers import Side
+    from e2e.faults.record import Seen
 
-DIALECT = "frames"
-KEY = "ArrowUp"
-REST_S = (0.2, 0.4)
-HOLD_S = (0.12, 0.3)
-SETTLE_S = 1.0
+GOAL_MS: Final = 25.0
+_KEY: Final = "ArrowUp"
+_REST_S: Final = (0.2, 0.4)
+_HOLD_S: Final = (0.12, 0.3)
+_SETTLE_S: Final = 1.0
+_KEYS: Final = """
+(() => {
+  window.waxBenchKeys = [];
+  const note = (event) => {
+    if (!event.isTrusted || event.repeat) return;
+    window.waxBenchKeys.push([event.type, event.code, event.timeStamp]);
+  };
+  addEventListener("keydown", note, { capture: true });
+  addEventListener("keyup", note, { capture: true });
+})();
+"""
+"""Notes each key that goes down or up, and when the browser made the event."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stroke:
-    """A key that went down or up, on CLOCK_MONOTONIC.
-
-    `made_ms` is the browser's time stamp of the event, `handled_ms` when the page saw it.
-    """
+    """A key that went down or up, by the browser's time stamp of the event; CLOCK_MONOTONIC."""
 
     down: bool
     made_ms: float
-    handled_ms: float
 
 
 @dataclass(frozen=True, slots=True)
-class KeyToByte:
-    """`press_ms` ends with the frame that lets the robot move, `release_ms` with that of its stop.
+class Change:
+    """From standing to moving or back, when the frame that says so was whole; CLOCK_MONOTONIC."""
 
-    Both begin with the browser's own time stamp of the key event; `handled_ms` begins later, at
-    the page's listener. Browser and line are on one clock, to ± `clock_error_ms`. `unanswered`
-    strokes had no effect before the next stroke.
+    at_ms: float
+    moving: bool
+
+
+async def key_to_byte(n: int) -> list[Row]:
+    """Press `n` times in a real browser, at random phase against all that beats.
+
+    Browser and line are on one clock, to ± `clock_error_ms`. `unanswered` strokes had no effect
+    before the next stroke.
     """
-
-    dialect: str
-    press_ms: Spread
-    release_ms: Spread
-    handled_ms: Spread
-    unanswered: int
-    clock_error_ms: float
-
-
-def measure(side: Side, plan: Plan) -> KeyToByte:
-    """Type in a real browser; `side` is ours, since a stock aiortc server has no robot."""
-    with Board() as board:
-        with (
-            Server(side, settings=_settings(board.url)) as server,
-            chromium() as browser,
-            fresh_page(browser, KEYS_JS) as page,
-        ):
-            page.goto(server.url)
-            _take_the_wheel(page)
-            clock_before = page_clock(page)
-            _type(page, plan.presses)
-            clock_after = page_clock(page)
-            strokes = _strokes(page, min((clock_before, clock_after), key=lambda c: c.error_ms))
-        moves = changes(board.finish())
-    drift_ms = abs(clock_before.offset_ms - clock_after.offset_ms)
-    press_ms = delays(strokes, moves, down=True)
-    release_ms = delays(strokes, moves, down=False)
-    return KeyToByte(
-        dialect=DIALECT,
-        press_ms=spread([delay_ms for delay_ms, _ in press_ms]),
-        release_ms=spread([delay_ms for delay_ms, _ in release_ms]),
-        handled_ms=spread([delay_ms for _, delay_ms in press_ms]),
-        unanswered=2 * plan.presses - len(press_ms) - len(release_ms),
-        clock_error_ms=max(clock_before.error_ms, clock_after.error_ms, drift_ms),
-    )
-
-
-def _settings(url: str) -> str:
-    robot = f'[robot]\ndriver = "serial"\n[robot.serial]\nurl = "{url}"\ndialect = "{DIALECT}"\n'
-    return TEST_CARD + robot
-
-
-def _take_the_wheel(page: Page) -> None:
-    name = page.get_by_role("textbox", name="Your name", exact=True)
-    name.fill("Bench")
-    name.press("Enter")
-    page.get_by_role("button", name="Join the queue", exact=True).click()
-    page.get_by_text("You are driving").first.wait_for(state="visible")
-    time.sleep(SETTLE_S)
-
-
-def _type(page: Page, presses: int) -> None:
-    """Press at random phase against the server's loop and the page's own ticks."""
-    for _ in range(presses):
-        page.keyboard.down(KEY)
-        time.sleep(random.uniform(*HOLD_S))
-        page.keyboard.up(KEY)
-        time.sleep(random.uniform(*REST_S))
-
-
-def _strokes(page: Page, clock: PageClock) -> list[Stroke]:
-    noted = page.evaluate("window.waxBenchKeys")
+    with TemporaryDirectory(prefix="wax-bench-") as folder:
+        board = Board(Path(folder))
+        await board.start()
+        try:
+            strokes, clock_error_ms = await _strokes(board, n)
+            record = Record(board.log_path)
+            record.read()
+        finally:
+            await board.stop()
+    moves = changes(record.frames)
+    presses_ms, releases_ms = (delays(strokes, moves, down=down) for down in (True, False))
+    spread = summarize(presses_ms)
+    what = "key press → the whole frame on the serial line"
     return [
-        Stroke(
-            down=kind == "keydown",
-            made_ms=made_ms + clock.offset_ms,
-            handled_ms=handled_ms + clock.offset_ms,
-        )
-        for kind, code, made_ms, handled_ms in noted
-        if code == KEY
+        judged("key-to-byte: median", f"{what}, median", "ms", {WAX: spread.median}, n=n),
+        judged(
+            "key-to-byte: p99",
+            f"{what}, p99",
+            "ms",
+            {WAX: spread.p99},
+            GOAL_MS,
+            n=n,
+            spread=spread,
+            detail={
+                "release": str(summarize(releases_ms)),
+                "unanswered": 2 * n - len(presses_ms) - len(releases_ms),
+                "clock_error_ms": clock_error_ms,
+            },
+        ),
     ]
 
 
-def delays(strokes: list[Stroke], moves: list[Change], *, down: bool) -> list[tuple[float, float]]:
-    """Find each stroke's effect; ms since the event was made and since it was handled."""
+async def _strokes(board: Board, n: int) -> tuple[list[Stroke], float]:
+    """Drive and type; gives the strokes, and how well their clock is known in ms."""
+    robot = {"driver": "serial", "serial": {"url": str(board.path)}}
+    async with serving(WAX, robot=robot) as server, async_playwright() as playwright:
+        browser = await launch_chromium(playwright)
+        viewer = await Viewer.prepare(await browser.new_context(), server.url)
+        await viewer.page.add_init_script(_KEYS)
+        await viewer.page.goto(server.url)
+        await viewer.call_oneself("Bench")
+        await viewer.join()
+        await viewer.drives()
+        await asyncio.sleep(_SETTLE_S)
+        before = await page_clock(viewer.page.evaluate)
+        for _ in range(n):
+            await viewer.page.keyboard.down(_KEY)
+            await asyncio.sleep(random.uniform(*_HOLD_S))
+            await viewer.page.keyboard.up(_KEY)
+            await asyncio.sleep(random.uniform(*_REST_S))
+        after = await page_clock(viewer.page.evaluate)
+        noted = await viewer.page.evaluate("window.waxBenchKeys")
+        await browser.close()
+    clock, drift_s = min(before, after), abs(before.ahead_s - after.ahead_s)
+    strokes = [
+        Stroke(kind == "keydown", clock.monotonic_s(made_ms) * 1000)
+        for kind, code, made_ms in noted
+        if code == _KEY
+    ]
+    return strokes, max(before.error_s, after.error_s, drift_s) * 1000
+
+
+def changes(frames: Iterable[Seen]) -> list[Change]:
+    """Find when the robot was told to move and when to stand; only frames that were taken count."""
+    found: list[Change] = []
+    moving = False
+    for frame in frames:
+        if frame.taken and frame.kind in {"drive", "stop"} and frame.moves is not moving:
+            moving = frame.moves
+            found.append(Change(at_ms=frame.at_s * 1000, moving=moving))
+    return found
+
+
+def delays(strokes: list[Stroke], moves: list[Change], *, down: bool) -> list[float]:
+    """Find how long after each stroke its effect came, in ms."""
     if not moves:
-        raise BenchError("the robot's line stayed silent")
+        raise MeasureError("the robot's line stayed silent")
     times_ms = [move.at_ms for move in moves]
     ends_ms = [stroke.made_ms for stroke in strokes[1:]] + [float("inf")]
     found = []
@@ -134,5 +153,5 @@ def delays(strokes: list[Stroke], moves: list[Change], *, down: bool) -> list[tu
             continue
         index = bisect_left(times_ms, stroke.made_ms)
         if index < len(moves) and times_ms[index] < end_ms and moves[index].moving is down:
-            found.append((times_ms[index] - stroke.made_ms, times_ms[index] - stroke.handled_ms))
+            found.append(times_ms[index] - stroke.made_ms)
     return found

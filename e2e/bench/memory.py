@@ -2,147 +2,111 @@
 
 from __future__ import annotations
 
+import asyncio
 import statistics
-import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from e2e.bench.crowd import Crowd
-from e2e.bench.errors import BenchError
-from e2e.bench.servers import Server
+from e2e.bench.servers import SIDES, STOCK, WAX, serving
+from e2e.crowd import Crowd
+from e2e.harness.wait import eventually
+from e2e.measure.row import Row, judged
 
 if TYPE_CHECKING:
-    from e2e.bench.plan import Plan
-    from e2e.bench.process import Handles, Memory
-    from e2e.bench.servers import Side
+    from collections.abc import Sequence
 
-BATCHES = 10
-FORGET_TIMEOUT_S = 15.0
+    from e2e.bench.servers import MeasuredServer
 
-
-@dataclass(frozen=True, slots=True)
-class MemoryPoint:
-    """Median of several readings with so many viewers."""
-
-    viewers: int
-    rss_mib: float
-    uss_mib: float
-    rss_spread_mib: float
+VIEWERS: Final = {WAX: (1, 2, 4, 8, 16), STOCK: (1, 2, 4)}
+ONE_MIB: Final = 250.0
+FURTHER_MIB: Final = 2.0
+FLAT_MIB: Final = 2.0
+"""Growth over all joins and leaves that still counts as flat: the allocator's own unrest."""
+_BATCHES: Final = 10
+_SETTLE_S: Final = 4.0
+_FORGET_S: Final = 15.0
 
 
 @dataclass(frozen=True, slots=True)
-class Churn:
-    """`cycles` joins and leaves, in batches; a reading after each, when nobody is here any more.
+class Use:
+    """One side; MiB resident. `left` counts threads, descriptors and tasks more than before."""
 
-    The slope is that of the second half: allocator and libraries first fill pools that stay, and
-    what leaks goes on leaking. `tasks` are asyncio tasks
-    by the server's own account; stock gives none.
+    one: float
+    further: float
+    leaked: float
+    left: int
+
+
+async def memory(n: int) -> list[Row]:
+    """Hold more and more viewers, then let `n` join and leave, in ten batches.
+
+    What leaks is the slope of the second half: allocator and libraries first fill pools that
+    stay, and what leaks goes on leaking. Stock does not tell its asyncio tasks.
     """
+    batch = max(1, n // _BATCHES)
+    found = {side: await _use(side, batch) for side in SIDES}
+    cycles = batch * _BATCHES
 
-    cycles: int
-    rss_before_mib: float
-    rss_after_mib: float
-    rss_after_each_batch_mib: list[float]
-    rss_kib_per_cycle: float
-    handles_before: Handles
-    handles_after: Handles
-    tasks_before: int | None
-    tasks_after: int | None
+    def row(key: str, what: str, unit: str, goal: float, *, n: int = cycles) -> Row:
+        values = {side: float(getattr(use, key)) for side, use in found.items()}
+        return judged(f"memory: {key}", what, unit, values, goal, n=n)
 
-
-@dataclass(frozen=True, slots=True)
-class MemoryUse:
-    """One side."""
-
-    points: list[MemoryPoint]
-    rss_mib_per_further_viewer: float
-    uss_mib_per_further_viewer: float
-    churn: Churn
+    return [
+        row("one", "memory with one viewer", "MiB", ONE_MIB, n=1),
+        row("further", "… for each further one", "MiB", FURTHER_MIB, n=VIEWERS[WAX][-1]),
+        row("leaked", "… lost by viewers who join and leave", "MiB", FLAT_MIB),
+        row("left", "threads, descriptors and tasks that they leave", "", 0.0),
+    ]
 
 
-def measure(side: Side, plan: Plan) -> MemoryUse:
+async def _use(side: str, batch: int) -> Use:
     """Server and viewers share the cores: nothing here depends on speed."""
-    numbers = plan.our_memory_viewers if side == "ours" else plan.stock_memory_viewers
-    points = []
-    with Server(side) as server, Crowd(server.offering) as crowd:
-        for number in numbers:
-            crowd.hold(number)
-            time.sleep(plan.memory_settle_s)
-            points.append(_point(server, number))
-        crowd.hold(0)
-        churn = _churn(server, crowd, plan)
-    viewers = [point.viewers for point in points]
-    return MemoryUse(
-        points=points,
-        rss_mib_per_further_viewer=_slope(viewers, [point.rss_mib for point in points]),
-        uss_mib_per_further_viewer=_slope(viewers, [point.uss_mib for point in points]),
-        churn=churn,
+    async with serving(side) as server:
+        with await asyncio.to_thread(Crowd, server.offering) as crowd:
+            held_mib = []
+            for number in VIEWERS[side]:
+                await asyncio.to_thread(crowd.hold, number)
+                await asyncio.sleep(_SETTLE_S)
+                held_mib.append(await _rss_mib(server))
+            await asyncio.to_thread(crowd.hold, 0)
+            after_mib, left = [], []
+            for _ in range(_BATCHES + 1):
+                await asyncio.to_thread(crowd.cycle, batch)
+                await _is_empty(server)
+                after_mib.append(await _rss_mib(server))
+                left.append(await _handles(server))
+    half = _BATCHES // 2
+    a_batch_mib = _slope(range(half, _BATCHES + 1), after_mib[half:])
+    return Use(
+        one=held_mib[0],
+        further=_slope(VIEWERS[side], held_mib),
+        leaked=a_batch_mib * _BATCHES,
+        left=left[-1] - left[0],
     )
 
 
-def _point(server: Server, viewers: int) -> MemoryPoint:
-    readings = _readings(server)
-    rss = [reading.rss_mib for reading in readings]
-    return MemoryPoint(
-        viewers=viewers,
-        rss_mib=statistics.median(rss),
-        uss_mib=statistics.median(reading.uss_mib for reading in readings),
-        rss_spread_mib=max(rss) - min(rss),
-    )
+async def _is_empty(server: MeasuredServer) -> None:
+    """Wait until everybody is forgotten; our server keeps a place for its time of grace."""
+
+    async def empty() -> bool:
+        return server.side == STOCK or not (await server.status())["viewers"]
+
+    await eventually(empty, "viewers who left are forgotten", within_s=_FORGET_S)
+    await asyncio.sleep(_SETTLE_S / 4)
 
 
-def _churn(server: Server, crowd: Crowd, plan: Plan) -> Churn:
-    batch = max(1, plan.cycles // BATCHES)
-    crowd.cycle(batch)
-    _wait_empty(server, plan)
-    before, tasks_before = server.meter.handles(), _tasks(server)
-    rss_mib = [_rss_mib(server)]
-    for _ in range(BATCHES):
-        crowd.cycle(batch)
-        _wait_empty(server, plan)
-        rss_mib.append(_rss_mib(server))
-    cycles = [batch * index for index in range(BATCHES + 1)]
-    half = BATCHES // 2
-    return Churn(
-        cycles=batch * BATCHES,
-        rss_before_mib=rss_mib[0],
-        rss_after_mib=rss_mib[-1],
-        rss_after_each_batch_mib=rss_mib[1:],
-        rss_kib_per_cycle=1024 * _slope(cycles[half:], rss_mib[half:]),
-        handles_before=before,
-        handles_after=server.meter.handles(),
-        tasks_before=tasks_before,
-        tasks_after=_tasks(server),
-    )
-
-
-def _wait_empty(server: Server, plan: Plan) -> None:
-    """Wait until the server has forgotten everybody; ours keeps a place for its time of grace."""
-    deadline_s = time.monotonic() + FORGET_TIMEOUT_S
-    while server.side == "ours" and server.status()["viewers"]:
-        if time.monotonic() > deadline_s:
-            raise BenchError(f"viewers who left are still listed after {FORGET_TIMEOUT_S:g} s")
-        time.sleep(0.1)
-    time.sleep(plan.memory_settle_s / 4)
-
-
-def _readings(server: Server) -> list[Memory]:
+async def _rss_mib(server: MeasuredServer) -> float:
     readings = []
     for _ in range(5):
-        readings.append(server.meter.memory())
-        time.sleep(0.1)
-    return readings
+        readings.append(server.meter.rss_mib())
+        await asyncio.sleep(0.1)
+    return statistics.median(readings)
 
 
-def _rss_mib(server: Server) -> float:
-    return statistics.median(reading.rss_mib for reading in _readings(server))
+async def _handles(server: MeasuredServer) -> int:
+    tasks = 0 if server.side == STOCK else int((await server.status())["tasks"])
+    return server.meter.handles() + tasks
 
 
-def _tasks(server: Server) -> int | None:
-    if server.side == "stock":
-        return None
-    return int(server.status()["tasks"])
-
-
-def _slope(x: list[int], y: list[float]) -> float:
+def _slope(x: Sequence[int], y: Sequence[float]) -> float:
     return statistics.linear_regression(x, y).slope

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,22 +15,6 @@ if TYPE_CHECKING:
 MIB = 1024 * 1024
 
 
-@dataclass(frozen=True, slots=True)
-class Memory:
-    """Resident, and what would be freed if the process ended; MiB."""
-
-    rss_mib: float
-    uss_mib: float
-
-
-@dataclass(frozen=True, slots=True)
-class Handles:
-    """What a leak leaves behind."""
-
-    threads: int
-    descriptors: int
-
-
 class ProcessMeter:
     """Reads the costs of one process and of its children; all at `pid` must be alive."""
 
@@ -40,41 +23,30 @@ class ProcessMeter:
 
     def cpu_s(self) -> float:
         """Processor time used so far, user and system, seconds."""
-        total = 0.0
-        for process in self._family():
-            times = process.cpu_times()
-            total += times.user + times.system
-        return total
+        times = [process.cpu_times() for process in self._family()]
+        return float(sum(one.user + one.system for one in times))
 
-    def memory(self) -> Memory:
-        infos = [process.memory_full_info() for process in self._family()]
-        return Memory(
-            rss_mib=sum(info.rss for info in infos) / MIB,
-            uss_mib=sum(info.uss for info in infos) / MIB,
-        )
+    def rss_mib(self) -> float:
+        """Resident memory."""
+        return float(sum(process.memory_info().rss for process in self._family()) / MIB)
 
-    def handles(self) -> Handles:
-        return Handles(
-            threads=sum(process.num_threads() for process in self._family()),
-            descriptors=sum(process.num_fds() for process in self._family()),
-        )
+    def handles(self) -> int:
+        """Count threads and descriptors: what a leak leaves behind."""
+        return sum(process.num_threads() + process.num_fds() for process in self._family())
 
     def _family(self) -> list[psutil.Process]:
         return [self._process, *self._process.children(recursive=True)]
 
 
 class CoreMeter:
-    """How busy one core is, whoever uses it; None stands for the whole machine."""
+    """How busy one core is, whoever uses it."""
 
-    def __init__(self, core: int | None) -> None:
+    def __init__(self, core: int) -> None:
         self._core = core
 
     def busy_s(self) -> float:
         """Seconds so far in which the core did not idle."""
-        if self._core is None:
-            times = psutil.cpu_times()
-        else:
-            times = psutil.cpu_times(percpu=True)[self._core]
+        times = psutil.cpu_times(percpu=True)[self._core]
         idle = times.idle + getattr(times, "iowait", 0.0)
         # On Linux guest time is already part of user time.
         guest = getattr(times, "guest", 0.0) + getattr(times, "guest_nice", 0.0)
@@ -82,7 +54,7 @@ class CoreMeter:
 
 
 def two_cores() -> tuple[int, int] | None:
-    """Choose a core for the server and one for the receivers; None where that cannot be had."""
+    """Choose a core for the server and one for the viewers; None where that cannot be had."""
     if not hasattr(os, "sched_getaffinity"):
         return None
     allowed = sorted(os.sched_getaffinity(0))
@@ -103,16 +75,8 @@ def pinned(core: int | None) -> Iterator[None]:
         os.sched_setaffinity(0, before)
 
 
-def machine_memory_mib() -> int:
-    """Count the memory of the whole machine."""
-    return int(psutil.virtual_memory().total // MIB)
-
-
-def udp_receive_errors() -> int | None:
-    """Count datagrams that the kernel threw away for want of room; None where it does not tell."""
-    try:
-        text = Path("/proc/net/snmp").read_text(encoding="ascii")
-    except OSError:
-        return None
-    rows = [line.split() for line in text.splitlines() if line.startswith("Udp:")]
-    return int(dict(zip(rows[0], rows[1], strict=True))["RcvbufErrors"])
+def udp_receive_errors() -> int:
+    """Count datagrams that Linux threw away for want of room (``RcvbufErrors``, RFC 4113)."""
+    text = Path("/proc/net/snmp").read_text(encoding="ascii")
+    names, values = (line.split() for line in text.splitlines() if line.startswith("Udp:"))
+    return int(dict(zip(names, values, strict=True))["RcvbufErrors"])

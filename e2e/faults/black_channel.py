@@ -8,16 +8,18 @@ from itertools import islice
 from random import Random
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.faults.errors import FaultError
-from e2e.faults.finding import Figure, counted
 from e2e.faults.harm import Channel
 from e2e.faults.harm_drive import DriveHarm
 from e2e.faults.harm_latch import LatchHarm
 from e2e.faults.operator import RawOperator
-from e2e.faults.stage import BLIND, staged
+from e2e.faults.stage import staged
+from e2e.measure.errors import MeasureError
+from e2e.measure.row import counted
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
+
+    from e2e.measure.row import Row
 
     Cell = tuple[str, str]
 
@@ -36,18 +38,16 @@ _ROOM_S: Final = {"drive": 0.04, "stop": 0.2, "release": 0.2}
 CELLS: Final = tuple((error, kind) for error in ERRORS for kind in _ROOM_S)
 
 
-async def black_channel(
-    n: int, *, cells: Sequence[Cell] = CELLS, **settings: Mapping[str, Any]
-) -> list[Figure]:
+async def black_channel(n: int, *, cells: Sequence[Cell] = CELLS, **settings: Any) -> list[Row]:
     """Do harm `n` times, to messages between right ones, over real data channels.
 
-    Raises `FaultError` where the server did not read all of them.
+    Raises `MeasureError` where the server did not read all of them.
     """
     random = Random(2004)
     done: Counter[str] = Counter()
     wrong: Counter[str] = Counter()
     async with (
-        staged(BLIND, settings) as stage,
+        staged(**settings) as stage,
         RawOperator(stage.server) as operator,
         RawOperator(stage.server) as stranger,
     ):
@@ -70,11 +70,11 @@ async def black_channel(
         right = sum(frame.moves for frame in stage.record.frames)
         counters = (await stage.server.status())["counters"]
     if counters.get("messages over the rate"):
-        raise FaultError("black-channel: the server did not read all that was sent")
+        raise MeasureError("black-channel: the server did not read all that was sent")
     return [
         counted(
             "black-channel",
-            "wrong executions of drive, stop and release",
+            "wrong executions of drive, stop and release over a real data channel",
             wrong.total(),
             n,
             by_error=dict(done),

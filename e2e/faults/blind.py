@@ -8,20 +8,19 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.faults.camera import CONTROL, Control
-from e2e.faults.finding import Figure, timed
+from e2e.faults.camera import PLUG_IN, Control
 from e2e.faults.operator import RawOperator
 from e2e.faults.page import chromiums, through
 from e2e.faults.relay import Relay
-from e2e.faults.stage import SEEING, random_phase, staged
+from e2e.faults.stage import random_phase, staged
 from e2e.faults.trials import Trials, repeat
 from e2e.harness.wait import eventually
+from e2e.measure.row import timed
 from wax.config import Settings
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from e2e.faults.stage import Stage
+    from e2e.measure.row import Row
 
 GOAL_MS: Final = 200.0
 SLOW_S: Final = Settings().drive.slow_picture_age_ms / 1000
@@ -42,13 +41,11 @@ class Dimmed:
     moved_again: int
 
 
-async def camera_freezes(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
+async def camera_freezes(n: int, **settings: Any) -> list[Row]:
     """Freeze the suite's own camera; a real page says what it shows."""
     with Control() as control:
-        camera = {"video": {"source": "e2e.faults.camera:Camera"}}
-        environment = {CONTROL: str(control.folder)}
         async with (
-            staged(SEEING, camera, settings, environment=environment) as stage,
+            staged(PLUG_IN, environment=control.environment, **settings) as stage,
             chromiums() as launch,
         ):
             page = await launch(stage.server.url)
@@ -67,14 +64,14 @@ async def camera_freezes(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
                 await asyncio.sleep(0.5)
                 return found
 
-            trials = await repeat("blind: camera", n, trial)
-    return _figures("blind: frozen camera", trials)
+            trials = await repeat("blind-camera", n, trial)
+    return _rows("camera frozen", trials)
 
 
-async def video_starves(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
+async def video_starves(n: int, **settings: Any) -> list[Row]:
     """Let a raw peer whose picture is on say truly that no newer one has come."""
     async with (
-        staged(SEEING, settings) as stage,
+        staged(**settings) as stage,
         RawOperator(stage.server, sees=True) as operator,
     ):
         await operator.join()
@@ -88,14 +85,14 @@ async def video_starves(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
             await asyncio.sleep(_LOOK_S)
             return dimmed(stage, newest_s, time.monotonic())
 
-        trials = await repeat("blind: video", n, trial)
-    return _figures("blind: starved video", trials)
+        trials = await repeat("blind-video", n, trial)
+    return _rows("no new picture", trials)
 
 
-async def page_starves(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
+async def page_starves(n: int, **settings: Any) -> list[Row]:
     """Lose the pictures on their way to a real page, while its commands and all else pass."""
     with closing(Relay()) as relay:
-        async with staged(SEEING, settings) as stage, chromiums() as launch:
+        async with staged(**settings) as stage, chromiums() as launch:
             page = await launch(stage.server.url, prepare=through(relay))
             await page.look()
             await page.take_the_wheel()
@@ -117,8 +114,8 @@ async def page_starves(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
                 await page.let_go()
                 return found
 
-            trials = await repeat("blind: page", n, trial)
-    return _figures("blind: starved page", trials)
+            trials = await repeat("blind-page", n, trial)
+    return _rows("picture starved on its way to a page", trials)
 
 
 async def fast(stage: Stage) -> None:
@@ -148,20 +145,20 @@ def dimmed(stage: Stage, newest_s: float, until_s: float) -> Dimmed | None:
     )
 
 
-def _figures(name: str, trials: Trials[Dimmed]) -> list[Figure]:
+def _rows(name: str, trials: Trials[Dimmed]) -> list[Row]:
     found = trials.results
     wrong = sum(one.moved_again for one in found)
     return [
         timed(
             f"{name}, slowed",
-            f"picture older than {SLOW_S * 1000:g} ms → fine speed on the wire",
+            f"{name}: older than {SLOW_S * 1000:g} ms → slow speed on the wire",
             [one.slowed_ms for one in found],
             GOAL_MS,
             void=trials.void,
         ),
         timed(
             f"{name}, stopped",
-            f"picture older than {STOP_S * 1000:g} ms → stop frame",
+            f"{name}: older than {STOP_S * 1000:g} ms → stop frame",
             [one.stopped_ms for one in found],
             GOAL_MS,
             wrong=wrong,

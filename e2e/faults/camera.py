@@ -18,13 +18,12 @@ from e2e.harness.wait import eventually
 from wax.media.testcard import TestCardVideo
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     from wax.clock import Clock
     from wax.config import VideoSettings
     from wax.media.source import Picture
 
 CONTROL: Final = "WAX_FAULTS_CAMERA"
+PLUG_IN: Final = {"video": {"source": "e2e.faults.camera:Camera"}}
 _LOOK_S: Final = 0.01
 _LONGEST_READ_S: Final = 1.9
 """A source may block for 2 s."""
@@ -85,21 +84,17 @@ def _running_loops() -> list[asyncio.AbstractEventLoop]:
 
 
 class Control:
-    """The near end: `with Control() as control:`; `folder` is for the server's environment."""
+    """The near end: `with Control() as control:`; `environment` is for the server."""
 
     def __init__(self) -> None:
         self._temporary = TemporaryDirectory(prefix="wax-camera-")
         self.folder = Path(self._temporary.name)
+        self.environment = {CONTROL: str(self.folder)}
 
     def __enter__(self) -> Control:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._temporary.cleanup()
 
     async def block(self, seconds: float) -> float:

@@ -8,27 +8,25 @@ from typing import TYPE_CHECKING, Any, Final
 
 from e2e.faults.operator import RawOperator
 from e2e.faults.relay import Relay, Weather
-from e2e.faults.stage import BLIND, staged
+from e2e.faults.stage import staged
 from e2e.faults.trials import repeat, told
+from e2e.measure.row import counted
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from e2e.faults.finding import Figure
     from e2e.faults.record import Stopping
+    from e2e.measure.row import Row
 
 GOAL_MS: Final = 200.0
 SHORT: Final = Weather(delay_ms=20)
 LONG: Final = Weather(delay_ms=1000)
 _LATE_S: Final = 1.5
 """So long late commands go on to arrive after the step: half a second of them."""
-_COMMAND_BYTES: Final = 120
 
 
-async def delay_step(n: int, **settings: Mapping[str, Any]) -> Figure:
+async def delay_step(n: int, **settings: Any) -> list[Row]:
     """From the arrival of the last fresh command; the late ones keep coming, in step, for 0.5 s."""
     relay = Relay(SHORT)
-    async with staged(BLIND, settings) as stage, RawOperator(stage.server, relay=relay) as operator:
+    async with staged(**settings) as stage, RawOperator(stage.server, relay=relay) as operator:
         await operator.join()
         # The way's own time is measured by heartbeats before a turn can rely on it.
         await asyncio.sleep(1.0)
@@ -40,11 +38,7 @@ async def delay_step(n: int, **settings: Mapping[str, Any]) -> Figure:
             await stage.drive(operator)
             relay.weather = LONG
             step_s = time.monotonic()
-            last_s = max(
-                one.leaves_s
-                for one in relay.up
-                if one.leaves_s is not None and one.size >= _COMMAND_BYTES
-            )
+            last_s = relay.last_command_s
             await asyncio.sleep(_LATE_S)
             # What is still under way is neutral, and the robot must not move by it either.
             until_s = time.monotonic()
@@ -57,5 +51,9 @@ async def delay_step(n: int, **settings: Mapping[str, Any]) -> Figure:
             return found if moved else None
 
         trials = await repeat("delay-step", n, trial)
-    what = "last fresh command → stop frame; wrong: late ones executed"
-    return told("delay-step", what, trials, GOAL_MS)
+    late = sum(one.moved_again for one in trials.results)
+    what = "delay steps from 20 to 1000 ms one way: last fresh command → stop frame"
+    return [
+        told("delay-step", what, trials, GOAL_MS),
+        counted("delay-step: late", "… late commands executed", late, len(trials.results)),
+    ]

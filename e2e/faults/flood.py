@@ -4,25 +4,23 @@ from __future__ import annotations
 
 import asyncio
 import time
-from dataclasses import asdict
 from itertools import cycle
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.bench.spread import spread
-from e2e.faults.finding import Figure, timed
 from e2e.faults.flooder import flooding
 from e2e.faults.operator import RawOperator
-from e2e.faults.stage import BLIND, staged
+from e2e.faults.stage import staged
 from e2e.faults.trials import repeat
 from e2e.harness.wait import eventually
+from e2e.measure.row import timed
+from e2e.measure.summary import summarize
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from e2e.faults.flooder import Flood
     from e2e.faults.record import Stopping
     from e2e.faults.stage import Stage
     from e2e.harness.server import Server
+    from e2e.measure.row import Row
 
 GOAL_MS: Final = 100.0
 RATE_HZ: Final = 10_000.0
@@ -37,12 +35,10 @@ WAYS: Final = (
 _LOOK_S: Final = 0.15
 
 
-async def stop_in_flood(
-    n: int, *, rate_hz: float = RATE_HZ, **settings: Mapping[str, Any]
-) -> Figure:
+async def stop_in_flood(n: int, *, rate_hz: float = RATE_HZ, **settings: Any) -> Row:
     """From the press to the first frame that stops, each way alone, in turn."""
     async with (
-        staged(BLIND, settings) as stage,
+        staged(**settings) as stage,
         RawOperator(stage.server, is_host=True) as operator,
         RawOperator(stage.server) as observer,
     ):
@@ -52,7 +48,7 @@ async def stop_in_flood(
 
 async def _flooded(
     n: int, rate_hz: float, stage: Stage, operator: RawOperator, observer: RawOperator
-) -> Figure:
+) -> Row:
     async with flooding(stage.server.url, rate_hz) as flood:
         before = await _refused(stage.server)
         begun_s = time.monotonic()
@@ -95,7 +91,7 @@ async def _flooded(
     own_ms = [ms for ms in by_way[_OWN] if ms is not None]
     return timed(
         "stop-in-flood",
-        "Stop pressed → stop frame",
+        "Stop pressed during a flood, also by the flooder → stop frame",
         [one.told_ms for one in trials.results],
         GOAL_MS,
         judged="p99",
@@ -108,7 +104,7 @@ async def _flooded(
             way: max((ms for ms in values if ms is not None), default=None)
             for way, values in by_way.items()
         },
-        by_the_flooder_ms=asdict(spread(own_ms)) if own_ms else None,
+        by_the_flooder_ms=summarize(own_ms).model_dump() if own_ms else None,
     )
 
 

@@ -1,4 +1,4 @@
-"""A stranger who sends commands as fast as he can, in a process of his own.
+"""A stranger who sends commands as fast as they can, in a process of their own.
 
 ``python -m e2e.faults.flooder URL RATE_HZ`` writes an empty line when it begins, floods until its
 standard input ends, and then writes as JSON how much it really sent. For each line that it reads
@@ -13,29 +13,19 @@ import sys
 import time
 from asyncio.subprocess import PIPE, Process
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final
 
-from e2e.bench.servers import ROOT
-from e2e.faults.errors import FaultError
-from e2e.faults.operator import RawOperator
+from e2e.measure.errors import MeasureError
+from e2e.measure.suite import ROOT
+from wax.client import Operator
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
 
-    from e2e.harness.server import Server
-
 _TICK_S: Final = 0.005
 _MAX_WAITING_BYTES: Final = 256
 """As in a page (`link/peer.ts`): what waits in the channel beyond this would only wait longer."""
-
-
-@dataclass(frozen=True, slots=True)
-class At:
-    """All that a peer needs to know of a server."""
-
-    url: str
 
 
 class Flood:
@@ -45,13 +35,13 @@ class Flood:
         self._process = process
 
     async def press_stop(self) -> float:
-        """Let the flooder press Stop; returns when he did, in s of `time.monotonic`."""
+        """Let the flooder press Stop; returns when, in s of `time.monotonic`."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.write(b"stop\n")
         said = await asyncio.wait_for(self._process.stdout.readline(), 20)
         if not said:
-            raise FaultError("the flood ended too soon; its last words are above")
+            raise MeasureError("the flood ended too soon; its last words are above")
         return float(said)
 
     async def end(self) -> dict[str, Any]:
@@ -60,7 +50,7 @@ class Flood:
         said, _ = await asyncio.wait_for(self._process.communicate(), 20)
         found = json.loads(said)
         if not isinstance(found, dict):
-            raise FaultError("the flood did not say what it sent")
+            raise MeasureError("the flood did not say what it sent")
         return found
 
 
@@ -80,7 +70,7 @@ async def flooding(url: str, rate_hz: float) -> AsyncIterator[Flood]:
     assert process.stdout is not None
     try:
         if not await asyncio.wait_for(process.stdout.readline(), 20):
-            raise FaultError("the flood ended before it began; its last words are above")
+            raise MeasureError("the flood ended before it began; its last words are above")
         yield Flood(process)
     finally:
         if process.returncode is None:
@@ -89,8 +79,8 @@ async def flooding(url: str, rate_hz: float) -> AsyncIterator[Flood]:
 
 
 async def _flood(url: str, rate_hz: float) -> dict[str, float]:
-    async with RawOperator(cast("Server", At(url))) as peer:
-        row = peer.row(1, turn=max(0, peer.turn), linear=-1.0, held=True)
+    async with Operator(url) as peer:
+        row = peer.row(1, turn=peer.turn, linear=-1.0, held=True)
         sent = allowed = 0
 
         def pour() -> None:
@@ -115,7 +105,7 @@ async def _flood(url: str, rate_hz: float) -> dict[str, float]:
     return {"sent_hz": (sent - waiting) / took_s, "wanted_hz": rate_hz, "took_s": took_s}
 
 
-def _press(peer: RawOperator) -> None:
+def _press(peer: Operator) -> None:
     pressed_s = time.monotonic()
     peer.say(type="stop")
     print(pressed_s, flush=True)

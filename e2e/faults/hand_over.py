@@ -1,200 +1,235 @@
-"""From one operator to the next, again and again: no frame of the old turn after the switch."""
+"""From one operator to the next, again and again: nothing of the old turn after the switch.
+
+What is counted is what was on the wire, whether the board took it or not: it refuses an old turn
+itself. Each of the two operators drives in a direction of its own, so that a frame tells by its
+number which turn it is for, and by its wheels whose hands are in it.
+"""
 
 from __future__ import annotations
 
 import asyncio
+from contextlib import AsyncExitStack
 from dataclasses import dataclass
 from itertools import pairwise
 from random import Random
-from typing import TYPE_CHECKING, Any, Final
+from time import monotonic
+from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
-from e2e.faults.errors import FaultError
-from e2e.faults.finding import Figure, counted, timed
 from e2e.faults.operator import RawOperator
-from e2e.faults.relay import Relay
-from e2e.faults.stage import BLIND, staged
+from e2e.faults.stage import staged
+from e2e.measure.errors import MeasureError
+from e2e.measure.row import counted, timed
+from wax.proof.remote import RemoteOperator
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Mapping, Sequence
+    from collections.abc import Container, Iterator, Mapping, Sequence
 
     from e2e.faults.record import Seen
     from e2e.faults.stage import Stage
+    from e2e.measure.row import Row
+    from wax.client.process import Order, Seat
 
 GAP_MS: Final = 300.0
 TURN_S: Final = 60.0
 TURN_ERROR_MS: Final = 100.0
 _SHORT_TURN_S: Final = 1.0
-_SLOW: Final = ("vanish", "reconnect")
 _LOST_S: Final = 1.0
 """After so long without a word the server takes an operator for lost."""
+_WAIT_S: Final = 15.0
+
+Ending = Literal["leave", "expire", "vanish", "crash", "reconnect"]
+_WEIGHTS: Final[dict[Ending, int]] = {
+    "leave": 83,
+    "expire": 8,
+    "vanish": 3,
+    "crash": 3,
+    "reconnect": 3,
+}
+_SLOW: Final = ("vanish", "crash", "reconnect")
 
 
 @dataclass(frozen=True, slots=True)
 class Switches:
-    """What the board's log says about all switches from one turn to the next."""
+    """What the board's log says about all switches from one turn to the next.
+
+    `old` counts motion under the number of a turn that is over, `foreign` motion that the turn's
+    own operator never asked for.
+    """
 
     n: int
-    late: int
+    old: int
+    foreign: int
     without_stop: int
     gaps_ms: tuple[float, ...]
 
 
-def switches(frames: Sequence[Seen], slow: Container[int] = ()) -> Switches:
-    """Read them off the frames: a late one would move the robot for a turn that is over.
+def switches(
+    frames: Sequence[Seen], directions: Mapping[int, int], slow: Container[int] = ()
+) -> Switches:
+    """Read them off all frames on the wire.
 
-    Turns of `slow` hands are left out of the gaps.
+    `directions` is 1 or -1 for each turn, by its operator; turns of `slow` hands are left out of
+    the gaps.
     """
-    late = without_stop = n = 0
+    old = foreign = without_stop = n = 0
     gaps_ms: list[float] = []
     highest, began_s = 0, 0.0
     mover: Seen | None = None
     stop_s: float | None = None
     for frame in frames:
-        if frame.moves and frame.turn < highest:
-            late += 1
         if frame.turn > highest:
             highest, began_s = frame.turn, frame.at_s
-        if not frame.moves:
+        if not frame.is_motion:
             if mover is not None and stop_s is None:
                 stop_s = frame.at_s
             continue
+        if frame.turn < highest:
+            old += 1
+            continue
+        ahead = frame.left_mmps + frame.right_mmps
+        foreign += ahead * directions.get(frame.turn, 0) <= 0
         if mover is not None and frame.turn > mover.turn:
             n += 1
             without_stop += stop_s is None
             if frame.turn not in slow:
                 gaps_ms.append((frame.at_s - began_s) * 1000)
         mover, stop_s = frame, None
-    return Switches(n, late, without_stop, tuple(gaps_ms))
+    return Switches(n, old, foreign, without_stop, tuple(gaps_ms))
 
 
-async def hand_over(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
-    """Two who take turns: most leave, some let the turn end, vanish, or come back in that instant.
+async def hand_over(n: int, **settings: Any) -> list[Row]:
+    """Two who take turns, each a process that drives on after its turn as nobody should.
 
-    The gap is from a turn's first frame, a stop, to its first that moves; who drives lets go and
-    presses as soon as he is told. Where the one before vanished or came back, this suite looks
+    Most leave; some let the turn end, vanish, crash, or come back in that instant. The gap is from
+    a turn's first frame, a stop, to its first that moves; whoever drives lets go and presses as
+    soon as they are told. Where the one before vanished, crashed or came back, this suite looks
     after that first and presses later: those turns are left out of the gaps, of nothing else.
     """
     random = Random(2004)
     short = {"turns": {"turn_s": _SHORT_TURN_S, "grace_s": 0.5}}
-    async with staged(BLIND, short, settings) as stage:
-        players = [Player(stage), Player(stage)]
-        for player in players:
-            await player.come()
-        players[0].raw.say(type="join")
-        kinds = dict.fromkeys(("leave", "expire", *_SLOW), 0)
-        slow: set[int] = set()
-        try:
-            for turn in range(n + 1):
-                now, after = players[turn % 2], players[(turn + 1) % 2]
-                await now.raw.gets_turn()
-                after.raw.say(type="join")
-                await now.begins()
-                kind = random.choices(list(kinds), weights=(86, 8, 3, 3))[0]
-                kinds[kind] += 1
-                await now.ends(kind, random)
-                await after.raw.gets_turn()
-                if kind in _SLOW:
-                    slow.add(after.raw.turn)
-                await now.is_there()
-        finally:
+    done = dict.fromkeys(_WEIGHTS, 0)
+    slow: set[int] = set()
+    async with staged(short, **settings) as stage:
+        async with AsyncExitStack() as leaving:
+            players = Player(stage, 1), Player(stage, -1)
             for player in players:
-                await player.go()
+                leaving.push_async_callback(player.remote.kill)
+                await player.come()
+            now, after = players
+            now.remote.tell("join")
+            before: Ending = "leave"
+            for ending in _endings(n + 1, random):
+                await now.gets_turn()
+                after.remote.tell("join")
+                if before in _SLOW:
+                    slow.add(now.remote.seat.turn)
+                await now.begins()
+                await now.ends(ending, random)
+                await after.gets_turn()
+                await now.is_there()
+                done[ending] += 1
+                now, after, before = after, now, ending
         stage.record.read()
-        found = switches(stage.record.frames, slow)
-    if found.n == 0:
-        raise FaultError("hand-over: there was none")
+        directions = {turn: one.direction for one in players for turn in one.turns}
+        found = switches(stage.record.frames, directions, slow)
+    if found.n == 0 and not found.old + found.foreign:
+        raise MeasureError("hand-over: there was none")
     return [
         counted(
-            "hand-over", "frames of an old turn after the switch", found.late, found.n, **kinds
+            "hand-over",
+            "hand-over: frames on the wire of the old turn, or of the operator before",
+            found.old + found.foreign,
+            found.n,
+            of_the_old_turn=found.old,
+            of_the_operator_before=found.foreign,
+            **done,
         ),
-        counted("hand-over: stop", "switches without a stop between", found.without_stop, found.n),
+        counted(
+            "hand-over: stop", "… switches without a stop between", found.without_stop, found.n
+        ),
         timed(
             "hand-over: gap",
-            "a turn begins → its first motion",
+            "… a turn begins → its first motion",
             found.gaps_ms,
             GAP_MS,
         ),
     ]
 
 
-class Player:
-    """One of the two, and what can become of his turn."""
+def _endings(n: int, random: Random) -> Iterator[Ending]:
+    """Give each once, so that a short run has all, and then as often as it is weighted."""
+    once: tuple[Ending, ...] = get_args(Ending)
+    yield from once[:n]
+    yield from random.choices(list(_WEIGHTS), weights=list(_WEIGHTS.values()), k=max(0, n - 5))
 
-    def __init__(self, stage: Stage) -> None:
+
+class Player:
+    """One of the two, who drives ahead (1) or back (-1), and what can become of the turn."""
+
+    def __init__(self, stage: Stage, direction: int) -> None:
+        self.direction = direction
+        self.turns: set[int] = set()
+        self.remote = RemoteOperator(stage.folder / f"operator{direction}.log", self._told)
         self._stage = stage
-        self._relay = Relay()
-        self.raw = RawOperator(stage.server, relay=self._relay)
 
     async def come(self) -> None:
-        await self.raw.__aenter__()
+        await self.remote.start(self._stage.server.url)
 
-    async def go(self) -> None:
-        await self.raw.__aexit__(None, None, None)
+    async def gets_turn(self) -> None:
+        if not await self.remote.until(lambda: self.remote.seat.drives, _WAIT_S):
+            raise MeasureError(f"hand-over: no turn within {_WAIT_S:g} s")
 
     async def begins(self) -> None:
-        """Let go and press at once, as whoever waits for his turn does."""
-        self.raw.let_go()
-        self.raw.steer(1.0)
+        """Let go and press at once, as whoever waits for their turn does."""
+        press: Order = "drive" if self.direction > 0 else "reverse"
+        self.remote.tell("neutral")
+        self.remote.tell(press)
         await self._stage.moves(_SHORT_TURN_S)
         await asyncio.sleep(0.02)
 
-    async def ends(self, kind: str, random: Random) -> None:
-        """Let the turn end in one of four ways."""
-        match kind:
+    async def ends(self, ending: Ending, random: Random) -> None:
+        """Let the turn end in one of five ways, pressing on."""
+        match ending:
             case "leave":
-                await self.leave(random)
+                await asyncio.sleep(random.uniform(0.0, 0.1))
+                self.remote.tell("leave")
             case "expire":
-                await self.expire()
+                await self.remote.until(lambda: not self.remote.seat.drives, _WAIT_S)
             case "vanish":
-                await self.vanish(random)
-            case _:
-                await self.reconnect(random)
-
-    async def leave(self, random: Random) -> None:
-        """Hand over himself, pressing on."""
-        await asyncio.sleep(random.uniform(0.0, 0.1))
-        self.raw.say(type="leave")
-
-    async def expire(self) -> None:
-        """Press on until the turn is over, and after that."""
-        while self.raw.has_turn:
-            self.raw.told.clear()
-            await self.raw.told.wait()
-
-    async def vanish(self, random: Random) -> None:
-        """Vanish so that the loss is noticed in the instant in which the turn ends."""
-        await self._until_end(_LOST_S * random.uniform(0.9, 1.1))
-        self._relay.cut()
-        await asyncio.sleep(_LOST_S * 1.3)
-        self._relay.mend()
-
-    async def reconnect(self, random: Random) -> None:
-        """Come back with a new connection in the instant in which the turn ends."""
-        old = self.raw
-        relay = Relay()
-        again = RawOperator(self._stage.server, client=old.client, relay=relay)
-        await self._until_end(random.uniform(0.0, 0.6))
-        await again.__aenter__()
-        again.steer(1.0)
-        self.raw, self._relay = again, relay
-        await old.__aexit__(None, None, None)
+                # The loss is noticed in about the instant in which the turn ends.
+                await self._until_end(_LOST_S * random.uniform(0.9, 1.1))
+                self.remote.freeze()
+                await asyncio.sleep(_LOST_S * 1.3)
+                self.remote.thaw()
+            case "crash":
+                await self._until_end(_LOST_S * random.uniform(0.0, 1.1))
+                await self.remote.kill()
+            case "reconnect":
+                await self._until_end(random.uniform(0.0, 0.6))
+                self.remote.tell("reconnect")
 
     async def is_there(self) -> None:
-        """Be heard again, whatever became of the connection."""
-        if not await self.raw.pongs():
-            raise FaultError("a peer of the hand-over did not come back")
+        """Be connected, whatever became of the connection; a crashed page is opened anew."""
+        if not self.remote.runs:
+            await self.come()
+        if not await self.remote.until(lambda: self.remote.seat.is_open, _WAIT_S):
+            raise MeasureError("hand-over: an operator did not come back")
 
     async def _until_end(self, before_s: float) -> None:
-        ends_ms = self.raw.ends_server_ms
+        ends_ms = self.remote.seat.ends_ms
         if ends_ms is not None:
-            await asyncio.sleep(max(0.0, (ends_ms - self.raw.server_ms()) / 1000 - before_s))
+            await asyncio.sleep(max(0.0, ends_ms / 1000 - before_s - monotonic()))
+
+    def _told(self, seat: Seat) -> None:
+        if seat.drives:
+            self.turns.add(seat.turn)
 
 
-async def one_turn(n: int, *, turn_s: float = TURN_S, **settings: Mapping[str, Any]) -> Figure:
+async def one_turn(n: int, *, turn_s: float = TURN_S, **settings: Any) -> Row:
     """Measure how long a whole turn lasts, by its first and last frame."""
     errors_ms: list[float | None] = []
     async with (
-        staged(BLIND, {"turns": {"turn_s": turn_s}}, settings) as stage,
+        staged({"turns": {"turn_s": turn_s}}, **settings) as stage,
         RawOperator(stage.server) as first,
         RawOperator(stage.server) as second,
     ):
@@ -213,7 +248,7 @@ async def one_turn(n: int, *, turn_s: float = TURN_S, **settings: Mapping[str, A
             lasted_s = begin_s[turns[1]] - begin_s[turns[0]]
             errors_ms.append(abs(lasted_s - turn_s) * 1000)
             second.say(type="leave")
-    return timed(f"turn of {turn_s:g} s", "error of its length", errors_ms, TURN_ERROR_MS)
+    return timed("one-turn", f"turn of {turn_s:g} s: error of its length", errors_ms, TURN_ERROR_MS)
 
 
 def _first_frames(frames: Sequence[Seen]) -> list[tuple[int, float]]:

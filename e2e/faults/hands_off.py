@@ -1,4 +1,4 @@
-"""Whatever takes the operator's hands off the page, zero is on the wire before he notices."""
+"""Whatever takes the operator's hands off the page, zero is on the wire before they notice."""
 
 from __future__ import annotations
 
@@ -7,78 +7,129 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.faults.page import chromiums
-from e2e.faults.stage import SEEING, random_phase, staged
+from e2e.faults.page import KEY, chromiums
+from e2e.faults.stage import random_phase, staged
 from e2e.faults.trials import repeat, told
 from e2e.harness.hands import Fingers
+from e2e.harness.page_clock import page_clock
+from e2e.harness.tab import Tab
+from e2e.harness.wait import eventually
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Awaitable, Callable, Sequence
 
-    from playwright.async_api import Page
-
-    from e2e.faults.finding import Figure
     from e2e.faults.page import Chromium
     from e2e.faults.record import Stopping
     from e2e.faults.stage import Stage
+    from e2e.measure.row import Row
+
+    Act = Callable[[Tab], Awaitable[None]]
 
 GOAL_MS: Final = 120.0
 _LOOK_S: Final = 0.25
+_BACK_S: Final = 20.0
 
-EVENTS: Final = {
-    "blur": "window.dispatchEvent(new Event('blur'));",
-    "hidden": """
-        Object.defineProperty(document, "visibilityState", { value: "hidden", configurable: true });
-        Object.defineProperty(document, "hidden", { value: true, configurable: true });
-        document.dispatchEvent(new Event("visibilitychange"));
-    """,
-    "pagehide": "window.dispatchEvent(new Event('pagehide'));",
+ACTS: Final[dict[str, tuple[Act, Act]]] = {
+    "another tab": (Tab.open_another, Tab.close_another),
+    "minimised window": (Tab.minimise, Tab.restore),
+    "navigation": (Tab.leave, Tab.come_back),
 }
-"""What the browser tells a page; headless Chromium keeps every tab in front and in focus, so that
-these events have to be made. A cancelled touch is the browser's own (`Fingers.cancel`)."""
+"""What a person does, and how it is undone. Blur and hidden follow on the first two, and
+beforeunload and pagehide on the third, from the browser itself."""
 
-_PATIENT: Final = {"turns": {"grace_s": 5.0}}
-"""A page that was hidden for good has closed its connection; it comes back to its own turn."""
+_NOTE: Final = """
+for (const [target, type] of [
+    [window, "blur"],
+    [document, "visibilitychange"],
+    [window, "beforeunload"],
+    [window, "pagehide"],
+]) target.addEventListener(type, () => { sessionStorage.waxLost ??= performance.now(); }, true);
+"""
+"""Notes when the page was first told of anything; the note outlives the page."""
 
-_SHOW: Final = """() => {
-    delete document.visibilityState;
-    delete document.hidden;
-    document.dispatchEvent(new Event("visibilitychange"));
-    window.dispatchEvent(new PageTransitionEvent("pageshow", { persisted: true }));
-    window.dispatchEvent(new Event("focus"));
-}"""
+_PATIENT: Final = {"turns": {"grace_s": 10.0}}
+"""A page that was left has closed its connection; it comes back to its own turn."""
+
+_JOIN: Final = """
+[...document.querySelectorAll("button")].find((one) => one.innerText === "Join the queue")?.click()
+"""
+_DRIVES: Final = "document.body.innerText.includes('You are driving')"
 
 
 async def hands_off(
     n: int,
     *,
-    events: Mapping[str, str] = EVENTS,
+    acts: Sequence[str] = tuple(ACTS),
     script: str = "",
-    **settings: Mapping[str, Any],
-) -> list[Figure]:
+    **settings: Any,
+) -> list[Row]:
     """From the event to the first frame that stops; `n` times each, and for a cancelled touch.
 
     `script` runs in the page before its own.
     """
-
-    async def prepare(page: Page) -> None:
-        await page.add_init_script(script)
-
-    async with staged(SEEING, _PATIENT, settings) as stage, chromiums() as launch:
-        page = await launch(stage.server.url, prepare=prepare, has_touch=True)
-        await page.take_the_wheel()
-        hands = _Hands(stage, page, await Fingers.of(page.viewer))
+    async with staged(_PATIENT, **settings) as stage, chromiums() as launch:
+        page = await launch(stage.server.url, has_touch=True)
+        browser = page.viewer.page.context.browser
+        assert browser is not None
+        tab = await Tab.open(browser, stage.server.url, _NOTE + script)
+        hands = _Hands(stage, tab)
+        await hands.drive()
         found = {
-            name: await repeat(f"hands-off: {name}", n, partial(hands.by_event, script))
-            for name, script in events.items()
+            name: await repeat(f"hands-off: {name}", n, partial(hands.lose, *ACTS[name]))
+            for name in acts
         }
-        found["pointercancel"] = await repeat("hands-off: pointercancel", n, hands.by_touch)
-    what = "event in the page → zero on the wire"
-    return [told(f"hands-off: {name}", what, trials, GOAL_MS) for name, trials in found.items()]
+        await tab.close()
+        await page.take_the_wheel()
+        touch = _Touch(stage, page, await Fingers.of(page.viewer))
+        found["pointercancel"] = await repeat("hands-off: pointercancel", n, touch.cancel)
+    return [
+        told(f"hands-off: {name}", f"{name}: first event in the page → zero", trials, GOAL_MS)
+        for name, trials in found.items()
+    ]
 
 
 class _Hands:
-    """One trial each."""
+    """Hold a key in a tab, and lose it."""
+
+    def __init__(self, stage: Stage, tab: Tab) -> None:
+        self._stage = stage
+        self._tab = tab
+
+    async def drive(self) -> None:
+        """Wait until the page drives; it joins where it has no turn."""
+
+        async def drives() -> bool:
+            await self._tab.evaluate(_JOIN)
+            return bool(await self._tab.evaluate(_DRIVES))
+
+        await eventually(drives, "the tab drives", within_s=_BACK_S)
+
+    async def lose(self, act: Act, undo: Act) -> Stopping | None:
+        await self._stage.moving(self._press)
+        clock = await page_clock(self._tab.evaluate)
+        await self._tab.evaluate("delete sessionStorage.waxLost")
+        await random_phase()
+        await act(self._tab)
+        await asyncio.sleep(_LOOK_S)
+        until_s = time.monotonic()
+        await undo(self._tab)
+        lost_ms = await self._tab.evaluate("Number(sessionStorage.waxLost)")
+        if not isinstance(lost_ms, float | int):
+            raise MeasureError("hands-off: the page was told of nothing")
+        since_s = clock.monotonic_s(lost_ms)
+        await self._tab.key("keyUp", KEY)
+        await self.drive()
+        return self._stage.outcome(since_s, until_s)
+
+    async def _press(self) -> None:
+        await self._tab.key("keyUp", KEY)
+        await asyncio.sleep(0.08)
+        await self._tab.key("keyDown", KEY)
+
+
+class _Touch:
+    """Hold a button with a finger, which the system takes away."""
 
     def __init__(self, stage: Stage, page: Chromium, fingers: Fingers) -> None:
         self._stage = stage
@@ -86,40 +137,18 @@ class _Hands:
         self._fingers = fingers
         self._is_down = False
 
-    async def by_event(self, script: str) -> Stopping | None:
-        browser = self._page.viewer.page
-        await self._stage.moving(self._page.press)
-        await random_phase()
-        at_ms = await browser.evaluate(
-            f"() => {{ const at_ms = performance.now(); {script} return at_ms; }}"
-        )
-        await asyncio.sleep(_LOOK_S)
-        since_s = await self._page.monotonic_s(at_ms)
-        found = self._found(since_s)
-        await browser.evaluate(_SHOW)
-        await self._page.let_go()
-        await self._page.viewer.drives()
-        return found
-
-    async def by_touch(self) -> Stopping | None:
-        await self._stage.moving(self._touch)
+    async def cancel(self) -> Stopping | None:
+        await self._stage.moving(self._press)
         await random_phase()
         since_s = time.monotonic()
         await self._fingers.cancel()
         self._is_down = False
         await asyncio.sleep(_LOOK_S)
-        return self._found(since_s)
+        return self._stage.outcome(since_s)
 
-    async def _touch(self) -> None:
+    async def _press(self) -> None:
         if self._is_down:
             await self._fingers.lift(0)
         await asyncio.sleep(0.08)
         self._is_down = True
         await self._fingers.press(0, self._page.viewer.button("Forward"))
-
-    def _found(self, since_s: float) -> Stopping | None:
-        record = self._stage.record
-        record.read()
-        if not record.moved_at(since_s):
-            return None
-        return record.stopping(since_s, time.monotonic())

@@ -12,9 +12,9 @@ import json
 import time
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.faults.errors import FaultError
 from e2e.faults.harm import NO_STOPS, STOP, no_releases
 from e2e.harness.wait import eventually
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from e2e.faults.harm import Channel
@@ -137,7 +137,7 @@ class LatchHarm:
         self._operator.state.send(STOP)
         stop = await self._latched()
         if stop is None:
-            raise FaultError("Stop was pressed, and none is latched")
+            raise MeasureError("Stop was pressed, and none is latched")
         return stop
 
     async def _free(self) -> None:
@@ -154,7 +154,7 @@ class LatchHarm:
     async def _latched(self) -> int | None:
         """Ask which stop is latched, once all that was sent before has arrived."""
         if not all(await asyncio.gather(self._operator.pongs(), self._stranger.pongs())):
-            raise FaultError("the server does not answer a peer")
+            raise MeasureError("the server does not answer a peer")
         stop = (await self._channel.stage.server.status())["stop"]
         if stop is None:
             return None

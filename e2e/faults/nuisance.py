@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.faults.finding import Figure
 from e2e.faults.operator import RawOperator
-from e2e.faults.relay import Relay, Weather
-from e2e.faults.stage import BLIND, staged
+from e2e.faults.relay import COMMAND_BYTES, Relay, Weather
+from e2e.faults.stage import staged
+from e2e.measure.row import judged
 from wax.config import Settings
 from wax.control import gate
 from wax.control.gate import Command, TurnView
@@ -19,20 +19,18 @@ from wax.control.rules import Rules
 from wax.robot.driver import Limits
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Sequence
 
     from e2e.faults.operator import Sent
     from e2e.faults.record import Seen
     from e2e.faults.relay import Packet
+    from e2e.measure.row import Row
 
 BAD: Final = Weather(delay_ms=60, jitter_ms=30, loss=0.02)
 GOAL: Final = 1.0
 """Stops in ten minutes."""
 TTLS_MS: Final = (100, 125, 150, 175, 200, 250, 300)
 _TEN_MINUTES_S: Final = 600.0
-_LANES: Final = 2
-"""So many links at once, each with a server and a robot of its own."""
-_COMMAND_BYTES: Final = 120
 _BEAT_S: Final = 0.02
 _VIEWER: Final = 1
 
@@ -46,55 +44,10 @@ class Arrival:
     sent_s: float
 
 
-@dataclass(frozen=True, slots=True)
-class Drive:
-    """One lane's run."""
-
-    seconds: float
-    stops: int
-    one_way_s: float
-    arrivals: tuple[Arrival, ...]
-    late_ms: float
-
-
-async def nuisance(n: int, **settings: Mapping[str, Any]) -> Figure:
-    """Drive for `n` seconds altogether over a bad link, and count the stops."""
-    lanes = await asyncio.gather(*(_lane(n / _LANES, seed, settings) for seed in range(_LANES)))
-    seconds = sum(lane.seconds for lane in lanes)
-    per_ten = sum(lane.stops for lane in lanes) * _TEN_MINUTES_S / seconds
-    curve = {
-        f"{ttl_ms} ms": round(
-            sum(replayed(lane.arrivals, lane.one_way_s, ttl_ms) for lane in lanes)
-            * _TEN_MINUTES_S
-            / seconds,
-            2,
-        )
-        for ttl_ms in TTLS_MS
-    }
-    return Figure(
-        name="nuisance",
-        what="stops in 10 min at 2 % loss and 60 ± 30 ms",
-        unit="",
-        n=round(seconds),
-        p50=None,
-        p99=None,
-        max=per_ten,
-        goal=GOAL,
-        judged="max",
-        met=per_ten <= GOAL,
-        detail={
-            "seconds": seconds,
-            "stops": sum(lane.stops for lane in lanes),
-            "stops_in_ten_minutes_by_time_to_live": curve,
-            "one_way_ms": [lane.one_way_s * 1000 for lane in lanes],
-            "late_by_this_machine_ms": max(lane.late_ms for lane in lanes),
-        },
-    )
-
-
-async def _lane(seconds: float, seed: int, settings: Mapping[str, Mapping[str, Any]]) -> Drive:
-    relay = Relay(BAD, seed=seed)
-    async with staged(BLIND, settings) as stage, RawOperator(stage.server, relay=relay) as operator:
+async def nuisance(n: int, **settings: Any) -> Row:
+    """Drive for `n` seconds over a bad link, and count the stops."""
+    relay = Relay(BAD)
+    async with staged(**settings) as stage, RawOperator(stage.server, relay=relay) as operator:
         # The way's own time must be known at the turn's start.
         await asyncio.sleep(2.0)
         await operator.join()
@@ -102,8 +55,7 @@ async def _lane(seconds: float, seed: int, settings: Mapping[str, Mapping[str, A
         operator.sent_before.clear()
         relay.up.clear()
         since_s = time.monotonic()
-        end_s = since_s + seconds
-        while time.monotonic() < end_s:
+        while time.monotonic() < since_s + n:
             await asyncio.sleep(0.5)
             stage.record.read()
             # A longer lapse wants a new press; a person would give it.
@@ -113,14 +65,27 @@ async def _lane(seconds: float, seed: int, settings: Mapping[str, Mapping[str, A
         until_s = time.monotonic()
         stage.record.read()
         stops = halts(stage.record.between(since_s, until_s))
-        late_ms = max(operator.worst_late_s, relay.worst_late_s) * 1000
-        return Drive(
-            seconds=until_s - since_s,
-            stops=stops,
-            one_way_s=operator.one_way_s,
-            arrivals=tuple(arrivals(operator.sent_before, relay.up)),
-            late_ms=late_ms,
-        )
+        one_way_s = operator.clock.one_way_s
+        found = arrivals(operator.sent_before, relay.up)
+    scale = _TEN_MINUTES_S / (until_s - since_s)
+    return judged(
+        "nuisance",
+        "stops for no reason in 10 min at 2 % loss and 60 ± 30 ms",
+        "",
+        {"max": stops * scale},
+        GOAL,
+        n=n,
+        column="max",
+        detail={
+            "stops": stops,
+            "stops_in_ten_minutes_by_time_to_live": {
+                f"{ttl_ms} ms": round(replayed(found, one_way_s, ttl_ms) * scale, 2)
+                for ttl_ms in TTLS_MS
+            },
+            "one_way_ms": one_way_s * 1000,
+            "late_by_this_machine_ms": max(operator.worst_late_s, relay.worst_late_s) * 1000,
+        },
+    )
 
 
 def halts(frames: Sequence[Seen]) -> int:
@@ -138,7 +103,7 @@ def arrivals(sent: Iterable[Sent], packets: Iterable[Packet]) -> list[Arrival]:
     found: list[Arrival] = []
     index = -1
     for packet in packets:
-        if packet.size < _COMMAND_BYTES:
+        if packet.size < COMMAND_BYTES:
             continue
         newest = index
         while newest + 1 < len(commands) and commands[newest + 1].at_s <= packet.came_s:

@@ -11,17 +11,16 @@ from typing import TYPE_CHECKING, Final
 from e2e.faults.operator import RawOperator
 from e2e.faults.page import Chromium, chromiums
 from e2e.faults.relay import Relay
-from e2e.faults.stage import SEEING, random_phase, staged
+from e2e.faults.stage import random_phase, staged
 from e2e.faults.trials import Trials, repeat, told, travelled
 from wax.config import Settings
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
     from typing import Any
 
-    from e2e.faults.finding import Figure
     from e2e.faults.record import Stopping
     from e2e.faults.stage import Stage
+    from e2e.measure.row import Row
 
 GOAL_MS: Final = 200.0
 GOAL_MM: Final = Settings().drive.max_stop_distance_m * 1000
@@ -29,11 +28,9 @@ _LOOK_S: Final = 0.4
 """Shorter than the second after which a server takes an operator for lost."""
 _A_CONNECTION: Final = 5
 """So many trials over each."""
-_COMMAND_BYTES: Final = 120
-"""Smaller packets of a raw peer's channels are acknowledgements and heartbeats."""
 
 
-async def network_vanishes(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
+async def network_vanishes(n: int, **settings: Any) -> list[Row]:
     """From the last command that left the operator's network; nothing says goodbye.
 
     The robot runs as fast as it may, since its operator sees: how far it goes on is the other
@@ -43,7 +40,7 @@ async def network_vanishes(n: int, **settings: Mapping[str, Any]) -> list[Figure
     trials: Trials[Stopping] = Trials()
     late_ms = 0.0
     client = str(uuid.uuid4())
-    async with staged(SEEING, settings) as stage:
+    async with staged(**settings) as stage:
         while (left := n - len(trials.results)) > 0:
             relay = Relay()
             peer = RawOperator(stage.server, client=client, relay=relay, sees=True)
@@ -55,14 +52,14 @@ async def network_vanishes(n: int, **settings: Mapping[str, Any]) -> list[Figure
     return [
         told(
             "network-vanishes",
-            "last packet that arrived → stop frame",
+            "operator's network vanishes at full speed: last packet that arrived → stop frame",
             trials,
             GOAL_MS,
             peer_late_ms=late_ms,
         ),
         travelled(
             "network-vanishes: distance",
-            "millimetres from there to standstill, at full speed",
+            "… way from there to standstill",
             trials,
             GOAL_MM,
         ),
@@ -76,22 +73,18 @@ async def _vanish(stage: Stage, operator: RawOperator, relay: Relay) -> Stopping
     await random_phase()
     relay.cut()
     cut_s = time.monotonic()
-    last_s = max(
-        one.leaves_s for one in relay.up if one.leaves_s is not None and one.size >= _COMMAND_BYTES
-    )
+    last_s = relay.last_command_s
     await asyncio.sleep(_LOOK_S)
     until_s = time.monotonic()
     relay.up.clear()
     relay.mend()
     stage.record.read()
-    if not stage.record.moved_at(cut_s):
-        return None
-    return stage.record.stopping(last_s, until_s)
+    return stage.record.stopping(last_s, until_s) if stage.record.moved_at(cut_s) else None
 
 
-async def browser_frozen(n: int, **settings: Mapping[str, Any]) -> Figure:
+async def browser_frozen(n: int, **settings: Any) -> Row:
     """From SIGSTOP to all processes of a browser whose key is held down."""
-    async with staged(SEEING, settings) as stage, chromiums() as launch:
+    async with staged(**settings) as stage, chromiums() as launch:
         page = await launch(stage.server.url)
         await page.take_the_wheel()
 
@@ -105,19 +98,16 @@ async def browser_frozen(n: int, **settings: Mapping[str, Any]) -> Figure:
             finally:
                 page.thaw()
             await page.let_go()
-            stage.record.read()
-            if not stage.record.moved_at(since_s):
-                return None
-            return stage.record.stopping(since_s, until_s)
+            return stage.outcome(since_s, until_s)
 
         trials = await repeat("browser-frozen", n, trial)
-    return told("browser-frozen", "SIGSTOP → stop frame", trials, GOAL_MS)
+    return told("browser-frozen", "browser frozen (SIGSTOP) → stop frame", trials, GOAL_MS)
 
 
-async def browser_killed(n: int, **settings: Mapping[str, Any]) -> Figure:
+async def browser_killed(n: int, **settings: Any) -> Row:
     """From SIGKILL to all processes of a browser; the next in the queue is already there."""
     short = {"turns": {"grace_s": 0.0}}
-    async with staged(SEEING, short, settings) as stage, chromiums() as launch:
+    async with staged(short, **settings) as stage, chromiums() as launch:
         page = await launch(stage.server.url)
         await page.take_the_wheel()
 
@@ -133,13 +123,10 @@ async def browser_killed(n: int, **settings: Mapping[str, Any]) -> Figure:
             await page.close()
             page = following
             await page.viewer.drives(15)
-            stage.record.read()
-            if not stage.record.moved_at(since_s):
-                return None
-            return stage.record.stopping(since_s, until_s)
+            return stage.outcome(since_s, until_s)
 
         trials = await repeat("browser-killed", n, trial)
-    return told("browser-killed", "SIGKILL → stop frame", trials, GOAL_MS)
+    return told("browser-killed", "browser killed → stop frame", trials, GOAL_MS)
 
 
 async def hold(stage: Stage, page: Chromium) -> None:

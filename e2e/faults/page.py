@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
-import time
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,10 +12,11 @@ import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev
 from playwright.async_api import Error as PlaywrightError
 from playwright.async_api import async_playwright
 
-from e2e.faults.errors import FaultError
 from e2e.faults.relay import without_candidates
 from e2e.harness.chromium import launch_chromium
+from e2e.harness.page_clock import page_clock
 from e2e.harness.viewer import Card, Viewer
+from e2e.measure.errors import MeasureError
 from wax.clock import SystemClock
 
 if TYPE_CHECKING:
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 KEY: Final = "ArrowUp"
 _CLOSE_S: Final = 3.0
-_TRIES: Final = 40
 
 _NOTES: Final = """() => {
     if (!window.waxNotes) {
@@ -100,7 +99,7 @@ class Chromium:
         notes = await page.evaluate("window.waxNotes")
         at_ms = next((at_ms for at_ms, shown in notes if text in shown), None)
         if at_ms is None:
-            raise FaultError(f"the page shows, but was not seen to begin to show: {text}")
+            raise MeasureError(f"the page shows, but was not seen to begin to show: {text}")
         return await self.monotonic_s(at_ms)
 
     async def look(self) -> None:
@@ -111,20 +110,14 @@ class Chromium:
         """Return when the newest picture was taken that the page has shown, on CLOCK_MONOTONIC."""
         newest = await self.viewer.page.evaluate("window.waxNewest")
         if newest is None:
-            raise FaultError("the page has shown no picture since it was looked at")
+            raise MeasureError("the page has shown no picture since it was looked at")
         card, clock = Card(**newest), SystemClock()
         taken_ms = card.now_ms - card.age_ms
         return clock.now_s() - (clock.wall_ms() - taken_ms) / 1000
 
     async def monotonic_s(self, page_ms: float) -> float:
-        """Turn the page's `performance.now` into CLOCK_MONOTONIC, by the quickest of some asks."""
-        asks = []
-        for _ in range(_TRIES):
-            before_s = time.monotonic()
-            now_ms = float(await self.viewer.page.evaluate("performance.now()"))
-            after_s = time.monotonic()
-            asks.append((after_s - before_s, (after_s + before_s) / 2 - now_ms / 1000))
-        return min(asks)[1] + page_ms / 1000
+        """Turn the page's `performance.now` into CLOCK_MONOTONIC."""
+        return (await page_clock(self.viewer.page.evaluate)).monotonic_s(page_ms)
 
     async def close(self) -> None:
         """Release what is left of it; safe after `kill`."""

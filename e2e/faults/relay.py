@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from random import Random
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from e2e.faults.errors import FaultError
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,6 +27,8 @@ _DATA_CHANNELS: Final = range(20, 64)
 _MEDIA: Final = range(128, 192)
 """First bytes of DTLS, and of RTP with RTCP (RFC 7983)."""
 _SMALL_BYTES: Final = 300
+COMMAND_BYTES: Final = 120
+"""Smaller packets of a raw peer's channels are acknowledgements and heartbeats."""
 
 Address = tuple[str | Any, int]
 Way = Literal["up", "down"]
@@ -60,18 +62,27 @@ class Relay:
     While `starves`, pictures on their way down are lost, and nothing else is.
     """
 
-    def __init__(self, weather: Weather = CALM, *, seed: int = 0) -> None:
+    def __init__(self, weather: Weather = CALM) -> None:
         self.weather = weather
         self.starves = False
         self.up: list[Packet] = []
         self.worst_late_s = 0.0
         """How much later than its time the latest packet was passed on, by this machine's fault."""
         self._is_cut = False
-        self._random = Random(seed)
+        self._random = Random(2004)
         self._near = _Socket(self._from_peer)
         self._far = _Socket(self._from_server)
         self._peer: Address | None = None
         self._server: Address | None = None
+
+    @property
+    def last_command_s(self) -> float:
+        """When the last command that came through goes on to the server."""
+        ways = (one.leaves_s for one in self.up if one.size >= COMMAND_BYTES)
+        return max(leaves_s for leaves_s in ways if leaves_s is not None)
+
+    def offer(self, sdp: str) -> str:
+        return without_candidates(sdp)
 
     async def answer(self, sdp: str) -> str:
         """Open the sockets anew; return the server's answer with the relay in its place."""
@@ -168,7 +179,7 @@ def _candidate(sdp: str) -> tuple[str, int]:
         match = _CANDIDATE.match(line)
         if match:
             return match["host"], int(match["port"])
-    raise FaultError("this machine has no IPv4 address that the relay could take part on")
+    raise MeasureError("this machine has no IPv4 address that the relay could take part on")
 
 
 def _only(sdp: str, address: tuple[str, int]) -> str:

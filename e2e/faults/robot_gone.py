@@ -9,18 +9,17 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.faults.finding import Figure, counted, timed
 from e2e.faults.operator import RawOperator
 from e2e.faults.page import chromiums
-from e2e.faults.stage import BLIND, SEEING, random_phase, staged
+from e2e.faults.stage import random_phase, staged
 from e2e.faults.trials import ended, repeat
 from e2e.harness.wait import eventually
+from e2e.measure.row import counted, timed
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from e2e.faults.record import Stopping
     from e2e.faults.stage import Stage
+    from e2e.measure.row import Row
 
 GOAL_MS: Final = 250.0
 SAID_MS: Final = 500.0
@@ -30,9 +29,9 @@ _HELD_ON_S: Final = 0.5
 """So long a key is held on after the line has come back: nothing may move by it."""
 
 
-async def driver_killed(n: int, **settings: Mapping[str, Any]) -> Figure:
+async def driver_killed(n: int, **settings: Any) -> Row:
     """From SIGKILL to the process that speaks with the robot: only the board can stop it."""
-    async with staged(BLIND, settings) as stage, RawOperator(stage.server) as operator:
+    async with staged(**settings) as stage, RawOperator(stage.server) as operator:
         await operator.join()
 
         async def trial() -> Stopping | None:
@@ -45,13 +44,12 @@ async def driver_killed(n: int, **settings: Mapping[str, Any]) -> Figure:
             await asyncio.sleep(_LOOK_S)
             until_s = time.monotonic()
             # The new process starts from neutral: the control is held down all the time.
-            stage.record.read()
-            if not stage.record.moved_at(since_s):
-                return None
-            return stage.record.stopping(since_s, until_s)
+            return stage.outcome(since_s, until_s)
 
         trials = await repeat("driver-killed", n, trial)
-    return ended("driver-killed", "SIGKILL → the board stops by itself", trials, GOAL_MS)
+    return ended(
+        "driver-killed", "driver's process killed → the board stops by itself", trials, GOAL_MS
+    )
 
 
 async def _problem(stage: Stage) -> str:
@@ -73,9 +71,9 @@ class Unplugged:
     moved_by_itself: bool
 
 
-async def serial_unplugged(n: int, **settings: Mapping[str, Any]) -> list[Figure]:
+async def serial_unplugged(n: int, **settings: Any) -> list[Row]:
     """From the pulled plug; the key is held until after the line has come back."""
-    async with staged(SEEING, settings) as stage, chromiums() as launch:
+    async with staged(**settings) as stage, chromiums() as launch:
         page = await launch(stage.server.url)
         await page.take_the_wheel()
         await page.take_notes()
@@ -96,36 +94,34 @@ async def serial_unplugged(n: int, **settings: Mapping[str, Any]) -> list[Figure
             now_s = time.monotonic()
             moved = any(frame.moves for frame in stage.record.between(plugged_s, now_s))
             await page.let_go()
-            if not stage.record.moved_at(since_s):
-                return None
-            stopping = stage.record.stopping(since_s, until_s)
-            return Unplugged(stopping, said_ms, back_ms, moved)
+            stopping = stage.outcome(since_s, until_s)
+            return Unplugged(stopping, said_ms, back_ms, moved) if stopping else None
 
         trials = await repeat("serial-unplugged", n, trial)
     found = trials.results
     return [
         timed(
             "serial-unplugged",
-            "plug pulled → the board stops by itself",
+            "serial line unplugged → the board stops by itself",
             [one.stopping.ends_ms for one in found],
             GOAL_MS,
             void=trials.void,
         ),
         timed(
             "serial-unplugged: said",
-            "plug pulled → the page says so",
+            "… → the page says so",
             [one.said_ms for one in found],
             SAID_MS,
         ),
         timed(
             "serial-unplugged: back",
-            "plugged in → the server drives it",
+            "… plugged in again → the server drives it",
             [one.back_ms for one in found],
             BACK_MS,
         ),
         counted(
             "serial-unplugged: motion",
-            "motions without a new deliberate command",
+            "… motions without a new deliberate command",
             sum(one.moved_by_itself for one in found),
             len(found),
         ),

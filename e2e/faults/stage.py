@@ -7,39 +7,58 @@ import os
 import random
 import time
 from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final, Self
 
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 
-from e2e.bench.servers import ROOT
-from e2e.faults.errors import FaultError
+from e2e.crowd import Crowd, Offering
 from e2e.faults.record import Record
 from e2e.harness import toml
 from e2e.harness.board import Board
 from e2e.harness.server import COMMAND, Server
 from e2e.harness.wait import eventually
+from e2e.measure.errors import MeasureError
+from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 
     from e2e.faults.operator import RawOperator
+    from e2e.faults.record import Stopping
 
-BLIND: Final = {"video": {"source": "none"}, "audio": {"source": "none"}}
-"""Neither picture nor sound: what is measured is the way of the commands alone."""
 
-SEEING: Final = {
-    "video": {
-        "source": "testcard",
-        "width": 320,
-        "height": 240,
-        "fps": 15.0,
-        "renditions": [{"width": 320, "height": 240, "fps": 15.0, "bitrate_bps": 300_000}],
+@dataclass(frozen=True, slots=True)
+class Load:
+    """What the server serves while the robot is driven: its media, and so many who only watch."""
+
+    what: str
+    media: Mapping[str, Any]
+    observers: int
+
+    def __str__(self) -> str:
+        return f"{self.what}, {self.observers} observers"
+
+
+DEFAULT: Final = Load(
+    "640×480 at 30 fps, sound",
+    {"video": {"source": "testcard"}, "audio": {"source": "testcard"}},
+    20,
+)
+"""The product's own: everything as shipped."""
+
+_SMALL: Final = {"width": 320, "height": 240, "fps": 15.0}
+LIGHT: Final = Load(
+    "320×240 at 15 fps, no sound",
+    {
+        "video": {"source": "testcard", "renditions": [_SMALL | {"bitrate_bps": 300_000}]} | _SMALL,
+        "audio": {"source": "none"},
     },
-    "audio": {"source": "none"},
-}
-"""A small picture, so that a browser that draws by software is not what is measured."""
+    0,
+)
+"""For tests, which share the machine with others."""
 
 _PRESSES: Final = 6
 _PRESS_S: Final = 1.5
@@ -77,15 +96,18 @@ class Stage:
         self,
         folder: Path,
         *settings: Mapping[str, Any],
+        load: Load = DEFAULT,
         environment: Mapping[str, str] | None = None,
     ) -> None:
         self.folder = folder
+        self.load = load
         self.board = Board(folder)
         robot = {"driver": "serial", "serial": {"url": str(self.board.path)}}
-        tree = merged(_LONG_TURNS, {"robot": robot}, *settings)
+        tree = merged(_LONG_TURNS, load.media, {"robot": robot}, *settings)
         self.server = StagedServer(folder, toml.dumps(tree))
         self.server.environment = environment or {}
         self.record = Record(self.board.log_path)
+        self.crowd: Crowd | None = None
         self._ending = AsyncExitStack()
 
     async def __aenter__(self) -> Self:
@@ -95,11 +117,29 @@ class Stage:
             await self.server.start()
             ending.push_async_callback(self.server.kill)
             await self.answers()
+            if self.load.observers:
+                offering = Offering(url=self.server.url, wax=True)
+                self.crowd = ending.enter_context(await asyncio.to_thread(Crowd, offering))
+            await self._fill()
             self._ending = ending.pop_all()
         return self
 
-    async def __aexit__(self, *_: object) -> None:
-        await self._ending.aclose()
+    async def __aexit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        async with self._ending:
+            if kind is None and self.load.observers:
+                await self._is_loaded()
+
+    async def _fill(self) -> None:
+        """Let the observers come, anew where the server is another one."""
+        if self.crowd is not None:
+            await asyncio.to_thread(self.crowd.hold, 0)
+            await asyncio.to_thread(self.crowd.hold, self.load.observers)
+
+    async def _is_loaded(self) -> None:
+        """Raise `MeasureError` where observers were lost: then the load was not what is said."""
+        here = len((await self.server.status())["viewers"])
+        if here < self.load.observers:
+            raise MeasureError(f"of {self.load.observers} observers {here} were left at the end")
 
     async def answers(self, within_s: float = 15) -> None:
         """Wait until the server knows of the board."""
@@ -114,6 +154,7 @@ class Stage:
         await self.server.kill()
         await self.server.start()
         await self.answers()
+        await self._fill()
 
     @property
     def driver_pid(self) -> int:
@@ -121,7 +162,7 @@ class Stage:
         for child in psutil.Process(self.server.pid).children(recursive=True):
             if "wax.robot.process" in child.cmdline():
                 return int(child.pid)
-        raise FaultError("the server has no process that speaks with the robot")
+        raise MeasureError("the server has no process that speaks with the robot")
 
     # --- what the robot does -------------------------------------------------------------------
 
@@ -143,7 +184,7 @@ class Stage:
             if await self.moves(_PRESS_S):
                 return
         state = await self.server.status()
-        raise FaultError(f"the robot does not move, pressed {_PRESSES} times: {state['robot']}")
+        raise MeasureError(f"the robot does not move, pressed {_PRESSES} times: {state['robot']}")
 
     async def at_full_speed(self) -> bool:
         """Wait until the robot is told to go no faster; False where it stands before that."""
@@ -158,16 +199,11 @@ class Stage:
             await asyncio.sleep(0.005)
         return False
 
-    async def standing(self, within_s: float = 3.0) -> None:
-        """Wait until the wheels stand."""
-        deadline_s = time.monotonic() + within_s
-        while True:
-            self.record.read()
-            if not self.record.wheels or self.record.wheels[-1].stand:
-                return
-            if time.monotonic() > deadline_s:
-                raise FaultError(f"the robot moves on for {within_s:g} s")
-            await asyncio.sleep(0.005)
+    def outcome(self, since_s: float, until_s: float | None = None) -> Stopping | None:
+        """Read how the motion of `since_s` ended, by now; None where there was none."""
+        until_s = time.monotonic() if until_s is None else until_s
+        self.record.read()
+        return self.record.stopping(since_s, until_s) if self.record.moved_at(since_s) else None
 
     async def drive(self, operator: RawOperator) -> None:
         """Let go, press anew, and return at random phase while the robot moves."""
@@ -199,9 +235,13 @@ def merged(*trees: Mapping[str, Any]) -> dict[str, Any]:
 
 @asynccontextmanager
 async def staged(
-    *settings: Mapping[str, Any], environment: Mapping[str, str] | None = None
+    *tables: Mapping[str, Any],
+    load: Load = DEFAULT,
+    environment: Mapping[str, str] | None = None,
+    **settings: Mapping[str, Any],
 ) -> AsyncIterator[Stage]:
-    """Set up a stage in a folder that is gone afterwards."""
+    """Set up a stage in a folder that is gone afterwards; `settings` outrank `tables`."""
     with TemporaryDirectory(prefix="wax-faults-") as folder:
-        async with Stage(Path(folder), *settings, environment=environment) as stage:
+        stage = Stage(Path(folder), *tables, settings, load=load, environment=environment)
+        async with stage:
             yield stage

@@ -1,4 +1,4 @@
-"""The beat of the frames while twenty watch and hear, and the encoder works for them."""
+"""The beat of the frames while others watch and hear, and the encoder works for them."""
 
 from __future__ import annotations
 
@@ -7,42 +7,35 @@ import time
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.bench.crowd import Crowd
-from e2e.bench.viewer import Offering
-from e2e.faults.finding import Figure, timed
 from e2e.faults.operator import RawOperator
 from e2e.faults.stage import staged
+from e2e.measure.row import judged, timed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from e2e.measure.row import Row
+
 JITTER_MS: Final = 5.0
 GAP_MS: Final = 40.0
-VIEWERS: Final = 20
 PERIOD_MS: Final = 20.0
-_FULL: Final = {"video": {"source": "testcard"}, "audio": {"source": "testcard"}}
 
 
-async def steady_beat(
-    n: int, *, viewers: int = VIEWERS, **settings: Mapping[str, Any]
-) -> list[Figure]:
-    """Read `n` gaps between the frames of a driving operator; the shipped picture and sound.
+async def steady_beat(n: int, **settings: Any) -> list[Row]:
+    """Read `n` gaps between the frames of a driving operator.
 
     The frames have the beat of the driver's process, which goes on through a stall of the loop's;
     how late the loop's own beats were it counts itself, those of the last minute. That is just the
-    run where `n` is 3000; a shorter one counts the crowd's arrival too.
+    run where `n` is 3000; a shorter one counts the operator's arrival too.
     """
-    async with staged(_FULL, settings) as stage, RawOperator(stage.server) as operator:
+    async with staged(**settings) as stage, RawOperator(stage.server) as operator:
         await operator.join()
-        offering = Offering(url=f"{stage.server.url}/api/offer", wax=True)
-        with await asyncio.to_thread(Crowd, offering) as crowd:
-            await asyncio.to_thread(crowd.hold, viewers)
-            await stage.drive(operator)
-            await asyncio.sleep(1.0)
-            since_s = time.monotonic()
-            await asyncio.sleep(n * PERIOD_MS / 1000)
-            until_s = time.monotonic()
-            counters = (await stage.server.status())["counters"]
+        await stage.drive(operator)
+        await asyncio.sleep(1.0)
+        since_s = time.monotonic()
+        await asyncio.sleep(n * PERIOD_MS / 1000)
+        until_s = time.monotonic()
+        counters = (await stage.server.status())["counters"]
         stage.record.read()
         frames = stage.record.between(since_s, until_s)
     gaps_ms: list[float | None] = [(b.at_s - a.at_s) * 1000 for a, b in pairwise(frames)]
@@ -50,50 +43,43 @@ async def steady_beat(
     jitter_ms: list[float | None] = [
         max(0.0, gap_ms - PERIOD_MS) for gap_ms in gaps_ms if gap_ms is not None
     ]
-    stops = sum(not frame.moves for frame in frames)
     return [
         timed(
             "steady-beat: jitter",
-            "how much later than 20 ms after the one before",
+            "frames to the board: later than 20 ms after the one before",
             jitter_ms,
             JITTER_MS,
             judged="p99",
-            viewers=viewers,
-            stops=stops,
+            stops=sum(not frame.moves for frame in frames),
             peer_late_ms=operator.worst_late_s * 1000,
         ),
-        timed("steady-beat: gap", "from one frame to the next", gaps_ms, GAP_MS),
+        timed("steady-beat: gap", "… from one frame to the next", gaps_ms, GAP_MS),
         *own_beat(counters, n),
     ]
 
 
-def own_beat(counters: Mapping[str, float], n: int) -> list[Figure]:
+def own_beat(counters: Mapping[str, float], n: int) -> list[Row]:
     """Judge what the loop counted of the last `n` of its beats."""
     jitter_ms, latest_ms = counters["control.jitter_p99_ms"], counters["control.latest_ms"]
-    longest_ms = latest_ms + PERIOD_MS
+    late = {"p99": jitter_ms, "max": latest_ms}
+    gap = {"max": latest_ms + PERIOD_MS}
     return [
-        Figure(
-            name="steady-beat: loop's jitter",
-            what="how late the control loop's own beat was",
-            unit="ms",
+        judged(
+            "steady-beat: loop's jitter",
+            "… how late the control loop's own beat was",
+            "ms",
+            late,
+            JITTER_MS,
             n=n,
-            p50=None,
-            p99=jitter_ms,
-            max=latest_ms,
-            goal=JITTER_MS,
-            judged="p99",
-            met=jitter_ms <= JITTER_MS,
+            column="p99",
         ),
-        Figure(
-            name="steady-beat: loop's gap",
-            what="from one of its beats to the next: the latest, and 20 ms",
-            unit="ms",
+        judged(
+            "steady-beat: loop's gap",
+            "… from one of the loop's beats to the next, at most",
+            "ms",
+            gap,
+            GAP_MS,
             n=n,
-            p50=None,
-            p99=None,
-            max=longest_ms,
-            goal=GAP_MS,
-            judged="max",
-            met=longest_ms <= GAP_MS,
+            column="max",
         ),
     ]

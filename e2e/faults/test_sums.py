@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from e2e.faults.finding import timed
 from e2e.faults.hand_over import switches
 from e2e.faults.harm import NO_COMMANDS, NO_STOPS, STOP, corrupted, no_releases
 from e2e.faults.nuisance import Arrival, arrivals, halts, replayed
@@ -17,6 +16,8 @@ from e2e.faults.operator import Sent
 from e2e.faults.record import Record
 from e2e.faults.relay import Packet
 from e2e.faults.steady_beat import own_beat
+from e2e.faults.suite import staged_case
+from e2e.measure.row import Row, timed
 from wax.errors import ProtocolError
 from wax.messages import parse_drive, parse_state
 
@@ -89,6 +90,16 @@ def test_a_stop_that_never_comes_misses_every_goal() -> None:
     assert not timed("x", "y", [100.0, 120.0], 200.0, wrong=1).met
 
 
+def test_rows_say_under_which_load() -> None:
+    """What is measured on the stage says what the server served meanwhile."""
+
+    async def measure(n: int) -> Row:
+        return timed("x", "y", [float(n)], 5.0)
+
+    (row,) = staged_case("x", 9, measure, "trials").run(2)
+    assert (row.load, row.values["max"]) == ("640×480 at 30 fps, sound, 20 observers", 2.0)
+
+
 def test_a_robot_that_stood_before_was_not_moving() -> None:
     """A trial in which the machine had stopped the robot by itself does not count."""
     seen = record(frame(1.0), wheels(1.0, 100), frame(1.1, "stop"), wheels(1.12, 0))
@@ -98,18 +109,30 @@ def test_a_robot_that_stood_before_was_not_moving() -> None:
     assert not record(frame(1.0), wheels(1.0, 100)).moved_at(1.2)
 
 
-def test_a_late_frame_of_an_old_turn_is_found() -> None:
-    """Motion for a turn that is over, and a switch without a stop between, are told."""
-    stop = frame(1.1, "stop")
-    good = record(frame(1.0), stop, frame(1.15, "stop", turn=2), frame(1.2, turn=2)).frames
-    assert switches(good).n == 1
-    assert switches(good).late == 0
-    assert switches(good).without_stop == 0
-    assert switches(good).gaps_ms[0] == pytest.approx(50)
-    assert switches(good, slow={2}).gaps_ms == ()
-    bad = record(frame(1.0), frame(1.2, turn=2), frame(1.3)).frames
-    assert switches(bad).late == 1
-    assert switches(bad).without_stop == 1
+DIRECTIONS = {1: 1, 2: -1}
+
+
+def test_a_good_switch_is_a_stop_and_then_the_new_hands() -> None:
+    """Nothing is wrong with it, and its gap is from the turn's first frame to its first motion."""
+    stop, back = frame(1.15, "stop", turn=2), frame(1.2, speed=-100, turn=2)
+    good = record(frame(1.0), frame(1.1, "stop"), stop, back).frames
+    found = switches(good, DIRECTIONS)
+    assert (found.n, found.old, found.foreign, found.without_stop) == (1, 0, 0, 0)
+    assert found.gaps_ms[0] == pytest.approx(50)
+    assert switches(good, DIRECTIONS, slow={2}).gaps_ms == ()
+
+
+def test_a_late_frame_is_found_though_the_board_refuses_it() -> None:
+    """Motion for a turn that is over counts on the wire, and so does a switch without a stop."""
+    refused = frame(1.3) | {"verdict": "old turn"}
+    found = switches(record(frame(1.0), frame(1.2, speed=-100, turn=2), refused).frames, DIRECTIONS)
+    assert (found.old, found.foreign, found.without_stop) == (1, 0, 1)
+
+
+def test_the_hands_of_the_operator_before_are_found_under_the_new_number() -> None:
+    """Motion is foreign where the turn's operator drives the other way, or was never told of it."""
+    frames = record(frame(1.0), frame(1.1, "stop"), frame(1.2, turn=2), frame(1.3, turn=3)).frames
+    assert switches(frames, DIRECTIONS).foreign == 2
 
 
 def test_halts_are_counted() -> None:
@@ -122,7 +145,7 @@ def test_a_stall_of_the_loop_is_a_long_gap() -> None:
     """One beat that is 100 ms late hardly changes the jitter, and misses the goal of the gap."""
     counted = {"control.jitter_p99_ms": 4.9, "control.latest_ms": 100.0}
     jitter, gap = own_beat(counted, 3000)
-    assert (jitter.met, gap.met, gap.max) == (True, False, 120.0)
+    assert (jitter.met, gap.met, gap.values) == (True, False, {"max": 120.0})
     late, good = own_beat({"control.jitter_p99_ms": 5.1, "control.latest_ms": 20.0}, 3000)
     assert (late.met, good.met) == (False, True)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from e2e.faults.errors import FaultError
-from e2e.faults.finding import Figure, summed, timed
+from e2e.measure.errors import MeasureError
+from e2e.measure.row import Row, summed, timed
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -31,7 +31,7 @@ class Trials(Generic[T]):
 async def repeat(name: str, n: int, trial: Callable[[], Awaitable[T | None]]) -> Trials[T]:
     """Do a trial until `n` of them counted; None is a void one.
 
-    Raises `FaultError` when more than half are void: then this machine is too busy to measure.
+    Raises `MeasureError` when more than half are void: then this machine is too busy to measure.
     """
     trials: Trials[T] = Trials()
     while len(trials.results) < n:
@@ -39,7 +39,7 @@ async def repeat(name: str, n: int, trial: Callable[[], Awaitable[T | None]]) ->
         if result is None:
             trials.void += 1
             if trials.void > 10 + n:
-                raise FaultError(
+                raise MeasureError(
                     f"{name}: in {trials.void} trials the robot stood before the fault came;"
                     " this machine is too busy"
                 )
@@ -50,19 +50,19 @@ async def repeat(name: str, n: int, trial: Callable[[], Awaitable[T | None]]) ->
     return trials
 
 
-def told(name: str, what: str, trials: Trials[Stopping], goal_ms: float, **detail: Any) -> Figure:
+def told(name: str, what: str, trials: Trials[Stopping], goal_ms: float, **detail: Any) -> Row:
     """Judge the first frame that stops."""
     values_ms = [one.told_ms for one in trials.results]
     return timed(name, what, values_ms, goal_ms, **_beside(trials), **detail)
 
 
-def ended(name: str, what: str, trials: Trials[Stopping], goal_ms: float, **detail: Any) -> Figure:
+def ended(name: str, what: str, trials: Trials[Stopping], goal_ms: float, **detail: Any) -> Row:
     """Judge the end of the motion, by a frame or by the board's own watchdog."""
     values_ms = [one.ends_ms for one in trials.results]
     return timed(name, what, values_ms, goal_ms, **_beside(trials), **detail)
 
 
-def travelled(name: str, what: str, trials: Trials[Stopping], goal_mm: float) -> Figure:
+def travelled(name: str, what: str, trials: Trials[Stopping], goal_mm: float) -> Row:
     """Judge the way until the wheels stand."""
     return summed(name, what, "mm", [one.travelled_mm for one in trials.results], goal_mm)
 

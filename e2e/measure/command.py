@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from e2e.measure.row import Row
     from e2e.measure.suite import Case, Suite
 
 OUT: Final = ROOT / "e2e/out"
@@ -34,14 +35,22 @@ NOT_RUN: Final = 77
 """What automake takes for a test that was skipped."""
 
 
-def main(suite: Suite, words: Sequence[str] | None = None) -> int:
-    """Read the command line and do what it says."""
+def main(
+    suite: Suite,
+    words: Sequence[str] | None = None,
+    *,
+    out: Path = OUT,
+    published: Path = FOLDER,
+) -> int:
+    """Do what the command line says; results go to a folder of the suite's own in `out`."""
     parser = parser_of(suite)
     arguments = parser.parse_args(words)
+    if arguments.n is not None and arguments.n < 1:
+        parser.error(f"--n {arguments.n}: at least 1")
     if arguments.publish and (arguments.quick or arguments.n):
         parser.error("only the full number is published; give --publish without --quick and --n")
     try:
-        return run(suite, arguments)
+        return run(suite, arguments, out=out, published=published)
     except MeasureError as error:
         print(f"{suite.name}: {error}", file=sys.stderr)
         return 2
@@ -68,7 +77,9 @@ def parser_of(suite: Suite) -> argparse.ArgumentParser:
     return parser
 
 
-def run(suite: Suite, arguments: argparse.Namespace, out: Path = OUT) -> int:
+def run(
+    suite: Suite, arguments: argparse.Namespace, out: Path = OUT, published: Path = FOLDER
+) -> int:
     """Measure; the exit status. Raises `MeasureError` where what was asked for makes no sense."""
     wanted = [
         (case, arguments.n or (case.quick if arguments.quick else case.n))
@@ -94,14 +105,14 @@ def run(suite: Suite, arguments: argparse.Namespace, out: Path = OUT) -> int:
             results.add(old)
             print(f"{old.problem or 'ok'} ({old.took_s:.0f} s)", file=sys.stderr, flush=True)
         found.append(old)
-    print(to_table(suite.derive([row for result in found for row in result.rows])))
+    rows = suite.derive([row for result in found for row in result.rows])
+    print(to_table(rows))
     if arguments.publish:
         everything = results.of(origin)
-        full = [
-            everything[case.key, case.n] for case in suite.cases if (case.key, case.n) in everything
-        ]
-        print(f"published: {publish(suite, full).relative_to(ROOT)}; now run make figures")
-    return _status(found)
+        full = [everything.get((case.key, case.n)) for case in suite.cases]
+        path = publish(suite, [result for result in full if result], published)
+        print(f"published: {path}; now run make figures")
+    return _status(found, rows)
 
 
 def _measure(case: Case, n: int, origin: Origin, load_1min: float, log: Path) -> Result:
@@ -137,10 +148,10 @@ def _chosen(suite: Suite, patterns: Sequence[str] | None) -> list[Case]:
     ]
 
 
-def _status(found: Sequence[Result]) -> int:
+def _status(found: Sequence[Result], rows: Sequence[Row]) -> int:
     statuses = {result.status for result in found}
     if "failed" in statuses:
         return 2
     if "not run" in statuses:
         return NOT_RUN
-    return 1 if any(row.met is False for result in found for row in result.rows) else 0
+    return 1 if any(row.met is False for row in rows) else 0

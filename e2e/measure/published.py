@@ -42,6 +42,9 @@ class Published(BaseModel):
     rows: list[Row]
     notes: list[str] = []
 
+    def to_json(self) -> str:
+        return self.model_dump_json(indent=1, exclude_defaults=True) + "\n"
+
     @property
     def is_stale(self) -> bool:
         """Whether what was measured has changed since."""
@@ -58,7 +61,7 @@ def load(suite: str, folder: Path = FOLDER) -> Published:
 
 
 def publish(suite: Suite, results: Sequence[Result], folder: Path = FOLDER) -> Path:
-    """Write what the cases gave, in full, all of one origin; raises `MeasureError` otherwise."""
+    """Write the results of all cases, of one origin; raises `MeasureError` where one is missing."""
     by_case = {result.case: result for result in results if result.status == "ok"}
     missing = [case.key for case in suite.cases if case.key not in by_case]
     if missing:
@@ -67,7 +70,7 @@ def publish(suite: Suite, results: Sequence[Result], folder: Path = FOLDER) -> P
             "measure them with --resume --publish"
         )
     ordered = [by_case[case.key] for case in suite.cases]
-    (origin,) = {result.origin.model_dump_json(): result.origin for result in ordered}.values()
+    origin = ordered[0].origin
     rows = suite.derive([row for result in ordered for row in result.rows])
     published = Published(
         suite=suite.name,
@@ -83,7 +86,7 @@ def publish(suite: Suite, results: Sequence[Result], folder: Path = FOLDER) -> P
     )
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{suite.name}.json"
-    path.write_text(published.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    path.write_text(published.to_json(), encoding="utf-8")
     return path
 
 

@@ -53,7 +53,6 @@ def summed(
     *,
     judged: str = "max",
     wrong: int = 0,
-    load: str = "",
     **detail: Any,
 ) -> Row:
     """Sum up repetitions; what never came to an end (None) misses every goal.
@@ -78,12 +77,11 @@ def summed(
         judged=judged,
         goal=goal,
         met=value is not None and value <= goal and not never and not wrong,
-        load=load,
         detail={"wrong": wrong, "never": never} | detail,
     )
 
 
-def counted(key: str, what: str, wrong: int, of: int, *, load: str = "", **detail: Any) -> Row:
+def counted(key: str, what: str, wrong: int, of: int, **detail: Any) -> Row:
     """Count what must never happen, `wrong` of so many."""
     return Row(
         key=key,
@@ -93,7 +91,6 @@ def counted(key: str, what: str, wrong: int, of: int, *, load: str = "", **detai
         judged="max",
         goal=0.0,
         met=wrong == 0 and of > 0,
-        load=load,
         detail=detail,
     )
 

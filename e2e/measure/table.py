@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -16,32 +17,29 @@ def to_table(rows: Sequence[Row]) -> str:
     lines = []
     for row in rows:
         values = "  ".join(f"{name} {number(value)}" for name, value in row.values.items())
-        lines.append(f"{row.what} (n {row.n}): {values} {row.unit}; {goal(row)} {verdict(row)}")
+        goal = f"{row.judged} {_goal(row)}" if row.judged else ""
+        lines.append(f"{row.what} (n {row.n}): {values} {row.unit}; {goal} {verdict(row)}")
         lines += [f"    {name}: {value}" for name, value in row.detail.items() if value]
     return "\n".join(lines)
 
 
 def to_markdown(published: Published, *, is_stale: bool) -> str:
-    """Set the published rows as the README has them, without the markers around."""
-    head = ["", "n", *published.columns, "goal", ""]
+    """Set the published rows as the README has them; what the goal is about is bold."""
+    head = ["measured", "n", *published.columns, "goal", ""]
     lines = [head, ["---"] * len(head)]
     for row in published.rows:
         values = [_cell(row, column) for column in published.columns]
-        words = verdict(row) + (", stale" if is_stale else "")
-        lines.append([row.what, f"{row.n}", *values, goal(row), words.removeprefix(", ")])
+        words = verdict(row).replace("missed", "**missed**") + (", stale" if is_stale else "")
+        lines.append([row.what, f"{row.n}", *values, _goal(row), words.removeprefix(", ")])
     table = "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
-    return f"{table}\n\n{_origin(published, is_stale=is_stale)}\n"
-
-
-def goal(row: Row) -> str:
-    if row.goal is None:
-        return ""
-    sign = "≥" if row.at_least else "≤"
-    return f"{row.judged} {sign} {_with_unit(row.goal, row.unit)}"
+    origin = fill(_origin(published, is_stale=is_stale), 100, break_on_hyphens=False)
+    return f"{table}\n\n{origin}\n"
 
 
 def verdict(row: Row) -> str:
-    return {True: "met", False: "**missed**", None: ""}[row.met]
+    if row.met is None:
+        return "" if row.goal is None else "not measured"
+    return "met" if row.met else "missed"
 
 
 def number(value: float | None) -> str:
@@ -51,6 +49,11 @@ def number(value: float | None) -> str:
     if value and abs(value) < 100:
         return f"{value:.3g}"
     return f"{value:.0f}"
+
+
+def _goal(row: Row) -> str:
+    sign = "≥" if row.at_least else "≤"
+    return "" if row.goal is None else f"{sign} {_with_unit(row.goal, row.unit)}"
 
 
 def _cell(row: Row, column: str) -> str:
@@ -69,7 +72,8 @@ def _origin(published: Published, *, is_stale: bool) -> str:
     """Say where the figures come from, in sentences."""
     load = "" if published.load is None else f", load {published.load:g} before"
     what = f"{published.date}, commit {published.commit}, {published.machine}{load}."
-    said = [what, *published.notes]
+    meanwhile = "; ".join({row.load: None for row in published.rows if row.load})
+    said = [what, *([f"Served meanwhile: {meanwhile}."] if meanwhile else []), *published.notes]
     if is_stale:
         said.append(f"Stale: {published.source or 'the product has changed since'}.")
     return " ".join(said)

@@ -284,7 +284,7 @@ async def test_a_killed_forwarder_is_told_and_cleared() -> None:
         assert link._forwarder is not None
         link._forwarder.kill()
         await link._forwarder.wait()
-        with pytest.raises(LinkError, match="the link (has ended|does not answer)"):
+        with pytest.raises(LinkError, match=r"the link (has ended|does not answer)"):
             await link.statistics()
     assert program.returncode is not None
 

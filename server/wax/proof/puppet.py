@@ -31,6 +31,11 @@ class Puppet:
             )
         return self._process
 
+    @property
+    def runs(self) -> bool:
+        """It was started and not killed since; it may have ended by itself."""
+        return self._process is not None
+
     def freeze(self) -> None:
         """Stop this process alone: one that it started goes on."""
         self._signal(signal.SIGSTOP)

@@ -1,4 +1,4 @@
-"""The proof's hand on its operator: a process that can be told, frozen and killed."""
+"""The near end of an operator's process, which can be told, frozen and killed."""
 
 from __future__ import annotations
 
@@ -6,44 +6,44 @@ import asyncio
 import contextlib
 import json
 import sys
+import uuid
 from typing import TYPE_CHECKING, Final
 
+from wax.client.process import Seat
 from wax.errors import StartError
-from wax.proof.operator import Seat
 from wax.proof.puppet import Puppet
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
+    from collections.abc import Callable
     from pathlib import Path
 
-    from wax.proof.operator import Order
+    from wax.client.process import Order
 
 _OPEN_S: Final = 30.0
 
 
 class RemoteOperator(Puppet):
-    """`seat` is the newest that the operator has told."""
+    """`seat` is the newest that the operator has told; `on_seat` gets each."""
 
-    def __init__(self, log: Path) -> None:
+    def __init__(self, log: Path, on_seat: Callable[[Seat], None] | None = None) -> None:
         super().__init__(log)
         self.seat = Seat()
+        self._on_seat = on_seat
+        self._client_id = str(uuid.uuid4())
         self._hearing: asyncio.Task[None] | None = None
         self._changed = asyncio.Event()
 
     async def start(self, url: str) -> None:
         """Start it and wait until it is connected; raises `StartError`."""
         process = await self.spawn(
-            *(sys.executable, "-m", "wax.proof.operator", url),
+            *(sys.executable, "-m", "wax.client.process", url, self._client_id),
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
         )
         self.seat = Seat()
         self._hearing = asyncio.create_task(self._hear(process), name="operator")
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(_OPEN_S):
-                while not self.seat.is_open and not self._hearing.done():
-                    await self._next()
-        if not self.seat.is_open:
+        if not await self.until(lambda: self.seat.is_open, _OPEN_S):
             raise StartError(f"the proof's operator cannot connect: {self.last_line()}")
 
     def tell(self, order: Order) -> None:
@@ -55,15 +55,22 @@ class RemoteOperator(Puppet):
         if self._hearing is not None:
             await asyncio.gather(self._hearing, return_exceptions=True)
 
-    async def _next(self) -> None:
-        self._changed.clear()
-        await self._changed.wait()
+    async def until(self, holds: Callable[[], bool], within_s: float) -> bool:
+        """Wait for what a new seat brings about; False where none did in time, or it has ended."""
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(within_s):
+                while not holds() and self._hearing is not None and not self._hearing.done():
+                    self._changed.clear()
+                    await self._changed.wait()
+        return holds()
 
     async def _hear(self, process: Process) -> None:
         assert process.stdout is not None
         try:
             async for line in process.stdout:
                 self.seat = Seat(**json.loads(line))
+                if self._on_seat is not None:
+                    self._on_seat(self.seat)
                 self._changed.set()
         finally:
             self.seat = Seat()

@@ -1,0 +1,43 @@
+"""The benchmarks: WAX and a stock aiortc server, the same work on the same machine."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.bench.fan_out import fan_out
+from e2e.bench.first_picture import first_picture
+from e2e.bench.key_to_byte import key_to_byte
+from e2e.bench.memory import memory
+from e2e.bench.servers import STOCK, WAX
+from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Case, Suite
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+
+    from e2e.measure.row import Row
+
+    Measure = Callable[[int], Coroutine[Any, Any, list[Row]]]
+
+
+def _case(key: str, n: int, measure: Measure, title: str, quick: int) -> Case:
+    return Case(key, title, n, lambda n: asyncio.run(measure(n)), quick)
+
+
+SUITE: Final = Suite(
+    name="bench",
+    about="Measure WAX and a stock aiortc server, the same work on the same machine.",
+    measures=(*SERVER, *PAGE, *FIRMWARE, "e2e/peers/stock.py"),
+    columns=(WAX, STOCK),
+    cases=(
+        _case("fan-out", 6, fan_out, "windows of 2 s for each number of viewers", 1),
+        _case("first-picture", 20, first_picture, "page loads", 3),
+        _case("key-to-byte", 220, key_to_byte, "key presses", 15),
+        _case("memory", 200, memory, "joins and leaves", 20),
+    ),
+    notes=(
+        "Stock is aiortc as its examples have it: MediaRelay, an encoder for each peer; a second "
+        "of its first picture is waiting for names that nobody answers.",
+        "640×480 at 30 fps; for the fan-out the server is held to one core.",
+    ),
+)

@@ -1,0 +1,98 @@
+"""A modem of one viewer's own, in the crowd's process: the link model between socket and ICE."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from functools import partial
+from struct import Struct
+from typing import TYPE_CHECKING, Any, Final
+
+from tests.link.model import Direction
+from tests.link.profile import load
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+PROFILE: Final = "modem-56k"
+_HEADERS: Final = Struct("!I24x")
+"""In place of the headers of IP and UDP, 28 bytes, so that these count; says whose it is."""
+
+
+def put_behind(protocol: Any, seed: int) -> Callable[[], None]:
+    """Put aioice's `protocol` behind a modem; returns what ends that."""
+    down = Line("down", seed, protocol.datagram_received)
+    up = Line("up", seed, partial(_send, protocol.transport))
+    protocol.datagram_received = down.carry
+    protocol.transport = _Through(protocol.transport, up)
+
+    def close() -> None:
+        down.close()
+        up.close()
+
+    return close
+
+
+class Line:
+    """One direction; `hand_on` gets each datagram and its address when it has come through."""
+
+    def __init__(
+        self, way: str, seed: int, hand_on: Callable[[bytes, Any], None], profile: str = PROFILE
+    ) -> None:
+        settings = getattr(load(profile), way)
+        self._model = Direction(settings, seed=seed, way=way, start_s=time.monotonic())
+        self._hand_on = hand_on
+        self._addresses: list[Any] = []
+        self._timer: asyncio.TimerHandle | None = None
+
+    def carry(self, data: bytes, address: Any) -> None:
+        if address not in self._addresses:
+            self._addresses.append(address)
+        headers = _HEADERS.pack(self._addresses.index(address))
+        self._model.arrive(headers + data, time.monotonic())
+        self._arm()
+
+    def close(self) -> None:
+        """Lose what is under way."""
+        if self._timer is not None:
+            self._timer.cancel()
+        self._hand_on = _nobody
+
+    def _arm(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        next_s = self._model.next_s()
+        if next_s < float("inf"):
+            wait_s = max(0.0, next_s - time.monotonic())
+            self._timer = asyncio.get_running_loop().call_later(wait_s, self._come)
+
+    def _come(self) -> None:
+        self._timer = None
+        for _, packet in self._model.due(time.monotonic()):
+            (number,) = _HEADERS.unpack_from(packet)
+            self._hand_on(packet[_HEADERS.size :], self._addresses[number])
+        self._arm()
+
+
+class _Through:
+    """A socket's transport whose datagrams go by a line first."""
+
+    def __init__(self, transport: Any, line: Line) -> None:
+        self._transport = transport
+        self._line = line
+
+    def sendto(self, data: bytes, address: Any = None) -> None:
+        self._line.carry(data, address)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._transport, name)
+
+
+def _send(transport: Any, data: bytes, address: Any) -> None:
+    if not transport.is_closing():  # ICE gives up those of its sockets that it does not need
+        transport.sendto(data, address)
+
+
+def _nobody(data: bytes, address: Any) -> None:
+    """Take what comes after the end."""

@@ -1,0 +1,56 @@
+"""What is asked of a crowd and what it answers; each a line of JSON."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict
+
+from wax.client.media import Answers, StreamCounts
+
+
+@dataclass(frozen=True, slots=True)
+class Offering:
+    """A server: ours, or one that takes offers at ``/offer`` and has no data channels."""
+
+    url: str
+    wax: bool
+
+
+class Request(BaseModel):
+    """`hold`: have just so many viewers; `cycle`: so many more join and leave; `count` them."""
+
+    model_config = ConfigDict(frozen=True)
+
+    verb: Literal["hold", "cycle", "count"]
+    number: int = 0
+
+
+class ViewerCounts(BaseModel):
+    """What one viewer has received and sent back since it came."""
+
+    model_config = ConfigDict(frozen=True)
+
+    video: StreamCounts
+    audio: StreamCounts
+    answers: Answers
+
+
+class Sample(BaseModel):
+    """All viewers at one moment of `time.monotonic`; `problem` says why a request failed."""
+
+    model_config = ConfigDict(frozen=True)
+
+    at_s: float
+    viewers: tuple[ViewerCounts, ...] = ()
+    problem: str | None = None
+
+    @property
+    def total(self) -> ViewerCounts:
+        """The sums over all viewers."""
+        return ViewerCounts(
+            video=sum((one.video for one in self.viewers), StreamCounts()),
+            audio=sum((one.audio for one in self.viewers), StreamCounts()),
+            answers=sum((one.answers for one in self.viewers), Answers()),
+        )

@@ -1,0 +1,76 @@
+"""The measure of the hand-over can fail: leaks are planted on the way of an old turn's command."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from typing import TYPE_CHECKING, Final
+
+import pytest
+
+from e2e.faults.hand_over import hand_over
+from e2e.faults.stage import LIGHT
+from e2e.measure.suite import ROOT
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
+    Edit = tuple[str, str, str]
+
+SERVER: Final = ROOT / "server"
+
+GATE: Final[tuple[Edit, ...]] = (
+    (
+        "control/gate.py",
+        "refusal = _foreign(state, viewer, command, turn)",
+        "refusal = None",
+    ),
+)
+"""The gate takes commands whoever sends them, for whatever turn, in whatever order."""
+
+NUMBERS: Final[tuple[Edit, ...]] = (
+    (
+        "control/loop.py",
+        "self._helm.steer(setpoint, turn.number)",
+        "self._helm.steer("
+        "setpoint, self._gate.command.turn if self._gate.command else turn.number)",
+    ),
+    ("robot/process/warden.py", "if message.turn < self._turn:", "if False:"),
+    (
+        "robot/process/warden.py",
+        "if turn <= self._turn:\n            return ()\n        self._turn = turn\n"
+        "        self._disarm()",
+        "if turn == self._turn:\n            return ()\n        self._turn = turn",
+    ),
+    ("robot/serial/setpoints.py", "if not self._fence.admits(turn):", "if False:"),
+)
+"""An accepted command's own turn goes down the line, and the driver's process passes it on."""
+
+
+def leaky(folder: Path, edits: Iterable[Edit]) -> dict[str, str]:
+    """Return the environment of a server whose code has these edits, each of which must fit."""
+    shutil.copytree(SERVER / "wax", folder / "wax")
+    for name, sound, leak in edits:
+        path = folder / "wax" / name
+        code = path.read_text(encoding="utf-8")
+        assert code.count(sound) == 1, f"{name} does not have once: {sound}"
+        path.write_text(code.replace(sound, leak), encoding="utf-8")
+    return {"PYTHONPATH": os.pathsep.join((str(folder), str(ROOT)))}
+
+
+@pytest.mark.timeout(180)
+async def test_a_leak_in_the_gate_is_seen_by_the_hands(tmp_path: Path) -> None:
+    """What the operator before still asks for is counted, though it bears the new number."""
+    found, _, _ = await hand_over(4, environment=leaky(tmp_path, GATE), load=LIGHT)
+    assert not found.met
+    assert found.detail["of_the_operator_before"] > 0
+    assert found.detail["of_the_old_turn"] == 0
+
+
+@pytest.mark.timeout(180)
+async def test_a_leak_down_to_the_wire_is_seen_by_the_number(tmp_path: Path) -> None:
+    """Frames of the old turn are counted although the board itself refuses each of them."""
+    found, _, _ = await hand_over(4, environment=leaky(tmp_path, GATE + NUMBERS), load=LIGHT)
+    assert not found.met
+    assert found.detail["of_the_old_turn"] > 0

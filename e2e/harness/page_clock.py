@@ -1,0 +1,34 @@
+"""A page's clock beside that of this machine's processes."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
+_TRIES: Final = 40
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class PageClock:
+    """CLOCK_MONOTONIC is `ahead_s` of the page's ``performance.now()``, known to ± `error_s`."""
+
+    error_s: float
+    ahead_s: float
+
+    def monotonic_s(self, page_ms: float) -> float:
+        return page_ms / 1000 + self.ahead_s
+
+
+async def page_clock(evaluate: Callable[[str], Awaitable[Any]]) -> PageClock:
+    """Ask the page for its time; the quickest answer bounds the error by half its round trip."""
+    clocks = []
+    for _ in range(_TRIES):
+        before_s = time.monotonic()
+        page_s = float(await evaluate("performance.now()")) / 1000
+        after_s = time.monotonic()
+        clocks.append(PageClock((after_s - before_s) / 2, (before_s + after_s) / 2 - page_s))
+    return min(clocks)

@@ -1,0 +1,300 @@
+"""One viewer of a server: connects, watches, says what a page says."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import random
+import time
+import uuid
+from collections import deque
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Final, Protocol, Self
+
+import aiohttp
+from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
+
+from wax import messages, rows
+from wax.client.clock import ServerClock
+from wax.client.media import Media
+from wax.client.receipts import Receipts
+from wax.client.reports import INTERVAL_S, Received, Reporter
+from wax.client.sdp import as_browser
+from wax.errors import SignallingError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from types import TracebackType
+
+    from aiortc import RTCDataChannel
+
+    from wax.client.rtp_header import RtpHeader
+    from wax.client.sdp import Kind
+
+_CONNECT_S: Final = 15.0
+_HTTP_S: Final = 10.0
+_ANSWERED: Final = 64
+
+# The page's heartbeat (`link/heartbeat.ts`).
+_EAGER_S: Final = 1.0
+_EAGER_PONGS: Final = 6
+_EAGER_PAUSE_S: Final = 0.05
+_KEEN_PAUSE_S: Final = 0.2
+_CALM_PAUSE_S: Final = 1.0
+
+
+class Route(Protocol):
+    """A network between client and server that rewrites the descriptions to be on the way."""
+
+    def offer(self, sdp: str) -> str: ...
+
+    async def answer(self, sdp: str) -> str: ...
+
+    def close(self) -> None: ...
+
+
+class Client:
+    """One peer from `connect` to `close`; an async context manager does both.
+
+    `client_id` is what the server knows a page by after a reload. `headers` go with each request.
+    `sound`, `picture` and `size` are wanted at first; a size that the server has not is its
+    largest. `on_message` gets each message of the state channel, `on_socket` see `Media`.
+    """
+
+    is_keen = False
+    """Whether it is heard several times a second, as a page that drives or waits to drive."""
+
+    def __init__(
+        self,
+        url: str,
+        *,
+        client_id: str | None = None,
+        name: str | None = None,
+        headers: Mapping[str, str] | None = None,
+        route: Route | None = None,
+        sound: bool = True,
+        picture: bool = True,
+        size: str | None = None,
+        on_message: Callable[[dict[str, Any]], None] | None = None,
+        on_socket: Callable[[Any], None] | None = None,
+    ) -> None:
+        self.client_id = client_id or str(uuid.uuid4())
+        self.clock = ServerClock()
+        self.peer = RTCPeerConnection(RTCConfiguration(iceServers=[]))
+        self.media = Media(self.peer, on_packet=self._acknowledge, on_socket=on_socket)
+        self.state: RTCDataChannel = self.peer.createDataChannel("state")
+        self.drive: RTCDataChannel = self.peer.createDataChannel(
+            "drive", ordered=False, maxRetransmits=0
+        )
+        self._url = url
+        self._name = name
+        self._headers = headers
+        self._route = route
+        self._wants = {"sound": sound, "picture": picture}
+        self._size = size
+        self._on_message = on_message
+        self._http: aiohttp.ClientSession | None = None
+        self._tasks: list[asyncio.Task[None]] = []
+        self._newest: dict[str, dict[str, Any]] = {}
+        self._news = asyncio.Event()
+        self._pings = 0
+        self._pong: tuple[int, float] | None = None
+        self._answered: deque[int] = deque(maxlen=_ANSWERED)
+        self._receipts: Receipts | None = None
+        self._reporter = Reporter()
+        self.state.on("message", self._heard)
+        self.drive.on("message", self._heard_pong)
+
+    async def __aenter__(self) -> Self:
+        try:
+            await self.connect()
+        except BaseException:
+            await self.close()
+            raise
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        await self.close()
+
+    async def connect(self) -> None:
+        """Return when both channels are open and the server has greeted.
+
+        Raises `SignallingError`, `TimeoutError` or `aiohttp.ClientError`.
+        """
+        await self.peer.setLocalDescription(await self.peer.createOffer())
+        answer = await self._exchange(as_browser(self.peer.localDescription.sdp))
+        await self.peer.setRemoteDescription(RTCSessionDescription(answer, "answer"))
+        self.media.attach(answer)
+        for channel in (self.state, self.drive):
+            channel.on("open", self._news.set)
+            channel.on("close", self._news.set)
+        if not await self.until(lambda: self.is_open, _CONNECT_S):
+            raise TimeoutError(f"{self._url}: the connection is {self.peer.connectionState}")
+        self._greet()
+        self._start(self._beat(), "heartbeat")
+        self._start(self._report(), "report")
+
+    async def close(self) -> None:
+        """Leave as a closed page does; safe to call twice."""
+        tasks, self._tasks = self._tasks, []
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        if self._http is not None:
+            await self._http.close()
+        await self.peer.close()
+        await self.media.close()
+        if self._route is not None:
+            self._route.close()
+
+    # --- what the server says -----------------------------------------------------------------
+
+    @property
+    def is_open(self) -> bool:
+        """Both channels are open, and the server has greeted."""
+        is_open = self.state.readyState == self.drive.readyState == "open"
+        return is_open and "hello" in self._newest
+
+    def newest(self, kind: str) -> dict[str, Any]:
+        """Return the newest message of this type on the state channel, empty before the first."""
+        return self._newest.get(kind, {})
+
+    async def until(self, holds: Callable[[], bool], within_s: float | None = 5.0) -> bool:
+        """Wait for what a message or the end of a channel brings about; False if not in time.
+
+        None waits for ever.
+        """
+        with suppress(TimeoutError):
+            async with asyncio.timeout(within_s):
+                while not holds():
+                    self._news.clear()
+                    await self._news.wait()
+        return holds()
+
+    def server_ms(self) -> float:
+        """Return the server's clock, ms; good to half a round trip."""
+        return _now_ms() + self.clock.ahead_ms
+
+    # --- what it says -------------------------------------------------------------------------
+
+    def say(self, **message: Any) -> None:
+        """Send one message on the state channel, whatever it is."""
+        self.state.send(json.dumps(message))
+
+    async def post(self, path: str, body: Mapping[str, Any]) -> dict[str, Any]:
+        """Ask by HTTP, as this client; raises `SignallingError` where the server refuses."""
+        if self._http is None:
+            timeout = aiohttp.ClientTimeout(total=_HTTP_S)
+            self._http = aiohttp.ClientSession(timeout=timeout, headers=self._headers)
+        asked = {"client": self.client_id, **body}
+        async with self._http.post(self._url + path, json=asked) as response:
+            text = await response.text()
+        if response.status != 200:
+            raise SignallingError(f"{self._url}{path}: {response.status} {text[:200]}")
+        answer: dict[str, Any] = json.loads(text)
+        return answer
+
+    def ping(self) -> int:
+        """Send a heartbeat; returns its number."""
+        self._pings += 1
+        now_ms = _now_ms()
+        number, came_ms = self._pong or (None, None)
+        ping = messages.Ping(
+            type="ping",
+            id=self._pings,
+            sent_page_ms=now_ms,
+            pong_id=number,
+            pong_held_ms=None if came_ms is None else now_ms - came_ms,
+        )
+        self.drive.send(rows.write(ping))
+        return self._pings
+
+    async def pongs(self, within_s: float = 1.0) -> bool:
+        """Send a ping and tell whether it is answered in time."""
+        number = self.ping()
+        return await self.until(lambda: number in self._answered, within_s)
+
+    # --- inside -------------------------------------------------------------------------------
+
+    async def _exchange(self, offer: str) -> str:
+        if self._route is None:
+            return str((await self.post("/api/offer", {"sdp": offer}))["sdp"])
+        answer = await self.post("/api/offer", {"sdp": self._route.offer(offer)})
+        return await self._route.answer(str(answer["sdp"]))
+
+    def _greet(self) -> None:
+        if self._name is not None:
+            self.say(type="name", name=self._name)
+        sizes = self.newest("hello")["sizes"]
+        size = self._size if self._size in sizes else sizes[0]
+        self.say(type="want", **self._wants, size=size, policy=None)
+
+    def _start(self, work: Any, name: str) -> None:
+        self._tasks.append(asyncio.create_task(work, name=name))
+
+    async def _beat(self) -> None:
+        began_s = time.monotonic()
+        while self.drive.readyState == "open":
+            self.ping()
+            is_new = time.monotonic() - began_s < _EAGER_S and len(self._answered) < _EAGER_PONGS
+            calm_s = _KEEN_PAUSE_S if self.is_keen else _CALM_PAUSE_S
+            await asyncio.sleep(_EAGER_PAUSE_S if is_new else calm_s)
+
+    async def _report(self) -> None:
+        # Many clients of one process must not report in the same millisecond.
+        await asyncio.sleep(random.uniform(0, INTERVAL_S))
+        while self.drive.readyState == "open":
+            if self._reporter.is_due(eager=self.is_keen):
+                self.drive.send(rows.write(self._measured()))
+            await asyncio.sleep(INTERVAL_S)
+
+    def _measured(self) -> messages.Report:
+        return self._reporter.report(
+            sound=self._received("audio") if self._wants["sound"] else None,
+            picture=self._received("video") if self._wants["picture"] else None,
+            now_s=time.monotonic(),
+            ahead_ms=self.clock.ahead_ms,
+            clock_error_ms=self.clock.error_ms,
+        )
+
+    def _received(self, kind: Kind) -> Received:
+        return Received(self.media.counts(kind), self.media.newest(kind))
+
+    def _acknowledge(self, kind: Kind, packet: RtpHeader) -> None:
+        if self._receipts is not None and self._receipts.ends_unit(kind, packet):
+            self._receipt(kind, packet.timestamp)
+
+    def _receipt(self, kind: Kind, rtp: int) -> None:
+        if self.state.readyState == "open":
+            self.say(type="received", kind=kind, rtp=rtp)
+
+    def _heard(self, data: str | bytes) -> None:
+        message: dict[str, Any] = json.loads(data)
+        self._newest[message["type"]] = message
+        self._reporter.told(message)
+        if message["type"] == "hello":
+            self._receipts = Receipts() if message["acknowledge"] else None
+        elif message["type"] == "units" and self._receipts is not None:
+            for rtp in self._receipts.learn(message["last_rtp"], message["length"]):
+                self._receipt("audio", rtp)
+        if self._on_message is not None:
+            self._on_message(message)
+        self._news.set()
+
+    def _heard_pong(self, data: str | bytes) -> None:
+        now_ms = _now_ms()
+        pong = rows.read(data, messages.DRIVE_COLUMNS)
+        self.clock.add(pong["sent_page_ms"], now_ms, pong["server_ms"])
+        if self._pong is None or pong["id"] > self._pong[0]:
+            self._pong = pong["id"], now_ms
+        self._answered.append(pong["id"])
+        self._news.set()
+
+
+def _now_ms() -> float:
+    return time.monotonic() * 1000.0

@@ -1,0 +1,177 @@
+"""A client with hands: it drives as the page does, and can do what no page would."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from wax.client.client import Client
+
+if TYPE_CHECKING:
+    from wax.messages import Speed
+
+PERIOD_S: Final = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Sent:
+    """One command; `at_s` is s of this process's `time.monotonic`."""
+
+    seq: int
+    at_s: float
+
+
+class Operator(Client):
+    """Sends what its hands hold 50 times a second while it has the turn.
+
+    `sees` lets its commands say that the picture is as new as can be, else they say
+    `seen_server_ms`. With `persists` it goes on commanding after its turn, under that turn's
+    number. While `is_silent` it commands nothing, and stays connected.
+    """
+
+    is_keen = True
+
+    def __init__(
+        self,
+        url: str,
+        *,
+        sees: bool = False,
+        speed: Speed = "gross",
+        persists: bool = False,
+        **options: Any,
+    ) -> None:
+        super().__init__(url, sound=False, picture=sees, **options)
+        self.linear = self.angular = 0.0
+        self.held = False
+        self.speed: Speed = speed
+        self.sees_now = sees
+        self.seen_server_ms: float | None = None
+        self.is_silent = False
+        self.sent_before: list[Sent] = []
+        """Every command since the start, or since somebody cleared it."""
+        self.worst_late_s = 0.0
+        """How late its own beat was at worst: what is not the server's fault."""
+        self._persists = persists
+        self._own_turn = 0
+        self._seq = 0
+
+    async def connect(self) -> None:
+        await super().connect()
+        self._start(self._command_always(), "commands")
+
+    # --- the turn -----------------------------------------------------------------------------
+
+    @property
+    def viewer(self) -> int | None:
+        """Its number among the viewers, None before the server has greeted."""
+        number: int | None = self.newest("hello").get("viewer")
+        return number
+
+    @property
+    def turn(self) -> int:
+        """The number of the turn that runs, whoever has it."""
+        return int(self.newest("room").get("turn", {}).get("number", 0))
+
+    @property
+    def has_turn(self) -> bool:
+        operator = self.newest("room").get("turn", {}).get("operator")
+        return operator is not None and operator == self.viewer
+
+    @property
+    def ends_server_ms(self) -> float | None:
+        """When the turn that runs ends, on the server's clock."""
+        ends_ms: float | None = self.newest("room").get("turn", {}).get("ends_server_ms")
+        return ends_ms
+
+    @property
+    def stopped(self) -> int | None:
+        """The number of the stop that is latched."""
+        stop = self.newest("room").get("stop")
+        return None if stop is None else int(stop["number"])
+
+    async def join(self) -> None:
+        """Ask for a turn and wait for it; raises `TimeoutError`."""
+        self.say(type="join")
+        await self.gets_turn()
+
+    async def leave(self) -> None:
+        """End the turn and wait for that; raises `TimeoutError`."""
+        self.say(type="leave")
+        if not await self.until(lambda: not self.has_turn):
+            raise TimeoutError("the turn does not end")
+
+    async def gets_turn(self, within_s: float = 15.0) -> None:
+        """Wait for the turn; raises `TimeoutError`."""
+        if not await self.until(lambda: self.has_turn, within_s):
+            raise TimeoutError(f"no turn within {within_s:g} s")
+
+    # --- hands --------------------------------------------------------------------------------
+
+    def steer(self, linear: float, angular: float = 0.0) -> None:
+        """Hold a control down from now on; shares of the robot's limits in -1…1."""
+        self.linear, self.angular, self.held = linear, angular, True
+
+    def let_go(self) -> None:
+        """Say so at once, and go on saying it."""
+        self.linear = self.angular = 0.0
+        self.held = False
+        if self._commands():
+            self.command()
+
+    def command(self) -> None:
+        """Send what the hands hold now, out of the beat."""
+        self.drive.send(self.row(self.next_seq()))
+        self.sent_before.append(Sent(self._seq, time.monotonic()))
+
+    def row(self, seq: int, **other: Any) -> str:
+        """Write a command; `other` replaces what the hands hold, by anything."""
+        if self.has_turn:
+            self._own_turn = self.turn
+        said: dict[str, Any] = {
+            "turn": self._own_turn,
+            "sent_server_ms": self.server_ms(),
+            "linear": self.linear,
+            "angular": self.angular,
+            "held": self.held,
+            "speed": self.speed,
+            "seen_server_ms": self.server_ms() if self.sees_now else self.seen_server_ms,
+            "axes": {},
+        } | other
+        return json.dumps(["drive", seq, *said.values()], separators=(",", ":"))
+
+    def next_seq(self) -> int:
+        """Take a sequence number that no command of the beat will have."""
+        self._seq += 1
+        return self._seq
+
+    # --- the stop -----------------------------------------------------------------------------
+
+    async def press_stop(self) -> int:
+        """Stop by HTTP; returns the stop's number."""
+        return int((await self.post("/api/stop", {}))["stop"])
+
+    def release(self, stop: int) -> None:
+        """Release this stop on the state channel."""
+        self.say(type="release", stop=stop, sent_server_ms=self.server_ms())
+
+    # --- inside -------------------------------------------------------------------------------
+
+    def _commands(self) -> bool:
+        may = self.has_turn or (self._persists and self._own_turn > 0)
+        return may and not self.is_silent and self.drive.readyState == "open"
+
+    async def _command_always(self) -> None:
+        """Keep the beat; a command that is late by more than a period is not made up for."""
+        due_s = time.monotonic()
+        while self.drive.readyState == "open":
+            if self._commands():
+                self.command()
+            due_s += PERIOD_S
+            await asyncio.sleep(max(0.0, due_s - time.monotonic()))
+            late_s = time.monotonic() - due_s
+            self.worst_late_s = max(self.worst_late_s, late_s)
+            if late_s > PERIOD_S:
+                due_s += late_s

@@ -1,0 +1,166 @@
+"""An operator in a process of its own: it does as it is told, and tells what the server tells it.
+
+`python -m wax.client.process URL CLIENT_ID` can be frozen whole, as a network vanishes: no
+command, heartbeat or acknowledgement leaves it; or killed, as a browser crashes. A word a line on
+its standard input is an order; a line of JSON on its standard output tells each new `Seat`. It
+ends with its input, or when it loses the server.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import sys
+from dataclasses import asdict, dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import TypeAdapter
+
+from wax.client.operator import Operator
+
+if TYPE_CHECKING:
+    from collections.abc import Coroutine
+
+Order = Literal[
+    "join",
+    "leave",
+    "neutral",
+    "drive",
+    "reverse",
+    "stop",
+    "stop by http",
+    "release",
+    "reconnect",
+]
+ORDERS: TypeAdapter[Order] = TypeAdapter(Order)
+
+
+@dataclass(frozen=True, slots=True)
+class Seat:
+    """What the server has told: whose turn it is, which stop is latched, what is in the way.
+
+    `ends_ms` is when the turn ends, ms of the server's `time.monotonic`.
+    """
+
+    is_open: bool = False
+    drives: bool = False
+    turn: int = 0
+    ends_ms: float | None = None
+    stop: int | None = None
+    reason: str | None = None
+
+
+class Puppeteered:
+    """Obeys orders; driving goes on through every stop and after the turn, as nobody should."""
+
+    def __init__(self, url: str, client_id: str) -> None:
+        self._url = url
+        self._client_id = client_id
+        self._seat = Seat()
+        self._works: set[asyncio.Task[Any]] = set()
+        self._operator = self._new()
+
+    async def run(self) -> None:
+        """Drive until the server is lost."""
+        await self._operator.connect()
+        self._tell()
+        while self._operator.is_open:  # another one after each reconnect
+            await self._operator.until(partial(_is_closed, self._operator), None)
+
+    async def close(self) -> None:
+        await asyncio.gather(*self._works, return_exceptions=True)
+        await self._operator.close()
+
+    def obey(self, order: Order) -> None:
+        operator = self._operator
+        match order:
+            case "join" | "leave" | "stop":
+                operator.say(type=order)
+            case "neutral":
+                operator.let_go()
+            case "drive":
+                operator.steer(1.0)
+            case "reverse":
+                operator.steer(-1.0)
+            case "stop by http":
+                self._begin(operator.press_stop())
+            case "release":
+                if operator.stopped is not None:
+                    operator.release(operator.stopped)
+            case "reconnect":
+                self._begin(self._reconnect())
+
+    async def _reconnect(self) -> None:
+        """Come back as a page that was reloaded, with the hands as they were."""
+        old, new = self._operator, self._new()
+        await new.connect()
+        new.linear, new.held = old.linear, old.held
+        self._operator = new
+        self._tell()
+        await old.close()
+
+    def _new(self) -> Operator:
+        return Operator(
+            self._url,
+            client_id=self._client_id,
+            name="Proof of the stop",
+            speed="fine",
+            persists=True,
+            on_message=lambda _: self._tell(),
+        )
+
+    def _begin(self, work: Coroutine[Any, Any, Any]) -> None:
+        task = asyncio.create_task(work)
+        self._works.add(task)
+        task.add_done_callback(self._works.discard)
+
+    def _tell(self) -> None:
+        operator = self._operator
+        seat = Seat(
+            is_open=operator.is_open,
+            drives=operator.has_turn,
+            turn=operator.turn,
+            ends_ms=operator.ends_server_ms,
+            stop=operator.stopped,
+            reason=operator.newest("drive_status").get("reason"),
+        )
+        if seat != self._seat:
+            self._seat = seat
+            sys.stdout.write(json.dumps(asdict(seat)) + "\n")
+            sys.stdout.flush()
+
+
+def _is_closed(operator: Operator) -> bool:
+    return not operator.is_open
+
+
+async def _obey(operator: Puppeteered, orders: asyncio.StreamReader) -> None:
+    async for line in orders:
+        operator.obey(ORDERS.validate_python(line.decode().strip()))
+
+
+async def _first(*works: Coroutine[Any, Any, None]) -> None:
+    """Run all until the first one ends: the link is lost, or nobody gives orders any more."""
+    tasks = [asyncio.create_task(work) for work in works]
+    done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
+    for task in done:
+        task.result()
+
+
+async def _main(url: str, client_id: str) -> None:
+    loop = asyncio.get_running_loop()
+    orders = asyncio.StreamReader()
+    await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(orders), sys.stdin)
+    operator = Puppeteered(url, client_id)
+    try:
+        await _first(operator.run(), _obey(operator, orders))
+    finally:
+        await operator.close()
+
+
+if __name__ == "__main__":
+    asyncio.run(_main(sys.argv[1], sys.argv[2]))

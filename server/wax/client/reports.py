@@ -1,0 +1,109 @@
+"""What a client without screen and speaker can truly report, as the page reports it (pure)."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from wax import messages
+
+if TYPE_CHECKING:
+    from wax.client.media import Arrival, StreamCounts
+
+INTERVAL_S: Final = 0.25
+_UNSETTLED: Final = 40
+"""So many reports are all sent after a stream has begun; a mere viewer then sends each fourth."""
+_EVERY: Final = 4
+_RATE_OVER_S: Final = 1.0
+_UINT32: Final = 2**32
+
+
+@dataclass(frozen=True, slots=True)
+class Received:
+    """What has come of one stream: `newest` is None before the first frame."""
+
+    counts: StreamCounts
+    newest: Arrival | None
+
+
+class Reporter:
+    """Makes a report of what has arrived, as if it played as soon as the server's target allows.
+
+    The picture has no age: nothing is shown, as in a page that is hidden.
+    """
+
+    def __init__(self) -> None:
+        self._sound_target_ms = 0.0
+        self._clocks: dict[str, messages.RtpClock] = {}
+        self._began_s: float | None = None
+        self._counted: deque[tuple[int, float]] = deque()
+        self._count = 0
+
+    def told(self, message: dict[str, Any]) -> None:
+        """Take a message of the state channel; all but two kinds are ignored."""
+        if message["type"] == "playout":
+            self._sound_target_ms = message["sound_target_ms"] or 0.0
+        elif message["type"] == "rtp_clock":
+            clock = messages.RtpClock(**message)
+            self._clocks[clock.kind] = clock
+
+    def is_due(self, *, eager: bool) -> bool:
+        """Count one interval, and tell whether a report is sent at its end."""
+        self._count += 1
+        return eager or self._count <= _UNSETTLED or self._count % _EVERY == 0
+
+    def report(
+        self,
+        *,
+        sound: Received | None,
+        picture: Received | None,
+        now_s: float,
+        ahead_ms: float,
+        clock_error_ms: float | None,
+    ) -> messages.Report:
+        """Return the report of this moment; a stream that is off is None.
+
+        `ahead_ms` is how far the server's clock is ahead of the one of `now_s`.
+        """
+        return messages.Report(
+            type="report",
+            sound=None if sound is None else self._sound(sound, now_s, ahead_ms),
+            picture=None if picture is None else self._picture(picture, now_s),
+            clock_error_ms=clock_error_ms,
+        )
+
+    def _sound(self, sound: Received, now_s: float, ahead_ms: float) -> messages.SoundReport:
+        age_ms = played_ms = concealed_ms = None
+        if sound.newest is not None:
+            self._began_s = self._began_s or sound.newest.at_s
+            played_ms = (now_s - self._began_s) * 1000
+            counts = sound.counts
+            concealed_ms = played_ms * counts.lost / max(1, counts.lost + counts.packets)
+            age_ms = self._age_ms(sound.newest, ahead_ms)
+        return messages.SoundReport(
+            age_ms=None if age_ms is None else age_ms + self._sound_target_ms,
+            delay_ms=self._sound_target_ms,
+            output_ms=None,
+            concealed_ms=concealed_ms,
+            played_ms=played_ms,
+        )
+
+    def _picture(self, picture: Received, now_s: float) -> messages.PictureReport:
+        counted = self._counted
+        counted.append((picture.counts.frames, now_s))
+        while len(counted) > 2 and now_s - counted[1][1] >= _RATE_OVER_S:
+            counted.popleft()
+        frames, since_s = counted[0]
+        passed_s = now_s - since_s
+        rate_hz = (picture.counts.frames - frames) / passed_s if passed_s > 0 else None
+        return messages.PictureReport(age_ms=None, delay_ms=None, rate_hz=rate_hz, frozen_ms=None)
+
+    def _age_ms(self, newest: Arrival, ahead_ms: float) -> float | None:
+        """Return how old the sound was when it arrived; None before its clock is known."""
+        clock = self._clocks.get("audio")
+        if clock is None:
+            return None
+        ticks = (newest.rtp - clock.rtp_origin + _UINT32 // 2) % _UINT32 - _UINT32 // 2
+        captured_ms = clock.origin_server_ms + ticks * 1000 / clock.rate_hz
+        return newest.at_s * 1000 + ahead_ms - captured_ms

@@ -1,0 +1,67 @@
+"""What an offer of this client must say to be a browser's, and what its answer agrees to (pure)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from wax.client.transport_feedback import URI
+
+Kind = Literal["audio", "video"]
+KINDS: Final[tuple[Kind, ...]] = ("audio", "video")
+
+_PLAYOUT_DELAY: Final = "http://www.webrtc.org/experiments/rtp-hdrext/playout-delay"
+_EXTENSIONS: Final = (f"a=extmap:5 {URI}", f"a=extmap:6 {_PLAYOUT_DELAY}")
+"""Under numbers that aiortc does not use."""
+
+
+@dataclass(frozen=True, slots=True)
+class Agreed:
+    """What an answer says of the packets to come."""
+
+    kinds: dict[int, Kind]
+    """By payload type, retransmissions left out."""
+    retransmissions: frozenset[int]
+    """Payload types of RTX (RFC 4588)."""
+    extension_id: int | None
+    """Of the transport-wide sequence number; None where the server takes no such feedback."""
+
+
+def as_browser(offer: str) -> str:
+    """Add to aiortc's offer what Chromium's has and aiortc's lacks (RFC 8285, 5; RFC 4585, 4.2)."""
+    lines: list[str] = []
+    kind: Kind | None = None
+    for line in offer.splitlines():
+        lines.append(line)
+        if line.startswith("m="):
+            kind = _kind(line)
+        elif kind is not None and line.startswith("a=mid:"):
+            lines += _EXTENSIONS
+        elif kind is not None and line.startswith("a=rtpmap:") and " rtx/" not in line:
+            lines.append(f"a=rtcp-fb:{line.partition(':')[2].split()[0]} transport-cc")
+    return "\r\n".join(lines) + "\r\n"
+
+
+def agreed(answer: str) -> Agreed:
+    """Read an answer (RFC 8866, 6.6; RFC 8285, 8)."""
+    kinds: dict[int, Kind] = {}
+    retransmissions: set[int] = set()
+    extension_id = None
+    kind: Kind | None = None
+    for line in answer.splitlines():
+        name, _, value = line.partition(":")
+        if line.startswith("m="):
+            kind = _kind(line)
+        elif name == "a=rtpmap" and kind is not None:
+            number, _, codec = value.partition(" ")
+            if codec.lower().startswith("rtx/"):
+                retransmissions.add(int(number))
+            else:
+                kinds[int(number)] = kind
+        elif name == "a=extmap" and value.endswith(f" {URI}"):
+            extension_id = int(value.split()[0].partition("/")[0])
+    return Agreed(kinds, frozenset(retransmissions), extension_id)
+
+
+def _kind(section: str) -> Kind | None:
+    return next((kind for kind in KINDS if section.startswith(f"m={kind}")), None)

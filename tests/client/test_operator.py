@@ -1,0 +1,104 @@
+"""What the client's clock, reports and commands say is what the server's codec reads."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+import pytest
+
+from wax.client import Operator
+from wax.client.clock import ServerClock
+from wax.client.media import Arrival, StreamCounts
+from wax.client.reports import Received, Reporter
+from wax.client.sdp import agreed, as_browser
+from wax.messages import Drive, Report, parse_drive
+from wax.rows import write
+from wax.rtc.signalling import clean_offer
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+
+@pytest.fixture
+async def operator() -> AsyncIterator[Operator]:
+    operator = Operator("http://127.0.0.1:9")
+    yield operator
+    await operator.close()
+
+
+async def test_a_command_is_what_the_hands_hold(operator: Operator) -> None:
+    """Each column of a command stands where the server reads it, and `other` replaces one."""
+    operator.steer(0.5, -0.25)
+    operator.clock.add(1000.0, 1002.0, 6001.0)
+    command = parse_drive(operator.row(operator.next_seq()))
+    assert isinstance(command, Drive)
+    assert (command.seq, command.turn, command.held, command.speed) == (1, 0, True, "gross")
+    assert (command.linear, command.angular, command.seen_server_ms) == (0.5, -0.25, None)
+    assert command.sent_server_ms == pytest.approx(operator.server_ms(), abs=1000)
+    other = parse_drive(operator.row(7, linear=-1.0, turn=3))
+    assert isinstance(other, Drive)
+    assert (other.seq, other.turn, other.linear, other.angular) == (7, 3, -1.0, -0.25)
+
+
+async def test_an_offer_is_a_browsers(operator: Operator) -> None:
+    """It offers transport-wide feedback for both streams, and the server can read it."""
+    peer = operator.peer
+    await peer.setLocalDescription(await peer.createOffer())
+    offer = clean_offer(as_browser(peer.localDescription.sdp))
+    sound, picture = offer.split("m=audio")[1].split("m=video")
+    for section in (sound, picture.split("m=application")[0]):
+        assert "transport-cc" in section
+        assert agreed(f"m=audio\r\n{section}").extension_id == 5
+    assert "transport-cc" not in picture.split("m=application")[1]
+
+
+async def test_waiting_ends_with_the_news_or_in_time(operator: Operator) -> None:
+    """What a message brings about is noticed at once, and what never comes is False."""
+    waiting = asyncio.create_task(operator.until(lambda: operator.stopped == 3))
+    await asyncio.sleep(0)
+    operator.state.emit("message", '{"type": "room", "stop": {"number": 3, "by": "Guest 1"}}')
+    assert await waiting
+    assert not await operator.until(lambda: False, 0.01)
+
+
+def test_the_quickest_round_trip_aligns_the_clock() -> None:
+    """A spike in one direction does not move it, and one that is long ago is forgotten."""
+    clock = ServerClock()
+    assert (clock.ahead_ms, clock.error_ms) == (0.0, None)
+    clock.add(1000.0, 1002.0, 6001.0)
+    clock.add(2000.0, 2100.0, 7099.0)
+    assert (clock.ahead_ms, clock.one_way_s, clock.error_ms) == (5000.0, 0.001, 1.0)
+    for _ in range(32):
+        clock.add(3000.0, 3010.0, 8105.0)
+    assert clock.ahead_ms == 5100.0
+
+
+def test_a_report_says_what_arrived_and_what_was_lost() -> None:
+    """The sound is as old as it was at arrival and its target; what was lost was concealed."""
+    reporter = Reporter()
+    clock = {"type": "rtp_clock", "kind": "audio", "rtp_origin": 2**32 - 480, "rate_hz": 48000}
+    reporter.told(clock | {"origin_server_ms": 50_000.0})
+    reporter.told({"type": "playout", "sound_target_ms": 30.0})
+    sound = Received(StreamCounts(packets=90, lost=10), Arrival(480, 45.06))
+    picture = Received(StreamCounts(frames=30), Arrival(1, 45.0))
+    for frames, now_s in ((0, 45.5), (30, 46.5)):
+        picture.counts.frames = frames
+        report = reporter.report(
+            sound=sound, picture=picture, now_s=now_s, ahead_ms=5000.0, clock_error_ms=1.0
+        )
+    assert report.sound is not None
+    assert report.sound.age_ms == pytest.approx(60 - 20 + 30)
+    assert report.sound.delay_ms == 30.0
+    assert report.picture is not None
+    assert report.picture.rate_hz == 30.0
+    assert report.sound.concealed_ms == pytest.approx(144.0)
+    assert isinstance(parse_drive(write(report)), Report)
+
+
+def test_reports_are_as_frequent_as_a_pages() -> None:
+    """All of the first ten seconds, then one a second, but for whoever drives."""
+    reporter = Reporter()
+    assert all(reporter.is_due(eager=False) for _ in range(40))
+    assert [reporter.is_due(eager=False) for _ in range(40)].count(True) == 10
+    assert all(reporter.is_due(eager=True) for _ in range(40))

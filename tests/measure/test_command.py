@@ -1,0 +1,125 @@
+"""A suite's command: what is measured, kept, taken up again and published."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from e2e.measure import command, machine
+from e2e.measure.errors import MeasureError, NotRunError
+from e2e.measure.published import load
+from e2e.measure.row import Row, judged
+from e2e.measure.suite import Case, Suite
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+
+def _only_one(rows: list[Row]) -> list[Row]:
+    return [row for row in rows if row.key == "one"]
+
+
+class Bed:
+    """A suite of two cases, how often each was measured, and what is to go wrong."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.runs: list[tuple[str, int]] = []
+        self.wrong: dict[str, Exception] = {}
+        self.value = 1.0
+
+    def run(self, *words: str) -> int:
+        cases = tuple(Case(key, "runs", 10, self._case(key)) for key in ("one", "two"))
+        suite = Suite("bed", "A test bed.", ("README.md",), ("WAX",), cases, derive=_only_one)
+        return command.main(suite, words, out=self.folder, published=self.folder / "published")
+
+    def _case(self, key: str) -> Callable[[int], list[Row]]:
+        def measure(n: int) -> list[Row]:
+            self.runs.append((key, n))
+            if key in self.wrong:
+                raise self.wrong[key]
+            return [judged(key, key, "ms", {"WAX": self.value}, 2.0, n=n, detail={"raw": 1})]
+
+        return measure
+
+
+@pytest.fixture(scope="module")
+def here() -> machine.Machine:
+    return machine.describe()
+
+
+@pytest.fixture
+def bed(here: machine.Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bed:
+    monkeypatch.setattr(machine, "describe", lambda: here)
+    monkeypatch.setattr(machine, "commit", lambda: "abc")
+    return Bed(tmp_path)
+
+
+def test_a_run_that_failed_goes_on_with_what_is_left(bed: Bed) -> None:
+    """One case that fails costs no other; resumed, only that one is measured again."""
+    bed.wrong = {"one": OSError("no board")}
+    assert bed.run() == 2
+    bed.wrong = {}
+    assert bed.run("--resume") == 0
+    assert bed.runs == [("one", 10), ("two", 10), ("one", 10)]
+
+
+def test_a_torn_line_costs_its_own_case(bed: Bed) -> None:
+    """What a crash has left half written is measured again, and what follows is kept."""
+    bed.run("--only", "one")
+    results = bed.folder / "bed/results.jsonl"
+    results.write_text(results.read_text()[:-20])
+    bed.run("--only", "two")
+    bed.run("--resume")
+    assert [key for key, _ in bed.runs] == ["one", "two", "one"]
+
+
+def test_results_of_another_commit_or_number_do_not_count(
+    bed: Bed, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Resumed are only results of this commit and as often repeated as is asked for."""
+    bed.run("--quick")
+    bed.run("--resume")
+    monkeypatch.setattr(machine, "commit", lambda: "def")
+    bed.run("--resume")
+    assert [n for _, n in bed.runs] == [1, 1, 10, 10, 10, 10]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "value", "status"),
+    [(None, 1.0, 0), (None, 3.0, 1), (MeasureError("no"), 1.0, 2), (NotRunError("no"), 1.0, 77)],
+    ids=["met", "missed", "failed", "not run"],
+)
+def test_the_exit_status_says_what_came_of_it(
+    bed: Bed, wrong: Exception | None, value: float, status: int
+) -> None:
+    """It is 0 only where everything was measured and every goal is met."""
+    bed.value = value
+    bed.wrong = {} if wrong is None else {"two": wrong}
+    assert bed.run() == status
+
+
+def test_a_case_that_is_not_there_is_told(bed: Bed, capsys: pytest.CaptureFixture[str]) -> None:
+    """A name that matches nothing measures nothing, and the near one is named."""
+    assert bed.run("--only", "tow") == 2
+    assert "did you mean two?" in capsys.readouterr().err
+    assert bed.runs == []
+
+
+def test_published_is_a_whole_run_without_its_details(bed: Bed) -> None:
+    """The file has origin and derived rows; a run that lacks a case is not published."""
+    assert bed.run("--only", "one", "--publish") == 2
+    assert bed.run("--resume", "--publish") == 0
+    published = load("bed", bed.folder / "published")
+    assert (published.commit, published.is_stale) == ("abc", False)
+    assert [(row.key, row.n, row.met, row.detail) for row in published.rows] == [
+        ("one", 10, True, {})
+    ]
+
+
+def test_what_is_not_committed_is_not_published(bed: Bed, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With changes that no commit has, nothing is measured for publishing."""
+    monkeypatch.setattr(machine, "commit", lambda: "abc-dirty")
+    assert bed.run("--publish") == 2
+    assert bed.runs == []

@@ -1,0 +1,116 @@
+"""What is published, and what the README makes of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from e2e.measure.errors import MeasureError
+from e2e.measure.published import FOLDER, Published, load
+from e2e.measure.readme import blocks, rendered
+from e2e.measure.row import counted, judged, summed
+from e2e.measure.suite import ROOT, digest
+from e2e.measure.summary import summarize
+from e2e.measure.table import to_markdown
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_quantiles_are_of_the_values_that_were_measured() -> None:
+    """Of 1…200 the median is 100.5, and p99 is the 198th, not something between."""
+    found = summarize([float(value) for value in range(200, 0, -1)])
+    assert (found.n, found.min, found.max) == (200, 1, 200)
+    assert (found.median, found.p95, found.p99) == (100.5, 190, 198)
+
+
+def test_nothing_measured_is_said_and_not_summed_up() -> None:
+    """An empty measurement is an error, never a row of zeros."""
+    with pytest.raises(MeasureError):
+        summed("x", "y", "ms", [], 1.0)
+
+
+@pytest.mark.parametrize(
+    ("values", "wrong", "met"),
+    [([1, 2], 0, True), ([1, 3], 0, False), ([1, None], 0, False), ([1, 2], 1, False)],
+    ids=["all within", "one beyond", "one never came", "one was wrong"],
+)
+def test_a_goal_is_met_by_every_repetition_or_missed(
+    values: list[float | None], wrong: int, *, met: bool
+) -> None:
+    """One repetition beyond the goal, without an end, or with what must never happen misses it."""
+    assert summed("x", "y", "ms", values, 2.0, wrong=wrong).met is met
+
+
+def test_what_was_not_measured_is_neither_met_nor_missed() -> None:
+    """Without a value there is no verdict; nothing counted of nothing is no success."""
+    assert judged("x", "y", "ms", {"WAX": None}, 5.0, n=1).met is None
+    assert judged("x", "y", "", {"WAX": 24.0}, 25.0, n=1, at_least=True).met is False
+    assert not counted("x", "y", 0, of=0).met
+
+
+def test_rows_are_stale_once_what_they_measure_has_changed(tmp_path: Path) -> None:
+    """The hash follows names and contents of the files that the globs match, and no other."""
+    (tmp_path / "page").mkdir()
+    (tmp_path / "page/a.py").write_text("1")
+    before = digest(["page/**/*.py"], tmp_path)
+    (tmp_path / "page/a.txt").write_text("1")
+    (tmp_path / "page/generated").mkdir()
+    (tmp_path / "page/generated/b.py").write_text("1")
+    assert digest(["page/**/*.py"], tmp_path) == before
+    (tmp_path / "page/a.py").write_text("2")
+    changed = digest(["page/**/*.py"], tmp_path)
+    (tmp_path / "page/a.py").rename(tmp_path / "page/b.py")
+    assert len({before, changed, digest(["page/**/*.py"], tmp_path)}) == 3
+
+
+def test_a_table_says_missed_and_stale() -> None:
+    """A missed goal is called missed, an unmeasured one not measured, and a stale row stale."""
+    rows = [
+        judged("a", "slow", "ms", {"WAX": 30.0, "stock": 40.0}, 20.0, n=3),
+        judged("b", "unknown", "ms", {}, 20.0, n=0),
+        judged("c", "only told", "", {"WAX": 0.125}, n=1, column=""),
+    ]
+    published = Published(
+        suite="x",
+        commit="abc",
+        date="2026-11-22",
+        machine="a machine",
+        load=0.5,
+        measures=[],
+        measured="0",
+        columns=["WAX", "stock"],
+        rows=rows,
+    )
+    lines = to_markdown(published, is_stale=True).splitlines()
+    assert lines[2:5] == [
+        "| slow | 3 | **30 ms** | 40 ms | ≤ 20 ms | **missed**, stale |",
+        "| unknown | 0 | – | – | ≤ 20 ms | not measured, stale |",
+        "| only told | 1 | 0.125 | – |  | stale |",
+    ]
+    assert "stale" not in to_markdown(published, is_stale=False).lower()
+    assert published.is_stale
+
+
+def test_only_what_is_between_markers_is_rendered() -> None:
+    """The prose around a table stays as it was written; a marker alone is told."""
+    text = "a\n<!-- figures: x -->\nold\n<!-- /figures -->\nb\n"
+    new = rendered(text, lambda suite: f"table of {suite}\n")
+    assert new == "a\n<!-- figures: x -->\ntable of x\n<!-- /figures -->\nb\n"
+    with pytest.raises(MeasureError):
+        rendered(text + "<!-- figures: y -->\n", lambda _: "")
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.json")), ids=lambda path: path.stem)
+def test_the_readme_says_what_is_published(path: Path) -> None:
+    """Each published suite stands in the README as rendered; whether it is stale `make` decides."""
+    published = load(path.stem)
+    both = [to_markdown(published, is_stale=is_stale) for is_stale in (True, False)]
+    assert blocks(README).get(path.stem) in both, "README.md differs: run make figures"
+
+
+def test_every_table_of_the_readme_is_published() -> None:
+    """No table stands between markers that no file has figures for."""
+    assert {path.stem for path in FOLDER.glob("*.json")} == set(blocks(README))
