@@ -61,7 +61,7 @@ def _measure(arguments: argparse.Namespace, cells: Sequence[Cell]) -> int:
             apparatus.check(cells[0])
             _say(arguments, cells)
         cases = _cases(arguments, cells, apparatus)
-        status = run(_suite(name, arguments, cases), arguments, arguments.out)
+        status = run(_suite(name, arguments, cases), arguments, out=arguments.out)
     if cells and not arguments.goals:
         from e2e.lab import report  # noqa: PLC0415  # so do plots
 

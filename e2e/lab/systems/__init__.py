@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from e2e.lab.systems import stock, wax
+from e2e.lab.names import PEERS
+from e2e.lab.systems import peers, wax
 from e2e.lab.systems.running import PORT, Running, origin
 
 if TYPE_CHECKING:
@@ -23,10 +24,4 @@ def start(cell: Cell, link: Link, folder: Path) -> AbstractAsyncContextManager[R
     `folder` takes its configuration and log. Raises `NotRunError` when it cannot run here,
     `MeasureError` with the end of its log when it does not get healthy.
     """
-    if cell.system == "stock":
-        return stock.start(cell, link, folder)
-    if cell.system in ("livekit", "livekit-whip"):
-        from e2e.lab.systems import livekit  # noqa: PLC0415  # it imports this package
-
-        return livekit.start(cell, link, folder)
-    return wax.start(cell, link, folder)
+    return (peers if cell.system in PEERS else wax).start(cell, link, folder)

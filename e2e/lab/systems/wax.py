@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.harness import toml
-from e2e.lab.systems.film import film
+from e2e.lab.systems.peers import film
 from e2e.lab.systems.served import Served, serving
 from e2e.lab.systems.settings import settings
 from e2e.measure.errors import MeasureError
@@ -60,7 +60,7 @@ class Wax:
 @asynccontextmanager
 async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Wax]:
     """See `e2e.lab.systems.start`."""
-    media = "testcard" if cell.content == "testcard" else str(await film())
+    media = str(await film(cell) or "testcard")
     config = folder / "wax.toml"
     config.write_text(toml.dumps(settings(cell, media)), encoding="utf-8")
     async with serving("wax", link, folder, ["-m", "wax", "--config", str(config)]) as served:

@@ -1,22 +1,22 @@
-"""LiveKit at the server's end, published in either way that `e2e.peers.livekit` has."""
+"""The peers at the server's end: stock aiortc, and LiveKit in both ways (see `e2e.peers`)."""
 
 from __future__ import annotations
 
 import asyncio
 import time
 from contextlib import asynccontextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from e2e.lab.systems.film import film
 from e2e.lab.systems.running import PORT
 from e2e.lab.systems.served import serving
+from e2e.lab.talking_head import film_file
 from e2e.measure.errors import MeasureError, NotRunError
 from e2e.peers.livekit.errors import LiveKitError
 from e2e.peers.livekit.installation import check_sdk, find_client, find_server
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
-    from pathlib import Path
 
     from e2e.lab.browsers import Window
     from e2e.lab.cell import Cell
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from e2e.lab.systems.running import Running
     from e2e.lab.systems.served import Served
 
+FILMS: Final = Path(__file__).parents[3] / ".cache" / "lab"
 _PLAYS_WITHIN_S: Final = 10.0
 _LOOK_EVERY_S: Final = 0.1
 _PLAY_THE_SOUND: Final = """(() => {
@@ -34,22 +35,31 @@ _PLAY_THE_SOUND: Final = """(() => {
 """Presses the button for sound if there is one, and returns what the page says of itself."""
 
 
-class LiveKitRunning:
-    """LiveKit, its publisher and its page, all children of one process."""
+class Stock:
+    """The page plays by itself, and the server tells nothing."""
 
     def __init__(self, served: Served) -> None:
-        self.url = f"{served.url}/"
+        self.url = served.url
         self.pid = served.pid
         self._served = served
+
+    async def opened(self, window: Window) -> None:
+        """Return at once: there is nothing to press."""
+
+    async def told(self) -> dict[str, float | str]:
+        self._served.check()
+        return {}
+
+
+class LiveKitRunning(Stock):
+    """LiveKit, its publisher and its page, all children of one process."""
 
     async def opened(self, window: Window) -> None:
         """Press the page's button for sound where it has one, until the page is connected."""
         until_s = time.monotonic() + _PLAYS_WITHIN_S
         while (state := await window.evaluate(_PLAY_THE_SOUND)) != "connected":
             if time.monotonic() > until_s:
-                raise MeasureError(
-                    f"LiveKit's page does not play, {_PLAYS_WITHIN_S:g} s on: {state}"
-                )
+                raise MeasureError(f"LiveKit's page does not play in time: {state}")
             await asyncio.sleep(_LOOK_EVERY_S)
 
     async def told(self) -> dict[str, float | str]:
@@ -65,16 +75,25 @@ class LiveKitRunning:
 @asynccontextmanager
 async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Running]:
     """See `e2e.lab.systems.start`."""
-    how = "whip" if cell.system == "livekit-whip" else "sdk"
-    check_installed(how)
-    media = await film() if cell.content == "talking-head" else None
-    arguments = command(how, link.server.address, media)
-    async with serving("livekit", link, folder, arguments) as served:
-        yield LiveKitRunning(served)
+    if cell.system != "stock":
+        check_installed(_how(cell))
+    arguments = command(cell, link.server.address, await film(cell))
+    async with serving(cell.system, link, folder, arguments) as served:
+        yield Stock(served) if cell.system == "stock" else LiveKitRunning(served)
+
+
+async def film(cell: Cell) -> Path | None:
+    """Return the film that the cell shows, made once on a machine; None for the test card.
+
+    Raises `NotRunError` where it cannot be made.
+    """
+    if cell.content == "testcard":
+        return None
+    return await asyncio.to_thread(film_file, FILMS)
 
 
 def check_installed(how: str) -> None:
-    """Raise `NotRunError` when the server, the browser library or the SDK is missing."""
+    """Raise `NotRunError` when LiveKit's server, its browser library or its SDK is missing."""
     try:
         find_server()
         find_client()
@@ -84,8 +103,14 @@ def check_installed(how: str) -> None:
         raise NotRunError(str(error)) from error
 
 
-def command(how: str, address: str, media: Path | None) -> list[str]:
-    """Return Python's arguments; without a film the test card is published."""
+def command(cell: Cell, address: str, media: Path | None) -> list[str]:
+    """Return Python's arguments; without a film the test card is shown."""
     shown = [] if media is None else ["--media", str(media)]
-    place = ["--host", address, "--port", str(PORT)]
-    return ["-m", "e2e.peers.livekit", "--how", how, *place, *shown]
+    place = ["--port", str(PORT), "--host"]
+    if cell.system == "stock":
+        return ["-m", "e2e.peers.stock", *place, "0.0.0.0", *shown]
+    return ["-m", "e2e.peers.livekit", "--how", _how(cell), *place, address, *shown]
+
+
+def _how(cell: Cell) -> str:
+    return "whip" if cell.system == "livekit-whip" else "sdk"
