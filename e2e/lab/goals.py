@@ -60,7 +60,8 @@ _WHO: Final[dict[SystemName, str]] = {"operator": "who drives", "audio-master": 
 class Goal:
     """`profile` and `system` are whose cells; judged is the median of `measure` over them.
 
-    It is `at_most` or `at_least` that, and at most `of_peer` times the better peer's.
+    It is `at_most` or `at_least` that, and at most `of_peer` times the better peer's. Of what has
+    a sign, as a drift, the size is judged.
     """
 
     profile: str
@@ -91,8 +92,8 @@ def goals() -> Iterator[Goal]:
     for name, limit in (
         ("concealed_percent", 1.0),
         ("picture_age_p95_ms", 600),
-        ("picture_drift_ms", NO_DRIFT_MS),
-        ("sound_drift_ms", NO_DRIFT_MS),
+        ("picture_drift_ms_per_min", NO_DRIFT_MS),
+        ("sound_drift_ms_per_min", NO_DRIFT_MS),
         ("command_round_trip_p95_ms", 300),
     ):
         yield Goal("modem-56k", "operator", name, limit)
@@ -199,7 +200,7 @@ def _numbers(goal: Goal, cells: Sequence[Found], system: SystemName) -> list[flo
     """Give one number for each repetition."""
     here = _cells(goal, cells, system)
     if goal.kind == "cells":
-        return values(here, goal.measure)
+        return [abs(value) for value in values(here, goal.measure)]
     found_ones = []
     for repeat in sorted({one.cell.repeat for one in here}):
         again = [one for one in here if one.cell.repeat == repeat]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -91,10 +92,6 @@ def _told(name: str, scale: float = 1.0) -> Get:
 
 def _read(get: FromReadings) -> Get:
     return lambda result: get(result.readings, result.figures)
-
-
-def _absolute(get: Get) -> Get:
-    return lambda result: None if (value := get(result)) is None else abs(value)
 
 
 def _total_bytes(way: Literal["received", "sent"]) -> Get:
@@ -198,13 +195,6 @@ def pauses(readings: Readings, figures: Figures) -> float | None:
     return float(max(map(len, both)))
 
 
-def longest_pause_ms(readings: Readings, from_ms: float | None, to_ms: float) -> float | None:
-    if from_ms is None:
-        return None
-    heard, counted = _heard_and_counted(readings, from_ms, to_ms)
-    return max([*heard, *counted], default=0.0)
-
-
 def _rate(least: tuple[int, int]) -> FromReadings:
     def rate(readings: Readings, figures: Figures) -> float | None:
         if figures.to_ms <= figures.from_ms or not readings.pictures.at_ms:
@@ -280,32 +270,52 @@ def _from_step(get: Callable[[Readings, float, float, float], float | None]) -> 
 
 _FULL: Final = (640, 480)
 _SMALLEST: Final = (160, 120)
+_AT: Final[tuple[tuple[str, str, Unit, str, str], ...]] = (
+    ("picture_age_p50_ms", "picture, p50", "ms", "picture_age_ms.p50", "capture to compositor"),
+    ("picture_age_p95_ms", "picture, p95", "ms", "picture_age_ms.p95", ""),
+    ("sound_age_p50_ms", "sound, p50", "ms", "sound_age_ms.p50", "from capture to the ear"),
+    ("skew_p50_ms", "skew, p50", "±ms", "skew_ms.p50", "sound’s age less picture’s"),
+    ("absolute_skew_p95_ms", "|skew|, p95", "ms", "absolute_skew_p95_ms", ""),
+    ("pictures_per_s", "pictures", "/s", "pictures_per_s", ""),
+    ("longest_freeze_ms", "longest freeze", "ms", "longest_freeze_ms", ""),
+    ("first_picture_ms", "first picture", "ms", "first_picture_ms", "since the navigation began"),
+    ("command_round_trip_p50_ms", "command, p50", "ms", "command_round_trip_ms.p50", "WAX only"),
+    ("command_round_trip_p95_ms", "command, p95", "ms", "command_round_trip_ms.p95", ""),
+    ("picture_drift_ms_per_min", "picture drift", "±ms/min", "picture_drift_ms_per_min", ""),
+    ("sound_drift_ms_per_min", "sound drift", "±ms/min", "sound_drift_ms_per_min", ""),
+    ("lip_lag_ms", "lip lag", "±ms", "lip_lag_ms", "how long the voice comes after the lips"),
+    ("lip_correlation", "lip correlation", "", "lip_correlation", ""),
+)
+"""What is a figure of the cell as it stands: name, label, unit, where in the figures, about."""
+_TOLD: Final[tuple[tuple[str, str, Unit, str, float, str], ...]] = (
+    ("fail_safe_s", "fail-safe mode", "s", "viewer.streams.fail_safe_s", 1, "thesis 3.3 and 3.5"),
+    ("crowd_mean", "crowd, mean", "/s", "crowd.pictures_per_s_mean", 1, "pictures of the others"),
+    ("crowd_least", "crowd, least", "/s", "crowd.pictures_per_s_min", 1, ""),
+    ("crowd_lost", "crowd, lost", "%", "crowd.lost_share", 100, "of the packets to the others"),
+    ("machine_busy", "the whole machine", "%", "machine.busy_share", 100, "busy"),
+)
+"""What the system or the lab tells beside: name, label, unit, its key, factor, about."""
 _ALL: Final = (
-    Measure(
-        "picture_age_p50_ms",
-        "picture, p50",
-        "ms",
-        _at("figures.picture_age_ms.p50"),
-        "from capture to the browser’s compositor",
+    *(
+        Measure(name, label, unit, _at(f"figures.{path}"), about)
+        for name, label, unit, path, about in _AT
     ),
-    Measure("picture_age_p95_ms", "picture, p95", "ms", _at("figures.picture_age_ms.p95")),
-    Measure(
-        "sound_age_p50_ms",
-        "sound, p50",
-        "ms",
-        _at("figures.sound_age_ms.p50"),
-        "from capture to the ear",
+    *(
+        Measure(name, label, unit, _told(key, factor), about)
+        for name, label, unit, key, factor, about in _TOLD
     ),
-    Measure(
-        "skew_p50_ms",
-        "skew, p50",
-        "±ms",
-        _at("figures.skew_ms.p50"),
-        "sound’s age less picture’s: above 0 the sound comes after the picture",
+    *(
+        Measure(
+            f"received_{kind}_kb_per_s",
+            f"received, {kind}",
+            "kB/s",
+            _at(f"figures.received_bytes_per_s.{kind}", 0.001),
+        )
+        for kind in ("audio", "video")
     ),
-    Measure("absolute_skew_p95_ms", "|skew|, p95", "ms", _at("figures.absolute_skew_p95_ms")),
-    Measure("pictures_per_s", "pictures", "/s", _at("figures.pictures_per_s")),
-    Measure("longest_freeze_ms", "longest freeze", "ms", _at("figures.longest_freeze_ms")),
+    *(Measure(f"{way}_kb_per_s", way, "kB/s", _total_bytes(way)) for way in ("received", "sent")),
+    Measure("server_cpu", "server CPU", "%", _at("server.cpu_share", 100), "of one core"),
+    Measure("server_memory_mib", "server memory", "MiB", _at("server.memory_mib")),
     Measure(
         "late_pictures_per_s",
         "late pictures",
@@ -339,101 +349,16 @@ _ALL: Final = (
     Measure(
         "longest_concealed_pause_ms", "longest concealment", "ms", _pauses("concealed", _longest)
     ),
-    Measure(
-        "first_picture_ms",
-        "first picture",
-        "ms",
-        _at("figures.first_picture_ms"),
-        "from the begin of the navigation",
-    ),
-    Measure("first_sound_ms", "first sound", "ms", _at("figures.first_sound_ms")),
-    Measure(
-        "command_round_trip_p50_ms",
-        "command, p50",
-        "ms",
-        _at("figures.command_round_trip_ms.p50"),
-        "round trip over the data channel, WAX only",
-    ),
-    Measure(
-        "command_round_trip_p95_ms", "command, p95", "ms", _at("figures.command_round_trip_ms.p95")
-    ),
-    Measure(
-        "transport_round_trip_p50_ms",
-        "transport, p50",
-        "ms",
-        _at("figures.transport_round_trip_ms.p50"),
-        "the transport’s own round trip (STUN)",
-    ),
-    Measure("received_kb_per_s", "received", "kB/s", _total_bytes("received")),
-    Measure("sent_kb_per_s", "sent", "kB/s", _total_bytes("sent")),
     *(
         Measure(
-            f"received_{kind}_kb_per_s",
-            f"received, {kind}",
-            "kB/s",
-            _at(f"figures.received_bytes_per_s.{kind}", 0.001),
+            f"{of}_{done}_ms",
+            f"{of} after the {change} change",
+            "ms",
+            _recovered(of, which),
+            may_never=which == -1,
         )
-        for kind in ("audio", "video", "repeated", "data", "other")
-    ),
-    Measure(
-        "picture_drift_ms_per_min",
-        "picture drift",
-        "±ms/min",
-        _at("figures.picture_drift_ms_per_min"),
-    ),
-    Measure(
-        "sound_drift_ms_per_min", "sound drift", "±ms/min", _at("figures.sound_drift_ms_per_min")
-    ),
-    Measure(
-        "lip_lag_ms",
-        "lip lag",
-        "±ms",
-        _at("figures.lip_lag_ms"),
-        "by how much the voice comes after the lips",
-    ),
-    Measure("lip_correlation", "lip correlation", "", _at("figures.lip_correlation")),
-    Measure(
-        "fail_safe_s",
-        "fail-safe mode",
-        "s",
-        _told("viewer.streams.fail_safe_s"),
-        "how long the policy was in fail-safe mode (thesis 3.3 and 3.5), as the server says",
-    ),
-    Measure(
-        "crowd_pictures_per_s_mean",
-        "crowd, mean",
-        "/s",
-        _told("crowd.pictures_per_s_mean"),
-        "pictures that each of the other viewers received",
-    ),
-    Measure("crowd_pictures_per_s_min", "crowd, least", "/s", _told("crowd.pictures_per_s_min")),
-    Measure(
-        "crowd_lost_share",
-        "crowd, lost",
-        "%",
-        _told("crowd.lost_share", 100),
-        "of the packets to the other viewers",
-    ),
-    Measure(
-        "server_cpu", "server CPU", "%", _at("server.cpu_share", 100), "of one core, with children"
-    ),
-    Measure("server_memory_mib", "server memory", "MiB", _at("server.memory_mib")),
-    Measure("machine_busy", "the whole machine", "%", _told("machine.busy_share", 100), "busy"),
-    Measure("picture_adapted_ms", "picture after the first change", "ms", _recovered("picture", 0)),
-    Measure(
-        "picture_recovered_ms",
-        "picture after the last change",
-        "ms",
-        _recovered("picture", -1),
-        may_never=True,
-    ),
-    Measure("sound_adapted_ms", "sound after the first change", "ms", _recovered("sound", 0)),
-    Measure(
-        "sound_recovered_ms",
-        "sound after the last change",
-        "ms",
-        _recovered("sound", -1),
-        may_never=True,
+        for of in ("picture", "sound")
+        for done, change, which in (("adapted", "first", 0), ("recovered", "last", -1))
     ),
     Measure(
         "joined_skew_p95_ms",
@@ -448,31 +373,12 @@ _ALL: Final = (
         "audible pauses",
         "",
         _read(pauses),
-        "gaps of 30 ms or more in the tone as it was played, or 100 ms or more made up without a "
-        "break as the browser counts, whichever are more, from the first sound on",
-    ),
-    Measure(
-        "longest_pause_ms",
-        "longest pause",
-        "ms",
-        _read(lambda read, figures: longest_pause_ms(read, read.first_sound_ms, figures.to_ms)),
+        "as heard or as the browser counts, whichever are more, from the first sound on",
     ),
     Measure("pictures_640_per_s", "pictures at 640×480", "/s", _read(_rate(_FULL))),
     Measure("pictures_160_per_s", "pictures at 160×120 or more", "/s", _read(_rate(_SMALLEST))),
     Measure("breaks", "breaks of the connection", "", _read(breaks)),
     Measure("set_points_per_s", "set-points sent", "/s", _read(set_points_per_s)),
-    Measure(
-        "picture_drift_ms",
-        "picture’s drift a minute",
-        "ms",
-        _absolute(_at("figures.picture_drift_ms_per_min")),
-    ),
-    Measure(
-        "sound_drift_ms",
-        "sound’s drift a minute",
-        "ms",
-        _absolute(_at("figures.sound_drift_ms_per_min")),
-    ),
     Measure(
         "fresh_after_ms",
         f"picture under {series.FRESH_MS:.0f} ms again",
@@ -489,7 +395,11 @@ _ALL: Final = (
         "step_pause_ms",
         "longest pause after the step",
         "ms",
-        _from_step(lambda read, worse_ms, _, to_ms: longest_pause_ms(read, worse_ms, to_ms)),
+        _from_step(
+            lambda read, worse_ms, _, to_ms: max(
+                [0.0, *itertools.chain(*_heard_and_counted(read, worse_ms, to_ms))]
+            )
+        ),
     ),
     Measure(
         "full_after_ms",

@@ -383,8 +383,8 @@ EXPERIMENTS: Final = (
             "sound_age_p50_ms",
             "command_round_trip_p50_ms+command_round_trip_p95_ms",
             "pictures_per_s",
-            "crowd_pictures_per_s_mean+crowd_pictures_per_s_min",
-            "crowd_lost_share",
+            "crowd_mean+crowd_least",
+            "crowd_lost",
         ),
         row=_row_of(lambda cell: f"{cell.viewers} viewer{'s' if cell.viewers > 1 else ''}"),
         notes=(

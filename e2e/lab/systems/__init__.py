@@ -24,4 +24,6 @@ def start(cell: Cell, link: Link, folder: Path) -> AbstractAsyncContextManager[R
     `folder` takes its configuration and log. Raises `NotRunError` when it cannot run here,
     `MeasureError` with the end of its log when it does not get healthy.
     """
-    return (peers if cell.system in PEERS else wax).start(cell, link, folder)
+    if cell.system in PEERS:
+        return peers.start(cell, link, folder)
+    return wax.start(cell, link, folder)
