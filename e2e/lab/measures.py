@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 from e2e.lab import series
 from e2e.lab.instrument.pauses import concealed_pauses, tone_pauses
-from e2e.lab.instrument.quantities import quantiles
+from e2e.lab.instrument.quantities import summed
 from e2e.lab.names import changes_s
 
 if TYPE_CHECKING:
@@ -94,13 +94,8 @@ def _read(get: FromReadings) -> Get:
     return lambda result: get(result.readings, result.figures)
 
 
-def _total_bytes(way: Literal["received", "sent"]) -> Get:
-    def get(result: CellResult) -> float | None:
-        kinds = getattr(result.figures, f"{way}_bytes_per_s")
-        known = [value for _, value in kinds if value is not None]
-        return sum(known) / 1000 if known else None
-
-    return get
+def _bytes_per_s(kind: str) -> Get:
+    return _at(f"figures.{kind}_bytes_per_s", 0.001)
 
 
 def _pauses(
@@ -152,7 +147,7 @@ def skew_p95_ms(readings: Readings, figures: Figures) -> float | None:
     if readings.first_picture_ms is None:
         return None
     from_ms = readings.first_picture_ms + JOINED_MS
-    found = quantiles(
+    found = summed(
         [abs(skew) for at_ms, skew in series.skews(readings) if from_ms <= at_ms <= figures.to_ms]
     )
     return found.p95 if found else None
@@ -271,15 +266,15 @@ def _from_step(get: Callable[[Readings, float, float, float], float | None]) -> 
 _FULL: Final = (640, 480)
 _SMALLEST: Final = (160, 120)
 _AT: Final[tuple[tuple[str, str, Unit, str, str], ...]] = (
-    ("picture_age_p50_ms", "picture, p50", "ms", "picture_age_ms.p50", "capture to compositor"),
+    ("picture_age_p50_ms", "picture, p50", "ms", "picture_age_ms.median", "capture to compositor"),
     ("picture_age_p95_ms", "picture, p95", "ms", "picture_age_ms.p95", ""),
-    ("sound_age_p50_ms", "sound, p50", "ms", "sound_age_ms.p50", "from capture to the ear"),
-    ("skew_p50_ms", "skew, p50", "±ms", "skew_ms.p50", "sound’s age less picture’s"),
+    ("sound_age_p50_ms", "sound, p50", "ms", "sound_age_ms.median", "from capture to the ear"),
+    ("skew_p50_ms", "skew, p50", "±ms", "skew_ms.median", "sound’s age less picture’s"),
     ("absolute_skew_p95_ms", "|skew|, p95", "ms", "absolute_skew_p95_ms", ""),
     ("pictures_per_s", "pictures", "/s", "pictures_per_s", ""),
     ("longest_freeze_ms", "longest freeze", "ms", "longest_freeze_ms", ""),
     ("first_picture_ms", "first picture", "ms", "first_picture_ms", "since the navigation began"),
-    ("command_round_trip_p50_ms", "command, p50", "ms", "command_round_trip_ms.p50", "WAX only"),
+    ("command_round_trip_p50_ms", "command, p50", "ms", "command_round_trip_ms.median", "WAX only"),
     ("command_round_trip_p95_ms", "command, p95", "ms", "command_round_trip_ms.p95", ""),
     ("picture_drift_ms_per_min", "picture drift", "±ms/min", "picture_drift_ms_per_min", ""),
     ("sound_drift_ms_per_min", "sound drift", "±ms/min", "sound_drift_ms_per_min", ""),
@@ -305,15 +300,9 @@ _ALL: Final = (
         for name, label, unit, key, factor, about in _TOLD
     ),
     *(
-        Measure(
-            f"received_{kind}_kb_per_s",
-            f"received, {kind}",
-            "kB/s",
-            _at(f"figures.received_bytes_per_s.{kind}", 0.001),
-        )
-        for kind in ("audio", "video")
+        Measure(f"{kind}_kb_per_s", kind.replace("_", ", "), "kB/s", _bytes_per_s(kind))
+        for kind in ("received", "received_audio", "received_video", "sent")
     ),
-    *(Measure(f"{way}_kb_per_s", way, "kB/s", _total_bytes(way)) for way in ("received", "sent")),
     Measure("server_cpu", "server CPU", "%", _at("server.cpu_share", 100), "of one core"),
     Measure("server_memory_mib", "server memory", "MiB", _at("server.memory_mib")),
     Measure(

@@ -104,7 +104,7 @@ def test_a_break_is_seen() -> None:
     states = ["connecting", "connected", "disconnected", "connected"]
     for number, expected in ((2, 0), (4, 2)):
         some = states[:number]
-        read.connections = Connections(at_ms=[0.0] * number, peer=[0] * number, state=some)
+        read.connections = Connections(at_ms=[0.0] * number, state=some)
         assert breaks(read, span(10)) == expected
         assert breaks(read, span(60)) == expected + 1
     read.connections = Connections()
@@ -116,7 +116,7 @@ def test_driving_is_seen() -> None:
     read = readings(10)
     assert set_points_per_s(read, span(10)) is None
     sent = [OPENED_MS + 50 * number for number in range(400)]
-    read.set_points = SetPoints(at_ms=sent, buffered_bytes=[0] * 400)
+    read.set_points = SetPoints(at_ms=sent)
     assert set_points_per_s(read, span(10)) == pytest.approx(20, abs=0.2)
 
 

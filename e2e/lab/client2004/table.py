@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import textwrap
 from functools import cache
 from random import Random
 from typing import TYPE_CHECKING, Final
 
 from e2e.lab.client2004.client import Heard, Listening
-from e2e.lab.client2004.scenes import CLIENT_REASONS, RECORDER, RECORDER_REASONS, SCENES
+from e2e.lab.client2004.scenes import RECORDER, SCENES
 from e2e.lab.client2004.source import Recorder, SharedMemory
-from e2e.lab.thesis import CONTRADICTIONS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from e2e.lab.client2004.client import Serve
     from e2e.lab.client2004.scenes import Scene
 
@@ -114,37 +110,3 @@ def _figures() -> list[str]:
             f"as many blocks of sound, from 14 to {pauses}."
         )
     return found
-
-
-def text() -> str:
-    """Make the whole table with what was assumed."""
-    lines = ["Audible pauses of the client of 2004: thesis (5.2) | model"]
-    for scene in SCENES:
-        lines += ["", f"{scene.name}: {scene.reasons}"]
-        lines += [
-            f"  {mu_ms} ms   {scene.words(mu_ms):66} | {words(hear(scene, mu_ms))}"
-            for mu_ms in MU_LENGTHS_MS
-        ]
-    lines += _section("Where the model does not reproduce the thesis", differences())
-    lines += _section(
-        "The same with a card without fragments: what the delays alone would do",
-        [
-            f"{scene.name}: "
-            + "; ".join(
-                f"{mu_ms} ms {words(hear(scene, mu_ms, recorder=WITHOUT_FRAGMENTS))}"
-                for mu_ms in MU_LENGTHS_MS
-            )
-            for scene in SCENES
-        ],
-    )
-    lines += _section("Assumed of the server", RECORDER_REASONS)
-    lines += _section("Assumed of the clients", CLIENT_REASONS)
-    lines += _section("Where the thesis contradicts itself", CONTRADICTIONS)
-    return "\n".join(lines)
-
-
-def _section(title: str, paragraphs: Iterable[str]) -> list[str]:
-    lines = ["", title]
-    for paragraph in paragraphs:
-        lines += textwrap.wrap(paragraph, 100, initial_indent="  * ", subsequent_indent="    ")
-    return lines

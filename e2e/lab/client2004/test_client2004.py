@@ -23,7 +23,6 @@ from e2e.lab.client2004.table import (
     differences,
     hear,
     is_clean,
-    text,
 )
 
 if TYPE_CHECKING:
@@ -127,9 +126,8 @@ def test_the_printed_delays_alone_make_no_pauses(name: str) -> None:
         assert is_clean(hear(BY_NAME[name], mu_ms, recorder=WITHOUT_FRAGMENTS))
 
 
-def test_the_table_says_where_it_does_not_reproduce() -> None:
-    """Every connection is in it, and the one cell that differs by name."""
-    assert all(f"{scene.name}: " in text() for scene in SCENES)
+def test_where_it_does_not_reproduce_is_said() -> None:
+    """The one cell where one has pauses and the other none is named."""
     named = [line for line in differences() if line.endswith("model none.")]
     assert [line.partition(":")[0] for line in named] == ["Internet, Linux, 300 ms"]
     agree, told = agreement()
@@ -216,10 +214,3 @@ def test_the_queue_takes_two_mus_and_the_rest_stays_at_the_source() -> None:
     heard = _listen(100, SyntheticPath(1.0, 1.0, 0.0, 1.0), recorder=recorder)
     # 50 ms play, 50 are next, 200 queue, 100 are in the thread's hand, 100 wait at the source.
     assert heard.silence == pytest.approx(0.5, abs=0.01)
-
-
-def test_the_same_seed_is_heard_the_same() -> None:
-    """Chance comes in by the argument alone."""
-    one, other = (_listen(200, BY_NAME["campus"].path, seed=7) for _ in range(2))
-    assert one == other
-    assert one != _listen(200, BY_NAME["campus"].path, seed=8)

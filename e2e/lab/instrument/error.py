@@ -85,7 +85,7 @@ def judged(first: Readings, second: Readings) -> tuple[list[Row], bool]:
     rows, is_certain = [], True
     for kind, ages in (("picture", pictures), ("sound", heard)):
         a, b = (getattr(each, f"{kind}_age_ms") for each in (one, two))
-        apart_ms = abs(a.p50 - b.p50) if a and b else None
+        apart_ms = abs(a.median - b.median) if a and b else None
         rows.append(_row(kind, "two on one page are apart by", apart_ms))
         read = shift((at - age, age) for at, age in ages if one.from_ms <= at <= to_ms)
         off_ms = None if read is None else abs(read.ms - LIE_MS)

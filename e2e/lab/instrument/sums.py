@@ -5,10 +5,10 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from e2e.lab.figures import Figures, Kinds, Pauses
+from e2e.lab.figures import Figures, Pauses
 from e2e.lab.instrument.bursts import Burst, bursts, skews_ms
 from e2e.lab.instrument.pauses import concealed_pauses, tone_pauses
-from e2e.lab.instrument.quantities import drift_per_min, quantiles, rate_per_s
+from e2e.lab.instrument.quantities import drift_per_min, rate_per_s, summed
 from e2e.lab.readings import Counters
 
 if TYPE_CHECKING:
@@ -32,16 +32,16 @@ def figures(readings: Readings, *, settle_s: float = 3.0, to_ms: float | None = 
         found = bursts(readings.sound, readings.counters, ages)
         heard = [burst for burst in found if sound_from_ms <= burst.heard_ms <= to_ms]
     skews = skews_ms(heard, ages)
-    absolute = quantiles([abs(skew) for skew in skews])
+    absolute = summed([abs(skew) for skew in skews])
     counters = _within(readings.counters, from_ms, to_ms)
     shown = shown_ms(readings.pictures)
     return Figures(
         from_ms=from_ms,
         to_ms=to_ms,
         sound_from_ms=sound_from_ms,
-        picture_age_ms=quantiles([age for _, age in aged]),
-        sound_age_ms=quantiles([burst.age_ms for burst in heard]),
-        skew_ms=quantiles(skews),
+        picture_age_ms=summed([age for _, age in aged]),
+        sound_age_ms=summed([burst.age_ms for burst in heard]),
+        skew_ms=summed(skews),
         absolute_skew_p95_ms=absolute.p95 if absolute else None,
         pictures_per_s=_pictures_per_s(shown, from_ms, to_ms),
         longest_freeze_ms=_longest_freeze_ms(shown, from_ms, to_ms),
@@ -51,8 +51,7 @@ def figures(readings: Readings, *, settle_s: float = 3.0, to_ms: float | None = 
         concealed_pauses=concealed_pauses(readings.counters, sound_from_ms, to_ms),
         concealed_share=_concealed_share(_within(readings.counters, sound_from_ms, to_ms)),
         first_picture_ms=_after(readings.first_picture_ms, readings.opened_ms),
-        first_sound_ms=_after(readings.first_sound_ms, readings.opened_ms),
-        command_round_trip_ms=quantiles(
+        command_round_trip_ms=summed(
             [
                 trip_ms
                 for at, trip_ms in zip(
@@ -61,9 +60,10 @@ def figures(readings: Readings, *, settle_s: float = 3.0, to_ms: float | None = 
                 if from_ms <= at <= to_ms
             ]
         ),
-        transport_round_trip_ms=quantiles([t for t in counters.round_trip_ms if t is not None]),
-        received_bytes_per_s=_received(counters),
-        sent_bytes_per_s=_sent(counters),
+        received_bytes_per_s=rate_per_s(counters.at_ms, counters.received_bytes),
+        received_audio_bytes_per_s=rate_per_s(counters.at_ms, counters.audio_bytes),
+        received_video_bytes_per_s=rate_per_s(counters.at_ms, counters.video_bytes),
+        sent_bytes_per_s=rate_per_s(counters.at_ms, counters.sent_bytes),
         picture_drift_ms_per_min=drift_per_min([at for at, _ in aged], [age for _, age in aged]),
         sound_drift_ms_per_min=drift_per_min(
             [burst.heard_ms for burst in heard], [burst.age_ms for burst in heard]
@@ -139,31 +139,3 @@ def _concealed_share(counters: Counters) -> float | None:
     played = rate_per_s(counters.at_ms, counters.played_samples)
     concealed = rate_per_s(counters.at_ms, counters.concealed_samples)
     return concealed / played if played and concealed is not None else None
-
-
-def _received(counters: Counters) -> Kinds:
-    def rate(counts: list[float | None]) -> float | None:
-        return rate_per_s(counters.at_ms, counts)
-
-    kinds = Kinds(
-        audio=rate(counters.audio_bytes),
-        video=rate(counters.video_bytes),
-        repeated=rate(counters.repeated_bytes),
-        data=rate(counters.data_received_bytes),
-    )
-    return _with_rest(kinds, rate(counters.received_bytes))
-
-
-def _sent(counters: Counters) -> Kinds:
-    kinds = Kinds(data=rate_per_s(counters.at_ms, counters.data_sent_bytes))
-    return _with_rest(kinds, rate_per_s(counters.at_ms, counters.sent_bytes))
-
-
-def _with_rest(kinds: Kinds, whole: float | None) -> Kinds:
-    """Add the transport's bytes that are of no kind: RTCP, and what SRTP, SCTP and DTLS add."""
-    known = (kinds.audio, kinds.video, kinds.repeated, kinds.data)
-    if whole is None:
-        return kinds
-    # The counts are read at one moment but do not all grow at one moment.
-    other = max(0.0, whole - sum(part for part in known if part is not None))
-    return kinds.model_copy(update={"other": other})

@@ -9,8 +9,8 @@ if (window === window.top && !(NAME in window)) {
   const audio = makeAudioProbe(clock, hooks, limit);
   const counts = makeCounts(clock, hooks, limit);
   const commands = makeCommands(clock, hooks);
-  const states = makeTable(["at_ms", "peer", "state"], 1000);
-  hooks.on("state", (number, state) => states.add(rounded(clock.now(), 1), number, state));
+  const states = makeTable(["at_ms", "state"], 1000);
+  hooks.on("state", (state) => states.add(rounded(clock.now(), 1), state));
   const load = Math.random();
 
   const turn = async () => {

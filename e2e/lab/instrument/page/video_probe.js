@@ -10,7 +10,7 @@ const makeVideoProbe = (clock, hooks, limit) => {
   const ROWS = 3;
   const FINE = 3; // drawn with 3 × 3 samples a cell, of which the middle one is read
   const table = makeTable(["at_ms", "stamp40_ms", "mouth", "width", "height"], 36_000);
-  const cost = { reads: 0, total_ms: 0, worst_ms: 0, missed: 0 };
+  const cost = { reads: 0, missed: 0 };
   let first_ms = null;
   let chosen = null;
   let mouthSeen = false;
@@ -99,7 +99,6 @@ const makeVideoProbe = (clock, hooks, limit) => {
 
   let byLuma = "VideoFrame" in window; // until a frame shows that this browser has none to give
   const read = async (video, at_ms, mediaTime_s) => {
-    const begin_ms = performance.now();
     const { videoWidth, videoHeight } = video;
     let frame = null;
     try {
@@ -119,10 +118,7 @@ const makeVideoProbe = (clock, hooks, limit) => {
     } finally {
       frame?.close();
     }
-    const took_ms = performance.now() - begin_ms;
     cost.reads++;
-    cost.total_ms += took_ms;
-    cost.worst_ms = Math.max(cost.worst_ms, took_ms);
   };
 
   const area = (video) => 1e6 * video.clientWidth * video.clientHeight + video.videoWidth;
