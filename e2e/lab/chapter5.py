@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from e2e.lab.found import found, on, profiles, spread, systems, where
+from e2e.lab.found import apparatus, found, on, profiles, spread, systems, where
 from e2e.lab.measures import MEASURES
 from e2e.lab.names import AGE, GIVEN, SYSTEMS
 from e2e.measure.row import Row
@@ -31,9 +31,9 @@ NOTES: Final = (
 
 
 def derive(rows: Sequence[Row]) -> list[Row]:
-    """Set the systems beside each other, a row for each link and figure."""
+    """Set the systems beside each other, a row for each link and figure, after the own errors."""
     cells = where(found(rows), lambda cell: cell.is_plain)
-    derived = []
+    derived = apparatus(rows)
     for profile in profiles(cells):
         for name in PUBLISHED:
             summed = {

@@ -46,6 +46,11 @@ def found(rows: Iterable[Row]) -> list[Found]:
     ]
 
 
+def apparatus(rows: Iterable[Row]) -> list[Row]:
+    """Take the rows about the lab's own errors, which stand before all others."""
+    return [row for row in rows if "cell" not in row.detail]
+
+
 def where(cells: Iterable[Found], fits: Callable[[Cell], bool]) -> list[Found]:
     return [one for one in cells if fits(one.cell)]
 

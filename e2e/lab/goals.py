@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from e2e.lab import plan
 from e2e.lab.cell import Cell
-from e2e.lab.found import found, is_never, median, on, values, where
+from e2e.lab.found import apparatus, found, is_never, median, on, values, where
 from e2e.lab.measures import MEASURES
 from e2e.lab.names import AGE, GIVEN, PEERS, SYSTEMS
 from e2e.measure.row import Row
@@ -136,7 +136,8 @@ def crowds(*, long: bool = False) -> tuple[int, int]:
 def derive(rows: Sequence[Row]) -> list[Row]:
     """Judge every goal of which there is a cell of ours."""
     cells = found(rows)
-    return [judge(goal, cells) for goal in goals() if _cells(goal, cells, goal.system)]
+    judged = [judge(goal, cells) for goal in goals() if _cells(goal, cells, goal.system)]
+    return [*apparatus(rows), *judged]
 
 
 def judge(goal: Goal, cells: Sequence[Found]) -> Row:

@@ -88,6 +88,13 @@ def test_a_cell_without_a_picture_is_a_miss() -> None:
     assert goals.derive([measured(cell("stock"), picture_age_p95_ms=10.0)]) == []
 
 
+def test_an_instrument_that_reads_wrong_is_told_first() -> None:
+    """What is known of the lab's own errors stands before the goals, and can be missed too."""
+    wrong = Row(key="instrument/picture", what="", n=1, values={"off": 9.0}, goal=5.0, met=False)
+    rows = [wrong, measured(cell("operator"), picture_age_p95_ms=10.0)]
+    assert goals.derive(rows)[0] == wrong
+
+
 def test_a_further_observer_costs_the_difference() -> None:
     """Of each repetition by itself: what the larger crowd takes more, for each of its viewers."""
     crowds = [

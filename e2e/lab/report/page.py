@@ -11,7 +11,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from pydantic import ValidationError
 
 from e2e.lab import thesis
-from e2e.lab.found import Found, found, is_never, on, profiles, spread
+from e2e.lab.found import Found, apparatus, found, is_never, on, profiles, spread
 from e2e.lab.measures import MEASURES
 from e2e.lab.names import AGE, changes_s, profile
 from e2e.lab.report.experiments import EXPERIMENTS, named
@@ -69,7 +69,6 @@ def write(folder: Path, cells: Sequence[Cell]) -> Path:
 def html(folder: Path, cells: Sequence[Cell]) -> str:
     """Make the page: one file with its plots in it, no script; of these cells what there is."""
     results = newest(folder)
-    rows = [row for result in results for row in result.rows]
     all_found = _with_problems(results, cells)
 
     def read(cell: Cell) -> CellResult | None:
@@ -99,7 +98,7 @@ def html(folder: Path, cells: Sequence[Cell]) -> str:
         load=max((result.load_1min for result in results), default=0.0),
         counted=_counted(all_found, cells),
         missing=_missing(all_found),
-        own_errors=[row for row in rows if "cell" not in row.detail],
+        own_errors=apparatus(row for result in results for row in result.rows),
         sections=sections,
         found=all_found,
         measures=MEASURES,
