@@ -25,6 +25,8 @@ VIEWERS: Final = {WAX: (1, 2, 4, 8, 16, 32, 50), STOCK: (1, 2, 4, 8)}
 WINDOW_S: Final = 2.0
 FPS: Final = 30.0
 _SETTLE_S: Final = 4.0
+_GROW_S: Final = 30.0
+"""So long at most until each viewer's congestion control gives the whole picture."""
 _SATURATED_CPU: Final = 0.90
 _LEAST_FPS_SHARE: Final = 0.95
 _OTHERS_CPU: Final = 0.05
@@ -100,6 +102,7 @@ async def _points(side: str, n: int, server_core: int, viewers_core: int) -> lis
             try:
                 for number in VIEWERS[side]:
                     await asyncio.to_thread(crowd.hold, number)
+                    await _grown(crowd)
                     await asyncio.sleep(_SETTLE_S)
                     points.append(await _point(server, crowd, core, n))
             except MeasureError as error:
@@ -107,6 +110,18 @@ async def _points(side: str, n: int, server_core: int, viewers_core: int) -> lis
                     raise
                 print(f"{side}, with {number} viewers: {error}", file=sys.stderr)
     return points
+
+
+async def _grown(crowd: Crowd) -> None:
+    """Wait until each viewer gets nearly every picture; the point tells where that never comes."""
+    deadline_s = time.monotonic() + _GROW_S
+    before = await asyncio.to_thread(crowd.count)
+    while time.monotonic() < deadline_s:
+        await asyncio.sleep(1.0)
+        now = await asyncio.to_thread(crowd.count)
+        if received(before, now)[0] >= _LEAST_FPS_SHARE * FPS:
+            return
+        before = now
 
 
 async def _point(server: MeasuredServer, crowd: Crowd, core: CoreMeter, n: int) -> Point:

@@ -6,19 +6,18 @@ import contextlib
 import select
 import subprocess
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Final, Self
 
 from e2e.bench.process import ProcessMeter, pinned
 from e2e.crowd.sample import Request, Sample
 from e2e.measure.errors import MeasureError
+from e2e.measure.suite import ROOT
 
 if TYPE_CHECKING:
     from types import TracebackType
 
     from e2e.crowd.sample import Offering
 
-ROOT: Final = Path(__file__).resolve().parents[2]
 ANSWER_TIMEOUT_S: Final = 180.0
 LEAVE_TIMEOUT_S: Final = 10.0
 

@@ -20,23 +20,22 @@ WATCHED_S = 3.0
 async def test_a_crowd_sees_hears_and_answers(side: str) -> None:
     """Each gets frames and sound; ours gets transport-wide feedback and reports of each."""
     async with serving(side) as server:
-        with Crowd(server.offering) as crowd:
-            crowd.hold(VIEWERS)
+        with await asyncio.to_thread(Crowd, server.offering) as crowd:
+            await asyncio.to_thread(crowd.hold, VIEWERS)
             await asyncio.sleep(1.0)
-            first = crowd.count()
+            first = await asyncio.to_thread(crowd.count)
             await asyncio.sleep(WATCHED_S)
-            last = crowd.count()
-            status = await server.status() if side == WAX else {"viewers": []}
-            crowd.hold(1)
-            assert len(crowd.count().viewers) == 1
-            crowd.cycle(1)
-            assert len(crowd.count().viewers) == 1
+            last = await asyncio.to_thread(crowd.count)
+            viewers = (await server.status())["viewers"] if side == WAX else []
+            await asyncio.to_thread(crowd.hold, 1)
+            await asyncio.to_thread(crowd.cycle, 1)
+            assert len((await asyncio.to_thread(crowd.count)).viewers) == 1
     for before, after in zip(first.viewers, last.viewers, strict=True):
         assert after.video.frames > before.video.frames
         assert after.audio.packets > before.audio.packets
         gives_feedback = after.answers.feedbacks > before.answers.feedbacks
         assert gives_feedback == (side == WAX)
-    for viewer in status["viewers"]:
+    for viewer in viewers:
         assert viewer["report"]["sound"]["age_ms"] > 0
         assert viewer["report"]["picture"]["rate_hz"] is not None
 

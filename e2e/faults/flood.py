@@ -91,7 +91,7 @@ async def _flooded(
     own_ms = [ms for ms in by_way[_OWN] if ms is not None]
     return timed(
         "stop-in-flood",
-        "Stop pressed during a flood, also by the flooder → stop frame",
+        f"Stop pressed in a flood of {sent['sent_hz']:.0f} messages a second → stop frame",
         [one.told_ms for one in trials.results],
         GOAL_MS,
         judged="p99",

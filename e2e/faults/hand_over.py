@@ -36,6 +36,8 @@ _SHORT_TURN_S: Final = 1.0
 _LOST_S: Final = 1.0
 """After so long without a word the server takes an operator for lost."""
 _WAIT_S: Final = 15.0
+_ASKS: Final = 15
+_ASK_EVERY_S: Final = 1.5
 
 Ending = Literal["leave", "expire", "vanish", "crash", "reconnect"]
 _WEIGHTS: Final[dict[Ending, int]] = {
@@ -137,7 +139,7 @@ async def hand_over(n: int, **settings: Any) -> list[Row]:
     return [
         counted(
             "hand-over",
-            "hand-over: frames on the wire of the old turn, or of the operator before",
+            "hand-over: frames on the wire for the old turn, or by its operator's hands",
             found.old + found.foreign,
             found.n,
             of_the_old_turn=found.old,
@@ -169,15 +171,20 @@ class Player:
     def __init__(self, stage: Stage, direction: int) -> None:
         self.direction = direction
         self.turns: set[int] = set()
-        self.remote = RemoteOperator(stage.folder / f"operator{direction}.log", self._told)
+        log = stage.server.log_path.with_name(f"operator{direction}.log")
+        self.remote = RemoteOperator(log, self._told)
         self._stage = stage
 
     async def come(self) -> None:
         await self.remote.start(self._stage.server.url)
 
     async def gets_turn(self) -> None:
-        if not await self.remote.until(lambda: self.remote.seat.drives, _WAIT_S):
-            raise MeasureError(f"hand-over: no turn within {_WAIT_S:g} s")
+        """Wait for the turn, and ask again: whoever was lost has perhaps no place any more."""
+        for _ in range(_ASKS):
+            if await self.remote.until(lambda: self.remote.seat.drives, _ASK_EVERY_S):
+                return
+            self.remote.tell("join")
+        raise MeasureError(f"hand-over: no turn within {_ASKS * _ASK_EVERY_S:g} s")
 
     async def begins(self) -> None:
         """Let go and press at once, as whoever waits for their turn does."""
@@ -213,7 +220,7 @@ class Player:
         if not self.remote.runs:
             await self.come()
         if not await self.remote.until(lambda: self.remote.seat.is_open, _WAIT_S):
-            raise MeasureError("hand-over: an operator did not come back")
+            raise MeasureError(f"hand-over: an operator is not back: {self.remote.last_line()}")
 
     async def _until_end(self, before_s: float) -> None:
         ends_ms = self.remote.seat.ends_ms

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _TOO_LATE_S: Final = 2.2
 """A release counts for two seconds, where it was sent after the stop."""
+_BEATS_S: Final = 0.2
 
 
 class LatchHarm:
@@ -70,7 +71,7 @@ class LatchHarm:
             operator.release(number - 1)
         wrong += await self._latched() is None
         await self._free()
-        return wrong + self._moved()
+        return wrong + await self._moved()
 
     async def release(self, error: str) -> int:
         """Press Stop and harm its release; counts what is wrong."""
@@ -105,7 +106,7 @@ class LatchHarm:
                 operator.release(stop + random.choice((-1, 1, 2, 9)))
         wrong = int(await self._latched() is None)
         await self._free()
-        return wrong + self._moved()
+        return wrong + await self._moved()
 
     def _send_no_stop(self, error: str) -> None:
         operator, random = self._operator, self._channel.random
@@ -162,14 +163,17 @@ class LatchHarm:
         self._newest = int(stop["number"])
         return self._newest
 
-    def _moved(self) -> int:
+    async def _moved(self) -> int:
         """Count the frames that move although a stop has been latched.
 
-        What was under way to the board then came before a frame that stops; that none does is
-        wrong as well.
+        What was under way to the board then came before a frame that stops; that none does within
+        some beats is wrong as well.
         """
         assert self._since_s is not None
-        record = self._channel.stage.record
-        record.read()
-        found = record.stopping(self._since_s, time.monotonic())
-        return found.moved_again + (found.told_ms is None)
+        record, end_s = self._channel.stage.record, time.monotonic() + _BEATS_S
+        while True:
+            record.read()
+            found = record.stopping(self._since_s, time.monotonic())
+            if found.told_ms is not None or time.monotonic() > end_s:
+                return found.moved_again + (found.told_ms is None)
+            await asyncio.sleep(0.005)

@@ -99,7 +99,6 @@ class Stage:
         load: Load = DEFAULT,
         environment: Mapping[str, str] | None = None,
     ) -> None:
-        self.folder = folder
         self.load = load
         self.board = Board(folder)
         robot = {"driver": "serial", "serial": {"url": str(self.board.path)}}

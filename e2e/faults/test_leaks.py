@@ -62,7 +62,7 @@ def leaky(folder: Path, edits: Iterable[Edit]) -> dict[str, str]:
 @pytest.mark.timeout(180)
 async def test_a_leak_in_the_gate_is_seen_by_the_hands(tmp_path: Path) -> None:
     """What the operator before still asks for is counted, though it bears the new number."""
-    found, _, _ = await hand_over(4, environment=leaky(tmp_path, GATE), load=LIGHT)
+    found, _, _ = await hand_over(4, load=LIGHT, environment=leaky(tmp_path, GATE))
     assert not found.met
     assert found.detail["of_the_operator_before"] > 0
     assert found.detail["of_the_old_turn"] == 0
@@ -71,6 +71,6 @@ async def test_a_leak_in_the_gate_is_seen_by_the_hands(tmp_path: Path) -> None:
 @pytest.mark.timeout(180)
 async def test_a_leak_down_to_the_wire_is_seen_by_the_number(tmp_path: Path) -> None:
     """Frames of the old turn are counted although the board itself refuses each of them."""
-    found, _, _ = await hand_over(4, environment=leaky(tmp_path, GATE + NUMBERS), load=LIGHT)
+    found, _, _ = await hand_over(4, load=LIGHT, environment=leaky(tmp_path, GATE + NUMBERS))
     assert not found.met
     assert found.detail["of_the_old_turn"] > 0

@@ -151,8 +151,9 @@ def test_frames_carry_turn_ttl_and_a_rising_sequence() -> None:
     dialect, robot = connected(1.0)
     robot.hear(dialect.say(going(0.5, 0, turn=8), 1.0)[0])
     robot.hear(dialect.say(going(0.5, 0, turn=9), 1.0)[0])
-    assert [frame.sequence for frame in robot.heard] == [1, 2, 3, 4]
-    assert [(frame.turn, frame.ttl_ms) for frame in robot.heard[2:]] == [(8, 200), (9, 200)]
+    assert [frame.sequence for frame in robot.heard] == [1, 2, 3, 4, 5]
+    told = [(frame.turn, frame.ttl_ms) for frame in robot.heard[2:]]
+    assert told == [(8, 200), (9, 0), (9, 200)]
 
 
 def test_frames_carry_the_robots_time() -> None:

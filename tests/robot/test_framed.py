@@ -89,6 +89,16 @@ def test_after_a_silence_the_motion_is_said_at_once() -> None:
     assert robot.hear(dialect.say(going(1, 0), 1.52)[0]) == [Drive(600, 600)]
 
 
+def test_a_turn_that_begins_with_motion_begins_with_a_stop() -> None:
+    """Where the stop between two turns was never said it is said first; elsewhere there is one."""
+    dialect, robot = connected(1.0)
+    robot.hear(dialect.say(going(1, 0), 1.0)[0])
+    assert robot.hear(dialect.say(going(-1, 0, turn=2), 1.01)[0]) == [Stop(), Drive(-600, -600)]
+    assert robot.heard[-2].turn == 2
+    assert robot.hear(dialect.say(going(0, 0, turn=3), 1.02)[0]) == [Stop()]
+    assert robot.hear(dialect.say(going(1, 0, turn=3), 1.03)[0]) == [Drive(600, 600)]
+
+
 def test_a_robot_that_stopped_by_itself_does_not_go_on_by_itself() -> None:
     """When its own watchdog has stopped it, a new session begins, although it answers."""
     dialect, robot = connected(1.0)

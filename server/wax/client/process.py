@@ -65,18 +65,22 @@ class Puppeteered:
         """Drive until the server is lost."""
         await self._operator.connect()
         self._tell()
-        while self._operator.is_open:  # another one after each reconnect
+        while self._operator.is_open:
             await self._operator.until(partial(_is_closed, self._operator), None)
+            # The server closes a connection whose page comes back: the next one takes its place.
+            await asyncio.gather(*self._works, return_exceptions=True)
 
     async def close(self) -> None:
         await asyncio.gather(*self._works, return_exceptions=True)
         await self._operator.close()
 
     def obey(self, order: Order) -> None:
+        """Do it; what would be said on a channel that is closed is not said, as in a page."""
         operator = self._operator
         match order:
             case "join" | "leave" | "stop":
-                operator.say(type=order)
+                if operator.is_open:
+                    operator.say(type=order)
             case "neutral":
                 operator.let_go()
             case "drive":
@@ -86,7 +90,7 @@ class Puppeteered:
             case "stop by http":
                 self._begin(operator.press_stop())
             case "release":
-                if operator.stopped is not None:
+                if operator.is_open and operator.stopped is not None:
                     operator.release(operator.stopped)
             case "reconnect":
                 self._begin(self._reconnect())

@@ -1,4 +1,4 @@
-"""The only place that touches private parts of aiortc and aioice, and why each is needed.
+"""The server's only place that touches private parts of aiortc and aioice, and why each is needed.
 
 Pinned in pyproject.toml to the minor versions that this was read against; `check` fails with a
 readable sentence when a new version has moved something.

@@ -73,9 +73,13 @@ class FramedDialect:
             return b"", self._due_s()
         if not self._answers:
             return self._greet(now_s), self._again_s
+        said, moves = self._said, not order.twist.is_zero
+        # A process that was starved has perhaps never said the stop between two turns.
+        begins_moving = moves and said is not None and order.turn > said.turn
         self._said = order
-        self._again_s = now_s + (STOP_EVERY_S if order.twist.is_zero else DRIVE_EVERY_S)
-        words = self._frame(self._motion(order), order.turn, now_s)
+        self._again_s = now_s + (DRIVE_EVERY_S if moves else STOP_EVERY_S)
+        words = self._frame(Stop(), order.turn, now_s) if begins_moving else b""
+        words += self._frame(self._motion(order), order.turn, now_s)
         for name, position in order.axes:
             axis = Axis(self._axes.index(name), round(position * POSITION_SCALE))
             words += self._frame(axis, order.turn, now_s)
