@@ -52,7 +52,7 @@ class Stock:
 
 
 class LiveKitRunning(Stock):
-    """LiveKit, its publisher and its page, all children of one process."""
+    """LiveKit, a child of the process that publishes and serves the page."""
 
     async def opened(self, window: Window) -> None:
         """Press the page's button for sound where it has one, until the page is connected."""

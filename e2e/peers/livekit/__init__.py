@@ -1,7 +1,7 @@
 """LiveKit, which the lab compares with, in two ways that its own documentation has.
 
-`python -m e2e.peers.livekit` runs three parts: LiveKit's server, a publisher, and the server of a
-small page that plays what is published with livekit-client.
+`python -m e2e.peers.livekit` runs LiveKit's server, publishes to it, and serves a small page that
+plays what is published with livekit-client.
 
 * ``--how sdk``, its quick start: published by its Python SDK with simulcast, adaptive stream and
   dynacast on in the page, all else as LiveKit has it by default.

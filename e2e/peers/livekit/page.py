@@ -59,6 +59,9 @@ class Pages:
                 "name another with --port"
             ) from error
 
+    def published_again(self) -> None:
+        self.published += 1
+
     async def stop(self) -> None:
         if self._runner is not None:
             await self._runner.cleanup()

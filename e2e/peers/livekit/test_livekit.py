@@ -16,7 +16,6 @@ from e2e.peers.livekit import installation
 from e2e.peers.livekit.errors import LiveKitError
 from e2e.peers.livekit.installation import find_client, find_server
 from e2e.peers.livekit.page import Pages
-from e2e.peers.livekit.publisher import key_from
 from e2e.peers.livekit.server import Ports, environment, settings
 from e2e.peers.livekit.tokens import Key, publisher_token, viewer_token
 from e2e.peers.livekit.whip import PublishError, RefusedError, published
@@ -119,12 +118,6 @@ def test_without_the_client_the_sentence_says_how_to_get_it(
     monkeypatch.setattr(installation, "_PACKAGE", tmp_path)
     with pytest.raises(LiveKitError, match="type make check"):
         find_client()
-
-
-def test_a_publisher_without_a_key_is_told() -> None:
-    """Both variables of the key are asked for when one is missing."""
-    with pytest.raises(LiveKitError, match="LIVEKIT_API_KEY and LIVEKIT_API_SECRET"):
-        key_from({"LIVEKIT_API_KEY": "APItest"})
 
 
 @asynccontextmanager
