@@ -22,7 +22,7 @@ lab: ## the thesis's chapter 5 over shaped networks, with a report: make lab ARG
 	@sh .make/install.sh test
 	@sh .make/lab.sh $(ARGS)
 
-goals: ## issue 4's goals beside stock aiortc and LiveKit: make goals ARGS="--only modem"
+goals: ## what is promised, beside stock aiortc and LiveKit: make goals ARGS="--only modem"
 	@sh .make/install.sh test
 	@sh .make/lab.sh --goals $(ARGS)
 

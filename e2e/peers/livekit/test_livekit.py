@@ -35,7 +35,7 @@ def claims(token: str) -> dict[str, Any]:
 
 
 def test_a_publisher_may_only_publish() -> None:
-    """The publisher's token is signed, names him, and lets him publish in the room, not watch."""
+    """The publisher's token is signed, names them, and lets them publish in the room, not watch."""
     found = claims(publisher_token(KEY, "robot"))
     assert found["sub"] == "robot"
     assert found["video"]["roomJoin"]
@@ -74,7 +74,7 @@ def test_the_configuration_travels_in_the_environment() -> None:
     assert KEY.secret in environment(settings("127.0.0.1", Ports(), KEY))["LIVEKIT_CONFIG"]
 
 
-def test_everybody_gets_a_token_of_his_own(tmp_path: Path) -> None:
+def test_everybody_gets_a_token_of_their_own(tmp_path: Path) -> None:
     """Two who open the page have two identities, and neither gets the key's secret."""
     script = tmp_path / "client.js"
     script.write_text("// a script", encoding="utf-8")

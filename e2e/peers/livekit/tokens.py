@@ -1,4 +1,4 @@
-"""The tokens that LiveKit wants: who someone is and what he may do, signed with a shared key."""
+"""The tokens that LiveKit wants: who someone is and what they may do, signed with a shared key."""
 
 from __future__ import annotations
 
