@@ -28,7 +28,7 @@ lab: ## the thesis's chapter 5 over shaped networks, with a report: make lab ARG
 	@sh .make/install.sh test
 	@sh .make/suite.sh lab $(ARGS)
 
-goals: ## age, freshness and sound over each link, beside stock aiortc and LiveKit: make goals ARGS="--only modem"
+goals: ## what is promised, beside stock aiortc and LiveKit: make goals ARGS="--only modem"
 	@sh .make/install.sh test
 	@sh .make/suite.sh lab --goals $(ARGS)
 

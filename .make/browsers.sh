@@ -72,11 +72,11 @@ want_link() {
         _missing "the lab's link cannot be tested; type: sudo apt-get install -y iproute2"
 }
 
-# The lab's talking face needs a voice; without one its cells say that they were not run.
+# The lab's film of a talking head needs a voice; without one its cells say that they were not run.
 want_voice() {
     [ "$(uname)" = Linux ] || return 0
     command -v espeak-ng >/dev/null || apt_install espeak-ng ||
-        _missing "the lab's face has no voice; install espeak-ng" \
+        _missing "the lab's film has no voice; install espeak-ng" \
             "(Debian: sudo apt-get install -y espeak-ng)"
 }
 

@@ -13,9 +13,9 @@ from e2e.harness.missing import missing
 from e2e.harness.wait import eventually
 from e2e.lab.browsers import open_browser
 from e2e.lab.cell import Cell
-from e2e.lab.errors import NotRunError
 from e2e.lab.link import Link, UnavailableError
 from e2e.lab.systems import origin, start
+from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
     from e2e.lab.browsers import Window

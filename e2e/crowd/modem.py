@@ -8,8 +8,8 @@ from functools import partial
 from struct import Struct
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.lab.link import load
-from e2e.lab.link.model import Direction
+from tests.link.model import Direction
+from tests.link.profile import load
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 COMMAND = Path(sys.executable).with_name("wax")
 STOP_WITHIN_S = 3.0
-"""The issue's promise: Ctrl-C and SIGTERM exit within it."""
+"""What is promised: Ctrl-C and SIGTERM exit within it."""
 
 
 def free_port() -> int:

@@ -1,141 +1,199 @@
-"""``python -m e2e.lab``: chapter 5 again, over shaped networks; a folder with all that was found.
+"""``python -m e2e.lab``: chapter 5 again, over shaped networks; figures, and a page of them.
 
-Exit status: 0 when every cell was measured, if only to find that no picture comes, or cannot be on
-this machine; 1 when one was lost, or with --quick has no picture; with one sentence 77 when this
-machine has not what the lab needs (a link, a browser), and 2 when the lab fails or what was asked
-for is not there; 130 after Ctrl-C.
+Exit status: 0 when all was measured, or could not be on this machine, which the page tells; 1 when
+a goal is missed; 2 when a cell failed or what was asked for is not there; 77 when this machine has
+not what the lab needs (a link, a browser); 130 after Ctrl-C.
 """
 
 from __future__ import annotations
 
-import argparse
-import asyncio
-import signal
 import sys
+from difflib import get_close_matches
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from e2e.lab import goals, plan
-from e2e.lab.errors import LabError, NotRunError
-from e2e.lab.link import LinkError, UnavailableError
-from e2e.lab.progress import count, duration
-from e2e.lab.wanted import Wanted
+from e2e.lab import chapter5, goals, plan
+from e2e.lab.names import profiles
+from e2e.measure.command import NOT_RUN, OUT, parser_of, run
+from e2e.measure.errors import MeasureError, NotRunError
+from e2e.measure.suite import PAGE, SERVER, Suite
 
-NOT_RUN: Final = 77
-"""What automake takes for a test that was skipped; argparse and a lab that fails end with 2."""
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Sequence
+
+    from e2e.lab.apparatus import Apparatus
+    from e2e.lab.cell import Cell
+    from e2e.measure.suite import Case
+
+ABOUT: Final = "Measure WAX and its peers over shaped networks, as chapter 5 of the thesis."
 
 
-def main() -> int:
-    arguments = _arguments()
+def main(words: Sequence[str] | None = None) -> int:
+    arguments = _arguments(words)
     try:
+        cells = [] if arguments.emulator else _cells(arguments)
         if arguments.list:
-            return _list(_wanted(arguments))
-        if arguments.resume is None:
-            _wanted(arguments).cells()  # what is wrong is told before all is loaded
-        return asyncio.run(_run(arguments))
-    except (UnavailableError, NotRunError) as error:
+            return _list(arguments, cells)
+        return _measure(arguments, cells)
+    except NotRunError as error:
         print(f"lab not run: {error}", file=sys.stderr)
         return NOT_RUN
-    except (LabError, LinkError) as error:
+    except MeasureError as error:
         print(f"lab: {error}", file=sys.stderr)
         return 2
-    except (KeyboardInterrupt, asyncio.CancelledError):
+    except OSError as error:
+        print(f"lab: {error}; name another folder by --out", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
         return 130
 
 
-async def _run(arguments: argparse.Namespace) -> int:
-    from e2e.lab import session  # noqa: PLC0415  # browsers, media and plots take their time
+def _measure(arguments: argparse.Namespace, cells: Sequence[Cell]) -> int:
+    from e2e.lab.apparatus import Apparatus  # noqa: PLC0415  # browsers and media take their time
 
-    loop, task = asyncio.get_running_loop(), asyncio.current_task()
-    assert task is not None
-    loop.add_signal_handler(signal.SIGTERM, task.cancel)  # as Ctrl-C: nothing is left behind either
-    try:
-        if arguments.resume is not None:
-            return await session.resume(Path(arguments.resume) if arguments.resume else None)
-        return await session.begin(_wanted(arguments))
-    except asyncio.CancelledError:
-        # The terminal's Ctrl-C ended the browser's driver too, which has to say something about it.
-        loop.set_exception_handler(lambda *_: None)
-        raise
+    name = _name(arguments)
+    # The cells that were chosen and repeated are the suite: the library takes all of them, once.
+    arguments.only = [f"*{one}*" for one in arguments.only or ()] if arguments.emulator else None
+    arguments.n = None
+    with Apparatus(arguments.out / name, strict=arguments.quick) as apparatus:
+        if cells:
+            apparatus.check(cells[0])
+            _say(arguments, cells)
+        cases = _cases(arguments, cells, apparatus)
+        status = run(_suite(name, arguments, cases), arguments, out=arguments.out)
+    if cells and not arguments.goals:
+        from e2e.lab import report  # noqa: PLC0415  # so do plots
+
+        print(report.write(arguments.out / name, cells), file=sys.stderr)
+    # Link and browser are there: what was not run is a peer, another browser, or the voice.
+    return 0 if status == NOT_RUN and cells else status
 
 
-def _list(wanted: Wanted) -> int:
-    cells = wanted.cells()
+def _cases(
+    arguments: argparse.Namespace, cells: Sequence[Cell], apparatus: Apparatus
+) -> list[Case]:
+    emulated = profiles() if arguments.emulator else []
+    if arguments.long:
+        emulated = list(dict.fromkeys(cell.profile for cell in cells))
+    return [
+        *(() if arguments.quick else (apparatus.own_error(),)),
+        *(apparatus.emulator(profile) for profile in emulated),
+        *(apparatus.case(cell) for cell in cells),
+    ]
+
+
+def _suite(name: str, arguments: argparse.Namespace, cases: Sequence[Case]) -> Suite:
+    judged = goals if arguments.goals else chapter5
+    return Suite(
+        name=name,
+        about=ABOUT,
+        measures=(*SERVER, *PAGE),
+        columns=judged.COLUMNS,
+        cases=tuple(cases),
+        derive=list if arguments.emulator else judged.derive,
+        notes=judged.NOTES,
+    )
+
+
+def _name(arguments: argparse.Namespace) -> str:
+    """Name the suite; a long or short form has results of its own, for another file or none."""
+    if arguments.emulator:
+        return "emulator"
+    form = "-quick" if arguments.quick else "-long" if arguments.long else ""
+    return f"{'goals' if arguments.goals else 'lab'}{form}"
+
+
+def _cells(arguments: argparse.Namespace) -> list[Cell]:
+    """Plan what is asked for; raises `MeasureError` where a pattern matches no cell."""
+    only = arguments.only or []
+    everything = _planned(arguments, [])
+    for pattern in only:
+        if not any(plan.matches(cell, [pattern]) for cell in everything):
+            raise MeasureError(
+                f"no cell's name has {pattern} in it{_near(pattern, everything)}; "
+                "--list says their names"
+            )
+    return _planned(arguments, only)
+
+
+def _near(pattern: str, cells: Sequence[Cell]) -> str:
+    """Say which part of a name was meant, where one of them is close."""
+    parts = sorted({part for cell in cells for part in cell.variant.split("/")})
+    for word in pattern.split("/"):
+        near = get_close_matches(word, parts, 1)
+        if word not in parts and near:
+            return f", did you mean {near[0]}"
+    return ""
+
+
+def _planned(arguments: argparse.Namespace, only: Sequence[str]) -> list[Cell]:
+    if arguments.quick:
+        return plan.quick(repeats=arguments.n or 1, only=only)
+    if arguments.goals:
+        repeats = arguments.n or goals.REPEATS
+        return goals.planned(long=arguments.long, repeats=repeats, only=only)
+    return plan.full(
+        seconds=plan.LONG_SECONDS if arguments.long else plan.SECONDS,
+        repeats=arguments.n or (plan.LONG_REPEATS if arguments.long else 1),
+        only=only,
+        trimmed=_is_trimmed(arguments),
+    )
+
+
+def _is_trimmed(arguments: argparse.Namespace) -> bool:
+    """Whether cells are left out so that the hour is kept, which nobody else has to keep."""
+    return not (arguments.quick or arguments.long or arguments.goals or arguments.only)
+
+
+def _list(arguments: argparse.Namespace, cells: Sequence[Cell]) -> int:
     for cell in cells:
         print(cell.key)
-    takes_s = plan.estimate_s(cells, own_error=not wanted.quick, emulator=wanted.long)
-    print(f"{count(cells)}, about {duration(takes_s)}", file=sys.stderr)
-    if wanted.is_trimmed:
+    _say(arguments, cells)
+    if _is_trimmed(arguments):
         for line in plan.TRIMMED:
             print(f"left out: {line}", file=sys.stderr)
     return 0
 
 
-def _wanted(arguments: argparse.Namespace) -> Wanted:
-    return Wanted(
-        quick=arguments.quick,
-        long=arguments.long,
-        goals=arguments.goals,
-        only=arguments.only,
-        repeats=arguments.repeat or _repeats(arguments),
-        out=arguments.out,
+def _say(arguments: argparse.Namespace, cells: Sequence[Cell]) -> None:
+    minutes = plan.estimate_s(cells, own_error=not arguments.quick) / 60
+    number = f"{len(cells)} cell{'' if len(cells) == 1 else 's'}"
+    print(f"{number}, about {minutes:.0f} min", file=sys.stderr)
+
+
+def _arguments(words: Sequence[str] | None) -> argparse.Namespace:
+    suite = Suite(name="lab", about=ABOUT, measures=(), columns=(), cases=())
+    parser = parser_of(suite)
+    parser.add_argument(
+        "--goals",
+        action="store_true",
+        help="what is promised, 3 times beside the peers, about 40 minutes; with --long the cells "
+        "of 5 and 10 minutes and both roles",
     )
-
-
-def _repeats(arguments: argparse.Namespace) -> int:
-    if arguments.goals:
-        return goals.REPEATS
-    return plan.LONG_REPEATS if arguments.long else 1
-
-
-def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="python -m e2e.lab",
-        description="Measure WAX and its peers over shaped networks, as chapter 5 of the thesis.",
-    )
-    length = parser.add_mutually_exclusive_group()
-    length.add_argument("--quick", action="store_true", help="under 4 minutes, touches every part")
-    length.add_argument(
+    parser.add_argument(
         "--long",
         action="store_true",
         help="all cells 3 times for 60 s and the emulator verified before, about a night long",
     )
     parser.add_argument(
-        "--goals",
+        "--emulator",
         action="store_true",
-        help="what is promised, 3 times beside the peers, about 35 minutes; with --long the cells "
-        "of 5 and 10 minutes and both roles",
+        help="verify the emulator alone, every profile with packets of its own, 3 minutes",
     )
     parser.add_argument(
-        "--only",
-        action="append",
-        default=[],
-        metavar="PATTERN",
-        help="cells whose name has this in it, as E1/lan or lan/*/face; may be given again",
+        "--out", type=Path, default=OUT, metavar="FOLDER", help="where the results go"
     )
-    parser.add_argument("--repeat", type=_number, metavar="N", help="how often each is measured")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="where the results go")
-    parser.add_argument(
-        "--resume",
-        nargs="?",
-        const="",
-        metavar="FOLDER",
-        help="do what that run, or the newest unfinished one, has left or failed to do",
-    )
-    parser.add_argument("--list", action="store_true", help="say what would be measured")
-    arguments = parser.parse_args()
-    given = [arguments.quick, arguments.long, arguments.only, arguments.repeat, arguments.out]
-    if arguments.resume is not None and any([*given, arguments.goals]):
-        parser.error("a run is resumed with what it was begun with; give --resume alone")
+    arguments = parser.parse_args(words)
+    if arguments.n is not None and not 1 <= arguments.n <= 100:
+        parser.error(f"--n {arguments.n}: allowed is a whole number from 1 to 100")
+    if sum((arguments.quick, arguments.long, arguments.emulator)) > 1:
+        parser.error("give one of --quick, --long and --emulator")
     if arguments.quick and arguments.goals:
         parser.error("the goals are judged by three repetitions; give --goals without --quick")
+    if arguments.publish and (arguments.quick or arguments.n or arguments.only):
+        parser.error("only everything is published; give --publish without --quick, --n and --only")
     return arguments
-
-
-def _number(text: str) -> int:
-    if not text.isdecimal() or not 1 <= int(text) <= 100:
-        raise argparse.ArgumentTypeError(f"got {text}; allowed is a whole number from 1 to 100")
-    return int(text)
 
 
 if __name__ == "__main__":

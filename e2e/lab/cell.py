@@ -6,10 +6,18 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
+from e2e.lab.names import CHANGING
+
 Experiment = Literal["E1", "E2", "E3", "E4", "E5", "E6", "G"]
-"""``G`` is what issue 4's goals are judged by."""
-SystemName = Literal["thesis", "audio-master", "operator", "video-first", "stock", "livekit"]
-"""``audio-master`` is the observer's default, ``operator`` what a driver gets, on the page too."""
+"""``G`` is what the goals are judged by."""
+SystemName = Literal[
+    "thesis", "audio-master", "operator", "video-first", "stock", "livekit", "livekit-whip"
+]
+"""``audio-master`` is the observer's default, ``operator`` what a driver gets, on the page too.
+
+``livekit`` is published by its Python SDK as its quick start has it, ``livekit-whip`` by WHIP with
+one layer.
+"""
 
 
 class Cell(BaseModel):
@@ -22,7 +30,7 @@ class Cell(BaseModel):
     system: SystemName
     audio_mu_ms: int | None = None
     """Only for ``thesis``; 500 where it is None."""
-    content: Literal["testcard", "face"] = "testcard"
+    content: Literal["testcard", "talking-head"] = "testcard"
     browser: Literal["chromium", "firefox"] = "chromium"
     viewers: int = 1
     """All but the first only count what they get (E5)."""
@@ -58,3 +66,27 @@ class Cell(BaseModel):
     @property
     def key(self) -> str:
         return f"{self.variant}/{self.repeat}"
+
+    @property
+    def mu_ms(self) -> int | None:
+        """The thesis policy's audio MU; None for a system that has none to choose."""
+        return (self.audio_mu_ms or 500) if self.system == "thesis" else None
+
+    @property
+    def is_changing(self) -> bool:
+        return self.experiment == "E6" or self.profile in CHANGING
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether one viewer watches the test card in Chromium and does not drive."""
+        return (self.viewers, self.browser, self.content, self.drives) == (
+            1,
+            "chromium",
+            "testcard",
+            False,
+        )
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether it is alone on a link that does not change, with the thesis's own MU."""
+        return self.is_alone and not self.is_changing and self.mu_ms in {None, 500}

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from e2e.crowd.sample import Request, Sample
-from e2e.lab.errors import LabError
 from e2e.lab.process import CostMeter
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
@@ -39,7 +39,7 @@ class Crowd:
     meter: CostMeter
 
     async def told(self) -> dict[str, float | str]:
-        """Return what they got since they were all there; raises `LabError`."""
+        """Return what they got since they were all there; raises `MeasureError`."""
         last = await _ask(self.process, Request(verb="count"), _ANSWER_WITHIN_S)
         span_s = last.at_s - self.first.at_s
         rates = [
@@ -71,13 +71,13 @@ class Crowd:
 
 @asynccontextmanager
 async def crowd(cell: Cell, link: Link, url: str) -> AsyncIterator[Crowd]:
-    """Have all but one of the cell's viewers inside the block; raises `LabError`.
+    """Have all but one of the cell's viewers inside the block; raises `MeasureError`.
 
     None for LiveKit, whose viewers join through its own library and not by one offer; nobody plans
     such a cell.
     """
     if cell.system == "livekit":
-        raise LabError("a crowd at LiveKit was not built; measure it with one viewer")
+        raise MeasureError("a crowd at LiveKit was not built; measure it with one viewer")
     how = "stock" if cell.system == "stock" else "wax"
     number = cell.viewers - 1
     process = await link.server.spawn_python(
@@ -106,10 +106,10 @@ async def _ask(process: Process, request: Request, within_s: float) -> Sample:
     try:
         line = await asyncio.wait_for(process.stdout.readline(), within_s)
     except TimeoutError as error:
-        raise LabError(f"the crowd did not answer within {within_s:.0f} s") from error
+        raise MeasureError(f"the crowd did not answer within {within_s:.0f} s") from error
     if not line:
-        raise LabError("the crowd's process has ended; its last words are on standard error")
+        raise MeasureError("the crowd's process has ended; its last words are on standard error")
     sample = Sample.model_validate_json(line)
     if sample.problem is not None:
-        raise LabError(f"the crowd did not come together: {sample.problem}")
+        raise MeasureError(f"the crowd did not come together: {sample.problem}")
     return sample

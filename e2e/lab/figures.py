@@ -4,19 +4,11 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict
 
+from e2e.measure.summary import Summary
+
 
 class _Figures(BaseModel):
     model_config = ConfigDict(extra="forbid")
-
-
-class Quantiles(_Figures):
-    """How a series lies; `p95` is nearest rank."""
-
-    n: int
-    min: float
-    p50: float
-    p95: float
-    max: float
 
 
 class Pauses(_Figures):
@@ -27,32 +19,19 @@ class Pauses(_Figures):
     length_ms: list[float] = []
 
 
-class Kinds(_Figures):
-    """Bytes a second by what they are for."""
-
-    audio: float | None = None
-    video: float | None = None
-    repeated: float | None = None
-    """Video sent again."""
-    data: float | None = None
-    """Data channels: commands, reports, acknowledgements."""
-    other: float | None = None
-    """The rest that the transport carried: RTCP, STUN, DTLS."""
-
-
 class Figures(_Figures):
     """One cell, measured from `from_ms` to `to_ms` (Unix); the first 3 s are not counted."""
 
     from_ms: float
     to_ms: float
-    sound_from_ms: float | None = None
+    sound_from_ms: float
     """What is heard counts from here to `to_ms`: later than `from_ms` where the sound came late,
-    and beyond `to_ms` where it came too late to be judged. None in runs of older versions."""
-    picture_age_ms: Quantiles | None = None
+    and beyond `to_ms` where it came too late to be judged."""
+    picture_age_ms: Summary | None = None
     """Capture to presentation of each presented frame."""
-    sound_age_ms: Quantiles | None = None
+    sound_age_ms: Summary | None = None
     """Capture to ear of each second's burst."""
-    skew_ms: Quantiles | None = None
+    skew_ms: Summary | None = None
     """Sound's age less picture's: above 0 the sound comes after the picture."""
     absolute_skew_p95_ms: float | None = None
     pictures_per_s: float | None = None
@@ -65,13 +44,14 @@ class Figures(_Figures):
     concealed_share: float | None = None
     first_picture_ms: float | None = None
     """From the begin of the navigation."""
-    first_sound_ms: float | None = None
-    command_round_trip_ms: Quantiles | None = None
-    transport_round_trip_ms: Quantiles | None = None
-    received_bytes_per_s: Kinds = Kinds()
-    sent_bytes_per_s: Kinds = Kinds()
+    command_round_trip_ms: Summary | None = None
+    received_bytes_per_s: float | None = None
+    """All that the transport carried to the page, of which `audio…` and `video…` are RTP."""
+    received_audio_bytes_per_s: float | None = None
+    received_video_bytes_per_s: float | None = None
+    sent_bytes_per_s: float | None = None
     picture_drift_ms_per_min: float | None = None
     sound_drift_ms_per_min: float | None = None
     lip_lag_ms: float | None = None
-    """For the face: by how much the voice comes after the lips, where their correlation peaks."""
+    """By how much a talking head's voice comes after its lips, where their correlation peaks."""
     lip_correlation: float | None = None

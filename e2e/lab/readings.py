@@ -22,10 +22,9 @@ class Pictures(_Columns):
     stamp_ms: list[float | None] = []
     """What its test card says, whole Unix time; None where it cannot be read."""
     mouth: list[float | None] = []
-    """How far the drawn face opens its mouth, 0…1; None where there is no face."""
+    """How far the talking head opens its mouth, 0…1; None where there is none."""
     width: list[int] = []
     height: list[int] = []
-    """Empty in runs of older versions."""
 
 
 class Sound(_Columns):
@@ -49,24 +48,14 @@ class Counters(_Columns):
     played_samples: list[float | None] = []
     concealed_samples: list[float | None] = []
     concealment_events: list[float | None] = []
-    frames_decoded: list[float | None] = []
     sound_buffer_ms: list[float | None] = []
     """Mean jitter buffer delay since the look before."""
-    picture_buffer_ms: list[float | None] = []
-    round_trip_ms: list[float | None] = []
-    """The transport's own (STUN), which every WebRTC page has."""
     audio_bytes: list[float | None] = []
-    """RTP with headers, as received; `video_bytes` without what was sent again."""
+    """RTP with headers, as received, and with what was sent again; `video_bytes` too."""
     video_bytes: list[float | None] = []
-    repeated_bytes: list[float | None] = []
     received_bytes: list[float | None] = []
     """All that the transport received: RTP, RTCP, data channels."""
     sent_bytes: list[float | None] = []
-    data_received_bytes: list[float | None] = []
-    data_sent_bytes: list[float | None] = []
-    output_ms: list[float | None] = []
-    """From the jitter buffer to the loudspeaker as the browser reckons it (`media-playout`), mean
-    since the look before. Empty in runs of older versions."""
 
 
 class Commands(_Columns):
@@ -80,16 +69,12 @@ class SetPoints(_Columns):
     """One row for each set-point that the page handed to its data channel (WAX only)."""
 
     at_ms: list[float] = []
-    buffered_bytes: list[int] = []
-    """What of the channel was still waiting in the browser then."""
 
 
 class Connections(_Columns):
     """One row for each change of the state of any of the page's peer connections."""
 
     at_ms: list[float] = []
-    peer: list[int] = []
-    """Which of them, from 0 on."""
     state: list[str] = []
 
 

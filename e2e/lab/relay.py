@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 
 import aiohttp
 
-from e2e.lab.errors import LabError
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from asyncio import StreamReader, StreamWriter
@@ -33,7 +33,7 @@ _PIECE_BYTES: Final = 65_536
 async def http_through(end: End, host: str, port: int) -> AsyncIterator[aiohttp.ClientSession]:
     """Give a client whose every connection goes to `host` and `port` as seen from `end`.
 
-    Nobody need listen there yet. Raises `LabError` when there is no relay.
+    Nobody need listen there yet. Raises `MeasureError` when there is no relay.
     """
     # Of its own and not in the caller's folder, since a socket's path has at most 107 characters.
     with tempfile.TemporaryDirectory(prefix="lab-") as folder:
@@ -60,9 +60,11 @@ async def _ready(says: StreamReader) -> None:
     try:
         line = await asyncio.wait_for(says.readline(), _START_WITHIN_S)
     except TimeoutError as error:
-        raise LabError("the relay to an end of the link does not start; try again") from error
+        raise MeasureError("the relay to an end of the link does not start; try again") from error
     if not line:
-        raise LabError("the relay to an end of the link ended at start; its last words are above")
+        raise MeasureError(
+            "the relay to an end of the link ended at start; its last words are above"
+        )
 
 
 async def _relay(path: str, host: str, port: int) -> None:

@@ -1,8 +1,6 @@
-"""What a run of the lab leaves behind: one JSON with every figure and every raw series."""
+"""One cell with all that was read: what its figures are made of, kept beside the suite's rows."""
 
 from __future__ import annotations
-
-from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
 
@@ -15,7 +13,7 @@ class _Result(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
-class Way(_Result):
+class Carried(_Result):
     """What one direction of the link carried during the cell, IP packets."""
 
     packets: int
@@ -33,34 +31,14 @@ class Server(_Result):
 
 
 class CellResult(_Result):
-    """One cell. A failure is a cell that says so: `problem` is one sentence."""
+    """One cell. `problem` is a sentence where there was no picture in time."""
 
     cell: Cell
-    status: Literal["ok", "failed", "not run"]
     problem: str | None = None
-    started_utc: str
-    took_s: float
-    figures: Figures | None = None
-    readings: Readings | None = None
-    down: Way | None = None
-    up: Way | None = None
-    server: Server | None = None
+    figures: Figures
+    readings: Readings
+    down: Carried
+    up: Carried
+    server: Server
     told: dict[str, float | str] = {}
-    """What the system says of itself, as ``fail_safe_s``."""
-
-
-class Run(_Result):
-    """Everything once, or again and again."""
-
-    started_utc: str
-    took_s: float
-    arguments: list[str]
-    machine: dict[str, Any]
-    """As `e2e.measure.machine.describe` tells it, and whether the link has real-time priority."""
-    cells: list[CellResult]
-    client2004: list[dict[str, Any]] = []
-    """The rows of `e2e.lab.client2004`."""
-    instrument: dict[str, Any] = {}
-    """Its own error, measured in this run."""
-    emulator: list[dict[str, Any]] = []
-    """Of each profile what the link made of it (`e2e.lab.emulator`), where that was asked for."""
+    """What the system says of itself, as ``viewer.streams.fail_safe_s``."""

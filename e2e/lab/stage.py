@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from e2e.lab.browsers import open_browser
-from e2e.lab.link import Link, load
+from e2e.lab.link import Link
+from e2e.lab.names import profile
 from e2e.lab.plan import changes
 from e2e.lab.systems import origin
 
@@ -33,23 +34,23 @@ class Stage:
     async def set_for(self, cell: Cell) -> None:
         """Have what this cell needs; what stands is kept where it is that.
 
-        Raises `LinkError`, `NotRunError` or `LabError`, and then nothing stands.
+        Raises `LinkError`, `NotRunError` or `MeasureError`, and then nothing stands.
         """
         wanted = (cell.profile, cell.browser, cell.repeat)
         if self._open is not None and self._for == wanted:
             return
         await self.clear()
-        profile = load(cell.profile)
-        profile = profile.model_copy(update={"seed": profile.seed + cell.repeat})
+        network = profile(cell.profile)
+        network = network.model_copy(update={"seed": network.seed + cell.repeat})
         async with AsyncExitStack() as opening:
             folder = Path(opening.enter_context(tempfile.TemporaryDirectory(prefix="wax-lab-")))
-            self.link = await opening.enter_async_context(Link(profile))
+            self.link = await opening.enter_async_context(Link(network))
             self.browser = await opening.enter_async_context(
                 open_browser(cell.browser, self.link, [origin(self.link)], folder)
             )
             self._open = opening.pop_all()
         # After its changes a link is another one; None is what no cell wants.
-        self._for = None if changes(profile) else wanted
+        self._for = None if changes(cell.profile) else wanted
 
     async def clear(self) -> None:
         """Take it all away; a browser that does not go is ended with its link."""

@@ -8,22 +8,25 @@ from contextlib import AsyncExitStack, suppress
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from e2e.lab.crowd import crowd
-from e2e.lab.folder import utc
-from e2e.lab.instrument import PRELOAD, Instrument
+from e2e.lab.instrument import PRELOAD, Instrument, figures
 from e2e.lab.process import CostMeter, MachineMeter
-from e2e.lab.results import CellResult, Way
-from e2e.lab.summed import summed
+from e2e.lab.results import Carried, CellResult
 from e2e.lab.systems import start
+from e2e.lab.talking_head.lips import lip_lag
 from wax.clock import SystemClock
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
     from pathlib import Path
 
+    from tests.link.counters import Counters
+
     from e2e.lab.browsers import Browser, Window
     from e2e.lab.cell import Cell
+    from e2e.lab.figures import Figures
     from e2e.lab.link import Link
-    from e2e.lab.link.statistics import Counters, Lateness, Statistics
+    from e2e.lab.link.statistics import Lateness, Statistics
+    from e2e.lab.readings import Readings
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -47,9 +50,8 @@ async def watch(cell: Cell, link: Link, browser: Browser, folder: Path) -> CellR
     """Measure `cell` on a link and a browser that stand; `folder` is for the server's own files.
 
     Without a picture in time the result says so and has the figures of what there was. Raises
-    `NotRunError`, `LabError`, `LinkError`, and whatever a browser that fails raises.
+    `NotRunError`, `MeasureError`, `LinkError`, and whatever a browser that fails raises.
     """
-    started_utc, started_s = utc(), time.monotonic()
     told: dict[str, float | str] = {}
     until_now: dict[str, float | str] = {}
     async with AsyncExitStack() as leaving:
@@ -89,14 +91,11 @@ async def watch(cell: Cell, link: Link, browser: Browser, folder: Path) -> CellR
     told["link.late_share"] = _late_share(before, after)
     return CellResult(
         cell=cell,
-        status="ok" if sees else "failed",
         problem=None if sees else f"there was no picture within {within_s:.0f} s",
-        started_utc=started_utc,
-        took_s=time.monotonic() - started_s,
         figures=summed(cell, readings, settle_s=settle_s),
         readings=readings,
-        down=_way(before.down, after.down),
-        up=_way(before.up, after.up),
+        down=_carried(before.down, after.down),
+        up=_carried(before.up, after.up),
         server=cost,
         told=told,
     )
@@ -138,7 +137,7 @@ async def _goto(window: Window, url: str, instrument: Instrument, within_s: floa
 
 
 async def _listen(instrument: Instrument) -> None:
-    """Wait until the ear is on; what never sounds is seen in the readings."""
+    """Wait until the audio probe is on; what never sounds is seen in the readings."""
     with suppress(TimeoutError):
         async with asyncio.timeout(_HEARS_WITHIN_S):
             await _until(instrument.listen)
@@ -164,8 +163,19 @@ def since(before: dict[str, float | str], after: dict[str, float | str]) -> dict
     return found
 
 
-def _way(before: Counters, after: Counters) -> Way:
-    return Way(
+def summed(cell: Cell, readings: Readings, *, settle_s: float) -> Figures:
+    """Sum up what was read, and judge the lips where there were any."""
+    found = figures(readings, settle_s=settle_s)
+    lag = None
+    if cell.content == "talking-head":
+        lag = lip_lag(readings, from_ms=found.from_ms, to_ms=found.to_ms)
+    if lag is None:
+        return found
+    return found.model_copy(update={"lip_lag_ms": lag.lag_ms, "lip_correlation": lag.correlation})
+
+
+def _carried(before: Counters, after: Counters) -> Carried:
+    return Carried(
         packets=after.packets_out - before.packets_out,
         bytes=after.bytes_out - before.bytes_out,
         queue_drops=after.queue_drops - before.queue_drops,

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from random import Random
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.lab.link.profile import Profile
+from tests.link.profile import Profile
 from tests.congestion.bottleneck import Port, TcpDownload, bottleneck, run
 from tests.sync.link_model import Loop, profile
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from e2e.lab.link.trace import TraceTransmitter, read
+from tests.link.trace import TraceTransmitter, read
 from tests.ablation.links import beside_download, beside_viewer, measured, recorded
 from tests.sync.link_model import Loop
 

@@ -6,12 +6,12 @@ import math
 from collections import deque
 from typing import TYPE_CHECKING, Protocol
 
-from e2e.lab.link.model import Direction
+from tests.link.model import Direction
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from e2e.lab.link.profile import Profile
+    from tests.link.profile import Profile
 
 _SEGMENT_BYTES = 1448
 _HEADERS_BYTES = 52

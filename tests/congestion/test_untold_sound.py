@@ -8,8 +8,8 @@ from heapq import heappop, heappush
 from typing import TYPE_CHECKING, Literal
 
 import pytest
-from e2e.lab.link.model import Direction
-from e2e.lab.link.profile import Change, Jitter, Profile, load
+from tests.link.model import Direction
+from tests.link.profile import Change, Jitter, Profile, load
 
 from wax.config import Settings
 from wax.congestion.allocation import SoundForm, Step

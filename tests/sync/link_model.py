@@ -15,9 +15,11 @@ from heapq import heappop, heappush
 from random import Random
 from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
-from e2e.lab.link.model import Direction
-from e2e.lab.link.profile import Profile, load
+from tests.link.model import Direction
+from tests.link.profile import Profile, load
 from tests.sync.browser_model import Browser
+from tests.link.model import Direction
+from tests.link.profile import Profile, load
 
 from wax.config import Settings, SyncSettings
 from wax.congestion.allocation import Allocation, SoundForm, Step

@@ -24,7 +24,7 @@ def open_browser(
     """Have a browser at the browser end, headless, that plays sound without a touch.
 
     To it the `origins` are secure. It resolves no names. `folder`, which is empty, takes what it
-    writes. Raises `NotRunError` when there is none, `LabError` when it does not start.
+    writes. Raises `NotRunError` when there is none, `MeasureError` when it does not start.
     """
     if name == "firefox":
         return open_firefox(link, origins, folder)

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import json
-from contextlib import asynccontextmanager, suppress
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from contextlib import asynccontextmanager, contextmanager, suppress
+from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
 
 from playwright.async_api import Error, async_playwright
 
 from e2e.harness.chromium import FLAGS, NAMES
 from e2e.lab.browsers.window import LOAD_WITHIN_S, as_json, installed
-from e2e.lab.errors import LabError
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Sequence
+    from collections.abc import AsyncIterator, Iterator, Sequence
     from pathlib import Path
 
     from playwright.async_api import Browser, Page
@@ -24,31 +24,23 @@ if TYPE_CHECKING:
 
 START_WITHIN_S: Final = 40.0
 
-T = TypeVar("T")
-
 
 class ChromiumWindow:
     def __init__(self, page: Page) -> None:
         self._page = page
 
     async def goto(self, url: str) -> None:
-        try:
+        with _failing(f"{url} does not open in Chromium"):
             await self._page.goto(url, timeout=LOAD_WITHIN_S * 1000)
-        except Error as error:
-            raise _told(f"{url} does not open in Chromium", error) from error
 
     async def evaluate(self, expression: str) -> Any:
-        try:
+        with _failing("a script failed in Chromium"):
             text = await self._page.evaluate(as_json(expression))
-        except Error as error:
-            raise _told("a script failed in Chromium", error) from error
         return None if text is None else json.loads(text)
 
     async def hold(self, key: Key) -> None:
-        try:
+        with _failing(f"{key} cannot be pressed in Chromium"):
             await self._page.keyboard.down(key)
-        except Error as error:
-            raise _told(f"{key} cannot be pressed in Chromium", error) from error
 
     async def release(self, key: Key) -> None:
         try:
@@ -65,22 +57,18 @@ class Chromium:
     async def window(self, preload: str) -> AsyncIterator[ChromiumWindow]:
         # With the microphone allowed Chromium offers its address. Else it offers a name to be
         # asked for by multicast, which a server without WAX's remedy does in vain for a second.
-        context = await _opening(
-            self._browser.new_context(bypass_csp=True, locale="en-GB", permissions=["microphone"])
-        )
+        with _failing("Chromium opens no window"):
+            context = await self._browser.new_context(
+                bypass_csp=True, locale="en-GB", permissions=["microphone"]
+            )
         try:
-            await _opening(context.add_init_script(preload))
-            yield ChromiumWindow(await _opening(context.new_page()))
+            with _failing("Chromium opens no window"):
+                await context.add_init_script(preload)
+                page = await context.new_page()
+            yield ChromiumWindow(page)
         finally:
             with suppress(Error):  # a browser that has ended has no windows either
                 await context.close()
-
-
-async def _opening(step: Awaitable[T]) -> T:
-    try:
-        return await step
-    except Error as error:
-        raise _told("Chromium opens no window", error) from error
 
 
 @asynccontextmanager
@@ -98,7 +86,7 @@ async def open_chromium(
         f"--host-resolver-rules=MAP * ~NOTFOUND{known}",
     ]
     async with async_playwright() as playwright:
-        try:
+        with _failing("Chromium does not start"):
             browser = await playwright.chromium.launch(
                 executable_path=launcher,
                 headless=True,
@@ -109,8 +97,6 @@ async def open_chromium(
                 handle_sigterm=False,
                 handle_sighup=False,
             )
-        except Error as error:
-            raise _told("Chromium does not start", error) from error
         try:
             yield Chromium(browser)
         finally:
@@ -118,6 +104,11 @@ async def open_chromium(
                 await browser.close()
 
 
-def _told(what: str, error: Error) -> LabError:
-    lines = [line.strip() for line in error.message.splitlines() if line.strip()]
-    return LabError(f"{what}: {lines[0] if lines else error.name}")
+@contextmanager
+def _failing(what: str) -> Iterator[None]:
+    """Let Playwright's error be one sentence."""
+    try:
+        yield
+    except Error as error:
+        lines = [line.strip() for line in error.message.splitlines() if line.strip()]
+        raise MeasureError(f"{what}: {lines[0] if lines else error.name}") from error

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from contextlib import AsyncExitStack, asynccontextmanager, contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
 
@@ -12,12 +12,12 @@ import aiohttp
 
 from e2e.harness import bidi
 from e2e.lab.browsers.window import LOAD_WITHIN_S, installed
-from e2e.lab.errors import LabError
 from e2e.lab.relay import http_through
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
-    from collections.abc import AsyncIterator, Sequence
+    from collections.abc import AsyncIterator, Iterator, Sequence
     from pathlib import Path
 
     from e2e.lab.browsers.window import Key
@@ -56,28 +56,22 @@ class FirefoxWindow:
         self._window = window
 
     async def goto(self, url: str) -> None:
-        try:
+        with _failing(f"{url} does not open in Firefox"):
             await self._window.goto(url, within_s=LOAD_WITHIN_S)
-        except AssertionError as error:
-            raise LabError(f"{url} does not open in Firefox: {error}") from error
 
     async def evaluate(self, expression: str) -> Any:
-        try:
+        with _failing("a script failed in Firefox"):
             return await self._window.evaluate(expression)
-        except AssertionError as error:
-            raise LabError(f"a script failed in Firefox: {error}") from error
 
     async def hold(self, key: Key) -> None:
-        try:
+        with _failing(f"{key} cannot be pressed in Firefox"):
             await self._window.key("keyDown", KEYS[key])
-        except AssertionError as error:
-            raise LabError(f"{key} cannot be pressed in Firefox: {error}") from error
 
     async def release(self, key: Key) -> None:
         try:
             await self._window.key("keyUp", KEYS[key])
         except AssertionError as error:
-            raise LabError(f"{key} cannot be let go of in Firefox: {error}") from error
+            raise MeasureError(f"{key} cannot be let go of in Firefox: {error}") from error
 
 
 class FirefoxBrowser:
@@ -87,7 +81,7 @@ class FirefoxBrowser:
     @asynccontextmanager
     async def window(self, preload: str) -> AsyncIterator[FirefoxWindow]:
         send = self._session.send
-        try:
+        with _failing("Firefox opens no window"):
             user = (await send("browser.createUserContext"))["userContext"]
             # A window and not a tab: only one tab of a window is visible.
             opened = await send("browsingContext.create", type="window", userContext=user)
@@ -96,13 +90,20 @@ class FirefoxBrowser:
                 functionDeclaration=f"() => {{ {preload} }}",
                 contexts=[opened["context"]],
             )
-        except AssertionError as error:
-            raise LabError(f"Firefox opens no window: {error}") from error
         try:
             yield FirefoxWindow(bidi.Firefox(self._session, opened["context"]))
         finally:
             with suppress(AssertionError):  # a browser that has ended has no windows either
                 await send("browser.removeUserContext", userContext=user)
+
+
+@contextmanager
+def _failing(what: str) -> Iterator[None]:
+    """Let the driver's error be one sentence."""
+    try:
+        yield
+    except AssertionError as error:
+        raise MeasureError(f"{what}: {error}") from error
 
 
 @asynccontextmanager
@@ -143,14 +144,14 @@ async def _talking(link: Link, profile: Path, process: Process) -> AsyncIterator
     try:
         url = await bidi.listens(profile, process)
     except AssertionError as error:
-        raise LabError(str(error)) from error
+        raise MeasureError(str(error)) from error
     host, port = str(urlsplit(url).hostname), urlsplit(url).port or 0
     async with AsyncExitStack() as opened:
         http = await opened.enter_async_context(http_through(link.browser, host, port))
         try:
             session = await opened.enter_async_context(bidi.talking(http, url))
         except (AssertionError, aiohttp.ClientError) as error:
-            raise LabError(f"Firefox does not answer: {error}") from error
+            raise MeasureError(f"Firefox does not answer: {error}") from error
         yield session
 
 

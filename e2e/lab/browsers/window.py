@@ -6,7 +6,7 @@ import os
 import shutil
 from typing import TYPE_CHECKING, Any, Final, Literal, Protocol
 
-from e2e.lab.errors import NotRunError
+from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,7 +18,7 @@ LOAD_WITHIN_S: Final = 120.0
 
 
 class Window(Protocol):
-    """One page. All methods raise `LabError` with the browser's own words."""
+    """One page. All methods raise `MeasureError` with the browser's own words."""
 
     async def goto(self, url: str) -> None:
         """Open the page; return when it is loaded, with all that it names itself."""

@@ -66,32 +66,10 @@ class Heard:
         return sum(length for _, length in self.pauses) / (self.seconds * 1000)
 
 
-def listen(
-    *,
-    mu_ms: float,
-    recorder: Recorder,
-    path: Path,
-    client: Client,
-    chance: Random,
-    seconds: float,
-    from_s: float = 0.0,
-    serve: Serve = SharedMemory,
-) -> Heard:
-    """Play for `seconds` after the first `from_s`, of which no pause and no block is counted."""
-    return _Playing(
-        mu_ms=mu_ms,
-        serve=serve,
-        recorder=recorder,
-        path=path,
-        client=client,
-        chance=chance,
-        from_s=from_s,
-        seconds=seconds,
-    ).run()
+class Listening:
+    """Plays for `seconds` after the first `from_s`, of which no pause and no block is counted.
 
-
-class _Playing:
-    """Two threads with a queue between them, as events in the order of their times.
+    Two threads with a queue between them, as events in the order of their times.
 
     The card plays one block and asks for the next as that begins; so a read that takes no longer
     than a block is not heard, one that does is a pause (5.2.1.2).
@@ -101,13 +79,13 @@ class _Playing:
         self,
         *,
         mu_ms: float,
-        serve: Serve,
         recorder: Recorder,
         path: Path,
         client: Client,
         chance: Random,
-        from_s: float,
         seconds: float,
+        from_s: float = 0.0,
+        serve: Serve = SharedMemory,
     ) -> None:
         self._mu_ms = mu_ms
         self._path = path

@@ -24,10 +24,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from e2e.lab.client2004.baseline import Baseline
-from e2e.lab.client2004.client import Client, Heard, listen
+from e2e.lab.client2004.client import Client, Heard, Listening
 from e2e.lab.client2004.scenes import PAGE, RECORDER, SCENES, Scene
 from e2e.lab.client2004.source import Recorder, SharedMemory
-from e2e.lab.client2004.table import MU_LENGTHS_MS, WITHOUT_FRAGMENTS, bridge, hear, is_clean
+from e2e.lab.client2004.table import MU_LENGTHS_MS, WITHOUT_FRAGMENTS, hear, is_clean
 
 if TYPE_CHECKING:
     from e2e.lab.client2004.client import Serve
@@ -39,7 +39,7 @@ mu_lengths = st.sampled_from(MU_LENGTHS_MS)
 def _hear(
     scene: Scene, mu_ms: int, serve: Serve, *, recorder: Recorder, client: Client, seed: int
 ) -> Heard:
-    return listen(
+    return Listening(
         mu_ms=mu_ms,
         recorder=recorder,
         path=scene.path,
@@ -47,7 +47,7 @@ def _hear(
         chance=Random(seed),
         seconds=60.0,
         serve=serve,
-    )
+    ).run()
 
 
 @on_each_connection
@@ -97,16 +97,6 @@ def test_the_page_loses_nothing_that_only_the_client_lost(scene: Scene) -> None:
     for mu_ms in MU_LENGTHS_MS:
         heard = hear(paged, mu_ms, recorder=WITHOUT_FRAGMENTS, serve=partial(Baseline, mu_ms))
         assert is_clean(heard), mu_ms
-
-
-def test_the_table_says_what_differs() -> None:
-    """The whole in numbers, then each cell with what ours is and what the model."""
-    whole, cut, delivered, as_it_runs = bridge()
-    assert "in 25 of 25 cells" in whole
-    assert "campus, 100 ms" in cut
-    assert "same machine, 100 ms" not in cut
-    assert all(scene.name in delivered for scene in SCENES)
-    assert "25 of 25 cells are clean" in as_it_runs
 
 
 @settings(deadline=None)

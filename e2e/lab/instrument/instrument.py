@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.lab.errors import LabError
 from e2e.lab.instrument.preload import NAME
 from e2e.lab.readings import (
     Commands,
@@ -17,6 +15,7 @@ from e2e.lab.readings import (
     SetPoints,
     Sound,
 )
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -26,23 +25,8 @@ _PLAUSIBLE_MS: Final = 600_000.0
 """A card farther from now is none: one picture in 256 has the right check by chance."""
 
 
-class InstrumentError(LabError):
+class InstrumentError(MeasureError):
     """The instrument cannot do its work."""
-
-
-@dataclass(slots=True)
-class Cost:
-    """What reading took of the page's main thread."""
-
-    reads: int = 0
-    total_ms: float = 0.0
-    worst_ms: float = 0.0
-    missed: int = 0
-    """Frames that were presented and gone before the page had its turn."""
-
-    @property
-    def mean_ms(self) -> float:
-        return self.total_ms / self.reads if self.reads else 0.0
 
 
 class Instrument:
@@ -59,7 +43,7 @@ class Instrument:
         self._loads = 0
         self._readings: Readings | None = None
         self._output_ms = 0.0
-        self.cost = Cost()
+        self._read = self._missed = 0
 
     async def sees_picture(self) -> bool:
         """Tell whether a frame of any video has been presented."""
@@ -96,7 +80,7 @@ class Instrument:
             self._load, self._loads = taken["load"], 1
         elif self._load != taken["load"]:
             self._load, self._loads = taken["load"], self._loads + 1
-        self.cost = Cost(**taken["cost"])
+        self._read, self._missed = taken["cost"]["reads"], taken["cost"]["missed"]
         if taken["output_ms"] is not None:
             self._output_ms = taken["output_ms"]
             known.sound_output_ms = round(self._output_ms, 2)
@@ -117,9 +101,9 @@ class Instrument:
         limits = []
         if self._loads > 1:
             limits.append(f"The page was loaded {self._loads} times; some readings are lost.")
-        if self.cost.missed:
+        if self._missed:
             limits.append(
-                f"{self.cost.missed} of {self.cost.missed + self.cost.reads} presented frames were"
+                f"{self._missed} of {self._missed + self._read} presented frames were"
                 " gone before the page could read them."
             )
         return limits

@@ -60,16 +60,6 @@ def _mean(ages: list[float]) -> float:
     return statistics.fmean(sorted(ages)[outer : len(ages) - outer])
 
 
-def difference_ms(first: float | None, second: float | None) -> float | None:
-    """Return by how much two readings of the same differ; None where one is missing."""
-    return None if first is None or second is None else abs(first - second)
-
-
-def within(value: float | None, expected: float, limit: float) -> bool:
-    """Tell whether it is as expected; what was not read is not."""
-    return value is not None and abs(value - expected) <= limit
-
-
 def is_clear(read: Shift, expected: float, limit: float) -> bool:
     """Tell whether it is inside or outside of the limit by two standard errors or more."""
     off = abs(abs(read.ms - expected) - limit)

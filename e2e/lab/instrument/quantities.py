@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from e2e.lab.figures import Quantiles
+from e2e.measure.summary import Summary, summarize
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,18 +17,9 @@ _LEAST_SPAN_MS: Final = 5000.0
 _LEAST_POINTS: Final = 5
 
 
-def quantiles(values: Sequence[float]) -> Quantiles | None:
-    """Sum up; the median is the usual one, `p95` nearest rank. None of nothing."""
-    if not values:
-        return None
-    ordered = sorted(values)
-    return Quantiles(
-        n=len(ordered),
-        min=ordered[0],
-        p50=statistics.median(ordered),
-        p95=ordered[math.ceil(0.95 * len(ordered)) - 1],
-        max=ordered[-1],
-    )
+def summed(values: Sequence[float]) -> Summary | None:
+    """Sum up; None of nothing."""
+    return summarize(values) if values else None
 
 
 def drift_per_min(at_ms: Sequence[float], values: Sequence[float]) -> float | None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from e2e.lab.figures import Figures, Kinds, Pauses
+from e2e.lab.figures import Figures, Pauses
 from e2e.lab.instrument.bursts import Burst, bursts, skews_ms
 from e2e.lab.instrument.pauses import concealed_pauses, tone_pauses
-from e2e.lab.instrument.quantities import drift_per_min, quantiles, rate_per_s
+from e2e.lab.instrument.quantities import drift_per_min, rate_per_s, summed
 from e2e.lab.readings import Counters
 
 if TYPE_CHECKING:
@@ -28,31 +28,30 @@ def figures(readings: Readings, *, settle_s: float = 3.0, to_ms: float | None = 
     ages = picture_ages(readings.pictures)
     aged = [(at, age) for at, age in ages if from_ms <= at <= to_ms]
     heard: list[Burst] = []
-    if not _is_face(readings.pictures):
+    if not _is_speech(readings.pictures):
         found = bursts(readings.sound, readings.counters, ages)
         heard = [burst for burst in found if sound_from_ms <= burst.heard_ms <= to_ms]
     skews = skews_ms(heard, ages)
-    absolute = quantiles([abs(skew) for skew in skews])
+    absolute = summed([abs(skew) for skew in skews])
     counters = _within(readings.counters, from_ms, to_ms)
     shown = shown_ms(readings.pictures)
     return Figures(
         from_ms=from_ms,
         to_ms=to_ms,
         sound_from_ms=sound_from_ms,
-        picture_age_ms=quantiles([age for _, age in aged]),
-        sound_age_ms=quantiles([burst.age_ms for burst in heard]),
-        skew_ms=quantiles(skews),
+        picture_age_ms=summed([age for _, age in aged]),
+        sound_age_ms=summed([burst.age_ms for burst in heard]),
+        skew_ms=summed(skews),
         absolute_skew_p95_ms=absolute.p95 if absolute else None,
         pictures_per_s=_pictures_per_s(shown, from_ms, to_ms),
         longest_freeze_ms=_longest_freeze_ms(shown, from_ms, to_ms),
         tone_pauses=Pauses()
-        if _is_face(readings.pictures)
+        if _is_speech(readings.pictures)
         else tone_pauses(readings.sound, sound_from_ms, to_ms),
         concealed_pauses=concealed_pauses(readings.counters, sound_from_ms, to_ms),
         concealed_share=_concealed_share(_within(readings.counters, sound_from_ms, to_ms)),
         first_picture_ms=_after(readings.first_picture_ms, readings.opened_ms),
-        first_sound_ms=_after(readings.first_sound_ms, readings.opened_ms),
-        command_round_trip_ms=quantiles(
+        command_round_trip_ms=summed(
             [
                 trip_ms
                 for at, trip_ms in zip(
@@ -61,9 +60,10 @@ def figures(readings: Readings, *, settle_s: float = 3.0, to_ms: float | None = 
                 if from_ms <= at <= to_ms
             ]
         ),
-        transport_round_trip_ms=quantiles([t for t in counters.round_trip_ms if t is not None]),
-        received_bytes_per_s=_received(counters),
-        sent_bytes_per_s=_sent(counters),
+        received_bytes_per_s=rate_per_s(counters.at_ms, counters.received_bytes),
+        received_audio_bytes_per_s=rate_per_s(counters.at_ms, counters.audio_bytes),
+        received_video_bytes_per_s=rate_per_s(counters.at_ms, counters.video_bytes),
+        sent_bytes_per_s=rate_per_s(counters.at_ms, counters.sent_bytes),
         picture_drift_ms_per_min=drift_per_min([at for at, _ in aged], [age for _, age in aged]),
         sound_drift_ms_per_min=drift_per_min(
             [burst.heard_ms for burst in heard], [burst.age_ms for burst in heard]
@@ -90,7 +90,7 @@ def _after(moment_ms: float | None, opened_ms: float) -> float | None:
     return None if moment_ms is None else moment_ms - opened_ms
 
 
-def _is_face(pictures: Pictures) -> bool:
+def _is_speech(pictures: Pictures) -> bool:
     """Tell speech from the test card: in a voice there are neither its tones nor its pauses."""
     has_mouth = any(mouth is not None for mouth in pictures.mouth)
     return has_mouth and all(stamp is None for stamp in pictures.stamp_ms)
@@ -100,14 +100,14 @@ def picture_ages(pictures: Pictures) -> list[tuple[float, float]]:
     """Moment and age of each presented picture whose stamp was read."""
     return [
         (at, at - stamp)
-        for at, stamp in zip(pictures.at_ms, pictures.stamp_ms, strict=False)
+        for at, stamp in zip(pictures.at_ms, pictures.stamp_ms, strict=True)
         if stamp is not None
     ]
 
 
 def shown_ms(pictures: Pictures) -> list[float]:
     """When the picture changed: the same stamp again is the same picture, shown again."""
-    rows = list(zip(pictures.at_ms, pictures.stamp_ms, strict=False))
+    rows = list(zip(pictures.at_ms, pictures.stamp_ms, strict=True))
     again = [False] + [
         stamp is not None and stamp == old for (_, old), (_, stamp) in pairwise(rows)
     ]
@@ -132,40 +132,10 @@ def _longest_freeze_ms(shown: list[float], from_ms: float, to_ms: float) -> floa
 def _within(counters: Counters, from_ms: float, to_ms: float) -> Counters:
     rows = [i for i, at in enumerate(counters.at_ms) if from_ms <= at <= to_ms]
     columns = {name: getattr(counters, name) for name in Counters.model_fields}
-    # Runs of older versions lack the newer columns altogether.
-    known = {name: column for name, column in columns.items() if column}
-    return Counters(**{name: [column[i] for i in rows] for name, column in known.items()})
+    return Counters(**{name: [column[i] for i in rows] for name, column in columns.items()})
 
 
 def _concealed_share(counters: Counters) -> float | None:
     played = rate_per_s(counters.at_ms, counters.played_samples)
     concealed = rate_per_s(counters.at_ms, counters.concealed_samples)
     return concealed / played if played and concealed is not None else None
-
-
-def _received(counters: Counters) -> Kinds:
-    def rate(counts: list[float | None]) -> float | None:
-        return rate_per_s(counters.at_ms, counts)
-
-    kinds = Kinds(
-        audio=rate(counters.audio_bytes),
-        video=rate(counters.video_bytes),
-        repeated=rate(counters.repeated_bytes),
-        data=rate(counters.data_received_bytes),
-    )
-    return _with_rest(kinds, rate(counters.received_bytes))
-
-
-def _sent(counters: Counters) -> Kinds:
-    kinds = Kinds(data=rate_per_s(counters.at_ms, counters.data_sent_bytes))
-    return _with_rest(kinds, rate_per_s(counters.at_ms, counters.sent_bytes))
-
-
-def _with_rest(kinds: Kinds, whole: float | None) -> Kinds:
-    """Add the transport's bytes that are of no kind: RTCP, and what SRTP, SCTP and DTLS add."""
-    known = (kinds.audio, kinds.video, kinds.repeated, kinds.data)
-    if whole is None:
-        return kinds
-    # The counts are read at one moment but do not all grow at one moment.
-    other = max(0.0, whole - sum(part for part in known if part is not None))
-    return kinds.model_copy(update={"other": other})

@@ -40,7 +40,23 @@ def pictures(
         stamp_ms=[true - (lie_ms if lies(true) else 0) for true in true_ms],
         mouth=[None] * count,
         width=[640] * count,
+        height=[480] * count,
     )
+
+
+def shown(*parts: tuple[float, float, float, int]) -> Pictures:
+    """Make pictures in parts: until when, s; how many a second; their age, ms; their width."""
+    found, begin_s = Pictures(), 0.0
+    for until_s, rate, age_ms, width in parts:
+        for number in range(round((until_s - begin_s) * rate)):
+            at_ms = OPENED_MS + 1000 * (begin_s + number / rate)
+            found.at_ms.append(at_ms)
+            found.stamp_ms.append(at_ms - age_ms)
+            found.mouth.append(None)
+            found.width.append(width)
+            found.height.append(width * 3 // 4)
+        begin_s = until_s
+    return found
 
 
 def blocks(

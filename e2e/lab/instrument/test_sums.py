@@ -7,7 +7,7 @@ import pytest
 from e2e.lab.figures import Pauses
 from e2e.lab.instrument.instrument import Instrument, InstrumentError, whole_ms
 from e2e.lab.instrument.pauses import concealed_pauses, tone_pauses
-from e2e.lab.instrument.quantities import drift_per_min, quantiles
+from e2e.lab.instrument.quantities import drift_per_min
 from e2e.lab.instrument.sums import figures
 from e2e.lab.instrument.synthetic import OPENED_MS, blocks, counters, pictures, readings
 from e2e.lab.readings import Pictures, Readings
@@ -32,7 +32,7 @@ def test_a_perfect_page_is_read_as_what_it_is() -> None:
     assert (found.picture_age_ms.min, found.picture_age_ms.max) == (80, 80)
     assert found.sound_age_ms.n == 17
     assert found.sound_age_ms.min == pytest.approx(123, abs=0.5)
-    assert found.skew_ms.p50 == pytest.approx(43, abs=0.5)
+    assert found.skew_ms.median == pytest.approx(43, abs=0.5)
     assert found.absolute_skew_p95_ms == pytest.approx(43, abs=0.5)
     assert found.pictures_per_s == pytest.approx(25, abs=0.2)
     assert found.longest_freeze_ms == pytest.approx(40)
@@ -45,7 +45,7 @@ def test_sound_before_its_picture_has_a_skew_below_zero() -> None:
     """Of 200 ms old pictures and 90 ms old sound the skew is −110, and 110 without its sign."""
     found = figures(readings(10, picture_age_ms=200, sound_age_ms=90))
     assert found.skew_ms is not None
-    assert found.skew_ms.p50 == pytest.approx(-110, abs=0.5)
+    assert found.skew_ms.median == pytest.approx(-110, abs=0.5)
     assert found.absolute_skew_p95_ms == pytest.approx(110, abs=0.5)
 
 
@@ -54,7 +54,7 @@ def test_sound_may_be_older_than_a_second(age_ms: float) -> None:
     """A burst does not say which second it is of; the pictures beside it do."""
     found = figures(readings(10, picture_age_ms=age_ms + 60, sound_age_ms=age_ms))
     assert found.sound_age_ms is not None
-    assert found.sound_age_ms.p50 == pytest.approx(age_ms, abs=0.5)
+    assert found.sound_age_ms.median == pytest.approx(age_ms, abs=0.5)
 
 
 def test_sound_is_no_younger_than_the_jitter_buffer_held_it() -> None:
@@ -64,7 +64,7 @@ def test_sound_is_no_younger_than_the_jitter_buffer_held_it() -> None:
     page.counters.sound_buffer_ms = [1100.0] * 100
     found = figures(page)
     assert found.sound_age_ms is not None
-    assert found.sound_age_ms.p50 == pytest.approx(1300, abs=0.5)
+    assert found.sound_age_ms.median == pytest.approx(1300, abs=0.5)
 
 
 def test_sound_that_falls_behind_is_followed_over_the_second() -> None:
@@ -189,22 +189,20 @@ def test_concealed_share_is_of_what_was_played() -> None:
     assert figures(page).concealed_share == pytest.approx(0.1)
 
 
-def test_bytes_of_no_kind_are_the_rest() -> None:
-    """Of 1000 bytes a look 700 are video, 100 sound, 50 data: the rest is 150; unknown is None."""
+def test_bytes_are_told_by_what_they_are() -> None:
+    """Of 1000 bytes a look 700 are video and 100 sound; what was not counted is None."""
     page = readings(10)
     page.counters = counters([(0, 0)] * 100)
-    grown = {"received": 1000, "video": 700, "audio": 100, "data_received": 50}
-    for name, step in grown.items():
+    for name, step in {"received": 1000, "video": 700, "audio": 100}.items():
         setattr(page.counters, f"{name}_bytes", [float(n * step) for n in range(100)])
     found = figures(page)
-    kinds = found.received_bytes_per_s
-    assert kinds.video == pytest.approx(7000)
-    assert kinds.other == pytest.approx(1500)
-    assert kinds.repeated is None
-    assert set(found.sent_bytes_per_s.model_dump().values()) == {None}
+    assert found.received_bytes_per_s == pytest.approx(10_000)
+    assert found.received_video_bytes_per_s == pytest.approx(7000)
+    assert found.received_audio_bytes_per_s == pytest.approx(1000)
+    assert found.sent_bytes_per_s is None
 
 
-def test_a_face_is_not_judged_by_the_cards_tones() -> None:
+def test_speech_is_not_judged_by_the_cards_tones() -> None:
     """Speech pauses and has tones of its own: no burst, no tone pause comes of it."""
     page = readings(10)
     page.pictures.stamp_ms = [None] * 250
@@ -212,13 +210,6 @@ def test_a_face_is_not_judged_by_the_cards_tones() -> None:
     page.sound.tone[400:500] = [0.0] * 100
     found = figures(page)
     assert (found.sound_age_ms, found.tone_pauses) == (None, Pauses())
-
-
-def test_p95_is_a_value_that_was_measured() -> None:
-    """Of 1…200 the median is 100.5 and p95 the 190th."""
-    found = quantiles([float(value) for value in range(200, 0, -1)])
-    assert found is not None
-    assert (found.n, found.min, found.p50, found.p95, found.max) == (200, 1, 100.5, 190, 200)
 
 
 def test_drift_is_not_moved_by_outliers() -> None:

@@ -1,14 +1,8 @@
-"""What the link says when it cannot be had."""
+"""What the emulator says where it cannot run."""
 
 from __future__ import annotations
 
-
-class LinkError(Exception):
-    """A sentence for a person: what is wrong and what to do."""
-
-
-class ProfileError(LinkError):
-    """A profile or a trace that does not exist or cannot be used."""
+from tests.link.errors import LinkError
 
 
 class UnavailableError(LinkError):

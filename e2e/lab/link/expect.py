@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from e2e.lab.link.chance import jitter_quantile_ms
+from tests.link.chance import jitter_quantile_ms
 
 if TYPE_CHECKING:
-    from e2e.lab.link.profile import Jitter, Loss
+    from tests.link.profile import Jitter, Loss
 
 SHARE: Final = 0.05
 """A measured figure may be off by this much of what is promised,"""

@@ -5,8 +5,9 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from tests.link.chance import StallClock, jitter_quantile_ms, seeded
+
 from e2e.lab.link import expect
-from e2e.lab.link.chance import StallClock, jitter_quantile_ms, seeded
 from e2e.lab.link.trains import (
     CARRIED_BPS,
     CHANGE_EVERY_S,
@@ -18,9 +19,10 @@ from e2e.lab.link.trains import (
 )
 
 if TYPE_CHECKING:
+    from tests.link.profile import DirectionSettings, Profile
+
     from e2e.lab.link.expect import Figure
     from e2e.lab.link.probe import Record
-    from e2e.lab.link.profile import DirectionSettings, Profile
     from e2e.lab.link.trains import Timetable, WayName
 
 

@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from pydantic import TypeAdapter
+from tests.link.errors import LinkError
+from tests.link.profile import Profile, load
 
 from e2e.lab.link import leftovers, namespace
-from e2e.lab.link.errors import LinkError, UnavailableError
-from e2e.lab.link.profile import Profile, load
+from e2e.lab.link.errors import UnavailableError
 from e2e.lab.link.statistics import Hello, Refusal, Statistics
 
 if TYPE_CHECKING:
@@ -92,7 +93,7 @@ class Link:
 
     def __init__(self, profile: Profile | str) -> None:
         self.profile = load(profile) if isinstance(profile, str) else profile
-        self._mover: Process | None = None
+        self._forwarder: Process | None = None
         self._held: list[int] = []
         self._ends: list[End] = []
         self._asking = asyncio.Lock()
@@ -101,8 +102,8 @@ class Link:
         for command, package in (("ip", "iproute2"), ("nsenter", "util-linux")):
             namespace.tool(command, package)
         await asyncio.to_thread(leftovers.end_stale)
-        self._mover = await asyncio.create_subprocess_exec(
-            *(sys.executable, "-m", "e2e.lab.link.mover"),
+        self._forwarder = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", "e2e.lab.link.forwarder"),
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             cwd=_ROOT,
@@ -121,18 +122,18 @@ class Link:
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        if self._mover is None:
+        if self._forwarder is None:
             return
-        mover, self._mover = self._mover, None
-        assert mover.stdin is not None
-        mover.stdin.close()
+        forwarder, self._forwarder = self._forwarder, None
+        assert forwarder.stdin is not None
+        forwarder.stdin.close()
         try:
-            await asyncio.wait_for(mover.wait(), _END_WITHIN_S)
+            await asyncio.wait_for(forwarder.wait(), _END_WITHIN_S)
         except TimeoutError:
-            mover.kill()
-            await mover.wait()
+            forwarder.kill()
+            await forwarder.wait()
         if self._held:
-            # For when the mover was killed; else nothing is found any more.
+            # For when the forwarder was killed; else nothing is found any more.
             ours = {leftovers.namespace_of(held) for held in self._held[:2]}
             await asyncio.to_thread(leftovers.end_all, ours)
             await asyncio.gather(*(end.reap() for end in self._ends))
@@ -141,7 +142,7 @@ class Link:
         self._held.clear()
 
     async def statistics(self) -> Statistics:
-        """Return the counts so far. Raises `LinkError` when the mover has ended."""
+        """Return the counts so far. Raises `LinkError` when the forwarder has ended."""
         return _STATISTICS.validate_json(await self._ask("statistics"))
 
     async def start_changes(self) -> float:
@@ -152,9 +153,9 @@ class Link:
         return float(await self._ask("start_changes"))
 
     def _take(self, hello: Hello) -> None:
-        """Hold the namespaces ourselves too, so that they outlive a mover that is killed."""
-        assert self._mover is not None
-        process = f"/proc/{self._mover.pid}"
+        """Hold the namespaces ourselves too, so that they outlive a forwarder that is killed."""
+        assert self._forwarder is not None
+        process = f"/proc/{self._forwarder.pid}"
         paths = [f"{process}/fd/{hello.server_network}", f"{process}/fd/{hello.browser_network}"]
         if hello.in_user_namespace:
             paths.append(f"{process}/ns/user")
@@ -168,15 +169,16 @@ class Link:
         self.start_s = hello.start_s
 
     async def _ask(self, line: str) -> bytes:
-        if self._mover is None or self._mover.stdin is None or self._mover.stdout is None:
+        forwarder = self._forwarder
+        if forwarder is None or forwarder.stdin is None or forwarder.stdout is None:
             raise LinkError("the link is not open; enter it with `async with`")
         async with self._asking:
             try:
-                self._mover.stdin.write(line.encode() + b"\n")
-                await self._mover.stdin.drain()
-                answer = await asyncio.wait_for(self._mover.stdout.readline(), _ANSWER_WITHIN_S)
+                forwarder.stdin.write(line.encode() + b"\n")
+                await forwarder.stdin.drain()
+                answer = await asyncio.wait_for(forwarder.stdout.readline(), _ANSWER_WITHIN_S)
             except (ConnectionError, TimeoutError) as error:
-                raise LinkError("the link's mover does not answer; make the link anew") from error
+                raise LinkError("the link does not answer; make it anew") from error
         if not answer:
-            raise LinkError("the link's mover has ended; its last words are on standard error")
+            raise LinkError("the link has ended; its last words are on standard error")
         return answer

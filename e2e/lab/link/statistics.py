@@ -1,4 +1,4 @@
-"""What the mover tells about itself."""
+"""What the forwarder tells about itself."""
 
 from __future__ import annotations
 
@@ -6,22 +6,9 @@ from bisect import bisect_left
 from dataclasses import dataclass, field
 from typing import Final
 
+from tests.link.counters import Counters  # noqa: TC002  # pydantic looks the annotation up
+
 LATE_MS: Final = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
-
-
-@dataclass(slots=True)
-class Counters:
-    """What went through one direction since its start; bytes are those of IP packets."""
-
-    packets_in: int = 0
-    bytes_in: int = 0
-    packets_out: int = 0
-    bytes_out: int = 0
-    queue_drops: int = 0
-    queue_drop_bytes: int = 0
-    losses: int = 0
-    loss_bytes: int = 0
-    backlog_peak_bytes: int = 0
 
 
 @dataclass(slots=True)
@@ -45,7 +32,7 @@ class Statistics:
     running_s: float
     cpu_s: float
     real_time: bool
-    """Whether the mover goes before other processes; if not, trust delays less."""
+    """Whether the forwarder goes before other processes; if not, trust delays less."""
     down: Counters
     up: Counters
     down_late: Lateness
@@ -54,7 +41,7 @@ class Statistics:
 
 @dataclass(frozen=True, slots=True)
 class Hello:
-    """The mover's first line: its descriptors of the namespaces, and when time 0 was."""
+    """The forwarder's first line: its descriptors of the namespaces, and when time 0 was."""
 
     start_s: float
     server_network: int
@@ -64,6 +51,6 @@ class Hello:
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """The mover's only line when there is no link."""
+    """The forwarder's only line when there is no link."""
 
     refused: str

@@ -5,10 +5,10 @@ from __future__ import annotations
 from random import Random
 
 import pytest
+from tests.link.chance import LossChain, jitter_quantile_ms
+from tests.link.profile import Jitter, Loss
 
 from e2e.lab.link import expect
-from e2e.lab.link.chance import LossChain, jitter_quantile_ms
-from e2e.lab.link.profile import Jitter, Loss
 
 NORMAL = Jitter(distribution="normal", ms=5)
 PARETO = Jitter(distribution="pareto", ms=8, shape=4, at_most_ms=60)

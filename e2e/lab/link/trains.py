@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
-from e2e.lab.link.chance import jitter_quantile_ms
+from tests.link.chance import jitter_quantile_ms
+from tests.link.trace import TraceTransmitter, read
+
 from e2e.lab.link.probe import Plan, Train
-from e2e.lab.link.trace import TraceTransmitter, read
 
 if TYPE_CHECKING:
-    from e2e.lab.link.profile import DirectionSettings, Profile
+    from tests.link.profile import DirectionSettings, Profile
 
 CARRIED_BPS: Final = 25_000_000
 """A rate above it is not filled: the emulator is in Python."""

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from pydantic import TypeAdapter
+from tests.link.errors import LinkError
+from tests.link.profile import load
 
-from e2e.lab.link.errors import LinkError
 from e2e.lab.link.judge import Judge
 from e2e.lab.link.link import Link
 from e2e.lab.link.probe import Plan, Record
-from e2e.lab.link.profile import load
 from e2e.lab.link.trains import WAYS, WayName, plan_of, shortened, timetable_of
 
 if TYPE_CHECKING:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from e2e.lab.systems import stock, wax
+from e2e.lab.names import PEERS
+from e2e.lab.systems import peers, wax
 from e2e.lab.systems.running import PORT, Running, origin
 
 if TYPE_CHECKING:
@@ -21,12 +22,8 @@ def start(cell: Cell, link: Link, folder: Path) -> AbstractAsyncContextManager[R
     """Serve the cell's system inside the block; it is stopped afterwards, killed if needed.
 
     `folder` takes its configuration and log. Raises `NotRunError` when it cannot run here,
-    `LabError` with the end of its log when it does not get healthy.
+    `MeasureError` with the end of its log when it does not get healthy.
     """
-    if cell.system == "stock":
-        return stock.start(cell, link, folder)
-    if cell.system == "livekit":
-        from e2e.lab.systems import livekit  # noqa: PLC0415  # it imports this package
-
-        return livekit.start(cell, link, folder)
+    if cell.system in PEERS:
+        return peers.start(cell, link, folder)
     return wax.start(cell, link, folder)

@@ -23,11 +23,11 @@ class Running(Protocol):
     async def opened(self, window: Window) -> None:
         """Do what a person does to hear, and for ``operator`` to drive, once the page is open.
 
-        Returns when the page says so. Raises `LabError` when it does not.
+        Returns when the page says so. Raises `MeasureError` when it does not.
         """
 
     async def told(self) -> dict[str, float | str]:
-        """Return what the server says of itself. Raises `LabError` when it has ended."""
+        """Return what the server says of itself. Raises `MeasureError` when it has ended."""
 
 
 def origin(link: Link) -> str:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
 
-from e2e.lab.errors import LabError
 from e2e.lab.relay import http_through
 from e2e.lab.systems.running import PORT, origin
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
@@ -25,7 +25,6 @@ _START_WITHIN_S: Final = 40.0
 _STOP_WITHIN_S: Final = 5.0
 _ASK_EVERY_S: Final = 0.05
 _ANSWER_WITHIN: Final = aiohttp.ClientTimeout(total=10.0)
-_LOG_LINES: Final = 15
 
 
 class Served:
@@ -42,7 +41,7 @@ class Served:
         self._http = http
 
     async def healthy(self) -> None:
-        """Wait until it serves; raises `LabError` when it ends before or takes too long."""
+        """Wait until it serves; raises `MeasureError` when it ends before or takes too long."""
         until_s = time.monotonic() + _START_WITHIN_S
         while time.monotonic() < until_s:
             if self._process.returncode is not None:
@@ -51,22 +50,22 @@ class Served:
                 async with self._get("/healthz"):
                     return
             await asyncio.sleep(_ASK_EVERY_S)
-        raise LabError(f"{self._how()}; its log ends:\n{self._end_of_log()}")
+        raise MeasureError(f"{self._how()}; {self._last_words()}")
 
     async def json(self, path: str) -> Any:
-        """Return what it answers; raises `LabError`."""
+        """Return what it answers; raises `MeasureError`."""
         try:
             async with self._get(path) as response:
                 return await response.json()
         except (aiohttp.ClientError, TimeoutError) as error:
-            raise LabError(
-                f"{self._how()} at {path} ({error}); its log ends:\n{self._end_of_log()}"
+            raise MeasureError(
+                f"{self._how()} at {path} ({error}); {self._last_words()}"
             ) from error
 
     def check(self) -> None:
-        """Raise `LabError` when it has ended."""
+        """Raise `MeasureError` when it has ended."""
         if self._process.returncode is not None:
-            raise LabError(f"{self._how()}; its log ends:\n{self._end_of_log()}")
+            raise MeasureError(f"{self._how()}; {self._last_words()}")
 
     def _get(self, path: str) -> AbstractAsyncContextManager[aiohttp.ClientResponse]:
         return self._http.get(self.url + path, timeout=_ANSWER_WITHIN, raise_for_status=True)
@@ -77,9 +76,10 @@ class Served:
             "does not answer" if code is None else f"ended with status {code}"
         )
 
-    def _end_of_log(self) -> str:
-        lines = self._log.read_text(encoding="utf-8", errors="replace").splitlines()
-        return "\n".join(lines[-_LOG_LINES:])
+    def _last_words(self) -> str:
+        lines = self._log.read_text(encoding="utf-8", errors="replace").split("\n")
+        said = next((line.strip() for line in reversed(lines) if line.strip()), "nothing")
+        return f"its log ends with: {said} ({self._log})"
 
 
 @asynccontextmanager
@@ -88,7 +88,7 @@ async def serving(
 ) -> AsyncIterator[Served]:
     """Run this Python with `arguments`, log into `folder`; asked to stop afterwards, else killed.
 
-    Raises `LabError` with the end of its log when it does not get healthy.
+    Raises `MeasureError` with the end of its log when it does not get healthy.
     """
     path = folder / f"{name}.log"
     with path.open("wb") as log:

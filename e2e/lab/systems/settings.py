@@ -6,8 +6,8 @@ import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from e2e.lab.errors import LabError, NotRunError
 from e2e.lab.systems.running import PORT
+from e2e.measure.errors import MeasureError, NotRunError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,7 +26,7 @@ DRIVES_HZ: Final = 20.0
 def settings(cell: Cell, media: str) -> dict[str, Any]:
     """Return the tree of keys that differ from what is shipped.
 
-    `media` is where picture and sound come from, as `[video] source` has it. Raises `LabError`
+    `media` is where picture and sound come from, as `[video] source` has it. Raises `MeasureError`
     for a system that is not WAX's, `NotRunError` when the thesis's configuration is not there.
     """
     for_all = {
@@ -49,7 +49,7 @@ def settings(cell: Cell, media: str) -> dict[str, Any]:
             if cell.audio_mu_ms is None:
                 return tree
             return merged(tree, {"thesis": {"audio_mu_ms": cell.audio_mu_ms}})
-    raise LabError(f"{cell.system} is no system of WAX; see e2e/lab/cell.py for those that are")
+    raise MeasureError(f"{cell.system} is no system of WAX; see e2e/lab/cell.py for those that are")
 
 
 def merged(tree: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:

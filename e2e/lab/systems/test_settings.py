@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from e2e.harness import toml
 from e2e.lab.cell import Cell, SystemName
-from e2e.lab.errors import LabError
 from e2e.lab.systems.settings import THESIS, merged, settings
 from e2e.lab.systems.wax import flat
+from e2e.measure.errors import MeasureError
 from wax import config
 
 TEXT = st.text(st.characters(codec="utf-8"))
@@ -77,9 +77,9 @@ def test_video_first_is_for_both_roles() -> None:
 
 def test_the_thesis_keeps_its_constants() -> None:
     """The shipped file is the base; the cell changes the audio MU and the sources alone."""
-    tree = settings(cell("thesis", audio_mu_ms=200), "/films/face.mp4")
+    tree = settings(cell("thesis", audio_mu_ms=200), "/films/film.mp4")
     assert tree["thesis"].pop("audio_mu_ms") == 200
-    assert tree["video"].pop("source") == tree["audio"].pop("source") == "/films/face.mp4"
+    assert tree["video"].pop("source") == tree["audio"].pop("source") == "/films/film.mp4"
     shipped = tomllib.loads(THESIS.read_text(encoding="utf-8"))
     del shipped["thesis"]["audio_mu_ms"], shipped["turns"]["turn_s"]
     for name, keys in shipped.items():
@@ -102,7 +102,7 @@ def test_a_crowd_has_room() -> None:
 
 def test_another_system_is_refused() -> None:
     """A peer has no configuration of WAX."""
-    with pytest.raises(LabError, match="stock is no system of WAX"):
+    with pytest.raises(MeasureError, match="stock is no system of WAX"):
         settings(cell("stock"), "testcard")
 
 

@@ -17,9 +17,9 @@ from e2e.harness.missing import missing
 from e2e.harness.wait import eventually
 from e2e.lab.browsers import open_browser
 from e2e.lab.cell import Cell
-from e2e.lab.errors import LabError, NotRunError
 from e2e.lab.link import Link, UnavailableError
 from e2e.lab.systems import origin, start
+from e2e.measure.errors import MeasureError, NotRunError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -134,7 +134,9 @@ async def kept(browser: Any, url: str) -> Any:
 async def test_the_end_of_the_log_is_told(link: Link, tmp_path: Path) -> None:
     """A server that ends at start is an error with its own last words."""
     wrong = cell("thesis", audio_mu_ms=123)
-    with pytest.raises(LabError, match=r"(?s)ended with status 2; its log ends:\n.*audio_mu_ms"):
+    with pytest.raises(
+        MeasureError, match=r"(?s)ended with status 2; its log ends with: .*audio_mu_ms"
+    ):
         async with start(wrong, link, tmp_path):
             pass
 
@@ -157,7 +159,7 @@ async def test_a_broken_browser_is_a_sentence(
 ) -> None:
     """A browser that ends at once is an error that names it."""
     monkeypatch.setenv(f"WAX_{browser.upper()}", "/bin/false")
-    with pytest.raises(LabError, match=f"(?i)^{browser} does not"):
+    with pytest.raises(MeasureError, match=f"(?i)^{browser} does not"):
         async with open_browser(browser, link, [origin(link)], tmp_path):
             pass
 

@@ -8,10 +8,10 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.harness import toml
-from e2e.lab.errors import LabError
-from e2e.lab.systems.film import film
+from e2e.lab.systems.peers import film
 from e2e.lab.systems.served import Served, serving
 from e2e.lab.systems.settings import settings
+from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Mapping
@@ -37,11 +37,11 @@ class Wax:
         self._drives = drives
 
     async def opened(self, window: Window) -> None:
-        await window.evaluate(_press("Start"))
+        await window.evaluate(press("Start"))
         if not self._joins:
             return
         before = await self._disturbances()
-        await self._until(window, _press("Join the queue"), "lets nobody join the queue")
+        await self._until(window, press("Join the queue"), "lets nobody join the queue")
         says = "document.body.innerText.includes('You are driving')"
         await self._until(window, says, "does not say that the browser drives")
         if self._drives:
@@ -69,7 +69,7 @@ class Wax:
             before = now
             await window.release("ArrowUp")
             await asyncio.sleep(_LET_GO_S)
-        raise LabError("a key that is held in the page of WAX does not move the robot")
+        raise MeasureError("a key that is held in the page of WAX does not move the robot")
 
     async def _moves(self) -> bool:
         until_s = time.monotonic() + _MOVES_WITHIN_S
@@ -93,14 +93,14 @@ class Wax:
         while not await window.evaluate(expression):
             self._served.check()
             if time.monotonic() > until_s:
-                raise LabError(f"the page of WAX {problem} within {DRIVES_WITHIN_S:g} s")
+                raise MeasureError(f"the page of WAX {problem} within {DRIVES_WITHIN_S:g} s")
             await asyncio.sleep(_LOOK_EVERY_S)
 
 
 @asynccontextmanager
 async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Wax]:
     """See `e2e.lab.systems.start`."""
-    media = "testcard" if cell.content == "testcard" else str(await film())
+    media = str(await film(cell) or "testcard")
     config = folder / "wax.toml"
     config.write_text(toml.dumps(settings(cell, media)), encoding="utf-8")
     async with serving("wax", link, folder, ["-m", "wax", "--config", str(config)]) as served:
@@ -121,7 +121,7 @@ def flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, float | str]:
     return found
 
 
-def _press(name: str) -> str:
+def press(name: str) -> str:
     """Return a script that presses the button with this text, and is true when there is one."""
     return (
         "((button) => Boolean(button && !button.disabled && (button.click(), true)))("

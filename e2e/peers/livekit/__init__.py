@@ -1,9 +1,13 @@
-"""LiveKit fed by WHIP, set up as its own documentation has it for robots; the lab compares with it.
+"""LiveKit, which the lab compares with, in two ways that its own documentation has.
 
-`python -m e2e.peers.livekit` runs three parts: LiveKit's server, a publisher (aiortc, one layer,
-as WHIP allows it) and the server of a small page that plays what is published with
-livekit-client. Where its documentation gives a choice, the lowest delay is taken: playout delay
-0 to 10 ms, which is its preset for teleoperation; no adaptive stream, which has one layer to
-choose from and would wait until the video element is seen; no STUN, as all addresses are known.
-All else is as LiveKit has it by default.
+`python -m e2e.peers.livekit` runs LiveKit's server, publishes to it, and serves a small page that
+plays what is published with livekit-client.
+
+* ``--how sdk``, its quick start: published by its Python SDK with simulcast, adaptive stream and
+  dynacast on in the page, all else as LiveKit has it by default.
+* ``--how whip``, its lowest delay for one layer: published by WHIP from aiortc, which cannot do
+  simulcast; a playout delay of 0 to 10 ms, which is its preset for teleoperation; no adaptive
+  stream, which has one layer to choose from and would wait until the video element is seen.
+
+No STUN with either, as all addresses are known.
 """

@@ -1,4 +1,4 @@
-"""Run LiveKit, a publisher and a page under one process: `python -m e2e.peers.livekit`.
+"""Run LiveKit under a process that publishes and serves a page: `python -m e2e.peers.livekit`.
 
 When all of it works, one line of JSON (`messages.Ready`) says where the page is; when it cannot,
 one line says why. It runs until Ctrl-C or SIGTERM, or until a part of it ends.
@@ -8,28 +8,36 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import os
 import signal
 import sys
-from contextlib import AsyncExitStack, suppress
+import time
+from contextlib import AsyncExitStack
 from ipaddress import IPv4Address
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from e2e.peers.livekit.errors import LiveKitError
-from e2e.peers.livekit.installation import VERSION, client_version, find_client, find_server
-from e2e.peers.livekit.messages import PUBLISHER_LINE, Published, Ready, Refusal, say
+from e2e.peers.livekit.installation import (
+    VERSION,
+    check_sdk,
+    client_version,
+    find_client,
+    find_server,
+)
+from e2e.peers.livekit.messages import Ready, Refusal, say
 from e2e.peers.livekit.page import Pages
+from e2e.peers.livekit.publisher import publish_by_sdk, publish_by_whip
 from e2e.peers.livekit.server import LiveKit, Ports
 from e2e.peers.livekit.tokens import Key
+from e2e.peers.media import set_bitrate, sources
+from wax.errors import SourceError
 
 if TYPE_CHECKING:
-    from asyncio.subprocess import Process
     from collections.abc import Sequence
 
-_ROOT: Final = Path(__file__).parents[3]
 _PUBLISH_WITHIN_S: Final = 30.0
 _STOP_WITHIN_S: Final = 1.5
+_LOOK_EVERY_S: Final = 0.05
 _PORTS: Final = Ports()
 
 
@@ -38,6 +46,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
         prog="python -m e2e.peers.livekit",
         description=__doc__.splitlines()[0] if __doc__ else None,
     )
+    parser.add_argument("--how", choices=("sdk", "whip"), default="sdk", help="who publishes")
     parser.add_argument("--host", type=IPv4Address, default=IPv4Address("127.0.0.1"))
     parser.add_argument("--port", type=int, default=8080, help="the page's")
     parser.add_argument("--signal-port", type=int, default=_PORTS.signal)
@@ -52,21 +61,28 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 
 async def run(asked: argparse.Namespace) -> None:
-    """Run everything until it is cancelled. Raises `LiveKitError`."""
+    """Run everything until it is cancelled. Raises `LiveKitError` or `SourceError`."""
     program, script = find_server(), find_client()
+    is_sdk = asked.how == "sdk"
+    if is_sdk:
+        check_sdk()
     key = Key.make()
     address = str(asked.host)
     ports = Ports(asked.signal_port, asked.media_tcp_port, asked.media_udp_port)
-    livekit = LiveKit(program, address, ports, key)
-    pages = Pages(f"ws://{address}:{ports.signal}", key, script)
+    livekit = LiveKit(program, address, ports, key, is_by_default=is_sdk)
+    pages = Pages(f"ws://{address}:{ports.signal}", key, script, is_adaptive=is_sdk)
+    publish = publish_by_sdk if is_sdk else publish_by_whip
     async with AsyncExitStack() as running:
+        camera, microphone = running.enter_context(sources(asked.media))
         running.push_async_callback(livekit.stop)
         await livekit.start()
         running.push_async_callback(pages.stop)
         await pages.start(address, asked.port)
-        publisher = await start_publisher(livekit.url, key, asked.media)
-        running.push_async_callback(stop_publisher, publisher)
-        pages.published = await first_published(publisher)
+        publishing = asyncio.create_task(
+            publish(livekit.url, key, camera, microphone, pages.published_again)
+        )
+        running.push_async_callback(stop, publishing)
+        await begun(publishing, pages)
         say(
             Ready(
                 url=f"http://{address}:{asked.port}/",
@@ -74,70 +90,37 @@ async def run(asked: argparse.Namespace) -> None:
                 client_version=client_version(),
             )
         )
-        await any_ended(livekit, publisher, pages)
+        await any_ended(livekit, publishing)
 
 
-async def start_publisher(url: str, key: Key, media: Path | None) -> Process:
-    arguments = ["--url", url, *(["--media", str(media)] if media else [])]
-    return await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "e2e.peers.livekit.publisher", *arguments),
-        stdin=asyncio.subprocess.DEVNULL,
-        stdout=asyncio.subprocess.PIPE,
-        cwd=_ROOT,
-        env={**os.environ, "LIVEKIT_API_KEY": key.name, "LIVEKIT_API_SECRET": key.secret},
-        start_new_session=True,
-    )
+async def begun(publishing: asyncio.Task[None], pages: Pages) -> None:
+    """Return once it publishes. Raises `LiveKitError`, or whatever ended it."""
+    until_s = time.monotonic() + _PUBLISH_WITHIN_S
+    while not pages.published:
+        if publishing.done():
+            publishing.result()
+        if time.monotonic() > until_s:
+            raise LiveKitError(
+                f"nothing was published within {_PUBLISH_WITHIN_S:g} s; see its complaints"
+            )
+        await asyncio.sleep(_LOOK_EVERY_S)
 
 
-async def first_published(publisher: Process) -> int:
-    """Return when it publishes, 1. Raises `LiveKitError`."""
-    assert publisher.stdout is not None
+async def any_ended(livekit: LiveKit, publishing: asyncio.Task[None]) -> None:
+    """Raise `LiveKitError` as soon as LiveKit ends, or what ends the publishing."""
+    ended = asyncio.ensure_future(livekit.ended())
     try:
-        line = await asyncio.wait_for(publisher.stdout.readline(), _PUBLISH_WITHIN_S)
-    except TimeoutError:
-        raise LiveKitError(
-            f"nothing was published within {_PUBLISH_WITHIN_S:g} s; see the publisher's complaints"
-        ) from None
-    if not line:
-        raise LiveKitError("the publisher ended at its start; its last words are above")
-    said = PUBLISHER_LINE.validate_json(line)
-    if isinstance(said, Refusal):
-        raise LiveKitError(said.refused)
-    return said.times
-
-
-async def any_ended(livekit: LiveKit, publisher: Process, pages: Pages) -> None:
-    """Raise `LiveKitError` as soon as LiveKit or the publisher ends."""
-    waits = {
-        asyncio.ensure_future(livekit.ended()): "LiveKit",
-        asyncio.ensure_future(counted(publisher, pages)): "the publisher",
-    }
-    try:
-        done, _ = await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+        await asyncio.wait({ended, publishing}, return_when=asyncio.FIRST_COMPLETED)
+        if publishing.done():
+            publishing.result()
     finally:
-        for wait in waits:
-            wait.cancel()
-    first = next(iter(done))
-    raise LiveKitError(f"{waits[first]} ended with status {first.result()}; its log says why")
+        ended.cancel()
+    raise LiveKitError(f"LiveKit ended with status {ended.result()}; its log says why")
 
 
-async def counted(publisher: Process, pages: Pages) -> int:
-    """Read on how often it publishes until it ends; return its status."""
-    assert publisher.stdout is not None
-    while line := await publisher.stdout.readline():
-        said = PUBLISHER_LINE.validate_json(line)
-        if isinstance(said, Published):
-            pages.published = said.times
-    return await publisher.wait()
-
-
-async def stop_publisher(publisher: Process) -> None:
-    for ask in (publisher.terminate, publisher.kill):
-        with suppress(ProcessLookupError):
-            ask()
-        with suppress(TimeoutError):
-            await asyncio.wait_for(publisher.wait(), _STOP_WITHIN_S)
-            return
+async def stop(publishing: asyncio.Task[None]) -> None:
+    publishing.cancel()
+    await asyncio.wait({publishing}, timeout=_STOP_WITHIN_S)
 
 
 async def until_signalled(asked: argparse.Namespace) -> None:
@@ -151,11 +134,12 @@ async def until_signalled(asked: argparse.Namespace) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     asked = parse(arguments)
+    set_bitrate()
     try:
         asyncio.run(until_signalled(asked))
     except asyncio.CancelledError:
         return 0
-    except LiveKitError as error:
+    except (LiveKitError, SourceError) as error:
         say(Refusal(refused=str(error)))
         print(error, file=sys.stderr)
         return 1

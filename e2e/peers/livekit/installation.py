@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
 from pathlib import Path
@@ -14,6 +15,7 @@ VERSION: Final = "1.11.0"
 
 _ROOT: Final = Path(__file__).parents[3]
 _BUILT: Final = _ROOT / ".cache/livekit/server"
+_SDK: Final = "livekit"
 _PACKAGE: Final = _ROOT / "web/node_modules/livekit-client"
 
 
@@ -44,6 +46,12 @@ def find_client() -> Path:
             "livekit-client is not installed; type make check, which installs the page's packages"
         )
     return path
+
+
+def check_sdk() -> None:
+    """Raise `LiveKitError` where its Python SDK is missing."""
+    if importlib.util.find_spec(_SDK) is None:
+        raise LiveKitError("the package livekit is not installed; type make check")
 
 
 def client_version() -> str:

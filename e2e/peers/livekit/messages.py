@@ -1,4 +1,4 @@
-"""What this peer's processes say on standard output, one JSON object a line."""
+"""What this peer says on standard output, one JSON object a line."""
 
 from __future__ import annotations
 
@@ -9,12 +9,6 @@ from pydantic import BaseModel, ConfigDict, TypeAdapter
 
 class _Message(BaseModel):
     model_config = ConfigDict(extra="forbid")
-
-
-class Published(_Message):
-    """The publisher: picture and sound go to LiveKit, for the `times`-th time."""
-
-    times: int
 
 
 class Ready(_Message):
@@ -31,7 +25,6 @@ class Refusal(_Message):
     refused: str
 
 
-PUBLISHER_LINE: Final[TypeAdapter[Published | Refusal]] = TypeAdapter(Published | Refusal)
 FIRST_LINE: Final[TypeAdapter[Ready | Refusal]] = TypeAdapter(Ready | Refusal)
 
 

@@ -23,15 +23,19 @@ _STOP_WITHIN_S: Final = 1.0
 
 
 class Pages:
-    """Everybody who opens the page gets an identity and a token of his own with it.
+    """Everybody who opens the page gets an identity and a token of their own with it.
 
-    `livekit_url` is the signalling's, as ``ws://127.0.0.1:7880``; `script` is livekit-client.
+    `livekit_url` is the signalling's, as ``ws://127.0.0.1:7880``; `script` is livekit-client;
+    `is_adaptive` is whether the page asks for the layer that fits its video element.
     """
 
     published: int = 0
     """How often the publisher has published; before the first time ``/healthz`` is a 503."""
 
-    def __init__(self, livekit_url: str, key: Key, script: Path) -> None:
+    def __init__(
+        self, livekit_url: str, key: Key, script: Path, *, is_adaptive: bool = True
+    ) -> None:
+        self._is_adaptive = is_adaptive
         self._livekit_url = livekit_url
         self._key = key
         self._page = Template(_PAGE.read_text(encoding="utf-8"))
@@ -55,6 +59,9 @@ class Pages:
                 "name another with --port"
             ) from error
 
+    def published_again(self) -> None:
+        self.published += 1
+
     async def stop(self) -> None:
         if self._runner is not None:
             await self._runner.cleanup()
@@ -62,7 +69,8 @@ class Pages:
     def page(self) -> str:
         """Make the page for one more viewer."""
         token = viewer_token(self._key, f"viewer-{secrets.token_hex(6)}")
-        return self._page.substitute(place=json.dumps({"url": self._livekit_url, "token": token}))
+        place = {"url": self._livekit_url, "token": token, "adaptive": self._is_adaptive}
+        return self._page.substitute(place=json.dumps(place))
 
     async def _give_page(self, request: web.Request) -> web.Response:
         response = web.Response(text=self.page(), content_type="text/html")

@@ -38,8 +38,13 @@ class Ports:
     media_udp: int = 7882
 
 
-def settings(address: str, ports: Ports, key: Key) -> dict[str, Any]:
-    """Return LiveKit's configuration: on this address only, and nobody outside is asked."""
+def settings(address: str, ports: Ports, key: Key, *, is_by_default: bool = True) -> dict[str, Any]:
+    """Return LiveKit's configuration: on this address only, and nobody outside is asked.
+
+    Unless `is_by_default` with its preset for teleoperation.
+    """
+    # https://docs.livekit.io/robotics/media/performance/low-latency/playout-delay/
+    preset = {"room": {"playout_delay": {"enabled": True, "min": 0, "max": 10}}}
     return {
         "port": ports.signal,
         "bind_addresses": [address],
@@ -52,8 +57,7 @@ def settings(address: str, ports: Ports, key: Key) -> dict[str, Any]:
             "enable_loopback_candidate": ip_address(address).is_loopback,
             "ips": {"includes": [f"{address}/32"]},
         },
-        # https://docs.livekit.io/robotics/media/performance/low-latency/playout-delay/
-        "room": {"playout_delay": {"enabled": True, "min": 0, "max": 10}},
+        **({} if is_by_default else preset),
     }
 
 
@@ -65,10 +69,12 @@ def environment(configuration: Mapping[str, Any]) -> dict[str, str]:
 class LiveKit:
     """One server; what it logs goes to standard error."""
 
-    def __init__(self, program: Path, address: str, ports: Ports, key: Key) -> None:
+    def __init__(
+        self, program: Path, address: str, ports: Ports, key: Key, *, is_by_default: bool = True
+    ) -> None:
         self.url = f"http://{address}:{ports.signal}"
         self._program = program
-        self._environment = environment(settings(address, ports, key))
+        self._environment = environment(settings(address, ports, key, is_by_default=is_by_default))
         self._process: Process | None = None
 
     async def start(self) -> None:

@@ -20,11 +20,9 @@ import pytest
 from e2e.harness.server import free_port
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
-from e2e.peers.livekit.__main__ import first_published, start_publisher, stop_publisher
 from e2e.peers.livekit.errors import LiveKitError
-from e2e.peers.livekit.installation import find_client, find_server
-from e2e.peers.livekit.messages import FIRST_LINE, PUBLISHER_LINE, Published, Ready, Refusal
-from e2e.peers.livekit.server import LiveKit, Ports
+from e2e.peers.livekit.installation import check_sdk, find_client, find_server
+from e2e.peers.livekit.messages import FIRST_LINE, Ready, Refusal
 from e2e.peers.livekit.tokens import ROOM, Key
 
 if TYPE_CHECKING:
@@ -69,6 +67,7 @@ def _livekit() -> None:
     try:
         find_server()
         find_client()
+        check_sdk()
     except LiveKitError as error:
         pytest.skip(str(error))
 
@@ -105,21 +104,25 @@ async def test_a_port_that_is_taken_is_one_sentence() -> None:
 
 @pytest.mark.timeout(90)
 @pytest.mark.usefixtures("_livekit")
-async def test_the_publisher_comes_back() -> None:
+@pytest.mark.parametrize("how", ["sdk", "whip"])
+async def test_the_publisher_comes_back(how: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A publisher that LiveKit puts out publishes anew, without being told."""
-    ports = Ports(free_port(), free_port(), free_port())
-    livekit = LiveKit(find_server(), "127.0.0.1", ports, KEY)
-    await livekit.start()
-    publisher = await start_publisher(livekit.url, KEY, None)
-    try:
-        assert await first_published(publisher) == 1
-        await put_out(livekit.url, "robot")
-        assert publisher.stdout is not None
-        line = await asyncio.wait_for(publisher.stdout.readline(), 40)
-        assert PUBLISHER_LINE.validate_json(line) == Published(times=2)
-    finally:
-        await stop_publisher(publisher)
-        await livekit.stop()
+    monkeypatch.setenv("LIVEKIT_API_KEY", KEY.name)
+    monkeypatch.setenv("LIVEKIT_API_SECRET", KEY.secret)
+    signal_port = free_port()
+    async with (
+        started(how=how, signal_port=str(signal_port)) as process,
+        aiohttp.ClientSession() as http,
+    ):
+        ready = await first_line(process)
+        assert isinstance(ready, Ready)
+
+        async def published_twice() -> bool:
+            async with http.get(f"{ready.url}healthz") as answer:
+                return bool((await answer.json())["published"] == 2)
+
+        await put_out(f"http://127.0.0.1:{signal_port}", "robot")
+        await eventually(published_twice, "it publishes again", within_s=40)
 
 
 async def put_out(url: str, who: str) -> None:
@@ -154,13 +157,14 @@ async def test_when_livekit_dies_the_rest_ends() -> None:
 
 @pytest.mark.timeout(90)
 @pytest.mark.usefixtures("_livekit")
-async def test_a_browser_sees_and_hears_through_livekit(chromium: Browser) -> None:
+@pytest.mark.parametrize("how", ["sdk", "whip"])
+async def test_a_browser_sees_and_hears_through_livekit(chromium: Browser, how: str) -> None:
     """The test card comes whole, and packets of sound with it; Ctrl-C leaves no process."""
-    async with started() as process:
+    async with started(how=how) as process:
         ready = await first_line(process)
         assert isinstance(ready, Ready)
         family = psutil.Process(process.pid).children(recursive=True)
-        assert len(family) == 2  # LiveKit and the publisher; the page is the parent's
+        assert len(family) == 1  # LiveKit; publisher and page are the parent's
         context = await chromium.new_context()
         try:
             viewer = await Viewer.prepare(context, ready.url)

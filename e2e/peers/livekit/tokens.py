@@ -1,7 +1,8 @@
-"""The tokens that LiveKit wants: who someone is and what he may do, signed with a shared key."""
+"""The tokens that LiveKit wants: who someone is and what they may do, signed with a shared key."""
 
 from __future__ import annotations
 
+import os
 import secrets
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -22,6 +23,10 @@ class Key:
 
     @classmethod
     def make(cls) -> Self:
+        """Make one, or take what ``LIVEKIT_API_KEY`` and ``LIVEKIT_API_SECRET`` have."""
+        name, secret = os.environ.get("LIVEKIT_API_KEY"), os.environ.get("LIVEKIT_API_SECRET")
+        if name and secret:
+            return cls(name, secret)
         return cls(f"API{secrets.token_hex(6)}", secrets.token_urlsafe(32))
 
 

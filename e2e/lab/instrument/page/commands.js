@@ -6,7 +6,7 @@
 // says what it is; the number of a ping is then the second.
 const makeCommands = (clock, hooks) => {
   const table = makeTable(["at_ms", "round_trip_ms"], 6000);
-  const setPoints = makeTable(["at_ms", "buffered_bytes"], 40_000);
+  const setPoints = makeTable(["at_ms"], 40_000);
   const watched = new WeakSet();
   const open = new Map(); // of each id, when it was sent
 
@@ -25,7 +25,7 @@ const makeCommands = (clock, hooks) => {
     if (channel.label !== "drive") return;
     const said = parse(data);
     if (said?.type === "drive") {
-      setPoints.add(rounded(clock.now(), 1), channel.bufferedAmount);
+      setPoints.add(rounded(clock.now(), 1));
     }
     if (said?.type !== "ping") return;
     if (!watched.has(channel)) {

@@ -4,7 +4,6 @@ const makeHooks = () => {
   const peers = [];
   const remoteTracks = new Set();
   const elements = [];
-  let peerCount = 0;
   const listeners = { element: [], track: [], send: [], state: [] };
   const tell = (kind, ...what) => {
     for (const listener of listeners[kind]) {
@@ -24,10 +23,9 @@ const makeHooks = () => {
   };
 
   const meetPeer = (peer) => {
-    const number = peerCount++;
     peers.push(peer);
     peer.addEventListener("track", meetTrack);
-    peer.addEventListener("connectionstatechange", () => tell("state", number, peer.connectionState));
+    peer.addEventListener("connectionstatechange", () => tell("state", peer.connectionState));
   };
 
   const meetElement = (element) => {

@@ -5,19 +5,19 @@ if (window === window.top && !(NAME in window)) {
   const limit = (sentence, holds = true) => (holds ? limits.add(sentence) : limits.delete(sentence));
   const clock = makeClock();
   const hooks = makeHooks();
-  const eyes = makeEyes(clock, hooks, limit);
-  const ears = makeEars(clock, hooks, limit);
+  const video = makeVideoProbe(clock, hooks, limit);
+  const audio = makeAudioProbe(clock, hooks, limit);
   const counts = makeCounts(clock, hooks, limit);
   const commands = makeCommands(clock, hooks);
-  const states = makeTable(["at_ms", "peer", "state"], 1000);
-  hooks.on("state", (number, state) => states.add(rounded(clock.now(), 1), number, state));
+  const states = makeTable(["at_ms", "state"], 1000);
+  hooks.on("state", (state) => states.add(rounded(clock.now(), 1), state));
   const load = Math.random();
 
   const turn = async () => {
     try {
       clock.follow();
       hooks.look();
-      eyes.choose();
+      video.choose();
       await counts.look();
     } catch (error) {
       console.debug(error); // a peer that was closed meanwhile
@@ -28,17 +28,17 @@ if (window === window.top && !(NAME in window)) {
 
   Object.defineProperty(window, NAME, {
     value: {
-      sees: eyes.sees,
-      listen: ears.listen,
+      sees: video.sees,
+      listen: audio.listen,
       take: () => ({
         load,
         opened_ms: clock.unix(0),
-        first_picture_ms: eyes.first_ms(),
-        first_sound_ms: ears.first_ms(),
-        output_ms: ears.context_output_ms() ?? counts.output_ms(),
-        cost: eyes.cost,
-        pictures: eyes.table.take(),
-        sound: ears.table.take(),
+        first_picture_ms: video.first_ms(),
+        first_sound_ms: audio.first_ms(),
+        output_ms: audio.context_output_ms() ?? counts.output_ms(),
+        cost: video.cost,
+        pictures: video.table.take(),
+        sound: audio.table.take(),
         counters: counts.table.take(),
         commands: commands.table.take(),
         set_points: commands.setPoints.take(),

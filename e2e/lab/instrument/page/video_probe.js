@@ -1,0 +1,159 @@
+// Reads the largest playing video, frame by frame, as it is presented.
+//
+// "Presented" is `presentationTime`: when the browser gave the frame to its compositor, which is at
+// a display refresh. The callback itself waits for the page's own turn, up to a refresh and more on
+// a busy page, while the screen does not; `expectedDisplayTime` is a promise, not an event. Not in
+// it: the way from there to the light, up to one refresh and whatever the screen takes, the same
+// for every system.
+const makeVideoProbe = (clock, hooks, limit) => {
+  const COLUMNS = 16;
+  const ROWS = 3;
+  const FINE = 3; // drawn with 3 × 3 samples a cell, of which the middle one is read
+  const table = makeTable(["at_ms", "stamp40_ms", "mouth", "width", "height"], 36_000);
+  const cost = { reads: 0, missed: 0 };
+  let first_ms = null;
+  let chosen = null;
+  let mouthSeen = false;
+
+  const makeContext = (width, height) => {
+    const canvas = document.createElement("canvas");
+    canvas.width = width;
+    canvas.height = height;
+    return canvas.getContext("2d", { willReadFrequently: true });
+  };
+  const small = makeContext(COLUMNS * FINE, ROWS * FINE);
+  small.imageSmoothingQuality = "medium"; // averages over what a sample stands for
+  let strip = null;
+
+  const crc8 = (bytes) => {
+    let crc = 0;
+    for (const byte of bytes) {
+      crc ^= byte;
+      for (let i = 0; i < 8; i++) crc = crc & 0x80 ? ((crc << 1) ^ 0x07) & 0xff : (crc << 1) & 0xff;
+    }
+    return crc;
+  };
+
+  // The 40 bits of the card, null where its check is wrong; `isWhite(row, column)` tells a cell.
+  const decode = (isWhite) => {
+    const bytes = [0, 0, 0, 0, 0, 0];
+    for (let cell = 0; cell < COLUMNS * ROWS; cell++) {
+      if (isWhite(Math.floor(cell / COLUMNS), cell % COLUMNS)) bytes[cell >> 3] |= 0x80 >> (cell & 7);
+    }
+    const stamp = bytes.slice(0, 5).reduce((sum, byte) => sum * 256 + byte, 0);
+    return stamp !== 0 && crc8(bytes.slice(0, 5)) === bytes[5] ? stamp : null;
+  };
+
+  // Only the brightness of the top fifth is copied; to draw it, the whole frame would be converted.
+  const hasLuma = (frame) => /^(I4|NV12)/.test(frame.format ?? "");
+  let luma = new Uint8Array(0);
+  const stampOfLuma = async (frame) => {
+    const { x, y, width, height } = frame.visibleRect;
+    const rect = { x, y, width: width & ~1, height: Math.floor(height / 5) & ~1 };
+    const size = frame.allocationSize({ rect });
+    if (luma.length < size) luma = new Uint8Array(size);
+    const plane = luma;
+    const [{ offset, stride }] = await frame.copyTo(plane, { rect });
+    return decode((row, column) => {
+      // The inner half of the cell: its edges are blurred by scaling and by the codec.
+      const [top, bottom] = [1, 3].map((n) => Math.floor(((4 * row + n) * height) / 60));
+      const [left, right] = [1, 3].map((n) => Math.floor(((4 * column + n) * width) / 64));
+      let sum = 0;
+      for (let v = top; v < bottom; v++) {
+        for (let u = left; u < right; u++) sum += plane[offset + v * stride + u];
+      }
+      return sum > 126 * (bottom - top) * (right - left);
+    });
+  };
+  const stampOfDrawing = (video) => {
+    const { videoWidth, videoHeight } = video;
+    const { width, height } = small.canvas;
+    small.drawImage(video, 0, 0, videoWidth, videoHeight / 5, 0, 0, width, height);
+    const { data } = small.getImageData(0, 0, width, height);
+    return decode((row, column) => {
+      const at = 4 * ((row * FINE + 1) * width + column * FINE + 1);
+      return data[at] + data[at + 1] + data[at + 2] > 382;
+    });
+  };
+
+  // How far the mouth is open, null until there was red where its mouth would be.
+  const readMouth = (picture, width, height) => {
+    const high = Math.max(1, Math.round(height * 0.3));
+    if (strip?.canvas.height !== high) {
+      strip = makeContext(4, high);
+      strip.imageSmoothingEnabled = false;
+    }
+    strip.drawImage(picture, width / 2 - 2, height * 0.55, 4, height * 0.3, 0, 0, 4, high);
+    const { data } = strip.getImageData(0, 0, 4, high);
+    let open = 0;
+    for (let y = 0; y < high; y++) {
+      let red = 0;
+      for (let at = 16 * y; at < 16 * (y + 1); at += 4) {
+        if (data[at] > 180 && data[at + 1] < 90 && data[at + 2] < 90) red++;
+      }
+      if (red >= 2) open++;
+    }
+    mouthSeen ||= open > 0;
+    return mouthSeen ? Math.min(1, open / (0.25 * height)) : null;
+  };
+
+  let byLuma = "VideoFrame" in window; // until a frame shows that this browser has none to give
+  const read = async (video, at_ms, mediaTime_s) => {
+    const { videoWidth, videoHeight } = video;
+    let frame = null;
+    try {
+      if (byLuma) {
+        frame = new VideoFrame(video);
+        byLuma = hasLuma(frame);
+      }
+      // The page was so late that the next frame is there already: that one's turn will come.
+      if (byLuma && Math.abs(frame.timestamp - 1e6 * mediaTime_s) > 5) {
+        cost.missed++;
+        return;
+      }
+      const stamp = byLuma ? await stampOfLuma(frame) : stampOfDrawing(video);
+      const picture = byLuma ? frame : video;
+      const mouth = stamp === null ? readMouth(picture, videoWidth, videoHeight) : null;
+      table.add(rounded(at_ms, 2), stamp, rounded(mouth, 3), videoWidth, videoHeight);
+    } finally {
+      frame?.close();
+    }
+    cost.reads++;
+  };
+
+  const area = (video) => 1e6 * video.clientWidth * video.clientHeight + video.videoWidth;
+  const plays = (video) =>
+    !video.paused &&
+    video.readyState >= 2 &&
+    video.srcObject?.getVideoTracks?.().some((track) => track.readyState === "live");
+  const choose = () => {
+    const playing = hooks.elements().filter((m) => m instanceof HTMLVideoElement && plays(m));
+    chosen = playing.sort((a, b) => area(b) - area(a))[0] ?? null;
+  };
+
+  hooks.on("element", (video) => {
+    if (!(video instanceof HTMLVideoElement)) return;
+    if (!video.requestVideoFrameCallback) {
+      limit("This browser does not tell when a frame is presented: no picture is read.");
+      return;
+    }
+    let before = null;
+    const onFrame = (_now, frame) => {
+      video.requestVideoFrameCallback(onFrame);
+      const at_ms = clock.unix(frame.presentationTime);
+      first_ms ??= at_ms;
+      if (!chosen || !plays(chosen)) choose();
+      if (video !== chosen) {
+        before = null;
+        return;
+      }
+      // A page that is late for a frame finds the next one there.
+      if (before !== null) cost.missed += Math.max(0, frame.presentedFrames - before - 1);
+      before = frame.presentedFrames;
+      read(video, at_ms, frame.mediaTime).catch((error) => limit(`A picture was not read: ${error}.`));
+    };
+    video.requestVideoFrameCallback(onFrame);
+  });
+
+  return { choose, table, cost, sees: () => first_ms !== null, first_ms: () => first_ms };
+};

@@ -1,1 +1,0 @@
-"""The plots of each experiment, drawn from the raw series and figures of the run."""

@@ -1,1 +1,0 @@
-"""One module for each experiment of chapter 5, and one for all systems side by side."""
