@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass
 from random import Random
 from typing import TYPE_CHECKING, Any, Final
 
-from tests.link.profile import Profile
 from tests.congestion.bottleneck import Port, TcpDownload, bottleneck, run
+from tests.link.profile import Profile
 from tests.sync.link_model import Loop, profile
 
 if TYPE_CHECKING:

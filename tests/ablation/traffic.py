@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from tests.link.trace import TraceTransmitter, read
 from tests.ablation.links import beside_download, beside_viewer, measured, recorded
+from tests.link.trace import TraceTransmitter, read
 from tests.sync.link_model import Loop
 
 if TYPE_CHECKING:

@@ -18,8 +18,6 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 from tests.link.model import Direction
 from tests.link.profile import Profile, load
 from tests.sync.browser_model import Browser
-from tests.link.model import Direction
-from tests.link.profile import Profile, load
 
 from wax.config import Settings, SyncSettings
 from wax.congestion.allocation import Allocation, SoundForm, Step

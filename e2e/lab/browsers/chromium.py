@@ -43,10 +43,8 @@ class ChromiumWindow:
             await self._page.keyboard.down(key)
 
     async def release(self, key: Key) -> None:
-        try:
+        with _failing(f"{key} cannot be let go of in Chromium"):
             await self._page.keyboard.up(key)
-        except Error as error:
-            raise _told(f"{key} cannot be let go of in Chromium", error) from error
 
 
 class Chromium:

@@ -68,10 +68,8 @@ class FirefoxWindow:
             await self._window.key("keyDown", KEYS[key])
 
     async def release(self, key: Key) -> None:
-        try:
+        with _failing(f"{key} cannot be let go of in Firefox"):
             await self._window.key("keyUp", KEYS[key])
-        except AssertionError as error:
-            raise MeasureError(f"{key} cannot be let go of in Firefox: {error}") from error
 
 
 class FirefoxBrowser:

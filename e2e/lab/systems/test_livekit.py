@@ -61,9 +61,6 @@ def page(*says: str) -> Any:
 
     return SimpleNamespace(evaluate=evaluate, left=left)
 
-    async def release(self, key: str) -> None:
-        raise NotImplementedError
-
 
 async def test_it_is_open_when_the_page_plays(monkeypatch: pytest.MonkeyPatch) -> None:
     """The page is asked until it is connected and heard; in time, or its words are the error."""
