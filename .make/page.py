@@ -44,7 +44,7 @@ class PageError(Exception):
 
 def sources() -> Iterator[Path]:
     """Every file that the page is made from."""
-    for name in ("messages.py", "rows.py", "web/schema.py"):
+    for name in ("protocol/messages.py", "protocol/compact.py", "web/schema.py"):
         yield ROOT / "server/wax" / name
     for folder, folders, files in os.walk(WEB):
         folders[:] = [name for name in folders if name not in NOT_SOURCES]

@@ -65,7 +65,7 @@ GO = {
     "linear": 1.0,
     "angular": 1.0,
     "held": True,
-    "speed": "gross",
+    "speed": "fast",
     "seen_server_ms": None,
     "axes": {},
 }

@@ -98,12 +98,12 @@ async def test_two_keys_at_once_make_a_curve(server: Server, driver: Viewer) -> 
 
 @pytest.mark.timeout(90)
 async def test_fine_is_slower_than_gross(server: Server, driver: Viewer) -> None:
-    """The same press turns the robot less far at fine speed than at gross speed."""
+    """The same press turns the robot less far at slow speed than at fast speed."""
     turned: dict[str, float] = {}
-    for speed, key in (("Fine", "ArrowLeft"), ("Gross", "ArrowRight")):
+    for speed, key in (("Slow", "ArrowLeft"), ("Fast", "ArrowRight")):
         await driver.radio(speed).check()
         turned[speed] = abs((await drive_by_keys(server, driver, key)).turned_rad)
-    assert 0.05 < turned["Fine"] < 0.6 * turned["Gross"], turned
+    assert 0.05 < turned["Slow"] < 0.6 * turned["Fast"], turned
 
 
 @pytest.mark.timeout(90)

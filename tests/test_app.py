@@ -10,19 +10,19 @@ import numpy as np
 import pytest
 
 from wax.app import App
+from wax.capture.source import Picture
 from wax.clock import SystemClock
-from wax.config import Settings
+from wax.config.settings import Settings
+from wax.driver.checks import NO_ANSWER
 from wax.errors import StartError
-from wax.media.source import Picture
-from wax.robot.guard import NO_ANSWER
 from wax.robot.simulated.robot import SimulatedRobot
-from wax.status import Status
+from wax.session.status import Status
 from wax.web import routes
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from wax.robot.driver import RobotState
+    from wax.driver.interface import RobotState
 
 pytestmark = pytest.mark.system
 

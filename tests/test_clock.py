@@ -14,9 +14,9 @@ from tests.control.test_control_loop import AHEAD, A, Bench
 import wax.clock
 from wax.clock import SystemClock
 from wax.control.reasons import Hold
-from wax.robot.driver import STANDSTILL, Limits
-from wax.robot.process.warden import SILENT, Apply, Stop, Warden
-from wax.robot.process.wire import Move
+from wax.driver.interface import STANDSTILL, Limits
+from wax.robot.process.driver_watchdog import SILENT, Apply, DriverWatchdog, Stop
+from wax.robot.process.pipe_messages import Move
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -145,7 +145,7 @@ def test_after_a_sleep_the_drivers_process_stops_the_robot(slept_s: float) -> No
     machine = Machine()
     with running_on(machine):
         clock = SystemClock("linux")
-        warden = Warden(Limits(0.5, 1.0), SILENCE_S)
+        warden = DriverWatchdog(Limits(0.5, 1.0), SILENCE_S)
 
         def say(sequence: int, linear_mps: float) -> object:
             now_s = clock.now_s()

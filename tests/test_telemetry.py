@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 import structlog
 
-from wax.config import LogSettings
+from wax.config.settings import LogSettings
 from wax.telemetry import Counters, Rates, configure_logs
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from e2e.faults.stage import random_phase, staged
 from e2e.faults.trials import Trials, repeat
 from e2e.harness.wait import eventually
 from e2e.measure.row import timed
-from wax.config import Settings
+from wax.config.settings import Settings
 
 if TYPE_CHECKING:
     from e2e.faults.stage import Stage
@@ -27,7 +27,7 @@ SLOW_S: Final = Settings().drive.slow_picture_age_ms / 1000
 STOP_S: Final = Settings().drive.stop_picture_age_ms / 1000
 """The limits of the picture's age as shipped; what the line itself takes is added."""
 _FINE_MMPS: Final = 0.3 * 600 + 2
-"""Fine speed of the shipped configuration, and what rounding makes of it."""
+"""Slow speed of the shipped configuration, and what rounding makes of it."""
 _LOOK_S: Final = 1.4
 _FRESH_S: Final = 0.3
 
@@ -50,7 +50,7 @@ async def camera_freezes(n: int, **settings: Any) -> list[Row]:
         ):
             page = await launch(stage.server.url)
             await page.take_the_wheel()
-            await page.viewer.radio("Gross").check()
+            await page.viewer.radio("Fast").check()
 
             async def trial() -> Dimmed | None:
                 await stage.moving(page.press)
@@ -96,7 +96,7 @@ async def page_starves(n: int, **settings: Any) -> list[Row]:
             page = await launch(stage.server.url, prepare=through(relay))
             await page.look()
             await page.take_the_wheel()
-            await page.viewer.radio("Gross").check()
+            await page.viewer.radio("Fast").check()
 
             async def sees() -> bool:
                 return time.monotonic() - await page.newest_s() < _FRESH_S
@@ -119,7 +119,7 @@ async def page_starves(n: int, **settings: Any) -> list[Row]:
 
 
 async def fast(stage: Stage) -> None:
-    """Wait until the robot is told to be clearly faster than fine."""
+    """Wait until the robot is told to be clearly faster than slow speed."""
 
     async def so() -> bool:
         stage.record.read()

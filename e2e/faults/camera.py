@@ -15,12 +15,12 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final
 
 from e2e.harness.wait import eventually
-from wax.media.testcard import TestCardVideo
+from wax.capture.testcard import TestCardVideo
 
 if TYPE_CHECKING:
+    from wax.capture.source import Picture
     from wax.clock import Clock
-    from wax.config import VideoSettings
-    from wax.media.source import Picture
+    from wax.config.settings import VideoSettings
 
 CONTROL: Final = "WAX_FAULTS_CAMERA"
 PLUG_IN: Final = {"video": {"source": "e2e.faults.camera:Camera"}}

@@ -12,11 +12,11 @@ from e2e.faults.operator import RawOperator
 from e2e.faults.relay import COMMAND_BYTES, Relay, Weather
 from e2e.faults.stage import staged
 from e2e.measure.row import judged
-from wax.config import Settings
+from wax.config.settings import Settings
 from wax.control import gate
 from wax.control.gate import Command, TurnView
 from wax.control.rules import Rules
-from wax.robot.driver import Limits
+from wax.driver.interface import Limits
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -135,7 +135,7 @@ def replayed(found: Sequence[Arrival], one_way_s: float, max_age_ms: float) -> i
         while at < len(found) and found[at].at_s <= now_s:
             one = found[at]
             share = 0.0 if neutral else 1.0
-            command = Command(one.seq, 1, one.sent_s, share, 0.0, not neutral, "fine")
+            command = Command(one.seq, 1, one.sent_s, share, 0.0, not neutral, "slow")
             state, refusal = gate.accept(
                 state, _VIEWER, command, turn=turn, now_s=one.at_s, rules=rules
             )

@@ -14,7 +14,7 @@ from e2e.faults.relay import Relay
 from e2e.faults.stage import random_phase, staged
 from e2e.faults.trials import Trials, repeat, told
 from e2e.measure.row import summed
-from wax.config import Settings
+from wax.config.settings import Settings
 
 if TYPE_CHECKING:
     from typing import Any

@@ -43,7 +43,7 @@ NUMBERS: Final[tuple[Edit, ...]] = (
         "        self._disarm()",
         "if turn == self._turn:\n            return ()\n        self._turn = turn",
     ),
-    ("robot/serial/setpoints.py", "if not self._fence.admits(turn):", "if False:"),
+    ("robot/serial/setpoints.py", "if not self._boundary.admits(turn):", "if False:"),
 )
 """An accepted command's own turn goes down the line, and the driver's process passes it on."""
 

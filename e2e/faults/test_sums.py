@@ -19,7 +19,7 @@ from e2e.faults.steady_beat import own_beat
 from e2e.faults.suite import staged_case
 from e2e.measure.row import Row, timed
 from wax.errors import ProtocolError
-from wax.messages import parse_drive, parse_state
+from wax.protocol.messages import parse_drive, parse_state
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -176,7 +176,7 @@ COMMAND: dict[str, Any] = {
     "linear": -1.0,
     "angular": 0.0,
     "held": True,
-    "speed": "gross",
+    "speed": "fast",
     "seen_server_ms": None,
     "axes": {},
 }

@@ -152,7 +152,7 @@ def test_what_is_on_record_counts_while_all_is_the_same(tmp_path: Path) -> None:
 
 def test_a_small_module_from_end_to_end(tmp_path: Path) -> None:
     """The faults of the smallest target are all noticed, and nothing of the tree has changed."""
-    target = ROOT / "server/wax/control/reach.py"
+    target = ROOT / "server/wax/control/stopping_distance.py"
     before = target.read_bytes()
     record = tmp_path / "record.jsonl"
     done = subprocess.run(

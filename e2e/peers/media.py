@@ -17,18 +17,18 @@ import numpy as np
 from aiortc import MediaStreamTrack
 from av import AudioFrame, VideoFrame
 
+from wax.capture.file.media_file import MediaFile
+from wax.capture.source import SAMPLE_RATE_HZ
+from wax.capture.testcard import TestCardAudio, TestCardVideo
 from wax.clock import SystemClock
-from wax.config import AudioSettings, VideoSettings
+from wax.config.settings import AudioSettings, VideoSettings
 from wax.errors import SourceError
-from wax.media.file import MediaFile
-from wax.media.source import SAMPLE_RATE_HZ
-from wax.media.testcard import TestCardAudio, TestCardVideo
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from wax.media.source import AudioSource, VideoSource
+    from wax.capture.source import AudioSource, VideoSource
 
 BITRATE_BPS: Final = 1_000_000
 VIDEO_CLOCK_HZ: Final = 90_000

@@ -23,7 +23,7 @@ from e2e.peers.media import CameraTrack, MicrophoneTrack, set_bitrate, sources
 from wax.errors import SourceError
 
 if TYPE_CHECKING:
-    from wax.media.source import AudioSource, VideoSource
+    from wax.capture.source import AudioSource, VideoSource
 
 PAGE = """<!doctype html>
 <meta charset="utf-8">

@@ -11,15 +11,16 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wax import __version__, config
+from wax import __version__
 from wax.clock import SystemClock
+from wax.config import settings as config
 from wax.errors import ConfigError, WaxError
 from wax.telemetry import configure_logs
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from wax.config import Settings
+    from wax.config.settings import Settings
     from wax.proof.proof import Progress
 
 
@@ -132,8 +133,8 @@ def _is_lifted() -> bool:
 
 
 def _devices() -> int:
-    from wax.media.devices import list_devices
-    from wax.robot.serial.ports import list_ports
+    from wax.capture.list_devices import list_devices
+    from wax.robot.serial.list_ports import list_ports
 
     print("\n".join([*list_devices(), *list_ports()]))
     return 0

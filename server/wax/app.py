@@ -16,25 +16,25 @@ from typing import TYPE_CHECKING, Final
 import structlog
 from aiohttp import web
 
-from wax.board import Board
+from wax.baseline.streams import BaselineService, thesis_video
+from wax.baseline.unit_hub import UnitHub
+from wax.capture.audio_blocks import Blocks
+from wax.capture.find_sources import make_sources
+from wax.capture.source_thread import SourceThread
+from wax.capture.timestamp_overlay import overlay_time
 from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
+from wax.encode.video_encoder import IntraEncoder
 from wax.errors import StartError
-from wax.media.blocks import Blocks
-from wax.media.capture import Capture
-from wax.media.find import make_sources
-from wax.media.imprint import imprint
-from wax.media.sound_hub import SoundHub
-from wax.media.unit_hub import UnitHub
-from wax.media.video_encoder import IntraEncoder
-from wax.media.video_hub import VideoHub
-from wax.proving import Proving
-from wax.robot.find import make_robot
-from wax.room import Room
+from wax.fanout.sound_hub import SoundHub
+from wax.fanout.video_hub import VideoHub
+from wax.robot.find_driver import make_robot
 from wax.rtc import private
-from wax.status import Status
+from wax.session.announcements import Announcements
+from wax.session.proof_runner import ProofRunner
+from wax.session.room import Room
+from wax.session.status import Status
 from wax.streams.live import LiveService
-from wax.streams.thesis import ThesisService, thesis_video
 from wax.tasks import TaskSupervisor
 from wax.telemetry import Counters, Rates
 from wax.web.routes import Routes
@@ -43,10 +43,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from wax.capture.source import Picture, Sound
     from wax.clock import Clock
-    from wax.config import Settings
-    from wax.media.source import Picture, Sound
-    from wax.streams.streams import Service
+    from wax.config.settings import Settings
+    from wax.streams.interface import Service
 
 _LOG = structlog.get_logger(__name__)
 
@@ -81,7 +81,7 @@ class App:
                 make_encoder=IntraEncoder,
             )
             self._audio = UnitHub(mu_ms=settings.thesis.audio_mu_ms)
-            service = ThesisService(
+            service = BaselineService(
                 clock=clock, settings=settings.thesis, video=self._video, audio=self._audio
             )
         else:
@@ -94,9 +94,9 @@ class App:
                 video=self._video,
                 audio=self._audio,
             )
-        self._captures: dict[str, Capture[Picture] | Capture[Sound]] = {}
+        self._captures: dict[str, SourceThread[Picture] | SourceThread[Sound]] = {}
         if sources.video is not None:
-            self._captures["video"] = Capture(
+            self._captures["video"] = SourceThread(
                 sources.video,
                 self._take_picture,
                 name="camera",
@@ -104,7 +104,7 @@ class App:
                 retry_s=settings.video.retry_s,
             )
         if sources.audio is not None:
-            self._captures["audio"] = Capture(
+            self._captures["audio"] = SourceThread(
                 sources.audio,
                 self._take_sound,
                 name="microphone",
@@ -119,7 +119,7 @@ class App:
             counters=counters,
             service=service,
             turns=turns,
-            board=Board(
+            board=Announcements(
                 settings=settings,
                 service=service,
                 driver=self._driver,
@@ -151,7 +151,7 @@ class App:
             counters=counters,
             rates=Rates(),
         )
-        self._proving = Proving(
+        self._proof_runner = ProofRunner(
             control=self._control,
             driver=self._driver,
             config_path=config_path,
@@ -160,7 +160,7 @@ class App:
         routes = Routes(
             room=self._room,
             clock=clock,
-            proving=self._proving,
+            proving=self._proof_runner,
             ice=settings.ice,
             status=self._status,
             acknowledged=service.acknowledged,
@@ -191,7 +191,7 @@ class App:
     def stop(self) -> None:
         """Stop the robot at once, then let `run` end."""
         self._control.stop()
-        self._proving.break_off()
+        self._proof_runner.break_off()
         self._stopping.set()
 
     async def _start(self) -> None:
@@ -224,11 +224,11 @@ class App:
 
     async def _shut_down(self) -> None:
         self._control.stop()
-        self._proving.break_off()
+        self._proof_runner.break_off()
         try:
             async with asyncio.timeout(_STOP_S):
                 await self._supervisor.stop()
-                await self._proving.stop()
+                await self._proof_runner.stop()
                 # Together, not one after the other: a device that hangs costs its time once.
                 await asyncio.gather(self._room.close(), asyncio.to_thread(self._stop_threads))
                 await self._runner.cleanup()
@@ -251,7 +251,7 @@ class App:
         """Take a picture, in the camera's thread."""
         if self._settings.video.imprint:
             behind_ms = (self._clock.now_s() - picture.captured_s) * 1000
-            picture = imprint(picture, self._clock.wall_ms() - round(behind_ms))
+            picture = overlay_time(picture, self._clock.wall_ms() - round(behind_ms))
         self._video.slot.put(picture)
 
     def _take_sound(self, sound: Sound) -> None:

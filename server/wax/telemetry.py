@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from structlog.typing import Processor
 
-    from wax.config import LogSettings
+    from wax.config.settings import LogSettings
 
 
 _STANDARD_ERROR: Final = 2

@@ -57,7 +57,7 @@ _HARNESS: Final = (
     "tests.sync.browser_model",
     "tests.sync.link_model",
     "wax.sync.fail_safe",
-    "wax.sync.watch",
+    "wax.sync.playout_state",
 )
 _SEEDS: Final = 6
 """So many runs tell how much chance alone changes a measure."""

@@ -12,8 +12,8 @@ from wax.client.clock import ServerClock
 from wax.client.media import Arrival, StreamCounts
 from wax.client.reports import Received, Reporter
 from wax.client.sdp import agreed, as_browser
-from wax.messages import Drive, Report, parse_drive
-from wax.rows import write
+from wax.protocol.compact import write
+from wax.protocol.messages import Drive, Report, parse_drive
 from wax.rtc.signalling import clean_offer
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ async def test_a_command_is_what_the_hands_hold(operator: Operator) -> None:
     operator.clock.add(1000.0, 1002.0, 6001.0)
     command = parse_drive(operator.row(operator.next_seq()))
     assert isinstance(command, Drive)
-    assert (command.seq, command.turn, command.held, command.speed) == (1, 0, True, "gross")
+    assert (command.seq, command.turn, command.held, command.speed) == (1, 0, True, "fast")
     assert (command.linear, command.angular, command.seen_server_ms) == (0.5, -0.25, None)
     assert command.sent_server_ms == pytest.approx(operator.server_ms(), abs=1000)
     other = parse_drive(operator.row(7, linear=-1.0, turn=3))

@@ -11,7 +11,7 @@ import pytest
 from tests.link.model import Direction
 from tests.link.profile import Change, Jitter, Profile, load
 
-from wax.config import Settings
+from wax.config.settings import Settings
 from wax.congestion.allocation import SoundForm, Step
 from wax.congestion.allocator import Allocator
 from wax.congestion.delivery import Delivery

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from wax.control.rules import Rules
-from wax.robot.driver import Limits
+from wax.driver.interface import Limits
 
 RULES: Final = Rules(
     limits=Limits(linear_mps=0.8, angular_rps=2.0, axes=("pan",)),
@@ -14,7 +14,7 @@ RULES: Final = Rules(
     slow_picture_age_s=0.4,
     stop_picture_age_s=0.8,
     max_stop_distance_m=2.0,
-    fine_fraction=0.5,
+    slow_fraction=0.5,
     beat_s=0.02,
     silence_s=0.0,
     watchdog_s=0.12,

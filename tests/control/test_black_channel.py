@@ -27,14 +27,14 @@ from cryptography.hazmat.primitives.ciphers.aead import AESGCM
 from tests.control.rules import RULES
 from tests.examples import share_of
 
-from wax import messages
-from wax.control import gate, latch
-from wax.control.latch import Latch
+from wax.control import gate, stop_latch
 from wax.control.reasons import Hold
+from wax.control.stop_latch import StopLatch
 from wax.control.turn_view import TurnView
+from wax.driver.interface import STANDSTILL, Twist
 from wax.errors import ProtocolError
-from wax.robot.driver import STANDSTILL, Twist
-from wax.viewer import command_of
+from wax.protocol import messages
+from wax.session.viewer import command_of
 
 if TYPE_CHECKING:
     from wax.control.gate import Setpoint
@@ -100,7 +100,7 @@ def text_of(sent: Sent, seq: int) -> str:
     if sent.kind == "drive":
         axes = {} if sent.pan is None else {"pan": sent.pan}
         seen_ms = now_ms - 50.0
-        row = ["drive", seq, sent.turn, now_ms, *sent.hands, sent.held, "gross", seen_ms, axes]
+        row = ["drive", seq, sent.turn, now_ms, *sent.hands, sent.held, "fast", seen_ms, axes]
         return json.dumps(row)
     if sent.kind == "stop":
         return '{"type":"stop"}'
@@ -251,7 +251,7 @@ class Server:
     """Codec, gate and latch as the server strings them together."""
 
     def __init__(self, turn: TurnView, now_s: float) -> None:
-        self.turn, self.latch = turn, Latch()
+        self.turn, self.latch = turn, StopLatch()
         self.gate = gate.begin(turn.number, now_s)
 
     def begin(self, turn: TurnView, now_s: float) -> None:
@@ -285,11 +285,11 @@ class Server:
     def _state(self, message: messages.StateIn, viewer: int, now_s: float) -> str:
         match message:
             case messages.Stop():
-                self.latch = latch.press(self.latch, str(viewer), now_s)
+                self.latch = stop_latch.press(self.latch, str(viewer), now_s)
                 return "stopped"
             case messages.Release():
                 sent_s = message.sent_server_ms / 1000
-                self.latch, refusal = latch.release(
+                self.latch, refusal = stop_latch.release(
                     self.latch, viewer, message.stop, sent_s, turn=self.turn, now_s=now_s
                 )
                 if refusal is not None:

@@ -14,15 +14,15 @@ from structlog.testing import capture_logs
 from tests.turned_clock import Turnable, TurnedClock
 
 from wax.clock import SystemClock
-from wax.config import DriveSettings, RobotSettings, TurnSettings
+from wax.config.settings import DriveSettings, RobotSettings, TurnSettings
 from wax.control.command import Command
-from wax.control.helm import NOT_CONNECTED
-from wax.control.latch import StopLatch
 from wax.control.loop import ControlLoop
 from wax.control.reasons import Hold, Limit, Refusal, stopped_by
+from wax.control.safe_driver import NOT_CONNECTED
+from wax.control.stop_latch import LatchedStop
 from wax.control.turns import PlaceLost, TurnEnded, TurnEvent, TurnRenewed, Turns, TurnStarted
-from wax.robot.driver import STANDSTILL, Limits, RobotState, Twist
-from wax.robot.guard import NO_ANSWER
+from wax.driver.checks import NO_ANSWER
+from wax.driver.interface import STANDSTILL, Limits, RobotState, Twist
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -110,7 +110,7 @@ class Bench:
             settings=DriveSettings(
                 loop_hz=50.0,
                 max_age_ms=150.0,
-                fine_fraction=0.5,
+                slow_fraction=0.5,
                 max_stop_distance_m=max_stop_distance_m,
             ),
             robot=robot,
@@ -144,7 +144,7 @@ class Bench:
             linear=linear,
             angular=0.0,
             held=linear != 0,
-            speed="gross",
+            speed="fast",
             seen_s=self.clock.time_s,
         )
 
@@ -432,7 +432,7 @@ def test_stop_reaches_the_robot_at_once(bench: Bench) -> None:
     bench.drive()
     assert bench.loop.press_stop("Bob") == 1
     assert bench.driver.take() == [("stop", 1)]
-    assert bench.loop.latched == StopLatch(1, "Bob")
+    assert bench.loop.latched == LatchedStop(1, "Bob")
     for linear in (0.0, 1.0, 0.0, 1.0):
         bench.offer(linear)
         assert bench.step() == [("apply", STANDSTILL, 1)]
@@ -444,7 +444,7 @@ def test_pressing_again_stops_again(bench: Bench) -> None:
     assert bench.loop.press_stop("Bob") == 1
     assert bench.loop.press_stop("Eve") == 2
     assert bench.driver.take()[-2:] == [("stop", 1), ("stop", 1)]
-    assert bench.loop.latched == StopLatch(2, "Bob")
+    assert bench.loop.latched == LatchedStop(2, "Bob")
 
 
 @pytest.mark.parametrize("releaser", [A, None])
@@ -524,7 +524,7 @@ def test_stop_latches_although_the_driver_fails_badly(bench: Bench) -> None:
     bench.driver.stop = interrupted  # type: ignore[method-assign]
     with pytest.raises(KeyboardInterrupt):
         bench.loop.press_stop("Bob")
-    assert bench.loop.latched == StopLatch(1, "Bob")
+    assert bench.loop.latched == LatchedStop(1, "Bob")
 
 
 def test_after_stop_nothing_moves(bench: Bench) -> None:
@@ -793,7 +793,7 @@ def test_who_sees_late_is_slowed_and_told_why(bench: Bench) -> None:
 
 
 def test_who_does_not_want_to_see_drives_slowly(bench: Bench) -> None:
-    """Without a picture, on purpose, the robot is driven at fine speed at most."""
+    """Without a picture, on purpose, the robot is driven at slow speed at most."""
     bench.has_picture = False
     bench.offer()
     bench.step()
@@ -974,7 +974,7 @@ async def heard(driver: FakeDriver, *call: object) -> None:
 def page(seq: int, linear: float) -> Command:
     """Make what a page sends at this moment."""
     now_s = SystemClock().now_s()
-    return Command(seq, 1, now_s, linear, 0.0, linear != 0, "gross", seen_s=now_s)
+    return Command(seq, 1, now_s, linear, 0.0, linear != 0, "fast", seen_s=now_s)
 
 
 def live(

@@ -12,7 +12,6 @@ from tests.control.rules import RULES
 from wax.control import gate
 from wax.control.command import Command
 from wax.control.gate import GateState, Setpoint
-from wax.control.latch import StopLatch
 from wax.control.reasons import (
     NO_LIMITS,
     NOBODY_DRIVES,
@@ -22,8 +21,9 @@ from wax.control.reasons import (
     Refusal,
     stopped_by,
 )
+from wax.control.stop_latch import LatchedStop
 from wax.control.turn_view import TurnView
-from wax.robot.driver import STANDSTILL, Limits, Twist
+from wax.driver.interface import STANDSTILL, Limits, Twist
 
 if TYPE_CHECKING:
     from wax.control.rules import Rules
@@ -42,7 +42,7 @@ def command(seq: int, sent_s: float, linear: float = 0.0, angular: float = 0.0) 
         linear=linear,
         angular=angular,
         held=linear != 0 or angular != 0,
-        speed="gross",
+        speed="fast",
         seen_s=sent_s,
     )
 
@@ -65,7 +65,7 @@ def decide(
     now_s: float,
     turn: TurnView = TURN,
     *,
-    stop: StopLatch | None = None,
+    stop: LatchedStop | None = None,
     rules: Rules = RULES,
 ) -> Setpoint:
     return gate.decide(state, turn, stop, now_s, rules)[1]
@@ -100,8 +100,8 @@ def test_neutral_then_drive_moves() -> None:
 
 
 def test_fine_speed() -> None:
-    """Fine multiplies by fine_fraction."""
-    state, _ = offer(ready(), replace(command(11, 101.1, 1.0, -1.0), speed="fine"))
+    """Slow speed multiplies by slow_fraction."""
+    state, _ = offer(ready(), replace(command(11, 101.1, 1.0, -1.0), speed="slow"))
     assert decide(state, 101.1).twist == Twist(0.4, -1.0)
 
 
@@ -304,13 +304,13 @@ def test_neutral_is_all_let_go(change: dict[str, object]) -> None:
 def test_nothing_moves_while_a_stop_is_latched() -> None:
     """While a stop lasts nothing moves, no axis either, and everybody reads who has pressed it."""
     state, _ = offer(driving(), replace(command(12, 101.2, linear=1.0), axes={"pan": 0.5}))
-    stop = StopLatch(1, "Bob")
+    stop = LatchedStop(1, "Bob")
     assert decide(state, 101.2, stop=stop) == Setpoint(reason=stopped_by("Bob"))
 
 
 def test_release_alone_moves_nothing() -> None:
     """After a stop a held key moves nothing, nor what was sent while the stop lasted."""
-    state, _ = gate.decide(driving(), TURN, StopLatch(1, "Bob"), 101.2, RULES)
+    state, _ = gate.decide(driving(), TURN, LatchedStop(1, "Bob"), 101.2, RULES)
     state, _ = offer(state, command(12, 101.19), now_s=101.21)
     assert decide(state, 101.21) == Setpoint(reason=Hold.STOPPED.value)
     state, _ = offer(state, command(13, 101.22, linear=1.0))

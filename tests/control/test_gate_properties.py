@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from tests.control.rules import RULES
 from tests.examples import examples
 
-from wax.control import gate, latch, ramp
+from wax.control import gate, ramp, stop_latch
 from wax.control.command import Command
-from wax.control.latch import Latch
 from wax.control.reasons import Hold
+from wax.control.stop_latch import StopLatch
 from wax.control.turn_view import TurnView
-from wax.robot.driver import STANDSTILL, Limits, Twist
+from wax.driver.interface import STANDSTILL, Limits, Twist
 
 LIMITS = RULES.limits
 OPERATOR = 1
@@ -39,7 +39,7 @@ class Word:
     seq_back: int = 0  # how far the sequence number lies behind the highest sent
     delay_s: float = 0.0
     hands: tuple[float, float, bool] = (0.0, 0.0, False)
-    speed: str = "gross"
+    speed: str = "fast"
     picture_s: float | None = 0.0  # how old what is seen was when the command was sent
     axes: dict[str, float] = field(default_factory=dict)
 
@@ -60,7 +60,7 @@ words = st.builds(
         st.tuples(st.floats(-1, 1), st.sampled_from([0.0, 1.0, -1.0]), st.just(True)),
         st.tuples(any_share, any_share, st.booleans()),
     ),
-    speed=st.sampled_from(["fine", "gross"]),
+    speed=st.sampled_from(["slow", "fast"]),
     picture_s=st.one_of(st.sampled_from([0.0] * 5 + [0.45, 0.9, None]), st.floats(-0.5, 1.5)),
     axes=st.dictionaries(st.sampled_from(["pan", "arm"]), any_share, max_size=2),
 )
@@ -136,11 +136,11 @@ class Judge:
 def expected(command: Command, sight: str) -> Twist:
     """Return the motion of a command that may be followed, by a robot that stands in time."""
     shares = [command.linear, command.angular]
-    if command.speed == "fine":
-        shares = [share * RULES.fine_fraction for share in shares]
+    if command.speed == "slow":
+        shares = [share * RULES.slow_fraction for share in shares]
     largest = max(map(abs, shares))
-    if sight != "clear" and largest > RULES.fine_fraction:
-        shares = [share * (RULES.fine_fraction / largest) for share in shares]
+    if sight != "clear" and largest > RULES.slow_fraction:
+        shares = [share * (RULES.slow_fraction / largest) for share in shares]
     return Twist(shares[0] * LIMITS.linear_mps, shares[1] * LIMITS.angular_rps)
 
 
@@ -149,7 +149,7 @@ def expected(command: Command, sight: str) -> Twist:
 def test_motion_only_by_the_rules(trace: list[Word], one_way_s: float) -> None:
     """Whatever repeats, overtakes, delays or lies: only the newest that keeps all rules moves."""
     now_s, seq = 1000.0, 10
-    state, stop = gate.begin(TURN, now_s), Latch()
+    state, stop = gate.begin(TURN, now_s), StopLatch()
     judge = Judge(one_way_s=one_way_s, hold_s=now_s)
     for word in trace:
         now_s += word.gap_s
@@ -165,7 +165,7 @@ def test_motion_only_by_the_rules(trace: list[Word], one_way_s: float) -> None:
                     linear=word.hands[0],
                     angular=word.hands[1],
                     held=word.hands[2],
-                    speed="fine" if word.speed == "fine" else "gross",
+                    speed="slow" if word.speed == "slow" else "fast",
                     seen_s=None if word.picture_s is None else sent_s - word.picture_s,
                     axes=word.axes,
                 )
@@ -177,10 +177,10 @@ def test_motion_only_by_the_rules(trace: list[Word], one_way_s: float) -> None:
                 state = gate.require_neutral(state, now_s, Hold.FAULT)
                 judge.hold(now_s)
             case "press":
-                stop = latch.press(stop, "Bob", now_s)
+                stop = stop_latch.press(stop, "Bob", now_s)
                 judge.stopped = True
             case "release":
-                stop, _ = latch.release(
+                stop, _ = stop_latch.release(
                     stop, word.viewer, stop.newest, now_s, turn=turn, now_s=now_s
                 )
                 judge.stopped = judge.stopped and not (word.viewer == OPERATOR and judge.present)
@@ -215,11 +215,11 @@ def test_no_number_gets_past_the_gate(
 ) -> None:
     """NaN, infinity and what is out of range are refused, and the robot stands."""
     turn = TurnView(number=TURN, operator=OPERATOR, present=True, one_way_s=0.3, sees=True)
-    neutral = Command(1, TURN, 0.5, 0, 0, False, "gross", seen_s=0.5)
+    neutral = Command(1, TURN, 0.5, 0, 0, False, "fast", seen_s=0.5)
     state, _ = gate.accept(
         gate.begin(TURN, 0.0), OPERATOR, neutral, turn=turn, now_s=0.5, rules=RULES
     )
-    wild = Command(2, TURN, sent_s, linear, angular, True, "gross", seen_s, {"pan": pan})
+    wild = Command(2, TURN, sent_s, linear, angular, True, "fast", seen_s, {"pan": pan})
     state, refusal = gate.accept(state, OPERATOR, wild, turn=turn, now_s=0.5, rules=RULES)
     sound = all(abs(n) <= 1 for n in (linear, angular, pan)) and math.isfinite(sent_s)
     assert sound or refusal is not None
@@ -254,7 +254,7 @@ def test_no_number_of_the_robots_own_gets_out(
     state = gate.begin(TURN, 0.0)
     for seq, (linear, angular) in enumerate([(0.0, 0.0), shares]):
         held = (linear, angular) != (0.0, 0.0)
-        command = Command(seq, TURN, 0.5, linear, angular, held, "gross", seen_s=0.5)
+        command = Command(seq, TURN, 0.5, linear, angular, held, "fast", seen_s=0.5)
         state, _ = gate.accept(state, OPERATOR, command, turn=turn, now_s=0.5, rules=rules)
     _, setpoint = gate.decide(state, turn, None, 0.5, rules)
     for part, limit in (
@@ -285,7 +285,7 @@ def test_never_faster_by_more_than_the_acceleration(
         if hands is not None:
             held = hands != (0.0, 0.0)
             seen_s = now_s - picture_s
-            command = Command(seq, TURN, now_s, *hands, held, "gross", seen_s=seen_s)
+            command = Command(seq, TURN, now_s, *hands, held, "fast", seen_s=seen_s)
             state, _ = gate.accept(state, OPERATOR, command, turn=turn, now_s=now_s, rules=rules)
         state, setpoint = gate.decide(state, turn, None, now_s, rules)
         before, told = told, ramp.step(setpoint, told, gap_s, rules).twist

@@ -19,11 +19,11 @@ from typing import Final
 import pytest
 from tests.turned_clock import TurnedClock
 
-from wax.config import DriveSettings, RobotSettings, TurnSettings
+from wax.config.settings import DriveSettings, RobotSettings, TurnSettings
 from wax.control.command import Command
 from wax.control.loop import ControlLoop
 from wax.control.turns import TurnEnded, TurnEvent, TurnRenewed, Turns, TurnStarted
-from wax.robot.driver import Limits, RobotState, Twist
+from wax.driver.interface import Limits, RobotState, Twist
 
 TURN_S: Final = 3.0
 GRACE_S: Final = 0.5
@@ -261,7 +261,7 @@ class Crowd:
             linear=share,
             angular=0.0,
             held=share != 0,
-            speed="gross",
+            speed="fast",
             seen_s=self.clock.time_s,
         )
         sent = Sent(viewer, command)

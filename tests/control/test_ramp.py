@@ -11,7 +11,7 @@ from tests.control.rules import RULES
 
 from wax.control import ramp
 from wax.control.gate import Setpoint
-from wax.robot.driver import STANDSTILL, Twist
+from wax.driver.interface import STANDSTILL, Twist
 
 SOFT = replace(RULES, soft_braking=True)
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from wax.config import DriveSettings, RobotSettings
+from wax.config.settings import DriveSettings, RobotSettings
 from wax.control.rules import Rules
-from wax.robot.driver import Limits
+from wax.driver.interface import Limits
 
 DRIVE = DriveSettings(
     loop_hz=40.0,
@@ -15,7 +15,7 @@ DRIVE = DriveSettings(
     slow_picture_age_ms=300.0,
     stop_picture_age_ms=700.0,
     max_stop_distance_m=0.7,
-    fine_fraction=0.3,
+    slow_fraction=0.3,
 )
 ROBOT = RobotSettings(
     silence_ms=150,
@@ -37,7 +37,7 @@ def test_every_rule_is_what_was_configured() -> None:
         slow_picture_age_s=0.3,
         stop_picture_age_s=0.7,
         max_stop_distance_m=0.7,
-        fine_fraction=0.3,
+        slow_fraction=0.3,
         beat_s=0.025,
         silence_s=0.15,
         watchdog_s=0.2,

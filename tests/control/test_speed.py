@@ -9,31 +9,32 @@ from tests.control.rules import RULES
 
 from wax.control import speed
 from wax.control.command import Command
-from wax.control.reach import fastest_mps
 from wax.control.reasons import Limit
-from wax.control.sight import Sight
-from wax.robot.driver import STANDSTILL, Twist
+from wax.control.stopping_distance import fastest_mps
+from wax.control.video_freshness import VideoFreshness
+from wax.driver.interface import STANDSTILL, Twist
 
 TTL_S = 0.15
-FULL = Command(1, 1, 0.0, -1.0, 0.5, True, "gross")
+FULL = Command(1, 1, 0.0, -1.0, 0.5, True, "fast")
 
 
 def test_nothing_against_it() -> None:
     """Who sees and can stop in time gets what he asks for, as shares of the limits."""
-    assert speed.twist(FULL, Sight.CLEAR, TTL_S, RULES) == (Twist(-0.8, 1.0), None)
+    assert speed.twist(FULL, VideoFreshness.CLEAR, TTL_S, RULES) == (Twist(-0.8, 1.0), None)
 
 
 def test_fine() -> None:
-    """Fine multiplies what is asked for, and is no limit that one must be told of."""
-    fine = replace(FULL, speed="fine")
-    assert speed.twist(fine, Sight.CLEAR, TTL_S, RULES) == (Twist(-0.4, 0.5), None)
+    """Slow speed multiplies what is asked for, and is no limit that one must be told of."""
+    fine = replace(FULL, speed="slow")
+    assert speed.twist(fine, VideoFreshness.CLEAR, TTL_S, RULES) == (Twist(-0.4, 0.5), None)
 
 
 @pytest.mark.parametrize(
-    ("sight", "why"), [(Sight.LATE, Limit.LATE_PICTURE), (Sight.OFF, Limit.NO_PICTURE)]
+    ("sight", "why"),
+    [(VideoFreshness.LATE, Limit.LATE_PICTURE), (VideoFreshness.OFF, Limit.NO_PICTURE)],
 )
-def test_without_a_fresh_picture_no_faster_than_fine(sight: Sight, why: Limit) -> None:
-    """Who sees late or not at all is no faster than fine in any part, on the same curve."""
+def test_without_a_fresh_picture_no_faster_than_fine(sight: VideoFreshness, why: Limit) -> None:
+    """Who sees late or not at all is no faster than slow speed in any part, on the same curve."""
     assert speed.twist(FULL, sight, TTL_S, RULES) == (Twist(-0.4, 0.5), why)
     turning = replace(FULL, linear=0.2, angular=1.0)
     assert speed.twist(turning, sight, TTL_S, RULES) == (Twist(0.1 * 0.8, 1.0), why)
@@ -42,24 +43,26 @@ def test_without_a_fresh_picture_no_faster_than_fine(sight: Sight, why: Limit) -
     assert found is why
 
 
-@pytest.mark.parametrize("sight", [Sight.LATE, Sight.OFF])
+@pytest.mark.parametrize("sight", [VideoFreshness.LATE, VideoFreshness.OFF])
 @pytest.mark.parametrize(
     ("command", "expected"),
     [
-        (replace(FULL, speed="fine"), Twist(-0.4, 0.5)),
+        (replace(FULL, speed="slow"), Twist(-0.4, 0.5)),
         (replace(FULL, linear=0.5, angular=-0.25), Twist(0.4, -0.5)),
         (replace(FULL, linear=0.0, angular=0.0), STANDSTILL),
     ],
 )
-def test_who_is_slow_already_is_let_be(sight: Sight, command: Command, expected: Twist) -> None:
-    """What is no faster than fine anyway is neither lowered nor commented."""
+def test_who_is_slow_already_is_let_be(
+    sight: VideoFreshness, command: Command, expected: Twist
+) -> None:
+    """What is no faster than slow speed anyway is neither lowered nor commented."""
     assert speed.twist(command, sight, TTL_S, RULES) == (expected, None)
 
 
 def test_stopping_distance_keeps_the_curve() -> None:
     """The speed from which the robot can stop scales both parts alike."""
     rules = replace(RULES, max_stop_distance_m=0.1)
-    twist, why = speed.twist(FULL, Sight.CLEAR, TTL_S, rules)
+    twist, why = speed.twist(FULL, VideoFreshness.CLEAR, TTL_S, rules)
     assert twist.linear_mps == pytest.approx(-fastest_mps(TTL_S, rules))
     assert twist.angular_rps / twist.linear_mps == pytest.approx(1.0 / -0.8)
     assert why is Limit.STOPPING_DISTANCE
@@ -70,31 +73,31 @@ def test_as_fast_as_it_may_be_is_not_lowered() -> None:
     fastest = fastest_mps(TTL_S, RULES)
     rules = replace(RULES, limits=replace(RULES.limits, linear_mps=fastest))
     command = replace(FULL, linear=1.0, angular=0.0)
-    assert speed.twist(command, Sight.CLEAR, TTL_S, rules) == (Twist(fastest, 0.0), None)
+    assert speed.twist(command, VideoFreshness.CLEAR, TTL_S, rules) == (Twist(fastest, 0.0), None)
     # Over a longer line the same is too fast, and the line alone is to blame.
-    assert speed.twist(command, Sight.CLEAR, 0.4, rules)[1] is Limit.LONG_LINE
+    assert speed.twist(command, VideoFreshness.CLEAR, 0.4, rules)[1] is Limit.LONG_LINE
 
 
 def test_turning_on_the_spot_needs_no_distance() -> None:
     """A robot that only turns is not slowed by the distance that it could travel."""
     rules = replace(RULES, max_stop_distance_m=0.01)
     turning = replace(FULL, linear=0.0, angular=1.0)
-    assert speed.twist(turning, Sight.CLEAR, TTL_S, rules) == (Twist(0.0, 2.0), None)
+    assert speed.twist(turning, VideoFreshness.CLEAR, TTL_S, rules) == (Twist(0.0, 2.0), None)
 
 
 def test_the_line_is_to_blame_only_where_it_is() -> None:
     """A speed that a short line would allow is limited by the line, else by the robot."""
     rules = replace(RULES, max_stop_distance_m=0.35)
     assert fastest_mps(0.15, rules) > 0.8 > fastest_mps(0.4, rules)
-    assert speed.twist(FULL, Sight.CLEAR, 0.15, rules)[1] is None
-    assert speed.twist(FULL, Sight.CLEAR, 0.4, rules)[1] is Limit.LONG_LINE
+    assert speed.twist(FULL, VideoFreshness.CLEAR, 0.15, rules)[1] is None
+    assert speed.twist(FULL, VideoFreshness.CLEAR, 0.4, rules)[1] is Limit.LONG_LINE
     rules = replace(RULES, max_stop_distance_m=0.25)
-    assert speed.twist(FULL, Sight.CLEAR, 0.4, rules)[1] is Limit.STOPPING_DISTANCE
+    assert speed.twist(FULL, VideoFreshness.CLEAR, 0.4, rules)[1] is Limit.STOPPING_DISTANCE
 
 
 def test_the_strictest_limit_is_told() -> None:
     """Where two limits lower the speed, the one told is the one that lowered it most."""
     rules = replace(RULES, max_stop_distance_m=0.05)
-    twist, why = speed.twist(FULL, Sight.LATE, TTL_S, rules)
+    twist, why = speed.twist(FULL, VideoFreshness.LATE, TTL_S, rules)
     assert twist.linear_mps == pytest.approx(-fastest_mps(TTL_S, rules))
     assert why is Limit.STOPPING_DISTANCE

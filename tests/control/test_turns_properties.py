@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 from tests.examples import examples
 
-from wax.config import TurnSettings
+from wax.config.settings import TurnSettings
 from wax.control.turns import PlaceLost, TurnEnded, TurnRenewed, Turns, TurnStarted, Why
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from e2e.harness.board import Board
 from e2e.harness.wait import eventually
 
 from wax.clock import SystemClock
-from wax.config import RobotSettings
-from wax.robot.driver import STANDSTILL, Twist
+from wax.config.settings import RobotSettings
+from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.serial.driver import SerialRobot
 
 if TYPE_CHECKING:

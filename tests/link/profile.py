@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from tests.link import trace
 from tests.link.errors import ProfileError
 
-from wax import allowed
+from wax.config import allowed
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails

@@ -70,7 +70,10 @@ def test_only_sources_make_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         file.parent.mkdir(parents=True)
         file.touch()
     found = [str(path.relative_to(tmp_path)) for path in page.sources()]
-    made_from = [f"server/wax/{name}" for name in ("messages.py", "rows.py", "web/schema.py")]
+    made_from = [
+        f"server/wax/{name}"
+        for name in ("protocol/messages.py", "protocol/compact.py", "web/schema.py")
+    ]
     assert found == [*made_from, "web/src/main.ts"]
 
 

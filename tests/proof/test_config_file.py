@@ -6,7 +6,7 @@ import tomllib
 
 import pytest
 
-from wax.config import Settings, parse
+from wax.config.settings import Settings, parse
 from wax.errors import ConfigError
 from wax.proof.config_file import check, under_proof, write
 
@@ -17,7 +17,7 @@ HOSTS = {
     "audio": {"source": "microphone"},
     "sync": {"policy": "thesis"},
     "turns": {"turn_s": 1.0, "grace_s": 0.5},
-    "drive": {"max_age_ms": 120.0, "fine_fraction": 0.2},
+    "drive": {"max_age_ms": 120.0, "slow_fraction": 0.2},
     "stop": {"by": "operator"},
     "robot": {
         "driver": "serial",

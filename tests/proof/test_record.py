@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from wax.config import parse
+from wax.config.settings import parse
 from wax.proof.measure import Sample
 from wax.proof.record import Occasion, page, sentence
 from wax.proof.verdict import FAULTS, Finding, Findings

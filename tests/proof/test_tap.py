@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from wax.config import SerialSettings
+from wax.config.settings import SerialSettings
 from wax.errors import DriverError
-from wax.proof.language import language_of
+from wax.proof.line_decoder import language_of
 from wax.proof.tap import Tap
 from wax.robot.serial.frames import Decoder, Drive, Frame, Hello, Report, Stop, encode
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import pytest
 
-from wax.config import BytesDialectSettings, RobotSettings
-from wax.robot.driver import STANDSTILL, Limits, Twist
-from wax.robot.serial.framed import FramedDialect
+from wax.config.settings import BytesDialectSettings, RobotSettings
+from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.robot.serial.bytes_dialect import SingleByteDialect
 from wax.robot.serial.frames import Axis, Body, Decoder, Drive, Frame, Hello, Report, Stop, encode
+from wax.robot.serial.frames_dialect import FramedDialect
 from wax.robot.serial.setpoints import Order
-from wax.robot.serial.single_byte import SingleByteDialect
-from wax.robot.serial.wheels import Mixer
+from wax.robot.serial.wheels import WheelMixer
 
 LIMITS = Limits(linear_mps=0.6, angular_rps=1.5)
 STAND = Order(STANDSTILL, 1)
@@ -25,7 +25,7 @@ def going(ahead: float, left: float, turn: int = 1) -> Order:
 
 
 def framed() -> FramedDialect:
-    return FramedDialect(Mixer(RobotSettings()), ttl_ms=200, axes=("pan", "lamp"))
+    return FramedDialect(WheelMixer(RobotSettings()), ttl_ms=200, axes=("pan", "lamp"))
 
 
 class Robot:

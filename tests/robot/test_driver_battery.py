@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from wax.clock import SystemClock
-from wax.config import RobotSettings
-from wax.robot.driver import STANDSTILL, Twist
-from wax.robot.find import make_driver, make_robot
+from wax.config.settings import RobotSettings
+from wax.driver.interface import STANDSTILL, Twist
+from wax.robot.find_driver import make_driver, make_robot
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from tests.robot.conftest import Board
 
-    from wax.robot.driver import Driver, RobotState
+    from wax.driver.interface import Driver, RobotState
 
 AHEAD = Twist(0.5, 0.0)
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import pytest
 from structlog.testing import capture_logs
 
-from wax.config import RobotSettings
+from wax.config.settings import RobotSettings
 from wax.errors import ConfigError
-from wax.robot.find import NO_WATCHDOG, make_driver, make_robot
+from wax.robot.find_driver import NO_WATCHDOG, make_driver, make_robot
 from wax.robot.process.driver import ProcessDriver
 from wax.robot.simulated.robot import SimulatedRobot
 
@@ -44,7 +44,7 @@ def test_an_unknown_name_is_answered_with_what_is_possible(clock: FakeClock) -> 
 
 
 GOOD = """
-from wax.robot.driver import Limits, RobotState
+from wax.driver.interface import Limits, RobotState
 
 class Robot:
     kind = "wooden"

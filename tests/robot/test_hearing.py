@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from wax.media.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ
-from wax.robot.driver import Pose
+from wax.capture.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ
+from wax.driver.interface import Pose
 from wax.robot.simulated.flat import furnished_flat
-from wax.robot.simulated.hearing import BLOCK_S, Mixer, radio_gain
+from wax.robot.simulated.hearing import BLOCK_S, SoundMixer, radio_gain
 from wax.robot.simulated.radio import LEVEL_RMS, tune
 from wax.robot.simulated.simulation import Senses
 
@@ -34,7 +34,7 @@ def near_radio(distance_m: float, facing: bool = True) -> Pose:
 
 
 def hear(moments: Iterable[Senses]) -> NDArray[np.float64]:
-    mixer = Mixer(WORLD)
+    mixer = SoundMixer(WORLD)
     return np.concatenate([mixer.block(senses) for senses in moments]) / 32768.0
 
 

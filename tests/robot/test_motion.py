@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
 
-from wax.robot.driver import STANDSTILL, Limits, Pose, Twist
+from wax.driver.interface import STANDSTILL, Limits, Pose, Twist
 from wax.robot.simulated.flat import furnished_flat
 from wax.robot.simulated.motion import ACCELERATION_MPS2, RADIUS_M, Motion, step
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from wax.robot.driver import Pose
+from wax.driver.interface import Pose
 from wax.robot.simulated.flat import furnished_flat
 from wax.robot.simulated.render import Renderer
 

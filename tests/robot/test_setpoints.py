@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 from tests.examples import examples
 
-from wax.robot.driver import STANDSTILL, Limits, Twist
+from wax.driver.interface import STANDSTILL, Limits, Twist
 from wax.robot.serial.setpoints import Order, SetPoints
 
 LIMITS = Limits(0.6, 1.5, axes=("pan",))

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from wax.clock import SystemClock
-from wax.config import RobotSettings, VideoSettings
+from wax.config.settings import RobotSettings, VideoSettings
+from wax.driver.interface import HasCamera, HasMicrophone, Pose, Twist
 from wax.errors import SourceError
-from wax.robot.driver import HasCamera, HasMicrophone, Pose, Twist
 from wax.robot.simulated.camera import SimulatedCamera
 from wax.robot.simulated.flat import furnished_flat
 from wax.robot.simulated.microphone import SimulatedMicrophone

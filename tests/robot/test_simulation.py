@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.examples import examples
 
-from wax.config import RobotSettings
-from wax.robot.driver import Twist
+from wax.config.settings import RobotSettings
+from wax.driver.interface import Twist
 from wax.robot.simulated.flat import furnished_flat
 from wax.robot.simulated.simulation import Simulation
 

@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.config import RobotSettings
-from wax.robot.driver import Twist
-from wax.robot.serial.wheels import MAX_WHEEL_MPS, Mixer, WheelSpeeds
+from wax.config.settings import RobotSettings
+from wax.driver.interface import Twist
+from wax.robot.serial.wheels import MAX_WHEEL_MPS, WheelMixer, WheelSpeeds
 
 
 def mixed(twist: Twist, **settings: object) -> WheelSpeeds:
-    return Mixer(RobotSettings.model_validate(settings)).mix(twist)
+    return WheelMixer(RobotSettings.model_validate(settings)).mix(twist)
 
 
 def both(wheels: WheelSpeeds) -> tuple[float, float]:
@@ -51,7 +51,7 @@ def test_no_wheel_is_too_fast_and_every_curve_keeps_its_radius(
     settings = RobotSettings(
         max_linear_mps=max_linear, max_angular_rps=max_angular, wheel_base_m=base_m
     )
-    left, right = both(Mixer(settings).mix(Twist(linear, angular)))
+    left, right = both(WheelMixer(settings).mix(Twist(linear, angular)))
     most = min(MAX_WHEEL_MPS, max(max_linear, max_angular * base_m / 2))
     assert max(abs(left), abs(right)) <= most * (1 + 1e-9)
     wanted_left, wanted_right = linear - angular * base_m / 2, linear + angular * base_m / 2

@@ -21,7 +21,7 @@ from tests.rtc.test_peer import Events, Noted, Pictures, Sounds
 from wax.clock import SystemClock
 from wax.rtc import private
 from wax.rtc.peer import Peer
-from wax.streams.streams import Codecs
+from wax.streams.interface import Codecs
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator

@@ -10,9 +10,9 @@ from aiortc.codecs.h264 import H264PayloadDescriptor
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.config import RenditionSettings
-from wax.media.source import Picture
-from wax.media.video_encoder import VideoEncoder
+from wax.capture.source import Picture
+from wax.config.settings import RenditionSettings
+from wax.encode.video_encoder import VideoEncoder
 from wax.rtc.payload import h264
 
 START = b"\x00\x00\x00\x01"

@@ -14,9 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.rtc.vp8_receiver import Arrived, Receiver
 
-from wax.config import RenditionSettings
-from wax.media.source import Picture
-from wax.media.video_encoder import VideoEncoder
+from wax.capture.source import Picture
+from wax.config.settings import RenditionSettings
+from wax.encode.video_encoder import VideoEncoder
 from wax.rtc.payload.vp8 import DESCRIPTOR_BYTES, Vp8Packetizer
 
 if TYPE_CHECKING:

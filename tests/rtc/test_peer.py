@@ -27,12 +27,12 @@ from av.packet import Packet
 
 from wax.clock import SystemClock
 from wax.congestion.control import NoCongestionControl
+from wax.encode.encoded import VIDEO_TIME_BASE, EncodedPicture, EncodedSound
 from wax.errors import SignallingError
-from wax.media.encoded import VIDEO_TIME_BASE, EncodedPicture, EncodedSound
 from wax.rtc import private, rtp
 from wax.rtc.peer import Peer
 from wax.rtc.signalling import clean_offer
-from wax.streams.streams import Codecs
+from wax.streams.interface import Codecs
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Sequence
@@ -375,7 +375,7 @@ async def test_a_report_tells_the_time_of_capture(
 
 async def test_feedback_reaches_the_way(pair: Pair) -> None:
     """What the browser tells of packets is matched with what was sent."""
-    outlet = pair.peer._outlet
+    outlet = pair.peer._tap
     number = outlet.mark(100, "audio", None)
     assert number is not None
     # One packet, received 0.25 ms after the reference time (draft-holmer-rmcat, 3.1).

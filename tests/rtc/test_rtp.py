@@ -15,8 +15,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wax.rtc import rtp
-from wax.rtc.history import History, SentPacket
-from wax.rtc.reports import ReportedTimes
+from wax.rtc.receiver_reports import SenderReportTimes
+from wax.rtc.sent_history import SentHistory, SentPacket
 
 UINT16 = st.integers(0, 2**16 - 1)
 UINT32 = st.integers(0, 2**32 - 1)
@@ -112,7 +112,7 @@ def test_ntp_begins_in_1900() -> None:
 
 def test_a_round_trip_longer_than_the_interval_of_reports_is_found() -> None:
     """Answers to any of the last sixteen reports tell it, those to none of them nothing."""
-    times = ReportedTimes()
+    times = SenderReportTimes()
     for second in range(20):
         times.sent((1000 + second) << 32, float(second))
     assert times.round_trip_s((1017 << 16) & 0xFFFFFFFF, 32768, 19.75) == 2.25
@@ -123,7 +123,7 @@ def test_a_round_trip_longer_than_the_interval_of_reports_is_found() -> None:
 
 def test_old_packets_are_forgotten() -> None:
     """As many are kept as a browser may ask for, and no more."""
-    history = History()
+    history = SentHistory()
     for number in range(1500):
         history.add(number, SentPacket(number, False, b"", 0.0))
     assert history.get(475) is None

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any
 import av
 import numpy as np
 import pytest
-from tests.open_fence import OpenFence
+from tests.open_boundary import OpenFence
 from tests.turned_clock import TurnedClock
 
-from wax import messages
-from wax.config import AudioSettings, SyncSettings, VideoSettings
+from wax.capture.source import BLOCK_SAMPLES, Sound
+from wax.config.settings import AudioSettings, SyncSettings, VideoSettings
 from wax.congestion.delivery import Delivery
-from wax.media.encoded import VIDEO_TIME_BASE, EncodedPicture
-from wax.media.sound_hub import SoundHub
-from wax.media.source import BLOCK_SAMPLES, Sound
-from wax.media.video_hub import VideoHub
-from wax.media.video_lane import VideoLane
+from wax.encode.encoded import VIDEO_TIME_BASE, EncodedPicture
+from wax.fanout.sound_hub import SoundHub
+from wax.fanout.video_hub import VideoHub
+from wax.fanout.video_lane import VideoLane
+from wax.protocol import messages
 from wax.streams.live import LiveService
 from wax.sync.playout import PlayoutReport, StreamPlayout
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from wax.congestion.control import CongestionControl
     from wax.congestion.delivery import Train
-    from wax.fence import Fence
+    from wax.error_boundary import ErrorBoundary
 
 SIZES = VideoSettings()
 OPERATOR = SyncSettings(max_holdback_ms=50.0, max_skew_ms=100.0, least_audio_mu_ms=10)
@@ -43,7 +43,7 @@ class Scene:
     clock: TurnedClock = field(default_factory=lambda: TurnedClock(100.0))
     told: list[BaseModel] = field(default_factory=list)
     held_ms: list[float] = field(default_factory=list)
-    fence: Fence = field(default_factory=OpenFence)
+    boundary: ErrorBoundary = field(default_factory=OpenFence)
 
     def __post_init__(self) -> None:
         self.video = VideoHub(settings=SIZES, clock=self.clock)

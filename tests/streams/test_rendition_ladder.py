@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.config import AudioSettings, RenditionSettings, VideoSettings
+from wax.config.settings import AudioSettings, RenditionSettings, VideoSettings
 from wax.congestion.allocation import SoundForm
 from wax.streams.rendition_ladder import RenditionLadder, refined
 

@@ -19,13 +19,13 @@ from tests.link.model import Direction
 from tests.link.profile import Profile, load
 from tests.sync.browser_model import Browser
 
-from wax.config import Settings, SyncSettings
+from wax.config.settings import Settings, SyncSettings
 from wax.congestion.allocation import Allocation, SoundForm, Step
 from wax.congestion.allocator import Allocator
 from wax.congestion.delivery import Delivery, LinkEstimate
 from wax.congestion.pacer import gap_s
 from wax.congestion.sender_side import SenderSideControl
-from wax.rtc.repeats import Repeats
+from wax.rtc.retransmissions import Retransmissions
 from wax.sync.audio_master import AudioMaster
 
 if TYPE_CHECKING:
@@ -201,7 +201,7 @@ class Loop:
         self._base: int | None = None
         self._videos: dict[int, Packet] = {}
         self._count_sent = self._came = self._reported_sent = self._reported_came = 0
-        self._repeats = Repeats()
+        self._repeats = Retransmissions()
         self._asked: dict[int, float] = {}
         self._pli_s = -math.inf
         self._video = self._video_came = 0

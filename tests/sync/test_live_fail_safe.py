@@ -7,7 +7,7 @@ import itertools
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.config import SyncSettings
+from wax.config.settings import SyncSettings
 from wax.congestion.allocation import Allocation, SoundForm, Step
 from wax.congestion.delivery import LinkEstimate, LinkState
 from wax.sync.fail_safe import FailSafe

@@ -10,7 +10,7 @@ import pytest
 from aiohttp.test_utils import TestClient, TestServer
 from tests.turned_clock import TurnedClock
 
-from wax.config import IceServer, IceSettings
+from wax.config.settings import IceServer, IceSettings
 from wax.errors import ForbiddenError, FullError, SignallingError, StartError
 from wax.web import routes
 from wax.web.routes import Routes
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     from aiohttp.web import Application, Request
 
-    from wax.proving import Proving
-    from wax.room import Room
+    from wax.session.proof_runner import ProofRunner
+    from wax.session.room import Room
 
     Client = TestClient[Request, Application]
 
@@ -106,7 +106,7 @@ async def client(
         clock=clock,
         ice=IceSettings(servers=[IceServer(urls="stun:stun.example:3478")]),
         status=lambda: {"version": "x"},
-        proving=cast("Proving", lent),
+        proving=cast("ProofRunner", lent),
         acknowledged=False,
     )
     async with TestClient(TestServer(made.application())) as found:
@@ -125,7 +125,7 @@ async def test_the_page_knows_whether_to_acknowledge(
         clock=TurnedClock(),
         ice=IceSettings(),
         status=dict,
-        proving=cast("Proving", Lent()),
+        proving=cast("ProofRunner", Lent()),
         acknowledged=acknowledged,
     )
     async with TestClient(TestServer(made.application())) as client:
@@ -280,7 +280,7 @@ def test_a_page_that_was_not_built_is_a_sentence(
         clock=TurnedClock(),
         ice=IceSettings(),
         status=dict,
-        proving=cast("Proving", Lent()),
+        proving=cast("ProofRunner", Lent()),
         acknowledged=False,
     )
     with pytest.raises(StartError, match="make run"):

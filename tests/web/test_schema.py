@@ -7,7 +7,7 @@ import subprocess
 import sys
 from typing import Any, get_args
 
-from wax import messages
+from wax.protocol import messages
 from wax.web.schema import schema
 
 

@@ -42,7 +42,7 @@ const values = Object.entries(constants).map(
 );
 const types = await compile(schema, "Messages", {
   additionalProperties: false,
-  bannerComment: "/* Made by `npm run types` from server/wax/messages.py; do not edit. */",
+  bannerComment: "/* Made by `npm run types` from server/wax/protocol/messages.py; do not edit. */",
   format: false,
   unreachableDefinitions: true,
 });

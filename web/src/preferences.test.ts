@@ -25,7 +25,7 @@ it("finds again what was saved", () => {
     picture: false,
     size: "320x240",
     policy: "video-first",
-    speed: "gross",
+    speed: "fast",
   } as const;
   savePreferences(mine, chosen);
   expect(loadPreferences(mine)).toEqual(chosen);
@@ -46,7 +46,7 @@ it.each([
     picture: true,
     size: "",
     policy: null,
-    speed: "fine",
+    speed: "slow",
   });
 });
 
@@ -54,5 +54,5 @@ it("lives without a store", () => {
   expect(openStore(FORBIDDEN)).toBeNull();
   savePreferences(null, loadPreferences(null));
   savePreferences({ getItem: FORBIDDEN, setItem: FORBIDDEN }, loadPreferences(null));
-  expect(loadPreferences({ getItem: FORBIDDEN, setItem: FORBIDDEN }).speed).toBe("fine");
+  expect(loadPreferences({ getItem: FORBIDDEN, setItem: FORBIDDEN }).speed).toBe("slow");
 });

@@ -10,7 +10,7 @@ export interface Preferences {
   size: string;
   /** How picture and sound are kept together; null leaves it to the role. */
   policy: Want["policy"];
-  speed: "fine" | "gross";
+  speed: "slow" | "fast";
 }
 
 export const POLICIES = [null, "audio-master", "video-first"] as const;
@@ -23,7 +23,7 @@ const DEFAULTS: Preferences = {
   picture: true,
   size: "",
   policy: null,
-  speed: "fine",
+  speed: "slow",
 };
 
 type Store = Pick<Storage, "getItem" | "setItem">;
@@ -46,7 +46,7 @@ export function loadPreferences(store: Store | null): Preferences {
     picture: typeof kept.picture === "boolean" ? kept.picture : DEFAULTS.picture,
     size: typeof kept.size === "string" ? kept.size : DEFAULTS.size,
     policy: POLICIES.find((one) => one === kept.policy) ?? DEFAULTS.policy,
-    speed: kept.speed === "gross" ? "gross" : DEFAULTS.speed,
+    speed: kept.speed === "fast" ? "fast" : DEFAULTS.speed,
   };
 }
 

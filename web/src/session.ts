@@ -1,8 +1,8 @@
 /** The composition root: builds every part and wires it. Views get `state` and `actions`. */
 
-import { Halt } from "./drive/halt";
-import type { Direction } from "./drive/hands";
-import { Helm } from "./drive/helm";
+import { DriveController } from "./drive/driveController";
+import type { Direction } from "./drive/inputState";
+import { StopControl } from "./drive/stopControl";
 import { returnFocusAfterPointer } from "./focus";
 import { Identity, openIdentityChannel } from "./link/identity";
 import { Link } from "./link/link";
@@ -84,7 +84,7 @@ export function startSession(): Session {
     },
   });
 
-  const helm = new Helm({
+  const controller = new DriveController({
     state,
     serverMs: () => link.clock.toServerMs(performance.now()),
     seenServerMs: () => (wants().picture ? reporter.picture.newestServerMs : null),
@@ -94,9 +94,9 @@ export function startSession(): Session {
     }),
     send: (drive, urgent) => link.sendDrive(drive, urgent),
   });
-  const { hands } = helm;
-  const letGo = () => helm.letGo();
-  const halt = new Halt({ state, link, client: () => identity.client, letGo, say });
+  const { input } = controller;
+  const letGo = () => controller.letGo();
+  const stopControl = new StopControl({ state, link, client: () => identity.client, letGo, say });
 
   function say(text: string): void {
     state.notice.value = { text };
@@ -215,15 +215,15 @@ export function startSession(): Session {
     },
     setSpeed(speed) {
       prefer({ speed });
-      helm.paced();
+      controller.paced();
     },
-    setAxis: (name, position) => helm.setAxis(name, position),
+    setAxis: (name, position) => controller.setAxis(name, position),
     join: () => link.sendState({ type: "join" }),
     leave: () => link.sendState({ type: "leave" }),
-    stop: () => halt.stop(),
-    releaseStop: () => halt.release(),
-    press: (holder, direction) => hands.press(holder, direction),
-    release: (holder) => hands.release(holder),
+    stop: () => stopControl.stop(),
+    releaseStop: () => stopControl.release(),
+    press: (holder, direction) => input.press(holder, direction),
+    release: (holder) => input.release(holder),
     letGo,
     lookAtProof: () => void prover.look(),
     prove: () => void prover.start(),
@@ -234,7 +234,7 @@ export function startSession(): Session {
   });
 
   const { signal } = new AbortController();
-  helm.listen(window, actions.stop, signal);
+  controller.listen(window, actions.stop, signal);
   returnFocusAfterPointer(document, signal);
   window.addEventListener("pagehide", () => link.close());
   window.addEventListener("pageshow", (event) => {

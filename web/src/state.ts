@@ -1,8 +1,8 @@
 import { computed, type ReadonlySignal, type Signal, signal } from "@preact/signals";
-import type { Direction } from "./drive/hands";
+import type { Direction } from "./drive/inputState";
 import type { LinkState } from "./link/link";
 import type { Breaks } from "./measure/breaks";
-import type { Hello, Playout, Room, Served, ViewerInfo } from "./messages";
+import type { Hello, Playout, RoomState, Served, ViewerInfo } from "./messages";
 import type { Preferences } from "./preferences";
 import type { Proof } from "./proof";
 
@@ -32,7 +32,7 @@ const NO_FACTS: Facts = {
 export interface State {
   link: Signal<LinkState>;
   hello: Signal<Hello | null>;
-  room: Signal<Room | null>;
+  room: Signal<RoomState | null>;
   /** Why the robot stands, or moves slower than it is told, although somebody drives it. */
   driveReason: Signal<string | null>;
   /** The newest notice; each is an object of its own, so that the same words show again. */
@@ -79,7 +79,7 @@ export interface State {
 export function createState(kept: Preferences): State {
   const link = signal<LinkState>({ is: "connecting" });
   const hello = signal<Hello | null>(null);
-  const room = signal<Room | null>(null);
+  const room = signal<RoomState | null>(null);
   const serverMs = signal<number | null>(null);
 
   const isSilent = computed(() => link.value.is === "silent");

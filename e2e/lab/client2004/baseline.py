@@ -6,16 +6,16 @@ import math
 from bisect import bisect_right
 from typing import TYPE_CHECKING
 
-from wax.sync.thesis.sender import Sender
-from wax.sync.thesis.settings import ThesisSettings
-from wax.sync.thesis.units import MediaUnit
+from wax.baseline.media_units import MediaUnit
+from wax.baseline.settings import ThesisSettings
+from wax.baseline.unit_sender import UnitSender
 
 if TYPE_CHECKING:
-    from wax.sync.thesis.sender import Decision
+    from wax.baseline.unit_sender import Decision
 
 
 class Baseline:
-    """The sender of `wax.sync.thesis` with sound alone, for a client that asks.
+    """The sender of `wax.baseline` with sound alone, for a client that asks.
 
     In 2004 a client asked for the next MU when it had the last; today the page acknowledges the
     last. So asking is acknowledging, and the first request is the connection, at which the
@@ -25,7 +25,7 @@ class Baseline:
     def __init__(self, mu_ms: int, ready_ms: list[float]) -> None:
         self._mu_s = mu_ms / 1000
         self._ready_ms = ready_ms
-        self._sender = Sender(ThesisSettings(audio_mu_ms=mu_ms), picture=False)
+        self._sender = UnitSender(ThesisSettings(audio_mu_ms=mu_ms), picture=False)
         self._captured = 0
         self._now_ms = 0.0
         self._wake_ms = math.inf

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from wax.media.testcard import TestCardAudio, TestCardVideo
+from wax.capture.testcard import TestCardAudio, TestCardVideo
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config import AudioSettings, VideoSettings
+    from wax.config.settings import AudioSettings, VideoSettings
 
 LIE_MS: Final = 100
 

@@ -15,7 +15,7 @@ from e2e.lab.cell import Cell, SystemName
 from e2e.lab.systems.settings import THESIS, merged, settings
 from e2e.lab.systems.wax import flat
 from e2e.measure.errors import MeasureError
-from wax import config
+from wax.config import settings as config
 
 TEXT = st.text(st.characters(codec="utf-8"))
 SCALARS = st.booleans() | st.integers() | st.floats(allow_nan=False) | TEXT

@@ -16,7 +16,7 @@ from e2e.lab.talking_head.drawing import draw
 from e2e.lab.talking_head.film import openings
 from e2e.lab.talking_head.voice import FPS, RATE_HZ
 from e2e.measure.errors import NotRunError
-from wax.media.fit import fit_frame
+from wax.capture.letterbox import fit_frame
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from e2e.peers.livekit.tokens import Key
-    from wax.media.source import AudioSource, VideoSource
+    from wax.capture.source import AudioSource, VideoSource
 
 RETRY_AFTER_S: Final = 1.0
 IDENTITY: Final = "robot"

@@ -11,12 +11,12 @@ from livekit import rtc
 
 from e2e.peers.livekit.errors import LiveKitError
 from e2e.peers.media import BITRATE_BPS
-from wax.media.source import SAMPLE_RATE_HZ
+from wax.capture.source import SAMPLE_RATE_HZ
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable
 
-    from wax.media.source import AudioSource, VideoSource
+    from wax.capture.source import AudioSource, VideoSource
 
 FPS: Final = 30
 SIZE: Final = (640, 480)

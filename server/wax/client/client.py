@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, Self
 import aiohttp
 from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
 
-from wax import messages, rows
 from wax.client.clock import ServerClock
 from wax.client.media import Media
 from wax.client.receipts import Receipts
 from wax.client.reports import INTERVAL_S, Received, Reporter
 from wax.client.sdp import as_browser
 from wax.errors import SignallingError
+from wax.protocol import compact, messages
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -211,7 +211,7 @@ class Client:
             pong_id=number,
             pong_held_ms=None if came_ms is None else now_ms - came_ms,
         )
-        self.drive.send(rows.write(ping))
+        self.drive.send(compact.write(ping))
         return self._pings
 
     async def pongs(self, within_s: float = 1.0) -> bool:
@@ -250,7 +250,7 @@ class Client:
         await asyncio.sleep(random.uniform(0, INTERVAL_S))
         while self.drive.readyState == "open":
             if self._reporter.is_due(eager=self.is_keen):
-                self.drive.send(rows.write(self._measured()))
+                self.drive.send(compact.write(self._measured()))
             await asyncio.sleep(INTERVAL_S)
 
     def _measured(self) -> messages.Report:
@@ -288,7 +288,7 @@ class Client:
 
     def _heard_pong(self, data: str | bytes) -> None:
         now_ms = _now_ms()
-        pong = rows.read(data, messages.DRIVE_COLUMNS)
+        pong = compact.read(data, messages.DRIVE_COLUMNS)
         self.clock.add(pong["sent_page_ms"], now_ms, pong["server_ms"])
         if self._pong is None or pong["id"] > self._pong[0]:
             self._pong = pong["id"], now_ms

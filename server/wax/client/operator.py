@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from wax.client.client import Client
 
 if TYPE_CHECKING:
-    from wax.messages import Speed
+    from wax.protocol.messages import Speed
 
 PERIOD_S: Final = 0.02
 
@@ -39,7 +39,7 @@ class Operator(Client):
         url: str,
         *,
         sees: bool = False,
-        speed: Speed = "gross",
+        speed: Speed = "fast",
         persists: bool = False,
         **options: Any,
     ) -> None:

@@ -109,7 +109,7 @@ class Puppeteered:
             self._url,
             client_id=self._client_id,
             name="Proof of the stop",
-            speed="fine",
+            speed="slow",
             persists=True,
             on_message=lambda _: self._tell(),
         )

@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from wax import messages
+from wax.protocol import messages
 
 if TYPE_CHECKING:
     from wax.client.media import Arrival, StreamCounts

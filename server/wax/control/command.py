@@ -26,7 +26,7 @@ class Command:
     linear: float
     angular: float
     held: bool
-    speed: Literal["fine", "gross"]
+    speed: Literal["slow", "fast"]
     seen_s: float | None = None
     axes: Mapping[str, float] = field(default_factory=dict)
 

@@ -17,9 +17,9 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
-from wax.control import sight, speed
+from wax.control import speed, video_freshness
 from wax.control.command import Command
-from wax.control.freshness import is_from_future, is_too_old, time_to_live_s
+from wax.control.command_freshness import is_from_future, is_too_old, time_to_live_s
 from wax.control.reasons import (
     NO_LIMITS,
     NOBODY_DRIVES,
@@ -29,16 +29,16 @@ from wax.control.reasons import (
     Refusal,
     stopped_by,
 )
-from wax.control.sight import Sight
 from wax.control.turn_view import TurnView
-from wax.robot.driver import STANDSTILL, Twist
+from wax.control.video_freshness import VideoFreshness
+from wax.driver.interface import STANDSTILL, Twist
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from wax.control.latch import StopLatch
     from wax.control.rules import Rules
-    from wax.robot.driver import Limits
+    from wax.control.stop_latch import LatchedStop
+    from wax.driver.interface import Limits
 
 __all__ = ["Command", "GateState", "Hold", "Limit", "Refusal", "Setpoint", "TurnView"]
 
@@ -105,7 +105,7 @@ def accept(
     if refusal is not None:
         return state, refusal
     # Stamps ahead of us must not make the command, or what its sender sees, last longer.
-    seen_s = sight.believed_s(command.seen_s, now_s, turn.one_way_s)
+    seen_s = video_freshness.believed_s(command.seen_s, now_s, turn.one_way_s)
     refusal = _unusable(command, turn, now_s, rules) or _unseeing(state, seen_s, turn, now_s, rules)
     if refusal is not None:
         return replace(state, refused=refusal), refusal
@@ -121,7 +121,7 @@ def accept(
 
 
 def decide(
-    state: GateState, turn: TurnView, stop: StopLatch | None, now_s: float, rules: Rules
+    state: GateState, turn: TurnView, stop: LatchedStop | None, now_s: float, rules: Rules
 ) -> tuple[GateState, Setpoint]:
     """Say what the robot is told now: within the limits, whatever the command says.
 
@@ -136,7 +136,7 @@ def decide(
     command = state.command
     if command is None:
         return state, _held_back(state)
-    seen = sight.judge(command.seen_s, now_s, turn, rules)
+    seen = video_freshness.judge(command.seen_s, now_s, turn, rules)
     lapse = _lapse(command, seen, now_s, ttl_s)
     if now_s - state.well_s > LAPSE_S:
         state = require_neutral(state, now_s, Hold.LAPSED)
@@ -177,7 +177,7 @@ def _unseeing(
     state: GateState, seen_s: float | None, turn: TurnView, now_s: float, rules: Rules
 ) -> Refusal | None:
     """Refuse what would begin to drive blindly: who sees nothing has not let go of this picture."""
-    is_blind = sight.judge(seen_s, now_s, turn, rules) is Sight.NONE
+    is_blind = video_freshness.judge(seen_s, now_s, turn, rules) is VideoFreshness.NONE
     return Refusal.BLIND if is_blind and state.command is None else None
 
 
@@ -195,14 +195,14 @@ def _held_back(state: GateState) -> Setpoint:
     return Setpoint(reason=(state.refused or state.hold).value, soft=state.hold is Hold.LAPSED)
 
 
-def _lapse(command: Command, seen: Sight, now_s: float, ttl_s: float) -> Refusal | None:
+def _lapse(command: Command, seen: VideoFreshness, now_s: float, ttl_s: float) -> Refusal | None:
     """Say what is missing at this moment, and may be back in the next."""
     if is_too_old(command.sent_s, now_s, ttl_s):
         return Refusal.TOO_OLD
-    return Refusal.BLIND if seen is Sight.NONE else None
+    return Refusal.BLIND if seen is VideoFreshness.NONE else None
 
 
-def _driven(command: Command, seen: Sight, ttl_s: float, rules: Rules) -> Setpoint:
+def _driven(command: Command, seen: VideoFreshness, ttl_s: float, rules: Rules) -> Setpoint:
     """Do what a command says that has passed; without the dead-man not even an axis moves."""
     if not command.held:
         return Setpoint(reason=NOT_HELD if command.asks_for_motion else None, soft=True)

@@ -13,14 +13,14 @@ import math
 from collections import Counter
 from typing import TYPE_CHECKING, Final
 
-from wax.control import gate, latch, ramp
-from wax.control.beat import Beat
+from wax.control import gate, ramp, stop_latch
 from wax.control.gate import GateState, Setpoint
-from wax.control.helm import Helm
-from wax.control.latch import Latch
-from wax.control.line import Line
+from wax.control.loop_timer import LoopTimer
+from wax.control.operator_delay import OperatorDelay
 from wax.control.reasons import Hold, Limit
 from wax.control.rules import Rules
+from wax.control.safe_driver import SafeDriver
+from wax.control.stop_latch import StopLatch
 from wax.control.turn_view import TurnView
 from wax.control.turns import TurnEnded, TurnRenewed, TurnStarted
 
@@ -28,12 +28,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from wax.clock import Clock
-    from wax.config import DriveSettings, RobotSettings
+    from wax.config.settings import DriveSettings, RobotSettings
     from wax.control.command import Command
-    from wax.control.latch import StopLatch
     from wax.control.reasons import Refusal
+    from wax.control.stop_latch import LatchedStop
     from wax.control.turns import TurnEvent, Turns
-    from wax.robot.driver import Driver, RobotState
+    from wax.driver.interface import Driver, RobotState
 
 MIN_GAP_S: Final = 0.005
 """Two set-points are never closer together, so that a slow serial line is not flooded."""
@@ -64,14 +64,14 @@ class ControlLoop:
     ) -> None:
         self._clock = clock
         self._turns = turns
-        self._helm = Helm(driver)
+        self._safe_driver = SafeDriver(driver)
         self._rules = Rules.of(settings, robot, driver.limits)
-        self._line = Line(link_delay_s)
+        self._operator_delay = OperatorDelay(link_delay_s)
         self._sees = sees
         self._on_events = on_events
         self._on_status = on_status
-        self._beat = Beat(loop_hz=settings.loop_hz, ttl_s=driver.limits.ttl_s)
-        self._latch = Latch()
+        self._timer = LoopTimer(loop_hz=settings.loop_hz, ttl_s=driver.limits.ttl_s)
+        self._latch = StopLatch()
         self._gate = GateState()
         self._target = Setpoint()  # where the ramp leads
         self._status: tuple[int, bool, str | None] | None = None
@@ -97,14 +97,14 @@ class ControlLoop:
     def stop(self) -> None:
         """Stop the robot now, and move it never again; safe to call twice."""
         self._stopped = True
-        self._helm.stop_whoever_has_it(self._turns.number)
+        self._safe_driver.stop_whoever_has_it(self._turns.number)
 
     def step(self, now_s: float) -> None:
         """Do what is due and give the robot its set-point."""
         if self._stopped:
             return
         self._hurry.clear()
-        if self._beat.is_too_late(now_s):
+        if self._timer.is_too_late(now_s):
             self._counts["control.late"] += 1
             self._hold(now_s, Hold.LATE)
         self._follow(self._turns.tick(now_s), now_s)
@@ -112,8 +112,8 @@ class ControlLoop:
         turn = self._turn()
         self._target = Setpoint(reason=problem) if problem else self._decide(turn, now_s)
         after_s = now_s - self._steered_s
-        setpoint = ramp.step(self._target, self._helm.twist, after_s, self._rules)
-        failure = self._helm.steer(setpoint, turn.number)
+        setpoint = ramp.step(self._target, self._safe_driver.twist, after_s, self._rules)
+        failure = self._safe_driver.steer(setpoint, turn.number)
         self._steered_s = self._clock.now_s()  # not now_s: a busy machine may pause in between
         if failure is not None:
             self._gate = gate.require_neutral(self._gate, now_s, Hold.FAULT)
@@ -122,7 +122,7 @@ class ControlLoop:
     async def _rest(self) -> None:
         """Sleep until the next beat, or until a command is in a hurry; keep the gap either way."""
         with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(self._beat.rest_s(self._clock.now_s())):
+            async with asyncio.timeout(self._timer.rest_s(self._clock.now_s())):
                 await self._hurry.wait()
         await asyncio.sleep(max(0.0, self._steered_s + MIN_GAP_S - self._clock.now_s()))
 
@@ -186,9 +186,9 @@ class ControlLoop:
         Returns the number of this press. `by` is the name that people read.
         """
         try:
-            self._helm.stop_whoever_has_it(self._turns.number)
+            self._safe_driver.stop_whoever_has_it(self._turns.number)
         finally:
-            self._latch = latch.press(self._latch, by, self._clock.now_s())
+            self._latch = stop_latch.press(self._latch, by, self._clock.now_s())
         self._counts["stops.pressed"] += 1
         return self._latch.newest
 
@@ -198,7 +198,7 @@ class ControlLoop:
         `viewer` None is the server's own machine; `sent_s` None a request by HTTP, without a stamp.
         """
         now_s = self._clock.now_s()
-        self._latch, refusal = latch.release(
+        self._latch, refusal = stop_latch.release(
             self._latch, viewer, stop, sent_s, turn=self._turn(), now_s=now_s
         )
         name = "released" if refusal is None else f"refused.{refusal.name.lower()}"
@@ -208,7 +208,7 @@ class ControlLoop:
         return refusal
 
     @property
-    def latched(self) -> StopLatch | None:
+    def latched(self) -> LatchedStop | None:
         """The stop that lasts, None if none does."""
         return self._latch.stop
 
@@ -219,19 +219,19 @@ class ControlLoop:
         the loop but the stop that somebody presses, or the loop's own end. Afterwards it is as
         after a new connection: neutral must come first.
         """
-        self._helm.lend(reason, self._turns.number)
+        self._safe_driver.lend(reason, self._turns.number)
 
     @property
     def robot_state(self) -> RobotState:
         """How the robot was at the newest beat; that it does not answer is its problem then."""
-        return self._helm.state
+        return self._safe_driver.state
 
     def counts(self) -> dict[str, float]:
         """Return what was counted since the start, and how late the last minute's beats were."""
         return dict(sorted(self._counts.items())) | {
-            "control.driver_failures": self._helm.failures,
-            "control.jitter_p99_ms": round(self._beat.jitter_p99_ms, 1),
-            "control.latest_ms": round(self._beat.latest_ms, 1),
+            "control.driver_failures": self._safe_driver.failures,
+            "control.jitter_p99_ms": round(self._timer.jitter_p99_ms, 1),
+            "control.latest_ms": round(self._timer.latest_ms, 1),
         }
 
     # --- turns, gate and robot -------------------------------------------------------------
@@ -243,9 +243,9 @@ class ControlLoop:
                 case TurnStarted():
                     self._begin(event.number, now_s)
                 case TurnEnded():
-                    self._helm.stop(event.number)
+                    self._safe_driver.stop(event.number)
                 case TurnRenewed():
-                    self._line.renew(event.operator)
+                    self._operator_delay.renew(event.operator)
         if events:
             self._on_events(events)
 
@@ -255,20 +255,20 @@ class ControlLoop:
             self._begin(self._turns.number, now_s)
 
     def _begin(self, number: int, now_s: float) -> None:
-        self._helm.stop(number)
+        self._safe_driver.stop(number)
         self._gate = gate.begin(number, now_s)
-        self._line.begin()
+        self._operator_delay.begin()
         self._status = None
 
     def _hold(self, now_s: float, why: Hold) -> None:
-        self._helm.stop(self._turns.number)
+        self._safe_driver.stop(self._turns.number)
         self._gate = gate.require_neutral(self._gate, now_s, why)
 
     def _watch(self, now_s: float) -> str | None:
         """Say why the robot cannot be driven; after that, or a reconnection, neutral is first."""
-        epoch = self._helm.epoch
-        problem = self._helm.check(self._turns.number)
-        if problem is not None or self._helm.epoch != epoch:
+        epoch = self._safe_driver.epoch
+        problem = self._safe_driver.check(self._turns.number)
+        if problem is not None or self._safe_driver.epoch != epoch:
             self._gate = gate.require_neutral(self._gate, now_s, Hold.FAULT)
         return problem
 
@@ -278,7 +278,7 @@ class ControlLoop:
             number=self._turns.number,
             operator=operator,
             present=operator is not None and not self._turns.is_lost(operator),
-            one_way_s=self._line.one_way_s(operator),
+            one_way_s=self._operator_delay.one_way_s(operator),
             sees=operator is not None and self._sees(operator),
         )
 
@@ -289,7 +289,7 @@ class ControlLoop:
     def _is_news(self, turn: TurnView, now_s: float) -> bool:
         """Tell whether a command has changed where the robot shall get to."""
         setpoint = self._decide(turn, now_s)
-        return setpoint.twist != self._target.twist or self._helm.would_turn(setpoint.axes)
+        return setpoint.twist != self._target.twist or self._safe_driver.would_turn(setpoint.axes)
 
     def _limit(self) -> str | None:
         """Say what keeps the robot slower than its operator wants.
@@ -297,14 +297,14 @@ class ControlLoop:
         Of a bumper only the robot knows on which side it is, and only it goes no further there.
         """
         wanted = self._target
-        if wanted.limit is None and not wanted.twist.is_zero and self._helm.is_bumped:
+        if wanted.limit is None and not wanted.twist.is_zero and self._safe_driver.is_bumped:
             return Limit.BUMPER.value
         return wanted.limit
 
     def _tell(self, turn: TurnView, reason: str | None) -> None:
         if turn.operator is None:
             return
-        status = (turn.operator, self._helm.is_moving, reason)
+        status = (turn.operator, self._safe_driver.is_moving, reason)
         if status != self._status:
             self._status = status
             self._on_status(*status)

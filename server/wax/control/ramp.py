@@ -10,7 +10,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from wax.robot.driver import Twist
+from wax.driver.interface import Twist
 
 if TYPE_CHECKING:
     from wax.control.gate import Setpoint

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Self
 
 if TYPE_CHECKING:
-    from wax.config import DriveSettings, RobotSettings
-    from wax.robot.driver import Limits
+    from wax.config.settings import DriveSettings, RobotSettings
+    from wax.driver.interface import Limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class Rules:
     slow_picture_age_s: float
     stop_picture_age_s: float
     max_stop_distance_m: float
-    fine_fraction: float
+    slow_fraction: float
     beat_s: float
     silence_s: float
     watchdog_s: float
@@ -46,7 +46,7 @@ class Rules:
             slow_picture_age_s=drive.slow_picture_age_ms / 1000,
             stop_picture_age_s=drive.stop_picture_age_ms / 1000,
             max_stop_distance_m=drive.max_stop_distance_m,
-            fine_fraction=drive.fine_fraction,
+            slow_fraction=drive.slow_fraction,
             beat_s=1 / drive.loop_hz,
             silence_s=robot.silence_ms / 1000,
             watchdog_s=max(robot.silence_ms / 1000, limits.ttl_s or 0.0),

@@ -7,27 +7,29 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from wax.control.reach import fastest_mps
 from wax.control.reasons import Limit
-from wax.control.sight import Sight
-from wax.robot.driver import Twist
+from wax.control.stopping_distance import fastest_mps
+from wax.control.video_freshness import VideoFreshness
+from wax.driver.interface import Twist
 
 if TYPE_CHECKING:
     from wax.control.command import Command
     from wax.control.rules import Rules
 
-_SLOW = {Sight.LATE: Limit.LATE_PICTURE, Sight.OFF: Limit.NO_PICTURE}
+_SLOW = {VideoFreshness.LATE: Limit.LATE_PICTURE, VideoFreshness.OFF: Limit.NO_PICTURE}
 
 
-def twist(command: Command, sight: Sight, ttl_s: float, rules: Rules) -> tuple[Twist, Limit | None]:
+def twist(
+    command: Command, sight: VideoFreshness, ttl_s: float, rules: Rules
+) -> tuple[Twist, Limit | None]:
     """Return the motion that a command becomes, and the last that has lowered it."""
     limit = None
     shares = Twist(command.linear, command.angular)
-    if command.speed == "fine":
-        shares = _scaled(shares, rules.fine_fraction)
+    if command.speed == "slow":
+        shares = _scaled(shares, rules.slow_fraction)
     largest = max(abs(shares.linear_mps), abs(shares.angular_rps))
-    if sight in _SLOW and largest > rules.fine_fraction:
-        shares, limit = _scaled(shares, rules.fine_fraction / largest), _SLOW[sight]
+    if sight in _SLOW and largest > rules.slow_fraction:
+        shares, limit = _scaled(shares, rules.slow_fraction / largest), _SLOW[sight]
     wanted = Twist(
         shares.linear_mps * rules.limits.linear_mps, shares.angular_rps * rules.limits.angular_rps
     )

@@ -24,7 +24,7 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from wax.config import TurnSettings
+    from wax.config.settings import TurnSettings
 
 
 class Why(Enum):

@@ -20,7 +20,7 @@ from wax.proof.proof import Progress, Proof
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from wax.config import Settings
+    from wax.config.settings import Settings
     from wax.proof.verdict import Findings
 
 MAX_REPEATS: Final = 1000

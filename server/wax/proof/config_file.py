@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from wax.errors import ConfigError
 
 if TYPE_CHECKING:
-    from wax.config import Settings
+    from wax.config.settings import Settings
 
 _TURN_S: Final = 86_400.0
 """No turn ends by itself during the proof."""
@@ -32,7 +32,7 @@ def check(settings: Settings) -> None:
 def under_proof(settings: Settings, path: str) -> str:
     """Return a configuration whose robot's port is `path`: [drive], [stop] and [robot] unchanged.
 
-    There is no camera, which may be in use, so that it drives at fine speed; and no outside host.
+    There is no camera, which may be in use, so that it drives at slow speed; and no outside host.
     """
     serial = settings.robot.serial.model_dump() | {"url": path}
     table = serial["bytes"]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.errors import StartError, WaxError
 from wax.proof.config_file import under_proof
-from wax.proof.language import language_of
+from wax.proof.line_decoder import language_of
 from wax.proof.measure import measure
 from wax.proof.remote import RemoteOperator
 from wax.proof.server import ServerUnderProof, kill
@@ -23,7 +23,7 @@ from wax.proof.verdict import FAULTS, Finding, Findings
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from wax.config import Settings
+    from wax.config.settings import Settings
     from wax.proof.measure import Sample
     from wax.proof.verdict import Fault
 

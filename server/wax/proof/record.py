@@ -11,7 +11,7 @@ from wax.proof.verdict import FRAME_LIMIT_MS, ROBOT_LIMIT_MS, spread
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from wax.config import Settings
+    from wax.config.settings import Settings
     from wax.proof.verdict import Finding, Findings, Spread
 
 _STYLE: Final = """
@@ -149,7 +149,7 @@ def _standing_cells(findings: Findings, finding: Finding) -> list[str]:
 
 def _method(findings: Findings) -> str:
     method = (
-        "Wheels off the floor, the robot was driven ahead at fine speed by an operator on this"
+        "Wheels off the floor, the robot was driven ahead at slow speed by an operator on this"
         " machine, and links were cut as often as the table says, at random moments. A tap on the"
         " serial line measured from the cut to the stop frame after which no motion was asked for"
     )
@@ -168,7 +168,7 @@ def _not_measured(findings: Findings) -> list[str]:
         *(f"{finding.fault.title}: {finding.skipped}" for finding in findings.skipped),
         "The way over the Internet: the operator was on this machine. What a link adds is shown"
         " to whoever drives.",
-        "The picture: there was none, and the robot drove at fine speed. The rules for pictures"
+        "The picture: there was none, and the robot drove at slow speed. The rules for pictures"
         " that are late need a camera.",
         "The weight of the robot on the floor: wheels in the air stop sooner.",
     ]
@@ -181,7 +181,7 @@ def _configuration(findings: Findings, settings: Settings) -> list[str]:
         f"Serial line {serial.url}, {serial.baud} bit/s, dialect {serial.dialect}",
         f"At most {robot.max_linear_mps:g} m/s and {robot.max_angular_rps:g} rad/s, faster by at"
         f" most {robot.max_linear_acceleration_mps2:g} m/s² and"
-        f" {robot.max_angular_acceleration_rps2:g} rad/s²; fine speed is {drive.fine_fraction:g}"
+        f" {robot.max_angular_acceleration_rps2:g} rad/s²; slow speed is {drive.slow_fraction:g}"
         " of it",
         f"A command is obeyed for {drive.max_age_ms:g} ms beyond the line's own time, at most"
         f" {drive.max_command_age_ms:g} ms",

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.client.process import Seat
 from wax.errors import StartError
-from wax.proof.puppet import Puppet
+from wax.proof.controlled_process import ControlledProcess
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _OPEN_S: Final = 30.0
 
 
-class RemoteOperator(Puppet):
+class RemoteOperator(ControlledProcess):
     """`seat` is the newest that the operator has told; `on_seat` gets each."""
 
     def __init__(self, log: Path, on_seat: Callable[[Seat], None] | None = None) -> None:

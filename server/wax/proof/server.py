@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import aiohttp
 
 from wax.errors import StartError
-from wax.proof.puppet import Puppet
+from wax.proof.controlled_process import ControlledProcess
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,7 +23,7 @@ _LOOK_S: Final = 0.1
 _STATUS_S: Final = 2.0
 
 
-class ServerUnderProof(Puppet):
+class ServerUnderProof(ControlledProcess):
     """`folder` takes its configuration and its log."""
 
     def __init__(self, folder: Path, configuration: str) -> None:

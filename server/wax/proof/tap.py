@@ -19,8 +19,8 @@ import serial
 from wax.errors import DriverError
 
 if TYPE_CHECKING:
-    from wax.config import SerialSettings
-    from wax.proof.language import Language
+    from wax.config.settings import SerialSettings
+    from wax.proof.line_decoder import LineDecoder
     from wax.proof.measure import Event
 
 _READ_S: Final = 0.05
@@ -33,7 +33,7 @@ _LAST_WORDS_EVERY_S: Final = 0.05
 class Tap:
     """From `open` to `close`; `path` is the port for the server. Two threads carry."""
 
-    def __init__(self, settings: SerialSettings, language: Language) -> None:
+    def __init__(self, settings: SerialSettings, language: LineDecoder) -> None:
         self._settings = settings
         self._language = language
         self._lock = threading.Lock()

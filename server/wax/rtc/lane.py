@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
     from av.packet import Packet
 
-    from wax.media.encoded import EncodedSound
+    from wax.encode.encoded import EncodedSound
 
 
 class Encoded(Protocol):

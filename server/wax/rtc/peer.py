@@ -16,11 +16,11 @@ from aiortc import (
 
 from wax.errors import SignallingError
 from wax.rtc import private, rtp
-from wax.rtc.outlet import Outlet
 from wax.rtc.picture_sender import PictureSender
-from wax.rtc.sender import Seat, Sender
+from wax.rtc.sender import Sender, SenderContext
 from wax.rtc.signalling import is_firefox
 from wax.rtc.sound_sender import SoundSender
+from wax.rtc.transport_tap import TransportTap
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from aiortc.rtcrtptransceiver import RTCRtpTransceiver
 
     from wax.clock import Clock
-    from wax.config import IceServer
+    from wax.config.settings import IceServer
     from wax.congestion.control import CongestionControl
     from wax.rtc.lane import Encoded, PictureLane, SoundLane
-    from wax.streams.streams import Codecs, Kind
+    from wax.streams.interface import Codecs, Kind
 
 _LOG = structlog.get_logger(__name__)
 
@@ -95,7 +95,7 @@ class Peer:
         self._codecs = codecs
         self._clock = clock
         self._way = way
-        self._outlet = Outlet(way, clock.now_s, events.feedback_refused)
+        self._tap = TransportTap(way, clock.now_s, events.feedback_refused)
         self._channels: dict[str, RTCDataChannel] = {}
         self._clock_told_s: dict[Kind, float] = {}
         self._closed = False
@@ -105,14 +105,14 @@ class Peer:
         self._pc = RTCPeerConnection(RTCConfiguration(iceServers=servers))
         sound, picture = self._transceiver("audio"), self._transceiver("video")
         self._picture = PictureSender(
-            self._seat("video", picture),
+            self._context("video", picture),
             lane=video,
             codec=codecs.video,
             round_trip_s=round_trip_s,
             on_keyframe_wanted=events.keyframe_wanted,
         )
         private.put_sender(picture, self._picture)
-        self._sound = SoundSender(self._seat("audio", sound), lane=audio)
+        self._sound = SoundSender(self._context("audio", sound), lane=audio)
         private.put_sender(sound, self._sound)
         self._senders: dict[Kind, Sender] = {"audio": self._sound, "video": self._picture}
         self._pc.on("connectionstatechange", self._state_changed)
@@ -201,11 +201,11 @@ class Peer:
         )
         return transceiver
 
-    def _seat(self, kind: Kind, transceiver: RTCRtpTransceiver) -> Seat:
-        return Seat(
+    def _context(self, kind: Kind, transceiver: RTCRtpTransceiver) -> SenderContext:
+        return SenderContext(
             stock=transceiver.sender,
             rate_hz=self._codecs.rates_hz[kind],
-            outlet=self._outlet,
+            outlet=self._tap,
             clock=self._clock,
             on_sent=lambda sent: self._sent(kind, sent),
         )

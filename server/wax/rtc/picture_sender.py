@@ -11,11 +11,11 @@ from aiortc.rtp import RtcpPsfbPacket, RtcpRtpfbPacket
 
 from wax.congestion.pacer import gap_s
 from wax.rtc import rtp
-from wax.rtc.history import History, SentPacket
 from wax.rtc.payload import h264
 from wax.rtc.payload.vp8 import Vp8Packetizer
-from wax.rtc.repeats import Repeats
-from wax.rtc.sender import UINT16, UINT32, Seat, Sender
+from wax.rtc.retransmissions import Retransmissions
+from wax.rtc.sender import UINT16, UINT32, Sender, SenderContext
+from wax.rtc.sent_history import SentHistory, SentPacket
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -41,7 +41,7 @@ class PictureSender(Sender):
 
     def __init__(
         self,
-        seat: Seat,
+        seat: SenderContext,
         *,
         lane: PictureLane,
         codec: Literal["vp8", "h264"],
@@ -57,8 +57,8 @@ class PictureSender(Sender):
         """The browser tells of pictures that it shows at once as of others; Firefox does not."""
         self._playout_delay: rtp.PlayoutDelay | None = None
         self._news = asyncio.Event()
-        self._history = History()
-        self._repeats = Repeats()
+        self._history = SentHistory()
+        self._repeats = Retransmissions()
         self._asked_for: deque[int] = deque(maxlen=256)
         self._rtx_number = random.getrandbits(15)
         lane.listen(self._news.set)
@@ -81,7 +81,7 @@ class PictureSender(Sender):
 
     async def _run_lane(self) -> None:
         while True:
-            if (wait_s := self._outlet.free_in_s(self._now_s())) > _TICK_S:
+            if (wait_s := self._tap.free_in_s(self._now_s())) > _TICK_S:
                 await asyncio.sleep(wait_s)
             elif self._asked_for:
                 await self._repeat(self._asked_for.popleft())
@@ -95,7 +95,7 @@ class PictureSender(Sender):
         data = bytes(picture.packet)
         pts = picture.packet.pts or 0
         now_s = self._now_s()
-        train = self._outlet.way.train(len(data), now_s)
+        train = self._tap.way.train(len(data), now_s)
         payloads = self._packetizer(picture, data, train.payload_bytes)
         timestamp = (self.origin + pts) % UINT32
         due_s = now_s
@@ -119,7 +119,7 @@ class PictureSender(Sender):
         lost = self._history.get(number)
         if lost is None or not self._repeats.is_due(number, self._round_trip_s(), now_s):
             return
-        if not self._outlet.way.repeats(len(lost.payload), now_s - lost.sent_s, now_s):
+        if not self._tap.way.repeats(len(lost.payload), now_s - lost.sent_s, now_s):
             return
         self._repeats.sent(number, now_s)
         if self._extra_payload_type is None:

@@ -19,7 +19,7 @@ from aiortc.rtp import RtcpRrPacket
 
 from wax.congestion.delivery import UDP_IP_BYTES
 from wax.rtc import private, rtp
-from wax.rtc.reports import ReportedTimes
+from wax.rtc.receiver_reports import SenderReportTimes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from aiortc.rtp import AnyRtcpPacket, RtcpReceiverInfo
 
     from wax.clock import Clock
-    from wax.rtc.history import SentPacket
     from wax.rtc.lane import Encoded
-    from wax.rtc.outlet import Outlet
+    from wax.rtc.sent_history import SentPacket
+    from wax.rtc.transport_tap import TransportTap
 
 _LOG = structlog.get_logger(__name__)
 
@@ -46,7 +46,7 @@ _RTP_BYTES: Final = 20
 
 
 @dataclass(frozen=True, slots=True)
-class Seat:
+class SenderContext:
     """Where a sender sits: in the place of `stock`, whose identity it takes over.
 
     `rate_hz` is the stream's RTP clock. `on_sent` is called with each item once it has left whole.
@@ -54,7 +54,7 @@ class Seat:
 
     stock: RTCRtpSender
     rate_hz: int
-    outlet: Outlet
+    outlet: TransportTap
     clock: Clock
     on_sent: Callable[[Encoded], None]
 
@@ -64,14 +64,14 @@ class Sender(private.SenderInPlace):
 
     kind: ClassVar[Literal["audio", "video"]]
 
-    def __init__(self, seat: Seat) -> None:
+    def __init__(self, seat: SenderContext) -> None:
         # A browser delays the sound of a common stream for a late picture; here sound is the
         # master and sync/ is the only coupling.
         super().__init__(seat.stock, f"wax-{self.kind}")
         self.origin = random.getrandbits(32)
         """The RTP time of media time zero (RFC 3550, 5.1: it shall be random)."""
         self.failed = False
-        self._outlet = seat.outlet
+        self._tap = seat.outlet
         self._now_s = seat.clock.now_s
         self._wall_ms = seat.clock.wall_ms
         self._rate_hz = seat.rate_hz
@@ -84,20 +84,20 @@ class Sender(private.SenderInPlace):
         self._packets = 0
         self._octets = 0
         self._newest: tuple[int, float] | None = None
-        self._reported = ReportedTimes()
+        self._reported = SenderReportTimes()
         self._tasks: list[asyncio.Task[None]] = []
 
     # --- as its transceiver wants it -------------------------------------------------------
 
     def begin(self, parameters: RTCRtpSendParameters) -> None:
-        self._outlet.join(self.transport)
+        self._tap.join(self.transport)
         numbers = {one.uri: one.id for one in parameters.headerExtensions}
         self._ids = rtp.ExtensionIds(
             transport_sequence=numbers.get(rtp.TRANSPORT_SEQUENCE),
             playout_delay=numbers.get(rtp.PLAYOUT_DELAY),
         )
         tells = self._ids.transport_sequence is not None
-        self._outlet.way.negotiated(tells=tells, kind=self.kind)
+        self._tap.way.negotiated(tells=tells, kind=self.kind)
         self._cname = parameters.rtcp.cname or ""
         self._payload_type = parameters.codecs[0].payloadType or 0
         extra = next((c for c in parameters.codecs if c.name.lower() == self._extra_name), None)
@@ -121,10 +121,10 @@ class Sender(private.SenderInPlace):
             self._asked(packet)
 
     def _told(self, report: RtcpReceiverInfo, now_s: float) -> None:
-        self._outlet.way.lost(report.fraction_lost / 256, now_s, self.kind)
+        self._tap.way.lost(report.fraction_lost / 256, now_s, self.kind)
         trip_s = self._reported.round_trip_s(report.lsr, report.dlsr, now_s)
         if trip_s is not None:
-            self._outlet.way.round_trip(trip_s, now_s)
+            self._tap.way.round_trip(trip_s, now_s)
 
     # --- what the two kinds do differently -------------------------------------------------
 
@@ -172,7 +172,7 @@ class Sender(private.SenderInPlace):
                 transport_sequence=(
                     None
                     if self._ids.transport_sequence is None
-                    else self._outlet.mark(size, kind, train)
+                    else self._tap.mark(size, kind, train)
                 ),
                 playout_delay=playout_delay,
             )

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from wax.rtc.history import SentPacket
 from wax.rtc.payload.red import red_payload
-from wax.rtc.sender import UINT32, Seat, Sender
+from wax.rtc.sender import UINT32, Sender, SenderContext
+from wax.rtc.sent_history import SentPacket
 
 if TYPE_CHECKING:
     from aiortc.rtcrtpparameters import RTCRtpSendParameters
@@ -23,7 +23,7 @@ class SoundSender(Sender):
     kind = "audio"
     _extra_name = "red"
 
-    def __init__(self, seat: Seat, *, lane: SoundLane) -> None:
+    def __init__(self, seat: SenderContext, *, lane: SoundLane) -> None:
         super().__init__(seat)
         self._lane = lane
 

@@ -11,23 +11,23 @@ from typing import TYPE_CHECKING, Final
 
 from wax.congestion.allocator import Allocator
 from wax.congestion.sender_side import SenderSideControl
-from wax.streams.playing import Playing
+from wax.streams.interface import Codecs, Kind, Lanes, Policy, Units
+from wax.streams.playout_controller import PlayoutController
 from wax.streams.rendition_ladder import RenditionLadder
-from wax.streams.streams import Codecs, Kind, Lanes, Policy, Units
-from wax.streams.telling import Telling, served
+from wax.streams.served_notifier import ServedNotifier, served
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from wax.clock import Clock
-    from wax.config import AudioSettings, SyncSettings, VideoSettings
+    from wax.config.settings import AudioSettings, SyncSettings, VideoSettings
     from wax.congestion.allocation import Allocation, SoundForm, Step
     from wax.congestion.delivery import LinkEstimate
-    from wax.media.sound_hub import SoundHub
-    from wax.media.sound_lane import SoundLane
-    from wax.media.video_hub import VideoHub
-    from wax.media.video_lane import VideoLane
-    from wax.streams.streams import Page
+    from wax.fanout.sound_hub import SoundHub
+    from wax.fanout.sound_lane import SoundLane
+    from wax.fanout.video_hub import VideoHub
+    from wax.fanout.video_lane import VideoLane
+    from wax.streams.interface import Page
     from wax.sync.playout import PlayoutReport
 
 _RESUME_S: Final = 0.5
@@ -66,8 +66,8 @@ class LiveStreams:
 
     def _begin(self) -> None:
         """Know nothing of the link and have decided nothing."""
-        self._playing = Playing(self._page, self._sync)
-        self._telling = Telling(self._page)
+        self._playout = PlayoutController(self._page, self._sync)
+        self._notifier = ServedNotifier(self._page)
         self._way = SenderSideControl(self._decide)
         self._way.thorough = self._drives
         self._ladder = self._make_ladder()
@@ -92,8 +92,8 @@ class LiveStreams:
     def lanes(self) -> Lanes:
         self.release()
         self._begin()
-        self._picture_lane = self._video.add(self._page.fence)
-        self._sound_lane = self._audio.add(self._page.fence)
+        self._picture_lane = self._video.add(self._page.boundary)
+        self._sound_lane = self._audio.add(self._page.boundary)
         self._favour()
         return Lanes(self._picture_lane, self._sound_lane, self._way)
 
@@ -113,12 +113,12 @@ class LiveStreams:
 
     def connected(self) -> None:
         """Start the picture before the page can ask for it: it plays on load."""
-        self._playing.connected()
+        self._playout.connected()
         self._decide_now()
 
     def ready(self) -> None:
         self._is_ready = True
-        self._playing.ready()
+        self._playout.ready()
 
     def want(self, *, sound: bool, picture: bool, size: str, policy: Policy | None) -> None:
         self._sound_wanted = sound
@@ -139,7 +139,7 @@ class LiveStreams:
 
     def reported(self, report: PlayoutReport) -> None:
         now_s = self._clock.now_s()
-        self._playing.reported(report, now_s, self._way.estimate(now_s), self._allocation)
+        self._playout.reported(report, now_s, self._way.estimate(now_s), self._allocation)
 
     def round_trip(self, round_trip_s: float) -> None:
         self._way.round_trip(round_trip_s, self._clock.now_s())
@@ -152,10 +152,10 @@ class LiveStreams:
 
     def status(self) -> dict[str, object]:
         now_s = self._clock.now_s()
-        known = self._playing.status()
+        known = self._playout.status()
         if self._allocation is not None:
             now = served(
-                self._way.estimate(now_s), self._allocation, in_step=self._playing.is_in_step
+                self._way.estimate(now_s), self._allocation, in_step=self._playout.is_in_step
             )
             known |= now.model_dump(exclude={"type"})
         return known
@@ -163,7 +163,7 @@ class LiveStreams:
     def _follow(self) -> None:
         """Begin with another policy, while the streams go on."""
         self._ladder = self._make_ladder()
-        self._playing.follow(self._sync)
+        self._playout.follow(self._sync)
 
     # --- what is sent ----------------------------------------------------------------------
 
@@ -187,8 +187,8 @@ class LiveStreams:
         self._send_picture(self._picture_lane, before, allocation, estimate, now_s)
         self._send_sound(self._sound_lane, allocation)
         if self._is_ready:
-            in_step = self._playing.is_in_step
-            self._telling.tell(estimate, allocation, in_step=in_step, now_s=now_s)
+            in_step = self._playout.is_in_step
+            self._notifier.tell(estimate, allocation, in_step=in_step, now_s=now_s)
 
     def _send_picture(
         self,
@@ -224,7 +224,7 @@ class LiveStreams:
 
     def _send_sound(self, lane: SoundLane, allocation: Allocation) -> None:
         lane.redundancy = allocation.redundancy
-        self._audio.choose(lane, allocation.sound, self._playing.preroll_ms)
+        self._audio.choose(lane, allocation.sound, self._playout.preroll_ms)
 
     def _fixed_form(self) -> SoundForm | None:
         mu_ms = self._sync.audio_mu_ms

@@ -11,7 +11,7 @@ from wax.congestion.allocation import SoundForm, Step
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from wax.config import AudioSettings, RenditionSettings, VideoSettings
+    from wax.config.settings import AudioSettings, RenditionSettings, VideoSettings
 
 _WIDE: Final = 1.7
 """Between two steps whose rates differ by more there is one more for who has his own."""

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Final
 
 from wax.sync.hold_back import HoldBack
 from wax.sync.playout import PlayoutTargets
-from wax.sync.watch import Watch
+from wax.sync.playout_state import PlayoutState
 
 if TYPE_CHECKING:
-    from wax.config import SyncSettings
+    from wax.config.settings import SyncSettings
     from wax.congestion.allocation import Allocation
     from wax.congestion.delivery import LinkEstimate
     from wax.sync.playout import PlayoutReport, StreamPlayout
@@ -41,8 +41,8 @@ class AudioMaster:
     (thesis 5.3.1). Where a browser cannot tell them, the delays of the buffers are compared.
     """
 
-    def __init__(self, settings: SyncSettings, watch: Watch | None = None) -> None:
-        self.watch = watch or Watch()
+    def __init__(self, settings: SyncSettings, watch: PlayoutState | None = None) -> None:
+        self.watch = watch or PlayoutState()
         self.watch.follow(settings)
         late_ms = max(settings.max_skew_ms - _SPREAD_MS, 0.0)
         fixed_ms = self.watch.sound.fixed_ms

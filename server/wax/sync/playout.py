@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from wax.congestion.allocation import Allocation
     from wax.congestion.delivery import LinkEstimate
-    from wax.sync.watch import Watch
+    from wax.sync.playout_state import PlayoutState
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class PlayoutPolicy(Protocol):
     def name(self) -> str: ...
 
     @property
-    def watch(self) -> Watch:
+    def watch(self) -> PlayoutState:
         """What it knows of the viewer's link, for the policy that follows it."""
         ...
 

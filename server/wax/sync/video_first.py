@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from wax.sync.playout import PlayoutTargets
-from wax.sync.watch import Watch
+from wax.sync.playout_state import PlayoutState
 
 if TYPE_CHECKING:
-    from wax.config import SyncSettings
+    from wax.config.settings import SyncSettings
     from wax.congestion.allocation import Allocation
     from wax.congestion.delivery import LinkEstimate
     from wax.sync.playout import PlayoutReport
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 class VideoFirst:
     """The sound keeps its own delay, the picture is shown as soon as it is there."""
 
-    def __init__(self, settings: SyncSettings, watch: Watch | None = None) -> None:
-        self.watch = watch or Watch()
+    def __init__(self, settings: SyncSettings, watch: PlayoutState | None = None) -> None:
+        self.watch = watch or PlayoutState()
         self.watch.follow(settings)
 
     @property

@@ -18,17 +18,17 @@ from wax.errors import (
     TooOftenError,
     WaxError,
 )
-from wax.limiter import TokenBuckets
 from wax.rtc.signalling import MAX_SDP_CHARS
+from wax.session.token_bucket import TokenBuckets
 from wax.web.addresses import is_from_here, sender
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
     from wax.clock import Clock
-    from wax.config import IceSettings
-    from wax.proving import Proving
-    from wax.room import Room
+    from wax.config.settings import IceSettings
+    from wax.session.proof_runner import ProofRunner
+    from wax.session.room import Room
 
     Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
@@ -105,13 +105,13 @@ class Routes:
         clock: Clock,
         ice: IceSettings,
         status: Callable[[], dict[str, object]],
-        proving: Proving,
+        proving: ProofRunner,
         acknowledged: bool,
     ) -> None:
         self._room = room
         self._clock = clock
         self._offers = TokenBuckets(rate_hz=_OFFERS_HZ, burst=_OFFERS_BURST, most=_MAX_ADDRESSES)
-        self._proving = proving
+        self._proof_runner = proving
         self._ice = ice
         self._status = status
         self._acknowledged = acknowledged
@@ -187,17 +187,17 @@ class Routes:
     async def prove(self, request: web.Request) -> web.Response:
         _only_here(request)
         await _body(request, Lifted)
-        await self._proving.start()
-        return web.json_response(self._proving.progress(), status=202)
+        await self._proof_runner.start()
+        return web.json_response(self._proof_runner.progress(), status=202)
 
     async def proof(self, request: web.Request) -> web.Response:
         _only_here(request)
-        return web.json_response(self._proving.progress())
+        return web.json_response(self._proof_runner.progress())
 
     async def record(self, request: web.Request) -> web.Response:
         _only_here(request)
         return web.Response(
-            text=self._proving.record(),
+            text=self._proof_runner.record(),
             content_type="text/html",
             headers={"Content-Security-Policy": _RECORD_POLICY},
         )

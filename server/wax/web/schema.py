@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic import TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema
 
-from wax import messages
+from wax.protocol import messages
 
 if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaMode

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from wax.config import RobotSettings, SerialSettings
+from wax.config.settings import RobotSettings, SerialSettings
 
 if TYPE_CHECKING:
     import signal

@@ -12,9 +12,9 @@ import time
 from typing import Final
 
 from wax.clock import SystemClock
-from wax.config import RobotSettings
-from wax.robot.driver import STANDSTILL, Twist
-from wax.robot.find import make_robot
+from wax.config.settings import RobotSettings
+from wax.driver.interface import STANDSTILL, Twist
+from wax.robot.find_driver import make_robot
 
 TWISTS: Final = {"stand": STANDSTILL, "drive": Twist(0.5, 0.0), "silence": None}
 

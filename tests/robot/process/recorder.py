@@ -7,12 +7,12 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wax.robot.driver import Limits, RobotState
+from wax.driver.interface import Limits, RobotState
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config import RobotSettings
-    from wax.robot.driver import Twist
+    from wax.config.settings import RobotSettings
+    from wax.driver.interface import Twist
 
 
 class Recorder:

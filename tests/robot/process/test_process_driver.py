@@ -13,18 +13,18 @@ import pytest
 from tests.robot.process.conftest import Log, is_alive, settings_for, until
 
 from wax.clock import SystemClock
-from wax.config import LogSettings
-from wax.robot.driver import STANDSTILL, Limits, Twist
-from wax.robot.find import make_robot
-from wax.robot.guard import NO_ANSWER
+from wax.config.settings import LogSettings
+from wax.driver.checks import NO_ANSWER
+from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.robot.find_driver import make_robot
+from wax.robot.process.child_process import ChildProcess
 from wax.robot.process.driver import ProcessDriver
-from wax.robot.process.spawn import Child
-from wax.robot.process.wire import Begin, Lines, Move, Told, decode_answer, encode
+from wax.robot.process.pipe_messages import Begin, LineBuffer, Move, Told, decode_answer, encode
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from wax.robot.driver import Driver
+    from wax.driver.interface import Driver
 
 pytestmark = pytest.mark.system
 
@@ -260,9 +260,9 @@ def test_a_process_that_cannot_begin_says_so(log: Log) -> None:
 
 def test_garbage_on_the_pipe_stops_the_robot(log: Log) -> None:
     """Nonsense is counted and holds the robot, until it is told to stand and then to move."""
-    child = Child(encode(Begin(robot=settings_for(log), log=LogSettings())))
+    child = ChildProcess(encode(Begin(robot=settings_for(log), log=LogSettings())))
     clock = SystemClock()
-    lines = Lines()
+    lines = LineBuffer()
     number = 0
 
     def say(linear: float) -> None:

@@ -1,10 +1,10 @@
 // @vitest-environment happy-dom
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import type { Drive, Room } from "../messages";
+import type { Drive, RoomState } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { hello, room } from "../testing/messages";
-import { Helm } from "./helm";
+import { DriveController } from "./driveController";
 
 interface Word {
   held: boolean;
@@ -16,7 +16,7 @@ const NOTHING = { held: false, axes: {} };
 
 let state: State;
 let sent: Drive[];
-let helm: Helm;
+let controller: DriveController;
 let listening: AbortController;
 
 /** A page that drives in turn 7 and has let go of everything. */
@@ -24,7 +24,7 @@ beforeEach(() => {
   vi.useFakeTimers();
   sent = [];
   state = createState(loadPreferences(null));
-  helm = new Helm({
+  controller = new DriveController({
     state,
     serverMs: () => 5000,
     seenServerMs: () => 4900,
@@ -32,7 +32,7 @@ beforeEach(() => {
     send: (drive) => sent.push(drive),
   });
   listening = new AbortController();
-  helm.listen(window, () => {}, listening.signal);
+  controller.listen(window, () => {}, listening.signal);
   state.hello.value = hello({ viewer: 1 });
   state.link.value = { is: "connected" };
   drives(7);
@@ -44,7 +44,7 @@ afterEach(() => {
   vi.useRealTimers();
 });
 
-function drives(number: number, stop: Room["stop"] = null): void {
+function drives(number: number, stop: RoomState["stop"] = null): void {
   state.room.value = room({ operator: 1, number, stop });
 }
 
@@ -64,10 +64,10 @@ function inTheNextSecond(): Word[] {
 
 it("holds an axis while its slider changes and a moment longer, and says so at once", () => {
   const pan = (to: number) => ({ held: true, axes: { pan: to } });
-  expect(said(() => helm.setAxis("pan", 0.5))).toEqual([pan(0.5)]);
+  expect(said(() => controller.setAxis("pan", 0.5))).toEqual([pan(0.5)]);
   expect(sent.at(-1)).toMatchObject({ linear: 0, angular: 0 });
   expect(state.held.value.size).toBe(0);
-  helm.setAxis("pan", 0.6);
+  controller.setAxis("pan", 0.6);
   const words = said(() => vi.advanceTimersByTime(299));
   expect(words.length).toBeGreaterThanOrEqual(6);
   for (const word of words) expect(word).toEqual(pan(0.6));
@@ -76,21 +76,21 @@ it("holds an axis while its slider changes and a moment longer, and says so at o
 });
 
 it("says of two axes only the one that is touched", () => {
-  helm.setAxis("pan", 0.5);
+  controller.setAxis("pan", 0.5);
   vi.advanceTimersByTime(1000);
-  expect(said(() => helm.setAxis("tilt", -1))).toEqual([{ held: true, axes: { tilt: -1 } }]);
+  expect(said(() => controller.setAxis("tilt", -1))).toEqual([{ held: true, axes: { tilt: -1 } }]);
 });
 
-it("names no axis for hands that only drive", () => {
-  helm.setAxis("pan", 0.5);
+it("names no axis for input that only drive", () => {
+  controller.setAxis("pan", 0.5);
   vi.advanceTimersByTime(1000);
-  expect(said(() => helm.hands.press("a", "forward"))).toEqual([{ held: true, axes: {} }]);
+  expect(said(() => controller.input.press("a", "forward"))).toEqual([{ held: true, axes: {} }]);
 });
 
 it("says nothing of a slider that was moved during a stop, neither then nor after", () => {
   drives(7, STOP);
   const words = said(() => {
-    helm.setAxis("pan", 0.5);
+    controller.setAxis("pan", 0.5);
     vi.advanceTimersByTime(100);
     drives(7);
   });
@@ -102,7 +102,7 @@ it.each([
   ["another turn", () => drives(8)],
   ["the loss of the keyboard", () => void window.dispatchEvent(new Event("blur"))],
 ])("lets go of the axes by %s", (_, lose) => {
-  helm.setAxis("pan", 0.5);
+  controller.setAxis("pan", 0.5);
   const words = said(lose);
   expect(words.length).toBeGreaterThanOrEqual(1);
   for (const word of [...words, ...inTheNextSecond()]) expect(word).toEqual(NOTHING);

@@ -1,25 +1,25 @@
 // @vitest-environment happy-dom
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import { fingerHolder, Hands } from "./hands";
+import { fingerHolder, InputState } from "./inputState";
 import { listenKeyboard } from "./keyboard";
-import { listenRelease } from "./release";
+import { listenLetGo } from "./letGo";
 
 const stop = vi.fn();
 let aborting: AbortController;
-let hands: Hands;
+let input: InputState;
 let driving: boolean;
 
 beforeEach(() => {
   stop.mockClear();
   aborting = new AbortController();
   driving = true;
-  hands = new Hands(() => {});
-  hands.enable();
-  const letGo = () => hands.releaseAll();
+  input = new InputState(() => {});
+  input.enable();
+  const letGo = () => input.releaseAll();
   const { signal } = aborting;
-  listenKeyboard(window, { hands, isDriving: () => driving, stop, letGo, signal });
-  const lift = (pointerId: number) => hands.release(fingerHolder(pointerId));
-  listenRelease(window, { letGo, lift, signal });
+  listenKeyboard(window, { input, isDriving: () => driving, stop, letGo, signal });
+  const lift = (pointerId: number) => input.release(fingerHolder(pointerId));
+  listenLetGo(window, { letGo, lift, signal });
 });
 
 afterEach(() => {
@@ -49,50 +49,50 @@ it.each([
   ["KeyD", { linear: 0, angular: -1 }],
 ])("%s moves while it is held", (code, motion) => {
   expect(key("keydown", code).defaultPrevented).toBe(true);
-  expect(hands.motion).toEqual(motion);
+  expect(input.motion).toEqual(motion);
   key("keyup", code);
-  expect(hands.motion).toEqual({ linear: 0, angular: 0 });
+  expect(input.motion).toEqual({ linear: 0, angular: 0 });
 });
 
 it("lets two keys for one direction release each only itself", () => {
   key("keydown", "ArrowUp");
   key("keydown", "KeyW");
   key("keyup", "KeyW");
-  expect(hands.motion.linear).toBe(1);
+  expect(input.motion.linear).toBe(1);
 });
 
 it("takes a repeated key for no new press", () => {
   key("keydown", "ArrowUp", { repeat: true });
-  expect(hands.motion.linear).toBe(0);
+  expect(input.motion.linear).toBe(0);
 });
 
 it("asks for a new press of a key that was held when the turn began", () => {
   driving = false;
-  hands.disable();
+  input.disable();
   key("keydown", "ArrowUp");
   driving = true;
-  hands.enable();
+  input.enable();
   key("keydown", "ArrowUp");
-  expect(hands.motion.linear).toBe(0);
+  expect(input.motion.linear).toBe(0);
   key("keyup", "ArrowUp");
   key("keydown", "ArrowUp");
-  expect(hands.motion.linear).toBe(1);
+  expect(input.motion.linear).toBe(1);
 });
 
 it.each(["ctrlKey", "metaKey", "altKey"])("lets go when %s is down", (modifier) => {
   key("keydown", "ArrowUp");
   const event = key("keydown", "KeyW", { [modifier]: true });
   expect(event.defaultPrevented).toBe(false);
-  expect(hands.motion.linear).toBe(0);
+  expect(input.motion.linear).toBe(0);
 });
 
 it("leaves letters and arrows to whoever types, but still hears the release", () => {
   key("keydown", "ArrowUp");
   focused("<input type='text'>");
   key("keydown", "KeyA");
-  expect(hands.motion).toEqual({ linear: 1, angular: 0 });
+  expect(input.motion).toEqual({ linear: 1, angular: 0 });
   key("keyup", "ArrowUp");
-  expect(hands.motion.linear).toBe(0);
+  expect(input.motion.linear).toBe(0);
 });
 
 it("leaves the page's own keys alone while this page does not drive", () => {
@@ -114,7 +114,7 @@ it("stops by Space, except where Space operates what has the focus", () => {
 
 it("hears a key that is pressed while nothing has the focus", () => {
   window.dispatchEvent(new KeyboardEvent("keydown", { code: "ArrowUp" }));
-  expect(hands.motion.linear).toBe(1);
+  expect(input.motion.linear).toBe(1);
   window.dispatchEvent(new KeyboardEvent("keydown", { code: "Space" }));
   expect(stop).toHaveBeenCalledOnce();
 });
@@ -122,47 +122,47 @@ it("hears a key that is pressed while nothing has the focus", () => {
 it.each(["blur", "pagehide", "beforeunload", "contextmenu"])("releases all on %s", (type) => {
   key("keydown", "ArrowUp");
   window.dispatchEvent(new Event(type));
-  expect(hands.isHolding).toBe(false);
+  expect(input.isHolding).toBe(false);
 });
 
 it("releases all when the page is frozen", () => {
   key("keydown", "ArrowUp");
   document.dispatchEvent(new Event("freeze"));
-  expect(hands.isHolding).toBe(false);
+  expect(input.isHolding).toBe(false);
 });
 
 it("releases what a finger holds wherever it is lifted, and only that", () => {
-  hands.press(fingerHolder(3), "forward");
-  hands.press(fingerHolder(4), "left");
+  input.press(fingerHolder(3), "forward");
+  input.press(fingerHolder(4), "left");
   window.dispatchEvent(new PointerEvent("pointerup", { pointerId: 3 }));
-  expect(hands.motion).toEqual({ linear: 0, angular: 1 });
+  expect(input.motion).toEqual({ linear: 0, angular: 1 });
 });
 
 it("releases all when the system takes a finger away that held something", () => {
   key("keydown", "ArrowUp");
   window.dispatchEvent(new PointerEvent("pointercancel", { pointerId: 3 }));
-  expect(hands.motion.linear).toBe(1);
-  hands.press(fingerHolder(3), "left");
+  expect(input.motion.linear).toBe(1);
+  input.press(fingerHolder(3), "left");
   window.dispatchEvent(new PointerEvent("pointercancel", { pointerId: 3 }));
-  expect(hands.isHolding).toBe(false);
+  expect(input.isHolding).toBe(false);
 });
 
 it("releases all when the page is hidden", () => {
   key("keydown", "ArrowUp");
   vi.spyOn(document, "hidden", "get").mockReturnValue(true);
   document.dispatchEvent(new Event("visibilitychange"));
-  expect(hands.motion.linear).toBe(0);
+  expect(input.motion.linear).toBe(0);
 });
 
 it("goes on when the page is shown again", () => {
   key("keydown", "ArrowUp");
   document.dispatchEvent(new Event("visibilitychange"));
-  expect(hands.motion.linear).toBe(1);
+  expect(input.motion.linear).toBe(1);
 });
 
 it("drives again by a new press after the window was away", () => {
   key("keydown", "ArrowUp");
   window.dispatchEvent(new Event("blur"));
   key("keydown", "ArrowUp");
-  expect(hands.motion.linear).toBe(1);
+  expect(input.motion.linear).toBe(1);
 });

@@ -1,4 +1,4 @@
-import type { Direction, Hands } from "./hands";
+import type { Direction, InputState } from "./inputState";
 
 const DIRECTIONS: Record<string, Direction> = {
   ArrowUp: "forward",
@@ -16,7 +16,7 @@ const TYPING = "textarea, select, [contenteditable], input:not([type=checkbox])"
 const OPERABLE = `${TYPING}, button, a[href], summary, input`;
 
 export interface KeyboardOptions {
-  hands: Hands;
+  input: InputState;
   isDriving: () => boolean;
   /** The operator's Stop, on Space. */
   stop: () => void;
@@ -28,7 +28,7 @@ export interface KeyboardOptions {
 /** Drives by arrow keys and WASD, and stops by Space, unless something has the focus that types. */
 export function listenKeyboard(
   target: EventTarget,
-  { hands, isDriving, stop, letGo, signal }: KeyboardOptions,
+  { input, isDriving, stop, letGo, signal }: KeyboardOptions,
 ): void {
   // Not every browser marks a repeated key as such after the window was away.
   const down = new Set<string>();
@@ -46,7 +46,7 @@ export function listenKeyboard(
     const direction = DIRECTIONS[event.code];
     if (direction && !focus?.closest(TYPING)) {
       event.preventDefault();
-      if (!repeated) hands.press(`key ${event.code}`, direction);
+      if (!repeated) input.press(`key ${event.code}`, direction);
     } else if (event.code === "Space" && !focus?.closest(OPERABLE)) {
       event.preventDefault();
       if (!repeated) stop();
@@ -55,7 +55,7 @@ export function listenKeyboard(
 
   const onUp = (event: KeyboardEvent) => {
     down.delete(event.code);
-    hands.release(`key ${event.code}`);
+    input.release(`key ${event.code}`);
   };
 
   const options = { signal };

@@ -26,11 +26,11 @@ it("writes times to 0.1 ms and all else to a thousandth", () => {
     linear: 1 / 3,
     angular: -0.12345,
     held: true,
-    speed: "fine",
+    speed: "slow",
     seen_server_ms: 99.96,
     axes: {},
   };
-  expect(writeRow(drive)).toBe('["drive",1,2,1234.6,0.333,-0.123,true,"fine",100,{}]');
+  expect(writeRow(drive)).toBe('["drive",1,2,1234.6,0.333,-0.123,true,"slow",100,{}]');
 });
 
 it("is written in the order of the message type, whatever order the message has", () => {

@@ -1,5 +1,5 @@
 /** Messages as the server would send them, for tests. */
-import type { Hello, Playout, Room, Served, ViewerInfo } from "../messages";
+import type { Hello, Playout, RoomState, Served, ViewerInfo } from "../messages";
 
 export function hello(more: Partial<Hello> = {}): Hello {
   return {
@@ -10,7 +10,7 @@ export function hello(more: Partial<Hello> = {}): Hello {
       kind: "simulated",
       max_linear_mps: 0.6,
       max_angular_rps: 1.5,
-      fine_fraction: 0.3,
+      slow_fraction: 0.3,
       axes: [],
     },
     sizes: ["640x480", "320x240"],
@@ -86,10 +86,10 @@ interface RoomOptions {
   watching?: number[];
   number?: number;
   endsMs?: number;
-  stop?: Room["stop"];
+  stop?: RoomState["stop"];
 }
 
-export function room(options: RoomOptions): Room {
+export function room(options: RoomOptions): RoomState {
   const {
     operator,
     waiting = [],

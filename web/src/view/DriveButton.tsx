@@ -1,6 +1,6 @@
 import type { ComponentChildren, TargetedKeyboardEvent, TargetedPointerEvent } from "preact";
 import { useEffect } from "preact/hooks";
-import { type Direction, fingerHolder } from "../drive/hands";
+import { type Direction, fingerHolder } from "../drive/inputState";
 import { useActions, useState } from "./context";
 import { PRESSING } from "./keys";
 

@@ -1,4 +1,4 @@
-import { fingerHolder } from "../drive/hands";
+import { fingerHolder } from "../drive/inputState";
 import { useActions, useState } from "./context";
 import { DriveButton } from "./DriveButton";
 import { ArrowIcon } from "./icons";
@@ -48,7 +48,7 @@ function Speed() {
   const { setSpeed } = useActions();
   return (
     <div class="speed" role="radiogroup" aria-label="Speed">
-      {(["fine", "gross"] as const).map((speed) => (
+      {(["slow", "fast"] as const).map((speed) => (
         <label key={speed} class="segment">
           <input
             type="radio"
@@ -57,7 +57,7 @@ function Speed() {
             checked={preferences.value.speed === speed}
             onChange={() => setSpeed(speed)}
           />
-          <span>{speed === "fine" ? "Fine" : "Gross"}</span>
+          <span>{speed === "slow" ? "Slow" : "Fast"}</span>
         </label>
       ))}
     </div>

@@ -10,8 +10,8 @@ export function lossSentences({ on_loss, robot, grace_s }: Hello): string[] {
     "When this page loses the keyboard, is hidden, frozen or closed, or a finger is taken from " +
       "it, it lets go of everything at once.",
     `Who sees a picture more than ${on_loss.slow_picture_age_ms} ms older than the line explains ` +
-      `drives no faster than fine; with more than ${on_loss.stop_picture_age_ms} ms the robot ` +
-      "stops. With the picture switched off it drives no faster than fine.",
+      `drives no faster than slow speed; with more than ${on_loss.stop_picture_age_ms} ms the robot ` +
+      "stops. With the picture switched off it drives no faster than slow speed.",
     `If commands or picture are gone for less than ${on_loss.resume_within_ms} ms, what is still ` +
       "held drives on by itself, and the robot gathers speed again. After a longer gap let go of " +
       "everything first.",

@@ -3,7 +3,7 @@ import { getByRole, getByText, queryByRole, queryByText } from "@testing-library
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { fingerHolder, Hands } from "../drive/hands";
+import { fingerHolder, InputState } from "../drive/inputState";
 import { loadPreferences } from "../preferences";
 import type { Actions, Session } from "../session";
 import { createState, type State } from "../state";
@@ -13,15 +13,15 @@ import { RELEASED } from "./words";
 
 let state: State;
 let actions: Actions;
-let hands: Hands;
+let input: InputState;
 let body: HTMLElement;
 
 /** The page with a real state and real hands, but no connection. */
 beforeEach(() => {
   state = createState(loadPreferences(null));
-  hands = new Hands(() => {
+  input = new InputState(() => {
     const all = ["forward", "back", "left", "right"] as const;
-    state.held.value = new Set(all.filter((one) => hands.holds(one)));
+    state.held.value = new Set(all.filter((one) => input.holds(one)));
   });
   actions = {
     start: vi.fn(),
@@ -38,9 +38,9 @@ beforeEach(() => {
     releaseStop: vi.fn(),
     lookAtProof: vi.fn(),
     prove: vi.fn(),
-    press: (holder, direction) => hands.press(holder, direction),
-    release: (holder) => hands.release(holder),
-    letGo: vi.fn(() => hands.releaseAll()),
+    press: (holder, direction) => input.press(holder, direction),
+    release: (holder) => input.release(holder),
+    letGo: vi.fn(() => input.releaseAll()),
   };
   const session: Session = { state, actions, attachPicture: vi.fn(), attachSound: vi.fn() };
   body = document.body;
@@ -58,8 +58,8 @@ function show(options: Parameters<typeof room>[0], axes: string[] = []): void {
     state.room.value = room(options);
     state.link.value = { is: "connected" };
     state.serverMs.value = 18_000;
-    if (state.mayMove.value) hands.enable();
-    else hands.disable();
+    if (state.mayMove.value) input.enable();
+    else input.disable();
   });
 }
 
@@ -97,7 +97,7 @@ describe("every control is found by its role and name", () => {
     for (const name of ["Sound", "Picture"])
       expect(getByRole(body, "switch", { name })).toBeTruthy();
     const speed = getByRole(body, "radiogroup", { name: "Speed" });
-    for (const name of ["Fine", "Gross"]) expect(getByRole(speed, "radio", { name })).toBeTruthy();
+    for (const name of ["Slow", "Fast"]) expect(getByRole(speed, "radio", { name })).toBeTruthy();
     for (const name of ["Picture size", "Timing"])
       expect(getByRole(body, "combobox", { name })).toBeTruthy();
     expect(getByRole(body, "textbox", { name: "Your name" })).toBeTruthy();
@@ -131,10 +131,10 @@ describe("driving", () => {
     show({ operator: 1 });
     pointer(button("Forward"), "pointerdown", 1);
     pointer(button("Left"), "pointerdown", 2);
-    expect(hands.motion).toEqual({ linear: 1, angular: 1 });
+    expect(input.motion).toEqual({ linear: 1, angular: 1 });
     pointer(button("Forward"), "pointerup", 1);
     pointer(button("Forward"), "lostpointercapture", 1);
-    expect(hands.motion).toEqual({ linear: 0, angular: 1 });
+    expect(input.motion).toEqual({ linear: 0, angular: 1 });
     expect(actions.letGo).not.toHaveBeenCalled();
   });
 
@@ -144,15 +144,15 @@ describe("driving", () => {
     pointer(button("Left"), "pointerdown", 2);
     pointer(button("Forward"), type, 1);
     expect(actions.letGo).toHaveBeenCalled();
-    expect(hands.motion).toEqual({ linear: 0, angular: 0 });
+    expect(input.motion).toEqual({ linear: 0, angular: 0 });
   });
 
   it.each(["Space", "Enter"])("works by holding %s on a button that has the focus", (code) => {
     show({ operator: 1 });
     key(button("Back"), "keydown", code);
-    expect(hands.motion.linear).toBe(-1);
+    expect(input.motion.linear).toBe(-1);
     key(button("Back"), "keyup", code);
-    expect(hands.motion.linear).toBe(0);
+    expect(input.motion.linear).toBe(0);
   });
 
   it("ends when a held button loses the focus", () => {
@@ -161,7 +161,7 @@ describe("driving", () => {
     act(() => {
       button("Back").dispatchEvent(new FocusEvent("blur"));
     });
-    expect(hands.motion.linear).toBe(0);
+    expect(input.motion.linear).toBe(0);
   });
 
   it("says why the robot stands", () => {
@@ -187,13 +187,13 @@ describe("driving", () => {
     show({ operator: 1 }, ["pan"]);
     const slider = getByRole(body, "slider", { name: "pan" });
     pointer(slider, "pointerdown", 4);
-    expect(hands.isHolding).toBe(true);
-    expect(hands.motion).toEqual({ linear: 0, angular: 0 });
-    hands.release(fingerHolder(4));
+    expect(input.isHolding).toBe(true);
+    expect(input.motion).toEqual({ linear: 0, angular: 0 });
+    input.release(fingerHolder(4));
     key(slider, "keydown", "ArrowRight");
-    expect(hands.isHolding).toBe(true);
+    expect(input.isHolding).toBe(true);
     key(slider, "keyup", "ArrowRight");
-    expect(hands.isHolding).toBe(false);
+    expect(input.isHolding).toBe(false);
   });
 
   it("is emphasised in its last ten seconds", () => {
@@ -294,12 +294,12 @@ describe("a stop that is latched", () => {
     show({ operator: 1 });
     pointer(button("Forward"), "pointerdown");
     show({ operator: 1, stop });
-    expect(hands.isHolding).toBe(false);
+    expect(input.isHolding).toBe(false);
     expect(button("Forward").disabled).toBe(true);
     expect(button("Stop").disabled).toBe(false);
     show({ operator: 1 });
     expect(button("Forward").disabled).toBe(false);
-    expect(hands.isHolding).toBe(false);
+    expect(input.isHolding).toBe(false);
   });
 
   it("is released by a hold of 0.8 s, and by nothing shorter", () => {

@@ -1,7 +1,7 @@
 /** What the page says, as pure functions. */
 
 import type { LinkState } from "../link/link";
-import type { Room, StopInfo, ViewerInfo } from "../messages";
+import type { RoomState, StopInfo, ViewerInfo } from "../messages";
 
 /** The connection, for the status line. */
 export function connectionWords(link: LinkState, nowMs: number): string {
@@ -67,7 +67,7 @@ export function lostWords(me: ViewerInfo | null, graceS: number): TurnWords {
   return { headline: "The connection is lost", next };
 }
 
-export function turnWords(room: Room | null, me: ViewerInfo | null): TurnWords {
+export function turnWords(room: RoomState | null, me: ViewerInfo | null): TurnWords {
   if (!room || !me) return { headline: "One moment…", next: "" };
   const operator = room.viewers.find((viewer) => viewer.role === "operator");
   const first = room.viewers.find((viewer) => viewer.place === 1);
@@ -99,7 +99,7 @@ export function joinWords(me: ViewerInfo | null): string {
 
 /** Who stopped the robot, and who can end that. */
 export function stoppedWords(
-  room: Room | null,
+  room: RoomState | null,
   stop: StopInfo,
   me: ViewerInfo | null,
   mayRelease: boolean,
@@ -116,7 +116,7 @@ export function stoppedWords(
 export const RELEASED = "Released: let go of everything, then press anew to drive.";
 
 /** Why there is no picture, no sound or no moving robot: sentences of the server's. */
-export function problemWords(room: Room | null): string[] {
+export function problemWords(room: RoomState | null): string[] {
   if (!room) return [];
   const robot = room.robot.problem ?? (room.robot.connected ? null : "it is not connected");
   return [

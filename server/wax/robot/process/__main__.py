@@ -19,10 +19,10 @@ import structlog
 from wax.clock import SystemClock
 from wax.errors import ConfigError
 from wax.log_handler import PrintedLines
-from wax.robot.find import make_driver
-from wax.robot.process.host import READ_BYTES, Host
-from wax.robot.process.warden import Warden
-from wax.robot.process.wire import Begin, decode_begin
+from wax.robot.find_driver import make_driver
+from wax.robot.process.child_loop import READ_BYTES, ChildLoop
+from wax.robot.process.driver_watchdog import DriverWatchdog
+from wax.robot.process.pipe_messages import Begin, decode_begin
 from wax.telemetry import configure_logs
 
 _LOG = structlog.get_logger(__name__)
@@ -53,8 +53,8 @@ def main() -> int:
         return 1
     os.set_blocking(reader, False)
     os.set_blocking(writer, False)
-    warden = Warden(driver.limits, begin.robot.silence_ms / 1000.0)
-    Host(driver, warden, clock, reader=reader, writer=writer).run()
+    warden = DriverWatchdog(driver.limits, begin.robot.silence_ms / 1000.0)
+    ChildLoop(driver, warden, clock, reader=reader, writer=writer).run()
     return 0
 
 

@@ -9,19 +9,28 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.config import LogSettings
+from wax.config.settings import LogSettings
+from wax.driver.checks import unit
+from wax.driver.interface import RobotState
 from wax.errors import ProtocolError
-from wax.robot.driver import RobotState
-from wax.robot.guard import unit
-from wax.robot.process.spawn import Child
-from wax.robot.process.warden import COUNTS
-from wax.robot.process.wire import Axis, Begin, Halt, Lines, Move, Told, decode_answer, encode
+from wax.robot.process.child_process import ChildProcess
+from wax.robot.process.driver_watchdog import COUNTS
+from wax.robot.process.pipe_messages import (
+    Axis,
+    Begin,
+    Halt,
+    LineBuffer,
+    Move,
+    Told,
+    decode_answer,
+    encode,
+)
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config import RobotSettings
-    from wax.robot.driver import Limits, Twist
-    from wax.robot.process.wire import Message
+    from wax.config.settings import RobotSettings
+    from wax.driver.interface import Limits, Twist
+    from wax.robot.process.pipe_messages import Message
 
 _LOG = structlog.get_logger(__name__)
 
@@ -64,7 +73,7 @@ class ProcessDriver:
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
         self._closing = threading.Event()
-        self._child: Child | None = None
+        self._child: ChildProcess | None = None
         self._listens = False
         self._sequence = 0
         self._state = RobotState(connected=False)
@@ -174,7 +183,7 @@ class ProcessDriver:
     def _attend(self, closing: threading.Event) -> str:
         """Start a process and listen to it until its end; say why it ended."""
         try:
-            child = Child(self._begin)
+            child = ChildProcess(self._begin)
         except OSError as error:
             return f"{_IT} cannot be started ({error.strerror or error}); it is tried again."
         with self._lock:
@@ -188,9 +197,9 @@ class ProcessDriver:
         status = child.end()
         return problem or f"{_IT} has ended ({_how(status)}); it is started again."
 
-    def _listen(self, child: Child) -> str | None:
+    def _listen(self, child: ChildProcess) -> str | None:
         """Take its states; give a sentence if it must not go on, None when it has ended."""
-        lines = Lines()
+        lines = LineBuffer()
         deadline_s = self._clock.now_s() + START_S
         while (data := child.receive(deadline_s - self._clock.now_s())) is not None:
             for line in lines.feed(data):

@@ -5,18 +5,18 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING
 
-from wax.robot.driver import Limits, RobotState
-from wax.robot.serial.framed import FramedDialect
-from wax.robot.serial.port import Port
+from wax.driver.interface import Limits, RobotState
+from wax.robot.serial.bytes_dialect import SingleByteDialect
+from wax.robot.serial.frames_dialect import FramedDialect
+from wax.robot.serial.reconnecting_port import Port
 from wax.robot.serial.setpoints import SetPoints
-from wax.robot.serial.single_byte import SingleByteDialect
-from wax.robot.serial.wheels import Mixer
+from wax.robot.serial.wheels import WheelMixer
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config import RobotSettings
+    from wax.config.settings import RobotSettings
+    from wax.driver.interface import Twist
     from wax.errors import DriverError
-    from wax.robot.driver import Twist
     from wax.robot.serial.dialect import Dialect
 
 
@@ -39,7 +39,7 @@ class SerialRobot:
             ttl_s=serial.ttl_ms / 1000.0 if framed else None,  # single bytes hold for ever
         )
         dialect: Dialect = (
-            FramedDialect(Mixer(settings), serial.ttl_ms, axes)
+            FramedDialect(WheelMixer(settings), serial.ttl_ms, axes)
             if framed
             else SingleByteDialect(serial.bytes, self._limits)
         )

@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from wax.robot.driver import STANDSTILL
-from wax.robot.guard import TurnFence, unit, within
+from wax.driver.checks import TurnFence, unit, within
+from wax.driver.interface import STANDSTILL
 
 if TYPE_CHECKING:
-    from wax.robot.driver import Limits, Twist
+    from wax.driver.interface import Limits, Twist
 
 
 @dataclass(frozen=True, slots=True)

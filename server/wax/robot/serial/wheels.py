@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from wax.robot.driver import Limits
-from wax.robot.guard import within
+from wax.driver.checks import within
+from wax.driver.interface import Limits
 
 if TYPE_CHECKING:
-    from wax.config import RobotSettings
-    from wax.robot.driver import Twist
+    from wax.config.settings import RobotSettings
+    from wax.driver.interface import Twist
 
 MAX_WHEEL_MPS: Final = 32.767
 """What a signed 16 bit number of millimetres a second can say."""
@@ -24,7 +24,7 @@ class WheelSpeeds:
     right_mps: float
 
 
-class Mixer:
+class WheelMixer:
     """Knows the robot's base: how far its wheels are apart, how they differ, which way they turn.
 
     A wheel is as fast as the limits let it be straight ahead or on the spot, never faster. When

@@ -5,16 +5,16 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING
 
+from wax.capture.source import Picture
 from wax.errors import SourceError
-from wax.media.source import Picture
-from wax.robot.simulated.pacing import Pacer
+from wax.robot.simulated.frame_timer import FrameTimer
 from wax.robot.simulated.render import Renderer
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from wax.clock import Clock
-    from wax.config import VideoSettings
+    from wax.config.settings import VideoSettings
     from wax.robot.simulated.simulation import Senses
     from wax.robot.simulated.world import World
 
@@ -34,12 +34,12 @@ class SimulatedCamera:
         self._look = look
         self._closed = threading.Event()
         self._renderer: Renderer | None = None
-        self._pacer: Pacer | None = None
+        self._pacer: FrameTimer | None = None
 
     def open(self) -> None:
         self._closed.clear()
         self._renderer = Renderer(self._world, self._settings.width, self._settings.height)
-        self._pacer = Pacer(1.0 / self._settings.fps, self._clock, self._closed.wait)
+        self._pacer = FrameTimer(1.0 / self._settings.fps, self._clock, self._closed.wait)
 
     def read(self) -> Picture:
         if self._renderer is None or self._pacer is None:

@@ -16,8 +16,8 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from wax.robot.driver import Pose
-from wax.robot.simulated.world import Box, Cylinder, Decal, Room, Rug, World
+from wax.driver.interface import Pose
+from wax.robot.simulated.world import Box, Cylinder, Decal, FlatRoom, Rug, World
 
 WIDTH, DEPTH, HEIGHT = 10.0, 9.0, 2.5
 WALL = 0.12
@@ -33,12 +33,12 @@ def furnished_flat() -> World:
         depth=DEPTH,
         height=HEIGHT,
         rooms=(
-            Room("living room", 0.0, 0.0, 5.5, 4.5, wall="cream", floor="planks"),
-            Room("kitchen", 5.5, 0.0, 10.0, 4.5, wall="mint", floor="checkers"),
-            Room("hall", 0.0, 4.5, 10.0, 5.9, wall="white", floor="terracotta"),
-            Room("bedroom", 0.0, 5.9, 4.2, 9.0, wall="sky", floor="carpet"),
-            Room("study", 4.2, 5.9, 7.4, 9.0, wall="lilac", floor="dark planks"),
-            Room("bath", 7.4, 5.9, 10.0, 9.0, wall="tiles", floor="small tiles"),
+            FlatRoom("living room", 0.0, 0.0, 5.5, 4.5, wall="cream", floor="planks"),
+            FlatRoom("kitchen", 5.5, 0.0, 10.0, 4.5, wall="mint", floor="checkers"),
+            FlatRoom("hall", 0.0, 4.5, 10.0, 5.9, wall="white", floor="terracotta"),
+            FlatRoom("bedroom", 0.0, 5.9, 4.2, 9.0, wall="sky", floor="carpet"),
+            FlatRoom("study", 4.2, 5.9, 7.4, 9.0, wall="lilac", floor="dark planks"),
+            FlatRoom("bath", 7.4, 5.9, 10.0, 9.0, wall="tiles", floor="small tiles"),
         ),
         walls=walls,
         boxes=(*lintels, *_doors(), *_furniture()),

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wax.media.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ
+from wax.capture.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ
 from wax.robot.simulated.radio import tune
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from wax.robot.driver import Pose
+    from wax.driver.interface import Pose
     from wax.robot.simulated.simulation import Senses
     from wax.robot.simulated.world import World
 BLOCK_S = BLOCK_SAMPLES / SAMPLE_RATE_HZ
@@ -42,7 +42,7 @@ def radio_gain(world: World, pose: Pose, ear_rad: float) -> tuple[float, int]:
     return facing * WALL_GAIN**walls / max(NEAREST_M, math.hypot(east, north)), walls
 
 
-class Mixer:
+class SoundMixer:
     """Makes one block of sound after the other, each joining the last without a click."""
 
     def __init__(self, world: World, seed: int = 1) -> None:

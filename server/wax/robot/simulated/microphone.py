@@ -5,10 +5,10 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING
 
+from wax.capture.source import Sound
 from wax.errors import SourceError
-from wax.media.source import Sound
-from wax.robot.simulated.hearing import BLOCK_S, Mixer
-from wax.robot.simulated.pacing import Pacer
+from wax.robot.simulated.frame_timer import FrameTimer
+from wax.robot.simulated.hearing import BLOCK_S, SoundMixer
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,13 +26,13 @@ class SimulatedMicrophone:
         self._world = world
         self._listen = listen
         self._closed = threading.Event()
-        self._mixer: Mixer | None = None
-        self._pacer: Pacer | None = None
+        self._mixer: SoundMixer | None = None
+        self._pacer: FrameTimer | None = None
 
     def open(self) -> None:
         self._closed.clear()
-        self._mixer = Mixer(self._world)
-        self._pacer = Pacer(BLOCK_S, self._clock, self._closed.wait)
+        self._mixer = SoundMixer(self._world)
+        self._pacer = FrameTimer(BLOCK_S, self._clock, self._closed.wait)
 
     def read(self) -> Sound:
         if self._mixer is None or self._pacer is None:

@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from wax.robot.driver import Pose
-from wax.robot.guard import within
+from wax.driver.checks import within
+from wax.driver.interface import Pose
 
 if TYPE_CHECKING:
-    from wax.robot.driver import Limits, Twist
+    from wax.driver.interface import Limits, Twist
     from wax.robot.simulated.world import World
 
 RADIUS_M = 0.17

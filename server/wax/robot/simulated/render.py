@@ -19,7 +19,7 @@ from wax.robot.simulated.view import EYE_HEIGHT_M, FAR_M, NEAR_M, View, enter_bo
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from wax.robot.driver import Pose
+    from wax.driver.interface import Pose
     from wax.robot.simulated.world import World
 
 

@@ -6,17 +6,17 @@ import threading
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from wax.robot.driver import RobotState
+from wax.driver.interface import RobotState
 from wax.robot.simulated.camera import SimulatedCamera
 from wax.robot.simulated.flat import furnished_flat
 from wax.robot.simulated.microphone import SimulatedMicrophone
 from wax.robot.simulated.simulation import STEP_S, Simulation
 
 if TYPE_CHECKING:
+    from wax.capture.source import AudioSource, VideoSource
     from wax.clock import Clock
-    from wax.config import RobotSettings, VideoSettings
-    from wax.media.source import AudioSource, VideoSource
-    from wax.robot.driver import Limits, Twist
+    from wax.config.settings import RobotSettings, VideoSettings
+    from wax.driver.interface import Limits, Twist
     from wax.robot.simulated.simulation import Senses
 
 

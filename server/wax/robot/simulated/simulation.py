@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from wax.robot.driver import STANDSTILL, Limits
-from wax.robot.guard import TurnFence, unit, within
+from wax.driver.checks import TurnFence, unit, within
+from wax.driver.interface import STANDSTILL, Limits
 from wax.robot.simulated.motion import Motion, step
 
 if TYPE_CHECKING:
-    from wax.config import RobotSettings
-    from wax.robot.driver import Pose, Twist
+    from wax.config.settings import RobotSettings
+    from wax.driver.interface import Pose, Twist
     from wax.robot.simulated.world import World
 
 STEP_S = 0.01

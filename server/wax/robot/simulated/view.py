@@ -13,7 +13,7 @@ from wax.robot.simulated import atlas
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from wax.robot.driver import Pose
+    from wax.driver.interface import Pose
 
 FIELD_OF_VIEW_RAD = math.radians(76.0)
 EYE_HEIGHT_M = 0.5

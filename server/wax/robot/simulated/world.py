@@ -16,7 +16,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from wax.robot.driver import Pose
+    from wax.driver.interface import Pose
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class Cylinder:
 
 
 @dataclass(frozen=True, slots=True)
-class Room:
+class FlatRoom:
     """A rectangle of floor; `wall` and `floor` name their looks."""
 
     name: str
@@ -91,7 +91,7 @@ class World:
     width: float
     depth: float
     height: float
-    rooms: tuple[Room, ...]
+    rooms: tuple[FlatRoom, ...]
     walls: tuple[Box, ...]
     boxes: tuple[Box, ...]
     cylinders: tuple[Cylinder, ...]
@@ -101,7 +101,7 @@ class World:
     start: Pose
     robot_height: float
 
-    def room_at(self, x: float, y: float) -> Room | None:
+    def room_at(self, x: float, y: float) -> FlatRoom | None:
         return next((room for room in self.rooms if room.holds(x, y)), None)
 
     def nearest_surface(self, x: float, y: float) -> tuple[float, float, float]:

@@ -1,0 +1,82 @@
+"""The roll-back that a client with a longer audio buffer needs besides (thesis 5.3.1).
+
+Java 1.1 buffered 50 ms of sound, Java 2 256 ms: there the sound came 200 ms after the picture,
+and the thesis would have the server roll the video back by as much. A browser is no Java version,
+but it reports; so the same is done from what it reports.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from statistics import median
+from typing import TYPE_CHECKING, Final, Literal
+
+if TYPE_CHECKING:
+    from wax.baseline.settings import ThesisSettings
+    from wax.sync.playout import PlayoutReport
+
+Measure = Literal["ages", "buffers"]
+
+_REPORTS: Final = 5
+"""The median of so many is believed; a page reports four times a second."""
+
+_SETTLE_S: Final = 1.0
+"""What changes is seen at the earliest when the pictures so held back have been reported on."""
+
+
+class Compensation:
+    """Turns reports into the extra roll-back; moves it only when the last move is to be seen."""
+
+    def __init__(self, settings: ThesisSettings) -> None:
+        self._settings = settings
+        self._missing_ms: deque[float] = deque(maxlen=_REPORTS)
+        self._measure: Measure | None = None
+        self._settled_s = 0.0
+        self.extra_s = 0.0
+
+    def reported(self, report: PlayoutReport, rollback_s: float | None, now_s: float) -> float:
+        """Take a report; return the extra roll-back in seconds, 0 to `max_extra_rollback_ms`.
+
+        `rollback_s` is the virtual clock's now, None where nothing is synchronised: what is
+        reported then says nothing of the client. Within half a video MU nothing is changed,
+        since a picture stands for a whole one.
+        """
+        if rollback_s is None or now_s < self._settled_s:
+            self._missing_ms.clear()
+            return self.extra_s
+        found = self._missing(report)
+        if found is None:
+            return self.extra_s
+        measure, missing_ms = found
+        if measure != self._measure:
+            # The two are not comparable: a median across them would be of neither.
+            self._measure = measure
+            self._missing_ms.clear()
+        self._missing_ms.append(missing_ms)
+        believed_ms = median(self._missing_ms)
+        if len(self._missing_ms) < _REPORTS or abs(believed_ms) <= self._settings.video_mu_ms / 2:
+            return self.extra_s
+        longest_s = self._settings.max_extra_rollback_ms / 1000
+        moved_s = min(max(self.extra_s + believed_ms / 1000, 0.0), longest_s)
+        if moved_s != self.extra_s:
+            self._settled_s = now_s + rollback_s + abs(moved_s - self.extra_s) + _SETTLE_S
+            self._missing_ms.clear()
+        self.extra_s = moved_s
+        return self.extra_s
+
+    def _missing(self, report: PlayoutReport) -> tuple[Measure, float] | None:
+        """Return by how many ms the picture is still too early and how that is known, else None.
+
+        Where the ages are known, by them: all that is in the way counts. Else by the sound's
+        buffer: a burst of one audio MU lies there for half of it on average, as in the thesis's
+        queue, and the reference client's 50 ms are no fault.
+        """
+        sound, picture = report.sound, report.picture
+        if sound is None or picture is None:
+            return None
+        if sound.age_ms is not None and picture.age_ms is not None:
+            return "ages", sound.age_ms - picture.age_ms
+        if sound.delay_ms is None or picture.delay_ms is None:
+            return None
+        usual_ms = self._settings.audio_mu_ms / 2 + self._settings.reference_audio_buffer_ms
+        return "buffers", sound.delay_ms - usual_ms - picture.delay_ms - self.extra_s * 1000

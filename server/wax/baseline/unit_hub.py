@@ -1,0 +1,74 @@
+"""The fan-out of the sound under the thesis's policy: blocks in, whole media units to everybody."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Final
+
+from wax.baseline.mulaw_encoder import MuLawEncoder
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.capture.source import Sound
+    from wax.encode.encoded import SoundUnit
+    from wax.error_boundary import ErrorBoundary
+
+_BITRATE_BPS: Final = 64_000
+"""PCMU (RFC 3551, 4.5.14)."""
+
+
+class UnitHub:
+    """Encodes the sound once, in media units of one length, and hands them to who listens.
+
+    `push` is called from the capture's thread, the rest from the event loop.
+    """
+
+    def __init__(self, *, mu_ms: int) -> None:
+        self._mu_ms = mu_ms
+        self._encoder = MuLawEncoder(mu_ms=mu_ms)
+        self._takers: dict[Callable[[SoundUnit], None], Callable[[SoundUnit], None]] = {}
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._captured = 0
+        self._encoded = 0
+        self.dropped = 0
+        """Units that did not reach somebody who listened, since the start."""
+
+    def start(self) -> None:
+        self._loop = asyncio.get_running_loop()
+
+    def push(self, block: Sound) -> None:
+        """Take the next block from the microphone's thread."""
+        self._captured += 1
+        unit = self._encoder.encode(block)
+        if unit is None:
+            return
+        self._encoded += len(unit.packets)
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._fan_out, unit)
+
+    def listen(self, take: Callable[[SoundUnit], None], boundary: ErrorBoundary) -> None:
+        """Call `take` inside `boundary` with every unit from the next complete one on."""
+        self._takers[take] = boundary.around(take)
+
+    def leave(self, take: Callable[[SoundUnit], None]) -> None:
+        """End that; safe to call twice."""
+        self._takers.pop(take, None)
+
+    @property
+    def unit_samples(self) -> int:
+        """Length of a unit on the RTP clock; each begins at a whole multiple of it."""
+        return self._encoder.unit_samples
+
+    @property
+    def wanted(self) -> list[str]:
+        """The one form that there is, as long as somebody listens."""
+        return [f"{self._mu_ms} ms at {_BITRATE_BPS / 1000:g} kbit/s"] if self._takers else []
+
+    def counts(self) -> dict[str, int]:
+        """Count blocks captured and packets encoded since the start."""
+        return {"captured": self._captured, "encoded": self._encoded}
+
+    def _fan_out(self, unit: SoundUnit) -> None:
+        for take in tuple(self._takers.values()):
+            take(unit)

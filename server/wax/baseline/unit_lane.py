@@ -1,0 +1,76 @@
+"""The two ends of a viewer who is served in media units: pictures come in, units go out."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from wax.encode.encoded import EncodedPicture, EncodedSound
+
+
+ItemT = TypeVar("ItemT", "EncodedPicture", "EncodedSound")
+
+
+class UnitLane(Generic[ItemT]):
+    """Hands out one media unit's packets without a pause, then waits for the next unit.
+
+    It needs no bound: nothing is put into it before what went before was acknowledged or lost.
+    """
+
+    def __init__(self) -> None:
+        self._queue: deque[ItemT] = deque()
+        self._ready = asyncio.Event()
+        self._on_news: Callable[[], None] = self._ready.set
+
+    def listen(self, on_news: Callable[[], None]) -> None:
+        """Call back whenever there is something to take."""
+        self._on_news = on_news
+
+    def put(self, packets: Iterable[ItemT]) -> None:
+        self._queue.extend(packets)
+        self._on_news()
+
+    def take(self) -> ItemT | None:
+        """Return the next packet to send, None where there is none."""
+        return self._queue.popleft() if self._queue else None
+
+    async def get(self) -> ItemT:
+        """Wait for the next packet to send."""
+        while not self._queue:
+            self._ready.clear()
+            await self._ready.wait()
+        return self._queue.popleft()
+
+    def offered(self, *, redundancy: bool) -> None: ...  # none is sent
+
+    def earlier(self, sound: object) -> Sequence[EncodedSound]:  # noqa: ARG002  # as lanes have it
+        """Repeat nothing: a lost unit is the page's to skip."""
+        return ()
+
+
+class PictureIntake:
+    """Numbers the pictures of the one rendition, as media units are, and passes them on.
+
+    A lane to the fan-out, though nothing waits in it.
+    """
+
+    def __init__(self, take: Callable[[int, EncodedPicture], None]) -> None:
+        self._take = take
+        self._number = 0
+        self.rendition: str | None = None
+        self.dropped = 0
+
+    def choose(self, rendition: str | None) -> None:
+        self.rendition = rendition
+
+    def takes(self, rendition: str) -> bool:
+        return rendition == self.rendition
+
+    def put(self, picture: EncodedPicture) -> None:
+        if picture.rendition == self.rendition:
+            self._number += 1
+            self._take(self._number, picture)

@@ -1,0 +1,200 @@
+"""A camera through OpenCV: V4L2 on Linux, AVFoundation on macOS, Media Foundation on Windows."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+import cv2
+import structlog
+
+from wax.capture.letterbox import fit_bgr
+from wax.capture.source import Picture
+from wax.errors import SourceError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from wax.clock import Clock
+    from wax.config.settings import VideoSettings
+
+_LOG = structlog.get_logger(__name__)
+
+_SILENT_S: Final = 1.8
+"""A camera that gives no picture for so long is unplugged or hung (the contract allows 2 s)."""
+
+_OPEN_S: Final = 8.0
+_RAW_MAX_BYTES_PER_S: Final = 20_000_000
+"""More than this does not fit uncompressed through USB 2 with its overhead: ask for Motion JPEG."""
+
+_PERMISSION: Final = (
+    "the terminal may use the camera (System Settings, Privacy & Security)"
+    if sys.platform == "darwin"
+    else "you are in the group 'video'"
+)
+
+
+class VideoDevice(Protocol):
+    """The part of `cv2.VideoCapture` that is used."""
+
+    def isOpened(self) -> bool: ...  # noqa: N802 - OpenCV's name
+
+    def set(self, propId: int, value: float, /) -> bool: ...  # noqa: N803 - OpenCV's name
+
+    def grab(self) -> bool: ...
+
+    def retrieve(self) -> tuple[bool, Any]: ...
+
+    def release(self) -> None: ...
+
+
+def open_device(device: int | str) -> VideoDevice:
+    """Open by number or path, through V4L2 where there is one."""
+    # OpenCV writes several lines to the terminal at each try on a missing camera.
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
+    backend = cv2.CAP_V4L2 if sys.platform.startswith("linux") else cv2.CAP_ANY
+    return cv2.VideoCapture(device, backend)
+
+
+class OpenCvCamera:
+    """A camera by number (``0``) or path (``/dev/video0``), at the size and rate of the settings.
+
+    The camera may give another size; the picture is then scaled in proportion, with bars.
+    `captured_s` is taken when OpenCV has received the frame: exposure and transfer, 20 to 60 ms
+    with usual USB cameras, came before and are not known.
+
+    OpenCV's own reads cannot be interrupted (V4L2 waits 10 s for a frame), so each opening has a
+    thread that grabs, and `read` gives up on it after 1.8 s. A hung one is left to itself: it
+    releases the device as soon as OpenCV returns.
+    """
+
+    def __init__(
+        self,
+        settings: VideoSettings,
+        clock: Clock,
+        *,
+        device: int | str = 0,
+        open_device: Callable[[int | str], VideoDevice] = open_device,
+    ) -> None:
+        self._settings = settings
+        self._clock = clock
+        self._device = device
+        self._open_device = open_device
+        self._grabber: _Grabber | None = None
+
+    @property
+    def name(self) -> str:
+        return f"Camera {self._device}"
+
+    def open(self) -> None:
+        self.close()
+        self._grabber = _Grabber(self._make, self._clock, self.name)
+        self._grabber.wait_until_open(_OPEN_S)
+
+    def read(self) -> Picture:
+        if self._grabber is None:
+            raise SourceError(f"{self.name} was read before it was opened.")
+        bgr, captured_s = self._grabber.newest(_SILENT_S)
+        fitted = fit_bgr(bgr, self._settings.width, self._settings.height)
+        return Picture.from_bgr(fitted, captured_s)
+
+    def close(self) -> None:
+        grabber, self._grabber = self._grabber, None
+        if grabber is not None:
+            grabber.stop()
+
+    def _make(self) -> VideoDevice:
+        width, height, fps = self._settings.width, self._settings.height, self._settings.fps
+        device = self._open_device(self._device)
+        if not device.isOpened():
+            device.release()
+            raise SourceError(
+                f"{self.name} cannot be opened; check that it is plugged in, that no other "
+                f"program uses it and that {_PERMISSION}. 'wax devices' lists what is there."
+            )
+        if width * height * 2 * fps > _RAW_MAX_BYTES_PER_S:
+            # The format first: V4L2 limits size and rate by it.
+            device.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*"MJPG"))
+        device.set(cv2.CAP_PROP_FRAME_WIDTH, width)
+        device.set(cv2.CAP_PROP_FRAME_HEIGHT, height)
+        device.set(cv2.CAP_PROP_FPS, fps)
+        device.set(cv2.CAP_PROP_BUFFERSIZE, 1)
+        return device
+
+
+class _Grabber:
+    """The thread that empties the camera and keeps its newest frame."""
+
+    def __init__(self, make: Callable[[], VideoDevice], clock: Clock, name: str) -> None:
+        self._make = make
+        self._clock = clock
+        self._name = name
+        self._condition = threading.Condition()
+        self._opened = False
+        self._newest: tuple[NDArray[np.uint8], float] | None = None
+        self._failure: SourceError | None = None
+        self._stopping = False
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def wait_until_open(self, timeout_s: float) -> None:
+        with self._condition:
+            self._condition.wait_for(lambda: self._opened or self._failure, timeout_s)
+            if not self._opened:
+                raise self._failure or SourceError(f"{self._name} does not open; plug it in anew.")
+
+    def newest(self, timeout_s: float) -> tuple[NDArray[np.uint8], float]:
+        """Return a frame that was not returned before."""
+        with self._condition:
+            self._condition.wait_for(lambda: self._newest or self._failure, timeout_s)
+            found, self._newest = self._newest, None
+            if found is None:
+                raise self._failure or SourceError(
+                    f"{self._name} gives no picture; check its cable or plug it in anew."
+                )
+            return found
+
+    def stop(self) -> None:
+        self._stopping = True
+        self._thread.join(timeout=0.5)
+
+    def _run(self) -> None:
+        try:
+            device = self._make()
+            try:
+                self._set_opened()
+                while not self._stopping:
+                    self._grab(device)
+            finally:
+                device.release()
+        except SourceError as error:
+            self._fail(error)
+        except Exception as error:
+            _LOG.exception("camera failed", camera=self._name)
+            self._fail(SourceError(f"{self._name} failed: {error}"))
+
+    def _grab(self, device: VideoDevice) -> None:
+        if not device.grab():
+            raise SourceError(
+                f"{self._name} has stopped; check its cable. It is tried again by itself."
+            )
+        captured_s = self._clock.now_s()
+        good, bgr = device.retrieve()
+        if good:  # else a damaged Motion JPEG picture: the next will do
+            with self._condition:
+                self._newest = (bgr, captured_s)
+                self._condition.notify_all()
+
+    def _set_opened(self) -> None:
+        with self._condition:
+            self._opened = True
+            self._condition.notify_all()
+
+    def _fail(self, error: SourceError) -> None:
+        with self._condition:
+            self._failure = error
+            self._condition.notify_all()

@@ -1,0 +1,1 @@
+"""A media file or stream address as a source."""

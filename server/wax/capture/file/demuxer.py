@@ -1,0 +1,297 @@
+"""One demuxer for the picture and the sound of a file or stream address, in a thread of its own.
+
+It reads packets a little ahead, puts each on one time line of the monotonic clock and hands it to
+the queue of its stream; decoding is left to whoever takes it out, so an unused stream costs
+nothing. Two kinds of address are told apart:
+
+* **paced** (files, HLS, DASH): played at their own speed by their own time stamps; at the end
+  opened again, so that every pass is like the first, and played on without a gap;
+* **live** (RTSP, RTP, RTMP, SRT, endless HTTP, …): handed on as it comes; the time line is the
+  fastest way from time stamp to arrival that was seen, so delay cannot build up.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import structlog
+from av.error import FFmpegError
+
+from wax.capture.file.address import (
+    Kind,
+    Track,
+    find_tracks,
+    is_live,
+    is_network,
+    open_container,
+    shown_name,
+)
+from wax.errors import SourceError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from av.container import InputContainer
+    from av.packet import Packet
+
+    from wax.clock import Clock
+
+_LOG = structlog.get_logger(__name__)
+
+_START_S: Final = 0.2
+"""From opening a file to its first picture: time to decode it before it is due."""
+
+_AHEAD_S: Final = 0.5
+_AHEAD_STARVED_S: Final = 10.0
+"""How far packets are read ahead, and how far while one stream lies behind the other in a file."""
+
+_KEPT_S: Final = 2.0
+"""A queue that nobody empties starts anew when it holds this much more than is read ahead."""
+
+_PATIENCE_S: Final = 2.0
+_REBUFFER_S: Final = 0.5
+_STALL_S: Final = 1.0
+_SHORTEST_PASS_S: Final = 0.02
+_LIVE_JUMP_S: Final = 2.0
+_LIVE_RELAX: Final = 0.002
+
+
+@dataclass(frozen=True, slots=True)
+class Coded:
+    """A packet on its way to its decoder, due at `due_s`; `zero_s` is the stream's time 0.
+
+    Another track than that of the packet before means that a new pass has begun.
+    """
+
+    packet: Packet[Any]
+    track: Track
+    zero_s: float
+    due_s: float
+
+
+@dataclass(slots=True)
+class _Queue:
+    items: deque[Coded] = field(default_factory=deque)
+    needed_s: float | None = None
+    """While somebody waits: he can be told that there is nothing when reading is this far."""
+    resume_s: float | None = float("-inf")
+    """While not None, everything before a keyframe that is due then or later is dropped."""
+
+    def put(self, item: Coded, longest_s: float) -> None:
+        if self.items and item.due_s - self.items[0].due_s > longest_s:
+            self.items.clear()
+            self.resume_s = item.due_s
+        if self.resume_s is not None:
+            if not item.packet.is_keyframe or item.due_s < self.resume_s:
+                return
+            self.resume_s = None
+        self.items.append(item)
+
+
+class Demuxer:
+    """Reads `address` until `stop` or a failure; whoever wants to go on makes a new one.
+
+    `wanted` are the streams that anybody will ask for.
+    """
+
+    def __init__(self, address: str, clock: Clock, wanted: frozenset[Kind]) -> None:
+        self._address = address
+        self.name = shown_name(address)
+        self.live = False
+        self._network = is_network(address)
+        self._clock = clock
+        self._queues: dict[Kind, _Queue] = {kind: _Queue() for kind in wanted}
+        self._condition = threading.Condition()
+        self._zero_s: float | None = None
+        self._horizon_s = float("-inf")
+        self._found: frozenset[Kind] | None = None
+        self._failure: SourceError | None = None
+        self._stopping = False
+        self._thread = threading.Thread(target=self._run, name="demux", daemon=True)
+
+    @property
+    def failed(self) -> bool:
+        return self._failure is not None
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread; one that waits for the network ends by itself within seconds."""
+        with self._condition:
+            self._stopping = True
+            self._condition.notify_all()
+        self._thread.join(timeout=0.5)
+
+    def kinds(self) -> frozenset[Kind]:
+        """Wait until the address is open and say what is in it; raises `SourceError`."""
+        with self._condition:
+            self._condition.wait_for(lambda: self._found is not None or self.failed, timeout=8)
+            if self._found is not None:
+                return self._found
+            raise self._failure or SourceError(f"{self.name} does not open; is it reachable?")
+
+    def take(self, kind: Kind, until_s: float) -> Coded | None:
+        """Return the next packet; None if the stream has none that is due before `until_s`.
+
+        Blocks at most 2 s; raises `SourceError`.
+        """
+        far_s = until_s + (_AHEAD_S if self._network else _AHEAD_STARVED_S)
+        with self._condition:
+            queue = self._queues[kind]
+            queue.needed_s = far_s
+            self._condition.notify_all()
+            self._condition.wait_for(
+                lambda: queue.items or self.failed or self._horizon_s > far_s, _PATIENCE_S
+            )
+            queue.needed_s = None
+            if queue.items:
+                self._condition.notify_all()
+                return queue.items.popleft()
+            if self._failure is not None:
+                raise self._failure
+            if self._horizon_s > far_s:
+                return None
+            raise SourceError(f"{self.name} delivers nothing; check the connection.")
+
+    def waiting(self, kind: Kind) -> int:
+        """Return how many packets can be taken without waiting."""
+        with self._condition:
+            return len(self._queues[kind].items)
+
+    def skip_to_keyframe(self, kind: Kind, due_s: float) -> None:
+        """Drop everything before a keyframe that is due at `due_s` or later."""
+        with self._condition:
+            waiting = self._queues[kind].items
+            queue = self._queues[kind] = _Queue(resume_s=due_s)
+            for item in waiting:
+                queue.put(item, float("inf"))
+            self._condition.notify_all()
+
+    def _run(self) -> None:
+        failure = SourceError(f"{self.name} was closed.")
+        try:
+            start_s: float | None = None
+            while not self._stopping:
+                start_s = self._play(start_s)
+        except SourceError as error:
+            failure = error
+        except FFmpegError as error:
+            failure = SourceError(f"{self.name} stopped ({error.strerror}); check the connection.")
+        except Exception as error:
+            _LOG.exception("demuxer failed", address=self.name)
+            failure = SourceError(f"{self.name} cannot be played: {error}")
+        with self._condition:
+            self._failure = failure
+            self._condition.notify_all()
+
+    def _play(self, start_s: float | None) -> float:
+        """Go through the address once; return the moment at which the next pass begins."""
+        with open_container(self._address) as container:
+            found = find_tracks(container)
+            self.live = is_live(self._address, container)
+            with self._condition:
+                self._found = frozenset(found)
+                self._condition.notify_all()
+            tracks = {track.index: track for kind, track in found.items() if kind in self._queues}
+            if not tracks:
+                raise SourceError(f"{self.name} has neither the picture nor the sound wanted.")
+            now_s = self._clock.now_s()
+            if start_s is None or start_s < now_s - _STALL_S:
+                start_s = now_s + _START_S
+            origin_s = (container.start_time or 0) / 1e6
+            self._zero_s = None if self.live else start_s - origin_s
+            ends_s = dict.fromkeys(tracks, origin_s)
+            for packet in self._packets(container, list(tracks)):
+                self._put(packet, tracks[packet.stream_index], ends_s, container.duration)
+            length_s = max(ends_s.values()) - origin_s
+            # In a segmented stream the network may have moved the time line meanwhile.
+            start_s = start_s if self._zero_s is None else self._zero_s + origin_s
+            return start_s + _pass_length_s(length_s, container.duration)
+
+    def _packets(self, container: InputContainer, indices: list[int]) -> Iterator[Packet[Any]]:
+        """Yield packets no faster than they are needed; a file cut off in the middle just ends."""
+        count = 0
+        try:
+            for packet in container.demux([container.streams[index] for index in indices]):
+                if not self._wait_until_needed():
+                    return
+                if packet.size:
+                    count += 1
+                    yield packet
+        except FFmpegError as error:
+            if self._network or not count:
+                raise
+            _LOG.warning("file is damaged, played as far as it goes", file=self.name, why=error)
+        if self.live:
+            raise SourceError(f"{self.name} has ended; waiting for it to come back.")
+        if not count:
+            raise SourceError(f"{self.name} has nothing in it that can be played.")
+
+    def _wait_until_needed(self) -> bool:
+        with self._condition:
+            while not self._stopping:
+                needed_s = [queue.needed_s or 0.0 for queue in self._queues.values()]
+                far_s = max(self._clock.now_s() + _AHEAD_S, *needed_s)
+                if self.live or self._horizon_s <= far_s:
+                    return True
+                self._condition.wait(0.05)
+        return False
+
+    def _put(
+        self,
+        packet: Packet[Any],
+        track: Track,
+        ends_s: dict[int, float],
+        duration_us: int | None,
+    ) -> None:
+        """Place a packet on the time line and queue it."""
+        time_base = packet.time_base
+        stamp = packet.pts if packet.pts is not None else packet.dts
+        if stamp is None:
+            # A bare elementary stream has no time stamps: count.
+            stamp = packet.dts = round(ends_s[track.index] / time_base)
+        time_s = float(stamp * time_base)
+        if duration_us and time_s > ends_s[track.index] + duration_us / 1e6 + 1:
+            return  # a damaged time stamp: waiting for it would be waiting for ever
+        length_s = float((packet.duration or 0) * time_base) or track.period_s
+        ends_s[track.index] = max(ends_s[track.index], time_s + length_s)
+        now_s = self._clock.now_s()
+        with self._condition:
+            zero_s = self._follow(time_s, now_s)
+            due_s = now_s if self.live else zero_s + time_s
+            longest_s = _KEPT_S + (0 if self.live else _AHEAD_STARVED_S)
+            self._queues[track.kind].put(Coded(packet, track, zero_s, due_s), longest_s)
+            self._horizon_s = max(self._horizon_s, due_s)
+            self._condition.notify_all()
+
+    def _follow(self, time_s: float, now_s: float) -> float:
+        """Return the moment of stream time 0, moved where the network demands it."""
+        arrived_s = now_s - time_s
+        if self._zero_s is None:
+            self._zero_s = arrived_s
+        late_s = arrived_s - self._zero_s
+        if self.live:
+            if late_s < 0 or late_s > _LIVE_JUMP_S:
+                self._zero_s = arrived_s
+            else:
+                # Upwards only slowly: one late packet says little, a drifting clock says it often.
+                self._zero_s += late_s * _LIVE_RELAX
+        elif self._network and late_s > _REBUFFER_S:
+            self._zero_s += late_s + _REBUFFER_S
+        return self._zero_s
+
+
+def _pass_length_s(length_s: float, duration_us: int | None) -> float:
+    """Return how long a pass lasts that read packets for `length_s`.
+
+    The container's own duration is more exact, because the decoder cuts the last packet's padding
+    off, but believed only when it is near: it may be a guess, and a file that was cut off in the
+    middle claims what it no longer has.
+    """
+    if duration_us and 0 <= length_s - duration_us / 1e6 < 0.1:
+        length_s = duration_us / 1e6
+    return max(length_s, _SHORTEST_PASS_S)

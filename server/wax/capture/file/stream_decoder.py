@@ -1,0 +1,108 @@
+"""One stream of a media file, decoded packet by packet in the thread of whoever reads it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import structlog
+from av.error import FFmpegError
+
+from wax.errors import SourceError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.capture.file.address import Kind
+    from wax.capture.file.demuxer import Coded, Demuxer
+    from wax.clock import Clock
+
+_LOG = structlog.get_logger(__name__)
+
+_FRUITLESS: Final = 100
+"""So many packets in a row without a picture or sound: this decoder will never make any."""
+
+
+class StreamDecoder:
+    """Decodes one stream; a source of picture or sound is made of it by a `read`.
+
+    `join` gives a running demuxer, `leave` takes it back.
+    """
+
+    kind: Kind
+    missing: str
+    """What to say, with {} for the name, where the address has no such stream."""
+
+    def __init__(
+        self,
+        join: Callable[[], Demuxer],
+        leave: Callable[[Demuxer], None],
+        clock: Clock,
+        sleep: Callable[[float], None],
+    ) -> None:
+        self._join = join
+        self._leave = leave
+        self.clock = clock
+        self._sleep = sleep
+        self._demuxer: Demuxer | None = None
+        self._last: Coded | None = None
+        self._fruitless = 0
+        self._next_pts = 0
+
+    def open(self) -> None:
+        """Raise `SourceError` if the file cannot be played or lacks this stream."""
+        self.close()
+        self._demuxer = self._join()
+        try:
+            if self.kind not in self._demuxer.kinds():
+                raise SourceError(self.missing.format(self._demuxer.name))
+        except SourceError:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        demuxer, self._demuxer, self._last, self._fruitless = self._demuxer, None, None, 0
+        if demuxer is not None:
+            self._leave(demuxer)
+
+    @property
+    def demuxer(self) -> Demuxer:
+        if self._demuxer is None:
+            raise SourceError("The file was read before it was opened.")
+        return self._demuxer
+
+    def decode_next(self, until_s: float) -> list[tuple[Any, Coded]] | None:
+        """Decode one packet into frames; None if none is due before `until_s`.
+
+        What the decoder still held at the end of a pass comes before the next pass.
+        """
+        item = self.demuxer.take(self.kind, until_s)
+        if item is None:
+            return None
+        frames: list[tuple[Any, Coded]] = []
+        if self._last is not None and self._last.track is not item.track:
+            frames += self._decode(self._last, flush=True)
+        self._last = item
+        frames += self._decode(item)
+        self._fruitless = 0 if frames else self._fruitless + 1
+        if self._fruitless > _FRUITLESS:
+            raise SourceError(f"{self.demuxer.name} cannot be decoded; name another file.")
+        return frames
+
+    def _decode(self, item: Coded, *, flush: bool = False) -> list[tuple[Any, Coded]]:
+        """Feed a packet, or the end after it; a damaged packet gives nothing."""
+        try:
+            frames = item.track.decoder.decode(None if flush else item.packet)
+        except FFmpegError as error:
+            _LOG.debug("packet cannot be decoded", kind=self.kind, why=str(error))
+            return []
+        for frame in frames:
+            frame.time_base = item.packet.time_base  # which frames of a flush lack
+            if frame.pts is None:  # in a bare elementary stream, where packets were counted
+                frame.pts = self._next_pts if frame.dts is None else frame.dts
+            self._next_pts = frame.pts + round(item.track.period_s / frame.time_base)
+        return [(frame, item) for frame in frames]
+
+    def wait_until(self, moment_s: float) -> None:
+        remaining_s = moment_s - self.clock.now_s()
+        if remaining_s > 0:
+            self._sleep(remaining_s)

@@ -1,0 +1,166 @@
+"""Find the sources that the configuration names."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from wax.capture.camera import OpenCvCamera
+from wax.capture.file.address import is_network, open_container
+from wax.capture.file.media_file import MediaFile
+from wax.capture.microphone import PortAudioMicrophone
+from wax.capture.testcard import TestCardAudio, TestCardVideo
+from wax.driver.interface import HasCamera, HasMicrophone
+from wax.errors import ConfigError, SourceError
+from wax.plugin import is_plugin_name, make_plugin
+
+if TYPE_CHECKING:
+    from wax.capture.source import AudioSource, VideoSource
+    from wax.clock import Clock
+    from wax.config.settings import AudioSettings, VideoSettings
+    from wax.driver.interface import Driver
+
+_VIDEO_KEY: Final = "[video] source"
+_AUDIO_KEY: Final = "[audio] source"
+
+
+@dataclass(frozen=True, slots=True)
+class Sources:
+    """The camera and the microphone; None where the configuration says ``none``."""
+
+    video: VideoSource | None
+    audio: AudioSource | None
+
+
+def make_sources(
+    video: VideoSettings, audio: AudioSettings, clock: Clock, driver: Driver
+) -> Sources:
+    """Make both sources; no device or address is opened yet.
+
+    Picture and sound named by the same file or address share one demuxer. Raises `ConfigError` for
+    what cannot work, such as a file that does not exist or is no film; a device that is missing is
+    no such error, because it may be plugged in later.
+    """
+    files = _Files(clock)
+    return Sources(
+        video=_make_video(video, clock, driver, files),
+        audio=_make_audio(audio, clock, driver, files),
+    )
+
+
+def _make_video(
+    settings: VideoSettings, clock: Clock, driver: Driver, files: _Files
+) -> VideoSource | None:
+    name = settings.source
+    if name == "none":
+        return None
+    if name == "testcard":
+        return TestCardVideo(settings, clock)
+    if name == "robot":
+        if not isinstance(driver, HasCamera):
+            raise ConfigError(_no_sense(_VIDEO_KEY, driver.kind, "camera", "a camera's number"))
+        return driver.camera(settings, clock)
+    device = _camera_device(name)
+    if device is not None:
+        return OpenCvCamera(settings, clock, device=device)
+    if not is_network(name) and is_plugin_name(name):
+        plugin: VideoSource = _make_plugin(name, _VIDEO_KEY, settings, clock)
+        return plugin
+    return files.find(name, _VIDEO_KEY).video(settings)
+
+
+def _make_audio(
+    settings: AudioSettings, clock: Clock, driver: Driver, files: _Files
+) -> AudioSource | None:
+    name = settings.source
+    if name == "none":
+        return None
+    if name == "testcard":
+        return TestCardAudio(settings, clock)
+    if name == "robot":
+        if not isinstance(driver, HasMicrophone):
+            raise ConfigError(_no_sense(_AUDIO_KEY, driver.kind, "microphone", "microphone"))
+        return driver.microphone(clock)
+    microphone = _microphone(settings, clock)
+    if microphone is not None:
+        return microphone
+    if not is_network(name) and is_plugin_name(name):
+        plugin: AudioSource = _make_plugin(name, _AUDIO_KEY, settings, clock)
+        return plugin
+    return files.find(name, _AUDIO_KEY).audio()
+
+
+def _microphone(settings: AudioSettings, clock: Clock) -> AudioSource | None:
+    """Return the live microphone that is named, or None if the name is no microphone's."""
+    kind, _, device = settings.source.partition(":")
+    if kind == "alsa" and device:
+        raise ConfigError(
+            f"{_AUDIO_KEY}: {settings.source} is now {_named_by_portaudio(device)}; "
+            "'wax devices' lists what is there."
+        )
+    if kind != "microphone":
+        return None
+    number_or_name = int(device) if device.isdecimal() else device or None
+    return PortAudioMicrophone(settings, clock, device=number_or_name)
+
+
+def _named_by_portaudio(alsa: str) -> str:
+    """Give the new name of a device that was named as ALSA does.
+
+    PortAudio finds a device by a part of its name, in which a card has its number and not its id.
+    """
+    match = re.fullmatch(r"(?:plug)?hw:(\d+)(?:,(\d+))?", alsa)
+    if match is None:
+        return "microphone:… with a part of the device's name, or microphone for the default"
+    return f'"microphone:hw:{match[1]},{match[2] or 0}"'
+
+
+class _Files:
+    """The media files named so far, so that one named twice is opened once."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._files: dict[str, MediaFile] = {}
+
+    def find(self, name: str, key: str) -> MediaFile:
+        address = name if is_network(name) else str(_existing(name, key))
+        return self._files.setdefault(address, MediaFile(address, self._clock))
+
+
+def _camera_device(name: str) -> int | str | None:
+    """Return a camera's number or path, or None if the name is no camera's.
+
+    Without ``camera:`` a path is a camera's only where no film can be meant.
+    """
+    device = name.removeprefix("camera:")
+    if device.isdecimal():
+        return int(device)
+    prefixes = ("/dev/video", "/dev/v4l/") if device == name else ("/",)
+    return device if device.startswith(prefixes) else None
+
+
+def _existing(name: str, key: str) -> Path:
+    path = Path(name).expanduser()
+    if path.is_file():
+        try:
+            open_container(str(path)).close()
+        except SourceError as error:
+            raise ConfigError(f"{key}: {error}") from error
+        return path.resolve()
+    problem = "is no file" if path.exists() else "does not exist"
+    raise ConfigError(
+        f"{key}: {name} {problem} (looked for {path.absolute()}); name a file or an address, "
+        "a device that 'wax devices' lists, testcard, robot, none or package.module:Class."
+    )
+
+
+def _make_plugin(name: str, key: str, settings: VideoSettings | AudioSettings, clock: Clock) -> Any:
+    """Build somebody else's source, and see to it that it is one."""
+    needs = ("open", "read", "close")
+    return make_plugin(name, key, settings, clock, needs=needs, contract="wax/capture/source.py")
+
+
+def _no_sense(key: str, kind: str, sense: str, instead: str) -> str:
+    return f"{key}: the {kind} robot has no {sense} of its own; write none, testcard or {instead}."

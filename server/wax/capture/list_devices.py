@@ -1,0 +1,119 @@
+"""List the cameras and microphones of this machine, as they are written in the configuration."""
+
+from __future__ import annotations
+
+import importlib
+import struct
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from wax.capture.camera import VideoDevice, open_device
+from wax.capture.microphone import load_portaudio
+from wax.errors import SourceError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_VIDIOC_QUERYCAP: Final = 0x80685600
+_QUERYCAP_BYTES: Final = 104
+_DEVICE_CAPS_OFFSET: Final = 88
+_CAN_CAPTURE: Final = 0x1
+"""V4L2_CAP_VIDEO_CAPTURE (linux/videodev2.h)."""
+
+_PROBED: Final = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Device:
+    """`source` is what to write as `key`, `name` what the device calls itself."""
+
+    key: str
+    source: str
+    name: str
+
+    def __str__(self) -> str:
+        return f'{self.key} = "{self.source}"   # {self.name}'
+
+
+def list_devices() -> list[str]:
+    """Return printable lines: each camera and microphone, or why there is none."""
+    cameras = list_cameras()
+    microphones, problem = list_microphones()
+    lines = ["Cameras:"]
+    lines += [f"  {camera}" for camera in cameras] or ["  none found"]
+    lines += ["Microphones:"]
+    lines += [f"  {microphone}" for microphone in microphones]
+    if problem is not None or not microphones:
+        lines.append(f"  {problem or 'none found'}")
+    return lines
+
+
+def list_cameras(
+    *,
+    sysfs: Path = Path("/sys/class/video4linux"),
+    dev: Path = Path("/dev"),
+    probe: Callable[[int | str], VideoDevice] | None = None,
+) -> list[Device]:
+    """List what V4L2 knows, elsewhere what opens when the numbers 0 to 4 are tried."""
+    if sys.platform.startswith("linux") and probe is None:
+        return _v4l2_cameras(sysfs, dev)
+    found = []
+    for number in range(_PROBED):
+        device = (probe or open_device)(number)
+        if device.isOpened():
+            found.append(Device("[video] source", str(number), f"camera {number}"))
+        device.release()
+    return found
+
+
+def _v4l2_cameras(sysfs: Path, dev: Path) -> list[Device]:
+    """Read the names from sysfs and leave out the nodes that give no picture (metadata)."""
+    nodes = sorted(sysfs.glob("video*"), key=lambda node: (len(node.name), node.name))
+    found = []
+    for node in nodes:
+        path = dev / node.name
+        if _captures(path):
+            found.append(Device("[video] source", str(path), _text(node / "name") or node.name))
+    return found
+
+
+def _captures(path: Path) -> bool:
+    """Ask a V4L2 node whether it captures video; a node that may not be asked is listed."""
+    fcntl = importlib.import_module("fcntl")  # not on every system, but wherever V4L2 is
+    answer = bytearray(_QUERYCAP_BYTES)
+    try:
+        with path.open("rb", buffering=0) as node:
+            fcntl.ioctl(node, _VIDIOC_QUERYCAP, answer)
+    except OSError as error:
+        return not isinstance(error, FileNotFoundError)
+    (capabilities,) = struct.unpack_from("=I", answer, _DEVICE_CAPS_OFFSET)
+    return bool(capabilities & _CAN_CAPTURE)
+
+
+def list_microphones(
+    *, load_portaudio: Callable[[], Any] = load_portaudio
+) -> tuple[list[Device], str | None]:
+    """List what PortAudio knows, and a sentence if it is missing."""
+    found = []
+    problem = None
+    try:
+        portaudio = load_portaudio()
+        for number, entry in enumerate(portaudio.query_devices()):
+            if entry["max_input_channels"] > 0:
+                host = portaudio.query_hostapis(entry["hostapi"])["name"]
+                name = f"{entry['name']} ({host})"
+                found.append(Device("[audio] source", f"microphone:{number}", name))
+    except SourceError as error:
+        problem = str(error)
+    except Exception as error:  # PortAudio without any sound system raises its own errors
+        problem = f"PortAudio cannot list its devices: {error}"
+    return found, problem
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8", errors="replace").strip()
+    except OSError:
+        return ""

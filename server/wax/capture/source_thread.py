@@ -1,0 +1,155 @@
+"""Run one source in a thread of its own, and keep on trying when it fails."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Final, Generic, Protocol, TypeVar
+
+import structlog
+
+from wax.errors import SourceError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.clock import Clock
+
+_LOG = structlog.get_logger(__name__)
+
+ItemT = TypeVar("ItemT")
+ItemT_co = TypeVar("ItemT_co", covariant=True)
+
+_SILENT_S: Final = 3.0
+"""A source that blocks this long is reported, although its thread cannot be helped."""
+
+_STOP_S: Final = 1.0
+
+
+class _Source(Protocol[ItemT_co]):
+    """What `VideoSource` and `AudioSource` have in common."""
+
+    def open(self) -> None: ...
+
+    def read(self) -> ItemT_co: ...
+
+    def close(self) -> None: ...
+
+
+class SourceThread(Generic[ItemT]):
+    """Opens a source, hands everything it delivers to `sink`, reopens it after a failure.
+
+    `name` is what the source is to people, ``camera`` or ``microphone``. `sink` is called from
+    this object's thread; everything else here may be used from any. Nothing is raised out of here.
+    """
+
+    def __init__(
+        self,
+        source: _Source[ItemT],
+        sink: Callable[[ItemT], None],
+        *,
+        name: str,
+        clock: Clock,
+        retry_s: float,
+    ) -> None:
+        self._source = source
+        self._sink = sink
+        self._name = name
+        self._clock = clock
+        self._retry_s = retry_s
+        self._stopping = threading.Event()
+        self._lock = threading.Lock()
+        self._problem: str | None = None
+        self._busy_since_s: float | None = None
+        self._thread: threading.Thread | None = None
+        self._failures = 0
+
+    @property
+    def problem(self) -> str | None:
+        """A sentence for a person while nothing is delivered, else None.
+
+        A source that hangs cannot tell; it is noticed here, 3 s after it was last heard of.
+        """
+        with self._lock:
+            since_s = self._busy_since_s
+            hangs = since_s is not None and self._clock.now_s() - since_s > _SILENT_S
+            if hangs and self._problem is None:
+                self._note(f"The {self._name} delivers nothing; check that it is connected.")
+            return self._problem
+
+    @property
+    def failures(self) -> int:
+        """How often the source, or the taker of what it delivers, has failed since the start."""
+        return self._failures
+
+    def start(self) -> None:
+        # A daemon: a driver of the operating system that hangs must not keep the process.
+        self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
+        self._thread.start()
+
+    def request_stop(self) -> None:
+        """Let the thread end as soon as it can, and return at once; `stop` then waits for it."""
+        self._stopping.set()
+
+    def stop(self) -> None:
+        """End the thread and release the source; takes at most 1 s, safe to call twice.
+
+        A thread that hangs in its device is left behind; it delivers nothing any more.
+        """
+        self.request_stop()
+        thread, self._thread = self._thread, None
+        if thread is None:
+            return
+        thread.join(timeout=_STOP_S)
+        if thread.is_alive():
+            _LOG.warning("thread does not end, left behind", source=self._name)
+
+    def _run(self) -> None:
+        while not self._stopping.is_set():
+            try:
+                self._deliver()
+            except SourceError as error:
+                self._fail(str(error))
+            except Exception as error:
+                # Somebody else's source may raise anything; the robot's server lives on.
+                _LOG.exception("source failed unexpectedly", source=self._name)
+                self._fail(f"The {self._name} failed: {error or type(error).__name__}")
+            finally:
+                self._close()
+            self._stopping.wait(self._retry_s)
+
+    def _deliver(self) -> None:
+        self._busy_since_s = self._clock.now_s()
+        self._source.open()
+        while not self._stopping.is_set():
+            self._busy_since_s = self._clock.now_s()
+            item = self._source.read()
+            self._busy_since_s = None
+            if self._stopping.is_set():
+                return
+            self._tell(None)
+            self._sink(item)
+
+    def _fail(self, sentence: str) -> None:
+        self._failures += 1
+        self._busy_since_s = None
+        self._tell(sentence)
+
+    def _close(self) -> None:
+        self._busy_since_s = None
+        try:
+            self._source.close()
+        except Exception:
+            _LOG.exception("source does not close", source=self._name)
+
+    def _tell(self, problem: str | None) -> None:
+        with self._lock:
+            if problem != self._problem and not self._stopping.is_set():
+                self._note(problem)
+
+    def _note(self, problem: str | None) -> None:
+        """Keep a problem that is new, or None when it has passed; the lock is held."""
+        self._problem = problem
+        if problem is None:
+            _LOG.info("source delivers again", source=self._name)
+        else:
+            _LOG.warning("source has a problem", source=self._name, problem=problem)

@@ -1,0 +1,57 @@
+"""The wall clock, drawn on the picture: two screens side by side show their drift (thesis, 4.2)."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Final
+
+import cv2
+import numpy as np
+
+from wax.capture.source import Picture
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_FONT: Final = cv2.FONT_HERSHEY_SIMPLEX
+_WHITE: Final = 235
+_BLACK: Final = 16
+_WIDTH_FRACTION: Final = 0.9
+"""Wide, so that it can still be read after the picture was made four times smaller."""
+
+
+def wall_text(wall_ms: int) -> str:
+    """Return the date and the time of day in UTC with milliseconds, for people."""
+    moment = datetime.fromtimestamp(wall_ms // 1000, tz=UTC)
+    return f"{moment:%Y-%m-%d %H:%M:%S}.{wall_ms % 1000:03d}Z"
+
+
+def overlay_time(picture: Picture, wall_ms: int) -> Picture:
+    """Return the picture with the wall clock along its lower edge; the one given stays as it was.
+
+    `wall_ms` is the Unix time of its capture.
+    """
+    i420 = picture.i420.copy()
+    luma = i420[: picture.height]
+    draw_text(luma, wall_text(wall_ms), bottom=picture.height - max(2, picture.height // 40))
+    return Picture(i420=i420, captured_s=picture.captured_s)
+
+
+def draw_text(luma: NDArray[np.uint8], text: str, *, bottom: int) -> None:
+    """Write white letters with a dark outline, centred and 9/10 of the width wide, into a plane."""
+    # Drawn at one size and then scaled: OpenCV 4 and 5 disagree on the width of a scaled text.
+    (text_width, text_height), below = cv2.getTextSize(text, _FONT, 1.0, 2)
+    letters = np.zeros((text_height + below, text_width), np.uint8)
+    cv2.putText(letters, text, (0, text_height), _FONT, 1.0, 255, 2, cv2.LINE_AA)
+    width = round(_WIDTH_FRACTION * luma.shape[1])
+    height = max(1, round(letters.shape[0] * width / text_width))
+    letters = cv2.resize(letters, (width, height), interpolation=cv2.INTER_AREA).astype(np.uint8)
+    outline = max(1, width // 300)
+    letters = np.pad(letters, outline)
+    dark = cv2.dilate(letters, np.ones((2 * outline + 1, 2 * outline + 1), np.uint8))
+    top = max(0, bottom - letters.shape[0])
+    left = max(0, (luma.shape[1] - letters.shape[1]) // 2)
+    place = luma[top : top + letters.shape[0], left : left + letters.shape[1]]
+    shape = place.shape
+    place[...] = np.where(dark[: shape[0], : shape[1]] > 64, _BLACK, place)
+    np.maximum(place, np.minimum(letters[: shape[0], : shape[1]], _WHITE), out=place)

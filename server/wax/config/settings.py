@@ -1,0 +1,345 @@
+"""The configuration: every key with its range and default; `config/wax.toml` is its manual."""
+
+from __future__ import annotations
+
+import tomllib
+from difflib import get_close_matches
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
+
+from wax.baseline.settings import ThesisSettings
+from wax.config import allowed
+from wax.errors import ConfigError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from pydantic_core import ErrorDetails
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+class ServerSettings(_Section):
+    """`[server]`: where the page is served and to how many."""
+
+    host: Annotated[str, Field(min_length=1)] = "localhost"
+    port: Annotated[int, Field(ge=0, le=65535)] = 8080
+    max_viewers: Annotated[int, Field(ge=1, le=1000)] = 100
+
+
+class LogSettings(_Section):
+    """`[log]`."""
+
+    format: Literal["text", "json"] = "text"
+    level: Literal["debug", "info", "warning", "error"] = "info"
+
+
+class IceServer(_Section):
+    """One STUN or TURN server, told to both ends."""
+
+    urls: Annotated[
+        str,
+        Field(
+            pattern=r"^(stun|turns?):\S+$",
+            description='an address as "stun:HOST:PORT", "turn:HOST:PORT" or "turns:HOST:PORT"',
+        ),
+    ]
+    username: str | None = None
+    credential: str | None = None
+
+
+class IceSettings(_Section):
+    """`[ice]`: none by default, so no outside host is ever contacted."""
+
+    servers: list[IceServer] = []
+
+
+class RenditionSettings(_Section):
+    """One size of the picture, encoded once for everybody who wants it."""
+
+    width: Annotated[int, Field(ge=32, le=3840, multiple_of=2)]
+    height: Annotated[int, Field(ge=32, le=2160, multiple_of=2)]
+    fps: Annotated[float, Field(ge=1, le=60)]
+    bitrate_bps: Annotated[int, Field(ge=10_000, le=20_000_000)]
+
+    @property
+    def size(self) -> str:
+        """What a viewer chooses by."""
+        return f"{self.width}x{self.height}"
+
+    @property
+    def name(self) -> str:
+        """What sets it apart from others of the same size."""
+        return f"{self.size} at {self.bitrate_bps / 1000:g} kbit/s"
+
+
+class VideoSettings(_Section):
+    """`[video]`."""
+
+    source: Annotated[str, Field(min_length=1)] = "robot"
+    width: Annotated[int, Field(ge=32, le=3840, multiple_of=2)] = 640
+    height: Annotated[int, Field(ge=32, le=2160, multiple_of=2)] = 480
+    fps: Annotated[float, Field(ge=1, le=60)] = 30.0
+    codec: Literal["vp8", "h264"] = "vp8"
+    keyframe_interval_s: Annotated[float, Field(ge=0.5, le=60)] = 10.0
+    imprint: bool = False
+    retry_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
+    renditions: Annotated[list[RenditionSettings], Field(min_length=1, max_length=8)] = [
+        RenditionSettings(width=640, height=480, fps=30.0, bitrate_bps=1_000_000),
+        RenditionSettings(width=640, height=480, fps=30.0, bitrate_bps=600_000),
+        RenditionSettings(width=320, height=240, fps=30.0, bitrate_bps=300_000),
+        RenditionSettings(width=320, height=240, fps=15.0, bitrate_bps=120_000),
+        RenditionSettings(width=160, height=120, fps=15.0, bitrate_bps=50_000),
+        RenditionSettings(width=160, height=120, fps=10.0, bitrate_bps=16_000),
+    ]
+
+    @field_validator("renditions")
+    @classmethod
+    def _in_order(cls, renditions: list[RenditionSettings]) -> list[RenditionSettings]:
+        for above, below in pairwise(renditions):
+            if below.bitrate_bps >= above.bitrate_bps:
+                raise ValueError(
+                    f"{below.name} follows {above.name}; put the one of the higher bit rate first"
+                )
+        return renditions
+
+
+class SoundFormSettings(_Section):
+    """One form of the sound, encoded once for everybody who gets it."""
+
+    mu_ms: Literal[10, 20, 40, 60, 120]
+    bitrate_bps: Annotated[int, Field(ge=6_000, le=256_000)]
+
+
+class AudioSettings(_Section):
+    """`[audio]`."""
+
+    source: Annotated[str, Field(min_length=1)] = "robot"
+    forms: Annotated[list[SoundFormSettings], Field(min_length=1, max_length=5)] = [
+        SoundFormSettings(mu_ms=10, bitrate_bps=32_000),
+        SoundFormSettings(mu_ms=20, bitrate_bps=32_000),
+        SoundFormSettings(mu_ms=40, bitrate_bps=24_000),
+        SoundFormSettings(mu_ms=60, bitrate_bps=12_000),
+    ]
+    retry_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
+
+    @field_validator("forms")
+    @classmethod
+    def _in_order(cls, forms: list[SoundFormSettings]) -> list[SoundFormSettings]:
+        for above, below in pairwise(forms):
+            if below.mu_ms <= above.mu_ms or below.bitrate_bps > above.bitrate_bps:
+                raise ValueError(
+                    f"the form of {below.mu_ms} ms follows that of {above.mu_ms} ms; let media"
+                    " units grow and bit rates fall from one to the next"
+                )
+        return forms
+
+
+class SyncSettings(_Section):
+    """`[sync.operator]` and `[sync.observer]`: which stream waits for which, and how long."""
+
+    policy: Literal["audio-master", "video-first"] = "audio-master"
+    audio_mu_ms: Literal["auto", 10, 20, 40, 60, 120] = "auto"
+    least_audio_mu_ms: Literal[10, 20, 40, 60, 120] = 20
+    own_rendition: bool = False
+    audio_delay_ms: Literal["auto"] | Annotated[float, Field(ge=20, le=500)] = "auto"
+    max_holdback_ms: Annotated[float, Field(ge=0, le=2000)] = 500.0
+    max_skew_ms: Annotated[float, Field(ge=0, le=500)] = 20.0
+
+
+class RoleSyncSettings(_Section):
+    """`[sync]`."""
+
+    policy: Literal["by-role", "thesis"] = "by-role"
+    operator: SyncSettings = SyncSettings(
+        max_holdback_ms=50.0, max_skew_ms=100.0, least_audio_mu_ms=10, own_rendition=True
+    )
+    observer: SyncSettings = SyncSettings()
+
+
+class TurnSettings(_Section):
+    """`[turns]`: who drives, and for how long."""
+
+    turn_s: Annotated[float, Field(ge=1, le=86_400)] = 60.0
+    grace_s: Annotated[float, Field(ge=0, le=60)] = 3.0
+    join: Literal["ask", "auto"] = "ask"
+
+
+class DriveSettings(_Section):
+    """`[drive]`: how commands become motion."""
+
+    command_rate_hz: Annotated[float, Field(ge=20, le=50)] = 50.0
+    loop_hz: Annotated[float, Field(ge=20, le=100)] = 50.0
+    max_age_ms: Annotated[float, Field(ge=50, le=1000)] = 150.0
+    max_command_age_ms: Annotated[float, Field(ge=50, le=2000)] = 500.0
+    slow_picture_age_ms: Annotated[float, Field(ge=100, le=60_000)] = 400.0
+    stop_picture_age_ms: Annotated[float, Field(ge=100, le=60_000)] = 800.0
+    max_stop_distance_m: Annotated[float, Field(gt=0, le=10)] = 0.3
+    slow_fraction: Annotated[float, Field(gt=0, le=1)] = 0.3
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        if self.max_command_age_ms < self.max_age_ms:
+            raise ValueError(
+                f"max_command_age_ms is {self.max_command_age_ms:g} and max_age_ms"
+                f" {self.max_age_ms:g}; let max_command_age_ms be the larger one"
+            )
+        if self.stop_picture_age_ms < self.slow_picture_age_ms:
+            raise ValueError(
+                f"stop_picture_age_ms is {self.stop_picture_age_ms:g} and slow_picture_age_ms"
+                f" {self.slow_picture_age_ms:g}; let stop_picture_age_ms be the larger one"
+            )
+        return self
+
+
+class StopSettings(_Section):
+    """`[stop]`: who may press Stop."""
+
+    by: Literal["everybody", "operator"] = "everybody"
+
+
+Byte = Annotated[int, Field(ge=0, le=255)]
+OptionalByte = Annotated[
+    Byte | None,
+    BeforeValidator(lambda value: None if value == "none" else value),  # TOML has no null
+    Field(description='a whole number from 0 to 255, or "none" to send nothing'),
+]
+
+
+class BytesDialectSettings(_Section):
+    """`[robot.serial.bytes]`: the thesis's one byte a command; each value is that byte."""
+
+    forward: Byte = ord("F")
+    back: Byte = ord("B")
+    left: Byte = ord("L")
+    right: Byte = ord("R")
+    forward_left: Byte = ord("G")
+    forward_right: Byte = ord("I")
+    back_left: Byte = ord("H")
+    back_right: Byte = ord("J")
+    stop: Byte = ord("S")
+    fine: OptionalByte = ord("1")
+    gross: OptionalByte = ord("2")
+
+
+AxisName = Annotated[
+    str,
+    Field(
+        pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,15}$",
+        description="a name of at most 16 letters, digits and _, not beginning with a digit",
+    ),
+]
+
+
+class SerialSettings(_Section):
+    """`[robot.serial]`."""
+
+    url: Annotated[str, Field(min_length=1)] = "/dev/ttyACM0"
+    baud: Annotated[int, Field(ge=300, le=4_000_000)] = 115_200
+    dialect: Literal["frames", "bytes"] = "frames"
+    axes: Annotated[list[AxisName], Field(max_length=4)] = []
+    ttl_ms: Annotated[int, Field(ge=20, le=1000)] = 200
+    reopen_s: Annotated[float, Field(ge=0.05, le=60)] = 0.5
+    bytes: BytesDialectSettings = BytesDialectSettings()
+
+    @field_validator("axes")
+    @classmethod
+    def _axes_differ(cls, axes: list[str]) -> list[str]:
+        twice = next((name for name in axes if axes.count(name) > 1), None)
+        if twice is not None:
+            raise ValueError(f"two axes have the name {twice}; give each its own")
+        return axes
+
+
+class RobotSettings(_Section):
+    """`[robot]`."""
+
+    driver: Annotated[str, Field(min_length=1)] = "simulated"
+    max_linear_mps: Annotated[float, Field(gt=0, le=10)] = 0.6
+    max_angular_rps: Annotated[float, Field(gt=0, le=20)] = 1.5
+    max_linear_acceleration_mps2: Annotated[float, Field(gt=0, le=100)] = 1.5
+    max_angular_acceleration_rps2: Annotated[float, Field(gt=0, le=200)] = 6.0
+    braking_mps2: Annotated[float, Field(gt=0, le=100)] = 2.0
+    soft_braking: bool = False
+    silence_ms: Annotated[int, Field(ge=60, le=1000)] = 120
+    wheel_base_m: Annotated[float, Field(gt=0, le=5)] = 0.3
+    left_trim: Annotated[float, Field(ge=0.1, le=1)] = 1.0
+    right_trim: Annotated[float, Field(ge=0.1, le=1)] = 1.0
+    invert_left: bool = False
+    invert_right: bool = False
+    serial: SerialSettings = SerialSettings()
+
+
+class Settings(_Section):
+    """The whole configuration."""
+
+    server: ServerSettings = ServerSettings()
+    log: LogSettings = LogSettings()
+    ice: IceSettings = IceSettings()
+    video: VideoSettings = VideoSettings()
+    audio: AudioSettings = AudioSettings()
+    sync: RoleSyncSettings = RoleSyncSettings()
+    thesis: ThesisSettings = ThesisSettings()
+    turns: TurnSettings = TurnSettings()
+    drive: DriveSettings = DriveSettings()
+    stop: StopSettings = StopSettings()
+    robot: RobotSettings = RobotSettings()
+
+
+def load(path: Path | None) -> Settings:
+    """Read a TOML file; the built-in defaults where it is silent or `path` is None.
+
+    Raises `ConfigError` naming the file and all problems at once.
+    """
+    if path is None:
+        return Settings()
+    try:
+        tree = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{path}: is not UTF-8 text; is it the right file?") from error
+    except (ValueError, RecursionError) as error:  # also a number that is too long, deep nesting
+        raise ConfigError(f"{path}: is not valid TOML: {error}") from error
+    return parse(tree, str(path))
+
+
+def parse(tree: dict[str, Any], name: str) -> Settings:
+    """Check a parsed TOML tree; `name` is how the problems call the file.
+
+    Raises `ConfigError`: for each key that is wrong one line with what it got and what is allowed.
+    """
+    try:
+        return Settings.model_validate(tree)
+    except ValidationError as error:
+        schema = Settings.model_json_schema()
+        # A union has a problem for each of its branches, but a key needs only one line.
+        lines = dict.fromkeys(_sentence(problem, schema) for problem in error.errors())
+        count = f"{len(lines)} problem" + ("s" if len(lines) > 1 else "")
+        raise ConfigError("\n  ".join([f"{name}: {count}:", *lines])) from error
+
+
+def _sentence(problem: ErrorDetails, schema: allowed.Schema) -> str:
+    key, known = allowed.find(schema, problem["loc"])
+    if known is None:
+        near = get_close_matches(
+            str(problem["loc"][-1]), allowed.neighbours(schema, problem["loc"])
+        )
+        return f"{key}: there is no such key" + (f"; did you mean {near[0]}?" if near else "")
+    if problem["type"] == "missing":
+        return f"{key}: is missing; allowed is {allowed.words(known)}"
+    if problem["type"] == "value_error":
+        return f"{key}: {problem['msg'].removeprefix('Value error, ')}"
+    return f"{key}: got {allowed.shown(problem['input'])}; allowed is {allowed.words(known)}"

@@ -1,0 +1,49 @@
+"""How much of where the robot goes its operator sees: judged by the age of what he sees now.
+
+The age is that of the newest picture on his screen, as each command says, beyond the one-way
+delay of his line. It grows between two commands too. Who has switched his picture off, or drives
+a robot without a camera, knows that he does not see. Written so that NaN is never seen.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from wax.control.command_freshness import allowance_s, is_from_future
+
+if TYPE_CHECKING:
+    from wax.control.rules import Rules
+    from wax.control.turn_view import TurnView
+
+
+class VideoFreshness(Enum):
+    """What the operator sees of the robot's way."""
+
+    CLEAR = "a fresh picture"
+    LATE = "a picture that is late: he drives slowly"
+    OFF = "no picture, on purpose: he drives slowly"
+    NONE = "nothing, or what is long gone: he does not drive"
+
+
+def believed_s(seen_s: float | None, now_s: float, one_way_s: float | None) -> float | None:
+    """Return the capture time to go by of a picture that is said to be seen.
+
+    One that lies somewhat ahead of us counts as of now, so that it does not last longer; one that
+    lies further ahead as not seen.
+    """
+    if seen_s is None or is_from_future(seen_s, now_s, one_way_s=one_way_s):
+        return None
+    return min(seen_s, now_s)
+
+
+def judge(seen_s: float | None, now_s: float, turn: TurnView, rules: Rules) -> VideoFreshness:
+    """Say what an operator sees at `now_s` whose newest picture is of `seen_s`."""
+    if not turn.sees:
+        return VideoFreshness.OFF
+    if seen_s is None:
+        return VideoFreshness.NONE
+    age_s = now_s - seen_s - allowance_s(turn.one_way_s)
+    if age_s <= rules.slow_picture_age_s:
+        return VideoFreshness.CLEAR
+    return VideoFreshness.LATE if age_s <= rules.stop_picture_age_s else VideoFreshness.NONE

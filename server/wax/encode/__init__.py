@@ -1,0 +1,1 @@
+"""Pictures and sound become packets, once for everybody."""

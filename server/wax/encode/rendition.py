@@ -1,0 +1,145 @@
+"""One rendition: a thread that encodes the newest picture while somebody wants it."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Final
+
+import structlog
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.capture.newest_slot import NewestSlot
+    from wax.capture.source import Picture
+    from wax.clock import Clock
+    from wax.config.settings import RenditionSettings
+    from wax.encode.encoded import EncodedPicture
+    from wax.encode.video_encoder import PictureEncoder
+
+_LOG = structlog.get_logger(__name__)
+
+_KEYFRAME_SPACING_S: Final = 0.3
+"""Requests are coalesced to this: N viewers who lost a packet must not make it all keyframes."""
+
+_POLL_S: Final = 0.5
+
+_LOAD_WEIGHT: Final = 0.05
+"""Of one picture in the mean time that encoding takes."""
+
+
+class Rendition:
+    """Encodes one size for everybody; `deliver` is called from the thread with each packet."""
+
+    def __init__(
+        self,
+        *,
+        settings: RenditionSettings,
+        keyframe_interval_s: float,
+        make_encoder: Callable[[], PictureEncoder],
+        slot: NewestSlot[Picture],
+        clock: Clock,
+        deliver: Callable[[EncodedPicture], None],
+    ) -> None:
+        self.settings = settings
+        self._keyframe_interval_s = keyframe_interval_s
+        self._make_encoder = make_encoder
+        self._slot = slot
+        self._clock = clock
+        self._deliver = deliver
+        self._wanted = threading.Event()
+        self._keyframe = threading.Event()
+        self._stopping = threading.Event()
+        self._thread: threading.Thread | None = None
+        self.encoded = 0
+        self._encode_s = 0.0
+
+    @property
+    def load(self) -> float:
+        """The share of one core that it takes while it is wanted, 0 before it was."""
+        return self._encode_s * self.settings.fps if self.wanted else 0.0
+
+    @property
+    def wanted(self) -> bool:
+        return self._wanted.is_set()
+
+    def want(self, wanted: bool) -> None:
+        """Encode from now on, or rest; the first picture after a rest is a keyframe."""
+        if wanted and not self._wanted.is_set():
+            self._keyframe.set()
+            self._wanted.set()
+        elif not wanted:
+            self._wanted.clear()
+
+    def request_keyframe(self) -> None:
+        """Make the next picture a keyframe, as soon as the spacing allows."""
+        self._keyframe.set()
+
+    def start(self) -> None:
+        name = f"encode {self.settings.name}"
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def request_stop(self) -> None:
+        """Let the thread end after the picture in work, and return at once."""
+        self._stopping.set()
+        self._wanted.set()
+        self._slot.wake()
+
+    def stop(self, timeout_s: float) -> None:
+        """End the thread, waiting for it this long at most; safe to call twice."""
+        self.request_stop()
+        thread, self._thread = self._thread, None
+        if thread is None:
+            return
+        thread.join(timeout=timeout_s)
+        if thread.is_alive():
+            _LOG.warning("encoder does not end, left behind", rendition=self.settings.name)
+
+    def _run(self) -> None:
+        while not self._stopping.is_set():
+            self._wanted.wait()
+            try:
+                self._encode_while_wanted()
+            except Exception:
+                # A picture that an encoder chokes on must not end the stream for good.
+                _LOG.exception("encoder failed, starting it anew", rendition=self.settings.name)
+                self._keyframe.set()
+                self._stopping.wait(1.0)
+
+    def _encode_while_wanted(self) -> None:
+        encoder = self._make_encoder()
+        # Not the picture that is there: others have sent it by the time that this one is encoded.
+        number = self._slot.count
+        spacing_s = 1.0 / self.settings.fps
+        due_s = 0.0
+        last_keyframe_s = float("-inf")
+        while self._wanted.is_set() and not self._stopping.is_set():
+            found = self._slot.newer_than(number, _POLL_S)
+            if found is None:
+                continue
+            number, picture = found
+            # Tolerance, since a camera's own jitter must not halve the rate; less than half a
+            # frame, since at twice the rate every second picture is early by just that.
+            late_s = picture.captured_s - due_s
+            if late_s < -0.4 * spacing_s:
+                continue
+            due_s = spacing_s + (due_s if late_s < spacing_s else picture.captured_s)
+            keyframe = self._keyframe_due(self._clock.now_s() - last_keyframe_s)
+            began_s = self._clock.now_s()
+            encoded = encoder.encode(picture, keyframe=keyframe)
+            if encoded is None:
+                continue
+            self._encode_s += _LOAD_WEIGHT * (self._clock.now_s() - began_s - self._encode_s)
+            if encoded.keyframe:
+                last_keyframe_s = self._clock.now_s()
+            self.encoded += 1
+            self._deliver(encoded)
+
+    def _keyframe_due(self, since_s: float) -> bool:
+        if since_s >= self._keyframe_interval_s:
+            return True
+        if self._keyframe.is_set() and since_s >= _KEYFRAME_SPACING_S:
+            self._keyframe.clear()
+            return True
+        return False

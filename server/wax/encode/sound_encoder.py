@@ -1,0 +1,105 @@
+"""The Opus encoder: blocks in, one packet per media unit out, without a seam.
+
+There is no in-band error correction in the packets (Opus's "FEC"): it brings back one lost packet
+of a burst, and only where libopus runs its speech codec, which it does not at the bit rates that
+good links get. Loss is repaired by sending earlier packets once more (RFC 2198), which needs
+nothing of the encoder and spares the others who hear it.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING, Final
+
+import av
+import numpy as np
+
+from wax.capture.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ
+from wax.encode.encoded import EncodedSound
+
+if TYPE_CHECKING:
+    from typing import Any
+
+    from av.packet import Packet
+    from numpy.typing import NDArray
+
+    from wax.capture.source import Sound
+    from wax.congestion.allocation import SoundForm
+
+_TIME_BASE: Final = Fraction(1, SAMPLE_RATE_HZ)
+
+_THIN_BPS: Final = 20_000
+"""Below this the speech codec is the better one: at 12 kbit/s a tone keeps its level to 0.01 dB
+instead of 0.5, and stands 35 dB out of the noise instead of 26."""
+
+
+class SoundEncoder:
+    """Encodes 48 kHz mono sound with Opus, one media unit of the form a packet.
+
+    Every unit begins at a whole multiple of its length, so that units of two lengths end together
+    again and again: there a listener changes from one to the other without losing a sample.
+    """
+
+    def __init__(self, form: SoundForm) -> None:
+        self.unit_samples = SAMPLE_RATE_HZ * form.mu_ms // 1000
+        self._pending: list[Sound] = []
+        self._pts = 0
+        self._context = _opus(form)
+
+    def encode(self, block: Sound, pts: int) -> EncodedSound | None:
+        """Take the block that begins at `pts`; a packet when a media unit is full, else None.
+
+        Where `pts` has jumped, what was collected of a unit is left out.
+        """
+        assert len(block.samples) == BLOCK_SAMPLES
+        if pts != self._pts + len(self._pending) * BLOCK_SAMPLES:
+            self._pending.clear()
+        if not self._pending:
+            if pts % self.unit_samples:
+                return None
+            self._pts = pts
+        self._pending.append(block)
+        if len(self._pending) * BLOCK_SAMPLES < self.unit_samples:
+            return None
+        unit, self._pending = self._pending, []
+        return self._encoded(np.concatenate([piece.samples for piece in unit]), unit[0].captured_s)
+
+    def _encoded(self, samples: NDArray[np.int16], captured_s: float) -> EncodedSound | None:
+        frame = av.AudioFrame.from_ndarray(samples.reshape(1, -1), format="s16", layout="mono")
+        frame.sample_rate = SAMPLE_RATE_HZ
+        frame.pts = self._pts
+        frame.time_base = _TIME_BASE
+        parts = self._context.encode(frame)
+        if not parts:
+            return None
+        # A packet's content is older than its unit by what the codec looks ahead: 2.5 or 6.5 ms.
+        ahead = 0 if parts[0].pts is None else self._pts - parts[0].pts
+        packet: Packet[Any] = av.Packet(b"".join(bytes(part) for part in parts))
+        packet.pts = self._pts
+        packet.time_base = _TIME_BASE
+        return EncodedSound(
+            packet=packet,
+            captured_s=captured_s - ahead / SAMPLE_RATE_HZ,
+            duration_samples=len(samples),
+        )
+
+
+def _opus(form: SoundForm) -> av.AudioCodecContext:
+    """Make libopus for one form.
+
+    On a thin line the size of a packet is its time, so that there all are of one size. Elsewhere
+    they may borrow from each other, but keep the rate: "vbr" overspends by a third at 20 ms.
+    """
+    thin = form.bitrate_bps < _THIN_BPS
+    context = av.CodecContext.create("libopus", "w")
+    assert isinstance(context, av.AudioCodecContext)
+    context.sample_rate = SAMPLE_RATE_HZ
+    context.layout = "mono"
+    context.format = "s16"
+    context.bit_rate = form.bitrate_bps
+    context.options = {
+        "application": "audio" if thin else "lowdelay",
+        "frame_duration": str(form.mu_ms),
+        "vbr": "off" if thin else "constrained",
+    }
+    return context

@@ -1,0 +1,240 @@
+"""One rendition's encoder: pictures in, packets with their temporal layer out."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Final, Literal, Protocol
+
+import av
+import cv2
+from av.video.frame import PictureType, VideoFrame
+
+from wax.encode.encoded import VIDEO_RATE_HZ, VIDEO_TIME_BASE, EncodedPicture
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from wax.capture.source import Picture
+    from wax.config.settings import RenditionSettings
+
+_VP8_LAYERS: Final = (0, 2, 1, 2)
+"""Temporal layers by picture after a keyframe: 1/4, 1/2 and all of the frame rate."""
+
+_VP8_SYNC: Final = (False, True, True, False)
+"""Which of them depend on layer 0 only: the last one is made of layer 1 too."""
+
+_NEVER: Final = 100_000
+"""Pictures between automatic keyframes: they would restart the layers unseen."""
+
+_VP8_REALTIME: Final = {
+    "deadline": "realtime",
+    "cpu-used": "-6",
+    "lag-in-frames": "0",
+    "error-resilient": "1",
+    "noise-sensitivity": "0",
+    "static-thresh": "1",
+}
+
+
+_VP8_SMALL: Final = {"deadline": "good", "cpu-used": "2"}
+"""For pictures so small that a careful search costs little: at 16 kbit/s the fast one makes twice
+what it is asked for, which a modem line has not."""
+
+_SMALL_PIXELS_PER_S: Final = 300_000
+"""160×120 at 15 a second, and 3 ms a picture."""
+
+_LEVEL_31_MACROBLOCKS: Final = 3600
+_LEVEL_31_MACROBLOCKS_PER_S: Final = 108_000
+_LEVEL_31_BITRATE_BPS: Final = 14_000_000
+"""1280×720 at 30 a second: what every browser decodes (H.264, table A-1; RFC 7742, 6.2)."""
+
+
+class PictureEncoder(Protocol):
+    """Turns pictures into packets, one for one; called from one thread."""
+
+    def encode(self, picture: Picture, *, keyframe: bool) -> EncodedPicture | None: ...
+
+
+class VideoEncoder:
+    """Encodes one rendition with VP8 in three temporal layers or H.264 constrained baseline.
+
+    Not safe for two threads at once. Keyframes come when asked for and at no other time.
+    """
+
+    def __init__(self, *, codec: Literal["vp8", "h264"], rendition: RenditionSettings) -> None:
+        self._rendition = rendition
+        self._layers = _VP8_LAYERS if codec == "vp8" else (0,)
+        self._context = _vp8(rendition) if codec == "vp8" else _h264(rendition)
+        self._since_keyframe = 0
+        self._newest_pts = -1
+        self._fresh = True
+
+    def encode(self, picture: Picture, *, keyframe: bool) -> EncodedPicture | None:
+        """Encode one picture; None when its capture time is not newer than the one before."""
+        pts = round(picture.captured_s * VIDEO_RATE_HZ)
+        if pts <= self._newest_pts:
+            return None
+        self._newest_pts = pts
+        keyframe = keyframe or self._fresh
+        kind = PictureType.I if keyframe else PictureType.NONE
+        packet = _encode(self._context, self._rendition, picture, pts, kind)
+        if packet is None:
+            return None
+        self._fresh = False
+        self._since_keyframe = 0 if keyframe else self._since_keyframe + 1
+        place = self._since_keyframe % len(self._layers)
+        layer = self._layers[place]
+        return EncodedPicture(
+            packet=packet,
+            rendition=self._rendition.name,
+            keyframe=keyframe,
+            layer=layer,
+            captured_s=picture.captured_s,
+            sync=layer > 0 and _VP8_SYNC[place],
+            droppable=layer == 2,
+        )
+
+
+class IntraEncoder:
+    """Encodes every picture on its own with VP8, as the thesis's JPEGs were (3.5, 4.2).
+
+    All are of about one size, the rendition's bit rate shared by its pictures. Not safe for two
+    threads at once.
+    """
+
+    def __init__(self, rendition: RenditionSettings) -> None:
+        self._rendition = rendition
+        self._context = _context("libvpx", rendition)
+        self._context.gop_size = 0
+        # In percent of a picture's share: without it rate control lets a third more through.
+        self._context.options = _steady(rendition) | _VP8_REALTIME | {"max-intra-rate": "100"}
+        self._newest_pts = -1
+        self._even_pts = 0
+
+    def encode(
+        self,
+        picture: Picture,
+        *,
+        keyframe: bool,  # noqa: ARG002  # each is one
+    ) -> EncodedPicture | None:
+        """Encode one picture; None when its capture time is not newer than the one before."""
+        pts = round(picture.captured_s * VIDEO_RATE_HZ)
+        if pts <= self._newest_pts:
+            return None
+        self._newest_pts = pts
+        # To the rate control pictures come evenly: one that is late is not to be a larger one.
+        self._even_pts += round(VIDEO_RATE_HZ / self._rendition.fps)
+        packet = _encode(self._context, self._rendition, picture, self._even_pts, PictureType.I)
+        if packet is None:
+            return None
+        packet.pts = pts
+        return EncodedPicture(
+            packet=packet,
+            rendition=self._rendition.name,
+            keyframe=True,
+            layer=0,
+            captured_s=picture.captured_s,
+        )
+
+
+def _encode(
+    context: av.VideoCodecContext,
+    rendition: RenditionSettings,
+    picture: Picture,
+    pts: int,
+    kind: PictureType,
+) -> av.Packet[Any] | None:
+    frame = VideoFrame.from_ndarray(
+        resize_i420(picture.i420, rendition.width, rendition.height), format="yuv420p"
+    )
+    frame.pts = pts
+    frame.time_base = VIDEO_TIME_BASE
+    frame.pict_type = kind
+    data = b"".join(bytes(packet) for packet in context.encode(frame))
+    if not data:
+        return None
+    packet = av.Packet(data)
+    packet.pts = pts
+    packet.time_base = VIDEO_TIME_BASE
+    return packet
+
+
+def resize_i420(i420: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:
+    """Scale a planar picture, shape ``(h * 3 // 2, w)``, each plane by itself."""
+    old_width = i420.shape[1]
+    old_height = i420.shape[0] * 2 // 3
+    if (old_width, old_height) == (width, height):
+        return i420
+    shrink = cv2.INTER_AREA if width < old_width else cv2.INTER_LINEAR
+    luma = cv2.resize(i420[:old_height], (width, height), interpolation=shrink)
+    chroma = i420[old_height:].reshape(2, old_height // 2, old_width // 2)
+    planes = [
+        cv2.resize(plane, (width // 2, height // 2), interpolation=shrink).reshape(-1, width)
+        for plane in chroma
+    ]
+    return cv2.vconcat([luma, *planes])  # type: ignore[return-value]  # cv2 forgets the dtype
+
+
+def _vp8(rendition: RenditionSettings) -> av.VideoCodecContext:
+    context = _context("libvpx", rendition)
+    kbps = rendition.bitrate_bps // 1000
+    is_small = rendition.width * rendition.height * rendition.fps <= _SMALL_PIXELS_PER_S
+    context.options = (
+        _steady(rendition)
+        | _VP8_REALTIME
+        | (_VP8_SMALL if is_small else {})
+        | {
+            "max-intra-rate": "300",
+            "ts-parameters": (
+                f"ts_number_layers=3:ts_target_bitrate={kbps * 4 // 10},{kbps * 6 // 10},{kbps}"
+                ":ts_rate_decimator=4,2,1:ts_periodicity=4:ts_layer_id=0,2,1,2:ts_layering_mode=3"
+            ),
+        }
+    )
+    return context
+
+
+def _h264(rendition: RenditionSettings) -> av.VideoCodecContext:
+    context = _context("libx264", rendition)
+    context.profile = "Baseline"
+    context.options = _steady(rendition) | {
+        "preset": "veryfast",
+        "tune": "zerolatency",
+        # Threads inside one small picture cost more than they bring.
+        "x264-params": "scenecut=0:sliced-threads=0:threads=1",
+    }
+    if _fits_level_31(rendition):
+        context.options |= {"level": "31"}
+    return context
+
+
+def _fits_level_31(rendition: RenditionSettings) -> bool:
+    """Tell whether level 3.1 may be claimed; above it x264 finds the level that is true."""
+    columns, rows = (rendition.width + 15) // 16, (rendition.height + 15) // 16
+    return (
+        columns * rows <= _LEVEL_31_MACROBLOCKS
+        and max(columns, rows) ** 2 <= 8 * _LEVEL_31_MACROBLOCKS
+        and columns * rows * rendition.fps <= _LEVEL_31_MACROBLOCKS_PER_S
+        and rendition.bitrate_bps <= _LEVEL_31_BITRATE_BPS
+    )
+
+
+def _steady(rendition: RenditionSettings) -> dict[str, str]:
+    """Constant bit rate with half a second of slack: a burst is delay on a thin link."""
+    rate = str(rendition.bitrate_bps)
+    return {"maxrate": rate, "minrate": rate, "bufsize": str(rendition.bitrate_bps // 2)}
+
+
+def _context(name: str, rendition: RenditionSettings) -> av.VideoCodecContext:
+    context = av.CodecContext.create(name, "w")
+    assert isinstance(context, av.VideoCodecContext)
+    context.width = rendition.width
+    context.height = rendition.height
+    context.pix_fmt = "yuv420p"
+    context.time_base = VIDEO_TIME_BASE
+    context.framerate = Fraction(rendition.fps).limit_denominator(1001)
+    context.bit_rate = rendition.bitrate_bps
+    context.gop_size = _NEVER
+    context.thread_count = 1
+    return context

@@ -1,0 +1,1 @@
+"""From one encoder to every viewer's lane."""

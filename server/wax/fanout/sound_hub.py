@@ -1,0 +1,173 @@
+"""The fan-out of the sound: blocks in, one Opus encoder per form, packets to the lanes."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections import deque
+from functools import partial
+from math import ceil, lcm
+from typing import TYPE_CHECKING, Final
+
+from wax.capture.source import BLOCK_MS, SAMPLE_RATE_HZ
+from wax.encode.sample_clock import SampleClock
+from wax.encode.sound_encoder import SoundEncoder
+from wax.fanout.portions import in_portions
+from wax.fanout.sound_lane import SoundLane
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.capture.source import Sound
+    from wax.congestion.allocation import SoundForm
+    from wax.encode.encoded import EncodedSound
+    from wax.error_boundary import ErrorBoundary
+
+_PAST_MS: Final = 720
+"""So much of the past is kept: the longest pre-roll, 500, in whole media units of up to 120, and
+the unit that is under way."""
+
+_WARM_MS: Final = 480
+"""A fresh encoder begins with silence, and the speech codec needs as long until its packets are
+decoded well by whoever comes to them from another form; nobody shall hear that in the middle."""
+
+
+class _Stream:
+    """One form: its encoder, and the packets that a pre-roll can be made of."""
+
+    def __init__(self, form: SoundForm) -> None:
+        self._encoder = SoundEncoder(form)
+        self.unit_samples = self._encoder.unit_samples
+        self.past: deque[EncodedSound] = deque(maxlen=_PAST_MS // form.mu_ms)
+
+    def encode(self, block: Sound, pts: int) -> EncodedSound | None:
+        sound = self._encoder.encode(block, pts)
+        if sound is not None:
+            self.past.append(sound)
+        return sound
+
+
+class SoundHub:
+    """Encodes the sound once per form that somebody wants.
+
+    `push` is called from the capture's thread, the rest from the event loop. Encoding 10 ms
+    takes a fraction of a millisecond, so one lock holds it all together.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._clock = SampleClock()
+        self._past: deque[tuple[Sound, int]] = deque(maxlen=_PAST_MS // BLOCK_MS)
+        self._streams: dict[SoundForm, _Stream] = {}
+        self._lanes: dict[SoundLane, Callable[[SoundForm, EncodedSound], None]] = {}
+        self._dropped_by_gone = 0
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._captured = 0
+        self._encoded = 0
+
+    def start(self) -> None:
+        self._loop = asyncio.get_running_loop()
+
+    def push(self, block: Sound) -> None:
+        """Take the next block from the microphone's thread."""
+        with self._lock:
+            self._captured += 1
+            pts = self._clock.stamp(block.captured_s)
+            self._past.append((block, pts))
+            for form, stream in self._streams.items():
+                sound = stream.encode(block, pts)
+                if sound is not None:
+                    self._encoded += 1
+                    self._from_thread(form, sound)
+
+    def add(self, boundary: ErrorBoundary) -> SoundLane:
+        """Make a lane that is served inside `boundary`; nothing is sent to it until `choose`."""
+        lane = SoundLane()
+        self._lanes[lane] = boundary.around(lane.put)
+        return lane
+
+    def favour(self, lane: SoundLane) -> None:
+        """Serve this lane before all others: who drives does not wait for a crowd."""
+        if lane in self._lanes:
+            self._lanes = {lane: self._lanes[lane], **self._lanes}
+
+    def remove(self, lane: SoundLane) -> None:
+        """Forget a lane; safe to call twice."""
+        if lane in self._lanes:
+            del self._lanes[lane]
+            self._dropped_by_gone += lane.dropped
+        self._forget_unwanted()
+
+    def choose(self, lane: SoundLane, form: SoundForm | None, preroll_ms: float) -> None:
+        """Send sound in this form, beginning `preroll_ms` in the past, or none.
+
+        The pre-roll fills the browser's buffer to its delay at once, instead of by the
+        75 ms a second at which a browser stretches sound. It is whole media units. The first
+        listener of a form has as much of the past encoded as he needs; whoever follows within
+        half a second and asks for more gets what there is.
+
+        Who hears another form already has no pre-roll: the new one follows where the old one
+        ends, at the next moment at which units of both do, which is no more than 120 ms from now.
+        """
+        if form == lane.form:
+            return
+        old = lane.forms[0] if lane.forms else None
+        if form is None:
+            lane.choose(None)
+        elif old is None:
+            lane.choose(form)
+            units = ceil(preroll_ms / form.mu_ms)
+            with self._lock:
+                stream = self._stream(form, units)
+                past = list(stream.past)[-units:] if units else []
+            for sound in past:
+                lane.put(form, sound)
+        else:
+            with self._lock:
+                self._stream(form, _WARM_MS // form.mu_ms)
+                meet = lcm(old.mu_ms, form.mu_ms) * SAMPLE_RATE_HZ // 1000
+                change_pts = -(-self._clock.next_pts // meet) * meet
+            lane.choose(form, change_pts)
+        self._forget_unwanted()
+
+    @property
+    def wanted(self) -> list[str]:
+        """The forms that somebody hears now, the shortest first; no other is encoded."""
+        forms = sorted(self._streams, key=lambda form: (form.mu_ms, form.bitrate_bps))
+        return [form.name for form in forms]
+
+    @property
+    def dropped(self) -> int:
+        """Packets that lanes had no room for since the start; never falls."""
+        return self._dropped_by_gone + sum(lane.dropped for lane in self._lanes)
+
+    def counts(self) -> dict[str, int]:
+        """Count blocks captured and packets encoded since the start."""
+        return {"captured": self._captured, "encoded": self._encoded}
+
+    def _stream(self, form: SoundForm, units: int) -> _Stream:
+        """Return this form's stream; a new one has the last `units` units, and what follows."""
+        stream = self._streams.get(form)
+        if stream is None:
+            stream = self._streams[form] = _Stream(form)
+            unit = stream.unit_samples
+            begin_pts = (self._clock.next_pts // unit - units) * unit
+            for block, pts in self._past:
+                if pts >= begin_pts:
+                    stream.encode(block, pts)
+        return stream
+
+    def _forget_unwanted(self) -> None:
+        wanted = {form for lane in self._lanes for form in lane.forms}
+        with self._lock:
+            self._streams = {f: stream for f, stream in self._streams.items() if f in wanted}
+
+    def _from_thread(self, form: SoundForm, sound: EncodedSound) -> None:
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._fan_out, form, sound)
+
+    def _fan_out(self, form: SoundForm, sound: EncodedSound) -> None:
+        takers = [put for lane, put in self._lanes.items() if form in lane.forms]
+        in_portions([partial(put, form, sound) for put in takers])
+        if not takers:
+            self._forget_unwanted()

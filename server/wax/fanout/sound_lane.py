@@ -1,0 +1,115 @@
+"""One viewer's sound: a short queue between the shared encoders and his own sender."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from typing import TYPE_CHECKING, Final
+
+from wax.capture.source import SAMPLE_RATE_HZ
+
+if TYPE_CHECKING:
+    from wax.congestion.allocation import SoundForm
+    from wax.encode.encoded import EncodedSound
+
+_HELD_SAMPLES: Final = SAMPLE_RATE_HZ
+"""One second: room for the largest pre-roll and as much again."""
+
+_SENT: Final = 8
+_REDUNDANT_SAMPLES: Final = 2**14 - 1
+"""What is sent once more is this much earlier at most: 14 bits of time (RFC 2198, section 3)."""
+
+
+class SoundLane:
+    """Bounded queue of sound; when it is full the oldest go. Used from the event loop only.
+
+    A change of form takes effect at a moment where units of the old and of the new form meet, so
+    that every sample is sent once.
+    """
+
+    def __init__(self) -> None:
+        self._queue: deque[tuple[SoundForm, EncodedSound]] = deque()
+        self._held = 0
+        self._sent: deque[tuple[SoundForm, EncodedSound]] = deque(maxlen=_SENT)
+        self._ready = asyncio.Event()
+        self._end_pts = 0
+        self._form: SoundForm | None = None
+        self._next: SoundForm | None = None
+        self._change_pts = 0
+        self.redundancy = 0
+        """How many earlier packets go once more with each, where links lose some (RFC 2198)."""
+        self.takes_redundancy = True
+        """Whether the browser takes them; Firefox does not."""
+        self.dropped = 0
+
+    @property
+    def form(self) -> SoundForm | None:
+        """What was chosen, None for no sound."""
+        return self._form if self._next is None else self._next
+
+    @property
+    def forms(self) -> tuple[SoundForm, ...]:
+        """The form that is queued now, and the one that follows it."""
+        return tuple(form for form in (self._form, self._next) if form is not None)
+
+    def choose(self, form: SoundForm | None, change_pts: int = 0) -> None:
+        """Choose a form, or None for no sound; it follows another one at `change_pts`."""
+        self._next = None
+        if form is None:
+            self._form = None
+            self._queue.clear()
+            self._held = 0
+            self._ready.clear()
+        elif self._form is None:
+            self._form = form
+        elif form != self._form:
+            self._next, self._change_pts = form, change_pts
+
+    def put(self, form: SoundForm, sound: EncodedSound) -> None:
+        """Queue a packet if it is of the form whose turn it is and was not queued before."""
+        if self._next is not None and sound.pts >= self._change_pts and form in self.forms:
+            self._form, self._next = self._next, None
+        if form != self._form or sound.pts < self._end_pts:
+            return
+        self._end_pts = sound.pts + sound.duration_samples
+        self._queue.append((form, sound))
+        self._held += sound.duration_samples
+        while self._held > _HELD_SAMPLES:
+            self._held -= self._queue.popleft()[1].duration_samples
+            self.dropped += 1
+        self._ready.set()
+
+    async def get(self) -> EncodedSound:
+        """Wait for the next packet to send; a burst is handed out without a pause."""
+        while not self._queue:
+            self._ready.clear()
+            await self._ready.wait()
+        form, sound = self._queue.popleft()
+        self._held -= sound.duration_samples
+        self._sent.append((form, sound))
+        return sound
+
+    def offered(self, *, redundancy: bool) -> None:
+        self.takes_redundancy = redundancy
+
+    def earlier(self, sound: EncodedSound) -> tuple[EncodedSound, ...]:
+        """Return what is sent once more with this one, up to `redundancy`, the oldest first.
+
+        `sound` was handed out by `get`. They are of its form, and each ends where the next begins.
+        """
+        if self.redundancy == 0:
+            return ()
+        found: list[EncodedSound] = []
+        later: EncodedSound | None = None
+        wanted: SoundForm | None = None
+        for form, earlier in reversed(self._sent):
+            if later is None:
+                later, wanted = (sound, form) if earlier is sound else (None, None)
+                continue
+            follows = form == wanted and earlier.pts + earlier.duration_samples == later.pts
+            is_near = sound.pts - earlier.pts <= _REDUNDANT_SAMPLES
+            if len(found) >= self.redundancy or not follows or not is_near:
+                break
+            found.append(earlier)
+            later = earlier
+        return tuple(reversed(found))

@@ -1,0 +1,191 @@
+"""The fan-out of the picture: from the slot through the renditions to every viewer's lane."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from functools import partial
+from typing import TYPE_CHECKING, Final, Literal, Protocol
+
+from wax.capture.newest_slot import NewestSlot
+from wax.encode.rendition import Rendition
+from wax.encode.video_encoder import VideoEncoder
+from wax.fanout.portions import in_portions
+from wax.fanout.video_lane import VideoLane
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.capture.source import Picture
+    from wax.clock import Clock
+    from wax.config.settings import RenditionSettings, VideoSettings
+    from wax.encode.encoded import EncodedPicture
+    from wax.encode.video_encoder import PictureEncoder
+    from wax.error_boundary import ErrorBoundary
+
+_STOP_S: Final = 1.5
+_CORES_SHARE: Final = 0.5
+
+
+class PictureLane(Protocol):
+    """Where one viewer's pictures go; as `VideoLane` has it."""
+
+    dropped: int
+
+    @property
+    def rendition(self) -> str | None: ...
+
+    def choose(self, rendition: str | None) -> None: ...
+
+    def takes(self, rendition: str) -> bool: ...
+
+    def put(self, picture: EncodedPicture) -> None: ...
+
+
+class VideoHub:
+    """Encodes each rendition once and gives the packets to all lanes that want them."""
+
+    def __init__(
+        self,
+        *,
+        settings: VideoSettings,
+        clock: Clock,
+        make_encoder: Callable[[RenditionSettings], PictureEncoder] | None = None,
+    ) -> None:
+        make = make_encoder or partial(_make_encoder, settings.codec)
+        self.slot: NewestSlot[Picture] = NewestSlot()
+        self._clock = clock
+        self._lanes: dict[PictureLane, Callable[[EncodedPicture], None]] = {}
+        self._dropped_by_gone = 0
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._make = make
+        self._keyframe_interval_s = settings.keyframe_interval_s
+        self._renditions = {one.name: self._rendition(one) for one in settings.renditions}
+        self._shared = tuple(self._renditions)
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the renditions, those of the configuration first."""
+        return list(self._renditions)
+
+    @property
+    def sizes(self) -> list[str]:
+        """The sizes of the shared renditions, each once, the largest first."""
+        return list(dict.fromkeys(self._renditions[name].settings.size for name in self._shared))
+
+    def start(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        for rendition in self._renditions.values():
+            rendition.start()
+
+    def request_stop(self) -> None:
+        """Let all threads end, and return at once; `stop` then waits for them."""
+        for rendition in self._renditions.values():
+            rendition.request_stop()
+
+    def stop(self) -> None:
+        """End all threads; takes at most 1.5 s together, safe to call twice."""
+        self.request_stop()
+        end_s = self._clock.now_s() + _STOP_S
+        for rendition in self._renditions.values():
+            rendition.stop(max(end_s - self._clock.now_s(), 0.0))
+
+    def add(self, boundary: ErrorBoundary) -> VideoLane:
+        """Make a lane that is served inside `boundary`; nothing is sent to it until `choose`."""
+        lane = VideoLane()
+        self.attach(lane, boundary)
+        return lane
+
+    def attach(self, lane: PictureLane, boundary: ErrorBoundary) -> None:
+        """Take a lane that somebody else has made; nothing is sent to it until `choose`."""
+        self._lanes[lane] = boundary.around(lane.put)
+
+    def provide(self, settings: RenditionSettings) -> None:
+        """Let a rendition be chosen that is not in the configuration; it lives while wanted."""
+        if settings.name not in self._renditions and self._loop is not None:
+            rendition = self._rendition(settings)
+            self._renditions[settings.name] = rendition
+            rendition.start()
+
+    @property
+    def has_room(self) -> bool:
+        """Whether the machine can encode one more for somebody of his own.
+
+        Half of the cores is left to everything else; the largest that is encoded now is what one
+        more would cost.
+        """
+        loads = [one.load for one in self._renditions.values()]
+        return sum(loads) + max(loads) <= _CORES_SHARE * (os.cpu_count() or 1)
+
+    def favour(self, lane: PictureLane) -> None:
+        """Serve this lane before all others: who drives does not wait for a crowd."""
+        if lane in self._lanes:
+            self._lanes = {lane: self._lanes[lane], **self._lanes}
+
+    def remove(self, lane: PictureLane) -> None:
+        """Forget a lane; safe to call twice."""
+        if lane in self._lanes:
+            del self._lanes[lane]
+            self._dropped_by_gone += lane.dropped
+        self._refresh()
+
+    def choose(self, lane: PictureLane, rendition: str | None) -> None:
+        """Send this rendition to this lane from its next keyframe on, which is asked for."""
+        if rendition == lane.rendition:
+            return
+        lane.choose(rendition)
+        self._refresh()
+        if rendition is not None:
+            self._renditions[rendition].request_keyframe()
+
+    def request_keyframe(self, lane: PictureLane) -> None:
+        """Help a viewer who cannot decode what he got (PLI, RFC 4585; FIR, RFC 5104)."""
+        if lane.rendition is not None:
+            self._renditions[lane.rendition].request_keyframe()
+
+    @property
+    def wanted(self) -> list[str]:
+        """The renditions that somebody watches now; no other is encoded."""
+        return [name for name, one in self._renditions.items() if one.wanted]
+
+    @property
+    def dropped(self) -> int:
+        """Pictures that lanes had no room for since the start; never falls."""
+        return self._dropped_by_gone + sum(lane.dropped for lane in self._lanes)
+
+    def counts(self) -> dict[str, int]:
+        """Count pictures since the start: captured, and encoded by rendition."""
+        encoded = {name: one.encoded for name, one in self._renditions.items()}
+        return {"captured": self.slot.count} | encoded
+
+    def _rendition(self, settings: RenditionSettings) -> Rendition:
+        return Rendition(
+            settings=settings,
+            keyframe_interval_s=self._keyframe_interval_s,
+            make_encoder=partial(self._make, settings),
+            slot=self.slot,
+            clock=self._clock,
+            deliver=self._from_thread,
+        )
+
+    def _refresh(self) -> None:
+        for name, rendition in list(self._renditions.items()):
+            wanted = any(lane.takes(name) for lane in self._lanes)
+            rendition.want(wanted)
+            if not wanted and name not in self._shared:
+                del self._renditions[name]
+                rendition.request_stop()
+
+    def _from_thread(self, picture: EncodedPicture) -> None:
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._fan_out, picture)
+
+    def _fan_out(self, picture: EncodedPicture) -> None:
+        calls: list[Callable[[], None]] = [partial(put, picture) for put in self._lanes.values()]
+        if picture.keyframe:  # now lanes change, and then it may be that nobody takes another
+            calls.append(self._refresh)
+        in_portions(calls)
+
+
+def _make_encoder(codec: Literal["vp8", "h264"], rendition: RenditionSettings) -> PictureEncoder:
+    return VideoEncoder(codec=codec, rendition=rendition)

@@ -1,0 +1,96 @@
+"""What a listener on the robot's line understands of its two dialects (pure)."""
+
+from __future__ import annotations
+
+import secrets
+from typing import TYPE_CHECKING, Protocol
+
+from wax.proof.measure import Event
+from wax.robot.serial.frames import NO_SESSION, Decoder, Drive, Frame, Hello, Report, Stop, encode
+
+if TYPE_CHECKING:
+    from wax.config.settings import BytesDialectSettings, SerialSettings
+
+
+class LineDecoder(Protocol):
+    """Turns what passes into events; it must be given all, in order."""
+
+    @property
+    def reports(self) -> bool:
+        """Whether the robot tells if it moves."""
+        ...
+
+    def said(self, data: bytes, at_s: float) -> list[Event]:
+        """Take what was written to the robot."""
+        ...
+
+    def told(self, data: bytes, at_s: float) -> list[Event]:
+        """Take what the robot has written."""
+        ...
+
+    def last_words(self) -> bytes:
+        """Give what makes the robot stand, whatever was said before."""
+        ...
+
+
+def language_of(settings: SerialSettings) -> LineDecoder:
+    """Return the language of the configured dialect."""
+    return Frames() if settings.dialect == "frames" else Bytes(settings.bytes)
+
+
+class Frames:
+    """The dialect ``frames``: the session of the last hello counts, both ways."""
+
+    def __init__(self) -> None:
+        self._server = Decoder()
+        self._robot = Decoder(NO_SESSION)
+
+    @property
+    def reports(self) -> bool:
+        return True
+
+    def said(self, data: bytes, at_s: float) -> list[Event]:
+        events = []
+        for frame in self._server.feed(data):
+            match frame.body:
+                case Drive(left, right):
+                    speed_mps = max(abs(left), abs(right)) / 1000.0
+                    events.append(Event(at_s, "said", speed_mps > 0, speed_mps))
+                case Stop() | Hello():
+                    events.append(Event(at_s, "said", moves=False, speed_mps=0.0))
+        if self._robot.session != self._server.session:
+            self._robot = Decoder(self._server.session)
+        return events
+
+    def told(self, data: bytes, at_s: float) -> list[Event]:
+        return [
+            Event(at_s, "told", frame.body.moving)
+            for frame in self._robot.feed(data)
+            if isinstance(frame.body, Report)
+        ]
+
+    def last_words(self) -> bytes:
+        session = 1 + secrets.randbelow(NO_SESSION - 1)
+        return encode(Frame(Hello(session)), session) + encode(Frame(Stop(), sequence=1), session)
+
+
+class Bytes:
+    """The dialect ``bytes``: a direction goes on until the next one, and nothing is told."""
+
+    def __init__(self, table: BytesDialectSettings) -> None:
+        self._stop = table.stop
+        self._speeds = (table.fine, table.gross)
+
+    @property
+    def reports(self) -> bool:
+        return False
+
+    def said(self, data: bytes, at_s: float) -> list[Event]:
+        commands = (octet for octet in data if octet not in self._speeds)
+        return [Event(at_s, "said", octet != self._stop) for octet in commands]
+
+    def told(self, data: bytes, at_s: float) -> list[Event]:  # noqa: ARG002  # the protocol's form
+        return []
+
+    def last_words(self) -> bytes:
+        return bytes([self._stop])

@@ -1,0 +1,78 @@
+"""One driver's process as its parent sees it: two pipes that never block, and an end."""
+
+from __future__ import annotations
+
+import os
+import select
+import subprocess
+import sys
+from typing import Final
+
+_READ_BYTES: Final = 65_536
+_END_S: Final = 0.5
+_COMMAND: Final = ("-P", "-m", "wax.robot.process")  # -P: not what lies in the working directory
+
+
+class ChildProcess:
+    """Starts the process and tells it `begin`; raises `OSError` where it cannot be started.
+
+    `send`, `hang_up` and `kill` must not be called after `end`.
+    """
+
+    def __init__(self, begin: bytes) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, *_COMMAND],
+            bufsize=0,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            # A driver is found there where the server found it.
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(p or "." for p in sys.path)},
+            # Ctrl-C goes to everybody at the terminal; the process shall stop the robot first.
+            start_new_session=True,
+        )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._stdin, self._stdout = self._process.stdin, self._process.stdout
+        os.set_blocking(self._stdin.fileno(), False)
+        os.set_blocking(self._stdout.fileno(), False)
+        self._news = select.poll()
+        self._news.register(self._stdout.fileno(), select.POLLIN)
+        self.send(begin)
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    def send(self, line: bytes) -> bool:
+        """Say a line; False if the pipe is full. That it has ended is told by `receive` only."""
+        if self._stdin.closed:
+            return True
+        try:
+            return self._stdin.write(line) == len(line)
+        except BrokenPipeError:
+            return True
+
+    def receive(self, timeout_s: float) -> bytes | None:
+        """Give what it says, nothing if nothing comes in time, None when it has ended."""
+        if not self._news.poll(max(0.0, timeout_s) * 1000.0):
+            return b""
+        return self._stdout.read(_READ_BYTES) or None
+
+    def hang_up(self) -> None:
+        """End the pipe, at which it stops the robot and ends; safe to call twice."""
+        self._stdin.close()
+
+    def kill(self) -> None:
+        """End it at once; the robot's own watchdog stops the robot then."""
+        self._process.kill()
+
+    def end(self) -> int:
+        """Hang up, wait a little, kill, and give its exit status, negative for a signal."""
+        self.hang_up()
+        try:
+            return self._process.wait(_END_S)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            return self._process.wait()
+        finally:
+            self._stdout.close()

@@ -1,0 +1,193 @@
+"""What the driver's process lets through to the driver (pure).
+
+It trusts nothing above it: the server may be late, frozen, gone or wrong. It only ever lets
+through the newest set-point of the newest turn while that is fresh by the server's own stamp,
+and after each fault nothing but standstill, until standstill was asked for anew.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from wax.driver.checks import NO_ANSWER, within
+from wax.driver.interface import STANDSTILL, Twist
+from wax.robot.process.pipe_messages import Axis, Halt, Move
+
+if TYPE_CHECKING:
+    from wax.driver.interface import Limits
+    from wax.robot.process.pipe_messages import Message
+
+COUNTS: Final = (
+    "driver_silences",
+    "driver_stale",
+    "driver_repeated",
+    "driver_old_turn",
+    "driver_unarmed",
+    "driver_garbage",
+    "driver_failures",
+)
+SILENT: Final = "The robot stands: the server was silent for too long; let go and steer again."
+GARBLED: Final = "The robot stands: what the server said was garbled; let go and steer again."
+NEUTRAL_FIRST: Final = "The robot stands until it is told to stand; let go and steer again."
+
+
+@dataclass(frozen=True, slots=True)
+class Apply:
+    """Call `Driver.apply`."""
+
+    twist: Twist
+    turn: int
+
+
+@dataclass(frozen=True, slots=True)
+class SetAxis:
+    """Call `Driver.set_axis`."""
+
+    name: str
+    position: float
+    turn: int
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """Call `Driver.stop`."""
+
+    turn: int
+
+
+Call = Apply | SetAxis | Stop
+
+
+class DriverWatchdog:
+    """Turns what the server says, and its silence, into calls for the driver.
+
+    - Silence is `silence_s` since the stamp of the newest set-point or stop. It stops the robot, as
+      does garbage, a driver that raises, and a robot that was connected anew: a *hold*.
+    - After a hold, and at the beginning of each turn, nothing moves, axes included, until a
+      set-point of standstill came whose stamp is later than the hold. A turn begins with a stop.
+    - A set-point or axis that is older than `silence_s`, out of sequence, or of a lower turn is
+      refused, and does not end the silence. A stop is never refused.
+
+    `problem` says why the robot stands, None while all is well; `holds` counts the holds.
+    """
+
+    def __init__(self, limits: Limits, silence_s: float) -> None:
+        self._limits = limits
+        self._silence_s = silence_s
+        self._turn = 0
+        self._sequence = -1
+        self._newest_s = -math.inf
+        self._held_s = -math.inf
+        self._armed = False
+        self._twist = STANDSTILL
+        self.silent_at_s = math.inf
+        """When silence stops the robot; infinite while there is nothing to become silent."""
+        self.problem: str | None = None
+        self.holds = 0
+        self.counts = dict.fromkeys(COUNTS, 0)
+
+    def hear(self, message: Message, now_s: float) -> tuple[Call, ...]:
+        """Take a message. Silence comes first, so that nothing that waited here ends it."""
+        calls = self.watch(now_s)
+        if isinstance(message, Halt):
+            return (*calls, *self._halt(message, now_s))
+        refusal = self._refusal(message, now_s)
+        if refusal is not None:
+            self.counts[refusal] += 1
+            return calls
+        self._sequence = message.sequence
+        calls = (*calls, *self._begin(message.turn))
+        if isinstance(message, Axis):
+            return (*calls, *self._axis(message))
+        return (*calls, self._move(message))
+
+    def beat(self, now_s: float) -> tuple[Call, ...]:
+        """Say again what the robot shall do now."""
+        return (*self.watch(now_s), Apply(self._twist, self._turn))
+
+    def watch(self, now_s: float) -> tuple[Call, ...]:
+        """Stop the robot when it is time to."""
+        if now_s < self.silent_at_s:
+            return ()
+        self.counts["driver_silences"] += 1
+        return self.hold(SILENT, now_s)
+
+    def garbage(self, now_s: float) -> tuple[Call, ...]:
+        """Take note of something that is no message: whoever said it, is not well."""
+        self.counts["driver_garbage"] += 1
+        return self.hold(GARBLED, now_s)
+
+    def failed(self, now_s: float) -> tuple[Call, ...]:
+        """Take note that the driver raised."""
+        self.counts["driver_failures"] += 1
+        return self.hold(NO_ANSWER, now_s)
+
+    def hold(self, problem: str | None, now_s: float) -> tuple[Call, ...]:
+        """Stop the robot; what was asked for before `now_s` does not move it after."""
+        self._disarm()
+        self._held_s = now_s
+        self.silent_at_s = math.inf
+        self.problem = problem
+        self.holds += 1
+        return (Stop(self._turn),)
+
+    def _halt(self, halt: Halt, now_s: float) -> tuple[Call, ...]:
+        self._sequence = max(self._sequence, halt.sequence)
+        self._begin(halt.turn)
+        self._twist = STANDSTILL
+        if self._is_fresh(halt, now_s):
+            self._heard(halt)
+        return (Stop(self._turn),)
+
+    def _move(self, move: Move) -> Call:
+        self._heard(move)
+        asked = Twist(move.linear_mps, move.angular_rps)
+        if asked.is_zero and move.sent_s > self._held_s:
+            self._armed, self.problem = True, None
+        self._twist = within(asked, self._limits) if self._armed else STANDSTILL
+        if not self._armed and not asked.is_zero:
+            self._wait_for_neutral()
+        return Apply(self._twist, self._turn)
+
+    def _axis(self, axis: Axis) -> tuple[Call, ...]:
+        if not self._armed:
+            self._wait_for_neutral()
+            return ()
+        if axis.name not in self._limits.axes:
+            return ()
+        return (SetAxis(axis.name, axis.position, self._turn),)
+
+    def _wait_for_neutral(self) -> None:
+        self.counts["driver_unarmed"] += 1
+        self.problem = self.problem or NEUTRAL_FIRST
+
+    def _begin(self, turn: int) -> tuple[Call, ...]:
+        """Stop between two turns; nothing of the old one is left for the new one."""
+        if turn <= self._turn:
+            return ()
+        self._turn = turn
+        self._disarm()
+        return (Stop(turn),)
+
+    def _disarm(self) -> None:
+        self._armed = False
+        self._twist = STANDSTILL
+
+    def _refusal(self, message: Move | Axis, now_s: float) -> str | None:
+        if not self._is_fresh(message, now_s):
+            return "driver_stale"
+        if message.sequence <= self._sequence:
+            return "driver_repeated"
+        if message.turn < self._turn:
+            return "driver_old_turn"
+        return None
+
+    def _is_fresh(self, message: Message, now_s: float) -> bool:
+        """Judge by the sender's stamp; one from the future is not from this machine's clock."""
+        return 0.0 <= now_s - message.sent_s < self._silence_s
+
+    def _heard(self, message: Move | Halt) -> None:
+        self._newest_s = max(self._newest_s, message.sent_s)
+        self.silent_at_s = self._newest_s + self._silence_s

@@ -1,0 +1,110 @@
+"""Speak the dialect ``bytes``: one byte a command, sent only on change (thesis 6.3.3; pure).
+
+A twist becomes one of eight directions by the sector that it lies in, and one of two speeds:
+*gross* above half of the limit, else *fine*. Left is a left turn, ahead and back alike. A new
+speed's byte goes before the direction, which is then said again.
+
+Boards of this kind have no time-to-live: what they were told last they do for ever. So the stop
+byte is said three times, 20 ms apart, because a lost one would be a moving robot. What no
+software can mend is a board that goes on after the cable was pulled: give it a watchdog, or use
+the dialect ``frames``.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from wax.config.settings import BytesDialectSettings
+    from wax.driver.interface import Limits, Twist
+    from wax.robot.serial.setpoints import Order
+
+STOP_TIMES: Final = 3
+STOP_GAP_S: Final = 0.02
+GROSS_ABOVE: Final = 0.5
+DEAD_ZONE: Final = 0.05
+"""Less than this share of the limits is standstill."""
+
+
+class SingleByteDialect:
+    """A `Dialect` for boards that people already have."""
+
+    def __init__(self, table: BytesDialectSettings, limits: Limits) -> None:
+        self._limits = limits
+        self._stop = table.stop
+        self._fine, self._gross = table.fine, table.gross
+        # Counter-clockwise in steps of 45 degrees, beginning straight ahead.
+        self._ahead_round = (
+            table.forward,
+            table.forward_left,
+            table.left,
+            table.back_left,
+            table.back,
+            table.back_right,
+            table.right,
+            table.forward_right,
+        )
+        self._said: tuple[int | None, int] | None = None
+        self._stops_left = 0
+        self._stop_again_s = 0.0
+
+    def hello(self, now_s: float) -> bytes:
+        self._said = (None, self._stop)
+        return self._first_stop(now_s)
+
+    def say(self, order: Order, now_s: float) -> tuple[bytes, float]:
+        wanted = self._command(order.twist)
+        if wanted != self._said:
+            return self._say_new(*wanted, now_s)
+        if self._stops_left == 0:
+            return b"", math.inf
+        if now_s < self._stop_again_s:
+            return b"", self._stop_again_s
+        self._stops_left -= 1
+        self._stop_again_s = now_s + STOP_GAP_S
+        return bytes([self._stop]), self._stop_again_s if self._stops_left else math.inf
+
+    def farewell(self) -> bytes:
+        return bytes([self._stop] * STOP_TIMES)
+
+    def hear(self, data: bytes, now_s: float) -> None:
+        """Such boards have nothing to tell."""
+
+    def answers(self, _now_s: float, /) -> bool:
+        return True
+
+    def overdue(self, _now_s: float, /) -> bool:
+        return False
+
+    @property
+    def moving(self) -> bool | None:
+        return None
+
+    def known(self) -> dict[str, float]:
+        return {}
+
+    def _say_new(self, speed: int | None, direction: int, now_s: float) -> tuple[bytes, float]:
+        speed_before = None if self._said is None else self._said[0]
+        self._said = (speed, direction)
+        if direction == self._stop:
+            return self._first_stop(now_s), self._stop_again_s
+        self._stops_left = 0
+        if speed is None or speed == speed_before:
+            return bytes([direction]), math.inf
+        return bytes([speed, direction]), math.inf
+
+    def _first_stop(self, now_s: float) -> bytes:
+        self._stops_left = STOP_TIMES - 1
+        self._stop_again_s = now_s + STOP_GAP_S
+        return bytes([self._stop])
+
+    def _command(self, twist: Twist) -> tuple[int | None, int]:
+        ahead = twist.linear_mps / self._limits.linear_mps
+        left = twist.angular_rps / self._limits.angular_rps
+        size = max(abs(ahead), abs(left))
+        speed_before = None if self._said is None else self._said[0]
+        if size < DEAD_ZONE:
+            return speed_before, self._stop
+        sector = round(math.atan2(left, ahead) / (math.pi / 4.0)) % 8
+        return self._gross if size > GROSS_ABOVE else self._fine, self._ahead_round[sector]

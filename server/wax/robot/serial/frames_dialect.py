@@ -1,0 +1,163 @@
+"""Speak the dialect ``frames``: agree on a session, then each change at once and all again."""
+
+from __future__ import annotations
+
+import secrets
+from collections import deque
+from typing import TYPE_CHECKING, Final
+
+from wax.robot.serial.frames import (
+    NO_SESSION,
+    POSITION_SCALE,
+    Axis,
+    Body,
+    Decoder,
+    Drive,
+    Frame,
+    Hello,
+    Report,
+    Stop,
+    encode,
+)
+
+if TYPE_CHECKING:
+    from wax.robot.serial.setpoints import Order
+    from wax.robot.serial.wheels import WheelMixer
+
+HELLO_EVERY_S: Final = 0.1
+DRIVE_EVERY_S: Final = 0.02
+STOP_EVERY_S: Final = 0.05
+SILENT_AFTER_S: Final = 0.5
+REMEMBERED: Final = 256
+"""Frames sent; more than half a second of them, axes included."""
+
+
+class FramedDialect:
+    """A `Dialect` for boards with a watchdog of their own.
+
+    The robot is there while its reports name a frame that was sent within the last
+    `SILENT_AFTER_S`: it speaks, and it hears. Until then it gets hello and stop, nothing else,
+    and those of a new session after a silence, and after its own watchdog stopped it: what has
+    stopped by itself shall not go on by itself.
+    """
+
+    def __init__(self, mixer: WheelMixer, ttl_ms: int, axes: tuple[str, ...]) -> None:
+        self._mixer = mixer
+        self._axes = axes
+        self._ttl_ms = ttl_ms
+        self._session = NO_SESSION
+        self._sequence = 0
+        self._sent: deque[tuple[int, float]] = deque(maxlen=REMEMBERED)
+        self._said: Order | None = None
+        self._again_s = 0.0
+        self._patience_ends_s = 0.0
+        self._answers = False
+        self._decoder = Decoder(NO_SESSION)
+        self._report: Report | None = None
+        self._robot_time_ms = 0.0
+        self._heard_s = 0.0
+
+    def hello(self, now_s: float) -> bytes:
+        self._session = _draw(self._session)
+        self._decoder = Decoder(self._session)
+        self._report = None
+        self._answers = False
+        self._sent.clear()
+        self._patience_ends_s = now_s + SILENT_AFTER_S
+        return self._greet(now_s)
+
+    def say(self, order: Order, now_s: float) -> tuple[bytes, float]:
+        if self._answers and self.overdue(now_s):
+            return self.hello(now_s), self._again_s
+        if now_s < self._again_s and (order == self._said or not self._answers):
+            return b"", self._due_s()
+        if not self._answers:
+            return self._greet(now_s), self._again_s
+        said, moves = self._said, not order.twist.is_zero
+        # A process that was starved has perhaps never said the stop between two turns.
+        begins_moving = moves and said is not None and order.turn > said.turn
+        self._said = order
+        self._again_s = now_s + (DRIVE_EVERY_S if moves else STOP_EVERY_S)
+        words = self._frame(Stop(), order.turn, now_s) if begins_moving else b""
+        words += self._frame(self._motion(order), order.turn, now_s)
+        for name, position in order.axes:
+            axis = Axis(self._axes.index(name), round(position * POSITION_SCALE))
+            words += self._frame(axis, order.turn, now_s)
+        return words, self._due_s()
+
+    def farewell(self) -> bytes:
+        turn = 0 if self._said is None else self._said.turn
+        return self._frame(Stop(), turn, self._heard_s)
+
+    def hear(self, data: bytes, now_s: float) -> None:
+        for frame in self._decoder.feed(data):
+            if isinstance(frame.body, Report):
+                self._take(frame.body, frame.time_ms, now_s)
+
+    def answers(self, now_s: float) -> bool:
+        return self._answers and not self.overdue(now_s)
+
+    def overdue(self, now_s: float) -> bool:
+        return now_s >= self._patience_ends_s
+
+    @property
+    def moving(self) -> bool | None:
+        return None if self._report is None else self._report.moving
+
+    def known(self) -> dict[str, float]:
+        known = {"line_errors": float(self._decoder.errors)}
+        report = self._report
+        if report is not None:
+            known |= {
+                "battery_v": report.battery_mv / 1000.0,
+                "bumpers": float(report.bumpers),
+                "left_ticks": float(report.left_ticks),
+                "right_ticks": float(report.right_ticks),
+                "moving": float(report.moving),
+                "timed_out": float(report.timed_out),
+                "last_sequence": float(report.sequence),
+                "robot_line_errors": float(report.damaged),
+                "robot_refused": float(report.refused),
+            }
+        return known
+
+    def _take(self, report: Report, robot_time_ms: int, now_s: float) -> None:
+        stopped_itself = self._answers and report.timed_out
+        self._report = report
+        self._robot_time_ms, self._heard_s = float(robot_time_ms), now_s
+        sent_s = max((at_s for number, at_s in self._sent if number == report.sequence), default=0)
+        if now_s - sent_s >= SILENT_AFTER_S:
+            return
+        self._patience_ends_s = now_s if stopped_itself else sent_s + SILENT_AFTER_S
+        if not self._answers:
+            self._answers = True
+            self._decoder.errors = 0  # what it wrote before it knew the session is no fault
+
+    def _greet(self, now_s: float) -> bytes:
+        self._said = None
+        self._again_s = now_s + HELLO_EVERY_S
+        return self._frame(Hello(self._session), 0, now_s) + self._frame(Stop(), 0, now_s)
+
+    def _due_s(self) -> float:
+        return min(self._again_s, self._patience_ends_s) if self._answers else self._again_s
+
+    def _motion(self, order: Order) -> Body:
+        if order.twist.is_zero:
+            return Stop()
+        wheels = self._mixer.mix(order.twist)
+        return Drive(round(wheels.left_mps * 1000.0), round(wheels.right_mps * 1000.0))
+
+    def _frame(self, body: Body, turn: int, now_s: float) -> bytes:
+        self._sequence = (self._sequence + 1) & 0xFFFF
+        self._sent.append((self._sequence, now_s))
+        known = self._report is not None and not isinstance(body, Hello)
+        time_ms = self._robot_time_ms + (now_s - self._heard_s) * 1000.0 if known else 0.0
+        ttl_ms = self._ttl_ms if isinstance(body, Drive | Axis) else 0
+        frame = Frame(body, sequence=self._sequence, turn=turn, ttl_ms=ttl_ms, time_ms=int(time_ms))
+        return encode(frame, self._session)
+
+
+def _draw(last: int) -> int:
+    """Draw a session that is not the last one."""
+    session = 1 + secrets.randbelow(NO_SESSION - 2)
+    return session if session != last else NO_SESSION - 1

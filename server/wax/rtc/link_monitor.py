@@ -1,0 +1,55 @@
+"""How a viewer's link is: when it was last heard, and how long the way takes. Pure."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Final
+
+_WINDOW_S: Final = 10.0
+_PONGS: Final = 64
+
+
+class LinkMonitor:
+    """Heartbeat and round trip of one viewer, from his pings.
+
+    Each ping says which pong came last and how long ago, so one exchange tells both ends the
+    round trip; the least of the last 10 s is the one that did not wait in a queue.
+    """
+
+    def __init__(self, now_s: float) -> None:
+        self.heard_s = now_s
+        self._pongs: dict[int, float] = {}
+        self._round_trips: deque[tuple[float, float]] = deque()
+        self.newest_s: float | None = None
+        """The newest round trip, with whatever waits in queues now; None before the first."""
+
+    def heard(self, now_s: float) -> None:
+        """Note that anything at all has come."""
+        self.heard_s = max(self.heard_s, now_s)
+
+    def silence_s(self, now_s: float) -> float:
+        return now_s - self.heard_s
+
+    def pinged(
+        self, ping: int, pong: int | None, held_ms: float | None, now_s: float
+    ) -> float | None:
+        """Take a ping that is answered now; the round trip in s if it closes one, else None."""
+        round_trip_s = None
+        sent_s = self._pongs.get(pong) if pong is not None else None
+        if sent_s is not None and held_ms is not None and held_ms >= 0:
+            round_trip_s = max(now_s - sent_s - held_ms / 1000, 0.0)
+            self._round_trips.append((now_s, round_trip_s))
+            self.newest_s = round_trip_s
+        while self._round_trips and self._round_trips[0][0] < now_s - _WINDOW_S:
+            self._round_trips.popleft()
+        self._pongs[ping] = now_s
+        while len(self._pongs) > _PONGS:
+            del self._pongs[next(iter(self._pongs))]
+        return round_trip_s
+
+    @property
+    def one_way_s(self) -> float | None:
+        """Half the least round trip of the last 10 s, None before the first is known."""
+        if not self._round_trips:
+            return None
+        return min(trip for _, trip in self._round_trips) / 2

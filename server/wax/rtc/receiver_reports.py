@@ -1,0 +1,34 @@
+"""The round trip from receiver reports (RFC 3550, 6.4.1), however long it is. Pure."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from typing import Final
+
+_KEPT: Final = 16
+"""Sender reports; at one a second a round trip may take that many seconds."""
+
+
+class SenderReportTimes:
+    """When the last sender reports went: an answer to any of them tells a round trip.
+
+    Remembering only the last one, as is common, leaves a link whose round trip exceeds the
+    interval of the reports without any.
+    """
+
+    def __init__(self) -> None:
+        self._sent_s: OrderedDict[int, float] = OrderedDict()
+
+    def sent(self, ntp: int, now_s: float) -> None:
+        """Note a sender report with this NTP time."""
+        self._sent_s[ntp >> 16 & 0xFFFFFFFF] = now_s
+        if len(self._sent_s) > _KEPT:
+            self._sent_s.popitem(last=False)
+
+    def round_trip_s(self, last_report: int, delay: int, now_s: float) -> float | None:
+        """Return the round trip for LSR and DLSR (1/65536 s) of a report; None where unknown."""
+        sent_s = self._sent_s.get(last_report)
+        if sent_s is None:
+            return None
+        trip_s = now_s - sent_s - delay / 65536
+        return trip_s if trip_s >= 0 else None

@@ -1,0 +1,127 @@
+"""The notice board: what every page may know of the robot, the queue and the streams."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wax import __version__
+from wax.control.gate import LAPSE_S
+from wax.protocol import messages
+from wax.robot.process.driver import ProcessDriver
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from wax.capture.source import Picture, Sound
+    from wax.capture.source_thread import SourceThread
+    from wax.config.settings import Settings
+    from wax.control.stop_latch import LatchedStop
+    from wax.control.turns import Turns
+    from wax.driver.interface import Driver, RobotState
+    from wax.session.viewer import Viewer
+    from wax.streams.interface import Service
+
+
+class Announcements:
+    """Makes the messages that all or newcomers get; reading it changes nothing."""
+
+    def __init__(
+        self,
+        *,
+        settings: Settings,
+        service: Service,
+        driver: Driver,
+        turns: Turns,
+        captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
+    ) -> None:
+        self._settings = settings
+        self._sizes = list(service.sizes)
+        self._acknowledge = service.acknowledged
+        # Asked once, at the start: somebody's driver may raise at any later time.
+        self._kind, self._limits = driver.kind, driver.limits
+        self._has_process = isinstance(driver, ProcessDriver)
+        self._turns = turns
+        self._captures = captures
+
+    @property
+    def has_camera(self) -> bool:
+        return "video" in self._captures
+
+    def hello(self, number: int, *, is_host: bool, lost_after_s: float) -> messages.Hello:
+        """Greet the viewer with this number; silent for `lost_after_s` an operator is lost."""
+        return messages.Hello(
+            version=__version__,
+            viewer=number,
+            robot=messages.RobotInfo(
+                kind=self._kind,
+                max_linear_mps=self._limits.linear_mps,
+                max_angular_rps=self._limits.angular_rps,
+                slow_fraction=self._settings.drive.slow_fraction,
+                axes=list(self._limits.axes),
+            ),
+            sizes=self._sizes,
+            turn_s=self._settings.turns.turn_s,
+            grace_s=self._settings.turns.grace_s,
+            command_rate_hz=self._settings.drive.command_rate_hz,
+            on_loss=self._on_loss(lost_after_s),
+            is_host=is_host,
+            acknowledge=self._acknowledge,
+        )
+
+    def room(
+        self, viewers: Iterable[Viewer], state: RobotState, stop: LatchedStop | None, now_s: float
+    ) -> messages.RoomState:
+        """Show those of these viewers who have come in, and how everything is."""
+        ends_s = self._turns.ends_s
+        return messages.RoomState(
+            viewers=self._lines(viewers, now_s),
+            turn=messages.TurnInfo(
+                number=self._turns.number,
+                operator=self._turns.operator,
+                ends_server_ms=None if ends_s is None else ends_s * 1000,
+            ),
+            stop=None if stop is None else messages.StopInfo(number=stop.number, by=stop.by),
+            robot=messages.RobotStatus(connected=state.connected, problem=state.problem),
+            video=messages.SourceStatus(problem=self._problem("video", "camera")),
+            audio=messages.SourceStatus(problem=self._problem("audio", "microphone")),
+        )
+
+    def _on_loss(self, lost_after_s: float) -> messages.LossRules:
+        drive, robot, ttl_s = self._settings.drive, self._settings.robot, self._limits.ttl_s
+        return messages.LossRules(
+            max_age_ms=drive.max_age_ms,
+            max_command_age_ms=drive.max_command_age_ms,
+            slow_picture_age_ms=drive.slow_picture_age_ms,
+            stop_picture_age_ms=drive.stop_picture_age_ms,
+            resume_within_ms=LAPSE_S * 1000,
+            lost_after_ms=lost_after_s * 1000,
+            max_stop_distance_m=drive.max_stop_distance_m,
+            silence_ms=robot.silence_ms if self._has_process else None,
+            robot_ttl_ms=None if ttl_s is None else ttl_s * 1000,
+            soft_braking=robot.soft_braking,
+            stop_by=self._settings.stop.by,
+        )
+
+    def _lines(self, viewers: Iterable[Viewer], now_s: float) -> list[messages.ViewerInfo]:
+        lines = []
+        for viewer in viewers:
+            with viewer.boundary:
+                if viewer.was_ready:
+                    lines.append(self._line(viewer, now_s))
+        return lines
+
+    def _line(self, viewer: Viewer, now_s: float) -> messages.ViewerInfo:
+        place = self._turns.place(viewer.number)
+        wait_s = self._turns.wait_s(viewer.number, now_s)
+        return messages.ViewerInfo(
+            id=viewer.number,
+            name=viewer.name,
+            role="observer" if place is None else "operator" if place == 0 else "queued",
+            place=place,
+            wait_s=None if wait_s is None else round(wait_s),
+            lost=self._turns.is_lost(viewer.number),
+        )
+
+    def _problem(self, stream: str, device: str) -> str | None:
+        capture = self._captures.get(stream)
+        return f"This robot has no {device}." if capture is None else capture.problem

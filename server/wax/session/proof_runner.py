@@ -1,0 +1,174 @@
+"""The host's button "Prove the stop": the robot is lent to `wax prove-stop` and taken back.
+
+The proof is a program of its own, because what it cuts is the server: it starts one of its own on
+the robot that this one has let go of.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Final, Literal
+
+import structlog
+
+from wax.errors import ForbiddenError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.control.loop import ControlLoop
+    from wax.driver.interface import Driver
+
+_LOG = structlog.get_logger(__name__)
+
+LENT: Final = "The host is proving the stop; the robot comes back in a few minutes."
+STOPPED: Final = "Somebody pressed Stop: the proof was broken off. Release the stop first."
+_LOOK_S: Final = 0.02
+_END_S: Final = 5.0
+"""What the proof gets to leave the robot standing; a server that ends waits less long."""
+
+State = Literal["never", "running", "done", "failed"]
+
+
+class ProofRunner:
+    """One proof at a time; `driver` is closed for it and opened again."""
+
+    def __init__(
+        self,
+        *,
+        control: ControlLoop,
+        driver: Driver,
+        config_path: Path | None,
+        changed: Callable[[], None],
+    ) -> None:
+        self._control = control
+        self._driver = driver
+        self._config_path = config_path
+        self._changed = changed
+        self._state: State = "never"
+        self._line = ""
+        self._record: str | None = None
+        self._task: asyncio.Task[None] | None = None
+        self._process: asyncio.subprocess.Process | None = None
+        self._is_ending = False
+
+    def progress(self) -> dict[str, object]:
+        """Tell how far it is, and where the newest record is."""
+        record = None if self._record is None else "/api/proof/record"
+        return {"state": self._state, "line": self._line, "record": record}
+
+    def record(self) -> str:
+        """Return the newest record as HTML; raises `ForbiddenError` where there is none."""
+        if self._record is None:
+            raise ForbiddenError("There is no record yet; prove the stop first.")
+        return self._record
+
+    async def start(self) -> None:
+        """Take the robot from everybody and begin; raises `ForbiddenError` where that cannot be."""
+        if self._is_ending:
+            raise ForbiddenError("The server ends.")
+        if self._state == "running":
+            raise ForbiddenError("The stop is being proved already.")
+        if self._control.latched is not None:
+            raise ForbiddenError("A stop is pressed: release it first, then prove it.")
+        self._state, self._line = "running", "The robot is let go of."
+        self._task = asyncio.create_task(self._lend(), name="prove-stop")
+
+    def break_off(self) -> None:
+        """Stop the robot of a proof that runs, at once and for good; safe to call twice."""
+        self._is_ending = True
+        if self._process is not None and self._process.returncode is None:
+            self._process.terminate()
+
+    async def stop(self) -> None:
+        """End a proof that runs, for good; the robot stands afterwards. Safe to call twice."""
+        self.break_off()
+        task, self._task = self._task, None
+        if task is not None:
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+
+    async def _lend(self) -> None:
+        self._control.maintain(LENT)
+        self._changed()
+        try:
+            await asyncio.to_thread(self._driver.close)
+            await self._prove()
+        except Exception as error:
+            _LOG.exception("the proof could not be run")
+            self._state, self._line = "failed", f"The proof could not be run: {error}"
+        finally:
+            if self._state == "running":
+                self._state, self._line = "failed", "The proof was broken off."
+            if not self._is_ending:
+                self._driver.open()
+                self._control.maintain(None)
+                self._changed()
+
+    async def _prove(self) -> None:
+        with TemporaryDirectory(prefix="wax-proof-") as folder:
+            record = Path(folder) / "record.html"
+            process = await asyncio.create_subprocess_exec(
+                *self._command(record),
+                stdin=asyncio.subprocess.PIPE,  # its end tells the proof that this server is gone
+                stdout=asyncio.subprocess.PIPE,
+                stderr=asyncio.subprocess.PIPE,
+            )
+            self._process = process
+            stopping = asyncio.create_task(self._obey_stop(process))
+            try:
+                said, complaint = await self._follow(process)
+                code = await process.wait()
+            finally:
+                stopping.cancel()
+                await _end(process)
+            self._record = record.read_text(encoding="utf-8") if record.is_file() else None
+        if self._control.latched is not None:
+            self._state, self._line = "failed", STOPPED
+        elif self._record is None:
+            self._state, self._line = "failed", complaint or "The proof ended without a word."
+        else:
+            self._state, self._line = "done" if code == 0 else "failed", said
+
+    async def _obey_stop(self, process: asyncio.subprocess.Process) -> None:
+        """Break the proof off, which stops the robot, when anybody presses Stop."""
+        while self._control.latched is None:  # noqa: ASYNC110  # it tells nobody when it latches
+            await asyncio.sleep(_LOOK_S)
+        await _end(process)
+
+    def _command(self, record: Path) -> list[str]:
+        config = [] if self._config_path is None else ["--config", str(self._config_path)]
+        command = [sys.executable, "-m", "wax", *config, "prove-stop", "--lifted", "--json"]
+        return [*command, "--record", str(record)]
+
+    async def _follow(self, process: asyncio.subprocess.Process) -> tuple[str, str]:
+        """Show what the proof says; return its last word, and the last line of its complaints."""
+        assert process.stdout is not None
+        assert process.stderr is not None
+        complaints = asyncio.create_task(process.stderr.read())
+        said = ""
+        async for line in process.stdout:
+            with contextlib.suppress(ValueError, KeyError, TypeError):
+                told = json.loads(line)
+                self._line = f"{told['line']} ({told['done']} of {told['of']})"
+                said = str(told["line"])
+        complaint = (await complaints).decode(errors="replace").strip()
+        return said, complaint.rpartition("\n")[2]
+
+
+async def _end(process: asyncio.subprocess.Process) -> None:
+    """Ask it to stop its robot and end; insist after a while, or when there is none."""
+    if process.returncode is not None:
+        return
+    process.terminate()
+    try:
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(process.wait(), _END_S)
+    finally:
+        if process.returncode is None:
+            process.kill()

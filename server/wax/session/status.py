@@ -1,0 +1,151 @@
+"""What `GET /api/status` tells."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+from wax import __version__
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from wax.baseline.unit_hub import UnitHub
+    from wax.capture.audio_blocks import Blocks
+    from wax.capture.source import Picture, Sound
+    from wax.capture.source_thread import SourceThread
+    from wax.clock import Clock
+    from wax.control.turns import Turns
+    from wax.driver.interface import Driver
+    from wax.fanout.sound_hub import SoundHub
+    from wax.fanout.video_hub import VideoHub
+    from wax.protocol.messages import Report
+    from wax.session.room import Room
+    from wax.session.viewer import Viewer
+    from wax.telemetry import Counters, Rates
+
+
+class Status:
+    """Gathers one JSON object from all parts; reading it changes nothing."""
+
+    def __init__(
+        self,
+        *,
+        clock: Clock,
+        room: Room,
+        turns: Turns,
+        driver: Driver,
+        video: VideoHub,
+        audio: SoundHub | UnitHub,
+        captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
+        blocks: Blocks,
+        counters: Counters,
+        rates: Rates,
+    ) -> None:
+        self._clock = clock
+        self._room = room
+        self._turns = turns
+        self._kind = driver.kind
+        self._video = video
+        self._audio = audio
+        self._captures = captures
+        self._blocks = blocks
+        self._counters = counters
+        self._rates = rates
+
+    def sample(self) -> None:
+        """Take the counts of which the rates are made; call about once a second."""
+        counts = {f"video.{name}": count for name, count in self._video.counts().items()}
+        counts |= {f"audio.{name}": count for name, count in self._audio.counts().items()}
+        self._rates.sample(counts, self._clock.now_s())
+
+    async def run(self) -> None:
+        """Sample until cancelled."""
+        while True:
+            self.sample()
+            await asyncio.sleep(1.0)
+
+    def __call__(self) -> dict[str, object]:
+        now_s = self._clock.now_s()
+        snapshot = self._room.snapshot(now_s)
+        ends_s = self._turns.ends_s
+        return {
+            "version": __version__,
+            "viewers": [self._viewer(line.id, line.model_dump()) for line in snapshot.viewers],
+            "turn": {
+                "number": self._turns.number,
+                "operator": self._turns.operator,
+                "seconds_left": None if ends_s is None else round(max(ends_s - now_s, 0.0), 2),
+            },
+            "stop": None if snapshot.stop is None else snapshot.stop.model_dump(),
+            "robot": self._robot(),
+            "streams": {
+                "video": {
+                    "problem": snapshot.video.problem,
+                    "failures": self._failures("video"),
+                    "captured_fps": self._rates.hz("video.captured"),
+                    "encoded_fps": {n: self._rates.hz(f"video.{n}") for n in self._video.names},
+                    "wanted": self._video.wanted,
+                    "dropped": self._video.dropped,
+                },
+                "audio": {
+                    "problem": snapshot.audio.problem,
+                    "failures": self._failures("audio"),
+                    "captured_hz": self._rates.hz("audio.captured"),
+                    "encoded_hz": self._rates.hz("audio.encoded"),
+                    "wanted": self._audio.wanted,
+                    "dropped": self._audio.dropped,
+                    "filled_ms": self._blocks.filled_ms,
+                    "cut_ms": self._blocks.dropped_ms,
+                },
+            },
+            "counters": self._counters.snapshot() | self._room.control.counts(),
+            "tasks": len(asyncio.all_tasks()),
+        }
+
+    def _viewer(self, number: int, line: dict[str, object]) -> dict[str, object]:
+        """Tell of a viewer what can be told; whose streams fail is still there."""
+        viewer = next(one for one in self._room.viewers if one.number == number)
+        with viewer.boundary:
+            return line | self._served(viewer)
+        return line
+
+    def _served(self, viewer: Viewer) -> dict[str, object]:
+        one_way_s = viewer.link.one_way_s
+        report = viewer.report
+        return {
+            "round_trip_ms": None if one_way_s is None else round(one_way_s * 2000, 1),
+            "report": None if report is None else report.model_dump(exclude={"type"}),
+            "skew_ms": None if report is None else _skew_ms(report),
+            "last_minute": {
+                "made_up_ms": round(viewer.made_up_ms.sum, 1),
+                "frozen_ms": round(viewer.frozen_ms.sum, 1),
+            },
+            "streams": viewer.streams.status(),
+        }
+
+    def _failures(self, stream: str) -> int:
+        capture = self._captures.get(stream)
+        return 0 if capture is None else capture.failures
+
+    def _robot(self) -> dict[str, object]:
+        state = self._room.control.robot_state
+        return {
+            "kind": self._kind,
+            "connected": state.connected,
+            "problem": state.problem,
+            "moving": state.moving,
+            "pose": None if state.pose is None else asdict(state.pose),
+            "battery_fraction": state.battery_fraction,
+            **state.extra,
+        }
+
+
+def _skew_ms(report: Report) -> float | None:
+    """Return how much older than the picture the sound is that is heard with it."""
+    sound_ms = None if report.sound is None else report.sound.age_ms
+    picture_ms = None if report.picture is None else report.picture.age_ms
+    if sound_ms is None or picture_ms is None:
+        return None
+    return round(sound_ms - picture_ms, 1)

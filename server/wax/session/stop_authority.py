@@ -1,0 +1,44 @@
+"""Who may press Stop and who may release it, by whichever way he asks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from wax.control.gate import Refusal
+from wax.errors import ForbiddenError
+
+if TYPE_CHECKING:
+    from wax.config.settings import StopSettings
+    from wax.control.loop import ControlLoop
+    from wax.control.turns import Turns
+    from wax.session.viewer import Viewer
+
+ONLY_THE_OPERATOR_STOPS: Final = "Here only whoever drives, or the host, can stop the robot."
+
+
+class StopAuthority:
+    """Between those who ask and the latch. `is_host` is who sits at the server's own machine."""
+
+    def __init__(self, *, settings: StopSettings, turns: Turns, control: ControlLoop) -> None:
+        self._settings = settings
+        self._turns = turns
+        self._control = control
+
+    def press(self, viewer: Viewer | None, *, is_host: bool) -> int:
+        """Latch the stop, ahead of everything; returns its number. Raises `ForbiddenError`."""
+        drives = viewer is not None and viewer.number == self._turns.operator
+        if not (drives or is_host or self._settings.by == "everybody"):
+            raise ForbiddenError(ONLY_THE_OPERATOR_STOPS)
+        name = viewer.name if viewer is not None else "the host" if is_host else "somebody"
+        return self._control.press_stop(name)
+
+    def release(
+        self, viewer: Viewer | None, stop: int, sent_s: float | None, *, is_host: bool
+    ) -> None:
+        """Release the stop with this number; raises `ForbiddenError` with the reason why not."""
+        if viewer is None and not is_host:
+            raise ForbiddenError(Refusal.NOT_YOUR_STOP.value)
+        number = None if is_host or viewer is None else viewer.number
+        refusal = self._control.release_stop(number, stop, sent_s)
+        if refusal is not None:
+            raise ForbiddenError(refusal.value)

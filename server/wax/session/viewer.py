@@ -1,0 +1,330 @@
+"""One viewer: who he is, what he wants, and what his page says."""
+
+from __future__ import annotations
+
+import unicodedata
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final, Protocol
+
+import structlog
+
+from wax.control.gate import Command
+from wax.error_boundary import ErrorBoundary
+from wax.errors import ProtocolError
+from wax.protocol import compact, messages
+from wax.rtc.link_monitor import LinkMonitor
+from wax.session.last_minute import LastMinute
+from wax.session.token_bucket import TokenBucket
+from wax.sync.playout import PlayoutReport, StreamPlayout
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+    from wax.clock import Clock
+    from wax.config.settings import SyncSettings
+    from wax.rtc.peer import Channel, Peer
+    from wax.streams.interface import Kind, Lanes, Service
+    from wax.telemetry import Counters
+
+_LOG = structlog.get_logger(__name__)
+
+_DRIVE_HZ: Final = 100.0
+_DRIVE_BURST: Final = 200
+_STATE_HZ: Final = 20.0
+_STATE_BURST: Final = 60
+_DRIVE_STATUS_S: Final = 0.3
+_MAX_STOP_CHARS: Final = 32
+"""A flood of anything longer is not even looked at for a stop."""
+_ACKNOWLEDGED_HZ: Final = 120.0
+_ACKNOWLEDGED_BURST: Final = 200
+"""Twice what the liveliest page sends; what is beyond is not even read."""
+
+
+class ViewerEvents(Protocol):
+    """What the room does for a viewer."""
+
+    def viewer_connected(self, viewer: Viewer) -> None: ...
+
+    def viewer_closed(self, viewer: Viewer, peer: Peer) -> None: ...
+
+    def viewer_renamed(self) -> None: ...
+
+    def viewer_asks(self, viewer: Viewer, request: messages.Join | messages.Leave) -> None: ...
+
+    def viewer_stops(self, viewer: Viewer) -> None: ...
+
+    def viewer_releases(self, viewer: Viewer, release: messages.Release) -> None: ...
+
+    def viewer_drives(self, viewer: Viewer, command: Command) -> None: ...
+
+
+class Viewer:
+    """Lives from the first offer until his page has been gone for the time of grace."""
+
+    def __init__(
+        self,
+        *,
+        number: int,
+        client: str,
+        clock: Clock,
+        counters: Counters,
+        service: Service,
+        events: ViewerEvents,
+        sync: SyncSettings,
+    ) -> None:
+        self.number = number
+        self.client = client
+        self.name = f"Guest {number}"
+        self.peer: Peer | None = None
+        self.link = LinkMonitor(clock.now_s())
+        self.report: messages.Report | None = None
+        self.made_up_ms = LastMinute()
+        self.frozen_ms = LastMinute()
+        self.is_ready = False
+        self.was_ready = False
+        self.is_host = False
+        """His page is open on the server's own machine."""
+        self.wants_picture = True
+        self._clock = clock
+        self._counters = counters
+        self._service = service
+        self._events = events
+        self.boundary = self._make_boundary()
+        now_s = clock.now_s()
+        state_hz, state_burst = (
+            (_ACKNOWLEDGED_HZ, _ACKNOWLEDGED_BURST)
+            if service.acknowledged
+            else (_STATE_HZ, _STATE_BURST)
+        )
+        self.drive_status: messages.DriveStatus | None = None
+        """What becomes of his commands, None while he has not driven."""
+        self._drive_told: tuple[messages.DriveStatus | None, float] = (None, float("-inf"))
+        self._limits = {
+            "drive": TokenBucket(rate_hz=_DRIVE_HZ, burst=_DRIVE_BURST, now_s=now_s),
+            "state": TokenBucket(rate_hz=state_hz, burst=state_burst, now_s=now_s),
+        }
+        self.streams = service.streams(self, sync)
+
+    # --- the peer's life -------------------------------------------------------------------
+
+    def lanes(self) -> Lanes:
+        """Make fresh lanes for a fresh peer; those of the peer before are given up."""
+        self.release()
+        self.link = LinkMonitor(self._clock.now_s())
+        self.boundary = self._make_boundary()
+        return self.streams.lanes()
+
+    def release(self) -> None:
+        """Give up the lanes; safe to call twice."""
+        self.streams.release()
+        self.is_ready = False
+        self.report = None
+        self.drive_status, self._drive_told = None, (None, float("-inf"))
+
+    def _make_boundary(self) -> ErrorBoundary:
+        return ErrorBoundary(viewer=self.number, counters=self._counters, end=self._end_peer)
+
+    def _end_peer(self) -> None:
+        if self.peer is not None:
+            self.peer.abandon()
+
+    async def close(self) -> None:
+        """Close the peer, if there is one; never raises."""
+        with self.boundary:
+            if self.peer is not None:
+                await self.peer.close()
+
+    def connected(self) -> None:
+        self.link.heard(self._clock.now_s())
+        self.streams.connected()
+
+    def ready(self) -> None:
+        self.is_ready = self.was_ready = True
+        self.link.heard(self._clock.now_s())
+        self._events.viewer_connected(self)
+        self.streams.ready()
+
+    def closed(self, peer: Peer) -> None:
+        self._events.viewer_closed(self, peer)
+
+    def keyframe_wanted(self) -> None:
+        self._counters.add("keyframes asked for")
+        self.streams.keyframe_wanted()
+
+    def feedback_refused(self) -> None:
+        self._counters.add("feedback refused")
+
+    def rtp_clock(self, kind: Kind, rtp: int, captured_s: float) -> None:
+        self.send(
+            messages.RtpClock(
+                kind=kind,
+                rtp_origin=rtp,
+                rate_hz=self._service.codecs.rates_hz[kind],
+                origin_server_ms=captured_s * 1000,
+            )
+        )
+        units = self.streams.units
+        if kind == "audio" and units is not None and self.peer is not None:
+            last_rtp = self.peer.rtp_time("audio", units.last_pts)
+            self.send(messages.Units(last_rtp=last_rtp, length=units.length))
+
+    # --- to the page -----------------------------------------------------------------------
+
+    def send(self, message: BaseModel) -> None:
+        """Send on the reliable channel."""
+        self.send_text(message.model_dump_json())
+
+    def send_text(self, text: str) -> None:
+        """Send what was made once for everybody."""
+        self._send("state", text)
+
+    def _send(self, channel: Channel, text: str) -> None:
+        with self.boundary:
+            if self.peer is not None:
+                self.peer.send(channel, text)
+
+    def tell_drive_status(self, now_s: float) -> None:
+        """Tell what becomes of the commands when that has changed, a few times a second at most.
+
+        On a bad line each second command may be too old: to tell each would make it worse.
+        """
+        if not self.is_ready:
+            return  # a page that is not there yet must not miss it
+        told, told_s = self._drive_told
+        if self.drive_status not in (None, told) and now_s - told_s >= _DRIVE_STATUS_S:
+            self._drive_told = self.drive_status, now_s
+            self.send(self.drive_status)
+
+    def hold_back(self, least_ms: float) -> bool:
+        """Let the browser show pictures this late; False where it does not take that from us."""
+        return self.peer is not None and self.peer.hold_back(least_ms)
+
+    def follow(self, sync: SyncSettings, *, drives: bool) -> None:
+        """Change the policy with the role, while the streams go on."""
+        self.streams.follow(sync, drives=drives)
+
+    # --- from the page ---------------------------------------------------------------------
+
+    def received(self, channel: Channel, data: str | bytes) -> None:
+        """Take a message; never raises, since that would close the peer."""
+        now_s = self._clock.now_s()
+        self.link.heard(now_s)
+        if not self._limits[channel].take(now_s) and not _is_stop(channel, data):
+            self._counters.add("messages over the rate")
+            return
+        try:
+            if channel == "drive":
+                self._on_drive(messages.parse_drive(data))
+            else:
+                self._on_state(messages.parse_state(data))
+        except ProtocolError as error:
+            self._counters.add("messages refused")
+            _LOG.debug("message refused", viewer=self.number, error=str(error))
+        except Exception:
+            self._counters.add("messages failed")
+            _LOG.exception("message failed", viewer=self.number, channel=channel)
+
+    def _on_drive(self, message: messages.Drive | messages.Ping | messages.Report) -> None:
+        now_s = self._clock.now_s()
+        match message:
+            case messages.Drive():
+                self._events.viewer_drives(self, command_of(message))
+            case messages.Ping():
+                round_trip_s = self.link.pinged(
+                    message.id, message.pong_id, message.pong_held_ms, now_s
+                )
+                if round_trip_s is not None:
+                    self.streams.round_trip(round_trip_s)
+                pong = messages.Pong(
+                    id=message.id, sent_page_ms=message.sent_page_ms, server_ms=now_s * 1000
+                )
+                self._send("drive", compact.write(pong))
+            case messages.Report():
+                self.report = message
+                sound, picture = message.sound, message.picture
+                self.made_up_ms.count(None if sound is None else sound.concealed_ms, now_s)
+                self.frozen_ms.count(None if picture is None else picture.frozen_ms, now_s)
+                self.streams.reported(_playout(message))
+
+    def _on_state(self, message: messages.StateIn) -> None:
+        match message:
+            case messages.SetName():
+                self._rename(message.name)
+            case messages.Join() | messages.Leave():
+                self._events.viewer_asks(self, message)
+            case messages.Stop():
+                self._events.viewer_stops(self)
+            case messages.Release():
+                self._events.viewer_releases(self, message)
+            case messages.Want():
+                self._want(message)
+            case messages.Received():
+                self._received(message)
+
+    def _rename(self, name: str) -> None:
+        self.name = clean_name(name) or f"Guest {self.number}"
+        self._events.viewer_renamed()
+
+    def _want(self, want: messages.Want) -> None:
+        if want.size not in self._service.sizes:
+            self._counters.add("requests refused")
+            sizes = ", ".join(self._service.sizes)
+            self.send(messages.Notice(text=f"There is no size {want.size}; choose of {sizes}."))
+            return
+        self.wants_picture = want.picture
+        self.streams.want(
+            sound=want.sound, picture=want.picture, size=want.size, policy=want.policy
+        )
+
+    def _received(self, received: messages.Received) -> None:
+        if self.peer is not None:
+            pts = self.peer.media_time(received.kind, received.rtp)
+            self.streams.received(received.kind, pts)
+
+
+def _is_stop(channel: Channel, data: str | bytes) -> bool:
+    """Tell the one message that passes whatever the rate is."""
+    if channel != "state" or len(data) > _MAX_STOP_CHARS:
+        return False
+    with suppress(ProtocolError):
+        return isinstance(messages.parse_state(data), messages.Stop)
+    return False
+
+
+def clean_name(name: str) -> str:
+    """Make one line of visible characters of a name, at most `MAX_NAME_CHARS` long."""
+    visible = "".join(c if unicodedata.category(c)[0] not in "CZ" else " " for c in name)
+    return " ".join(visible.split())[: messages.MAX_NAME_CHARS].strip()
+
+
+def command_of(message: messages.Drive) -> Command:
+    """Read a set-point of a page's; its stamps become seconds."""
+    return Command(
+        seq=message.seq,
+        turn=message.turn,
+        sent_s=message.sent_server_ms / 1000,
+        linear=message.linear,
+        angular=message.angular,
+        held=message.held,
+        speed=message.speed,
+        seen_s=None if message.seen_server_ms is None else message.seen_server_ms / 1000,
+        axes=message.axes,
+    )
+
+
+def _playout(report: messages.Report) -> PlayoutReport:
+    sound, picture = report.sound, report.picture
+    return PlayoutReport(
+        sound=None
+        if sound is None
+        else StreamPlayout(
+            age_ms=sound.age_ms,
+            delay_ms=sound.delay_ms,
+            concealed_ms=sound.concealed_ms,
+            played_ms=sound.played_ms,
+            output_ms=sound.output_ms,
+        ),
+        picture=None
+        if picture is None
+        else StreamPlayout(age_ms=picture.age_ms, delay_ms=picture.delay_ms),
+    )

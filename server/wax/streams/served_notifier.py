@@ -1,0 +1,68 @@
+"""What one viewer's page is told of what he is sent: news at once, figures now and then."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from wax.protocol import messages
+
+if TYPE_CHECKING:
+    from wax.congestion.allocation import Allocation
+    from wax.congestion.delivery import LinkEstimate
+    from wax.streams.interface import Page
+
+_EVERY_S: Final = 1.0
+_THIN_EVERY_S: Final = 5.0
+"""Between two messages over a link that has not much to spare."""
+_THIN_BPS: Final = 150_000
+
+
+class ServedNotifier:
+    """Tells nothing while the link's rate is a mere guess."""
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self._told: messages.Served | None = None
+        self._told_s = float("-inf")
+
+    def tell(
+        self, estimate: LinkEstimate, allocation: Allocation, *, in_step: bool, now_s: float
+    ) -> None:
+        """Tell the page if there is news, or figures have moved and some time has passed."""
+        if estimate.assumed:
+            return
+        told = self._told
+        rendition = None if allocation.step is None else allocation.step.name
+        is_news = told is None or rendition != told.rendition or in_step != told.in_step
+        every_s = _THIN_EVERY_S if estimate.rate_bps < _THIN_BPS else _EVERY_S
+        if not is_news and now_s - self._told_s < every_s:
+            return
+        message = served(estimate, allocation, in_step=in_step)
+        if message != told:
+            self._told, self._told_s = message, now_s
+            self._page.send(message)
+
+
+def served(estimate: LinkEstimate, allocation: Allocation, *, in_step: bool) -> messages.Served:
+    """Return what is sent, and what is known of the link, as the page and the status have it."""
+    step, sound = allocation.step, allocation.sound
+    left_out = 0 if step is None else step.layers - allocation.top_layer
+    return messages.Served(
+        rendition=None if step is None else step.name,
+        layers=None if step is None else allocation.top_layer + 1,
+        layers_made=None if step is None else step.layers + 1,
+        picture_hz=0.0 if step is None else step.fps / 2**left_out,
+        sound_mu_ms=None if sound is None else sound.mu_ms,
+        sound_bps=0 if sound is None else sound.bitrate_bps,
+        redundancy=allocation.redundancy,
+        link_bps=_rounded(estimate.rate_bps),
+        used_bps=_rounded(estimate.used_bps),
+        queue_ms=round(estimate.queue_ms / 10) * 10.0,
+        in_step=in_step,
+        reason=allocation.reason,
+    )
+
+
+def _rounded(rate_bps: float) -> int:
+    """Two digits are what is known of a rate, and what is worth telling."""
+    return int(float(f"{rate_bps:.2g}"))

@@ -1,0 +1,69 @@
+"""What the live policies know of one viewer's link; it stays when his policy changes."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import TYPE_CHECKING
+
+from wax.sync.fail_safe import FailSafe, insufficient
+from wax.sync.playout import StreamPlayout
+from wax.sync.sound_delay import SoundDelay
+
+if TYPE_CHECKING:
+    from wax.config.settings import SyncSettings
+    from wax.congestion.allocation import Allocation
+    from wax.congestion.delivery import LinkEstimate
+    from wax.sync.playout import PlayoutReport
+
+_USUAL_MU_MS = 20
+
+
+class PlayoutState:
+    """The sound's delay, and whether the link carries both streams in step."""
+
+    def __init__(self) -> None:
+        self.sound = SoundDelay(None)
+        self.fail_safe = FailSafe()
+        self.now_s = float("-inf")
+
+    def follow(self, settings: SyncSettings) -> None:
+        """Take over the delay that is set; one that was found stays."""
+        delay = settings.audio_delay_ms
+        fixed_ms = None if delay == "auto" else float(delay)
+        if fixed_ms != self.sound.fixed_ms:
+            self.sound = SoundDelay(fixed_ms)
+
+    def update(
+        self,
+        report: PlayoutReport,
+        now_s: float,
+        estimate: LinkEstimate | None,
+        allocation: Allocation | None,
+    ) -> None:
+        """Learn from a report and from what was known of the link when it came."""
+        self.now_s = max(now_s, self.now_s) if isfinite(now_s) else self.now_s
+        heard = report.sound or StreamPlayout()
+        form = None if allocation is None else allocation.sound
+        self.sound.decide(
+            jitter_ms=0.0 if estimate is None else estimate.jitter_ms,
+            mu_ms=_USUAL_MU_MS if form is None else form.mu_ms,
+            redundancy=0 if allocation is None or form is None else allocation.redundancy,
+            concealed_ms=heard.concealed_ms,
+            played_ms=heard.played_ms,
+            output_ms=heard.output_ms,
+            now_s=self.now_s,
+            lost=0.0 if estimate is None else estimate.lost,
+            burst=0 if estimate is None else estimate.burst,
+            is_congested=estimate is not None and estimate.state == "congested",
+            learns=not self.fail_safe.is_active,
+        )
+        if report.sound is None or report.picture is None:
+            self.fail_safe.leave()
+            return
+        self.fail_safe.update(self._trouble(estimate, allocation), self.now_s)
+        if self.fail_safe.is_active and self.sound.is_useless:
+            self.sound.restart()
+
+    def _trouble(self, estimate: LinkEstimate | None, allocation: Allocation | None) -> str | None:
+        still = self.fail_safe.reason if self.sound.is_breaking else None
+        return insufficient(estimate, allocation, self.sound) or still

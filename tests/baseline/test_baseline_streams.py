@@ -1,0 +1,228 @@
+"""One viewer under the thesis's policy: what is captured, acknowledged and put on the wire."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import av
+import numpy as np
+import pytest
+from tests.open_boundary import OpenFence
+from tests.turned_clock import TurnedClock
+
+from wax.baseline.settings import ThesisSettings
+from wax.baseline.streams import BaselineService, BaselineStreams, thesis_video
+from wax.baseline.unit_hub import UnitHub
+from wax.baseline.unit_lane import UnitLane
+from wax.capture.source import BLOCK_SAMPLES, Sound
+from wax.config.settings import SyncSettings, VideoSettings
+from wax.encode.encoded import VIDEO_TIME_BASE, EncodedPicture
+from wax.fanout.video_hub import VideoHub
+from wax.protocol import messages
+from wax.sync.playout import PlayoutReport, StreamPlayout
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+    from wax.error_boundary import ErrorBoundary
+    from wax.streams.interface import Lanes
+
+
+SETTINGS = ThesisSettings()
+SIZE = "166x130"
+NAME = thesis_video(VideoSettings(), SETTINGS).renditions[0].name
+
+
+@dataclass
+class Scene:
+    """A viewer with everything real but time, the encoders' threads and the wire."""
+
+    clock: TurnedClock = field(default_factory=TurnedClock)
+    told: list[BaseModel] = field(default_factory=list)
+    boundary: ErrorBoundary = field(default_factory=OpenFence)
+
+    def __post_init__(self) -> None:
+        video = thesis_video(VideoSettings(), SETTINGS)
+        self.video = VideoHub(settings=video, clock=self.clock)
+        self.audio = UnitHub(mu_ms=SETTINGS.audio_mu_ms)
+        self.service = BaselineService(
+            clock=self.clock, settings=SETTINGS, video=self.video, audio=self.audio
+        )
+        self.streams: BaselineStreams = self.service.streams(self, SyncSettings())
+        self._take(self.streams.lanes())
+
+    def send(self, message: BaseModel) -> None:
+        self.told.append(message)
+
+    def hold_back(self, least_ms: float) -> bool:
+        raise AssertionError("the thesis's roll-back is the server's work")
+
+    def _take(self, lanes: Lanes) -> None:
+        assert isinstance(lanes.picture, UnitLane)
+        assert isinstance(lanes.sound, UnitLane)
+        self.picture, self.sound = lanes.picture, lanes.sound
+
+    async def capture(self, seconds: float, *, acknowledge: bool = True) -> list[Any]:
+        """Let time pass; return what left, in order. The link takes no time."""
+        left: list[Any] = []
+        for _ in range(round(seconds * 50)):
+            self.clock.time_s += 0.02
+            silence = np.zeros(BLOCK_SAMPLES, np.int16)
+            for ago_s in (0.02, 0.01):
+                self.audio.push(Sound(silence, self.clock.time_s - ago_s))
+            if round(self.clock.time_s * 50) % 5 == 0:
+                self.video._fan_out(_picture(self.clock.time_s))
+            await asyncio.sleep(0)  # what comes from the capture's thread is on its way
+            left += await self.leave(acknowledge=acknowledge)
+        return left
+
+    async def leave(self, *, acknowledge: bool) -> list[Any]:
+        left = []
+        for kind, lane in (("audio", self.sound), ("video", self.picture)):
+            packets = _waiting(lane)
+            left += packets
+            if packets and acknowledge:
+                self.streams.received(kind, (packets[-1].packet.pts or 0) % 2**32)  # type: ignore[arg-type]
+        return left
+
+    @property
+    def status(self) -> dict[str, Any]:
+        return self.streams.status()
+
+
+def _picture(captured_s: float) -> EncodedPicture:
+    packet: av.Packet[Any] = av.Packet(b"picture")
+    packet.pts = round(captured_s * 90_000)
+    packet.time_base = VIDEO_TIME_BASE
+    return EncodedPicture(
+        packet=packet, rendition=NAME, keyframe=True, layer=0, captured_s=captured_s
+    )
+
+
+def _waiting(lane: UnitLane[Any]) -> list[Any]:
+    packets = list(lane._queue)
+    lane._queue.clear()
+    return packets
+
+
+@pytest.fixture
+async def scene() -> Any:
+    made = Scene()
+    made.audio.start()
+    yield made
+    made.streams.release()
+
+
+async def test_nothing_leaves_before_the_page_wants_it(scene: Scene) -> None:
+    """What nobody can acknowledge yet is not sent: it would count as lost."""
+    scene.streams.connected()
+    scene.streams.ready()
+    assert await scene.capture(2.0) == []
+    assert scene.audio.wanted == []
+
+
+async def test_sound_leaves_as_whole_units_and_the_picture_is_rolled_back(scene: Scene) -> None:
+    """A unit of half a second leaves at once; in step, the picture leaves half a second old."""
+    scene.streams.want(sound=True, picture=True, size=SIZE, policy=None)
+    left = await scene.capture(8.0)
+    sounds = [one for one in left if not isinstance(one, EncodedPicture)]
+    assert len(sounds) % 5 == 0
+    assert set(np.diff([one.pts for one in sounds])) == {800}
+    assert scene.status["mode"] == "synchronised"
+    assert scene.status["pictures_cached"] == 4
+    began_s = scene.clock.time_s
+    (picture, *_) = [p for p in await scene.capture(0.2) if isinstance(p, EncodedPicture)]
+    assert began_s - picture.captured_s == pytest.approx(0.4, abs=0.11)
+    assert scene.streams._payloads.keys() <= {
+        (unit.stream, unit.number) for unit in scene.streams._sender._cache.pictures
+    }
+
+
+async def test_nothing_newer_leaves_before_the_page_acknowledges(scene: Scene) -> None:
+    """To send means to be received: one unit of each stream is under way, and no more."""
+    scene.streams.want(sound=True, picture=True, size=SIZE, policy=None)
+    left = await scene.capture(0.9, acknowledge=False)
+    assert sum(isinstance(one, EncodedPicture) for one in left) == 1
+    assert len(left) == 6
+    assert scene.status["sent"] == 2
+
+
+async def test_a_link_that_never_answers_ends_in_fail_safe(scene: Scene) -> None:
+    """It is told to the page, counted in seconds, and what was skipped is not kept."""
+    scene.streams.want(sound=True, picture=True, size=SIZE, policy=None)
+    await scene.capture(12.0, acknowledge=False)
+    assert scene.status["mode"] == "fail-safe"
+    assert scene.status["fail_safe_s"] > 8
+    assert scene.status["lost"] >= 2
+    assert scene.audio.dropped > 0
+    assert scene.video.dropped > 50
+    assert len(scene.streams._payloads) <= 6
+    (*_, last) = scene.told
+    assert isinstance(last, messages.Playout)
+    assert (last.policy, last.sound_target_ms, last.picture_target_ms) == ("thesis", None, 0.0)
+    assert last.reason.startswith("fail-safe: ")
+
+
+async def test_only_the_packet_that_ends_a_unit_acknowledges_it(scene: Scene) -> None:
+    """Any other time that a page may send changes nothing."""
+    scene.streams.want(sound=True, picture=False, size=SIZE, policy=None)
+    (*_, last) = await scene.capture(0.7, acknowledge=False)
+    for pts in (0, -1, last.pts - 800, last.pts + 800, last.pts + 1):
+        scene.streams.received("audio", pts % 2**32)
+        scene.streams.received("video", pts % 2**32)
+    assert await scene.capture(0.4, acknowledge=False) == []
+    scene.streams.received("audio", last.pts % 2**32)
+    assert len(await scene.leave(acknowledge=False)) == 5
+
+
+async def test_the_page_is_told_which_packets_end_a_unit(scene: Scene) -> None:
+    """From the first unit on; every other ends a whole number of lengths away."""
+    scene.streams.want(sound=True, picture=False, size=SIZE, policy=None)
+    assert scene.streams.units is None
+    left = await scene.capture(2.0)
+    units = scene.streams.units
+    assert units is not None
+    assert {(units.last_pts - one.pts) % units.length for one in left[4::5]} == {0}
+
+
+async def test_a_fresh_peer_begins_anew(scene: Scene) -> None:
+    """After a reconnect nothing is known of the link, and nothing of the old peer is waited for."""
+    scene.streams.want(sound=True, picture=True, size=SIZE, policy=None)
+    await scene.capture(2.0, acknowledge=False)
+    scene._take(scene.streams.lanes())
+    assert await scene.capture(1.0) == []
+    scene.streams.want(sound=True, picture=True, size=SIZE, policy=None)
+    assert len(await scene.capture(2.0)) > 20
+    assert scene.status["lost"] == 0
+
+
+async def test_a_client_that_buffers_more_sound_gets_an_older_picture(scene: Scene) -> None:
+    """Sound reported 200 ms after the picture rolls the picture back by as much (5.3.1)."""
+    scene.streams.want(sound=True, picture=True, size=SIZE, policy=None)
+    await scene.capture(4.0)
+    before_ms = scene.status["rollback_ms"]
+    report = PlayoutReport(sound=StreamPlayout(age_ms=800.0), picture=StreamPlayout(age_ms=600.0))
+    for _ in range(5):
+        scene.streams.reported(report)
+    assert scene.status["rollback_ms"] == before_ms + 200
+
+
+async def test_release_ends_it_all(scene: Scene) -> None:
+    """Nothing is listened to, timed or told after a viewer has parted, however often that is."""
+    scene.streams.want(sound=True, picture=True, size=SIZE, policy=None)
+    (*_, last) = await scene.capture(0.6, acknowledge=False)
+    scene.streams.release()
+    scene.streams.release()
+    told = len(scene.told)
+    scene.streams.want(sound=True, picture=True, size=SIZE, policy=None)
+    for kind in ("audio", "video"):
+        scene.streams.received(kind, (last.packet.pts or 0) % 2**32)
+    scene.streams.round_trip(0.1)
+    scene.streams.reported(PlayoutReport(sound=None, picture=None))
+    assert await scene.capture(1.0) == []
+    assert scene.audio.wanted == []
+    assert scene.video.wanted == []
+    assert len(scene.told) == told
+    assert scene.streams._timer is None

@@ -1,0 +1,208 @@
+"""The camera: asks for what is configured, survives what devices do, and never hangs its reader."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import TYPE_CHECKING, Any
+
+import cv2
+import numpy as np
+import pytest
+
+from wax.capture.camera import OpenCvCamera, open_device
+from wax.clock import SystemClock
+from wax.config.settings import VideoSettings
+from wax.errors import SourceError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+VGA = VideoSettings(width=640, height=480)
+
+
+class FakeDevice:
+    """A camera whose every frame is given out by the test."""
+
+    def __init__(self, size: tuple[int, int] = (640, 480), *, opens: bool = True) -> None:
+        self.opens = opens
+        self.properties: dict[int, float] = {}
+        self.frame = np.full((size[1], size[0], 3), 200, np.uint8)
+        self.frames = threading.Semaphore(0)
+        self.unplugged = False
+        self.damaged = 0
+        self.released = threading.Event()
+
+    def isOpened(self) -> bool:  # noqa: N802 - OpenCV's name
+        return self.opens
+
+    def set(self, propId: int, value: float, /) -> bool:  # noqa: N803 - OpenCV's name
+        self.properties[propId] = value
+        return True
+
+    def grab(self) -> bool:
+        self.frames.acquire(timeout=10)
+        return not self.unplugged
+
+    def retrieve(self) -> tuple[bool, Any]:
+        if self.damaged:
+            self.damaged -= 1
+            self.frames.release()
+            return False, None
+        return True, self.frame
+
+    def release(self) -> None:
+        self.released.set()
+
+
+class FrozenClock:
+    def now_s(self) -> float:
+        return 77.0
+
+    def wall_ms(self) -> int:
+        return 0
+
+
+def camera(device: FakeDevice, settings: VideoSettings = VGA) -> OpenCvCamera:
+    return OpenCvCamera(settings, FrozenClock(), device=3, open_device=lambda _: device)
+
+
+def test_a_picture_has_its_moment_and_size() -> None:
+    """A frame becomes a picture of the configured size with the moment of its arrival."""
+    device = FakeDevice()
+    source = camera(device)
+    source.open()
+    device.frames.release()
+    picture = source.read()
+    assert (picture.width, picture.height, picture.captured_s) == (640, 480, 77.0)
+    device.frames.release()
+    source.close()
+    source.close()
+    assert device.released.is_set()
+
+
+def test_the_device_is_asked_for_size_and_rate() -> None:
+    """Size, rate and one buffer are asked for; Motion JPEG only where raw is too much for USB."""
+    small, large = FakeDevice(), FakeDevice()
+    for device, settings in ((small, VGA), (large, VideoSettings(width=1280, height=720))):
+        source = camera(device, settings)
+        source.open()
+        device.frames.release()
+        source.close()
+    assert small.properties == {
+        cv2.CAP_PROP_FRAME_WIDTH: 640,
+        cv2.CAP_PROP_FRAME_HEIGHT: 480,
+        cv2.CAP_PROP_FPS: 30,
+        cv2.CAP_PROP_BUFFERSIZE: 1,
+    }
+    assert next(iter(large.properties.items())) == (
+        cv2.CAP_PROP_FOURCC,
+        cv2.VideoWriter.fourcc(*"MJPG"),
+    )
+
+
+def test_another_shape_is_shown_in_proportion() -> None:
+    """A camera that gives 16:9 though 4:3 was asked for is shown between black bars."""
+    device = FakeDevice((1280, 720))
+    source = camera(device)
+    source.open()
+    device.frames.release()
+    luma = source.read().i420[:480]
+    device.frames.release()
+    source.close()
+    assert luma.shape == (480, 640)
+    assert luma[:59].max() < 20
+    assert luma[62:418].min() > 150
+    assert luma[-59:].max() < 20
+
+
+def test_a_camera_that_does_not_open_is_one_sentence() -> None:
+    """A missing or busy camera is an error that names it and says what to check; it is released."""
+    device = FakeDevice(opens=False)
+    source = camera(device)
+    with pytest.raises(SourceError, match=r"^Camera 3 cannot be opened; check that it is plugged"):
+        source.open()
+    source.close()
+    assert device.released.is_set()
+
+
+def test_unplugging_is_told_at_once() -> None:
+    """A failing grab ends the wait of a reader immediately."""
+    device = FakeDevice()
+    source = camera(device)
+    source.open()
+    device.unplugged = True
+    device.frames.release()
+    with pytest.raises(SourceError, match=r"^Camera 3 has stopped; check its cable"):
+        source.read()
+    source.close()
+    assert device.released.is_set()
+
+
+def test_a_hanging_camera_is_told_within_two_seconds() -> None:
+    """Though OpenCV blocks, read gives up and close returns; the device is let go when possible."""
+    device = FakeDevice()
+    source = camera(device)
+    source.open()
+    began_s = time.monotonic()
+    with pytest.raises(SourceError, match=r"^Camera 3 gives no picture"):
+        source.read()
+    assert time.monotonic() - began_s < 2.0
+    source.close()
+    assert not device.released.is_set()
+    device.frames.release()
+    assert device.released.wait(5)
+
+
+def test_a_damaged_frame_is_skipped() -> None:
+    """A frame that cannot be decoded is left out, the next one is shown."""
+    device = FakeDevice()
+    device.damaged = 2
+    source = camera(device)
+    source.open()
+    device.frames.release()
+    assert source.read().width == 640
+    device.frames.release()
+    source.close()
+
+
+def test_a_device_that_raises_is_one_sentence() -> None:
+    """Whatever a driver raises becomes a sentence."""
+    device = FakeDevice()
+
+    def explode() -> tuple[bool, Any]:
+        raise cv2.error("boom")
+
+    device.retrieve = explode  # type: ignore[method-assign]  # this device is broken
+    source = camera(device)
+    source.open()
+    device.frames.release()
+    with pytest.raises(SourceError, match=r"^Camera 3 failed: boom"):
+        source.read()
+    source.close()
+
+
+def test_through_opencv_itself(tmp_path: Path) -> None:
+    """OpenCV's own capture, here on a Motion JPEG file, delivers through the same path."""
+    path = str(tmp_path / "a.avi")
+    writer = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*"MJPG"), 30, (320, 240))
+    for _ in range(300):
+        writer.write(np.full((240, 320, 3), 180, np.uint8))
+    writer.release()
+    settings = VideoSettings(width=320, height=240)
+    source = OpenCvCamera(
+        settings, SystemClock(), open_device=lambda _: cv2.VideoCapture(path, cv2.CAP_ANY)
+    )
+    source.open()
+    picture = source.read()
+    assert picture.i420[:240].mean() == pytest.approx(16 + 180 * 219 / 255, abs=4)
+    with pytest.raises(SourceError, match="has stopped"):
+        list(iter(source.read, None))
+    source.close()
+
+
+def test_a_camera_that_is_not_there() -> None:
+    """OpenCV says no to a device that does not exist, without an exception."""
+    device = open_device("/dev/video-that-is-not-there")
+    assert not device.isOpened()
+    device.release()

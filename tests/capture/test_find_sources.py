@@ -1,0 +1,218 @@
+"""Sources by name: each name in the manual finds its source, each mistake is a sentence."""
+
+from __future__ import annotations
+
+import sys
+import wave
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+import pytest
+
+from wax.capture.camera import OpenCvCamera
+from wax.capture.file.media_file import FileAudio, FileVideo
+from wax.capture.find_sources import Sources, make_sources
+from wax.capture.microphone import PortAudioMicrophone
+from wax.capture.testcard import TestCardAudio, TestCardVideo
+from wax.clock import Clock, SystemClock
+from wax.config.settings import AudioSettings, VideoSettings
+from wax.driver.interface import Limits, RobotState, Twist
+from wax.errors import ConfigError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from wax.capture.source import AudioSource, Picture, VideoSource
+
+
+class Robot:
+    """A driver without senses."""
+
+    kind = "wooden"
+    limits = Limits(1.0, 1.0)
+
+    def open(self) -> None: ...
+
+    def apply(self, twist: Twist, turn: int) -> None: ...
+
+    def set_axis(self, name: str, position: float, turn: int) -> None: ...
+
+    def stop(self, turn: int) -> None: ...
+
+    def close(self) -> None: ...
+
+    def state(self) -> RobotState:
+        return RobotState(connected=True)
+
+
+class SeeingRobot(Robot):
+    """A driver with an eye and an ear."""
+
+    def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
+        return TestCardVideo(settings, clock)
+
+    def microphone(self, clock: Clock) -> AudioSource:
+        return TestCardAudio(AudioSettings(), clock)
+
+
+def find(video: str = "none", audio: str = "none", robot: Robot | None = None) -> Sources:
+    return make_sources(
+        VideoSettings(source=video), AudioSettings(source=audio), SystemClock(), robot or Robot()
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("testcard", TestCardVideo),
+        ("0", OpenCvCamera),
+        ("camera:2", OpenCvCamera),
+        ("/dev/video4", OpenCvCamera),
+        ("/dev/v4l/by-id/usb-Acme_Cam-video-index0", OpenCvCamera),
+        ("camera:/dev/v4l/by-path/pci-0000:00:14.0-usb-0:1:1.0-video-index0", OpenCvCamera),
+        ("camera:/run/robot/eye", OpenCvCamera),
+        ("rtsp://10.0.0.1/stream", FileVideo),
+        ("http://user:word@robot:81/a.mjpg", FileVideo),
+    ],
+)
+def test_each_name_of_a_picture(name: str, kind: type) -> None:
+    """The names of the manual make the source that they say, without opening it."""
+    assert type(find(video=name).video) is kind
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("testcard", TestCardAudio),
+        ("microphone", PortAudioMicrophone),
+        ("microphone:3", PortAudioMicrophone),
+        ("microphone:USB Webcam", PortAudioMicrophone),
+        ("microphone:pulse", PortAudioMicrophone),
+        ("microphone:hw:1,0", PortAudioMicrophone),
+        ("rtsp://10.0.0.1/stream", FileAudio),
+    ],
+)
+def test_each_name_of_a_sound(name: str, kind: type) -> None:
+    """The names of the manual make the source that they say, without opening it."""
+    assert type(find(audio=name).audio) is kind
+
+
+@pytest.mark.parametrize(
+    ("before", "now"),
+    [
+        ("alsa:hw:1", '"microphone:hw:1,0"'),
+        ("alsa:plughw:2,1", '"microphone:hw:2,1"'),
+        ("alsa:plughw:CARD=Webcam,DEV=0", "microphone:… with a part of the device's name"),
+    ],
+)
+def test_a_name_of_alsas_is_told_its_new_one(before: str, now: str) -> None:
+    """A configuration that names a device as ALSA does stops the start with what to write."""
+    with pytest.raises(ConfigError) as caught:
+        find(audio=before)
+    assert str(caught.value).startswith(f"[audio] source: {before} is now {now}")
+
+
+def test_a_device_is_passed_on_as_it_is_written() -> None:
+    """Numbers become numbers, names stay names, and no name is the default device."""
+    names = [find(audio=name).audio for name in ("microphone", "microphone:3", "microphone:USB")]
+    assert [getattr(m, "name", None) for m in names] == [
+        "The microphone",
+        "Microphone 3",
+        "Microphone USB",
+    ]
+    cameras = [find(video=name).video for name in ("camera:2", "camera:/dev/v4l/by-id/eye")]
+    assert [getattr(camera, "name", None) for camera in cameras] == [
+        "Camera 2",
+        "Camera /dev/v4l/by-id/eye",
+    ]
+
+
+def test_none_is_none() -> None:
+    """The word none means no source."""
+    assert find() == Sources(None, None)
+
+
+def test_the_robots_own_senses() -> None:
+    """The word robot asks the driver, and says so in a sentence if it has none."""
+    sources = find("robot", "robot", SeeingRobot())
+    assert isinstance(sources.video, TestCardVideo)
+    assert isinstance(sources.audio, TestCardAudio)
+    with pytest.raises(ConfigError, match=r"^\[video\] source: the wooden robot has no camera"):
+        find(video="robot")
+    with pytest.raises(ConfigError, match=r"^\[audio\] source: the wooden robot has no micro"):
+        find(audio="robot")
+
+
+def test_a_file_named_twice_is_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Picture and sound of one file share a demuxer, however its path is written; two do not."""
+    for name in ("a.mp4", "b.mp4"):
+        with wave.open(str(tmp_path / name), "wb") as silence:
+            silence.setparams((1, 2, 8000, 80, "NONE", ""))
+            silence.writeframes(bytes(160))
+    monkeypatch.chdir(tmp_path)
+    same = find("a.mp4", str(tmp_path / "." / "a.mp4"))
+    other = find("a.mp4", "b.mp4")
+    for sources, shared in ((same, True), (other, False)):
+        assert isinstance(sources.video, FileVideo)
+        assert isinstance(sources.audio, FileAudio)
+        assert (sources.video._join == sources.audio._join) is shared
+
+
+def find_one(key: str, name: str) -> Sources:
+    return find(video=name) if key == "video" else find(audio=name)
+
+
+@pytest.mark.parametrize("key", ["video", "audio"])
+def test_a_missing_file_names_key_and_path(tmp_path: Path, key: str) -> None:
+    """A path that does not exist stops the start with key, path and what may be written."""
+    path = str(tmp_path / "gone.mp4")
+    with pytest.raises(ConfigError) as caught:
+        find_one(key, path)
+    sentence = str(caught.value)
+    assert sentence.startswith(f"[{key}] source: {path} does not exist")
+    assert "wax devices" in sentence
+    with pytest.raises(ConfigError, match="is no file"):
+        find_one(key, str(tmp_path))
+
+
+@pytest.mark.parametrize("key", ["video", "audio"])
+def test_a_file_that_is_no_film_stops_the_start(tmp_path: Path, key: str) -> None:
+    """A text under a film's name stops the start with key, file and what to do."""
+    diary = tmp_path / "diary.mp4"
+    diary.write_text("These are words.\n" * 40)
+    with pytest.raises(ConfigError, match=rf"^\[{key}\] source: diary.mp4 is no video or sound"):
+        find_one(key, str(diary))
+
+
+class Glass:
+    """Somebody else's source."""
+
+    def __init__(self, settings: VideoSettings, clock: Clock) -> None:
+        if settings.width == 32:
+            raise ValueError("too small")
+
+    def open(self) -> None: ...
+
+    def read(self) -> Picture: ...  # type: ignore[empty-body]  # never read here
+
+    def close(self) -> None: ...
+
+
+def test_somebody_elses_class(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`package.module:Class` is built with settings and clock; what is no source is refused."""
+    module = ModuleType("glass_eye")
+    module.Glass = Glass  # type: ignore[attr-defined]  # made here
+    module.Stone = dict  # type: ignore[attr-defined]  # made here
+    monkeypatch.setitem(sys.modules, "glass_eye", module)
+    assert isinstance(find(video="glass_eye:Glass").video, Glass)
+    with pytest.raises(ConfigError, match="glass_eye:Stone has no method open"):
+        find(audio="glass_eye:Stone")
+    with pytest.raises(ConfigError, match="glass_eye has no class Water"):
+        find(video="glass_eye:Water")
+    with pytest.raises(ConfigError, match="too small"):
+        make_sources(
+            VideoSettings(source="glass_eye:Glass", width=32),
+            AudioSettings(source="none"),
+            SystemClock(),
+            Robot(),
+        )

@@ -1,0 +1,200 @@
+"""Microphones: 48 kHz mono whatever the device does, bounded, and told in a sentence."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from structlog.testing import capture_logs
+
+from wax.capture import microphone
+from wax.capture.microphone import PortAudioMicrophone, load_portaudio
+from wax.config.settings import AudioSettings
+from wax.errors import SourceError
+
+
+class FakeClock:
+    """Moves when told to."""
+
+    def __init__(self) -> None:
+        self.time_s = 100.0
+
+    def now_s(self) -> float:
+        return self.time_s
+
+    def wall_ms(self) -> int:
+        return 0
+
+
+class PortAudioError(Exception):
+    pass
+
+
+class FakePortAudio:
+    """The part of `sounddevice` that is used, with one device of a given rate and channels."""
+
+    PortAudioError = PortAudioError
+
+    def __init__(self, rate_hz: int = 48_000, channels: int = 1, *, present: bool = True) -> None:
+        self.rate_hz, self.channels, self.present = rate_hz, channels, present
+        self.streams: list[SimpleNamespace] = []
+        self.looked = 0
+
+    def InputStream(self, **wanted: Any) -> SimpleNamespace:  # noqa: N802 - sounddevice's name
+        if not self.present:
+            raise PortAudioError("Error querying device -1")
+        if (wanted["samplerate"], wanted["channels"]) != (self.rate_hz, self.channels):
+            raise PortAudioError("Invalid sample rate")
+        stream = SimpleNamespace(**wanted, ended=0, start=lambda: None)
+
+        def end(*, ignore_errors: bool) -> None:
+            stream.ended += 1
+
+        stream.abort = stream.close = end
+        self.streams.append(stream)
+        return stream
+
+    def query_devices(self, device: object, kind: str) -> dict[str, float]:
+        if not self.present:
+            raise PortAudioError("Error querying device -1\n[PaErrorCode -9996]")
+        return {"default_samplerate": float(self.rate_hz), "max_input_channels": self.channels}
+
+    def _terminate(self) -> None:
+        self.looked += 1
+
+    def _initialize(self) -> None:
+        pass
+
+    def deliver(
+        self,
+        samples: np.ndarray[Any, np.dtype[np.int16]],
+        *,
+        adc_s: float = 0.0,
+        now_s: float = 0.0,
+        overflow: bool = False,
+    ) -> None:
+        times = SimpleNamespace(inputBufferAdcTime=adc_s, currentTime=now_s)
+        block = np.repeat(samples.reshape(-1, 1), self.channels, axis=1)
+        self.streams[-1].callback(
+            block, len(block), times, SimpleNamespace(input_overflow=overflow)
+        )
+
+
+def make(portaudio: FakePortAudio, clock: FakeClock, **more: Any) -> PortAudioMicrophone:
+    return PortAudioMicrophone(AudioSettings(), clock, load_portaudio=lambda: portaudio, **more)
+
+
+def block(first: int = 1) -> np.ndarray[Any, np.dtype[np.int16]]:
+    return (first + np.arange(480)).astype(np.int16)
+
+
+def test_blocks_of_10_ms_at_low_latency() -> None:
+    """PortAudio is asked for 10 ms blocks of 48 kHz mono; what it delivers is read unchanged."""
+    portaudio, clock = FakePortAudio(), FakeClock()
+    source = make(portaudio, clock, device="Webcam")
+    source.open()
+    stream = portaudio.streams[-1]
+    assert (stream.blocksize, stream.latency, stream.device) == (480, "low", "Webcam")
+    portaudio.deliver(block())
+    assert np.array_equal(source.read().samples, block())
+    source.close()
+    assert stream.ended == 2
+
+
+@pytest.mark.parametrize(
+    ("adc_s", "now_s", "age_s"),
+    [(50.0, 50.025, 0.025), (0.0, 50.0, 0.010), (50.0, 50.0, 0.010), (3.0, 50.0, 0.010)],
+)
+def test_capture_time(adc_s: float, now_s: float, age_s: float) -> None:
+    """The converter's time where it is credible, else the moment of arrival minus the block."""
+    portaudio, clock = FakePortAudio(), FakeClock()
+    source = make(portaudio, clock)
+    source.open()
+    portaudio.deliver(block(), adc_s=adc_s, now_s=now_s)
+    clock.time_s += 5
+    assert source.read().captured_s == pytest.approx(100 - age_s)
+    source.close()
+
+
+@pytest.mark.parametrize(("rate_hz", "channels"), [(44_100, 2), (16_000, 1), (48_000, 2)])
+def test_a_device_of_another_rate_is_converted(rate_hz: int, channels: int) -> None:
+    """A device that cannot do 48 kHz mono is opened as it is; the tone and its times are kept."""
+    portaudio, clock = FakePortAudio(rate_hz, channels), FakeClock()
+    source = make(portaudio, clock)
+    source.open()
+    length = rate_hz // 100
+    assert portaudio.streams[-1].blocksize == length
+    sounds = []
+    for index in range(40):
+        phase = (index * length + np.arange(length)) * (2 * np.pi * 1000 / rate_hz)
+        clock.time_s = 100 + (index + 1) * length / rate_hz
+        portaudio.deliver(np.round(8000 * np.sin(phase)).astype(np.int16))
+        while not source._blocks.empty():
+            sounds.append(source.read())
+    source.close()
+    samples = np.concatenate([sound.samples for sound in sounds])
+    assert len(samples) == pytest.approx(40 * 480, abs=100)
+    spectrum = np.abs(np.fft.rfft(samples[4800:9600] * np.hanning(4800)))
+    assert np.argmax(spectrum) * 10 == 1000
+    counted = np.cumsum([0, *[len(sound.samples) for sound in sounds[:-1]]]) / 48_000
+    times = np.array([sound.captured_s for sound in sounds]) - 100
+    assert np.abs(times - counted).max() < 0.002
+
+
+def test_a_slow_reader_loses_the_oldest() -> None:
+    """Nobody waits in a queue of more than half a second; what was lost is logged, once in 10 s."""
+    portaudio, clock = FakePortAudio(), FakeClock()
+    source = make(portaudio, clock)
+    source.open()
+    with capture_logs() as logs:
+        portaudio.deliver(block(0))
+        source.read()
+        assert logs == []
+        for number in range(60):
+            portaudio.deliver(block(number), overflow=number == 0)
+        assert source.read().samples[0] == 10
+        for _ in range(2):
+            portaudio.deliver(block(0), overflow=True)
+            source.read()
+        assert [log["blocks"] for log in logs] == [11]
+        clock.time_s += 10
+        source.read()
+        source.read()
+        assert [log["blocks"] for log in logs] == [11, 2]
+    source.close()
+
+
+def test_a_silent_device_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A microphone that delivers nothing is an error with what to do."""
+    monkeypatch.setattr(microphone, "_SILENT_S", 0.01)
+    source = make(FakePortAudio(), FakeClock())
+    source.open()
+    with pytest.raises(SourceError, match=r"^The microphone gives no sound; check its cable"):
+        source.read()
+    source.close()
+
+
+def test_a_missing_device_is_looked_for_again() -> None:
+    """No device is a sentence; at the next try PortAudio looks for devices anew and finds it."""
+    portaudio = FakePortAudio(present=False)
+    source = make(portaudio, FakeClock(), device=2)
+    with pytest.raises(SourceError, match=r"^Microphone 2 cannot be opened \(Error querying"):
+        source.open()
+    assert portaudio.looked == 0
+    portaudio.present = True
+    source.open()
+    assert portaudio.looked == 1
+    source.close()
+
+
+def test_without_the_library_the_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where PortAudio is not installed, the sentence says what to install."""
+
+    def fail(name: str) -> None:
+        raise OSError("PortAudio library not found")
+
+    monkeypatch.setattr("importlib.import_module", fail)
+    with pytest.raises(SourceError, match="apt install libportaudio2"):
+        load_portaudio()

@@ -1,0 +1,230 @@
+"""The capture: a failing source is told about, retried, and never more than that."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from time import monotonic
+from typing import TYPE_CHECKING
+
+from structlog.testing import capture_logs
+
+from wax.capture.source_thread import SourceThread
+from wax.errors import SourceError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+WAIT_S = 5.0
+"""How long a test waits for a thread before it fails; never slept away."""
+
+
+class FakeClock:
+    """Moves only when told to."""
+
+    def __init__(self) -> None:
+        self.time_s = 0.0
+
+    def now_s(self) -> float:
+        return self.time_s
+
+    def wall_ms(self) -> int:
+        return 0
+
+
+class Script:
+    """A source whose every step is handed in by the test."""
+
+    def __init__(self) -> None:
+        self.steps: queue.Queue[int | Exception] = queue.Queue()
+        self.reading = threading.Event()
+        self.released = threading.Event()
+        self.opened = 0
+        self.closed = 0
+        self.open_error: Exception | None = None
+
+    def open(self) -> None:
+        self.opened += 1
+        if self.open_error is not None:
+            raise self.open_error
+
+    def read(self) -> int:
+        self.reading.set()
+        step = self.steps.get(timeout=WAIT_S)
+        if isinstance(step, Exception):
+            raise step
+        return step
+
+    def close(self) -> None:
+        self.closed += 1
+        self.released.set()
+
+
+class Rig:
+    """A capture, what it delivers, and a clock that the test turns."""
+
+    def __init__(self, sink: Callable[[int], None] | None = None, retry_s: float = 0.001) -> None:
+        self.clock = FakeClock()
+        self.source = Script()
+        self.items: queue.Queue[int] = queue.Queue()
+        self.capture = SourceThread(
+            self.source,
+            sink or self.items.put,
+            name="camera",
+            clock=self.clock,
+            retry_s=retry_s,
+        )
+
+    def item(self) -> int:
+        return self.items.get(timeout=WAIT_S)
+
+    def problem(self) -> str:
+        """Look until there is a problem."""
+        end_s = monotonic() + WAIT_S
+        while (problem := self.capture.problem) is None:
+            assert monotonic() < end_s, "no problem is told"
+        return problem
+
+    def stop(self) -> None:
+        self.source.steps.put(0)
+        self.capture.stop()
+
+
+def test_items_arrive_in_order() -> None:
+    """What is read is handed on, in order, without a problem."""
+    rig = Rig()
+    rig.capture.start()
+    for number in (1, 2, 3):
+        rig.source.steps.put(number)
+    assert [rig.item() for _ in range(3)] == [1, 2, 3]
+    assert rig.capture.problem is None
+    assert rig.capture.failures == 0
+    rig.stop()
+    assert rig.source.opened == rig.source.closed == 1
+
+
+def test_a_failing_read_is_told_retried_and_forgotten() -> None:
+    """A `SourceError` becomes the problem, the source is reopened, success clears the problem."""
+    rig = Rig()
+    rig.capture.start()
+    rig.source.steps.put(SourceError("It is unplugged."))
+    assert rig.problem() == "It is unplugged."
+    rig.source.steps.put(7)
+    assert rig.item() == 7
+    assert rig.capture.problem is None
+    assert rig.source.opened == 2
+    assert rig.capture.failures == 1
+    rig.stop()
+    assert rig.source.closed == 2
+
+
+def test_any_exception_is_survived() -> None:
+    """A source that raises what it should not is closed and opened again like any other."""
+    rig = Rig()
+    rig.capture.start()
+    rig.source.steps.put(ZeroDivisionError("by zero"))
+    assert rig.problem() == "The camera failed: by zero"
+    rig.source.steps.put(1)
+    assert rig.item() == 1
+    rig.stop()
+
+
+def test_a_failing_sink_is_survived() -> None:
+    """When the taker raises, the capture goes on as after a failing source."""
+    fail = [True]
+    taken: queue.Queue[int] = queue.Queue()
+
+    def sink(item: int) -> None:
+        if fail.pop() if fail else False:
+            raise RuntimeError("no")
+        taken.put(item)
+
+    rig = Rig(sink)
+    rig.capture.start()
+    rig.source.steps.put(1)
+    assert rig.problem() == "The camera failed: no"
+    rig.source.steps.put(2)
+    assert taken.get(timeout=WAIT_S) == 2
+    rig.stop()
+
+
+def test_the_same_problem_is_told_once() -> None:
+    """A source that cannot be opened is tried again and again, counted, and logged once."""
+    rig = Rig()
+    rig.source.open_error = SourceError("Plug it in.")
+    with capture_logs() as logs:
+        rig.capture.start()
+        assert rig.problem() == "Plug it in."
+        while rig.source.opened < 5:
+            assert rig.capture.problem == "Plug it in."
+        rig.source.open_error = None
+        assert rig.source.reading.wait(WAIT_S)
+        rig.stop()
+    assert [log["event"] for log in logs] == ["source has a problem"]
+    assert rig.capture.failures == rig.source.opened - 1 >= 4
+
+
+def test_a_hanging_read_becomes_a_problem() -> None:
+    """Though its thread is stuck, a source that blocks for 3 s has a problem until it moves."""
+    rig = Rig()
+    rig.capture.start()
+    assert rig.source.reading.wait(WAIT_S)
+    rig.clock.time_s = 2.9
+    assert rig.capture.problem is None
+    rig.clock.time_s = 3.1
+    with capture_logs() as logs:
+        for _ in range(3):
+            assert rig.capture.problem == "The camera delivers nothing; check that it is connected."
+    assert len(logs) == 1
+    rig.source.steps.put(5)
+    assert rig.item() == 5
+    assert rig.capture.problem is None
+    assert rig.capture.failures == 0
+    rig.stop()
+
+
+def test_stop_is_bounded_and_final() -> None:
+    """Stop returns though the source hangs; what it delivers later goes nowhere; twice is fine."""
+    rig = Rig()
+    rig.capture.start()
+    assert rig.source.reading.wait(WAIT_S)
+    done = threading.Thread(target=rig.capture.stop)
+    done.start()
+    done.join(timeout=3.0)
+    assert not done.is_alive()
+    rig.capture.stop()
+    rig.source.steps.put(9)
+    assert rig.items.empty()
+
+
+def test_stop_ends_the_wait_for_a_retry() -> None:
+    """Stop does not wait for the pause between two tries."""
+    rig = Rig(retry_s=3600)
+    rig.source.open_error = SourceError("Plug it in.")
+    rig.capture.start()
+    assert rig.problem() is not None
+    rig.capture.stop()
+    assert rig.source.opened == rig.source.closed == 1
+
+
+def test_stop_without_start() -> None:
+    """A capture that was never started can be stopped."""
+    rig = Rig()
+    rig.capture.stop()
+    assert rig.source.opened == 0
+
+
+def test_all_can_be_asked_to_stop_before_any_is_waited_for() -> None:
+    """A request returns at once, and the source is released without anybody who waits."""
+    rigs = [Rig(), Rig()]
+    for rig in rigs:
+        rig.capture.start()
+        assert rig.source.reading.wait(WAIT_S)
+    for rig in rigs:
+        rig.capture.request_stop()
+        assert rig.source.closed == 0
+    for rig in rigs:
+        rig.source.steps.put(9)
+        assert rig.source.released.wait(WAIT_S)
+        rig.capture.stop()
+        assert rig.items.empty()

@@ -1,0 +1,51 @@
+"""The imprint: readable on every ground, and the picture that was given stays as it was."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from wax.capture.source import Picture
+from wax.capture.timestamp_overlay import overlay_time, wall_text
+
+NOW_MS = 1_795_249_152_112
+
+
+def plain(width: int, height: int, grey: int) -> Picture:
+    i420 = np.full((height * 3 // 2, width), 128, np.uint8)
+    i420[:height] = grey
+    return Picture(i420, 12.5)
+
+
+def test_the_text_is_the_moment_in_utc() -> None:
+    """Date, time and milliseconds, in UTC and saying so."""
+    assert wall_text(NOW_MS) == "2026-11-21 08:19:12.112Z"
+    assert wall_text(1_000) == "1970-01-01 00:00:01.000Z"
+
+
+@pytest.mark.parametrize("size", [(160, 120), (320, 240), (640, 480), (1280, 720), (32, 32)])
+@pytest.mark.parametrize("grey", [16, 128, 235])
+def test_it_can_be_read_on_any_ground(size: tuple[int, int], grey: int) -> None:
+    """White digits with a dark outline, in the lower quarter only, over 4/5 of the width."""
+    width, height = size
+    picture = plain(width, height, grey)
+    before = picture.i420.copy()
+    printed = overlay_time(picture, NOW_MS)
+    assert np.array_equal(picture.i420, before)
+    assert printed.captured_s == 12.5
+    rows, columns = np.nonzero(printed.i420[:height] != grey)
+    assert rows.min() > height * 3 // 4
+    assert columns.max() - columns.min() > width * 0.8
+    assert np.array_equal(printed.i420[height:], before[height:])
+    if width >= 160:
+        strip = printed.i420[rows.min() : rows.max() + 1]
+        assert strip.max() > 200
+        assert strip.min() < 60
+
+
+def test_a_millisecond_can_be_seen() -> None:
+    """Two moments 1 ms apart look different, the same moment looks the same."""
+    picture = plain(640, 480, 90)
+    first, again = overlay_time(picture, NOW_MS), overlay_time(picture, NOW_MS)
+    assert np.array_equal(first.i420, again.i420)
+    assert (first.i420 != overlay_time(picture, NOW_MS + 1).i420).sum() > 20

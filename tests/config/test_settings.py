@@ -1,0 +1,350 @@
+"""The configuration: what is refused and how it is said; the manual and the example."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.config import allowed
+from wax.config import settings as config
+from wax.errors import ConfigError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+CONFIG = Path(__file__).parents[2] / "config"
+MANUAL = (CONFIG / "wax.toml").read_text(encoding="utf-8")
+SCHEMA = config.Settings.model_json_schema()
+UNITS = {
+    "_ms": "millisecond",
+    "_s": "second",
+    "_hz": "times a second",
+    "fps": "pictures a second",
+    "_bps": "bits a second",
+    "_mps": "metres a second",
+    "_rps": "radians a second",
+    "_m": "metres",
+    "width": "pixel",
+    "height": "pixel",
+    "baud": "bits a second",
+}
+
+
+def _keys(path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
+    """Every key of the models that holds a value, those inside lists of tables by index 0."""
+    _, schema = allowed.find(SCHEMA, path)
+    assert schema is not None
+    if schema.get("type") == "array":
+        yield path
+        _, items = allowed.find(SCHEMA, (*path, 0))
+        yield from _keys((*path, 0)) if items and items.get("type") == "object" else ()
+    elif schema.get("type") == "object":
+        for name in schema["properties"]:
+            yield from _keys((*path, name))
+    else:
+        yield path
+
+
+def _documented(path: tuple[str | int, ...]) -> str:
+    """Find the manual's comment for one key: above it, or one line of the list's that it is in."""
+    *table, name = [str(part) for part in path if part != 0]
+    listed = table.pop() if 0 in path else name
+    lines = MANUAL.splitlines()
+    start = lines.index(f"[{'.'.join(table)}]")
+    end = next(n for n in range(start, len(lines)) if lines[n].startswith(f"{listed} = "))
+    first = next(n for n in range(end, start, -1) if not lines[n - 1].startswith("#"))
+    comment = [line.removeprefix("#").strip() for line in lines[first:end]]
+    if listed != name:
+        return next(line for line in comment if line.startswith(f"{name} "))
+    return " ".join(comment)
+
+
+def _problems(text: str, tmp_path: Path) -> list[str]:
+    """Load a file with this text; the lines of the message without the heading."""
+    file = tmp_path / "robot.toml"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError) as refused:
+        config.load(file)
+    heading, *problems = str(refused.value).splitlines()
+    assert heading.startswith(f"{file}: {len(problems)} problem")
+    return [problem.strip() for problem in problems]
+
+
+def test_manual_equals_the_defaults() -> None:
+    """The manual writes every key that has a default, and with that default."""
+    defaults = config.Settings()
+    assert tomllib.loads(MANUAL) == defaults.model_dump()
+    assert config.load(CONFIG / "wax.toml") == defaults
+    assert config.load(None) == defaults
+
+
+@pytest.mark.parametrize("path", list(_keys()), ids=lambda path: ".".join(str(p) for p in path))
+def test_manual_explains_every_key(path: tuple[str | int, ...]) -> None:
+    """Above each key stands why one would change it, its unit, and the words of the check."""
+    comment = _documented(path)
+    _, schema = allowed.find(SCHEMA, path)
+    assert schema is not None
+    reason, _, range_ = comment.rpartition("Allowed: ")
+    assert range_ == allowed.words(schema)
+    assert len(reason.split()) >= 2
+    name = str(path[-1])
+    unit = next((unit for suffix, unit in UNITS.items() if name.endswith(suffix)), "")
+    assert unit in reason.lower()
+    _, items = allowed.find(SCHEMA, (*path, 0))
+    if schema.get("type") == "array" and items and items.get("type") != "object":
+        assert f"Each is {allowed.words(items)}." in reason
+
+
+def test_public_robot_is_a_valid_example() -> None:
+    """The example for a public robot loads, is reachable, dated and slower than the default."""
+    settings = config.load(CONFIG / "public-robot.toml")
+    assert settings.server.host == "0.0.0.0"
+    assert settings.video.imprint
+    assert settings.robot.max_linear_mps < config.Settings().robot.max_linear_mps
+
+
+def test_the_baseline_is_the_thesis() -> None:
+    """The file has every constant of the thesis, all queue, and each picture is dated."""
+    tree = tomllib.loads((CONFIG / "thesis.toml").read_text(encoding="utf-8"))
+    assert set(tree["thesis"]) == set(config.Settings().thesis.model_dump())
+    settings = config.load(CONFIG / "thesis.toml")
+    assert settings.sync.policy == "thesis"
+    assert settings.turns.join == "auto"
+    assert settings.video.imprint
+    assert settings.thesis == config.Settings().thesis
+
+
+def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
+    """Unknown keys, wrong types and values out of range are one line each, in one message."""
+    text = """
+    [server]
+    port = 99999
+    hots = "x"
+    [video]
+    fps = "many"
+    width = 33
+    codec = "av1"
+    [sync.operator]
+    audio_delay_ms = 5
+    """
+    assert sorted(_problems(text, tmp_path)) == [
+        "server.hots: there is no such key; did you mean host?",
+        "server.port: got 99999; allowed is a whole number from 0 to 65535",
+        'sync.operator.audio_delay_ms: got 5; allowed is "auto" or a number from 20 to 500',
+        'video.codec: got "av1"; allowed is "vp8" or "h264"',
+        'video.fps: got "many"; allowed is a number from 1 to 60',
+        "video.width: got 33; allowed is an even number from 32 to 3840",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("speed = 1", "speed: there is no such key"),
+        ("[motor]", "motor: there is no such key"),
+        ("turns = 5", "turns: got 5; allowed is a table"),
+        ("[turns]\nturn_s = nan", "turns.turn_s: got nan; allowed is a number from 1 to 86400"),
+        ("[turns]\nturn_s = inf", "turns.turn_s: got inf; allowed is a number from 1 to 86400"),
+        ("[turns]\nturn_s = true", "turns.turn_s: got true; allowed is a number from 1 to 86400"),
+        (
+            "[turns]\nturn_s = 2026-01-01",
+            'turns.turn_s: got "2026-01-01"; allowed is a number from 1 to 86400',
+        ),
+        (
+            "[server]\nport = 80.5",
+            "server.port: got 80.5; allowed is a whole number from 0 to 65535",
+        ),
+        ("[server]\nhost = ''", 'server.host: got ""; allowed is a text that is not empty'),
+        (
+            "[drive]\nslow_fraction = 0",
+            "drive.slow_fraction: got 0; allowed is a number above 0, at most 1",
+        ),
+        (
+            "[thesis]\naudio_mu_ms = 250",
+            "thesis.audio_mu_ms: got 250; allowed is "
+            "100 to 500, a whole multiple of video_mu_ms (thesis 3.3.3) and of 20",
+        ),
+        (
+            "[thesis]\nvideo_mu_ms = 80",
+            "thesis.audio_mu_ms: 500 is no whole multiple of video_mu_ms, which is 80",
+        ),
+        ("[video]\nimprint = 'yes'", 'video.imprint: got "yes"; allowed is true or false'),
+        (
+            "[video]\nrenditions = []",
+            "video.renditions: got []; allowed is a list of tables, 1 to 8 of them",
+        ),
+        ("[video]\nrenditions = [5]", "video.renditions[0]: got 5; allowed is a table"),
+        (
+            "[[video.renditions]]\nwidth = 64\nheight = 48\nfps = 5",
+            "video.renditions[0].bitrate_bps: is missing; "
+            "allowed is a whole number from 10000 to 20000000",
+        ),
+        (
+            "[[ice.servers]]\nurls = 'http://x'",
+            'ice.servers[0].urls: got "http://x"; allowed is an address as "stun:HOST:PORT", '
+            '"turn:HOST:PORT" or "turns:HOST:PORT"',
+        ),
+        (
+            "[robot.serial]\naxes = ['a', 'b', 'c', 'd', 'e']",
+            'robot.serial.axes: got ["a", "b", "c", "d", "e"]; '
+            "allowed is a list of names, 0 to 4 of them",
+        ),
+        *[
+            (
+                f"[robot.serial]\naxes = ['pan', {name}]",
+                f"robot.serial.axes[1]: got {shown}; allowed is "
+                "a name of at most 16 letters, digits and _, not beginning with a digit",
+            )
+            for name, shown in [
+                ("''", '""'),
+                ("'2nd'", '"2nd"'),
+                ("'a b'", '"a b"'),
+                ('"tilt\\n"', '"tilt\\n"'),
+                ("'seventeen_letters'", '"seventeen_letters"'),
+                ("5", "5"),
+            ]
+        ],
+        (
+            "[robot.serial]\naxes = ['pan', 'pan']",
+            "robot.serial.axes: two axes have the name pan; give each its own",
+        ),
+        (
+            "[robot.serial.bytes]\nfine = 700",
+            "robot.serial.bytes.fine: got 700; "
+            'allowed is a whole number from 0 to 255, or "none" to send nothing',
+        ),
+        (
+            f"[server]\nhost = [{'1,' * 100}]",
+            "server.host: got [1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1…; "
+            "allowed is a text that is not empty",
+        ),
+    ],
+)
+def test_a_problem_is_one_sentence(text: str, problem: str, tmp_path: Path) -> None:
+    """A problem names the key, what it got and what is allowed."""
+    assert _problems(text, tmp_path) == [problem]
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        (
+            "[video]\nrenditions = ["
+            "{ width = 64, height = 48, fps = 5.0, bitrate_bps = 50000 },"
+            "{ width = 96, height = 48, fps = 5.0, bitrate_bps = 50000 }]",
+            "video.renditions: 96x48 at 50 kbit/s follows 64x48 at 50 kbit/s; "
+            "put the one of the higher bit rate first",
+        ),
+        (
+            "[audio]\nforms = ["
+            "{ mu_ms = 40, bitrate_bps = 24000 }, { mu_ms = 20, bitrate_bps = 16000 }]",
+            "audio.forms: the form of 20 ms follows that of 40 ms; "
+            "let media units grow and bit rates fall from one to the next",
+        ),
+    ],
+)
+def test_a_ladder_that_does_not_go_down_is_refused(text: str, problem: str, tmp_path: Path) -> None:
+    """Whoever climbs down must find a step that costs less, so the order is checked."""
+    assert _problems(text, tmp_path) == [problem]
+
+
+def test_one_size_may_have_several_rates(tmp_path: Path) -> None:
+    """A viewer chooses by size, his link by rate."""
+    size = "width = 64, height = 48, fps = 5.0"
+    file = tmp_path / "robot.toml"
+    file.write_text(
+        f"[video]\nrenditions = [{{ {size}, bitrate_bps = 90000 }},"
+        f" {{ {size}, bitrate_bps = 50000 }}]",
+        encoding="utf-8",
+    )
+    assert [one.size for one in config.load(file).video.renditions] == ["64x48", "64x48"]
+
+
+def test_a_speed_byte_can_be_left_out(tmp_path: Path) -> None:
+    """For boards that know no speeds, "none" sends no byte."""
+    file = tmp_path / "robot.toml"
+    file.write_text('[robot.serial.bytes]\nfine = "none"\ngross = "none"\n', encoding="utf-8")
+    dialect = config.load(file).robot.serial.bytes
+    assert dialect.fine is None
+    assert dialect.gross is None
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda file: file.unlink(missing_ok=True), "cannot be read: No such file or directory"),
+        (lambda file: file.mkdir(), "cannot be read: Is a directory"),
+        (lambda file: file.write_bytes(b"\xff\xd8\xff\xe0"), "is not UTF-8 text"),
+        (lambda file: file.write_text("[server"), "is not valid TOML: "),
+        (lambda file: file.write_text("a = 1\na = 2"), "is not valid TOML: "),
+        (lambda file: file.write_text(f"a = 1{'0' * 5000}"), "is not valid TOML: "),
+        (lambda file: file.write_text(f"a = {'[' * 5000}"), "is not valid TOML: "),
+    ],
+)
+def test_a_file_that_is_none_is_refused(
+    make: Callable[[Path], object], sentence: str, tmp_path: Path
+) -> None:
+    """What cannot be read at all is refused with the file's name and the reason."""
+    file = tmp_path / "robot.toml"
+    make(file)
+    with pytest.raises(ConfigError) as refused:
+        config.load(file)
+    assert str(refused.value).startswith(f"{file}: {sentence}")
+
+
+def test_an_editor_of_windows_is_no_problem(tmp_path: Path) -> None:
+    """A byte order mark and carriage returns are read over."""
+    file = tmp_path / "robot.toml"
+    file.write_bytes(b"\xef\xbb\xbf[server]\r\nport = 9000\r\n")
+    assert config.load(file).server.port == 9000
+
+
+_LEAVES: st.SearchStrategy[Any] = (
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.dates() | st.just({})
+)
+
+
+@given(
+    st.recursive(
+        _LEAVES,
+        lambda inner: (
+            st.lists(inner, max_size=3)
+            | st.dictionaries(
+                st.sampled_from(
+                    ["server", "video", "renditions", "robot", "serial", "sync", "operator", "port"]
+                )
+                | st.text(max_size=5),
+                inner,
+                max_size=4,
+            )
+        ),
+    ).filter(lambda tree: isinstance(tree, dict))
+)
+def test_no_tree_is_too_strange(tree: dict[str, Any]) -> None:
+    """Whatever a file holds, it is taken or refused with a line for each problem."""
+    try:
+        config.parse(tree, "robot.toml")
+    except ConfigError as error:
+        heading, *lines = str(error).splitlines()
+        assert heading.startswith("robot.toml: ")
+        assert lines
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        {"max_age_ms": 600.0},
+        {"max_command_age_ms": 100.0},
+        {"slow_picture_age_ms": 900.0},
+        {"stop_picture_age_ms": 300.0},
+    ],
+)
+def test_limits_of_driving_that_contradict_each_other(tree: dict[str, float]) -> None:
+    """A limit that could never be reached is refused with both numbers and what to do."""
+    with pytest.raises(ConfigError, match=r"drive: .* be the larger one"):
+        config.parse({"drive": tree}, "wax.toml")

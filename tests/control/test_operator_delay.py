@@ -1,0 +1,61 @@
+"""How long the operator's line is."""
+
+from __future__ import annotations
+
+from wax.control.operator_delay import OperatorDelay
+
+
+class Meter:
+    """Measures what it is told to, and notes for whom it was asked."""
+
+    def __init__(self, one_way_s: float | None) -> None:
+        self.one_way_s = one_way_s
+        self.asked: list[int] = []
+
+    def measure(self, viewer: int) -> float | None:
+        self.asked.append(viewer)
+        return self.one_way_s
+
+
+def test_it_is_measured_once() -> None:
+    """It is asked for until it is known, and what grows later is not seen."""
+    meter = Meter(None)
+    line = OperatorDelay(meter.measure)
+    assert line.one_way_s(7) is None
+    meter.one_way_s = 0.1
+    assert line.one_way_s(7) == 0.1
+    meter.one_way_s = 0.9
+    assert line.one_way_s(7) == 0.1
+    assert meter.asked == [7, 7]
+
+
+def test_nobodys_line_is_not_measured() -> None:
+    """Without an operator there is no line to ask for."""
+    meter = Meter(0.1)
+    assert OperatorDelay(meter.measure).one_way_s(None) is None
+    assert meter.asked == []
+
+
+def test_another_connection_is_measured_anew() -> None:
+    """What the last operator's line was allows the next one nothing."""
+    meter = Meter(0.1)
+    line = OperatorDelay(meter.measure)
+    assert line.one_way_s(7) == 0.1
+    line.begin()
+    meter.one_way_s = None
+    assert line.one_way_s(8) is None
+    meter.one_way_s = 0.2
+    assert line.one_way_s(8) == 0.2
+
+
+def test_a_turn_that_renews_is_measured_anew() -> None:
+    """The delay of this moment counts for the next turn; the old one where there is none."""
+    meter = Meter(0.1)
+    line = OperatorDelay(meter.measure)
+    assert line.one_way_s(7) == 0.1
+    meter.one_way_s = 0.2
+    line.renew(7)
+    assert line.one_way_s(7) == 0.2
+    meter.one_way_s = None
+    line.renew(7)
+    assert line.one_way_s(7) == 0.2

@@ -1,0 +1,88 @@
+"""The stop that lasts until it is released."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from wax.control.reasons import Refusal
+from wax.control.stop_latch import LatchedStop, StopLatch, press, release
+from wax.control.turn_view import TurnView
+
+ADA, BOB = 1, 2
+TURN = TurnView(number=3, operator=ADA, present=True, one_way_s=0.1, sees=True)
+PRESSED = press(press(StopLatch(), "Bob", 90.0), "Eve", 100.0)
+NOW_S = 101.0
+
+
+def test_numbers_only_rise() -> None:
+    """Each press has the next number; pressing again keeps the name of who was first."""
+    assert PRESSED.stop == LatchedStop(2, "Bob")
+    free, refusal = release(PRESSED, ADA, 2, NOW_S, turn=TURN, now_s=NOW_S)
+    assert refusal is None
+    assert free.stop is None
+    assert press(free, "Ada", NOW_S).stop == LatchedStop(3, "Ada")
+
+
+def test_a_guessed_number_releases_nothing() -> None:
+    """A release with the right number that was sent before the stop was pressed is no answer."""
+    latch = press(StopLatch(), "Bob", 100.0)
+    for sent_s, expected in ((99.999, Refusal.OTHER_STOP), (100.0, None)):
+        assert release(latch, ADA, 1, sent_s, turn=TURN, now_s=NOW_S)[1] is expected
+
+
+RELEASED = {
+    "the operator": (ADA, 2, 100.5),
+    "the server's own machine": (None, 2, 100.5),
+    "without a stamp": (ADA, 2, None),
+    "at the moment of the press": (ADA, 2, 100.0),
+    "a stamp ahead by the line's delay": (ADA, 2, 101.149),
+    "a stamp a little ahead on this machine": (None, 2, 101.049),
+}
+
+
+@pytest.mark.parametrize(("viewer", "number", "sent_s"), RELEASED.values(), ids=RELEASED)
+def test_released(viewer: int | None, number: int, sent_s: float | None) -> None:
+    """Who may release this stop now does."""
+    after, refusal = release(PRESSED, viewer, number, sent_s, turn=TURN, now_s=NOW_S)
+    assert refusal is None
+    assert after == replace(PRESSED, stop=None)
+
+
+REFUSED = {
+    "somebody else": (Refusal.NOT_YOUR_STOP, (BOB, 2, 100.5), {}),
+    "a lost operator": (Refusal.LOST, (ADA, 2, 100.5), {"present": False}),
+    "somebody else, of another stop": (Refusal.NOT_YOUR_STOP, (BOB, 3, 100.5), {}),
+    "nobody's turn": (Refusal.NOT_YOUR_STOP, (ADA, 2, 100.5), {"operator": None}),
+    "an earlier stop": (Refusal.OTHER_STOP, (ADA, 1, 100.5), {}),
+    "an earlier press, without a stamp": (Refusal.OTHER_STOP, (None, 1, None), {}),
+    "a later stop": (Refusal.OTHER_STOP, (None, 3, None), {}),
+    "sent before the last press": (Refusal.OTHER_STOP, (ADA, 2, 99.999), {}),
+    "the future": (Refusal.FROM_FUTURE, (ADA, 2, 101.151), {}),
+    "the future on this machine": (Refusal.FROM_FUTURE, (None, 2, 101.051), {}),
+    "no number as a stamp": (Refusal.RELEASED_LATE, (ADA, 2, math.nan), {}),
+}
+
+
+@pytest.mark.parametrize(("why", "asked", "change"), REFUSED.values(), ids=REFUSED)
+def test_refused(
+    why: Refusal, asked: tuple[int | None, int, float | None], change: dict[str, object]
+) -> None:
+    """A release that breaks one rule is refused for it, and the stop lasts."""
+    turn = replace(TURN, **change)  # type: ignore[arg-type]  # a table
+    assert release(PRESSED, *asked, turn=turn, now_s=NOW_S) == (PRESSED, why)
+
+
+def test_release_is_good_for_two_seconds() -> None:
+    """A release that was under way for longer than two seconds counts no more."""
+    assert release(PRESSED, ADA, 2, 100.5, turn=TURN, now_s=102.5)[1] is None
+    late = release(PRESSED, ADA, 2, 100.5, turn=TURN, now_s=102.501)
+    assert late == (PRESSED, Refusal.RELEASED_LATE)
+
+
+def test_what_is_not_latched_is_not_released() -> None:
+    """A release while no stop lasts is refused, also a repeated one."""
+    free, _ = release(PRESSED, ADA, 2, 100.5, turn=TURN, now_s=NOW_S)
+    assert release(free, ADA, 2, 100.5, turn=TURN, now_s=NOW_S) == (free, Refusal.OTHER_STOP)

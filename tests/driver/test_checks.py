@@ -1,0 +1,53 @@
+"""What every driver checks for itself."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.driver.checks import TurnFence, unit, within
+from wax.driver.interface import STANDSTILL, Limits, Twist
+
+LIMITS = Limits(linear_mps=0.6, angular_rps=1.5)
+
+
+def test_only_the_highest_turn_is_admitted() -> None:
+    """A turn lower than one seen is refused for ever, the same or a higher one is not."""
+    fence = TurnFence()
+    assert [fence.admits(turn) for turn in (3, 3, 2, 5, 3, 4, 5)] == [
+        True, True, False, True, False, False, True,
+    ]  # fmt: skip
+
+
+@given(st.floats(), st.floats())
+def test_no_number_passes_the_limits(linear: float, angular: float) -> None:
+    """Whatever is asked for, NaN and infinity included, what comes out is within the limits."""
+    safe = within(Twist(linear, angular), LIMITS)
+    assert abs(safe.linear_mps) <= LIMITS.linear_mps
+    assert abs(safe.angular_rps) <= LIMITS.angular_rps
+    if not (math.isfinite(linear) and math.isfinite(angular)):
+        assert safe == STANDSTILL
+
+
+@given(st.floats(-50, 50), st.floats(-50, 50))
+def test_a_curve_stays_the_same_curve(linear: float, angular: float) -> None:
+    """Speed and turning are shrunk by one factor, and not at all within the limits."""
+    safe = within(Twist(linear, angular), LIMITS)
+    assert safe.linear_mps * angular == pytest.approx(safe.angular_rps * linear, abs=1e-9)
+    if abs(linear) <= 0.6 and abs(angular) <= 1.5:
+        assert safe == Twist(linear, angular)
+
+
+def test_a_limit_of_zero_takes_its_part_away() -> None:
+    """A robot that cannot turn goes straight as fast as it was told."""
+    straight = Limits(linear_mps=0.6, angular_rps=0.0)
+    assert within(Twist(0.5, 1.0), straight) == Twist(0.5, 0.0)
+    assert within(Twist(1.0, 0.5), Limits(linear_mps=0.0, angular_rps=1.5)) == Twist(0.0, 0.5)
+
+
+def test_an_axis_stays_in_its_range() -> None:
+    """A position beyond -1…1 is clipped and one that is no number is the middle."""
+    assert [unit(p) for p in (2.0, -7.0, 0.25, math.nan, math.inf)] == [1.0, -1.0, 0.25, 0.0, 0.0]

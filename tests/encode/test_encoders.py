@@ -1,0 +1,192 @@
+"""The video encoders: layers that can be dropped, keyframes when asked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import av
+import cv2
+import numpy as np
+import pytest
+from av.packet import Packet
+
+from wax.capture.source import Picture
+from wax.config.settings import RenditionSettings
+from wax.encode.video_encoder import VideoEncoder, resize_i420
+
+if TYPE_CHECKING:
+    from wax.encode.encoded import EncodedPicture
+
+SMALL = RenditionSettings(width=160, height=120, fps=30, bitrate_bps=200_000)
+THIN = RenditionSettings(width=160, height=120, fps=10, bitrate_bps=16_000)
+"""So small that it is searched with care."""
+CODECS: list[Literal["vp8", "h264"]] = ["vp8", "h264"]
+
+
+def _encode(
+    codec: Literal["vp8", "h264"],
+    count: int,
+    keyframes: set[int],
+    rendition: RenditionSettings = SMALL,
+) -> list[EncodedPicture]:
+    encoder = VideoEncoder(codec=codec, rendition=rendition)
+    texture = np.random.default_rng(1).integers(0, 255, (180, 160 + count), dtype=np.uint8)
+    found = [
+        encoder.encode(
+            Picture(np.ascontiguousarray(texture[:, i : i + 160]), 5000 + i / rendition.fps),
+            keyframe=i in keyframes,
+        )
+        for i in range(count)
+    ]
+    return [one for one in found if one is not None]
+
+
+def _decode(pictures: list[EncodedPicture]) -> dict[float, bytes]:
+    """Return what a VP8 decoder makes of these pictures, by their capture time."""
+    decoder = av.CodecContext.create("vp8", "r")
+    assert isinstance(decoder, av.VideoCodecContext)
+    return {
+        one.captured_s: frame.to_ndarray().tobytes()
+        for one in pictures
+        for frame in decoder.decode(Packet(bytes(one.packet)))
+    }
+
+
+def _is_keyframe(codec: str, data: bytes) -> bool:
+    if codec == "vp8":
+        return not data[0] & 1  # RFC 6386, 9.1
+    return any(data[i : i + 3] == b"\0\0\1" and data[i + 3] & 31 == 5 for i in range(len(data) - 3))
+
+
+@pytest.mark.parametrize("codec", CODECS)
+def test_keyframes_come_when_asked_and_at_no_other_time(codec: Literal["vp8", "h264"]) -> None:
+    """The wire has a keyframe first and where one was asked for, and the label says so."""
+    found = _encode(codec, 60, {13, 40})
+    assert len(found) == 60
+    real = [i for i, one in enumerate(found) if _is_keyframe(codec, bytes(one.packet))]
+    assert real == [0, 13, 40]
+    assert [i for i, one in enumerate(found) if one.keyframe] == real
+
+
+@pytest.mark.parametrize("rendition", [SMALL, THIN])
+@pytest.mark.parametrize("top", [0, 1])
+def test_upper_layers_can_be_dropped(top: int, rendition: RenditionSettings) -> None:
+    """Without its upper layers a VP8 stream decodes to the very same pictures."""
+    found = _encode("vp8", 60, {22}, rendition)
+    whole = _decode(found)
+    lower = _decode([one for one in found if one.layer <= top])
+    assert len(lower) == pytest.approx(60 / (4 if top == 0 else 2), abs=2)
+    assert all(whole[when] == picture for when, picture in lower.items())
+
+
+@pytest.mark.parametrize("rendition", [SMALL, THIN])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_what_is_droppable_is_missed_by_none(seed: int, rendition: RenditionSettings) -> None:
+    """Whichever droppable pictures do not arrive, all others decode to the very same."""
+    found = _encode("vp8", 60, {22}, rendition)
+    luck = np.random.default_rng(seed).random(len(found))
+    lost = [one for one, dice in zip(found, luck, strict=True) if one.droppable and dice < 0.5]
+    arrived = [one for one in found if one not in lost]
+    assert len(lost) > 8
+    whole, seen = _decode(found), _decode(arrived)
+    assert len(seen) == len(arrived)
+    assert all(whole[when] == picture for when, picture in seen.items())
+
+
+@pytest.mark.parametrize("rendition", [SMALL, THIN])
+def test_sync_pictures_need_layer_0_alone(rendition: RenditionSettings) -> None:
+    """Without layer 1 those marked as sync decode to the very same, and the others do not."""
+    found = _encode("vp8", 60, {22}, rendition)
+    whole = _decode(found)
+    base = [one for one in found if one.layer != 1]
+    for with_sync, is_same in ((True, True), (False, False)):
+        arrived = [one for one in base if one.layer == 0 or one.sync is with_sync]
+        seen = _decode(arrived)
+        upper = {one.captured_s for one in arrived if one.layer == 2}
+        assert len(upper) >= 13
+        assert {seen[when] == whole[when] for when in upper} == {is_same}
+    assert all(one.sync for one in found if one.layer == 1)
+
+
+def test_the_layers_start_anew_at_a_keyframe() -> None:
+    """A forced keyframe restarts the pattern of layers, as libvpx does."""
+    assert [one.layer for one in _encode("vp8", 10, {6})] == [0, 2, 1, 2, 0, 2, 0, 2, 1, 2]
+
+
+def test_a_picture_that_is_not_newer_is_left_out() -> None:
+    """Time never stands still on the wire."""
+    encoder = VideoEncoder(codec="vp8", rendition=SMALL)
+    picture = Picture(np.zeros((180, 160), np.uint8), 7.0)
+    assert encoder.encode(picture, keyframe=False) is not None
+    assert encoder.encode(picture, keyframe=False) is None
+
+
+@pytest.mark.parametrize("codec", CODECS)
+def test_the_rate_is_kept(codec: Literal["vp8", "h264"]) -> None:
+    """Four seconds of a busy moving picture stay within a quarter of the target."""
+    encoder = VideoEncoder(codec=codec, rendition=SMALL)
+    texture = np.random.default_rng(2).integers(0, 255, (180, 640), dtype=np.uint8)
+    texture = np.asarray(cv2.GaussianBlur(texture, (0, 0), 1.5), dtype=np.uint8)
+    size = 0
+    for i in range(120):
+        i420 = np.ascontiguousarray(texture[:, i * 4 : i * 4 + 160])
+        one = encoder.encode(Picture(i420, 1 + i / 30), keyframe=False)
+        assert one is not None
+        size += len(bytes(one.packet))
+    assert size * 8 / 4 == pytest.approx(SMALL.bitrate_bps, rel=0.25)
+
+
+@pytest.mark.parametrize(("grain", "step"), [(1.0, 3), (2.0, 3), (4.0, 12), (8.0, 3)])
+def test_a_thin_rate_is_kept(grain: float, step: int) -> None:
+    """15 s of a moving picture for a modem line, fine or coarse, stay within 15 % of the target."""
+    encoder = VideoEncoder(codec="vp8", rendition=THIN)
+    noise = np.random.default_rng(3).normal(size=(320, 2000)).astype(np.float32)
+    texture = np.asarray(cv2.GaussianBlur(noise, (0, 0), grain))
+    texture = np.clip(texture / texture.std() * 50 + 128, 0, 255).astype(np.uint8)[100:220]
+    grey = np.full((60, 160), 128, dtype=np.uint8)
+    size = 0
+    for i in range(150):
+        i420 = np.concatenate([texture[:, i * step : i * step + 160], grey])
+        one = encoder.encode(Picture(i420, 1 + i / 10), keyframe=i == 100)
+        assert one is not None
+        size += len(bytes(one.packet))
+    assert size * 8 / 15 == pytest.approx(THIN.bitrate_bps, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "fps", "bitrate_bps", "level"),
+    [
+        (640, 480, 30, 1_000_000, 31),
+        (1280, 720, 30, 2_000_000, 31),
+        (1280, 720, 60, 2_000_000, 32),
+        (1920, 1080, 30, 4_000_000, 40),
+        (640, 480, 30, 20_000_000, 32),
+        (3840, 64, 5, 1_000_000, 40),
+    ],
+)
+def test_h264_is_constrained_baseline_at_a_true_level(
+    width: int, height: int, fps: float, bitrate_bps: int, level: int
+) -> None:
+    """The parameter set says profile 66, constraint 1, and 3.1 or what the size really needs."""
+    rendition = RenditionSettings(width=width, height=height, fps=fps, bitrate_bps=bitrate_bps)
+    grey = Picture(np.full((height * 3 // 2, width), 128, np.uint8), 1.0)
+    found = VideoEncoder(codec="h264", rendition=rendition).encode(grey, keyframe=True)
+    assert found is not None
+    data = bytes(found.packet)
+    profile_idc, constraints, level_idc = data.split(b"\0\0\1\x67", 1)[1][:3]
+    assert profile_idc == 66
+    assert constraints & 0x40
+    assert level_idc == level
+
+
+def test_resize_keeps_each_plane() -> None:
+    """Scaling mixes no plane with another."""
+    i420 = np.concatenate(
+        [np.full((120, 160), 200), np.full((30, 160), 90), np.full((30, 160), 30)]
+    ).astype(np.uint8)
+    small = resize_i420(i420, 64, 48)
+    assert small.shape == (72, 64)
+    assert (small[:48] == 200).all()
+    assert (small[48:60] == 90).all()
+    assert (small[60:] == 30).all()
+    assert resize_i420(i420, 160, 120) is i420

@@ -1,0 +1,89 @@
+"""One rendition: it encodes while it is wanted, and tells what that costs."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from queue import Empty, Queue
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from av.packet import Packet
+from tests.turned_clock import TurnedClock
+
+from wax.capture.newest_slot import NewestSlot
+from wax.capture.source import Picture
+from wax.config.settings import RenditionSettings
+from wax.encode.encoded import EncodedPicture
+from wax.encode.rendition import Rendition
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+SETTINGS = RenditionSettings(width=64, height=48, fps=30, bitrate_bps=100_000)
+TAKES_S = 0.01
+"""By each picture, so that 30 a second are 0.3 of a core."""
+
+
+class Studio:
+    """A rendition whose encoder takes a known time, and a camera before it."""
+
+    def __init__(self) -> None:
+        self.clock = TurnedClock()
+        self.slot: NewestSlot[Picture] = NewestSlot()
+        self.made: Queue[EncodedPicture] = Queue()
+        self.rendition = Rendition(
+            settings=SETTINGS,
+            keyframe_interval_s=10.0,
+            make_encoder=lambda: self,
+            slot=self.slot,
+            clock=self.clock,
+            deliver=self.made.put,
+        )
+
+    def encode(self, picture: Picture, *, keyframe: bool) -> EncodedPicture | None:
+        self.clock.time_s += TAKES_S
+        packet: Packet[Any] = Packet(b"x")
+        return EncodedPicture(packet, SETTINGS.name, keyframe, 0, picture.captured_s)
+
+    def film(self, pictures: int) -> list[EncodedPicture]:
+        """Take pictures until so many are encoded, each when the one before is."""
+        return [self._next() for _ in range(pictures)]
+
+    def _next(self) -> EncodedPicture:
+        for _ in range(100):
+            taken_s = 50.0 + self.slot.count / 30
+            self.slot.put(Picture(np.zeros((72, 64), np.uint8), taken_s))
+            with suppress(Empty):  # what was taken before it began is not encoded
+                return self.made.get(timeout=0.05)
+        raise AssertionError("nothing is encoded")
+
+
+@pytest.fixture
+def studio() -> Iterator[Studio]:
+    made = Studio()
+    made.rendition.start()
+    yield made
+    made.rendition.stop(5.0)
+
+
+def test_the_load_is_what_encoding_takes(studio: Studio) -> None:
+    """Once it runs, a rendition tells which share of a core it takes; while it rests, none."""
+    assert studio.rendition.load == 0.0
+    studio.rendition.want(True)
+    studio.film(20)
+    assert 0.1 < studio.rendition.load < 0.3
+    studio.film(100)
+    assert studio.rendition.load == pytest.approx(TAKES_S * SETTINGS.fps, rel=0.05)
+    studio.rendition.want(False)
+    assert studio.rendition.load == 0.0
+
+
+def test_after_a_rest_comes_a_keyframe(studio: Studio) -> None:
+    """Whoever wants it first, or again, begins with a picture that needs no other."""
+    studio.rendition.want(True)
+    assert [one.keyframe for one in studio.film(5)] == [True, False, False, False, False]
+    studio.rendition.want(False)
+    studio.rendition.want(True)
+    studio.clock.time_s += 1.0
+    assert any(one.keyframe for one in studio.film(5))

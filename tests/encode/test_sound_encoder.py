@@ -1,0 +1,191 @@
+"""The sound's encoder and its clock: whole units on a grid, the level and the rate kept."""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING
+
+import av
+import numpy as np
+import pytest
+from av.packet import Packet
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.capture.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ, Sound
+from wax.congestion.allocation import SoundForm
+from wax.encode.sample_clock import SampleClock
+from wax.encode.sound_encoder import SoundEncoder
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from wax.encode.encoded import EncodedSound
+
+TIME_S = np.arange(SAMPLE_RATE_HZ * 3) / SAMPLE_RATE_HZ
+TONE = 0.05 * 32767 * np.sin(2 * np.pi * 300 * TIME_S)
+FORMS = [
+    SoundForm(10, 64_000),
+    SoundForm(20, 32_000),
+    SoundForm(40, 24_000),
+    SoundForm(20, 16_000),
+    SoundForm(60, 12_000),
+    SoundForm(120, 8_000),
+]
+
+
+def _voice() -> NDArray[np.float64]:
+    """Make pulses of 120 Hz with formants, louder and softer as syllables are, over some hiss."""
+    frequency_hz = np.fft.rfftfreq(len(TIME_S), 1 / SAMPLE_RATE_HZ)
+    pulses = np.diff(np.floor(np.cumsum(120 + 15 * np.sin(4 * TIME_S)) / SAMPLE_RATE_HZ), prepend=0)
+    mouth = sum(
+        gain / (1 + ((frequency_hz - centre_hz) / width_hz) ** 2)
+        for centre_hz, width_hz, gain in ((600, 80, 1.0), (1200, 90, 0.6), (2600, 120, 0.3))
+    )
+    voiced = np.fft.irfft(np.fft.rfft(pulses) * mouth, len(TIME_S))
+    loudness = 0.5 * (1 + np.sin(2 * np.pi * 3 * TIME_S))
+    hiss = np.random.default_rng(1).normal(0, 0.01, len(TIME_S))
+    voice = voiced / np.abs(voiced).max() * loudness + hiss * (1 - loudness)
+    return np.asarray(0.3 * 32767 * voice)
+
+
+def _encode(
+    form: SoundForm, samples: NDArray[np.float64], first_pts: int = 0
+) -> list[EncodedSound]:
+    encoder = SoundEncoder(form)
+    found = []
+    for begin in range(0, len(samples) - BLOCK_SAMPLES + 1, BLOCK_SAMPLES):
+        block = samples[begin : begin + BLOCK_SAMPLES].astype(np.int16)
+        one = encoder.encode(Sound(block, 10 + begin / SAMPLE_RATE_HZ), first_pts + begin)
+        if one is not None:
+            found.append(one)
+    return found
+
+
+def _decode(sounds: list[EncodedSound]) -> NDArray[np.float64]:
+    decoder = av.CodecContext.create("libopus", "r")
+    assert isinstance(decoder, av.AudioCodecContext)
+    decoder.sample_rate = SAMPLE_RATE_HZ
+    decoder.layout = "mono"
+    frames = [frame for one in sounds for frame in decoder.decode(Packet(bytes(one.packet)))]
+    return np.concatenate([frame.to_ndarray().reshape(-1) for frame in frames]).astype(float)
+
+
+def _level_db(samples: NDArray[np.float64]) -> float:
+    return float(10 * np.log10(np.mean(samples**2)))
+
+
+def _bands(samples: NDArray[np.float64]) -> list[float]:
+    power = np.abs(np.fft.rfft(samples * np.hanning(len(samples)))) ** 2
+    frequency_hz = np.fft.rfftfreq(len(samples), 1 / SAMPLE_RATE_HZ)
+    edges = ((80, 400), (400, 1000), (1000, 3000))
+    return [
+        float(10 * np.log10(power[(frequency_hz >= low) & (frequency_hz < high)].sum()))
+        for low, high in edges
+    ]
+
+
+@pytest.mark.parametrize("form", FORMS, ids=str)
+def test_one_packet_holds_one_media_unit(form: SoundForm) -> None:
+    """The media unit is the length of a packet, each follows the last, and none is lost."""
+    found = _encode(form, TONE)
+    assert [one.pts for one in found] == [n * form.mu_ms * 48 for n in range(3000 // form.mu_ms)]
+    assert {one.duration_samples for one in found} == {form.mu_ms * 48}
+    assert len(_decode(found)) == len(TIME_S)
+
+
+@pytest.mark.parametrize("form", FORMS, ids=str)
+def test_a_tone_comes_out_as_loud_and_clean(form: SoundForm) -> None:
+    """A quiet tone of 300 Hz keeps its level within 0.5 dB, 24 dB over what is added to it."""
+    heard = _decode(_encode(form, TONE))[SAMPLE_RATE_HZ:]
+    assert _level_db(heard) == pytest.approx(_level_db(TONE), abs=0.5)
+    power = np.abs(np.fft.rfft(heard * np.hanning(len(heard)))) ** 2
+    tone = np.abs(np.fft.rfftfreq(len(heard), 1 / SAMPLE_RATE_HZ) - 300) < 15
+    assert 10 * np.log10(power[tone].sum() / power[~tone].sum()) > 24
+
+
+@pytest.mark.parametrize("form", FORMS, ids=str)
+def test_a_voice_keeps_its_colour(form: SoundForm) -> None:
+    """The bands that make speech intelligible come out within 1.5 dB."""
+    voice = _voice()
+    heard = _decode(_encode(form, voice))
+    expected = _bands(voice[SAMPLE_RATE_HZ:])
+    assert _bands(heard[SAMPLE_RATE_HZ:]) == pytest.approx(expected, abs=1.5)
+
+
+@pytest.mark.parametrize("form", FORMS, ids=str)
+@pytest.mark.parametrize("samples", [TONE, _voice()], ids=["tone", "voice"])
+def test_the_rate_is_kept(form: SoundForm, samples: NDArray[np.float64]) -> None:
+    """Nothing costs more than what the ladder counts with; on a thin line no packet does."""
+    sizes = [len(bytes(one.packet)) for one in _encode(form, samples)]
+    whole = form.bitrate_bps * form.mu_ms // 8000
+    assert np.mean(sizes) <= whole * 1.05
+    if form.bitrate_bps < 20_000:
+        assert max(sizes) <= whole
+
+
+@pytest.mark.parametrize("form", FORMS, ids=str)
+def test_what_is_heard_was_captured_when_it_says(form: SoundForm) -> None:
+    """A click comes out at the capture time that its packet tells, within half a millisecond."""
+    samples = np.zeros(len(TIME_S))
+    click = round(1.2345 * SAMPLE_RATE_HZ)
+    samples[click : click + 24] = 20_000
+    found = _encode(form, samples)
+    heard = int(np.argmax(np.abs(_decode(found)))) / SAMPLE_RATE_HZ
+    assert found[0].captured_s + heard == pytest.approx(
+        10 + (click + 12) / SAMPLE_RATE_HZ, abs=0.0005
+    )
+
+
+@given(first=st.integers(0, 10**9), lost=st.lists(st.integers(0, 199), max_size=5))
+def test_units_stay_on_the_grid_whatever_is_missing(first: int, lost: list[int]) -> None:
+    """Every unit begins at a whole multiple of its length and holds sound without a gap."""
+    encoder = SoundEncoder(SoundForm(40, 24_000))
+    silence = np.zeros(BLOCK_SAMPLES, np.int16)
+    numbers = [first + n for n in range(200) if n not in lost]
+    found = [
+        one
+        for number in numbers
+        if (one := encoder.encode(Sound(silence, number / 100), number * BLOCK_SAMPLES))
+    ]
+    whole = [n for n in numbers if n % 4 == 0 and {n + 1, n + 2, n + 3} <= set(numbers)]
+    assert [one.pts for one in found] == [n * BLOCK_SAMPLES for n in whole]
+
+
+@given(
+    start_s=st.floats(1, 1e7),
+    jitter_s=st.lists(st.floats(-0.02, 0.02), min_size=30, max_size=30),
+    slope=st.floats(0.995, 1.005),
+)
+def test_jitter_and_drift_of_the_capture_leave_no_seam(
+    start_s: float, jitter_s: list[float], slope: float
+) -> None:
+    """Neither jitter of capture times nor a crystal that drifts reaches the RTP clock."""
+    clock = SampleClock()
+    pts = [clock.stamp(start_s + n * 0.01 * slope + late) for n, late in enumerate(jitter_s)]
+    assert {b - a for a, b in itertools.pairwise(pts)} == {BLOCK_SAMPLES}
+    assert pts[0] == pytest.approx((start_s + jitter_s[0]) * 48_000, abs=BLOCK_SAMPLES / 2 + 1)
+
+
+def test_an_hour_of_drift_is_no_gap() -> None:
+    """A sound card that is 300 ppm slow is a second off after an hour, and nothing jumps."""
+    clock = SampleClock()
+    first = clock.stamp(0.0)
+    for number in range(1, 360_000):
+        clock.stamp(number * 0.01 * 1.0003)
+    assert clock.next_pts - first == 360_000 * BLOCK_SAMPLES
+
+
+@given(st.lists(st.floats(-1e6, 1e6), min_size=2))
+def test_time_never_goes_back(captured_s: list[float]) -> None:
+    """Whatever the capture times, media time rises in whole blocks."""
+    clock = SampleClock()
+    pts = [clock.stamp(one) for one in captured_s]
+    assert all(b > a and (b - a) % BLOCK_SAMPLES == 0 for a, b in itertools.pairwise(pts))
+
+
+def test_a_real_gap_moves_the_clock() -> None:
+    """When the microphone was away for a second, so is the RTP time."""
+    clock = SampleClock()
+    first, second = clock.stamp(10.0), clock.stamp(11.01)
+    assert second - first == BLOCK_SAMPLES + 48_000

@@ -1,0 +1,142 @@
+"""The sound's lane: each sample once, bounded, and what may be sent once more."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+from av.packet import Packet
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.congestion.allocation import SoundForm
+from wax.encode.encoded import EncodedSound
+from wax.fanout.sound_lane import SoundLane
+
+SHORT = SoundForm(20, 32_000)
+LONG = SoundForm(60, 12_000)
+
+
+def _sound(number: int, form: SoundForm = SHORT) -> EncodedSound:
+    """Make the packet that begins `number` times 20 ms after the start."""
+    packet: Packet[Any] = Packet(b"x")
+    packet.pts = number * 960
+    return EncodedSound(packet, number / 50, form.mu_ms * 48)
+
+
+def _earlier(lane: SoundLane, sound: EncodedSound, count: int) -> tuple[EncodedSound, ...]:
+    lane.redundancy = count
+    return lane.earlier(sound)
+
+
+def _take(lane: SoundLane, count: int) -> list[EncodedSound]:
+    return [asyncio.run(lane.get()) for _ in range(count)]
+
+
+def _numbers(sounds: list[EncodedSound] | tuple[EncodedSound, ...]) -> list[int]:
+    return [one.pts // 960 for one in sounds]
+
+
+def test_sound_that_overlaps_is_sent_once() -> None:
+    """The past and the present may both bring a packet; it is sent once."""
+    lane = SoundLane()
+    lane.choose(SHORT)
+    for number in (1, 2, 3, 3, 2, 4):
+        lane.put(SHORT, _sound(number))
+    assert _numbers(_take(lane, 4)) == [1, 2, 3, 4]
+
+
+def test_the_new_form_follows_where_the_old_one_ends() -> None:
+    """Until the moment of the change the old form is taken, from then on the new one alone."""
+    lane = SoundLane()
+    lane.choose(SHORT)
+    lane.put(SHORT, _sound(1))
+    lane.choose(LONG, 3 * 960)
+    assert lane.form == LONG
+    assert lane.forms == (SHORT, LONG)
+    lane.put(LONG, _sound(0, LONG))
+    for number in (2, 3, 4):
+        lane.put(SHORT, _sound(number))
+    lane.put(LONG, _sound(3, LONG))
+    assert len(lane.forms) == 1
+    assert _numbers(_take(lane, 3)) == [1, 2, 3]
+
+
+def test_a_change_that_is_taken_back_changes_nothing() -> None:
+    """Who goes back to the form that he still hears goes on hearing it."""
+    lane = SoundLane()
+    lane.choose(SHORT)
+    lane.put(SHORT, _sound(1))
+    lane.choose(LONG, 3 * 960)
+    lane.choose(SHORT, 5 * 960)
+    for number in (2, 3, 4, 5, 6):
+        lane.put(SHORT, _sound(number))
+    assert _numbers(_take(lane, 6)) == [1, 2, 3, 4, 5, 6]
+
+
+def test_no_sound_means_nothing_waits() -> None:
+    """Who does not want the sound gets none, not even what was waiting."""
+    lane = SoundLane()
+    lane.choose(SHORT)
+    lane.put(SHORT, _sound(1))
+    lane.choose(None)
+    lane.put(SHORT, _sound(2))
+    assert lane.form is None
+    lane.choose(LONG)
+    lane.put(LONG, _sound(6, LONG))
+    assert _numbers(_take(lane, 1)) == [6]
+
+
+def test_old_sound_goes_first() -> None:
+    """A viewer who takes no sound keeps the newest second of it, and the loss is counted."""
+    lane = SoundLane()
+    lane.choose(SHORT)
+    for number in range(200):
+        lane.put(SHORT, _sound(number))
+    assert _numbers(_take(lane, 1)) == [150]
+    assert lane.dropped == 150
+
+
+@given(st.sets(st.integers(0, 30)), st.integers(0, 9))
+def test_what_is_sent_again_ends_where_the_packet_begins(lost: set[int], count: int) -> None:
+    """The earlier packets are at most as many as asked, in order, without a gap."""
+    lane = SoundLane()
+    lane.choose(SHORT)
+    numbers = [n for n in range(32) if n not in lost]
+    for number in numbers:
+        lane.put(SHORT, _sound(number))
+    last = _take(lane, len(numbers))[-1]
+    again = _numbers(_earlier(lane, last, count))
+    assert len(again) <= count
+    assert again == list(range(31 - len(again), 31))
+    if len(again) < min(count, 7):
+        assert 30 - len(again) in lost or 30 - len(again) < 0
+
+
+def test_what_is_sent_again_is_of_the_same_form() -> None:
+    """A packet of one form carries none of another, nor what its 14 bits of time cannot reach."""
+    lane = SoundLane()
+    lane.choose(SHORT)
+    for number in (0, 1, 2):
+        lane.put(SHORT, _sound(number))
+    lane.choose(LONG, 3 * 960)
+    for number in range(3, 30, 3):
+        lane.put(LONG, _sound(number, LONG))
+    sounds = _take(lane, 4)
+    assert _earlier(lane, sounds[2], 9) == tuple(sounds[:2])
+    assert _earlier(lane, sounds[3], 9) == ()
+    lane = SoundLane()
+    lane.choose(LONG)
+    for number in range(0, 30, 3):
+        lane.put(LONG, _sound(number, LONG))
+    sounds = _take(lane, 10)
+    assert _earlier(lane, sounds[9], 9) == tuple(sounds[4:9])
+    assert _earlier(lane, sounds[8], 1) == (sounds[7],)
+
+
+async def test_get_waits() -> None:
+    """An empty lane waits instead of turning in circles."""
+    task = asyncio.ensure_future(SoundLane().get())
+    await asyncio.sleep(0)
+    assert not task.done()
+    task.cancel()

@@ -1,0 +1,464 @@
+"""What the driver's process lets through."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.driver.checks import NO_ANSWER
+from wax.driver.interface import Limits, Twist
+from wax.robot.process.driver_watchdog import (
+    GARBLED,
+    NEUTRAL_FIRST,
+    SILENT,
+    Apply,
+    Call,
+    DriverWatchdog,
+    SetAxis,
+    Stop,
+)
+from wax.robot.process.pipe_messages import Axis, Halt, Message, Move
+
+LIMITS = Limits(linear_mps=0.6, angular_rps=1.5, axes=("pan",))
+SILENCE_S = 0.125  # a power of two, so that the edge is exact
+
+
+class Server:
+    """Says what a server would, with rising numbers, and judges what comes of it."""
+
+    def __init__(self) -> None:
+        self.warden = DriverWatchdog(LIMITS, SILENCE_S)
+        self.now_s = 100.0
+        self.sequence = 0
+
+    def drive(
+        self,
+        linear: float,
+        angular: float = 0.0,
+        *,
+        turn: int = 1,
+        age_s: float = 0.0,
+        sequence: int | None = None,
+    ) -> tuple[Call, ...]:
+        return self.warden.hear(
+            Move(
+                sequence=self._next() if sequence is None else sequence,
+                sent_s=self.now_s - age_s,
+                turn=turn,
+                linear_mps=linear,
+                angular_rps=angular,
+            ),
+            self.now_s,
+        )
+
+    def pan(self, position: float, *, turn: int = 1, name: str = "pan") -> tuple[Call, ...]:
+        axis = Axis(
+            sequence=self._next(), sent_s=self.now_s, turn=turn, name=name, position=position
+        )
+        return self.warden.hear(axis, self.now_s)
+
+    def halt(
+        self, *, turn: int = 1, age_s: float = 0.0, sequence: int | None = None
+    ) -> tuple[Call, ...]:
+        number = self._next() if sequence is None else sequence
+        halt = Halt(sequence=number, sent_s=self.now_s - age_s, turn=turn)
+        return self.warden.hear(halt, self.now_s)
+
+    def driving(self) -> Server:
+        """Stand, then drive ahead in turn 1."""
+        self.drive(0.0)
+        assert self.drive(0.5) == (ahead(),)
+        return self
+
+    def wait(self, seconds: float) -> tuple[Call, ...]:
+        self.now_s += seconds
+        return self.warden.beat(self.now_s)
+
+    def _next(self) -> int:
+        self.sequence += 1
+        return self.sequence
+
+
+def apply(linear: float, angular: float = 0.0, turn: int = 1) -> Apply:
+    return Apply(Twist(linear, angular), turn)
+
+
+def ahead(turn: int = 1) -> Apply:
+    return apply(0.5, turn=turn)
+
+
+@pytest.fixture
+def server() -> Server:
+    return Server()
+
+
+def test_before_anything_was_said_it_is_told_to_stand(server: Server) -> None:
+    """The beat begins with standstill, and silence cannot end what has not begun."""
+    assert server.wait(0.02) == (apply(0.0, turn=0),)
+    assert server.wait(1000.0) == (apply(0.0, turn=0),)
+    assert server.warden.silent_at_s == math.inf
+    assert (server.warden.problem, server.warden.holds) == (None, 0)
+
+
+def test_a_turn_begins_with_a_stop_and_moves_after_standstill(server: Server) -> None:
+    """The first word of a turn stops the robot; motion is let through once it was told to stand."""
+    assert server.drive(0.0) == (Stop(1), apply(0.0))
+    assert server.drive(0.5, 0.25) == (apply(0.5, 0.25),)
+    assert server.wait(0.02) == (apply(0.5, 0.25),)
+    assert server.warden.problem is None
+
+
+def test_a_part_of_motion_is_no_standstill(server: Server) -> None:
+    """Turning on the spot does not arm, nor does going straight, nor what is no number."""
+    for twist in ((0.0, 0.1), (0.1, 0.0), (math.nan, 0.0), (0.0, math.nan)):
+        assert server.drive(*twist)[-1] == apply(0.0)
+    assert server.drive(0.5) == (apply(0.0),)
+
+
+def test_motion_without_standstill_says_so(server: Server) -> None:
+    """Whoever asks for motion first is refused, counted and told; standstill makes it good."""
+    assert server.drive(0.5) == (Stop(1), apply(0.0))
+    assert server.warden.problem == NEUTRAL_FIRST
+    assert server.pan(0.5) == ()
+    assert server.warden.counts["driver_unarmed"] == 2
+    server.drive(0.0)
+    assert server.warden.problem is None
+    assert server.drive(0.5) == (ahead(),)
+    assert server.warden.holds == 0
+
+
+def test_silence_stops_at_its_moment(server: Server) -> None:
+    """Up to the last moment the set-point is repeated; then one stop, and standstill for ever."""
+    server.driving()
+    assert server.warden.silent_at_s == server.now_s + SILENCE_S
+    assert server.wait(SILENCE_S - 0.001) == (ahead(),)
+    assert server.wait(0.001) == (Stop(1), apply(0.0))
+    assert server.wait(0.02) == (apply(0.0),)
+    assert server.warden.silent_at_s == math.inf
+    assert server.warden.problem == SILENT
+    assert server.warden.counts["driver_silences"] == 1
+    assert server.warden.holds == 1
+
+
+def test_silence_is_reckoned_from_the_stamp(server: Server) -> None:
+    """A message that took its time does not prolong what it asks for."""
+    server.driving()
+    server.now_s += 0.1
+    assert server.drive(0.5, age_s=0.05) == (ahead(),)
+    assert server.warden.silent_at_s == server.now_s - 0.05 + SILENCE_S
+    server.drive(0.5, age_s=0.06)  # written later, but stamped before
+    assert server.warden.silent_at_s == server.now_s - 0.05 + SILENCE_S
+
+
+def test_silence_comes_before_what_waited(server: Server) -> None:
+    """A process that slept finds fresh set-points in its pipe: it stops first, and none moves."""
+    server.driving()
+    server.now_s += 0.2
+    assert server.drive(0.5, age_s=0.15) == (Stop(1),)
+    assert server.warden.counts["driver_stale"] == 1
+    assert server.drive(0.5, age_s=0.01) == (apply(0.0),)
+    assert server.drive(0.0, age_s=0.005) == (apply(0.0),)  # from before the stop
+    assert server.drive(0.5) == (apply(0.0),)
+    assert server.warden.problem == SILENT
+    server.now_s += 0.01
+    assert server.drive(0.0) == (apply(0.0),)
+    assert server.warden.problem is None
+    assert server.drive(0.5) == (ahead(),)
+
+
+def test_standstill_of_the_very_moment_of_the_stop_does_not_arm(server: Server) -> None:
+    """What is to arm must be stamped after the stop."""
+    server.driving().warden.garbage(server.now_s)
+    server.drive(0.0)
+    assert server.drive(0.5) == (apply(0.0),)
+
+
+@pytest.mark.parametrize(("age_s", "passes"), [(0.124, True), (0.125, False), (-0.001, False)])
+def test_age_is_judged_by_the_stamp(server: Server, age_s: float, passes: bool) -> None:
+    """A set-point as old as the silence moves nothing, and neither does one from the future."""
+    server.driving()
+    server.now_s += 0.02
+    assert server.drive(0.25, age_s=age_s) == ((apply(0.25),) if passes else ())
+    assert server.warden.counts["driver_stale"] == (not passes)
+
+
+def test_what_is_refused_does_not_end_the_silence(server: Server) -> None:
+    """Old, repeated and past set-points, and axes, do not keep the robot going."""
+    server.driving()
+    end_s = server.warden.silent_at_s
+    server.now_s += 0.05
+    assert server.drive(0.25, sequence=2) == ()
+    assert server.drive(0.25, sequence=1) == ()
+    assert server.drive(0.25, turn=0) == ()
+    assert server.pan(0.5) == (SetAxis("pan", 0.5, 1),)
+    assert server.warden.silent_at_s == end_s
+    assert server.warden.counts["driver_repeated"] == 2
+    assert server.warden.counts["driver_old_turn"] == 1
+
+
+def test_the_first_number_may_be_zero(server: Server) -> None:
+    """Numbers are counted from zero on."""
+    assert server.drive(0.0, sequence=0) == (Stop(1), apply(0.0))
+
+
+def test_an_axis_counts_in_the_sequence(server: Server) -> None:
+    """A set-point that was overtaken by an axis is past."""
+    server.driving().pan(0.5)
+    assert server.drive(0.25, sequence=server.sequence) == ()
+
+
+def test_an_axis_that_is_not_there_is_not_moved(server: Server) -> None:
+    """Only the robot's own axes are."""
+    assert server.driving().pan(0.5, name="tilt") == ()
+
+
+def test_a_new_turn_needs_its_own_standstill(server: Server) -> None:
+    """Between two turns is a stop, and the old one's neutral is worth nothing in the new one."""
+    server.driving()
+    assert server.drive(0.5, turn=2) == (Stop(2), apply(0.0, turn=2))
+    assert server.drive(0.5, turn=1) == ()
+    assert server.pan(0.5, turn=1) == ()
+    assert server.warden.counts["driver_old_turn"] == 2
+    server.drive(0.0, turn=2)
+    assert server.drive(0.5, turn=2) == (ahead(turn=2),)
+    assert server.pan(0.5, turn=3) == (Stop(3),)
+
+
+def test_a_stop_is_never_refused(server: Server) -> None:
+    """Old, repeated, of a past turn or of the future: it stops, and nothing before it counts."""
+    for halt in (
+        {"age_s": 10.0},
+        {"sequence": 1},
+        {"turn": 0},
+        {"age_s": -10.0},
+        {"turn": 0, "age_s": 10.0, "sequence": 0},
+    ):
+        server = Server().driving()
+        assert server.halt(**halt) == (Stop(1),)
+        assert server.wait(0.02) == (apply(0.0),)
+        assert server.warden.silent_at_s <= server.now_s + SILENCE_S
+
+
+def test_after_a_stop_it_goes_on(server: Server) -> None:
+    """A stop is an order like another, not a fault: the server knows whether motion may follow."""
+    server.driving().halt()
+    assert server.drive(0.5, sequence=server.sequence) == ()
+    assert server.drive(0.5) == (ahead(),)
+
+
+def test_a_past_stop_does_not_turn_the_numbers_back(server: Server) -> None:
+    """What was behind before a repeated stop is behind after it."""
+    server.driving().halt(sequence=1)
+    assert server.drive(0.25, sequence=2) == ()
+
+
+def test_a_stop_ends_the_silence(server: Server) -> None:
+    """A fresh one does; one that waited in the pipe does not."""
+    server.driving()
+    server.now_s += 0.05
+    server.halt()
+    assert server.warden.silent_at_s == server.now_s + SILENCE_S
+    server.now_s += 0.2
+    assert server.halt(age_s=0.15) == (Stop(1), Stop(1))
+    assert server.warden.silent_at_s == math.inf
+
+
+def test_the_stop_of_a_new_turn_needs_standstill_after_it(server: Server) -> None:
+    """It raises the turn: the old one is past."""
+    assert server.driving().halt(turn=2) == (Stop(2),)
+    assert server.drive(0.5, turn=1) == ()
+    assert server.drive(0.5, turn=2) == (apply(0.0, turn=2),)
+
+
+def test_garbage_holds_the_robot(server: Server) -> None:
+    """Whoever talks nonsense is not to be trusted with motion."""
+    assert server.driving().warden.garbage(server.now_s) == (Stop(1),)
+    assert server.warden.problem == GARBLED
+    assert server.warden.counts["driver_garbage"] == 1
+    assert server.warden.silent_at_s == math.inf  # it is stopped already
+    assert server.wait(0.02) == (apply(0.0),)
+    assert server.drive(0.5) == (apply(0.0),)
+    assert server.warden.problem == GARBLED  # the first reason stays
+
+
+def test_standstill_from_before_the_hold_is_no_offence(server: Server) -> None:
+    """It does not let drive again, but nobody asked for motion, so nothing is counted."""
+    server.driving().warden.garbage(server.now_s)
+    assert server.drive(0.0, age_s=0.02) == (apply(0.0),)
+    assert server.warden.counts["driver_unarmed"] == 0
+    assert server.drive(0.5) == (apply(0.0),)
+    assert server.warden.counts["driver_unarmed"] == 1
+
+
+def test_a_driver_that_raises_holds_the_robot(server: Server) -> None:
+    """It is stopped, and that it does not answer is its problem."""
+    assert server.driving().warden.failed(server.now_s) == (Stop(1),)
+    assert server.warden.problem == NO_ANSWER
+    assert server.warden.counts["driver_failures"] == 1
+    assert server.warden.holds == 1
+
+
+@pytest.mark.parametrize(
+    ("asked", "given"),
+    [
+        ((6.0, 1.5), (0.6, 0.15)),
+        ((-6.0, 0.0), (-0.6, 0.0)),
+        ((math.inf, 0.0), (0.0, 0.0)),
+        ((0.0, math.nan), (0.0, 0.0)),
+    ],
+)
+def test_limits_hold_once_more(
+    server: Server, asked: tuple[float, float], given: tuple[float, float]
+) -> None:
+    """Too much is shrunk along its curve, and what is no number is standstill."""
+    (call,) = server.driving().drive(*asked)
+    assert isinstance(call, Apply)
+    assert (call.twist.linear_mps, call.twist.angular_rps) == pytest.approx(given)
+
+
+# --- whatever is said, in whatever order ---------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Word:
+    """One event: what comes, how much later, how old by its stamp, how its numbers differ."""
+
+    what: str
+    after_s: float
+    age_s: float
+    turn: int
+    back: int
+    linear: float
+    angular: float
+
+
+WORDS = st.lists(
+    st.builds(
+        Word,
+        what=st.sampled_from(["move", "move", "move", "stand", "axis", "halt", "garbage", "beat"]),
+        after_s=st.sampled_from([0.0, 0.01, 0.02, 0.05, 0.2]),
+        age_s=st.sampled_from([0.0, 0.0, 0.0, 0.05, 0.2, -0.5]),
+        turn=st.integers(0, 3),
+        back=st.sampled_from([0, 0, 0, 1, 2]),
+        linear=st.one_of(st.sampled_from([0.5, -0.5]), st.floats()),
+        angular=st.one_of(st.just(0.0), st.floats()),
+    ),
+    max_size=40,
+)
+
+
+class Witness:
+    """Knows by rules of its own what may move the robot, and holds the warden to it."""
+
+    def __init__(self) -> None:
+        self.warden = DriverWatchdog(LIMITS, SILENCE_S)
+        self.now_s = 100.0
+        self.sequence = -1
+        self.turn = 0
+        self.stopped_s = -math.inf  # of the newest fault
+        self.neutral_s = -math.inf  # when standstill was heard in this turn
+        self.word_s = -math.inf  # stamp of the newest set-point or stop
+        self.heard = False  # whether there was one since the newest fault
+        self.halted = True
+
+    def meet(self, word: Word) -> None:
+        self.now_s += word.after_s
+        if self.heard and self.now_s - self.word_s >= SILENCE_S:
+            self._fault()
+        calls = self._say(word)
+        for number, call in enumerate(calls):
+            if isinstance(call, Stop):
+                assert call.turn <= self.turn
+                continue
+            assert call.turn == self.turn
+            assert number == len(calls) - 1, "nothing moves before a stop of the same moment"
+            self._judge(call)
+
+    def _fault(self) -> None:
+        self.stopped_s, self.heard = self.now_s, False
+
+    def _say(self, word: Word) -> tuple[Call, ...]:
+        if word.what == "beat":
+            return self.warden.beat(self.now_s)
+        if word.what == "garbage":
+            self._fault()
+            return self.warden.garbage(self.now_s)
+        message = self._message(word)
+        self._note(message)
+        return self.warden.hear(message, self.now_s)
+
+    def _message(self, word: Word) -> Message:
+        number = max(0, self.sequence + 1 - word.back)
+        sent_s, turn = self.now_s - word.age_s, word.turn
+        if word.what == "halt":
+            return Halt(sequence=number, sent_s=sent_s, turn=turn)
+        if word.what == "axis":
+            return Axis(sequence=number, sent_s=sent_s, turn=turn, name="pan", position=0.5)
+        still = word.what == "stand"
+        linear, angular = (0.0, 0.0) if still else (word.linear, word.angular)
+        return Move(
+            sequence=number, sent_s=sent_s, turn=turn, linear_mps=linear, angular_rps=angular
+        )
+
+    def _note(self, message: Message) -> None:
+        fresh = 0.0 <= self.now_s - message.sent_s < SILENCE_S
+        taken = fresh and message.sequence > self.sequence and message.turn >= self.turn
+        if isinstance(message, Halt) or taken:
+            self.sequence = max(self.sequence, message.sequence)
+            if message.turn > self.turn:
+                self.turn, self.neutral_s, self.halted = message.turn, -math.inf, True
+        if isinstance(message, Halt):
+            self.halted = True
+        if isinstance(message, Halt) and fresh:
+            self.word_s, self.heard = max(self.word_s, message.sent_s), True
+        if isinstance(message, Move) and taken:
+            self.word_s, self.heard = max(self.word_s, message.sent_s), True
+            self.halted = False
+            if message.linear_mps == 0.0 and message.angular_rps == 0.0:
+                self.neutral_s = max(self.neutral_s, message.sent_s)
+
+    def _judge(self, call: Apply | SetAxis) -> None:
+        if isinstance(call, Apply):
+            assert abs(call.twist.linear_mps) <= LIMITS.linear_mps
+            assert abs(call.twist.angular_rps) <= LIMITS.angular_rps
+            if call.twist.is_zero:
+                return
+            assert not self.halted
+        assert self.neutral_s > self.stopped_s, "neutral first, stamped after the newest fault"
+        if isinstance(call, Apply):
+            assert self.now_s - self.word_s < SILENCE_S, "nothing moves in silence"
+
+
+@given(WORDS)
+def test_nothing_moves_that_must_not(words: list[Word]) -> None:
+    """In no order of words does anything move in silence, of an old turn, or before neutral."""
+    witness = Witness()
+    for word in words:
+        witness.meet(word)
+
+
+@given(WORDS)
+def test_who_begins_anew_drives(words: list[Word]) -> None:
+    """Whatever came before, standstill for a beat and then motion of the newest turn moves it."""
+    witness = Witness()
+    for word in words:
+        witness.meet(word)
+    warden, now_s = witness.warden, witness.now_s
+    for number, linear in enumerate((0.0, 0.0, 0.5)):
+        now_s += 0.02
+        calls = warden.hear(
+            Move(
+                sequence=witness.sequence + 1 + number,
+                sent_s=now_s,
+                turn=witness.turn,
+                linear_mps=linear,
+                angular_rps=0.0,
+            ),
+            now_s,
+        )
+    assert calls == (ahead(witness.turn),)
+    assert warden.problem is None

@@ -1,0 +1,490 @@
+"""The serial robot on a real pseudo-terminal."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import socket
+import threading
+import time
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import serial
+from tests.firmware.core import Core
+
+from wax.clock import SystemClock
+from wax.config.settings import RobotSettings
+from wax.driver.interface import STANDSTILL, RobotState, Twist
+from wax.robot.serial.driver import SerialRobot
+from wax.robot.serial.frames import NO_SESSION, Axis, Drive, Frame, Hello, Report, Stop, encode
+from wax.robot.serial.port_threads import PortThreads
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from tests.robot.conftest import Board
+
+pytestmark = pytest.mark.system
+
+AHEAD = Twist(0.5, 0.0)
+DIALECTS = pytest.mark.parametrize("dialect", ["frames", "bytes"])
+
+
+@pytest.fixture
+def connect(board: Board) -> Iterator[Callable[..., SerialRobot]]:
+    """Make robots on the board's line, opened; closed at the end."""
+    robots: list[SerialRobot] = []
+
+    def connected(dialect: str = "frames", **robot: Any) -> SerialRobot:
+        serial = {"url": str(board.path), "dialect": dialect, "reopen_s": 0.05}
+        settings = RobotSettings.model_validate({"driver": "serial", "serial": serial} | robot)
+        robots.append(SerialRobot(settings, SystemClock()))
+        robots[-1].open()
+        return robots[-1]
+
+    yield connected
+    for robot in robots:
+        robot.close()
+
+
+def eventually(
+    robot: SerialRobot, so: Callable[[RobotState], bool], within_s: float = 3.0
+) -> float:
+    """Wait until the state is so; return how long it took."""
+    start_s = time.monotonic()
+    while not so(robot.state()):
+        assert time.monotonic() - start_s < within_s, robot.state()
+        time.sleep(0.002)
+    return time.monotonic() - start_s
+
+
+def _now_ms() -> int:
+    return int(time.monotonic() * 1000.0)
+
+
+def online(robot: SerialRobot) -> None:
+    eventually(robot, lambda state: state.connected)
+
+
+def hold(
+    robot: SerialRobot, board: Board, twist: Twist, turn: int, enough: Callable[[], bool]
+) -> None:
+    """Want a motion again and again, as the control loop does, until what came is enough."""
+    end_s = time.monotonic() + 5.0
+    while not enough():
+        assert time.monotonic() < end_s, f"only {board.heard!r} came"
+        robot.apply(twist, turn)
+        board.listen(0.01)
+
+
+def drives(board: Board, left_mmps: int, right_mmps: int) -> Callable[[], bool]:
+    return lambda: board.said(Drive(left_mmps, right_mmps))
+
+
+# --- driving ------------------------------------------------------------------------------
+
+
+def test_frames_come_down_the_line(connect: Callable[..., SerialRobot], board: Board) -> None:
+    """It begins with hello, drives when told, and stops when told."""
+    robot = connect()
+    online(robot)
+    robot.apply(STANDSTILL, 3)
+    hold(robot, board, AHEAD, 3, drives(board, 500, 500))
+    robot.stop(3)
+    board.until(lambda: board.stands("frames"))
+    assert isinstance(board.frames()[0].body, Hello)
+    assert {f.turn for f in board.frames() if isinstance(f.body, Drive)} == {3}
+
+
+def test_bytes_come_down_the_line(connect: Callable[..., SerialRobot], board: Board) -> None:
+    """A motion is one byte (and its speed's), its end three stop bytes, then silence."""
+    robot = connect("bytes")
+    board.until(lambda: board.heard == b"SSS")
+    robot.apply(STANDSTILL, 1)
+    hold(robot, board, AHEAD, 1, lambda: board.heard == b"SSS2F")
+    robot.apply(AHEAD, 1)
+    hold(robot, board, Twist(0.5, 1.2), 1, lambda: board.heard == b"SSS2FG")
+    robot.apply(STANDSTILL, 1)
+    board.until(lambda: board.heard == b"SSS2FGSSS")
+    assert board.listen(0.1) == b""
+
+
+def test_the_base_is_as_configured(connect: Callable[..., SerialRobot], board: Board) -> None:
+    """Wheel base, trim and inversion of the configuration are in what comes down the line."""
+    robot = connect(wheel_base_m=0.4, left_trim=0.5, invert_right=True)
+    online(robot)
+    robot.apply(STANDSTILL, 1)
+    hold(robot, board, Twist(0.3, 0.5), 1, drives(board, 100, -400))
+
+
+def test_its_axes_are_the_configured_ones(
+    connect: Callable[..., SerialRobot], board: Board
+) -> None:
+    """A name of the configuration moves the axis of its place; without names there is none."""
+    serial = {"url": str(board.path), "axes": ["pan", "lamp"]}
+    robot = connect(serial=serial)
+    assert robot.limits.axes == ("pan", "lamp")
+    online(robot)
+    robot.set_axis("lamp", 0.5, 1)
+    board.until(lambda: board.said(Axis(1, 5000)))
+    assert SerialRobot(RobotSettings(), SystemClock()).limits.axes == ()
+
+
+@DIALECTS
+def test_silence_stops_the_robot(
+    connect: Callable[..., SerialRobot], board: Board, dialect: str
+) -> None:
+    """Without a new set-point for its time-to-live the robot is told to stop, by the driver."""
+    robot = connect(dialect)
+    online(robot)
+    robot.apply(STANDSTILL, 1)
+    board.listen(0.1)
+    board.forget()
+    start_s = time.monotonic()
+    robot.apply(AHEAD, 1)
+    board.until(lambda: board.moves(dialect) and board.stands(dialect))
+    assert 0.19 <= time.monotonic() - start_s < 1.0
+
+
+@DIALECTS
+def test_a_lower_turn_reaches_no_wire(
+    connect: Callable[..., SerialRobot], board: Board, dialect: str
+) -> None:
+    """A set-point of a past turn is not sent."""
+    robot = connect(dialect)
+    online(robot)
+    robot.stop(9)
+    robot.apply(AHEAD, 8)
+    board.listen(0.15)
+    assert not board.moves(dialect)
+
+
+@DIALECTS
+def test_closing_stops_the_robot(
+    connect: Callable[..., SerialRobot], board: Board, dialect: str
+) -> None:
+    """The last thing on the line is a stop, and closing takes less than a second."""
+    robot = connect(dialect)
+    online(robot)
+    robot.apply(STANDSTILL, 1)
+    hold(robot, board, AHEAD, 1, lambda: board.moves(dialect))
+    start_s = time.monotonic()
+    robot.close()
+    assert time.monotonic() - start_s < 1.0
+    board.listen(0.05)
+    assert board.stands(dialect)
+    assert dialect == "frames" or board.heard.endswith(b"SSS")
+    assert not robot.state().connected
+
+
+def test_a_change_is_written_at_once(connect: Callable[..., SerialRobot], board: Board) -> None:
+    """A set-point does not wait for the next repetition: half of fifty are there within 20 ms."""
+    robot = connect()
+    online(robot)
+    robot.apply(STANDSTILL, 1)
+    board.listen(0.1)
+    delays_s = []
+    for number in range(1, 51):
+        board.forget()
+        start_s = time.monotonic()
+        hold(robot, board, Twist(number / 100, 0.0), 1, drives(board, number * 10, number * 10))
+        delays_s.append(time.monotonic() - start_s)
+    assert sorted(delays_s)[25] < 0.02
+
+
+# --- listening ----------------------------------------------------------------------------
+
+
+def test_reports_are_shown_and_garbage_is_survived(
+    connect: Callable[..., SerialRobot], board: Board
+) -> None:
+    """Whatever the robot says, its reports are understood and driving goes on."""
+    robot = connect()
+    online(robot)
+    board.say(os.urandom(3000) + b"\xa5\x5a\x20" + bytes(60))
+    eventually(robot, lambda state: state.extra["line_errors"] > 0)
+    epoch = robot.state().epoch
+    robot.apply(STANDSTILL, 1)
+    hold(robot, board, AHEAD, 1, drives(board, 500, 500))
+    eventually(robot, lambda state: state.moving is True)
+    assert (robot.state().problem, robot.state().epoch) == (None, epoch)
+
+
+def test_a_talkative_robot_does_not_delay_commands(
+    connect: Callable[..., SerialRobot], board: Board
+) -> None:
+    """While the robot floods the line, commands still reach it."""
+    robot = connect()
+    online(robot)
+    robot.apply(STANDSTILL, 1)
+    stop_flood = threading.Event()
+    report = encode(Frame(Report(7400, 0, 0, 0, 0, 0)), NO_SESSION)
+
+    def flood() -> None:
+        while not stop_flood.wait(0.001):
+            board.say(report * 10)
+
+    thread = threading.Thread(target=flood)
+    thread.start()
+    start_s = time.monotonic()
+    hold(robot, board, AHEAD, 1, drives(board, 500, 500))
+    took_s = time.monotonic() - start_s
+    stop_flood.set()
+    thread.join()
+    assert took_s < 0.5
+
+
+# --- a robot that does not answer -----------------------------------------------------------
+
+
+@pytest.mark.parametrize("fault", ["mute", "deaf"])
+def test_a_robot_that_does_not_answer_is_told_apart_from_a_lost_port(
+    connect: Callable[..., SerialRobot], board: Board, fault: str
+) -> None:
+    """A robot that does not speak, or does not hear, is told of in words of its own; and it is
+    greeted until it answers, and stands until standstill was wanted.
+    """
+    robot = connect()
+    online(robot)
+    epoch = robot.state().epoch
+    setattr(board, fault, True)
+    took_s = eventually(robot, lambda state: not state.connected)
+    assert took_s < 0.7
+    problem = robot.state().problem or ""
+    assert f"does not answer on {board.path}" in problem
+    assert "server/firmware" in problem
+    board.forget()
+    setattr(board, fault, False)
+    hold(robot, board, AHEAD, 1, lambda: robot.state().connected)
+    hold(robot, board, AHEAD, 1, lambda: len(board.frames()) > 5)
+    assert robot.state().epoch == epoch + 1
+    assert not board.moves("frames")
+    assert robot.state().problem is None
+
+
+def test_a_board_that_restarts_begins_a_new_epoch(
+    connect: Callable[..., SerialRobot], board: Board
+) -> None:
+    """A board that restarts under a held key moves no more before standstill was wanted."""
+    robot = connect()
+    online(robot)
+    epoch = robot.state().epoch
+    robot.apply(STANDSTILL, 1)
+    hold(robot, board, AHEAD, 1, lambda: board.core.moving)
+    board.restart()
+    board.forget()
+    hold(robot, board, AHEAD, 1, lambda: robot.state().epoch > epoch)
+    board.forget()
+    hold(robot, board, AHEAD, 1, lambda: len(board.frames()) > 5)
+    assert board.core.wheels_mmps == (0, 0)
+    assert not board.moves("frames")
+
+
+def test_a_program_of_another_kind_does_not_answer(
+    connect: Callable[..., SerialRobot], board: Board
+) -> None:
+    """Without the firmware's answer nothing but hello and stop is said."""
+    board.mute = True
+    robot = connect()
+    eventually(robot, lambda state: state.problem is not None)
+    robot.apply(STANDSTILL, 1)
+    robot.apply(AHEAD, 1)
+    board.listen(0.3)
+    assert {type(frame.body) for frame in board.frames()} == {Hello, Stop}
+    assert not robot.state().connected
+
+
+def test_drives_come_without_a_gap(connect: Callable[..., SerialRobot], board: Board) -> None:
+    """While a motion is wanted it is said fifty times a second, by the sender's own account."""
+    robot = connect()
+    online(robot)
+    robot.apply(STANDSTILL, 1)
+    board.forget()
+    hold(robot, board, AHEAD, 1, lambda: len(board.frames()) > 60)
+    times_ms = [frame.time_ms for frame in board.frames() if isinstance(frame.body, Drive)]
+    gaps_ms = sorted(after - before for before, after in itertools.pairwise(times_ms))
+    assert 19 <= gaps_ms[len(gaps_ms) // 2] <= 22
+
+
+# --- losing the line ----------------------------------------------------------------------
+
+
+@DIALECTS
+def test_a_pulled_plug_is_noticed(
+    connect: Callable[..., SerialRobot], board: Board, dialect: str
+) -> None:
+    """Within half a second of the loss the state says so in a sentence."""
+    robot = connect(dialect)
+    online(robot)
+    board.unplug()
+    took_s = eventually(robot, lambda state: not state.connected)
+    assert took_s < 0.5
+    problem = robot.state().problem
+    assert problem is not None
+    assert str(board.path) in problem
+    assert problem[0].isupper()
+    assert problem.endswith(".")
+
+
+@DIALECTS
+def test_nothing_moves_after_a_loss_without_a_new_command(
+    connect: Callable[..., SerialRobot], board: Board, dialect: str
+) -> None:
+    """Of twenty losses under a held key none ends in motion before the key was let go."""
+    robot = connect(dialect)
+    for round_number in range(20):
+        online(robot)
+        epoch = robot.state().epoch
+        robot.apply(STANDSTILL, 1)
+        hold(robot, board, AHEAD, 1, lambda: board.moves(dialect))
+        board.unplug()
+        eventually(robot, lambda state: not state.connected)
+        board.plug()
+        hold(robot, board, AHEAD, 1, lambda: len(board.heard) > 0)
+        for _ in range(10):
+            robot.apply(AHEAD, 1)
+            board.listen(0.01)
+        assert robot.state().epoch > epoch, round_number
+        assert not board.moves(dialect)
+
+
+@DIALECTS
+def test_a_missing_port_is_waited_for(
+    connect: Callable[..., SerialRobot], board: Board, dialect: str
+) -> None:
+    """A port that is not there is told with what to do, and used as soon as it is there."""
+    board.unplug()
+    robot = connect(dialect)
+    eventually(robot, lambda state: state.problem is not None)
+    assert "wax devices" in (robot.state().problem or "")
+    board.plug()
+    online(robot)
+    assert robot.state().problem is None
+
+
+def test_a_port_in_use_says_so(connect: Callable[..., SerialRobot], board: Board) -> None:
+    """A second program on the same port is refused with a sentence, not mixed in."""
+    online(connect())
+    second = connect()
+    eventually(second, lambda state: state.problem is not None)
+    assert "another program" in (second.state().problem or "")
+
+
+@pytest.mark.parametrize(
+    "url", ["nonsense://x", "socket://localhost", "rfc2217://127.0.0.1:1", "/dev/null", "/"]
+)
+def test_no_address_breaks_the_driver(
+    connect: Callable[..., SerialRobot], board: Board, url: str
+) -> None:
+    """An address that is no serial port is told in a sentence and tried again, for ever."""
+    robot = connect(serial={"url": url, "reopen_s": 0.05})
+    eventually(robot, lambda state: state.problem is not None)
+    assert url in (robot.state().problem or "")
+    robot.apply(AHEAD, 1)
+    robot.stop(1)
+
+
+@pytest.mark.filterwarnings(
+    # pyserial leaves a socket that the far end has reset to the garbage collector
+    "ignore:Exception ignored in. <socket:pytest.PytestUnraisableExceptionWarning"
+)
+def test_a_line_over_the_network(connect: Callable[..., SerialRobot]) -> None:
+    """A robot behind a TCP address is driven like one on a cable, and its loss is noticed."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        robot = connect(serial={"url": f"socket://127.0.0.1:{server.getsockname()[1]}"})
+        far_end, _ = server.accept()
+        with far_end:
+            core = Core(now_ms=_now_ms())
+            while core.wheels_mmps == (0, 0):
+                now_ms = _now_ms()
+                core.hear(far_end.recv(100), now_ms)
+                core.tick(now_ms)
+                far_end.sendall(core.report(now_ms))
+                if robot.state().connected:
+                    robot.apply(STANDSTILL, 1)
+                    robot.apply(AHEAD, 1)
+        assert eventually(robot, lambda state: not state.connected) < 0.5
+
+
+def test_a_loop_is_a_line(connect: Callable[..., SerialRobot]) -> None:
+    """Pyserial's loop, which has no descriptor to wait on, is read and closed like the others.
+
+    What comes back of the server's own words is no robot's answer.
+    """
+    robot = connect(serial={"url": "loop://"})
+    eventually(robot, lambda state: state.problem is not None)
+    assert "does not answer on loop://" in (robot.state().problem or "")
+    assert robot.state().extra["line_errors"] == 0.0
+    start_s = time.monotonic()
+    robot.close()
+    assert time.monotonic() - start_s < 1.0
+
+
+@DIALECTS
+def test_a_line_that_only_reads_badly_ends_with_a_stop(
+    connect: Callable[..., SerialRobot],
+    board: Board,
+    dialect: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """When reading fails while writing still works, the robot is told to stop before the close."""
+    robot = connect(serial={"url": str(board.path), "dialect": dialect, "reopen_s": 30.0})
+    online(robot)
+    robot.apply(STANDSTILL, 1)
+    hold(robot, board, AHEAD, 1, lambda: board.moves(dialect))
+
+    def fail(port: serial.Serial, size: int = 1) -> bytes:
+        raise serial.SerialException("device reports readiness to read but returned no data")
+
+    robot.apply(AHEAD, 1)
+    monkeypatch.setattr(serial.Serial, "read", fail)
+    board.until(lambda: board.stands(dialect), within_s=0.15)  # long before its time is over
+    eventually(robot, lambda state: not state.connected)
+    assert dialect == "frames" or board.heard.endswith(b"SSS")
+    assert "no data" in (robot.state().problem or "")
+
+
+class Flood:
+    """A conversation of motion and nothing else, faster than any board takes it."""
+
+    def opened(self, now_s: float) -> bytes:
+        return b""
+
+    def next(self, now_s: float) -> tuple[bytes, float]:
+        return b"F" * 1000, now_s
+
+    def received(self, data: bytes, now_s: float) -> None: ...
+
+    def farewell(self) -> bytes:
+        return b"SSS"
+
+
+def test_a_clogged_line_ends_with_a_stop(board: Board) -> None:
+    """When a board took nothing for too long, what it has not taken yet yields to the stop."""
+    board.deaf = True
+    port = serial.Serial(str(board.path), timeout=0.05, write_timeout=0.1)
+    with pytest.raises(serial.SerialTimeoutException):
+        PortThreads(port, SystemClock(), Flood()).run()
+    assert not port.is_open
+    board.deaf = False
+    assert board.listen(0.05).endswith(b"SSS")
+
+
+def test_a_board_that_takes_nothing_is_a_lost_one(
+    connect: Callable[..., SerialRobot], board: Board
+) -> None:
+    """When nobody reads, writing does not block the callers, and closing stays bounded."""
+    robot = connect(serial={"url": str(board.path), "axes": ["pan"], "ttl_ms": 20, "reopen_s": 5.0})
+    online(robot)
+    board.deaf = True
+    start_s = time.monotonic()
+    number = 0
+    while robot.state().connected:
+        number += 1
+        robot.set_axis("pan", 0.001 * (number % 500), number)
+        assert time.monotonic() - start_s < 20.0
+    assert robot.state().problem is not None
+    start_s = time.monotonic()
+    robot.close()
+    assert time.monotonic() - start_s < 1.0

@@ -1,0 +1,261 @@
+"""What was sent and what became of it: over wires that lose, reorder and take a long time."""
+
+from __future__ import annotations
+
+from collections import Counter
+from random import Random
+from typing import TYPE_CHECKING, Literal
+
+import pytest
+from hypothesis import Phase, given
+from hypothesis import strategies as st
+from tests.examples import examples
+from tests.rtc.browser_feedback import feedback_packet
+
+from wax.rtc.feedback import PERIOD_S, TICK_S, Feedback, parse
+from wax.rtc.in_flight import InFlight
+
+if TYPE_CHECKING:
+    from wax.congestion.delivery import Delivery
+
+
+def send(transmissions: InFlight, now_s: float, count: int = 1) -> list[int]:
+    """Send so many packets of 100 bytes; the train is how many were sent before, modulo 1000."""
+    return [
+        transmissions.sent(now_s, size_bytes=100, kind="video", train=index)
+        for index in range(count)
+    ]
+
+
+def trains(told: tuple[Delivery, ...]) -> list[tuple[int | None, float | None]]:
+    return [(one.train, one.arrived_s) for one in told]
+
+
+def test_each_packet_is_told_as_it_was_sent() -> None:
+    """Time, size, kind and train come back with the arrival."""
+    transmissions = InFlight()
+    kinds: list[Literal["audio", "video", "repeat"]] = ["audio", "video", "repeat"]
+    numbers = [
+        transmissions.sent(10 + i, size_bytes=50 + i, kind=kind, train=i if i == 1 else None)
+        for i, kind in enumerate(kinds)
+    ]
+    assert numbers == [0, 1, 2]
+    told = transmissions.reported(Feedback(0, (5.0, None, 5.25)), 12.5)
+    assert [(t.sent_s, t.arrived_s, t.size_bytes, t.kind, t.train) for t in told] == [
+        (10, 5.0, 50, "audio", None),
+        (11, None, 51, "video", 1),
+        (12, 5.25, 52, "repeat", None),
+    ]
+
+
+def test_the_last_ones_are_lost_only_when_a_later_one_has_come() -> None:
+    """A feedback written while packets were still on their way condemns none of them."""
+    transmissions = InFlight()
+    send(transmissions, 0.0, 6)
+    told = transmissions.reported(Feedback(0, (1.0, None, 1.1, None, None)), 0.2)
+    assert trains(told) == [(0, 1.0), (1, None), (2, 1.1)]
+    assert transmissions.reported(Feedback(3, (None, None)), 0.3) == ()
+    told = transmissions.reported(Feedback(4, (1.2, 1.3)), 0.4)
+    assert trains(told) == [(3, None), (4, 1.2), (5, 1.3)]
+
+
+def test_a_loss_is_taken_back_by_an_arrival() -> None:
+    """A packet that was overtaken is told lost once, then arrived once."""
+    transmissions = InFlight()
+    send(transmissions, 0.0, 3)
+    assert trains(transmissions.reported(Feedback(0, (1.0, None, 1.2)), 0.2))[1] == (1, None)
+    assert transmissions.reported(Feedback(1, (None, 1.2)), 0.3) == ()
+    assert trains(transmissions.reported(Feedback(1, (1.3, 1.2)), 0.4)) == [(1, 1.3)]
+    assert transmissions.reported(Feedback(0, (1.0, 1.3, 1.2)), 0.5) == ()
+
+
+def test_nothing_is_told_of_what_was_not_sent() -> None:
+    """Feedback about numbers to come, or long forgotten, is about nothing."""
+    transmissions = InFlight()
+    assert transmissions.reported(Feedback(0, (1.0, 1.1)), 0.0) == ()
+    send(transmissions, 0.0, 2)
+    assert transmissions.reported(Feedback(2, (1.0,) * 65_535), 0.0) == ()
+    told = transmissions.reported(Feedback(0xFFF0, (1.0,) * 65_535), 0.0)
+    assert trains(told) == [(0, 1.0), (1, 1.0)]
+    send(transmissions, 0.1, 1)
+    assert transmissions.reported(Feedback(2, (9.0,)), 5.2) == ()
+
+
+def test_what_is_never_told_is_forgotten() -> None:
+    """After 5 s without a word nothing is in flight, and nothing is kept."""
+    transmissions = InFlight()
+    assert transmissions.oldest_unreported_s(0.0) is None
+    send(transmissions, 0.0, 3)
+    send(transmissions, 1.0, 2)
+    assert transmissions.oldest_unreported_s(5.0) == 5.0
+    assert transmissions.oldest_unreported_s(5.5) == 4.5
+    assert transmissions.oldest_unreported_s(6.5) is None
+    assert not transmissions._sent
+
+
+def test_what_a_later_one_has_passed_is_not_in_flight() -> None:
+    """The browser's own report may be lost, too: that says nothing of the queue."""
+    transmissions = InFlight()
+    send(transmissions, 0.0, 4)
+    send(transmissions, 0.5, 1)
+    transmissions.reported(Feedback(2, (1.0, None)), 0.6)
+    assert transmissions.oldest_unreported_s(0.6) == 0.6
+    transmissions.reported(Feedback(3, (None, 1.5)), 0.8)
+    assert transmissions.oldest_unreported_s(0.8) is None
+    assert trains(transmissions.reported(Feedback(0, (0.9, 0.95)), 0.9)) == [(0, 0.9), (1, 0.95)]
+    assert transmissions.oldest_unreported_s(0.9) is None
+
+
+def test_numbers_and_clock_go_on_without_end() -> None:
+    """Numbers start again each 65 536 packets, the browser's clock each 12 days; neither shows."""
+    transmissions, random = InFlight(), Random(1)
+    every_s, before_s = 16.0, 0.0
+    for index in range(200_000):
+        now_s = 500.0 + index * every_s
+        number = transmissions.sent(now_s, size_bytes=80, kind="audio", train=None)
+        assert number == index % 2**16
+        if index % 1000 > 1:
+            continue  # the tab slept; at most 4.5 hours
+        ticks = round((7.0 + index * every_s) / 250e-6)
+        told = transmissions.reported(parse(feedback_packet(number, [ticks], random)), now_s)
+        assert len(told) == 1
+        assert told[0].arrived_s is not None
+        if index:
+            assert told[0].arrived_s - before_s == pytest.approx(index * every_s, abs=1e-3)
+        else:
+            before_s = told[0].arrived_s
+    assert index * every_s > 2 * PERIOD_S
+
+
+def test_memory_is_bounded_by_number_too() -> None:
+    """More packets at once than numbers can tell apart: the oldest are forgotten."""
+    transmissions = InFlight()
+    send(transmissions, 0.0, 70_000)
+    assert len(transmissions._sent) <= 2**15
+
+
+class Browser:
+    """Reports as Chromium does: from the first new number, or a late one, to the newest."""
+
+    def __init__(self, arrivals: dict[int, float]) -> None:
+        self._coming = sorted((at, number) for number, at in arrivals.items())
+        self.known: dict[int, float] = {}
+        self.next = 0
+
+    def feedback(self, until_s: float) -> tuple[int, list[float | None]] | None:
+        """Return the first number and the arrivals, None where nothing new has come."""
+        first = self.next
+        new = False
+        while self._coming and self._coming[0][0] <= until_s:
+            at, number = self._coming.pop(0)
+            self.known[number] = at
+            first = min(first, number)
+            self.next = max(self.next, number + 1)
+            new = True
+        return (first, [self.known.get(n) for n in range(first, self.next)]) if new else None
+
+
+# A seed cannot be made simpler, so what fails is told as it was found.
+@examples(25, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@given(
+    kind=st.sampled_from(["none", "single", "burst", "all of a second"]),
+    jitter_s=st.floats(0, 0.2),
+    every_s=st.sampled_from([0.25, 0.1, 0.05]),
+    loses_reports=st.booleans(),
+    before=st.sampled_from([0, 65_400]),
+    seed=st.integers(0, 999),
+)
+def test_over_any_wire_each_packet_is_told_rightly(
+    *, kind: str, jitter_s: float, every_s: float, loses_reports: bool, before: int, seed: int
+) -> None:
+    """Arrivals once each, at the right time; losses before; in the order of sending."""
+    random, transmissions = Random(seed), InFlight()
+    for _ in range(before):  # so that the numbers start again on the way
+        transmissions.sent(0.0, size_bytes=1, kind="audio", train=None)
+    plan: dict[int, float | None] = {}
+    burst = 0
+    for index in range(300):
+        burst = burst - 1 if burst else (random.randrange(1, 9) if random.random() < 0.03 else 0)
+        lost = {
+            "none": False,
+            "single": random.random() < 0.1,
+            "burst": burst > 0,
+            "all of a second": 100 <= index < 150,
+        }[kind]
+        plan[index] = None if lost else 100 + index * 0.02 + 0.05 + random.random() * jitter_s
+    arrivals = {n: at for n, at in plan.items() if at is not None}
+    browser = Browser(arrivals)
+    lost_before: Counter[int] = Counter()
+    arrived: dict[int, float] = {}
+    reported: set[int] = set()
+    sent = 0
+    for step in range(int(8 / every_s)):
+        now_s = 100 + step * every_s
+        while sent < 300 and 100 + sent * 0.02 <= now_s:
+            transmissions.sent(100 + sent * 0.02, size_bytes=100, kind="video", train=sent)
+            sent += 1
+        found = browser.feedback(now_s)
+        if found is None or (loses_reports and random.random() < 0.2):
+            continue
+        first, seconds = found
+        ticks = [None if s is None else round(s / TICK_S) for s in seconds]
+        told = transmissions.reported(
+            parse(feedback_packet(first + before, ticks, random)), now_s + 0.05
+        )
+        order = [one.train for one in told if one.train is not None]
+        assert len(order) == len(told)
+        assert order == sorted(order)
+        for one, train in zip(told, order, strict=True):
+            assert one.sent_s == pytest.approx(100 + train * 0.02)
+            assert train not in arrived
+            if one.arrived_s is None:
+                assert train < browser.next - 1
+                lost_before[train] += 1
+            else:
+                arrived[train] = one.arrived_s
+        reported.update(first + i for i, s in enumerate(seconds) if s is not None)
+    assert set(arrived) == reported
+    assert all(abs(at - arrivals[n]) <= TICK_S / 2 + 1e-9 for n, at in arrived.items())
+    assert all(count == 1 for count in lost_before.values())
+    if not loses_reports:
+        assert reported == set(arrivals)
+        told_lost = {n for n in lost_before if n not in arrived}
+        assert told_lost == {n for n in plan if plan[n] is None and n < max(arrivals)}
+    assert transmissions.oldest_unreported_s(120) is None
+    assert not transmissions._sent
+    assert not transmissions._missing
+    assert not transmissions._told_lost
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.floats(0, 2),
+            st.integers(0, 5),
+            st.integers(0, 0xFFFF) | st.integers(0, 30),
+            st.lists(st.none() | st.floats(-PERIOD_S, PERIOD_S), min_size=1, max_size=30),
+        ),
+        max_size=60,
+    )
+)
+def test_no_feedback_breaks_the_accounts(
+    trace: list[tuple[float, int, int, list[float | None]]],
+) -> None:
+    """Whatever a page claims: no more is told than was sent, and nothing old is in flight."""
+    transmissions, now_s = InFlight(), 0.0
+    sent: list[float] = []
+    arrived = lost = 0
+    for pause_s, count, number, arrivals in trace:
+        now_s += pause_s
+        send(transmissions, now_s, count)
+        sent += [now_s] * count
+        told = transmissions.reported(Feedback(number, tuple(arrivals)), now_s)
+        arrived += sum(one.arrived_s is not None for one in told)
+        lost += sum(one.arrived_s is None for one in told)
+        assert arrived <= len(sent)
+        assert lost <= len(sent)
+        recent = [at for at in sent if now_s - at <= 5]
+        oldest_s = transmissions.oldest_unreported_s(now_s)
+        assert oldest_s is None or (recent and 0 <= oldest_s <= 5)
+        kept = len(transmissions._missing | transmissions._told_lost | set(transmissions._sent))
+        assert kept <= len(recent)

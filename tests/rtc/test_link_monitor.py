@@ -1,0 +1,114 @@
+"""The link: silence and the round trip, from pings."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.rtc.link_monitor import LinkMonitor
+
+
+def test_one_exchange_tells_the_round_trip() -> None:
+    """The time that the page held the pong does not count."""
+    link = LinkMonitor(0.0)
+    assert link.pinged(1, None, None, 10.0) is None
+    assert link.one_way_s is None
+    trip = link.pinged(2, 1, 150.0, 10.250)
+    assert trip is not None
+    assert abs(trip - 0.1) < 1e-9
+    assert link.one_way_s == trip / 2
+
+
+def test_the_least_of_ten_seconds_counts() -> None:
+    """One ping that waited in a queue does not change the delay; an old one is forgotten."""
+    link = LinkMonitor(0.0)
+    link.pinged(1, None, None, 1.0)
+    link.pinged(2, 1, 0.0, 1.02)
+    link.pinged(3, 2, 0.0, 3.02)
+    assert link.one_way_s is not None
+    assert abs(link.one_way_s - 0.01) < 1e-9
+    link.pinged(4, 3, 0.0, 12.02)
+    assert abs(link.one_way_s - 1.0) < 1e-9
+
+
+def test_ten_seconds_are_just_that() -> None:
+    """A round trip counts until it is ten seconds old, and no longer."""
+    link = LinkMonitor(0.0)
+    link.pinged(1, None, None, 1.0)
+    link.pinged(2, 1, 0.0, 2.0)
+    link.pinged(3, None, None, 12.0)
+    assert link.one_way_s == 0.5
+    link.pinged(4, None, None, 12.5)
+    assert link.one_way_s is None
+
+
+def test_the_newest_round_trip_is_kept_beside() -> None:
+    """What waits in queues now is told, though the delay is reckoned without it."""
+    assert LinkMonitor(0.0).newest_s is None
+    link = LinkMonitor(0.0)
+    link.pinged(1, None, None, 1.0)
+    link.pinged(2, 1, 0.0, 1.5)
+    link.pinged(3, 2, 0.0, 3.5)
+    assert (link.one_way_s, link.newest_s) == (0.25, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("pong", "held_ms"),
+    [(1, None), (1, -1.0), (1, math.nan), (7, 0.0), (None, 0.0)],
+    ids=["held for unknown", "held for less than nothing", "no number", "never sent", "none"],
+)
+def test_what_closes_no_exchange_tells_nothing(pong: int | None, held_ms: float | None) -> None:
+    """A page cannot make its line longer than it is, and be granted more time for its commands."""
+    link = LinkMonitor(0.0)
+    link.pinged(1, None, None, 1.0)
+    assert link.pinged(2, pong, held_ms, 1.5) is None
+    assert (link.one_way_s, link.newest_s) == (None, None)
+
+
+def test_a_page_that_claims_too_much_has_no_delay() -> None:
+    """Held for longer than it was away, it took no time."""
+    link = LinkMonitor(0.0)
+    link.pinged(1, None, None, 1.0)
+    assert link.pinged(2, 1, 501.0, 1.5) == 0.0
+
+
+def test_the_last_64_pongs_are_remembered() -> None:
+    """However many a page asks for, older ones are forgotten."""
+    link = LinkMonitor(0.0)
+    for ping in range(65):
+        link.pinged(ping, None, None, float(ping))
+    assert link.pinged(65, 0, 0.0, 65.0) is None
+    assert link.pinged(66, 2, 0.0, 66.0) == 64.0
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.integers(0, 9),
+            st.none() | st.integers(0, 9),
+            st.none() | st.floats(-1e15, 1e15),
+            st.floats(0, 5),
+        )
+    )
+)
+def test_no_ping_makes_a_negative_delay(
+    trace: list[tuple[int, int | None, float | None, float]],
+) -> None:
+    """Whatever a page claims, the delay is never below zero."""
+    link = LinkMonitor(0.0)
+    now_s = 0.0
+    for ping, pong, held_ms, step_s in trace:
+        now_s += step_s
+        link.pinged(ping, pong, held_ms, now_s)
+        assert link.one_way_s is None or link.one_way_s >= 0
+
+
+def test_silence_is_since_anything_was_heard() -> None:
+    """Every message counts as a sign of life, and time never runs back."""
+    link = LinkMonitor(5.0)
+    link.heard(7.0)
+    link.heard(6.0)
+    assert link.silence_s(9.0) == 2.0

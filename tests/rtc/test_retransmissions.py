@@ -1,0 +1,61 @@
+"""Sending again: as often as it can help, and no more."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.rtc.retransmissions import Retransmissions
+
+
+def _again(repeats: Retransmissions, number: int, round_trip_s: float | None, now_s: float) -> bool:
+    """Send a packet again if it is due."""
+    due = repeats.is_due(number, round_trip_s, now_s)
+    if due:
+        repeats.sent(number, now_s)
+    return due
+
+
+def test_a_copy_on_its_way_is_waited_for() -> None:
+    """Within a round trip of a copy no other is sent; afterwards the copy may be lost, too."""
+    repeats = Retransmissions()
+    assert _again(repeats, 7, 0.5, 10.0)
+    assert not _again(repeats, 7, 0.5, 10.49)
+    assert _again(repeats, 8, 0.5, 10.49)
+    assert _again(repeats, 7, 0.5, 10.5)
+    assert not _again(repeats, 7, 0.5, 10.9)
+
+
+def test_what_was_not_sent_stays_due() -> None:
+    """A copy for which the way had no room is due as soon as it is asked for again."""
+    repeats = Retransmissions()
+    assert repeats.is_due(7, 0.5, 10.0)
+    assert repeats.is_due(7, 0.5, 10.1)
+
+
+def test_without_a_round_trip_nothing_is_held_back() -> None:
+    """At the start of a connection a picture must not wait for a measurement."""
+    repeats = Retransmissions()
+    assert _again(repeats, 7, None, 10.0)
+    assert _again(repeats, 7, None, 10.1)
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 400), st.floats(0.001, 0.2)), max_size=600),
+    st.floats(0.01, 3),
+)
+def test_copies_of_a_packet_are_a_round_trip_apart(
+    asked: list[tuple[int, float]], round_trip_s: float
+) -> None:
+    """Whatever is asked for, and however often: only what is long forgotten may come sooner."""
+    repeats, now_s = Retransmissions(), 100.0
+    sent: dict[int, float] = {}
+    since: dict[int, int] = {}
+    for number, pause_s in asked:
+        now_s += pause_s
+        if _again(repeats, number, round_trip_s, now_s):
+            if number in sent and since[number] < 256:
+                assert now_s - sent[number] >= round_trip_s
+            sent[number] = now_s
+            since = {other: count + 1 for other, count in since.items()} | {number: 0}
+    assert len(repeats._sent_s) <= 256

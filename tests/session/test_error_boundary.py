@@ -1,0 +1,367 @@
+"""One viewer's fault: it ends that viewer's peer, and all others go on."""
+
+from __future__ import annotations
+
+import asyncio
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, NoReturn, cast
+
+import numpy as np
+import pytest
+from av.packet import Packet
+from structlog.testing import capture_logs
+from tests.session.test_room import House, Wire
+from tests.turned_clock import TurnedClock
+
+from wax.baseline.settings import ThesisSettings
+from wax.baseline.streams import BaselineService, thesis_video
+from wax.baseline.unit_hub import UnitHub
+from wax.capture.source import BLOCK_SAMPLES, Sound
+from wax.config.settings import VideoSettings
+from wax.congestion.allocation import SoundForm
+from wax.control.turns import Turns
+from wax.encode.encoded import VIDEO_TIME_BASE, EncodedPicture
+from wax.error_boundary import ErrorBoundary
+from wax.fanout.sound_hub import SoundHub
+from wax.fanout.video_hub import VideoHub
+from wax.session import room as room_module
+from wax.session.status import Status
+from wax.session.viewer import Viewer
+from wax.telemetry import Counters, Rates
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.rtc.peer import Peer
+
+
+def fail(*_: object, **__: object) -> NoReturn:
+    raise ValueError("a viewer's fault")
+
+
+class Ended:
+    """A boundary, and how often the peer behind it was ended."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.counters = Counters()
+        self.boundary = ErrorBoundary(viewer=7, counters=self.counters, end=self._end)
+
+    def _end(self) -> None:
+        self.count += 1
+
+
+# --- the boundary itself ----------------------------------------------------------------------
+
+
+def test_a_fault_stays_inside_is_logged_once_and_ends_the_peer() -> None:
+    """Each fault is counted and ends the peer, and only the first is logged."""
+    ended = Ended()
+    with capture_logs() as logs:
+        for _ in range(3):
+            ended.boundary.around(fail)(1, two=2)
+    assert ended.count == 3
+    assert ended.counters.snapshot() == {"viewer faults": 3}
+    assert [(line["log_level"], line["viewer"]) for line in logs] == [("error", 7)]
+
+
+def test_what_does_not_fail_is_let_through() -> None:
+    """Arguments arrive, and nothing is counted or ended."""
+    ended = Ended()
+    got: list[tuple[object, ...]] = []
+    ended.boundary.around(lambda *args, **kwargs: got.append((args, kwargs)))(1, two=2)
+    assert got == [((1,), {"two": 2})]
+    assert ended.count == 0
+    assert ended.counters.snapshot() == {}
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, asyncio.CancelledError])
+def test_the_end_of_the_server_is_no_viewers_fault(error: type[BaseException]) -> None:
+    """What ends a task or the process passes."""
+    ended = Ended()
+    with pytest.raises(error), ended.boundary:
+        raise error
+    assert ended.count == 0
+
+
+def test_a_peer_that_cannot_be_ended_harms_nobody() -> None:
+    """What the end of the peer raises stays inside, too."""
+    with ErrorBoundary(viewer=7, counters=Counters(), end=fail):
+        fail()
+
+
+# --- the room ------------------------------------------------------------------------------
+
+
+class Later(Wire):
+    """Closes a moment after it was told to, as a peer does."""
+
+    def abandon(self) -> None:
+        asyncio.get_running_loop().call_soon(super().abandon)
+
+    async def close(self) -> None:
+        super().abandon()
+
+
+@pytest.fixture
+def house(monkeypatch: pytest.MonkeyPatch) -> House:
+    Wire.made = []
+    monkeypatch.setattr(room_module, "Peer", Later)
+    return House({"turns": {"turn_s": 5.0}, "sync": {"operator": {"policy": "video-first"}}})
+
+
+def _broken(**parts: Callable[..., object]) -> Any:
+    return type("Broken", (), {name: property(part) for name, part in parts.items()})()
+
+
+def _break_send(viewer: Viewer, patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(viewer.peer, "send", fail)
+
+
+class Unknown(Later):
+    """Raises when it is asked for the first time whether it is alive."""
+
+    def __getattribute__(self, name: str) -> Any:
+        if name == "is_alive":
+            self.__class__ = Later  # type: ignore[assignment]  # the very same otherwise
+            fail()
+        return super().__getattribute__(name)
+
+
+def _break_liveness(viewer: Viewer, patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(viewer.peer, "__class__", Unknown)
+
+
+def _break_drive_status(viewer: Viewer, patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(viewer, "tell_drive_status", fail)
+
+
+def _break_name(viewer: Viewer, patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(viewer, "name", 7)  # no text: the room's message cannot be made with it
+
+
+def _break_follow(viewer: Viewer, patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(viewer.streams, "follow", fail)
+
+
+def _break_link(viewer: Viewer, patch: pytest.MonkeyPatch) -> None:
+    link = viewer.link
+    broken = _broken(one_way_s=fail, newest_s=lambda _: None)
+    broken.heard, broken.silence_s = link.heard, link.silence_s
+    patch.setattr(viewer, "link", broken)
+
+
+BREAKS = {
+    "a message to all": _break_send,
+    "whether the peer is alive": _break_liveness,
+    "what becomes of the commands": _break_drive_status,
+    "a line of the room": _break_name,
+    "the policy of the role": _break_follow,
+    "the delay of the link": _break_link,
+}
+
+
+@pytest.mark.parametrize("breaks", BREAKS.values(), ids=BREAKS.keys())
+async def test_a_fault_in_one_viewer_ends_only_that_peer(
+    house: House,
+    breaks: Callable[[Viewer, pytest.MonkeyPatch], None],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Rounds, messages and turns of all others go on, whatever one viewer's part raises."""
+    eve, ada, bob = [await house.enter(f"{who}-1111") for who in ("eve", "ada", "bob")]
+    house.wait(0.2, eve, ada, bob)
+    breaks(house.room.viewers[0], monkeypatch)
+    ada.sent.clear()
+    bob.sent.clear()
+    eve.says(type="join")  # eve drives, so that the loop asks for eve's link; ada is next
+    ada.says(type="join")
+    house.wait(0.3, eve, ada, bob)
+    await asyncio.sleep(0)
+    house.wait(0.3, ada, bob)
+    assert [wire.is_alive for wire in (eve, ada, bob)] == [False, True, True]
+    assert house.counters.snapshot()["viewer faults"] >= 1
+    for wire in (ada, bob):
+        lines = {line["id"]: line for line in wire.last("room")["viewers"]}
+        assert lines[2]["place"] is not None
+    house.wait(4.0, ada, bob)
+    assert bob.last("room")["turn"]["operator"] == 2
+    assert ada.last("playout")["policy"] == "video-first"
+    assert "drive_status" in [message["type"] for message in ada.sent]
+
+
+async def test_a_peer_that_cannot_be_abandoned_stops_no_round(
+    house: House, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The sweep closes whoever else is dead, and all others are told."""
+    eve, bob, ada = [await house.enter(f"{who}-1111") for who in ("eve", "bob", "ada")]
+    monkeypatch.setattr(eve, "abandon", fail)
+    house.wait(10.3, ada)
+    await asyncio.sleep(0)
+    assert not bob.is_alive
+    ada.says(type="name", name="Ada")
+    house.wait(0.1, ada)
+    assert "Ada" in [line["name"] for line in ada.last("room")["viewers"]]
+
+
+async def test_the_robot_stops_though_the_streams_of_its_operator_cannot_be_given_up(
+    house: House, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever drove is lost at once, also where ending the streams raises."""
+    eve = await house.enter("eve-1111")
+    eve.says(type="join")
+    house.wait(0.3, eve)
+    house.robot.told.clear()
+    with monkeypatch.context() as patch:
+        patch.setattr(house.room.viewers[0].streams, "release", fail)
+        await eve.close()
+    assert "stop" in house.robot.told
+    assert house.room.snapshot(house.clock.time_s).viewers[0].lost
+
+
+async def test_one_peer_that_does_not_close_keeps_no_other_open(
+    house: House, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At the end of the server every peer is closed, whatever one of them raises."""
+    eve, ada = await house.enter("eve-1111"), await house.enter("ada-1111")
+    monkeypatch.setattr(eve, "close", fail)
+    await house.room.close()
+    assert not ada.is_alive
+
+
+async def test_the_status_tells_of_all_others(
+    house: House, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a viewer whose streams cannot tell how they are, only name and place are told."""
+    await house.enter("eve-1111")
+    await house.enter("ada-1111")
+    monkeypatch.setattr(house.room.viewers[0].streams, "status", fail)
+    status = Status(
+        clock=house.clock,
+        room=house.room,
+        turns=Turns(house.room._settings.turns),
+        driver=house.robot,
+        video=VideoHub(settings=VideoSettings(), clock=house.clock),
+        audio=SoundHub(),
+        captures={},
+        blocks=cast("Any", SimpleNamespace(filled_ms=0.0, dropped_ms=0.0)),
+        counters=house.counters,
+        rates=Rates(),
+    )
+    broken, whole = cast("list[dict[str, Any]]", status()["viewers"])
+    assert broken["id"] == 1
+    assert "streams" not in broken
+    assert whole["streams"]["policy"] == "audio-master"
+
+
+# --- what serves everybody -----------------------------------------------------------------
+
+
+def _picture(captured_s: float, rendition: str) -> EncodedPicture:
+    packet: Packet[Any] = Packet(b"picture")
+    packet.pts = round(captured_s * 90_000)
+    packet.time_base = VIDEO_TIME_BASE
+    return EncodedPicture(packet, rendition, keyframe=True, layer=0, captured_s=captured_s)
+
+
+def test_a_lane_that_cannot_take_a_picture_keeps_none_from_others() -> None:
+    """The fan-out serves everybody after the lane that raises, and the peer behind that ends."""
+    hub = VideoHub(settings=VideoSettings(), clock=TurnedClock())
+    first, second = Ended(), Ended()
+    broken, whole = hub.add(first.boundary), hub.add(second.boundary)
+    broken.listen(fail)
+    for lane in (broken, whole):
+        hub.choose(lane, hub.names[0])
+    hub._fan_out(_picture(1.0, hub.names[0]))
+    assert whole.take() is not None
+    assert (first.count, second.count) == (1, 0)
+
+
+async def test_a_lane_that_cannot_take_sound_keeps_none_from_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """So it is with sound."""
+    hub, form = SoundHub(), SoundForm(20, 32_000)
+    hub.start()
+    first, second = Ended(), Ended()
+    broken, whole = hub.add(first.boundary), hub.add(second.boundary)
+    for lane in (broken, whole):
+        hub.choose(lane, form, 0)
+    monkeypatch.setattr(broken, "_queue", None)
+    for number in range(6):
+        hub.push(Sound(np.zeros(BLOCK_SAMPLES, np.int16), 1.0 + number / 100))
+    await asyncio.sleep(0)
+    assert await asyncio.wait_for(whole.get(), 5)
+    assert first.count > 0
+    assert second.count == 0
+
+
+class ThesisPage:
+    """A page of the baseline's, whose messages fail from some moment on."""
+
+    def __init__(self, ended: Ended) -> None:
+        self.boundary = ended.boundary
+        self.send: Callable[[object], None] = lambda _message: None
+
+    def hold_back(self, least_ms: float) -> bool:
+        return False
+
+
+@pytest.mark.parametrize("what", ["sound", "picture", "timer"])
+async def test_a_page_of_the_baseline_that_fails_keeps_nothing_from_others(
+    what: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Units of sound, pictures and the sender's timer reach everybody else's streams."""
+    clock, settings = TurnedClock(10.0), ThesisSettings()
+    video = VideoHub(settings=thesis_video(VideoSettings(), settings), clock=clock)
+    audio = UnitHub(mu_ms=settings.audio_mu_ms)
+    audio.start()
+    service = BaselineService(clock=clock, settings=settings, video=video, audio=audio)
+    ended = [Ended(), Ended()]
+    streams = [service.streams(ThesisPage(one), cast("Any", None)) for one in ended]
+    for one in streams:
+        one.lanes()
+        one.want(sound=what != "picture", picture=what != "sound", size="", policy=None)
+    monkeypatch.setattr(streams[0], "_act" if what != "timer" else "_sender", fail)
+    got: list[object] = []
+    monkeypatch.setattr(streams[1], "_act", got.append)
+    if what == "sound":
+        for number in range(60):
+            audio.push(Sound(np.zeros(BLOCK_SAMPLES, np.int16), 10.0 + number / 100))
+        await asyncio.sleep(0)
+    elif what == "picture":
+        video._fan_out(_picture(10.0, video.names[0]))
+    else:
+        for one in streams:
+            assert one._timer is not None
+            one._timer._run()
+    assert got
+    assert (ended[0].count, ended[1].count) == (1, 0)
+    monkeypatch.undo()
+    for one in streams:
+        one.release()
+
+
+def test_the_peer_of_another_connection_has_another_fence() -> None:
+    """After a reconnection the first fault is logged again."""
+    made: list[ErrorBoundary] = []
+    streams = SimpleNamespace(lanes=lambda: None, release=lambda: None)
+    service = cast(
+        "Any", SimpleNamespace(acknowledged=False, streams=lambda *_: streams, sizes=["1x1"])
+    )
+    viewer = Viewer(
+        number=1,
+        client="c",
+        clock=TurnedClock(),
+        counters=Counters(),
+        service=service,
+        events=cast("Any", None),
+        sync=cast("Any", None),
+    )
+    for _ in range(2):
+        viewer.lanes()
+        made.append(viewer.boundary)
+    assert len({id(boundary) for boundary in made}) == 2
+    viewer.peer = cast("Peer", SimpleNamespace(send=fail, abandon=made.clear))
+    with capture_logs() as logs:
+        viewer.send_text("{}")
+    assert (len(logs), made) == (1, [])

@@ -1,0 +1,190 @@
+"""The host's button: the robot is lent to the proof and comes back, whatever becomes of that."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import sys
+from contextlib import suppress
+from html import unescape
+from typing import TYPE_CHECKING, cast
+
+import pytest
+
+from wax.control.stop_latch import LatchedStop
+from wax.errors import ForbiddenError
+from wax.proof.verdict import FAULTS
+from wax.session import proof_runner as proving_module
+from wax.session.proof_runner import LENT, STOPPED, ProofRunner
+
+if TYPE_CHECKING:
+    from asyncio.subprocess import Process
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    from wax.control.loop import ControlLoop
+    from wax.driver.interface import Driver
+
+pytestmark = pytest.mark.system
+
+
+PAPER = "tests.session.paper_proof"
+
+
+class Robot:
+    """The loop and the driver in one: notes what it is told."""
+
+    def __init__(self) -> None:
+        self.told: list[object] = []
+        self.latched: LatchedStop | None = None
+
+    def maintain(self, reason: str | None) -> None:
+        self.told.append(reason)
+
+    def open(self) -> None:
+        self.told.append("open")
+
+    def close(self) -> None:
+        self.told.append("close")
+
+
+@pytest.fixture
+def robot() -> Robot:
+    return Robot()
+
+
+@pytest.fixture
+async def proving(robot: Robot, tmp_path: Path) -> AsyncIterator[ProofRunner]:
+    config = tmp_path / "wax.toml"
+    config.write_text('[robot]\ndriver = "simulated"\n')
+    made = ProofRunner(
+        control=cast("ControlLoop", robot),
+        driver=cast("Driver", robot),
+        config_path=config,
+        changed=lambda: None,
+    )
+    yield made
+    await made.stop()
+
+
+async def _ended(proving: ProofRunner) -> dict[str, object]:
+    async with asyncio.timeout(20):
+        while proving.progress()["state"] == "running":  # noqa: ASYNC110  # as the page asks
+            await asyncio.sleep(0.05)
+    return proving.progress()
+
+
+async def test_the_robot_is_let_go_of_and_taken_back(proving: ProofRunner, robot: Robot) -> None:
+    """Nobody drives meanwhile; where nothing can be proved the host reads why, and may go on."""
+    assert proving.progress() == {"state": "never", "line": "", "record": None}
+    await proving.start()
+    with pytest.raises(ForbiddenError, match="already"):
+        await proving.start()
+    told = await _ended(proving)
+    assert told["state"] == "failed"
+    assert "simulated" in str(told["line"])
+    assert told["record"] is None
+    assert robot.told == [LENT, "close", "open", None]
+    with pytest.raises(ForbiddenError, match="no record"):
+        proving.record()
+
+
+CUT = "Every link was cut 5 times; the robot stood at the latest after 200 ms"
+LATE = "; ".join(fault.title for fault in FAULTS)
+PROOFS = {
+    "in time": ("", "done", f"{CUT}, its own braking included."),
+    "in part": (
+        'robot.serial.dialect = "bytes"',
+        "done",
+        "What could be measured was cut 5 times; the robot was told to stop at the latest after"
+        " 150 ms. Not measured: The process that speaks with the robot is killed;"
+        " The serial line is cut.",
+    ),
+    "too late": (
+        "drive = { max_age_ms = 1000, max_command_age_ms = 2000 }",
+        "failed",
+        f"Not proved: too late or not at all after: {LATE}.",
+    ),
+}
+
+
+@pytest.mark.parametrize(("config", "state", "sentence"), PROOFS.values(), ids=PROOFS)
+async def test_the_page_claims_no_more_than_the_record(
+    proving: ProofRunner,
+    robot: Robot,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    *,
+    config: str,
+    state: str,
+    sentence: str,
+) -> None:
+    """The last line is the record's own sentence, whatever could be measured; the robot is back."""
+    (tmp_path / "wax.toml").write_text(f'robot.driver = "serial"\n{config}\n')
+    wax = proving._command
+    monkeypatch.setattr(
+        proving, "_command", lambda record: [sys.executable, "-m", PAPER, *wax(record)[3:]]
+    )
+    await proving.start()
+    told = await _ended(proving)
+    assert told == {"state": state, "line": sentence, "record": "/api/proof/record"}
+    assert f">{sentence}</p>" in unescape(proving.record())
+    assert robot.told == [LENT, "close", "open", None]
+
+
+async def _under_way(proving: ProofRunner, monkeypatch: pytest.MonkeyPatch) -> Process:
+    """Begin a proof that goes on for a minute unless somebody ends it."""
+    minute = [sys.executable, "-c", "import time; time.sleep(60)"]
+    monkeypatch.setattr(proving, "_command", lambda _record: minute)
+    await proving.start()
+    async with asyncio.timeout(10):
+        while proving._process is None:  # noqa: ASYNC110  # it tells nobody
+            await asyncio.sleep(0.01)
+    return proving._process
+
+
+async def test_a_server_that_ends_keeps_the_robot_shut(
+    proving: ProofRunner, robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The proof ends with the server, and the robot is not opened again."""
+    process = await _under_way(proving, monkeypatch)
+    await proving.stop()
+    assert process.returncode == -signal.SIGTERM
+    await proving.stop()
+    assert robot.told[:2] == [LENT, "close"]
+    assert "open" not in robot.told
+    with pytest.raises(ForbiddenError, match="ends"):
+        await proving.start()
+
+
+async def test_a_proof_that_does_not_listen_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that ignores the request to end does not live on, whoever waits for it or does not."""
+    monkeypatch.setattr(proving_module, "_END_S", 0.2)
+    deaf = (
+        "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print(1, flush=True)"
+    )
+    for patience_s in (5.0, 0.05):
+        process = await asyncio.create_subprocess_exec(
+            sys.executable, "-c", f"{deaf}; time.sleep(60)", stdout=asyncio.subprocess.PIPE
+        )
+        assert process.stdout is not None
+        await process.stdout.readline()
+        with suppress(TimeoutError):
+            async with asyncio.timeout(patience_s):
+                await proving_module._end(process)
+        assert await asyncio.wait_for(process.wait(), 5) == -signal.SIGKILL
+
+
+async def test_a_stop_breaks_the_proof_off(
+    proving: ProofRunner, robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever presses Stop stops the robot of the proof too, and none begins while that lasts."""
+    process = await _under_way(proving, monkeypatch)
+    robot.latched = LatchedStop(1, "Ada")
+    assert await asyncio.wait_for(process.wait(), 5) == -signal.SIGTERM
+    told = await _ended(proving)
+    assert (told["state"], told["line"]) == ("failed", STOPPED)
+    with pytest.raises(ForbiddenError, match="release it first"):
+        await proving.start()
+    robot.latched = None
+    await proving.start()

@@ -1,0 +1,343 @@
+"""A viewer: every message is understood or refused, none of them raises."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, cast
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.turned_clock import TurnedClock
+
+from wax.config.settings import AudioSettings, SyncSettings, VideoSettings
+from wax.fanout.sound_hub import SoundHub
+from wax.fanout.video_hub import VideoHub
+from wax.protocol import messages
+from wax.protocol.messages import MAX_NAME_CHARS
+from wax.session.viewer import Viewer, clean_name
+from wax.streams.live import LiveService
+from wax.telemetry import Counters
+
+if TYPE_CHECKING:
+    from wax.control.gate import Command
+    from wax.rtc.peer import Peer
+
+
+@dataclass
+class House:
+    """The room and the peer of one viewer: notes what he does and what he is sent."""
+
+    calls: list[tuple[str, Any]] = field(default_factory=list)
+    sent: list[tuple[str, Any]] = field(default_factory=list)
+
+    def viewer_connected(self, viewer: Viewer) -> None:
+        self.calls.append(("connected", viewer.number))
+
+    def viewer_closed(self, viewer: Viewer, peer: Peer) -> None:
+        self.calls.append(("closed", peer))
+
+    def viewer_renamed(self) -> None:
+        self.calls.append(("renamed", None))
+
+    def viewer_asks(self, viewer: Viewer, request: Any) -> None:
+        self.calls.append((request.type, viewer.number))
+
+    def viewer_stops(self, viewer: Viewer) -> None:
+        self.calls.append(("stop", viewer.number))
+
+    def viewer_releases(self, viewer: Viewer, release: messages.Release) -> None:
+        self.calls.append(("release", release.stop))
+
+    def viewer_drives(self, viewer: Viewer, command: Command) -> None:
+        self.calls.append(("drive", command))
+
+    def send(self, channel: str, text: str) -> None:
+        self.sent.append((channel, json.loads(text)))
+
+    def media_time(self, kind: str, rtp: int) -> int:  # as a peer has it
+        return rtp - 1000
+
+    def hold_back(self, least_ms: float) -> bool:  # its browser takes none
+        return False
+
+
+@dataclass
+class Scene:
+    viewer: Viewer
+    house: House
+    clock: TurnedClock
+    counters: Counters
+    video: VideoHub
+    audio: SoundHub
+
+
+SMALLEST = VideoSettings().renditions[-1].name
+
+
+def _scene(sync: SyncSettings | None = None) -> Scene:
+    clock, house, counters = TurnedClock(100.0), House(), Counters()
+    video = VideoHub(settings=VideoSettings(), clock=clock)
+    audio = SoundHub()
+    viewer = Viewer(
+        number=7,
+        client="c",
+        clock=clock,
+        counters=counters,
+        service=LiveService(
+            clock=clock,
+            video_settings=VideoSettings(),
+            audio_settings=AudioSettings(),
+            video=video,
+            audio=audio,
+        ),
+        events=house,
+        sync=sync or SyncSettings(),
+    )
+    viewer.lanes()
+    viewer.peer = cast("Peer", house)
+    viewer.connected()
+    viewer.ready()
+    return Scene(viewer, house, clock, counters, video, audio)
+
+
+def _drive(**changes: object) -> str:
+    command = {
+        "type": "drive",
+        "seq": 1,
+        "turn": 2,
+        "sent_server_ms": 99_990.0,
+        "linear": 0.5,
+        "angular": -1.0,
+        "held": True,
+        "speed": "slow",
+        "seen_server_ms": None,
+        "axes": {},
+    }
+    return json.dumps(list((command | changes).values()))
+
+
+def _want(size: str) -> dict[str, Any]:
+    return {"type": "want", "sound": True, "picture": True, "size": size, "policy": None}
+
+
+def test_a_command_becomes_a_value() -> None:
+    """A well-formed set-point reaches the room, times in seconds."""
+    scene = _scene()
+    scene.viewer.received("drive", _drive(seen_server_ms=99_900.0))
+    name, command = scene.house.calls[-1]
+    assert name == "drive"
+    assert (command.seq, command.turn, command.sent_s) == (1, 2, 99.99)
+    assert (command.linear, command.angular, command.speed) == (0.5, -1.0, "slow")
+    assert command.seen_s == 99.9
+    assert command.held is True
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        _drive(linear=1.01),
+        _drive(linear="0.5"),
+        _drive(seq=-1),
+        _drive(seq=1.5),
+        _drive(extra=1),
+        _drive(type="fly"),
+        _drive(speed="warp"),
+        _drive(sent_server_ms=None),
+        _drive(axes={"pan": 2}),
+        _drive(axes={str(i): 0 for i in range(5)}),
+        _drive().replace("0.5", "NaN"),
+        _drive().replace("0.5", "1e999"),
+        _drive() + " " * 600,
+        "[]",
+        "null",
+        "",
+        "\x00",
+        '["join"]',
+        '{"type":"join"}',
+    ],
+)
+def test_a_malformed_command_is_refused_and_counted(text: str) -> None:
+    """What is no command moves nothing, is counted, and raises nothing."""
+    scene = _scene()
+    before = list(scene.house.calls)
+    scene.viewer.received("drive", text)
+    assert scene.house.calls == before
+    assert scene.counters.snapshot() == {"messages refused": 1}
+
+
+@given(st.sampled_from(["drive", "state"]), st.text() | st.binary())
+def test_no_bytes_raise(channel: Any, data: str | bytes) -> None:
+    """Whatever arrives, the handler returns: an exception would close the peer."""
+    scene = _scene()
+    scene.viewer.received(channel, data)
+    assert sum(scene.counters.snapshot().values()) == 1
+
+
+def test_a_failing_room_does_not_close_the_peer() -> None:
+    """An error of our own is logged and counted, and the peer lives on."""
+    scene = _scene()
+    scene.house.calls = cast("Any", None)
+    scene.viewer.received("state", '{"type":"stop"}')
+    assert scene.counters.snapshot() == {"messages failed": 1}
+
+
+def test_a_ping_is_answered_with_both_clocks() -> None:
+    """The pong returns the page's stamp and adds the server's, on the lossy channel."""
+    scene = _scene()
+    scene.viewer.received("drive", '["ping",3,12.5,null,null]')
+    assert scene.house.sent[-1] == ("drive", ["pong", 3, 12.5, 100_000.0])
+
+
+def test_a_stop_passes_in_a_flood() -> None:
+    """However many messages came before, a stop is heard; nothing else is."""
+    scene = _scene()
+    for _ in range(500):
+        scene.viewer.received("state", '{"type":"name","name":"x"}')
+    scene.house.calls.clear()
+    scene.viewer.received("state", '{"type":"join"}')
+    scene.viewer.received("state", "{" * 20)
+    scene.viewer.received("drive", '{"type":"stop"}')
+    scene.viewer.received("state", '{"type":"stop"}')
+    assert scene.house.calls == [("stop", 7)]
+
+
+def test_a_release_names_its_stop() -> None:
+    """The room learns which stop is meant."""
+    scene = _scene()
+    scene.viewer.received("state", '{"type":"release","stop":3,"sent_server_ms":99990.0}')
+    assert scene.house.calls[-1] == ("release", 3)
+
+
+def test_a_picture_switched_off_is_known() -> None:
+    """Whether the viewer means to see is what he asked for last."""
+    scene = _scene()
+    assert scene.viewer.wants_picture
+    size = VideoSettings().renditions[0].size
+    scene.viewer.received("state", json.dumps(_want(size) | {"picture": False}))
+    assert not scene.viewer.wants_picture
+
+
+@pytest.mark.parametrize("request_type", ["join", "leave", "stop"])
+def test_requests_reach_the_room(request_type: str) -> None:
+    """Join, leave and stop are told to the room with the viewer's number."""
+    scene = _scene()
+    scene.viewer.received("state", json.dumps({"type": request_type}))
+    assert scene.house.calls[-1] == (request_type, 7)
+
+
+def test_the_picture_comes_unasked_and_the_sound_when_wanted() -> None:
+    """A small picture plays on load; nothing else is sent before it is wanted."""
+    scene = _scene()
+    assert scene.video.wanted == [SMALLEST]
+    assert scene.audio.wanted == []
+    want = _want("160x120")
+    scene.viewer.received("state", json.dumps(want))
+    assert scene.video.wanted == [SMALLEST]
+    assert len(scene.audio.wanted) == 1
+    scene.viewer.received("state", json.dumps(want | {"picture": False, "sound": False}))
+    assert scene.video.wanted == []
+    assert scene.audio.wanted == []
+
+
+def test_an_unknown_size_is_refused_with_a_sentence() -> None:
+    """A size that does not exist changes nothing and says which do."""
+    scene = _scene()
+    want = _want("9x9") | {"sound": False}
+    scene.viewer.received("state", json.dumps(want))
+    assert scene.video.wanted == [SMALLEST]
+    channel, notice = scene.house.sent[-1]
+    assert (channel, notice["type"]) == ("state", "notice")
+    assert "640x480" in notice["text"]
+
+
+def test_leaving_ends_what_nobody_else_wants() -> None:
+    """When the last viewer's peer is gone nothing is encoded."""
+    scene = _scene()
+    want = _want("640x480")
+    scene.viewer.received("state", json.dumps(want))
+    scene.viewer.release()
+    scene.viewer.release()
+    assert (scene.video.wanted, scene.audio.wanted) == ([], [])
+
+
+def test_what_the_page_has_received_reaches_its_streams(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An acknowledgement is told by the media time of the unit's last packet."""
+    scene = _scene()
+    got: list[tuple[str, int]] = []
+    monkeypatch.setattr(scene.viewer.streams, "received", lambda *what: got.append(what))
+    message = {"type": "received", "kind": "audio", "rtp": 5000}
+    scene.viewer.received("state", json.dumps(message))
+    assert got == [("audio", 4000)]
+
+
+def test_the_policy_follows_reports_and_role() -> None:
+    """Reports move the picture's hold-back; a new role brings its own policy and media unit."""
+    scene = _scene(SyncSettings(audio_delay_ms=200.0))
+    want = _want("640x480")
+    scene.viewer.received("state", json.dumps(want))
+    playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
+    assert (playout[-1]["sound_target_ms"], playout[-1]["picture_target_ms"]) == (200.0, 200.0)
+    report = '["report",[260,200,null,0,1000],[215,200,30,0],1]'
+    for _ in range(4):
+        scene.clock.time_s += 0.25
+        scene.viewer.received("drive", report)
+    playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
+    assert playout[-1]["picture_target_ms"] > 220
+    scene.viewer.follow(SyncSettings(policy="video-first", audio_mu_ms=60), drives=False)
+    playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
+    assert (playout[-1]["policy"], playout[-1]["picture_target_ms"]) == ("video-first", 0.0)
+    assert scene.viewer.streams.status()["sound_mu_ms"] == 60
+
+
+def test_the_viewers_own_choice_of_policy_is_taken() -> None:
+    """A page may ask for a policy, and leave it to the role again."""
+    scene = _scene()
+    for asked, policy in (("video-first", "video-first"), (None, "audio-master")):
+        want = _want("640x480") | {"policy": asked}
+        scene.viewer.received("state", json.dumps(want))
+        playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
+        assert playout[-1]["policy"] == policy
+
+
+def test_what_becomes_of_commands_is_told_a_few_times_a_second() -> None:
+    """Reasons that change with each command are told three times a second, the last one surely."""
+    scene = _scene()
+    for tick in range(40):
+        scene.clock.time_s += 0.025
+        reason = "too old" if tick % 2 else None
+        scene.viewer.drive_status = messages.DriveStatus(moving=not tick % 2, reason=reason)
+        scene.viewer.tell_drive_status(scene.clock.now_s())
+    scene.viewer.tell_drive_status(scene.clock.now_s() + 1)
+    told = [m for _, m in scene.house.sent if m["type"] == "drive_status"]
+    assert 3 <= len(told) <= 5
+    assert told[-1]["reason"] == "too old"
+
+
+@pytest.mark.parametrize(
+    ("given_name", "shown"),
+    [
+        ("  Ada  Lovelace ", "Ada Lovelace"),
+        ("", "Guest 7"),
+        (" \t\n\x00 ", "Guest 7"),
+        ("a\u202eb\nc", "a b c"),
+        ("x" * 100, "x" * MAX_NAME_CHARS),
+        ("<b>Zoë</b>", "<b>Zoë</b>"),
+    ],
+)
+def test_names_are_one_short_visible_line(given_name: str, shown: str) -> None:
+    """A name is trimmed, bounded and free of control characters; markup stays plain text."""
+    scene = _scene()
+    scene.viewer.received("state", json.dumps({"type": "name", "name": given_name}))
+    assert scene.viewer.name == shown
+    assert scene.house.calls[-1] == ("renamed", None)
+
+
+@given(st.text())
+def test_any_name_is_bounded(name: str) -> None:
+    """No name is longer than allowed, spans lines, or begins or ends with a space."""
+    shown = clean_name(name)
+    assert len(shown) <= MAX_NAME_CHARS
+    assert shown == shown.strip()
+    assert shown.isprintable()

@@ -1,0 +1,50 @@
+import { RequestError } from "../link/http";
+import type { Link } from "../link/link";
+import { postRelease, postStop } from "../link/stop";
+import type { State } from "../state";
+
+const NO_ANSWER =
+  "The server has not answered this Stop: press it again, or switch the robot off by hand.";
+
+export interface StopControlOptions {
+  state: Pick<State, "stopNumber">;
+  link: Pick<Link, "sendState" | "clock">;
+  client: () => string;
+  /** Lets go of everything at once. */
+  letGo: () => void;
+  /** Shows a sentence to the person. */
+  say: (sentence: string) => void;
+}
+
+/** Stop for everybody, and its release. */
+export class StopControl {
+  constructor(private readonly options: StopControlOptions) {}
+
+  /** By both ways at once, whatever is known of either; only then come the hands of this page. */
+  stop(): void {
+    const { link, client, letGo, state, say } = this.options;
+    link.sendState({ type: "stop" });
+    const posted = postStop(client());
+    letGo();
+    posted.catch((error: unknown) => {
+      if (error instanceof RequestError && error.isRefusal) say(error.message);
+      else if (state.stopNumber.peek() === null) say(NO_ANSWER);
+    });
+  }
+
+  /**
+   * Ends the stop that is latched; it moves nothing. Stamped where there is a channel, so that one
+   * that comes late releases nothing.
+   */
+  release(): void {
+    const { link, client, state, say } = this.options;
+    const stop = state.stopNumber.peek();
+    if (stop === null) return;
+    const sentMs = link.clock.toServerMs(performance.now());
+    if (sentMs !== null && link.sendState({ type: "release", stop, sent_server_ms: sentMs }))
+      return;
+    postRelease(client(), stop).catch((error: unknown) => {
+      if (error instanceof RequestError) say(error.message);
+    });
+  }
+}
