@@ -22,7 +22,7 @@ CONFIG = Path(__file__).parents[1] / "config" / "thesis.toml"
 def thesis(**more: Any) -> str:
     """Return the shipped file with the test card before it, and what else is given."""
     tree = tomllib.loads(CONFIG.read_text(encoding="utf-8"))
-    tree["video"]["source"] = "testcard"  # its stamp is at the top, the file's imprint below
+    tree["video"]["source"] = "testcard"  # its stamp is at the top, the overlay of the time below
     tree["audio"] = {"source": "testcard"}
     tree["thesis"] |= more
     return toml.dumps(tree)

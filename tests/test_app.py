@@ -88,6 +88,8 @@ async def test_a_driver_that_raises_takes_nothing_down(monkeypatch: pytest.Monke
         "problem": NO_ANSWER,
         "moving": None,
         "pose": None,
+        "bumpers": 0,
+        "battery_v": None,
         "battery_fraction": None,
     }
 
@@ -134,12 +136,12 @@ async def test_a_taken_port_is_a_sentence() -> None:
     await asyncio.wait_for(running, 5)
 
 
-@pytest.mark.parametrize("imprint", [False, True])
-async def test_the_imprint_is_switched_by_its_key(imprint: bool) -> None:
-    """With `[video] imprint` the wall clock is drawn into the picture, without it nothing is."""
-    app = _app(imprint=imprint)
+@pytest.mark.parametrize("is_on", [False, True])
+async def test_the_overlay_is_switched_by_its_key(is_on: bool) -> None:
+    """With `[video] timestamp_overlay` each picture carries its time."""
+    app = _app(timestamp_overlay=is_on)
     picture = Picture(np.full((720, 640), 90, np.uint8), SystemClock().now_s())
-    app._take_picture(picture)
+    app._captures["video"]._sink(picture)  # type: ignore[arg-type]  # it is the camera's
     found = app._video.slot.newer_than(0, 0.0)
     assert found is not None
-    assert (found[1].i420 != picture.i420).any() == imprint
+    assert (found[1].i420 != picture.i420).any() == is_on

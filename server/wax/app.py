@@ -21,7 +21,7 @@ from wax.baseline.unit_hub import UnitHub
 from wax.capture.audio_blocks import Blocks
 from wax.capture.find_sources import make_sources
 from wax.capture.source_thread import SourceThread
-from wax.capture.timestamp_overlay import overlay_time
+from wax.capture.timestamp_overlay import TimestampOverlay
 from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
 from wax.encode.video_encoder import IntraEncoder
@@ -94,11 +94,12 @@ class App:
                 video=self._video,
                 audio=self._audio,
             )
+        slot = self._video.slot
         self._captures: dict[str, SourceThread[Picture] | SourceThread[Sound]] = {}
         if sources.video is not None:
             self._captures["video"] = SourceThread(
                 sources.video,
-                self._take_picture,
+                TimestampOverlay(clock, slot.put) if settings.video.timestamp_overlay else slot.put,
                 name="camera",
                 clock=clock,
                 retry_s=settings.video.retry_s,
@@ -246,13 +247,6 @@ class App:
     def _task_died(self, name: str) -> None:
         self._died = name
         self.stop()
-
-    def _take_picture(self, picture: Picture) -> None:
-        """Take a picture, in the camera's thread."""
-        if self._settings.video.imprint:
-            behind_ms = (self._clock.now_s() - picture.captured_s) * 1000
-            picture = overlay_time(picture, self._clock.wall_ms() - round(behind_ms))
-        self._video.slot.put(picture)
 
     def _take_sound(self, sound: Sound) -> None:
         """Take sound, in the microphone's thread."""

@@ -1,4 +1,4 @@
-"""The imprint: readable on every ground, and the picture that was given stays as it was."""
+"""The time on the picture: readable on every ground; the picture given stays as it was."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wax.capture.source import Picture
-from wax.capture.timestamp_overlay import overlay_time, wall_text
+from wax.capture.timestamp_overlay import TimestampOverlay, overlay_time, wall_text
 
 NOW_MS = 1_795_249_152_112
 
@@ -49,3 +49,18 @@ def test_a_millisecond_can_be_seen() -> None:
     first, again = overlay_time(picture, NOW_MS), overlay_time(picture, NOW_MS)
     assert np.array_equal(first.i420, again.i420)
     assert (first.i420 != overlay_time(picture, NOW_MS + 1).i420).sum() > 20
+
+
+def test_it_is_the_time_of_the_capture() -> None:
+    """A picture that was captured 0.25 s ago carries the wall clock's time of then."""
+
+    class Clock:
+        def now_s(self) -> float:
+            return 12.75
+
+        def wall_ms(self) -> int:
+            return NOW_MS
+
+    got: list[Picture] = []
+    TimestampOverlay(Clock(), got.append)(plain(640, 480, 90))
+    assert np.array_equal(got[0].i420, overlay_time(plain(640, 480, 90), NOW_MS - 250).i420)

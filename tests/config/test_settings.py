@@ -104,7 +104,7 @@ def test_public_robot_is_a_valid_example() -> None:
     """The example for a public robot loads, is reachable, dated and slower than the default."""
     settings = config.load(CONFIG / "public-robot.toml")
     assert settings.server.host == "0.0.0.0"
-    assert settings.video.imprint
+    assert settings.video.timestamp_overlay
     assert settings.robot.max_linear_mps < config.Settings().robot.max_linear_mps
 
 
@@ -115,7 +115,7 @@ def test_the_baseline_is_the_thesis() -> None:
     settings = config.load(CONFIG / "thesis.toml")
     assert settings.sync.policy == "thesis"
     assert settings.turns.join == "auto"
-    assert settings.video.imprint
+    assert settings.video.timestamp_overlay
     assert settings.thesis == config.Settings().thesis
 
 
@@ -173,7 +173,11 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
             "[thesis]\nvideo_mu_ms = 80",
             "thesis.audio_mu_ms: 500 is no whole multiple of video_mu_ms, which is 80",
         ),
-        ("[video]\nimprint = 'yes'", 'video.imprint: got "yes"; allowed is true or false'),
+        (
+            "[video]\ntimestamp_overlay = 1",
+            "video.timestamp_overlay: got 1; allowed is true or false",
+        ),
+        ("[video]\nimprint = true", "video.imprint: is now called video.timestamp_overlay"),
         (
             "[video]\nrenditions = []",
             "video.renditions: got []; allowed is a list of tables, 1 to 8 of them",

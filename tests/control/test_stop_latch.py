@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from wax.control.reasons import Refusal
-from wax.control.stop_latch import LatchedStop, StopLatch, press, release
+from wax.control.stop_latch import LatchedStop, Releaser, StopLatch, press, release
 from wax.control.turn_view import TurnView
 
 ADA, BOB = 1, 2
@@ -35,18 +35,18 @@ def test_a_guessed_number_releases_nothing() -> None:
 
 RELEASED = {
     "the operator": (ADA, 2, 100.5),
-    "the server's own machine": (None, 2, 100.5),
+    "the host": ("host", 2, 100.5),
     "without a stamp": (ADA, 2, None),
     "at the moment of the press": (ADA, 2, 100.0),
     "a stamp ahead by the line's delay": (ADA, 2, 101.149),
-    "a stamp a little ahead on this machine": (None, 2, 101.049),
+    "the host's stamp, a little ahead": ("host", 2, 101.049),
 }
 
 
-@pytest.mark.parametrize(("viewer", "number", "sent_s"), RELEASED.values(), ids=RELEASED)
-def test_released(viewer: int | None, number: int, sent_s: float | None) -> None:
+@pytest.mark.parametrize(("by", "number", "sent_s"), RELEASED.values(), ids=RELEASED)
+def test_released(by: Releaser, number: int, sent_s: float | None) -> None:
     """Who may release this stop now does."""
-    after, refusal = release(PRESSED, viewer, number, sent_s, turn=TURN, now_s=NOW_S)
+    after, refusal = release(PRESSED, by, number, sent_s, turn=TURN, now_s=NOW_S)
     assert refusal is None
     assert after == replace(PRESSED, stop=None)
 
@@ -56,19 +56,25 @@ REFUSED = {
     "a lost operator": (Refusal.LOST, (ADA, 2, 100.5), {"present": False}),
     "somebody else, of another stop": (Refusal.NOT_YOUR_STOP, (BOB, 3, 100.5), {}),
     "nobody's turn": (Refusal.NOT_YOUR_STOP, (ADA, 2, 100.5), {"operator": None}),
+    "somebody unknown": (Refusal.NOT_YOUR_STOP, (None, 2, 100.5), {}),
+    "somebody unknown, in nobody's turn": (
+        Refusal.NOT_YOUR_STOP,
+        (None, 2, 100.5),
+        {"operator": None},
+    ),
     "an earlier stop": (Refusal.OTHER_STOP, (ADA, 1, 100.5), {}),
-    "an earlier press, without a stamp": (Refusal.OTHER_STOP, (None, 1, None), {}),
-    "a later stop": (Refusal.OTHER_STOP, (None, 3, None), {}),
+    "an earlier press, without a stamp": (Refusal.OTHER_STOP, ("host", 1, None), {}),
+    "a later stop": (Refusal.OTHER_STOP, ("host", 3, None), {}),
     "sent before the last press": (Refusal.OTHER_STOP, (ADA, 2, 99.999), {}),
     "the future": (Refusal.FROM_FUTURE, (ADA, 2, 101.151), {}),
-    "the future on this machine": (Refusal.FROM_FUTURE, (None, 2, 101.051), {}),
+    "the host's future": (Refusal.FROM_FUTURE, ("host", 2, 101.051), {}),
     "no number as a stamp": (Refusal.RELEASED_LATE, (ADA, 2, math.nan), {}),
 }
 
 
 @pytest.mark.parametrize(("why", "asked", "change"), REFUSED.values(), ids=REFUSED)
 def test_refused(
-    why: Refusal, asked: tuple[int | None, int, float | None], change: dict[str, object]
+    why: Refusal, asked: tuple[Releaser, int, float | None], change: dict[str, object]
 ) -> None:
     """A release that breaks one rule is refused for it, and the stop lasts."""
     turn = replace(TURN, **change)  # type: ignore[arg-type]  # a table

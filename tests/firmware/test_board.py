@@ -78,7 +78,7 @@ async def test_it_drives_and_tells(board: Board, robot: SerialRobot) -> None:
         known = state.extra
         return (
             state.moving is True
-            and (known["battery_v"], known["bumpers"]) == (6.9, 4.0)
+            and (state.battery_v, state.bumpers) == (6.9, 4)
             and known["left_ticks"] > 100
         )
 

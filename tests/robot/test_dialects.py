@@ -198,8 +198,6 @@ def test_reports_are_known_until_the_next_connection() -> None:
     robot.answer(dialect, 1.0, **report, damaged=3, refused=4)
     assert dialect.known() == {
         "line_errors": 1.0,
-        "battery_v": 7.412,
-        "bumpers": 2.0,
         "left_ticks": -10.0,
         "right_ticks": 20.0,
         "moving": 1.0,
@@ -208,10 +206,10 @@ def test_reports_are_known_until_the_next_connection() -> None:
         "robot_line_errors": 3.0,
         "robot_refused": 4.0,
     }
-    assert dialect.moving is True
+    assert (dialect.moving, dialect.bumpers, dialect.battery_v) == (True, 2, 7.412)
     dialect.hello(2.0)
     assert dialect.known() == {"line_errors": 0.0}
-    assert dialect.moving is None
+    assert (dialect.moving, dialect.bumpers, dialect.battery_v) == (None, 0, None)
 
 
 def test_what_came_before_the_session_is_no_error_of_the_line() -> None:

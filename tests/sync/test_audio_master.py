@@ -293,9 +293,9 @@ def test_what_was_learned_of_the_link_outlives_a_change_of_role() -> None:
     policy = AudioMaster(OBSERVER)
     estimate = LinkEstimate("steady", 1e6, 1e5, 0.0, 150.0, 0.0, 0, 50.0)
     assert policy.decide(_told(150, 90), 1.0, estimate).sound_ms == 100.0
-    other = make_policy(OPERATOR, policy.watch)
+    other = make_policy(OPERATOR, policy.state)
     assert (other.start().sound_ms, other.preroll_ms) == (100.0, 100.0)
-    first = make_policy(SyncSettings(policy="video-first"), other.watch)
+    first = make_policy(SyncSettings(policy="video-first"), other.state)
     assert (first.start().sound_ms, first.start().picture_ms) == (100.0, 0.0)
-    fixed = make_policy(SyncSettings(audio_delay_ms=50.0), first.watch)
+    fixed = make_policy(SyncSettings(audio_delay_ms=50.0), first.state)
     assert fixed.start().sound_ms == 50.0

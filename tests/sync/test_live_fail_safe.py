@@ -11,8 +11,8 @@ from wax.config.settings import SyncSettings
 from wax.congestion.allocation import Allocation, SoundForm, Step
 from wax.congestion.delivery import LinkEstimate, LinkState
 from wax.sync.fail_safe import FailSafe
-from wax.sync.playout import PlayoutPolicy, PlayoutReport, PlayoutTargets, StreamPlayout
-from wax.sync.policies import make_policy
+from wax.sync.playout import PlayoutReport, PlayoutTargets, StreamPlayout
+from wax.sync.policies import PlayoutPolicy, make_policy
 
 STEP = Step("a", "640x480", 30.0, 1_000_000, 3)
 

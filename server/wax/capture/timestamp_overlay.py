@@ -1,4 +1,4 @@
-"""The wall clock, drawn on the picture: two screens side by side show their drift (thesis, 4.2)."""
+"""The wall clock, drawn on the picture: two screens side by side show their drift (thesis 4.2)."""
 
 from __future__ import annotations
 
@@ -11,13 +11,30 @@ import numpy as np
 from wax.capture.source import Picture
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
+
+    from wax.clock import Clock
 
 _FONT: Final = cv2.FONT_HERSHEY_SIMPLEX
 _WHITE: Final = 235
 _BLACK: Final = 16
 _WIDTH_FRACTION: Final = 0.9
 """Wide, so that it can still be read after the picture was made four times smaller."""
+
+
+class TimestampOverlay:
+    """Between a source and its slot: each picture gets the time of its capture drawn on it."""
+
+    def __init__(self, clock: Clock, put: Callable[[Picture], None]) -> None:
+        self._clock = clock
+        self._put = put
+
+    def __call__(self, picture: Picture) -> None:
+        """Take a picture, in the source's thread."""
+        age_ms = (self._clock.now_s() - picture.captured_s) * 1000
+        self._put(overlay_time(picture, self._clock.wall_ms() - round(age_ms)))
 
 
 def wall_text(wall_ms: int) -> str:

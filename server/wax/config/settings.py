@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from difflib import get_close_matches
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
 from pydantic import (
     BaseModel,
@@ -94,7 +94,7 @@ class VideoSettings(_Section):
     fps: Annotated[float, Field(ge=1, le=60)] = 30.0
     codec: Literal["vp8", "h264"] = "vp8"
     keyframe_interval_s: Annotated[float, Field(ge=0.5, le=60)] = 10.0
-    imprint: bool = False
+    timestamp_overlay: bool = False
     retry_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
     renditions: Annotated[list[RenditionSettings], Field(min_length=1, max_length=8)] = [
         RenditionSettings(width=640, height=480, fps=30.0, bitrate_bps=1_000_000),
@@ -298,6 +298,10 @@ class Settings(_Section):
     robot: RobotSettings = RobotSettings()
 
 
+_RENAMED: Final = {"video.imprint": "video.timestamp_overlay"}
+"""What a key was called before, and what it is called now."""
+
+
 def load(path: Path | None) -> Settings:
     """Read a TOML file; the built-in defaults where it is silent or `path` is None.
 
@@ -333,6 +337,8 @@ def parse(tree: dict[str, Any], name: str) -> Settings:
 
 def _sentence(problem: ErrorDetails, schema: allowed.Schema) -> str:
     key, known = allowed.find(schema, problem["loc"])
+    if key in _RENAMED:
+        return f"{key}: is now called {_RENAMED[key]}"
     if known is None:
         near = get_close_matches(
             str(problem["loc"][-1]), allowed.neighbours(schema, problem["loc"])

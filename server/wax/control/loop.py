@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from wax.config.settings import DriveSettings, RobotSettings
     from wax.control.command import Command
     from wax.control.reasons import Refusal
-    from wax.control.stop_latch import LatchedStop
+    from wax.control.stop_latch import LatchedStop, Releaser
     from wax.control.turns import TurnEvent, Turns
     from wax.driver.interface import Driver, RobotState
 
@@ -192,14 +192,14 @@ class ControlLoop:
         self._counts["stops.pressed"] += 1
         return self._latch.newest
 
-    def release_stop(self, viewer: int | None, stop: int, sent_s: float | None) -> Refusal | None:
+    def release_stop(self, by: Releaser, stop: int, sent_s: float | None) -> Refusal | None:
         """End the stop with this number, which moves nothing: neutral must come first.
 
-        `viewer` None is the server's own machine; `sent_s` None a request by HTTP, without a stamp.
+        `sent_s` is None for a request by HTTP, which has no stamp.
         """
         now_s = self._clock.now_s()
         self._latch, refusal = stop_latch.release(
-            self._latch, viewer, stop, sent_s, turn=self._turn(), now_s=now_s
+            self._latch, by, stop, sent_s, turn=self._turn(), now_s=now_s
         )
         name = "released" if refusal is None else f"refused.{refusal.name.lower()}"
         self._counts[f"stops.{name}"] += 1

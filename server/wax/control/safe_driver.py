@@ -46,12 +46,8 @@ class SafeDriver:
 
     @property
     def is_bumped(self) -> bool:
-        """Whether the robot reports a pressed bumper.
-
-        Its ``bumpers`` are bits, as in the serial dialect ``frames``; another's may be anything.
-        """
-        bumpers: object = self.state.extra.get("bumpers")
-        return isinstance(bumpers, int | float) and bumpers > 0
+        """Whether the robot reports a pressed bumper."""
+        return self.state.bumpers != 0
 
     def lend(self, reason: str | None, turn: int) -> None:
         """Leave the driver to somebody else while there is a reason, after a last stop.

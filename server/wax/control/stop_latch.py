@@ -9,13 +9,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 from wax.control.command_freshness import is_from_future, is_too_old
 from wax.control.reasons import Refusal
 
 if TYPE_CHECKING:
     from wax.control.turn_view import TurnView
+
+Releaser = int | Literal["host"] | None
+"""A viewer by their number, the host, or somebody unknown."""
 
 RELEASE_TTL_S: Final = 2.0
 """A release that was sent longer ago is no deliberate act of this moment any more."""
@@ -51,7 +54,7 @@ def press(latch: StopLatch, by: str, now_s: float) -> StopLatch:
 
 def release(
     latch: StopLatch,
-    viewer: int | None,
+    by: Releaser,
     stop: int,
     sent_s: float | None,
     *,
@@ -60,21 +63,21 @@ def release(
 ) -> tuple[StopLatch, Refusal | None]:
     """End the stop with the number `stop`, or say why not.
 
-    `viewer` None is the server's own machine. `sent_s` None is a request without a stamp, by a way
-    that keeps none for long.
+    The operator may while they are connected, and the host. `sent_s` None is a request without a
+    stamp, by a way that keeps none for long.
     """
-    refusal = _not_entitled(viewer, turn)
+    refusal = _not_entitled(by, turn)
     if refusal is None and (latch.stop is None or stop != latch.stop.number):
         refusal = Refusal.OTHER_STOP
     if refusal is None and sent_s is not None:
-        refusal = _untimely(latch, sent_s, None if viewer is None else turn.one_way_s, now_s)
+        refusal = _untimely(latch, sent_s, None if by == "host" else turn.one_way_s, now_s)
     return (replace(latch, stop=None) if refusal is None else latch), refusal
 
 
-def _not_entitled(viewer: int | None, turn: TurnView) -> Refusal | None:
-    if viewer is None:
+def _not_entitled(by: Releaser, turn: TurnView) -> Refusal | None:
+    if by == "host":
         return None
-    if viewer != turn.operator:
+    if by is None or by != turn.operator:
         return Refusal.NOT_YOUR_STOP
     return None if turn.present else Refusal.LOST
 

@@ -59,6 +59,8 @@ def checked(state: object) -> RobotState:
     """Refuse what somebody's driver may return instead of a state; raises `TypeError`."""
     if not isinstance(state, RobotState):
         raise TypeError(f"the driver's state() returned {state!r}, not a RobotState")
+    if not isinstance(state.bumpers, int):
+        raise TypeError(f"the driver's state() has {state.bumpers!r} for bumpers, not their bits")
     return state
 
 

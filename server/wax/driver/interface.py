@@ -39,13 +39,15 @@ class Limits:
     """What the robot can do at most; `axes` names its auxiliary axes, such as ``pan``.
 
     `ttl_s` is how long the robot follows a set-point without a new one, before its own watchdog
-    stops it; None if that is not known.
+    stops it; None if that is not known. `silence_s` is how long a driver in a process of its own
+    puts up with a silent server before it stops the robot; None where it shares the server's.
     """
 
     linear_mps: float
     angular_rps: float
     axes: tuple[str, ...] = ()
     ttl_s: float | None = None
+    silence_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +66,8 @@ class RobotState:
     `problem` is a sentence for a person while the robot cannot be driven, else None.
     `epoch` rises with every (re)connection: a set-point made before is never applied after.
     `moving` is whether a wheel turns by the robot's own account, None where it does not tell.
+    `bumpers` has a bit for each pressed bumper. `battery_fraction` is 0 to 1. `extra` is shown on
+    the status page and nowhere else.
     """
 
     connected: bool
@@ -71,6 +75,8 @@ class RobotState:
     epoch: int = 0
     moving: bool | None = None
     pose: Pose | None = None
+    bumpers: int = 0
+    battery_v: float | None = None
     battery_fraction: float | None = None
     extra: dict[str, float] = field(default_factory=dict)
 

@@ -264,10 +264,17 @@ class TurnInfo(_Outgoing):
 
 
 class RobotStatus(_Outgoing):
-    """`problem` is a sentence, null when all is well."""
+    """`problem` is a sentence, null when all is well.
+
+    `bumpers` has a bit for each pressed bumper. Of the battery a robot tells the voltage, the
+    fraction that is left (0 to 1), both, or null.
+    """
 
     connected: bool
     problem: str | None
+    bumpers: int
+    battery_v: float | None
+    battery_fraction: float | None
 
 
 class SourceStatus(_Outgoing):

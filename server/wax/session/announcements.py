@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from wax import __version__
 from wax.control.gate import LAPSE_S
 from wax.protocol import messages
-from wax.robot.process.driver import ProcessDriver
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -39,7 +38,6 @@ class Announcements:
         self._acknowledge = service.acknowledged
         # Asked once, at the start: somebody's driver may raise at any later time.
         self._kind, self._limits = driver.kind, driver.limits
-        self._has_process = isinstance(driver, ProcessDriver)
         self._turns = turns
         self._captures = captures
 
@@ -81,13 +79,19 @@ class Announcements:
                 ends_server_ms=None if ends_s is None else ends_s * 1000,
             ),
             stop=None if stop is None else messages.StopInfo(number=stop.number, by=stop.by),
-            robot=messages.RobotStatus(connected=state.connected, problem=state.problem),
+            robot=messages.RobotStatus(
+                connected=state.connected,
+                problem=state.problem,
+                bumpers=state.bumpers,
+                battery_v=None if state.battery_v is None else round(state.battery_v, 1),
+                battery_fraction=state.battery_fraction,
+            ),
             video=messages.SourceStatus(problem=self._problem("video", "camera")),
             audio=messages.SourceStatus(problem=self._problem("audio", "microphone")),
         )
 
     def _on_loss(self, lost_after_s: float) -> messages.LossRules:
-        drive, robot, ttl_s = self._settings.drive, self._settings.robot, self._limits.ttl_s
+        drive, limits = self._settings.drive, self._limits
         return messages.LossRules(
             max_age_ms=drive.max_age_ms,
             max_command_age_ms=drive.max_command_age_ms,
@@ -96,9 +100,9 @@ class Announcements:
             resume_within_ms=LAPSE_S * 1000,
             lost_after_ms=lost_after_s * 1000,
             max_stop_distance_m=drive.max_stop_distance_m,
-            silence_ms=robot.silence_ms if self._has_process else None,
-            robot_ttl_ms=None if ttl_s is None else ttl_s * 1000,
-            soft_braking=robot.soft_braking,
+            silence_ms=_ms(limits.silence_s),
+            robot_ttl_ms=_ms(limits.ttl_s),
+            soft_braking=self._settings.robot.soft_braking,
             stop_by=self._settings.stop.by,
         )
 
@@ -125,3 +129,7 @@ class Announcements:
     def _problem(self, stream: str, device: str) -> str | None:
         capture = self._captures.get(stream)
         return f"This robot has no {device}." if capture is None else capture.problem
+
+
+def _ms(duration_s: float | None) -> float | None:
+    return None if duration_s is None else duration_s * 1000

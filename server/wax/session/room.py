@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 from weakref import WeakValueDictionary
 
 import structlog
@@ -42,7 +42,11 @@ _OTHERS_LOST_S: Final = 3.5
 _DEAD_S: Final = 10.0
 """Nothing for this long: the peer is closed; a page that is still there makes a new one."""
 _ROOM_EVERY_S: Final = 5.0
-"""The waits run down by themselves and are not worth a message each second."""
+_FLEETING: Final[dict[str, Any]] = {
+    "viewers": {"__all__": {"wait_s"}},
+    "robot": {"battery_v": True, "battery_fraction": True},
+}
+"""What changes all the time and is not worth a message each second."""
 
 
 class Room:
@@ -325,7 +329,7 @@ class Room:
 
     def _tell(self, now_s: float) -> None:
         snapshot = self.snapshot(now_s)
-        lasting = snapshot.model_dump_json(exclude={"viewers": {"__all__": {"wait_s"}}})
+        lasting = snapshot.model_dump_json(exclude=_FLEETING)
         if lasting == self._told and now_s - self._told_s < _ROOM_EVERY_S:
             return
         self._told, self._told_s = lasting, now_s

@@ -132,13 +132,15 @@ class Status:
     def _robot(self) -> dict[str, object]:
         state = self._room.control.robot_state
         return {
+            **state.extra,  # first, so that no driver's own names hide these
             "kind": self._kind,
             "connected": state.connected,
             "problem": state.problem,
             "moving": state.moving,
             "pose": None if state.pose is None else asdict(state.pose),
+            "bumpers": state.bumpers,
+            "battery_v": state.battery_v,
             "battery_fraction": state.battery_fraction,
-            **state.extra,
         }
 
 

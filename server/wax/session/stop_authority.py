@@ -1,10 +1,9 @@
-"""Who may press Stop and who may release it, by whichever way he asks."""
+"""Who may press Stop, by whichever way they ask; who may release it, the latch itself knows."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from wax.control.gate import Refusal
 from wax.errors import ForbiddenError
 
 if TYPE_CHECKING:
@@ -36,9 +35,7 @@ class StopAuthority:
         self, viewer: Viewer | None, stop: int, sent_s: float | None, *, is_host: bool
     ) -> None:
         """Release the stop with this number; raises `ForbiddenError` with the reason why not."""
-        if viewer is None and not is_host:
-            raise ForbiddenError(Refusal.NOT_YOUR_STOP.value)
-        number = None if is_host or viewer is None else viewer.number
-        refusal = self._control.release_stop(number, stop, sent_s)
+        by = "host" if is_host else None if viewer is None else viewer.number
+        refusal = self._control.release_stop(by, stop, sent_s)
         if refusal is not None:
             raise ForbiddenError(refusal.value)

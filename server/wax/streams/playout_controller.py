@@ -49,7 +49,7 @@ class PlayoutController:
 
     def follow(self, sync: SyncSettings) -> None:
         """Change the policy while all goes on; what is known of the link stays known."""
-        self._policy = make_policy(sync, self._policy.watch)
+        self._policy = make_policy(sync, self._policy.state)
         self._targets = None  # its name and reason are news even where its targets are not
         if self._is_ready:
             self._retarget(self._policy.start())

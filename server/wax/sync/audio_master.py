@@ -41,11 +41,11 @@ class AudioMaster:
     (thesis 5.3.1). Where a browser cannot tell them, the delays of the buffers are compared.
     """
 
-    def __init__(self, settings: SyncSettings, watch: PlayoutState | None = None) -> None:
-        self.watch = watch or PlayoutState()
-        self.watch.follow(settings)
+    def __init__(self, settings: SyncSettings, state: PlayoutState | None = None) -> None:
+        self.state = state or PlayoutState()
+        self.state.follow(settings)
         late_ms = max(settings.max_skew_ms - _SPREAD_MS, 0.0)
-        fixed_ms = self.watch.sound.fixed_ms
+        fixed_ms = self.state.sound.fixed_ms
         self._hold = HoldBack(
             late_ms=late_ms,
             max_ms=settings.max_holdback_ms,
@@ -58,7 +58,7 @@ class AudioMaster:
 
     @property
     def preroll_ms(self) -> float:
-        return self.watch.sound.target_ms or _AUTO_PREROLL_MS
+        return self.state.sound.target_ms or _AUTO_PREROLL_MS
 
     def start(self) -> PlayoutTargets:
         return self._targets("the sound sets the time")
@@ -70,14 +70,14 @@ class AudioMaster:
         estimate: LinkEstimate | None = None,
         allocation: Allocation | None = None,
     ) -> PlayoutTargets:
-        self.watch.update(report, now_s, estimate, allocation)
-        now_s = self.watch.now_s
-        if self.watch.fail_safe.reason is not None:
+        self.state.update(report, now_s, estimate, allocation)
+        now_s = self.state.now_s
+        if self.state.fail_safe.reason is not None:
             self._hold.forget(0.0, now_s)
             return PlayoutTargets(
-                sound_ms=self.watch.sound.target_ms,
+                sound_ms=self.state.sound.target_ms,
                 picture_ms=0.0,
-                reason=f"each as soon as possible: {self.watch.fail_safe.reason}",
+                reason=f"each as soon as possible: {self.state.fail_safe.reason}",
                 in_step=False,
             )
         if report.sound is None:
@@ -93,7 +93,7 @@ class AudioMaster:
         early_ms = _early_ms(sound, picture)
         if early_ms is None:
             return "waiting for the first measurement"
-        self._hold.update(early_ms, round_trip_s, self.watch.now_s)
+        self._hold.update(early_ms, round_trip_s, self.state.now_s)
         if self._hold.is_in_vain:
             return "the sound is too late to wait for"
         if self._hold.is_short:
@@ -104,7 +104,7 @@ class AudioMaster:
 
     def _targets(self, reason: str) -> PlayoutTargets:
         return PlayoutTargets(
-            sound_ms=self.watch.sound.target_ms, picture_ms=self._hold.held_ms, reason=reason
+            sound_ms=self.state.sound.target_ms, picture_ms=self._hold.held_ms, reason=reason
         )
 
 

@@ -3,12 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
-
-if TYPE_CHECKING:
-    from wax.congestion.allocation import Allocation
-    from wax.congestion.delivery import LinkEstimate
-    from wax.sync.playout_state import PlayoutState
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,37 +41,3 @@ class PlayoutTargets:
     picture_ms: float | None
     reason: str
     in_step: bool = True
-
-
-class PlayoutPolicy(Protocol):
-    """Decides for one viewer; holds no clock and does no input or output."""
-
-    @property
-    def name(self) -> str: ...
-
-    @property
-    def watch(self) -> PlayoutState:
-        """What it knows of the viewer's link, for the policy that follows it."""
-        ...
-
-    @property
-    def preroll_ms(self) -> float:
-        """How much past sound to begin with, so that its buffer is full at once."""
-        ...
-
-    def start(self) -> PlayoutTargets:
-        """Return the targets before anything has been measured."""
-        ...
-
-    def decide(
-        self,
-        report: PlayoutReport,
-        now_s: float,
-        estimate: LinkEstimate | None = None,
-        allocation: Allocation | None = None,
-    ) -> PlayoutTargets:
-        """Return the targets after a report, with the newest estimate of the link and what is sent.
-
-        A `now_s` that falls counts as one that stands still.
-        """
-        ...

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 class VideoFirst:
     """The sound keeps its own delay, the picture is shown as soon as it is there."""
 
-    def __init__(self, settings: SyncSettings, watch: PlayoutState | None = None) -> None:
-        self.watch = watch or PlayoutState()
-        self.watch.follow(settings)
+    def __init__(self, settings: SyncSettings, state: PlayoutState | None = None) -> None:
+        self.state = state or PlayoutState()
+        self.state.follow(settings)
 
     @property
     def name(self) -> str:
@@ -27,11 +27,11 @@ class VideoFirst:
 
     @property
     def preroll_ms(self) -> float:
-        return self.watch.sound.target_ms or 0.0
+        return self.state.sound.target_ms or 0.0
 
     def start(self) -> PlayoutTargets:
         return PlayoutTargets(
-            sound_ms=self.watch.sound.target_ms,
+            sound_ms=self.state.sound.target_ms,
             picture_ms=0.0,
             reason="neither waits for the other",
         )
@@ -43,5 +43,5 @@ class VideoFirst:
         estimate: LinkEstimate | None = None,
         allocation: Allocation | None = None,
     ) -> PlayoutTargets:
-        self.watch.update(report, now_s, estimate, allocation)
+        self.state.update(report, now_s, estimate, allocation)
         return self.start()

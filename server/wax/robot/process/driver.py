@@ -67,7 +67,7 @@ class ProcessDriver:
         log: LogSettings | None = None,
     ) -> None:
         self._kind = kind
-        self._limits = limits
+        self._limits = replace(limits, silence_s=settings.silence_ms / 1000)
         self._clock = clock
         self._begin = encode(Begin(robot=settings, log=log or LogSettings()))
         self._lock = threading.Lock()

@@ -81,6 +81,14 @@ class SingleByteDialect:
     def moving(self) -> bool | None:
         return None
 
+    @property
+    def bumpers(self) -> int:
+        return 0
+
+    @property
+    def battery_v(self) -> float | None:
+        return None
+
     def known(self) -> dict[str, float]:
         return {}
 

@@ -40,6 +40,16 @@ class Dialect(Protocol):
         """Whether a wheel turns by the robot's account, None where it does not tell."""
         ...
 
+    @property
+    def bumpers(self) -> int:
+        """The bits of the bumpers that are pressed."""
+        ...
+
+    @property
+    def battery_v(self) -> float | None:
+        """The battery's voltage, None where it is not measured."""
+        ...
+
     def known(self) -> dict[str, float]:
-        """Say what the robot has told, and how many errors were in it."""
+        """Say what else the robot has told, and how many errors were in it."""
         ...

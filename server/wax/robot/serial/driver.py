@@ -131,6 +131,8 @@ class _Talk:
                 problem=self._problem,
                 epoch=self._epoch,
                 moving=self._dialect.moving if self._connected else None,
+                bumpers=self._dialect.bumpers if self._connected else 0,
+                battery_v=self._dialect.battery_v if self._connected else None,
                 extra=self._dialect.known(),
             )
 

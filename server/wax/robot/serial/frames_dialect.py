@@ -104,13 +104,20 @@ class FramedDialect:
     def moving(self) -> bool | None:
         return None if self._report is None else self._report.moving
 
+    @property
+    def bumpers(self) -> int:
+        return 0 if self._report is None else self._report.bumpers
+
+    @property
+    def battery_v(self) -> float | None:
+        millivolts = 0 if self._report is None else self._report.battery_mv
+        return millivolts / 1000.0 if millivolts else None  # 0 is a battery that is not measured
+
     def known(self) -> dict[str, float]:
         known = {"line_errors": float(self._decoder.errors)}
         report = self._report
         if report is not None:
             known |= {
-                "battery_v": report.battery_mv / 1000.0,
-                "bumpers": float(report.bumpers),
                 "left_ticks": float(report.left_ticks),
                 "right_ticks": float(report.right_ticks),
                 "moving": float(report.moving),
