@@ -1,1 +1,4 @@
-"""The configuration: every key with its range and default."""
+"""The configuration file: every key with its type, range and default.
+
+`config/wax.toml` is the manual. Nothing here reads the clock, a device or the network.
+"""

@@ -1,1 +1,4 @@
-"""The robot: one driver interface, and the robots that speak it."""
+"""The robots: simulated, serial, somebody's plug-in, and the process that a driver lives in.
+
+What every robot has in common is `wax.driver`. Nothing here knows of viewers or media.
+"""

@@ -9,6 +9,7 @@ from wax.errors import ForbiddenError
 if TYPE_CHECKING:
     from wax.config.settings import StopSettings
     from wax.control.loop import ControlLoop
+    from wax.control.stop_latch import Releaser
     from wax.control.turns import Turns
     from wax.session.viewer import Viewer
 
@@ -35,7 +36,7 @@ class StopAuthority:
         self, viewer: Viewer | None, stop: int, sent_s: float | None, *, is_host: bool
     ) -> None:
         """Release the stop with this number; raises `ForbiddenError` with the reason why not."""
-        by = "host" if is_host else None if viewer is None else viewer.number
+        by: Releaser = "host" if is_host else None if viewer is None else viewer.number
         refusal = self._control.release_stop(by, stop, sent_s)
         if refusal is not None:
             raise ForbiddenError(refusal.value)

@@ -1,1 +1,4 @@
-"""What one viewer is sent, and how its two streams are kept in step: `live` or as in the thesis."""
+"""What one viewer is sent: joins their lanes, congestion control, ladder and playout policy.
+
+`interface` is what the session knows of it; `live` is today's service, `wax.baseline` that of 2004.
+"""

@@ -1,1 +1,4 @@
-"""Pure: which stream waits for which, and how long. Sound is the master, picture the slave."""
+"""Which stream waits for which, and how long: sound is the master, picture the slave (thesis 3.3).
+
+Pure: takes `now_s`, returns targets for a browser's jitter buffers. No input or output.
+"""

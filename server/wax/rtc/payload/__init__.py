@@ -1,1 +1,4 @@
-"""How encoded picture and sound become the payloads of RTP packets. Pure, one module a format."""
+"""How encoded picture and sound become the payloads of RTP packets: pure, a module a format.
+
+Sending and numbering packets is up to `wax.rtc`.
+"""
