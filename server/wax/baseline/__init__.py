@@ -1,4 +1,5 @@
-"""Pure: the synchronisation algorithm of the thesis, chapter 3.3, as it was in 2004.
+"""The system of 2004, kept as the baseline: the thesis's algorithm (3.3) and its µ-law sound.
 
-`Sender` decides for one viewer what leaves when; the rest are the parts that it is made of.
+`unit_sender` decides for one viewer what leaves when (pure, as are its parts); `streams` serves
+viewers with it behind the same interface as the live service. Nothing of today uses it.
 """

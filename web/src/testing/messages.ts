@@ -107,7 +107,13 @@ export function room(options: RoomOptions): RoomState {
     ],
     turn: { number, operator: operator ?? null, ends_server_ms: operator ? endsMs : null },
     stop,
-    robot: { connected: true, problem: null },
+    robot: {
+      connected: true,
+      problem: null,
+      bumpers: 0,
+      battery_v: null,
+      battery_fraction: null,
+    },
     video: { problem: null },
     audio: { problem: null },
   };

@@ -10,11 +10,13 @@ import {
   sentSoundWords,
   skewWords,
 } from "./figures";
+import { batteryWords } from "./words";
 
 /** How late everything is, and for whoever opens it: how well it plays, what is sent, and why. */
 export function Facts() {
-  const { facts, served, playout, isConnected, isSilent } = useState();
+  const { facts, served, playout, isConnected, isSilent, room } = useState();
   const { pictureMs, pictureErrorMs, soundMs, roundTripMs, fps, pauses, freezes } = facts.value;
+  const battery = room.value && batteryWords(room.value.robot);
   return (
     <details class={isConnected.value ? "facts" : "facts is-unknown"}>
       <summary>
@@ -32,6 +34,7 @@ export function Facts() {
         <Fact name="Sent picture">{sentPictureWords(served.value)}</Fact>
         <Fact name="Sent sound">{sentSoundWords(served.value)}</Fact>
         <Fact name="Link">{linkWords(served.value)}</Fact>
+        {battery && <Fact name="Battery">{battery}</Fact>}
         <Reasons sentences={reasons(playout.value, served.value)} />
       </dl>
     </details>

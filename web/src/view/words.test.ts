@@ -1,6 +1,7 @@
 import { describe, expect, it } from "vitest";
 import { room, viewer } from "../testing/messages";
 import {
+  batteryWords,
   connectionWords,
   inOrder,
   joinWords,
@@ -126,11 +127,13 @@ it("tells whoever is cut off what is kept for him", () => {
 it("names what has a problem", () => {
   const now = room({});
   expect(problemWords(now)).toEqual([]);
-  now.robot = { connected: false, problem: null };
+  now.robot.connected = false;
+  now.robot.bumpers = 2;
   now.video.problem = "there is no camera";
   now.audio.problem = "the microphone was unplugged";
   expect(problemWords(now)).toEqual([
     "Robot: it is not connected",
+    "Robot: a bumper is pressed",
     "Camera: there is no camera",
     "Microphone: the microphone was unplugged",
   ]);
@@ -157,4 +160,11 @@ describe("a stop", () => {
       "Nothing moves until whoever drives or the host releases it.",
     );
   });
+});
+
+it("tells of the battery what the robot tells", () => {
+  const { robot } = room();
+  expect(batteryWords(robot)).toBe(null);
+  expect(batteryWords({ ...robot, battery_v: 7.4 })).toBe("7.4 V");
+  expect(batteryWords({ ...robot, battery_v: 12, battery_fraction: 0.615 })).toBe("62 %, 12.0 V");
 });

@@ -1,7 +1,7 @@
 /** What the page says, as pure functions. */
 
 import type { LinkState } from "../link/link";
-import type { RoomState, StopInfo, ViewerInfo } from "../messages";
+import type { RobotStatus, RoomState, StopInfo, ViewerInfo } from "../messages";
 
 /** The connection, for the status line. */
 export function connectionWords(link: LinkState, nowMs: number): string {
@@ -115,12 +115,22 @@ export function stoppedWords(
 /** For whoever held something while the stop was released. */
 export const RELEASED = "Released: let go of everything, then press anew to drive.";
 
+/** How full the robot's battery is, as far as it tells; null where it does not. */
+export function batteryWords({ battery_v, battery_fraction }: RobotStatus): string | null {
+  const words = [
+    ...(battery_fraction === null ? [] : [`${Math.round(battery_fraction * 100)} %`]),
+    ...(battery_v === null ? [] : [`${battery_v.toFixed(1)} V`]),
+  ];
+  return words.length === 0 ? null : words.join(", ");
+}
+
 /** Why there is no picture, no sound or no moving robot: sentences of the server's. */
 export function problemWords(room: RoomState | null): string[] {
   if (!room) return [];
   const robot = room.robot.problem ?? (room.robot.connected ? null : "it is not connected");
   return [
     ...(robot ? [`Robot: ${robot}`] : []),
+    ...(room.robot.bumpers ? ["Robot: a bumper is pressed"] : []),
     ...(room.video.problem ? [`Camera: ${room.video.problem}`] : []),
     ...(room.audio.problem ? [`Microphone: ${room.audio.problem}`] : []),
   ];
