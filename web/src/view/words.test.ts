@@ -163,7 +163,7 @@ describe("a stop", () => {
 });
 
 it("tells of the battery what the robot tells", () => {
-  const { robot } = room();
+  const { robot } = room({});
   expect(batteryWords(robot)).toBe(null);
   expect(batteryWords({ ...robot, battery_v: 7.4 })).toBe("7.4 V");
   expect(batteryWords({ ...robot, battery_v: 12, battery_fraction: 0.615 })).toBe("62 %, 12.0 V");
