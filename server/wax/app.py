@@ -34,6 +34,7 @@ from wax.session.announcements import Announcements
 from wax.session.proof_runner import ProofRunner
 from wax.session.room import Room
 from wax.session.status import Status
+from wax.session.viewers import Viewers
 from wax.streams.live import LiveService
 from wax.tasks import TaskSupervisor
 from wax.telemetry import Counters, Rates
@@ -114,13 +115,27 @@ class App:
             )
         self._blocks = Blocks()
         turns = Turns(settings.turns)
+        viewers = Viewers(sync=settings.sync, turns=turns, has_camera="video" in self._captures)
+        self._control = ControlLoop(
+            clock=clock,
+            turns=turns,
+            driver=self._driver,
+            settings=settings.drive,
+            robot=settings.robot,
+            link_delay_s=viewers.link_delay_s,
+            sees=viewers.sees,
+            on_events=viewers.turn_events,
+            on_status=viewers.drive_status,
+        )
         self._room = Room(
             settings=settings,
             clock=clock,
             counters=counters,
             service=service,
             turns=turns,
-            board=Announcements(
+            viewers=viewers,
+            control=self._control,
+            announcements=Announcements(
                 settings=settings,
                 service=service,
                 driver=self._driver,
@@ -128,21 +143,11 @@ class App:
                 captures=self._captures,
             ),
         )
-        self._control = ControlLoop(
-            clock=clock,
-            turns=turns,
-            driver=self._driver,
-            settings=settings.drive,
-            robot=settings.robot,
-            link_delay_s=self._room.link_delay_s,
-            sees=self._room.sees,
-            on_events=self._room.turn_events,
-            on_status=self._room.drive_status,
-        )
-        self._room.steer(self._control)
         self._status = Status(
             clock=clock,
             room=self._room,
+            viewers=viewers,
+            control=self._control,
             turns=turns,
             driver=self._driver,
             video=self._video,
@@ -156,7 +161,7 @@ class App:
             control=self._control,
             driver=self._driver,
             config_path=config_path,
-            changed=self._room.changed,
+            changed=viewers.changed,
         )
         routes = Routes(
             room=self._room,

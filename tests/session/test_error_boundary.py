@@ -27,6 +27,8 @@ from wax.fanout.video_hub import VideoHub
 from wax.session import room as room_module
 from wax.session.status import Status
 from wax.session.viewer import Viewer
+from wax.streams.interface import MessageRate
+from wax.sync.serving import SoundForm
 from wax.telemetry import Counters, Rates
 
 if TYPE_CHECKING:
@@ -170,7 +172,7 @@ async def test_a_fault_in_one_viewer_ends_only_that_peer(
     """Rounds, messages and turns of all others go on, whatever one viewer's part raises."""
     eve, ada, bob = [await house.enter(f"{who}-1111") for who in ("eve", "ada", "bob")]
     house.wait(0.2, eve, ada, bob)
-    breaks(house.room.viewers[0], monkeypatch)
+    breaks(next(iter(house.viewers)), monkeypatch)
     ada.sent.clear()
     bob.sent.clear()
     eve.says(type="join")  # eve drives, so that the loop asks for eve's link; ada is next
@@ -212,7 +214,7 @@ async def test_the_robot_stops_though_the_streams_of_its_operator_cannot_be_give
     house.wait(0.3, eve)
     house.robot.told.clear()
     with monkeypatch.context() as patch:
-        patch.setattr(house.room.viewers[0].streams, "release", fail)
+        patch.setattr(next(iter(house.viewers)).streams, "release", fail)
         await eve.close()
     assert "stop" in house.robot.told
     assert house.room.snapshot(house.clock.time_s).viewers[0].lost
@@ -234,10 +236,12 @@ async def test_the_status_tells_of_all_others(
     """Of a viewer whose streams cannot tell how they are, only name and place are told."""
     await house.enter("eve-1111")
     await house.enter("ada-1111")
-    monkeypatch.setattr(house.room.viewers[0].streams, "status", fail)
+    monkeypatch.setattr(next(iter(house.viewers)).streams, "status", fail)
     status = Status(
         clock=house.clock,
         room=house.room,
+        viewers=house.viewers,
+        control=house.loop,
         turns=Turns(house.room._settings.turns),
         driver=house.robot,
         video=VideoHub(settings=VideoSettings(), clock=house.clock),
@@ -341,12 +345,12 @@ async def test_a_page_of_the_baseline_that_fails_keeps_nothing_from_others(
         one.release()
 
 
-def test_the_peer_of_another_connection_has_another_fence() -> None:
+def test_the_peer_of_another_connection_has_another_boundary() -> None:
     """After a reconnection the first fault is logged again."""
     made: list[ErrorBoundary] = []
     streams = SimpleNamespace(lanes=lambda: None, release=lambda: None)
     service = cast(
-        "Any", SimpleNamespace(acknowledged=False, streams=lambda *_: streams, sizes=["1x1"])
+        "Any", SimpleNamespace(state_messages=MessageRate(1.0, 1), streams=lambda *_: streams)
     )
     viewer = Viewer(
         number=1,

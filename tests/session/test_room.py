@@ -20,6 +20,7 @@ from wax.fanout.video_hub import VideoHub
 from wax.session import room as room_module
 from wax.session.announcements import Announcements
 from wax.session.room import Room
+from wax.session.viewers import Viewers
 from wax.streams.live import LiveService
 from wax.telemetry import Counters
 
@@ -123,13 +124,27 @@ class House:
             video=VideoHub(settings=settings.video, clock=self.clock),
             audio=SoundHub(),
         )
+        self.viewers = Viewers(sync=settings.sync, turns=turns, has_camera=True)
+        self.loop = ControlLoop(
+            clock=self.clock,
+            turns=turns,
+            driver=self.robot,
+            settings=settings.drive,
+            robot=settings.robot,
+            link_delay_s=self.viewers.link_delay_s,
+            sees=self.viewers.sees,
+            on_events=self.viewers.turn_events,
+            on_status=self.viewers.drive_status,
+        )
         self.room = Room(
             settings=settings,
             clock=self.clock,
             counters=self.counters,
             service=service,
             turns=turns,
-            board=Announcements(
+            viewers=self.viewers,
+            control=self.loop,
+            announcements=Announcements(
                 settings=settings,
                 service=service,
                 driver=self.robot,
@@ -137,18 +152,6 @@ class House:
                 captures={"video": cast("SourceThread[Picture]", self.camera)},
             ),
         )
-        self.loop = ControlLoop(
-            clock=self.clock,
-            turns=turns,
-            driver=self.robot,
-            settings=settings.drive,
-            robot=settings.robot,
-            link_delay_s=self.room.link_delay_s,
-            sees=self.room.sees,
-            on_events=self.room.turn_events,
-            on_status=self.room.drive_status,
-        )
-        self.room.steer(self.loop)
 
     async def enter(self, client: str, *, is_host: bool = False) -> Wire:
         await self.room.answer(client, OFFER, is_host=is_host)
@@ -316,7 +319,7 @@ async def test_half_open_and_dead_peers_are_closed(house: House) -> None:
     assert not half.is_alive
     assert not bob.is_alive
     house.wait(4.0)
-    assert house.room.viewers == []
+    assert not list(house.viewers)
 
 
 async def test_a_turn_changes_hands_with_a_stop_between(house: House) -> None:
@@ -377,7 +380,7 @@ async def test_only_operator_and_host_release(house: House) -> None:
     release(ada, 1)
     assert ada.last("room")["stop"] is None
     bob.says(type="stop")
-    house.room.viewers[1].is_host = True
+    list(house.viewers)[1].is_host = True
     release(bob, 2)
     assert ada.last("room")["stop"] is None
 
@@ -426,10 +429,10 @@ async def test_where_only_the_operator_may_stop(monkeypatch: pytest.MonkeyPatch)
 async def test_who_means_to_see(house: House) -> None:
     """Who has switched his picture off does not, and nobody does where there is no camera."""
     ada = await house.enter("ada-1111")
-    assert house.room.sees(1)
-    assert not house.room.sees(9)
+    assert house.viewers.sees(1)
+    assert not house.viewers.sees(9)
     ada.says(type="want", sound=True, picture=False, size="640x480", policy=None)
-    assert not house.room.sees(1)
+    assert not house.viewers.sees(1)
 
 
 async def test_a_driver_that_raises_is_a_problem_of_the_robot(house: House) -> None:
@@ -515,7 +518,7 @@ async def test_of_two_offers_at_once_the_later_wins(house: House) -> None:
     """A page that offers twice at once ends with one living peer, the one of its later offer."""
     await asyncio.gather(*(house.room.answer("ada-1111", OFFER, is_host=False) for _ in range(3)))
     assert [wire.is_alive for wire in Wire.made] == [False, False, True]
-    assert len(house.room.viewers) == 1
+    assert len(house.viewers) == 1
 
 
 async def test_a_timer_is_served_between_two_offers(monkeypatch: pytest.MonkeyPatch) -> None:

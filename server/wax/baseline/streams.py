@@ -17,7 +17,7 @@ from wax.baseline.unit_sender import UnitSender
 from wax.config.settings import RenditionSettings, VideoSettings
 from wax.congestion.control import NoCongestionControl
 from wax.protocol import messages
-from wax.streams.interface import Codecs, Kind, Lanes, Policy, Units
+from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, Units
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -252,6 +252,7 @@ class BaselineService:
     """Makes the streams of a server that serves everybody as in 2004."""
 
     acknowledged = True
+    state_messages = MessageRate(rate_hz=120.0, burst=200)
     codecs = Codecs(audio="pcmu", video="vp8")
 
     def __init__(

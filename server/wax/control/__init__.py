@@ -1,6 +1,6 @@
 """Who drives, what passes, and the loop that moves the robot.
 
-All is pure (``now_s`` is an argument) but `loop`, the edge, and `safe_driver`, which calls the driver.
+All is pure (``now_s`` is an argument) but `loop` and `safe_driver`, which calls the driver.
 What becomes of a command, in the order in which it is asked:
 
 1. `stop_latch` - is a stop pressed? Then nothing moves until it is released.

@@ -41,10 +41,6 @@ class Announcements:
         self._turns = turns
         self._captures = captures
 
-    @property
-    def has_camera(self) -> bool:
-        return "video" in self._captures
-
     def hello(self, number: int, *, is_host: bool, lost_after_s: float) -> messages.Hello:
         """Greet the viewer with this number; silent for `lost_after_s` an operator is lost."""
         return messages.Hello(

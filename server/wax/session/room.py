@@ -23,8 +23,9 @@ if TYPE_CHECKING:
     from wax.config.settings import Settings
     from wax.control.gate import Command
     from wax.control.loop import ControlLoop
-    from wax.control.turns import TurnEvent, Turns
+    from wax.control.turns import Turns
     from wax.session.announcements import Announcements
+    from wax.session.viewers import Viewers
     from wax.streams.interface import Service
     from wax.telemetry import Counters
 
@@ -60,41 +61,25 @@ class Room:
         counters: Counters,
         service: Service,
         turns: Turns,
-        board: Announcements,
+        viewers: Viewers,
+        control: ControlLoop,
+        announcements: Announcements,
     ) -> None:
         self._settings = settings
         self._clock = clock
         self._counters = counters
         self._service = service
         self._turns = turns
-        self._announcements = board
-        self._control: ControlLoop | None = None
-        self._viewers: dict[int, Viewer] = {}
+        self._viewers = viewers
+        self._announcements = announcements
+        self._control = control
+        self._stops = StopAuthority(settings=settings.stop, turns=turns, control=control)
         self._gone_since_s: dict[int, float] = {}
-        self._next_number = 1
         self._answering: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
         self._entry = asyncio.Lock()
         self._told = ""
         self._told_s = 0.0
         self._looked_s = 0.0
-        self._is_changed = False
-
-    def steer(self, control: ControlLoop) -> None:
-        """Connect the control loop, which itself reports to this room."""
-        self._control = control
-        self._stops = StopAuthority(
-            settings=self._settings.stop, turns=self._turns, control=control
-        )
-
-    @property
-    def control(self) -> ControlLoop:
-        assert self._control is not None
-        return self._control
-
-    @property
-    def viewers(self) -> list[Viewer]:
-        """Everybody, in the order of their coming."""
-        return list(self._viewers.values())
 
     # --- admission -------------------------------------------------------------------------
 
@@ -115,11 +100,11 @@ class Room:
             return await self._answer(client, offer, is_host=is_host)
 
     async def _answer(self, client: str, offer: str, *, is_host: bool) -> str:
-        viewer = self._known(client)
+        viewer = self._viewers.of_client(client)
         if viewer is not None and (old := viewer.peer) is not None:
             self._part(viewer)
             await old.close()
-            viewer = self._known(client)
+            viewer = self._viewers.of_client(client)
         if viewer is None:
             viewer = self._admit(client)
         viewer.is_host = is_host
@@ -138,18 +123,15 @@ class Room:
         self._gone_since_s.pop(viewer.number, None)
         return await peer.answer(offer)
 
-    def _known(self, client: str | None) -> Viewer | None:
-        return next((v for v in self._viewers.values() if v.client == client), None)
-
     def _admit(self, client: str) -> Viewer:
-        if sum(not viewer.was_ready for viewer in self._viewers.values()) >= _MAX_CONNECTING:
+        if sum(not viewer.was_ready for viewer in self._viewers) >= _MAX_CONNECTING:
             raise FullError("Too many are connecting at this moment; try again in a few seconds.")
         if len(self._viewers) >= self._settings.server.max_viewers:
             raise FullError(
                 f"All {self._settings.server.max_viewers} places are taken; try again later."
             )
         viewer = Viewer(
-            number=self._next_number,
+            number=self._viewers.take_number(),
             client=client,
             clock=self._clock,
             counters=self._counters,
@@ -157,8 +139,7 @@ class Room:
             events=self,
             sync=self._settings.sync.observer,
         )
-        self._next_number += 1
-        self._viewers[viewer.number] = viewer
+        self._viewers.add(viewer)
         return viewer
 
     # --- what viewers tell (ViewerEvents) --------------------------------------------------
@@ -169,11 +150,11 @@ class Room:
             self._announcements.hello(viewer.number, is_host=viewer.is_host, lost_after_s=_LOST_S)
         )
         if self._turns.is_lost(viewer.number):
-            self.control.returned(viewer.number)
+            self._control.returned(viewer.number)
         else:
-            self.control.connect(viewer.number)
+            self._control.connect(viewer.number)
         self._told = ""
-        self.changed()
+        self._viewers.changed()
 
     def viewer_closed(self, viewer: Viewer, peer: Peer) -> None:
         if peer is not viewer.peer:
@@ -184,14 +165,14 @@ class Room:
             self._forget(viewer)
 
     def viewer_renamed(self) -> None:
-        self.changed()
+        self._viewers.changed()
 
     def viewer_asks(self, viewer: Viewer, request: messages.Join | messages.Leave) -> None:
         if isinstance(request, messages.Join):
-            self.control.join(viewer.number)
+            self._control.join(viewer.number)
         else:
-            self.control.leave(viewer.number)
-        self.changed()
+            self._control.leave(viewer.number)
+        self._viewers.changed()
 
     def viewer_stops(self, viewer: Viewer) -> None:
         with self._refusing(viewer):
@@ -203,20 +184,20 @@ class Room:
             self._stops.release(viewer, release.stop, sent_s, is_host=viewer.is_host)
 
     def viewer_drives(self, viewer: Viewer, command: Command) -> None:
-        self.control.offer(viewer.number, command)
+        self._control.offer(viewer.number, command)
 
     # --- stop and release by HTTP ----------------------------------------------------------
 
     def stop_by(self, client: str | None, *, is_host: bool) -> int:
         """Latch the stop, ahead of everything; returns its number. Raises `ForbiddenError`."""
-        number = self._stops.press(self._known(client), is_host=is_host)
-        self.changed()
+        number = self._stops.press(self._viewers.of_client(client), is_host=is_host)
+        self._viewers.changed()
         return number
 
     def release_by(self, client: str | None, stop: int, *, is_host: bool) -> None:
         """Release the stop with this number; raises `ForbiddenError`."""
-        self._stops.release(self._known(client), stop, None, is_host=is_host)
-        self.changed()
+        self._stops.release(self._viewers.of_client(client), stop, None, is_host=is_host)
+        self._viewers.changed()
 
     @contextmanager
     def _refusing(self, viewer: Viewer) -> Iterator[None]:
@@ -226,52 +207,18 @@ class Room:
         except ForbiddenError as error:
             self._counters.add("requests refused")
             viewer.send(messages.Notice(text=str(error)))
-        self.changed()
-
-    # --- what the control loop asks and tells ------------------------------------------------
-
-    def turn_events(self, events: tuple[TurnEvent, ...]) -> None:
-        """Follow the turns: the policy changes with the role, and everybody is told."""
-        for event in events:
-            _LOG.info("turn", what=type(event).__name__, number=getattr(event, "number", None))
-        for viewer in self.viewers:
-            drives = viewer.number == self._turns.operator
-            roles = self._settings.sync
-            with viewer.boundary:
-                viewer.follow(roles.operator if drives else roles.observer, drives=drives)
-        self.changed()
-
-    def drive_status(self, number: int, moving: bool, reason: str | None) -> None:
-        viewer = self._viewers.get(number)
-        if viewer is not None:
-            viewer.drive_status = messages.DriveStatus(moving=moving, reason=reason)
-
-    def link_delay_s(self, number: int) -> float | None:
-        """Return the measured one-way delay of a viewer's link."""
-        if (viewer := self._viewers.get(number)) is not None:
-            with viewer.boundary:
-                return viewer.link.one_way_s
-        return None
-
-    def sees(self, number: int) -> bool:
-        """Tell whether a viewer means to see: he has not switched off a picture that there is."""
-        viewer = self._viewers.get(number)
-        return viewer is not None and viewer.wants_picture and self._announcements.has_camera
+        self._viewers.changed()
 
     def _part(self, viewer: Viewer) -> None:
         """Part a viewer from his peer: the robot stops if he drove, his place is kept a while."""
         viewer.peer = None
         with viewer.boundary:
             viewer.release()
-        self.control.lost(viewer.number)
+        self._control.lost(viewer.number)
         self._gone_since_s[viewer.number] = self._clock.now_s()
-        self.changed()
+        self._viewers.changed()
 
     # --- the room's own rounds -------------------------------------------------------------
-
-    def changed(self) -> None:
-        """Tell everybody with the next round; many changes at once become one message."""
-        self._is_changed = True
 
     async def run(self) -> None:
         """Sweep for lost links and tell everybody what has changed, until cancelled."""
@@ -282,26 +229,25 @@ class Room:
     def round(self, now_s: float) -> None:
         """Do one round; however much changes, the rounds keep their pace."""
         self._sweep(now_s)
-        for viewer in self.viewers:
+        for viewer in self._viewers:
             with viewer.boundary:
                 viewer.tell_drive_status(now_s)
-        if self._is_changed or now_s - self._looked_s >= _LOOK_S:
-            self._is_changed = False
+        if self._viewers.take_change() or now_s - self._looked_s >= _LOOK_S:
             self._looked_s = now_s
             self._tell(now_s)
 
     def snapshot(self, now_s: float) -> messages.RoomState:
         """Return the room as everybody may see it."""
         return self._announcements.room(
-            self._viewers.values(), self.control.robot_state, self.control.latched, now_s
+            self._viewers, self._control.robot_state, self._control.latched, now_s
         )
 
     async def close(self) -> None:
         """Close every peer."""
-        await asyncio.gather(*(viewer.close() for viewer in self.viewers))
+        await asyncio.gather(*(viewer.close() for viewer in self._viewers))
 
     def _sweep(self, now_s: float) -> None:
-        for viewer in self.viewers:
+        for viewer in self._viewers:
             if viewer.peer is None:
                 since_s = self._gone_since_s.setdefault(viewer.number, now_s)
                 if now_s - since_s >= self._settings.turns.grace_s:
@@ -313,19 +259,18 @@ class Room:
                     viewer.peer.abandon()
                     continue
             if viewer.is_ready and silence_s > self._patience_s(viewer):
-                self.control.lost(viewer.number)
+                self._control.lost(viewer.number)
             elif viewer.is_ready and self._turns.is_lost(viewer.number):
-                self.control.returned(viewer.number)
+                self._control.returned(viewer.number)
 
     def _patience_s(self, viewer: Viewer) -> float:
         return _LOST_S if viewer.number == self._turns.operator else _OTHERS_LOST_S
 
     def _forget(self, viewer: Viewer) -> None:
         _LOG.info("viewer gone", viewer=viewer.number)
-        del self._viewers[viewer.number]
+        self._viewers.remove(viewer)
         self._gone_since_s.pop(viewer.number, None)
-        self.control.gone(viewer.number)
-        self.changed()
+        self._control.gone(viewer.number)
 
     def _tell(self, now_s: float) -> None:
         snapshot = self.snapshot(now_s)
@@ -334,6 +279,6 @@ class Room:
             return
         self._told, self._told_s = lasting, now_s
         text = snapshot.model_dump_json()
-        for viewer in self.viewers:
+        for viewer in self._viewers:
             if viewer.is_ready:
                 viewer.send_text(text)  # inside the viewer's own boundary

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from wax.capture.source import Picture, Sound
     from wax.capture.source_thread import SourceThread
     from wax.clock import Clock
+    from wax.control.loop import ControlLoop
     from wax.control.turns import Turns
     from wax.driver.interface import Driver
     from wax.fanout.sound_hub import SoundHub
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from wax.protocol.messages import Report
     from wax.session.room import Room
     from wax.session.viewer import Viewer
+    from wax.session.viewers import Viewers
     from wax.telemetry import Counters, Rates
 
 
@@ -34,6 +36,8 @@ class Status:
         *,
         clock: Clock,
         room: Room,
+        viewers: Viewers,
+        control: ControlLoop,
         turns: Turns,
         driver: Driver,
         video: VideoHub,
@@ -45,6 +49,8 @@ class Status:
     ) -> None:
         self._clock = clock
         self._room = room
+        self._viewers = viewers
+        self._control = control
         self._turns = turns
         self._kind = driver.kind
         self._video = video
@@ -100,13 +106,13 @@ class Status:
                     "cut_ms": self._blocks.dropped_ms,
                 },
             },
-            "counters": self._counters.snapshot() | self._room.control.counts(),
+            "counters": self._counters.snapshot() | self._control.counts(),
             "tasks": len(asyncio.all_tasks()),
         }
 
     def _viewer(self, number: int, line: dict[str, object]) -> dict[str, object]:
         """Tell of a viewer what can be told; whose streams fail is still there."""
-        viewer = next(one for one in self._room.viewers if one.number == number)
+        viewer = next(one for one in self._viewers if one.number == number)
         with viewer.boundary:
             return line | self._served(viewer)
         return line
@@ -130,7 +136,7 @@ class Status:
         return 0 if capture is None else capture.failures
 
     def _robot(self) -> dict[str, object]:
-        state = self._room.control.robot_state
+        state = self._control.robot_state
         return {
             **state.extra,  # first, so that no driver's own names hide these
             "kind": self._kind,

@@ -30,14 +30,9 @@ _LOG = structlog.get_logger(__name__)
 
 _DRIVE_HZ: Final = 100.0
 _DRIVE_BURST: Final = 200
-_STATE_HZ: Final = 20.0
-_STATE_BURST: Final = 60
 _DRIVE_STATUS_S: Final = 0.3
 _MAX_STOP_CHARS: Final = 32
 """A flood of anything longer is not even looked at for a stop."""
-_ACKNOWLEDGED_HZ: Final = 120.0
-_ACKNOWLEDGED_BURST: Final = 200
-"""Twice what the liveliest page sends; what is beyond is not even read."""
 
 
 class ViewerEvents(Protocol):
@@ -91,17 +86,13 @@ class Viewer:
         self._events = events
         self.boundary = self._make_boundary()
         now_s = clock.now_s()
-        state_hz, state_burst = (
-            (_ACKNOWLEDGED_HZ, _ACKNOWLEDGED_BURST)
-            if service.acknowledged
-            else (_STATE_HZ, _STATE_BURST)
-        )
+        state = service.state_messages
         self.drive_status: messages.DriveStatus | None = None
         """What becomes of his commands, None while he has not driven."""
         self._drive_told: tuple[messages.DriveStatus | None, float] = (None, float("-inf"))
         self._limits = {
             "drive": TokenBucket(rate_hz=_DRIVE_HZ, burst=_DRIVE_BURST, now_s=now_s),
-            "state": TokenBucket(rate_hz=state_hz, burst=state_burst, now_s=now_s),
+            "state": TokenBucket(rate_hz=state.rate_hz, burst=state.burst, now_s=now_s),
         }
         self.streams = service.streams(self, sync)
 

@@ -45,6 +45,14 @@ class Units:
 
 
 @dataclass(frozen=True, slots=True)
+class MessageRate:
+    """What a token bucket lets through: twice what the liveliest page sends."""
+
+    rate_hz: float
+    burst: int
+
+
+@dataclass(frozen=True, slots=True)
 class Lanes:
     """What a peer sends, and the way by which it asks."""
 
@@ -133,6 +141,8 @@ class Service(Protocol):
     codecs: Codecs
     acknowledged: bool
     """Whether pages shall say what they have received."""
+    state_messages: MessageRate
+    """How often a page may write on the state channel."""
 
     @property
     def sizes(self) -> Sequence[str]:

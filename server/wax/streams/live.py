@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.congestion.allocator import Allocator
 from wax.congestion.sender_side import SenderSideControl
-from wax.streams.interface import Codecs, Kind, Lanes, Policy, Units
+from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, Units
 from wax.streams.playout_controller import PlayoutController
 from wax.streams.rendition_ladder import RenditionLadder
 from wax.streams.served_notifier import ServedNotifier, served
@@ -237,6 +237,7 @@ class LiveService:
     """Makes the streams of a server whose viewers each have a policy of their own."""
 
     acknowledged = False
+    state_messages = MessageRate(rate_hz=20.0, burst=60)
 
     def __init__(
         self,
