@@ -62,9 +62,9 @@ it("looks once where none runs", async () => {
 });
 
 it("says why it was refused, and looks no further", async () => {
-  now = { error: "The stop is being proved already." };
+  now = { error: "A proof is already running." };
   await prover.start();
-  expect(complain).toHaveBeenCalledWith("The stop is being proved already.");
+  expect(complain).toHaveBeenCalledWith("A proof is already running.");
   await vi.advanceTimersByTimeAsync(5000);
   expect(asked).toHaveLength(1);
 });

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 _LOG = structlog.get_logger(__name__)
 
-LENT: Final = "The host is proving the stop; the robot comes back in a few minutes."
-STOPPED: Final = "Somebody pressed Stop: the proof was broken off. Release the stop first."
+LENT: Final = "The host is testing the stop; the robot will be back in a few minutes."
+STOPPED: Final = "Someone pressed Stop, so the proof was aborted. Release the stop first."
 _LOOK_S: Final = 0.02
 _END_S: Final = 5.0
 """What the proof gets to leave the robot standing; a server that ends waits less long."""
@@ -65,18 +65,18 @@ class ProofRunner:
     def record(self) -> str:
         """Return the newest record as HTML; raises `ForbiddenError` where there is none."""
         if self._record is None:
-            raise ForbiddenError("There is no record yet; prove the stop first.")
+            raise ForbiddenError("There is no record yet; run the proof first.")
         return self._record
 
     async def start(self) -> None:
         """Take the robot from everybody and begin; raises `ForbiddenError` where that cannot be."""
         if self._is_ending:
-            raise ForbiddenError("The server ends.")
+            raise ForbiddenError("The server is shutting down.")
         if self._state == "running":
-            raise ForbiddenError("The stop is being proved already.")
+            raise ForbiddenError("A proof is already running.")
         if self._control.latched is not None:
-            raise ForbiddenError("A stop is pressed: release it first, then prove it.")
-        self._state, self._line = "running", "The robot is let go of."
+            raise ForbiddenError("The robot is stopped: release the stop first, then start the proof.")
+        self._state, self._line = "running", "The server has let go of the robot."
         self._task = asyncio.create_task(self._lend(), name="prove-stop")
 
     def break_off(self) -> None:
@@ -104,7 +104,7 @@ class ProofRunner:
             self._state, self._line = "failed", f"The proof could not be run: {error}"
         finally:
             if self._state == "running":
-                self._state, self._line = "failed", "The proof was broken off."
+                self._state, self._line = "failed", "The proof was aborted."
             if not self._is_ending:
                 self._driver.open()
                 self._control.maintain(None)
@@ -131,7 +131,7 @@ class ProofRunner:
         if self._control.latched is not None:
             self._state, self._line = "failed", STOPPED
         elif self._record is None:
-            self._state, self._line = "failed", complaint or "The proof ended without a word."
+            self._state, self._line = "failed", complaint or "The proof ended without a result."
         else:
             self._state, self._line = "done" if code == 0 else "failed", said
 

@@ -125,7 +125,7 @@ class Room:
 
     def _admit(self, client: str) -> Viewer:
         if sum(not viewer.was_ready for viewer in self._viewers) >= _MAX_CONNECTING:
-            raise FullError("Too many are connecting at this moment; try again in a few seconds.")
+            raise FullError("Too many people are connecting right now; try again in a few seconds.")
         if len(self._viewers) >= self._settings.server.max_viewers:
             raise FullError(
                 f"All {self._settings.server.max_viewers} places are taken; try again later."

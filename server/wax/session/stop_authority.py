@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from wax.control.turns import Turns
     from wax.session.viewer import Viewer
 
-ONLY_THE_OPERATOR_STOPS: Final = "Here only whoever drives, or the host, can stop the robot."
+ONLY_THE_OPERATOR_STOPS: Final = "Only the operator or the host can stop this robot."
 
 
 class StopAuthority:

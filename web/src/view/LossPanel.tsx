@@ -15,7 +15,7 @@ export function LossPanel() {
             <li key={sentence}>{sentence}</li>
           ))}
         </ul>
-        <p class="quiet">The server has these rules; no page can change them.</p>
+        <p class="quiet">The server sets these rules; no page can change them.</p>
       </div>
     </details>
   );

@@ -13,9 +13,9 @@ const STALE_MS = 1500;
 const SILENT = "Not live: the server is not answering.";
 
 const BLIND =
-  "This browser does not tell which picture it shows: here one drives with the picture off, by ear.";
+  "This browser cannot tell how old its picture is. To drive, switch the picture off and drive by ear.";
 
-const SLOW = "The connection is slow: picture and sound come as soon as they can.";
+const SLOW = "Your connection is slow: picture and sound play as soon as they arrive.";
 
 /** The picture, and what is said over it. */
 export function Stage() {

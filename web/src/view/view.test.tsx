@@ -167,9 +167,9 @@ describe("driving", () => {
   it("says why the robot stands", () => {
     show({ operator: 1 });
     act(() => {
-      state.driveReason.value = "No fresh command: the link is late.";
+      state.driveReason.value = "No fresh commands arrive: your connection is slow.";
     });
-    expect(getByText(body, "No fresh command: the link is late.")).toBeTruthy();
+    expect(getByText(body, "No fresh commands arrive: your connection is slow.")).toBeTruthy();
   });
 
   it("has a slider for each further axis", () => {
@@ -527,7 +527,7 @@ describe("sound and picture", () => {
   });
 
   it("says quietly that the link cannot carry both in step, for as long as that is so", () => {
-    const words = "The connection is slow: picture and sound come as soon as they can.";
+    const words = "Your connection is slow: picture and sound play as soon as they arrive.";
     show({ watching: [1] });
     act(() => {
       state.served.value = served({ in_step: false });

@@ -116,7 +116,7 @@ it("tells whoever is cut off what is kept for him", () => {
   expect(lostWords(null, 3)).toEqual({ headline: "One moment…", next: "" });
   expect(lostWords(viewer(1), 3).next).toBe("");
   expect(lostWords(viewer(1, { role: "operator", place: 0 }), 3)).toEqual({
-    headline: "The connection is lost",
+    headline: "Connection lost",
     next: "Back within 3 s, you keep your turn.",
   });
   expect(lostWords(viewer(1, { role: "queued", place: 2 }), 3).next).toBe(

@@ -64,7 +64,7 @@ export function lostWords(me: ViewerInfo | null, graceS: number): TurnWords {
   if (!me) return { headline: "One moment…", next: "" };
   const what = { operator: "turn", queued: "place", observer: null }[me.role];
   const next = what ? `Back within ${graceS} s, you keep your ${what}.` : "";
-  return { headline: "The connection is lost", next };
+  return { headline: "Connection lost", next };
 }
 
 export function turnWords(room: RoomState | null, me: ViewerInfo | null): TurnWords {
@@ -113,7 +113,7 @@ export function stoppedWords(
 }
 
 /** For whoever held something while the stop was released. */
-export const RELEASED = "Released: let go of everything, then press anew to drive.";
+export const RELEASED = "Released. Let go of everything, then press again to drive.";
 
 /** How full the robot's battery is, as far as it tells; null where it does not. */
 export function batteryWords({ battery_v, battery_fraction }: RobotStatus): string | null {
