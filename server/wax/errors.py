@@ -50,7 +50,7 @@ class TooOftenError(WaxError):
 
 
 class ForbiddenError(WaxError):
-    """Somebody asks for what he may not do, or not now."""
+    """Somebody asks for what they may not do, or not now."""
 
 
 class StartError(WaxError):

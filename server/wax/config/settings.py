@@ -298,7 +298,10 @@ class Settings(_Section):
     robot: RobotSettings = RobotSettings()
 
 
-_RENAMED: Final = {"video.imprint": "video.timestamp_overlay"}
+_RENAMED: Final = {
+    "video.imprint": "video.timestamp_overlay",
+    "drive.fine_fraction": "drive.slow_fraction",
+}
 """What a key was called before, and what it is called now."""
 
 

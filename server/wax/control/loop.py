@@ -44,9 +44,9 @@ class ControlLoop:
 
     `link_delay_s` is asked for the operator's one-way delay until it is known, and again when
     the turn renews or the operator connects anew. `sees` is asked whether a viewer means to see:
-    False where he has switched his picture off or the robot has no camera. `on_events` gets what
-    happened to the turns; `on_status` gets the operator, whether the robot moves for him, and a
-    sentence if it may not, or not as fast as he wants, whenever one of them changes.
+    False where the picture is switched off or the robot has no camera. `on_events` gets what
+    happened to the turns; `on_status` gets the operator, whether the robot moves, and a sentence
+    if it may not, or not as fast as it is told to, whenever one of them changes.
     """
 
     def __init__(
@@ -146,7 +146,7 @@ class ControlLoop:
         self._follow(self._turns.join(viewer, now_s), now_s)
 
     def leave(self, viewer: int) -> None:
-        """Take a viewer out of the queue, or end his turn."""
+        """Take a viewer out of the queue, or end their turn."""
         now_s = self._clock.now_s()
         self._follow(self._turns.leave(viewer, now_s), now_s)
 

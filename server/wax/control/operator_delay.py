@@ -1,6 +1,6 @@
-"""How long the operator's line is: measured when his turn begins, and taken for that turn.
+"""The one-way delay of the operator's link: measured when a turn begins, and used throughout it.
 
-A line that becomes longer within a turn earns no further allowance.
+A link that becomes slower within a turn earns no further allowance.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class OperatorDelay:
         self._one_way_s: float | None = None
 
     def begin(self) -> None:
-        """Forget what was measured: another operator, or another connection of his."""
+        """Forget what was measured: another operator, or another connection of theirs."""
         self._one_way_s = None
 
     def renew(self, operator: int) -> None:

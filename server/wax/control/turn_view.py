@@ -9,9 +9,9 @@ from dataclasses import dataclass
 class TurnView:
     """The turn as it is now.
 
-    `present` is false while the operator's connection is lost. `one_way_s` is his line's delay,
-    measured at the turn's start, None if unknown. `sees` is false where he has switched his picture
-    off on purpose or the robot has no camera.
+    `present` is false while the operator's connection is lost. `one_way_s` is the delay of
+    their link, measured at the turn's start, None if unknown. `sees` is false where the picture is
+    switched off on purpose or the robot has no camera.
     """
 
     number: int

@@ -6,10 +6,10 @@
 * Leaving hands over at once.
 * A lost connection keeps turn or place for `grace_s`; the turn's clock runs on. After that the
   turn or place is given up. Coming back later is like connecting anew.
-* A turn is never given to somebody who is lost: he is passed over, and keeps his place in front
-  until his grace is over. An operator who is lost when his turn ends goes to the end of the queue.
+* A turn is never given to somebody who is lost: they are passed over, and keep their place in front
+  until the grace is over. An operator who is lost when the turn ends goes to the end of the queue.
   If everybody who waits is lost, nobody drives.
-* With ``join = "auto"`` everybody queues at connect; who leaves then observes until he joins.
+* With ``join = "auto"`` everybody queues at connect; who leaves then observes until they join.
 
 Viewers are numbers that are never used twice. ``now_s`` never falls from call to call.
 What is due is done first in every call, in the order in which it fell due, so a late `tick`
@@ -124,9 +124,9 @@ class Turns:
         return self._queue.index(viewer) + 1 if viewer in self._queue else None
 
     def wait_s(self, viewer: int, now_s: float) -> float | None:
-        """Say how long the viewer will wait at most, if he stays: 0 for the operator.
+        """Say how long the viewer will wait at most, if they stay: 0 for the operator.
 
-        It is the rest of this turn and a whole turn for everybody before him, less if one of
+        It is the rest of this turn and a whole turn for everybody before them, less if one of
         them leaves or is away. None for observers and for whoever is lost.
         """
         place = self.place(viewer)

@@ -1,8 +1,8 @@
-"""How much of where the robot goes its operator sees: judged by the age of what he sees now.
+"""How fresh the operator's picture is: fresh, late, switched off, or too old to drive by.
 
-The age is that of the newest picture on his screen, as each command says, beyond the one-way
-delay of his line. It grows between two commands too. Who has switched his picture off, or drives
-a robot without a camera, knows that he does not see. Written so that NaN is never seen.
+Its age is that of the newest picture on the operator's screen, as each command says, less the
+one-way delay of their link. It grows between two commands too. Whoever has switched the picture
+off, or drives a robot without a camera, knows that they do not see. NaN never counts as fresh.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 
 class VideoFreshness(Enum):
-    """What the operator sees of the robot's way."""
+    """What the operator sees of where the robot goes."""
 
     CLEAR = "a fresh picture"
-    LATE = "a picture that is late: he drives slowly"
-    OFF = "no picture, on purpose: he drives slowly"
-    NONE = "nothing, or what is long gone: he does not drive"
+    LATE = "a late picture: the robot is slowed"
+    OFF = "no picture, on purpose: the robot is slowed"
+    NONE = "no picture, or one that is far too old: the robot stops"
 
 
 def believed_s(seen_s: float | None, now_s: float, one_way_s: float | None) -> float | None:

@@ -103,7 +103,7 @@ class SoundHub:
 
         The pre-roll fills the browser's buffer to its delay at once, instead of by the
         75 ms a second at which a browser stretches sound. It is whole media units. The first
-        listener of a form has as much of the past encoded as he needs; whoever follows within
+        listener of a form has as much of the past encoded as they need; whoever follows within
         half a second and asks for more gets what there is.
 
         Who hears another form already has no pre-roll: the new one follows where the old one

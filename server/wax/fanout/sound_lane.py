@@ -1,4 +1,4 @@
-"""One viewer's sound: a short queue between the shared encoders and his own sender."""
+"""One viewer's sound: a short queue between the shared encoders and one sender."""
 
 from __future__ import annotations
 

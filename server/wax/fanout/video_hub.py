@@ -109,7 +109,7 @@ class VideoHub:
 
     @property
     def has_room(self) -> bool:
-        """Whether the machine can encode one more for somebody of his own.
+        """Whether the machine can encode one more for one viewer alone.
 
         Half of the cores is left to everything else; the largest that is encoded now is what one
         more would cost.
@@ -139,7 +139,7 @@ class VideoHub:
             self._renditions[rendition].request_keyframe()
 
     def request_keyframe(self, lane: PictureLane) -> None:
-        """Help a viewer who cannot decode what he got (PLI, RFC 4585; FIR, RFC 5104)."""
+        """Help a viewer who cannot decode what they got (PLI, RFC 4585; FIR, RFC 5104)."""
         if lane.rendition is not None:
             self._renditions[lane.rendition].request_keyframe()
 

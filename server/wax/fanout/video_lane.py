@@ -1,6 +1,6 @@
-"""One viewer's lane of pictures: a short queue between the shared encoders and his own sender.
+"""One viewer's lane of pictures: a short queue between the shared encoders and one sender.
 
-A slow viewer changes his own lane only. What is dropped is counted; only what nothing depends on
+A slow viewer changes their own lane only. What is dropped is counted; only what nothing depends on
 may be dropped, otherwise the lane waits for a keyframe, and it never asks for one itself.
 """
 

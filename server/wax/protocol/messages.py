@@ -206,7 +206,7 @@ class LossRules(_Outgoing):
     A command is obeyed for `max_age_ms` beyond the line's own time, together at most
     `max_command_age_ms`; a picture older than these, beyond the line's own time, slows or stops.
     Where either was gone for less than `resume_within_ms`, what is still held drives on by itself.
-    An operator who is not heard for `lost_after_ms` is lost; his turn is kept for `Hello.grace_s`.
+    An operator who is silent for `lost_after_ms` is lost; their turn is kept for `Hello.grace_s`.
     The process that speaks with the robot stops it after `silence_ms`, null where that is the
     server itself; the robot itself after `robot_ttl_ms`, null where no watchdog of it is known of.
     With `soft_braking` what the operator lets go of, and what lapses, ends at the braking rate.
@@ -316,7 +316,7 @@ class Playout(_Outgoing):
 
 
 class Served(_Outgoing):
-    """What this viewer is sent now, and what is known of his link; told when it changes.
+    """What this viewer is sent now, and what is known of their link; told when it changes.
 
     `rendition` null is no picture, `sound_mu_ms` null no sound. `picture_hz` is what is left of the
     rendition's rate by the layers sent. `redundancy` counts earlier units in each packet of sound.

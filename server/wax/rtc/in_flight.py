@@ -1,4 +1,4 @@
-"""What was sent to one viewer, until his browser has told what became of it. Pure."""
+"""What was sent to one viewer, until their browser has told what became of it. Pure."""
 
 from __future__ import annotations
 

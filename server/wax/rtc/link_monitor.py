@@ -10,7 +10,7 @@ _PONGS: Final = 64
 
 
 class LinkMonitor:
-    """Heartbeat and round trip of one viewer, from his pings.
+    """Heartbeat and round trip of one viewer, from their pings.
 
     Each ping says which pong came last and how long ago, so one exchange tells both ends the
     round trip; the least of the last 10 s is the one that did not wait in a queue.

@@ -40,7 +40,7 @@ _ANSWER_S: Final = 10.0
 _CLOSE_S: Final = 2.0
 _CLOCK_EVERY_S: Final = 10.0
 _MAX_BUFFERED_BYTES: Final = 262_144
-"""A page that reads nothing for this long will not catch up; he reconnects and starts anew."""
+"""A page that reads nothing for this long will not catch up; it reconnects and starts anew."""
 
 _ACKNOWLEDGE_S: Final = 0.2
 _EXTENSIONS: Final = (rtp.TRANSPORT_SEQUENCE, rtp.PLAYOUT_DELAY)

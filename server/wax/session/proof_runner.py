@@ -75,7 +75,9 @@ class ProofRunner:
         if self._state == "running":
             raise ForbiddenError("A proof is already running.")
         if self._control.latched is not None:
-            raise ForbiddenError("The robot is stopped: release the stop first, then start the proof.")
+            raise ForbiddenError(
+                "The robot is stopped: release the stop first, then start the proof."
+            )
         self._state, self._line = "running", "The server has let go of the robot."
         self._task = asyncio.create_task(self._lend(), name="prove-stop")
 

@@ -201,7 +201,7 @@ class Room:
 
     @contextmanager
     def _refusing(self, viewer: Viewer) -> Iterator[None]:
-        """Tell a viewer why what he asks for is refused."""
+        """Tell a viewer why what they ask for is refused."""
         try:
             yield
         except ForbiddenError as error:
@@ -210,7 +210,7 @@ class Room:
         self._viewers.changed()
 
     def _part(self, viewer: Viewer) -> None:
-        """Part a viewer from his peer: the robot stops if he drove, his place is kept a while."""
+        """Take a viewer's peer away: the robot stops if they drove; their place is kept a while."""
         viewer.peer = None
         with viewer.boundary:
             viewer.release()

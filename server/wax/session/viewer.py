@@ -1,4 +1,4 @@
-"""One viewer: who he is, what he wants, and what his page says."""
+"""One viewer: who they are, what they want, and what their page says."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class ViewerEvents(Protocol):
 
 
 class Viewer:
-    """Lives from the first offer until his page has been gone for the time of grace."""
+    """Lives from the first offer until their page has been gone for the time of grace."""
 
     def __init__(
         self,
@@ -78,7 +78,7 @@ class Viewer:
         self.is_ready = False
         self.was_ready = False
         self.is_host = False
-        """His page is open on the server's own machine."""
+        """Their page is open on the server's own machine."""
         self.wants_picture = True
         self._clock = clock
         self._counters = counters
@@ -88,7 +88,7 @@ class Viewer:
         now_s = clock.now_s()
         state = service.state_messages
         self.drive_status: messages.DriveStatus | None = None
-        """What becomes of his commands, None while he has not driven."""
+        """What becomes of their commands, None until they drive."""
         self._drive_told: tuple[messages.DriveStatus | None, float] = (None, float("-inf"))
         self._limits = {
             "drive": TokenBucket(rate_hz=_DRIVE_HZ, burst=_DRIVE_BURST, now_s=now_s),

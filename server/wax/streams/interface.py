@@ -1,4 +1,4 @@
-"""One viewer's streams: the protocol between him and the policy that serves him."""
+"""One viewer's streams: the interface between a viewer and the policy that serves them."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Lanes:
 
 
 class Page(Protocol):
-    """A viewer's page, as his streams see it."""
+    """A viewer's page, as their streams see it."""
 
     @property
     def boundary(self) -> ErrorBoundary:

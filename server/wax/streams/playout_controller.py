@@ -1,4 +1,4 @@
-"""When one viewer's sound and picture play: his policy, and how its decisions reach his page."""
+"""When one viewer's sound and picture play: the policy, and how its decisions reach the page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What one viewer's page is told of what he is sent: news at once, figures now and then."""
+"""What one viewer's page is told of what they are sent: news at once, figures now and then."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class StreamPlayout:
-    """How one stream plays at a viewer's; None where his browser does not tell.
+    """How one stream plays at a viewer's; None where the browser does not tell.
 
     `age_ms` is from capture to eye or ear, `delay_ms` the part of it in the jitter buffer and
     `output_ms` that in the device. `concealed_ms` of `played_ms` of the sound, since the peer

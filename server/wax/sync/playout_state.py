@@ -1,4 +1,4 @@
-"""What the live policies know of one viewer's link; it stays when his policy changes."""
+"""What the live policies know of one viewer's link; it stays when their policy changes."""
 
 from __future__ import annotations
 

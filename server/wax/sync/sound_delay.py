@@ -1,7 +1,7 @@
 """The smallest delay of the sound at which it does not break on one viewer's link.
 
 A browser finds a delay of its own (NetEq: about what 97 of 100 packets need, and it stretches the
-sound by 75 ms a second to get there). That is left alone until this viewer's packets, or what he
+sound by 75 ms a second to get there). That is left alone until this viewer's packets, or what they
 heard, show that it is too little; then it is given a minimum.
 """
 

@@ -71,7 +71,7 @@ class Offer(BaseModel):
 
 
 class StopPress(BaseModel):
-    """Who presses Stop, as far as he says."""
+    """Who presses Stop, as far as they say."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 

@@ -27,8 +27,8 @@ export interface CommandSenderOptions {
 /** A release is said three times, since the channel may lose any of them. */
 const AGAIN_AFTER_MS = [45, 90] as const;
 /**
- * Who holds nothing is safe in silence too. He is heard 20 times a second all the same: the server
- * must soon have heard of empty hands before it lets the next press move anything.
+ * A page on which nothing is held would be safe in silence too. It sends 20 times a second all the
+ * same: the server must have heard that nothing is held before the next press may move anything.
  */
 const REST_HZ = 20;
 const REST_AFTER_MS = 500;

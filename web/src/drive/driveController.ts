@@ -17,8 +17,8 @@ export interface DriveControllerOptions {
 }
 
 /**
- * The hands and what carries them to the server. A turn begins with empty hands and untouched
- * axes, and ends with both; a stop empties the hands, and what is held through it stays released.
+ * What is held, and what sends it to the server. A turn begins and ends with nothing held and no
+ * axis touched; a stop lets go of everything, and what is held through it counts as let go of.
  */
 export class DriveController {
   readonly input: InputState;
@@ -47,7 +47,7 @@ export class DriveController {
     });
   }
 
-  /** Hears the keyboard, and all that takes the hands away; `stop` is the operator's, on Space. */
+  /** Listens to the keyboard, and to all that takes controls away; `stop` is the operator's, on Space. */
   listen(window: Window, stop: () => void, signal: AbortSignal): void {
     const { input } = this;
     const { state } = this.options;

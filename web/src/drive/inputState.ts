@@ -15,7 +15,7 @@ export function fingerHolder(pointerId: number): string {
  * A slider tells of every change, whether a mouse, a finger, a key or another aid made it, but not
  * of every hand that leaves it. So a hand is on its axis for this long after the newest change:
  * long enough for six set-points at the slowest rate, should the channel lose some, and short
- * enough that nobody is taken to hold what he has left.
+ * enough that nobody counts as holding what they have left.
  */
 const TOUCH_MS = 300;
 

@@ -12,6 +12,9 @@ import {
 } from "./figures";
 import { batteryWords } from "./words";
 
+/** The age of a picture runs from when the server has the frame to when the browser presents it. */
+const NOT_IN_PICTURE_AGE = "the camera's own 20–60 ms, your screen's refresh";
+
 /** How late everything is, and for whoever opens it: how well it plays, what is sent, and why. */
 export function Facts() {
   const { facts, served, playout, isConnected, isSilent, room } = useState();
@@ -24,15 +27,16 @@ export function Facts() {
       </summary>
       <dl>
         <Fact name="Picture age">{ageWords(pictureMs, pictureErrorMs)}</Fact>
+        {pictureMs !== null && <Fact name="Not in it">{NOT_IN_PICTURE_AGE}</Fact>}
         <Fact name="Sound age">{msWords(soundMs)}</Fact>
         <Fact name="Skew">{skewWords(soundMs, pictureMs)}</Fact>
         <Fact name="Round trip">{msWords(roundTripMs)}</Fact>
-        <Fact name="Pictures">{fps === null ? "–" : `${fps} a second`}</Fact>
-        <Fact name="Pauses in a minute">{breakWords(pauses)}</Fact>
-        <Fact name="Freezes in a minute">{breakWords(freezes)}</Fact>
+        <Fact name="Frame rate">{fps === null ? "–" : `${fps} fps`}</Fact>
+        <Fact name="Sound gaps, last minute">{breakWords(pauses)}</Fact>
+        <Fact name="Freezes, last minute">{breakWords(freezes)}</Fact>
         <Fact name="Policy">{playout.value?.policy ?? "–"}</Fact>
-        <Fact name="Sent picture">{sentPictureWords(served.value)}</Fact>
-        <Fact name="Sent sound">{sentSoundWords(served.value)}</Fact>
+        <Fact name="Picture sent">{sentPictureWords(served.value)}</Fact>
+        <Fact name="Sound sent">{sentSoundWords(served.value)}</Fact>
         <Fact name="Link">{linkWords(served.value)}</Fact>
         {battery && <Fact name="Battery">{battery}</Fact>}
         <Reasons sentences={reasons(playout.value, served.value)} />

@@ -24,9 +24,9 @@ export function ProofPanel() {
       <div class="panel-body">
         <h2>Prove the stop</h2>
         <p>
-          Each link to the robot is cut in turn, while its wheels turn, and measured is how long
-          they go on. It takes a few minutes, in which nobody drives. Lift the robot off the floor
-          first.
+          The server cuts each link to the robot in turn while its wheels turn, and measures how
+          long they go on. This takes a few minutes, during which nobody can drive. Lift the robot
+          off the floor first.
         </p>
         <label class="check">
           <input

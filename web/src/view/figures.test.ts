@@ -42,12 +42,12 @@ it("writes how often it broke", () => {
 it("writes what is sent", () => {
   expect(sizeWords("640x480")).toBe("640 × 480");
   expect(sentPictureWords(served({ picture_hz: 7.5, layers: 2, layers_made: 3 }))).toBe(
-    "640 × 480 at 500 kbit/s, 7.5 a second, 2 of 3 layers",
+    "640 × 480 at 500 kbit/s, 7.5 fps, 2 of 3 layers",
   );
-  expect(sentPictureWords(served({ layers: null }))).toBe("640 × 480 at 500 kbit/s, 30 a second");
+  expect(sentPictureWords(served({ layers: null }))).toBe("640 × 480 at 500 kbit/s, 30 fps");
   expect(sentPictureWords(served({ rendition: null }))).toBe("none");
   expect(sentSoundWords(served({ sound_mu_ms: 60, redundancy: 1 }))).toBe(
-    "60 ms units, 32 kbit/s, each with 1 before it",
+    "60 ms packets, 32 kbit/s, each repeats the last 1",
   );
   expect(sentSoundWords(served({ sound_mu_ms: null }))).toBe("none");
   expect(linkWords(served())).toBe("2.4 Mbit/s, 590 kbit/s used, 4 ms queue");

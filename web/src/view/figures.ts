@@ -42,7 +42,7 @@ export function sentPictureWords(served: Served | null): string {
   const isLayered = layers !== null && layers_made !== null;
   return [
     sizeWords(served.rendition),
-    `${Number(served.picture_hz.toFixed(1))} a second`,
+    `${Number(served.picture_hz.toFixed(1))} fps`,
     ...(isLayered ? [`${layers} of ${layers_made} layers`] : []),
   ].join(", ");
 }
@@ -51,8 +51,8 @@ export function sentSoundWords(served: Served | null): string {
   if (!served) return UNKNOWN;
   if (served.sound_mu_ms === null) return "none";
   const { sound_mu_ms, sound_bps, redundancy } = served;
-  const again = redundancy > 0 ? `, each with ${redundancy} before it` : "";
-  return `${sound_mu_ms} ms units, ${rateWords(sound_bps)}${again}`;
+  const again = redundancy > 0 ? `, each repeats the last ${redundancy}` : "";
+  return `${sound_mu_ms} ms packets, ${rateWords(sound_bps)}${again}`;
 }
 
 /** What the link can carry and how much of it is used. */

@@ -22,13 +22,13 @@ it("tells each of the server's numbers", () => {
 });
 
 it("says honestly where nobody knows whether the robot stops by itself", () => {
-  expect(all({ on_loss: { ...on_loss, robot_ttl_ms: null } })).toContain("is not known");
-  expect(all()).not.toContain("is not known");
+  expect(all({ on_loss: { ...on_loss, robot_ttl_ms: null } })).toContain("nobody knows");
+  expect(all()).not.toContain("nobody knows");
 });
 
 it("promises no watchdog that this robot has not", () => {
   const alone = all({ on_loss: { ...on_loss, silence_ms: null, robot_ttl_ms: null } });
-  expect(alone).toContain("The server itself speaks with this robot");
+  expect(alone).toContain("The server controls this robot directly");
   expect(alone).not.toContain("null");
 });
 
@@ -38,13 +38,13 @@ it("tells for how long a lost turn is kept", () => {
 
 it("tells whether this robot brakes gently", () => {
   expect(all({ on_loss: { ...on_loss, soft_braking: true } })).toContain("slows down gently");
-  expect(all()).toContain("at once, not gently");
+  expect(all()).toContain("Whatever stops the robot stops it at once");
 });
 
 it("tells who may press Stop", () => {
   expect(all()).toContain("Everybody who watches can press Stop");
   expect(all({ on_loss: { ...on_loss, stop_by: "operator" } })).toContain(
-    "Only whoever drives, or the host, can press Stop",
+    "Only the operator and the host can press Stop",
   );
 });
 

@@ -353,7 +353,7 @@ describe("a stop that is latched", () => {
     expect(release()).not.toBeNull();
   });
 
-  it("asks the operator to press anew once it is released, until he does", () => {
+  it("asks the operator to press anew once it is released, until they do", () => {
     show({ operator: 1 });
     act(() => {
       state.isFreshlyReleased.value = true;
@@ -630,13 +630,14 @@ it("shows how well it plays, what is sent and why", () => {
   const told = (name: string) => getByText(body, name).nextElementSibling?.textContent;
   expect(getByText(body, "Delay").textContent).toBe("Delay 46 ms");
   expect(told("Picture age")).toBe("46 ms ± 3");
+  expect(told("Not in it")).toContain("camera");
   expect(told("Sound age")).toBe("80 ms");
   expect(told("Skew")).toBe("sound 34 ms later");
-  expect(told("Pauses in a minute")).toBe("none");
-  expect(told("Freezes in a minute")).toBe("1, longest 410 ms");
+  expect(told("Sound gaps, last minute")).toBe("none");
+  expect(told("Freezes, last minute")).toBe("1, longest 410 ms");
   expect(told("Policy")).toBe("audio-master");
-  expect(told("Sent picture")).toContain("640 × 480");
-  expect(told("Sent sound")).toContain("20 ms units");
+  expect(told("Picture sent")).toContain("640 × 480");
+  expect(told("Sound sent")).toContain("20 ms packets");
   expect(told("Link")).toContain("2.4 Mbit/s");
   expect(getByText(body, "Everything is sent.")).toBeTruthy();
   expect(getByText(body, "The sound does not break at 40 ms.")).toBeTruthy();

@@ -70,7 +70,7 @@ describe("the turn", () => {
     return turnWords(now, now.viewers.find((one) => one.id === me) ?? null);
   };
 
-  it("tells the operator that he drives, and who is next", () => {
+  it("tells the operator that they drive, and who is next", () => {
     expect(words({ operator: 1, waiting: [2] }, 1)).toEqual({
       headline: "You are driving",
       next: "Then it is Bob's turn.",
@@ -78,7 +78,7 @@ describe("the turn", () => {
     expect(words({ operator: 1, watching: [2] }, 1).next).toBe("Nobody else is waiting.");
   });
 
-  it("tells who waits his place and an honest wait", () => {
+  it("tells who waits their place and an honest wait", () => {
     expect(words({ operator: 1, waiting: [2, 3] }, 3)).toEqual({
       headline: "You are number 2 in the queue, about 2 min",
       next: "Ada is driving.",
@@ -86,7 +86,7 @@ describe("the turn", () => {
     expect(words({ operator: 1, waiting: [2] }, 2).headline).toBe("You are next, about 30 s");
   });
 
-  it("tells who watches what he could do", () => {
+  it("tells who watches what they could do", () => {
     expect(words({ operator: 1, watching: [2] }, 2)).toEqual({
       headline: "Ada is driving",
       next: "Nobody is waiting.",
@@ -112,15 +112,15 @@ it("tells whoever cannot drive yet how to come to it", () => {
   );
 });
 
-it("tells whoever is cut off what is kept for him", () => {
+it("tells whoever is cut off what is kept for them", () => {
   expect(lostWords(null, 3)).toEqual({ headline: "One moment…", next: "" });
   expect(lostWords(viewer(1), 3).next).toBe("");
   expect(lostWords(viewer(1, { role: "operator", place: 0 }), 3)).toEqual({
     headline: "Connection lost",
-    next: "Back within 3 s, you keep your turn.",
+    next: "Come back within 3 s to keep your turn.",
   });
   expect(lostWords(viewer(1, { role: "queued", place: 2 }), 3).next).toBe(
-    "Back within 3 s, you keep your place.",
+    "Come back within 3 s to keep your place.",
   );
 });
 
@@ -157,7 +157,7 @@ describe("a stop", () => {
       "Nothing moves until Bob or the host releases it.",
     );
     expect(words({ watching: [1] }, 1).next).toBe(
-      "Nothing moves until whoever drives or the host releases it.",
+      "Nothing moves until the operator or the host releases it.",
     );
   });
 });

@@ -63,7 +63,7 @@ export interface TurnWords {
 export function lostWords(me: ViewerInfo | null, graceS: number): TurnWords {
   if (!me) return { headline: "One moment…", next: "" };
   const what = { operator: "turn", queued: "place", observer: null }[me.role];
-  const next = what ? `Back within ${graceS} s, you keep your ${what}.` : "";
+  const next = what ? `Come back within ${graceS} s to keep your ${what}.` : "";
   return { headline: "Connection lost", next };
 }
 
@@ -105,7 +105,7 @@ export function stoppedWords(
   mayRelease: boolean,
 ): TurnWords {
   const operator = room?.viewers.find((viewer) => viewer.role === "operator");
-  const who = operator && operator.id !== me?.id ? operator.name : "whoever drives";
+  const who = operator && operator.id !== me?.id ? operator.name : "the operator";
   return {
     headline: `Stopped by ${stop.by}`,
     next: `Nothing moves until ${mayRelease ? "you release it" : `${who} or the host releases it`}.`,

@@ -76,7 +76,7 @@ class Coded:
 class _Queue:
     items: deque[Coded] = field(default_factory=deque)
     needed_s: float | None = None
-    """While somebody waits: he can be told that there is nothing when reading is this far."""
+    """While somebody waits: once reading is this far they can be told that there is nothing."""
     resume_s: float | None = float("-inf")
     """While not None, everything before a keyframe that is due then or later is dropped."""
 
