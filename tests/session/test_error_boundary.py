@@ -28,7 +28,6 @@ from wax.session import room as room_module
 from wax.session.status import Status
 from wax.session.viewer import Viewer
 from wax.streams.interface import MessageRate
-from wax.sync.serving import SoundForm
 from wax.telemetry import Counters, Rates
 
 if TYPE_CHECKING:
