@@ -12,12 +12,12 @@ import pytest
 from tests.open_boundary import OpenFence
 from tests.turned_clock import TurnedClock
 
-from wax.baseline.settings import ThesisSettings
 from wax.baseline.streams import BaselineService, BaselineStreams, thesis_video
 from wax.baseline.unit_hub import UnitHub
 from wax.baseline.unit_lane import UnitLane
 from wax.capture.source import BLOCK_SAMPLES, Sound
 from wax.config.settings import SyncSettings, VideoSettings
+from wax.config.thesis import ThesisSettings
 from wax.encode.encoded import VIDEO_TIME_BASE, EncodedPicture
 from wax.fanout.video_hub import VideoHub
 from wax.protocol import messages

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wax.baseline.compensation import Compensation
-from wax.baseline.settings import ThesisSettings
+from wax.config.thesis import ThesisSettings
 from wax.sync.playout import PlayoutReport, StreamPlayout
 
 SETTINGS = ThesisSettings()

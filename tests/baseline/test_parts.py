@@ -10,9 +10,9 @@ from pydantic import ValidationError
 from wax.baseline.fail_safe import BaselineFailSafe, Signs, insufficient
 from wax.baseline.media_units import MediaUnit, SourceSlot
 from wax.baseline.picture_cache import PictureCache
-from wax.baseline.settings import ThesisSettings
 from wax.baseline.transfer_time import LeastRoundTrip, TransferTime
 from wax.baseline.virtual_clock import VirtualClock
+from wax.config.thesis import ThesisSettings
 
 SETTINGS = ThesisSettings()
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from tests.examples import examples
 
 from wax.baseline.media_units import MediaUnit, Stream
-from wax.baseline.settings import ThesisSettings
 from wax.baseline.unit_sender import Decision, UnitSender
+from wax.config.thesis import ThesisSettings
 
 A = 0.5
 V = 0.1

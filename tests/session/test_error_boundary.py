@@ -13,11 +13,11 @@ from structlog.testing import capture_logs
 from tests.session.test_room import House, Wire
 from tests.turned_clock import TurnedClock
 
-from wax.baseline.settings import ThesisSettings
 from wax.baseline.streams import BaselineService, thesis_video
 from wax.baseline.unit_hub import UnitHub
 from wax.capture.source import BLOCK_SAMPLES, Sound
 from wax.config.settings import VideoSettings
+from wax.config.thesis import ThesisSettings
 from wax.congestion.allocation import SoundForm
 from wax.control.turns import Turns
 from wax.encode.encoded import VIDEO_TIME_BASE, EncodedPicture

@@ -7,8 +7,8 @@ from bisect import bisect_right
 from typing import TYPE_CHECKING
 
 from wax.baseline.media_units import MediaUnit
-from wax.baseline.settings import ThesisSettings
 from wax.baseline.unit_sender import UnitSender
+from wax.config.thesis import ThesisSettings
 
 if TYPE_CHECKING:
     from wax.baseline.unit_sender import Decision

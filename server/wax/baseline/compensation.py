@@ -12,7 +12,7 @@ from statistics import median
 from typing import TYPE_CHECKING, Final, Literal
 
 if TYPE_CHECKING:
-    from wax.baseline.settings import ThesisSettings
+    from wax.config.thesis import ThesisSettings
     from wax.sync.playout import PlayoutReport
 
 Measure = Literal["ages", "buffers"]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from wax.baseline.settings import ThesisSettings
+    from wax.config.thesis import ThesisSettings
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,8 @@ from wax.baseline.transfer_time import TransferTime
 
 if TYPE_CHECKING:
     from wax.baseline.media_units import MediaUnit
-    from wax.baseline.settings import ThesisSettings
     from wax.baseline.transfer_time import LeastRoundTrip
+    from wax.config.thesis import ThesisSettings
 
 
 class MasterStream:

@@ -22,11 +22,11 @@ from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, Unit
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from wax.baseline.settings import ThesisSettings
     from wax.baseline.unit_hub import UnitHub
     from wax.baseline.unit_sender import Decision
     from wax.clock import Clock
     from wax.config.settings import SyncSettings
+    from wax.config.thesis import ThesisSettings
     from wax.encode.encoded import EncodedPicture, EncodedSound, SoundUnit
     from wax.fanout.video_hub import VideoHub
     from wax.streams.interface import Page

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from wax.baseline.media_units import MediaUnit, Stream
-    from wax.baseline.settings import ThesisSettings
+    from wax.config.thesis import ThesisSettings
 
 Mode = Literal["one stream", "start-up", "synchronised", "fail-safe"]
 

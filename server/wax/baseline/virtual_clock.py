@@ -9,7 +9,7 @@ from wax.baseline.equations import hold_back_s, pictures_to_cache
 
 if TYPE_CHECKING:
     from wax.baseline.media_units import MediaUnit
-    from wax.baseline.settings import ThesisSettings
+    from wax.config.thesis import ThesisSettings
 
 
 class VirtualClock:

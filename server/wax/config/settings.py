@@ -17,8 +17,8 @@ from pydantic import (
     model_validator,
 )
 
-from wax.baseline.settings import ThesisSettings
 from wax.config import allowed
+from wax.config.thesis import ThesisSettings
 from wax.errors import ConfigError
 
 if TYPE_CHECKING:
