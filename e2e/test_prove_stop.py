@@ -112,7 +112,7 @@ async def test_a_stop_that_is_late_is_not_proved(
     assert late == {
         "The operator's network vanishes",
         "The server is frozen",
-        "The process that speaks with the robot is killed",
+        "The driver process is killed",
         "The serial line is cut",
     }, record
     assert "Not proved: too late or not at all after: " in record

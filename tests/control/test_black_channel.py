@@ -68,7 +68,7 @@ class Sent:
     sender: int
     sent_s: float
     turn: int = 0
-    hands: tuple[float, float] = (0.0, 0.0)
+    input: tuple[float, float] = (0.0, 0.0)
     held: bool = False
     pan: float | None = None
     stop: int = 0
@@ -100,7 +100,7 @@ def text_of(sent: Sent, seq: int) -> str:
     if sent.kind == "drive":
         axes = {} if sent.pan is None else {"pan": sent.pan}
         seen_ms = now_ms - 50.0
-        row = ["drive", seq, sent.turn, now_ms, *sent.hands, sent.held, "fast", seen_ms, axes]
+        row = ["drive", seq, sent.turn, now_ms, *sent.input, sent.held, "fast", seen_ms, axes]
         return json.dumps(row)
     if sent.kind == "stop":
         return '{"type":"stop"}'
@@ -348,7 +348,7 @@ class Oracle:
         newest = max(since, key=lambda s: s.sent_s, default=None)
         if newest is None or now_s - newest.sent_s > self.ttl_s + ROUNDING_S:
             return None
-        let_go = any(s.hands == (0.0, 0.0) and not s.held for s in since)
+        let_go = any(s.input == (0.0, 0.0) and not s.held for s in since)
         return newest if let_go else None
 
 
@@ -366,7 +366,7 @@ class Trace:
         self.oracle = Oracle(self.operator, self.number, self.now_s, 0.15 + self.channel.delay_s)
         self.seqs: Counter[int] = Counter()
         self.believed_turn = self.number
-        self.hands: tuple[float, float] = (0.0, 0.0)
+        self.input: tuple[float, float] = (0.0, 0.0)
         self.held = False
         self.pan: float | None = None
 
@@ -407,7 +407,7 @@ class Trace:
             if sender == self.operator or rng.random() < 0.3:
                 self.seqs[sender] += 1
                 turn = self.believed_turn
-                meant = Sent("drive", sender, sent_s, turn, self.hands, self.held, self.pan)
+                meant = Sent("drive", sender, sent_s, turn, self.input, self.held, self.pan)
                 self.channel.send(meant, self.seqs[sender])
         stop = self.server.latch.stop
         if rng.random() < (self.stop_chance if stop is None else self.stop_chance / 10):
@@ -423,7 +423,7 @@ class Trace:
         if rng.random() < 0.2:
             self.held = rng.random() < 0.65
             shares = (round(rng.uniform(-1, 1), 3), round(rng.uniform(-1, 1), 3))
-            self.hands = shares if self.held else (0.0, 0.0)
+            self.input = shares if self.held else (0.0, 0.0)
             self.pan = rng.choice([None, round(rng.uniform(-1, 1), 2)])
             if rng.random() < 0.05:
                 self.held = not self.held  # a page in disorder
@@ -438,7 +438,7 @@ def judged(setpoint: Setpoint, rightful: Sent | None, tally: Tally) -> str | Non
     limits = RULES.limits
     twist, axes = STANDSTILL, {}
     if rightful.held:
-        linear, angular = rightful.hands
+        linear, angular = rightful.input
         twist = Twist(linear * limits.linear_mps, angular * limits.angular_rps)
         axes = {} if rightful.pan is None else {"pan": rightful.pan}
     if (setpoint.twist, dict(setpoint.axes)) != (twist, axes):

@@ -36,7 +36,7 @@ AGILE: Final = RobotSettings(max_linear_acceleration_mps2=100.0, braking_mps2=10
 
 
 @dataclass(frozen=True)
-class Told:
+class StateReport:
     """One line of the driver's log."""
 
     what: str
@@ -53,20 +53,20 @@ class Log:
 
     def __init__(self, clock: TurnedClock) -> None:
         self._clock = clock
-        self.told: list[Told] = []
+        self.told: list[StateReport] = []
         self.now = RobotState(connected=True, epoch=1)
 
     def open(self) -> None:
         pass
 
     def apply(self, twist: Twist, turn: int) -> None:
-        self.told.append(Told("apply", turn, self._clock.time_s, twist.linear_mps))
+        self.told.append(StateReport("apply", turn, self._clock.time_s, twist.linear_mps))
 
     def set_axis(self, name: str, position: float, turn: int) -> None:
         raise AssertionError("this robot has no axes")
 
     def stop(self, turn: int) -> None:
-        self.told.append(Told("stop", turn, self._clock.time_s))
+        self.told.append(StateReport("stop", turn, self._clock.time_s))
 
     def close(self) -> None:
         pass
@@ -313,9 +313,9 @@ class Crowd:
         self.checked = len(self.driver.told)
 
     def _check_stopped(self, turn: int) -> None:
-        assert Told("stop", turn, self.clock.time_s) in self.driver.told[self.checked :]
+        assert StateReport("stop", turn, self.clock.time_s) in self.driver.told[self.checked :]
 
-    def _check_motion(self, told: Told) -> None:
+    def _check_motion(self, told: StateReport) -> None:
         sent = self.asked[told.linear_mps]
         assert sent.command.turn == told.turn == self.turn, "a motion of an old turn"
         assert sent.viewer == self.operator, "a motion of somebody else's"

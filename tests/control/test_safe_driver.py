@@ -85,22 +85,22 @@ def test_a_robot_that_is_not_there_is_told_of(helm: SafeDriver, robot: Robot) ->
 def test_a_robot_that_was_connected_anew_is_stopped(helm: SafeDriver, robot: Robot) -> None:
     """It is stopped once, and where its axes stand is not known any more."""
     helm.steer(Setpoint(axes={"pan": 0.5}), 1)
-    assert not helm.would_turn({"pan": 0.5})
+    assert not helm.changes_axes({"pan": 0.5})
     robot.now = RobotState(connected=True, epoch=2)
     robot.take()
     helm.check(3)
     helm.check(3)
     assert robot.take() == [("stop", 3)]
-    assert helm.would_turn({"pan": 0.5})
+    assert helm.changes_axes({"pan": 0.5})
 
 
 def test_only_axes_that_change_are_set(helm: SafeDriver, robot: Robot) -> None:
     """A position is said once; that it would be said anew can be asked."""
-    assert helm.would_turn({"pan": 0.5}) is True
+    assert helm.changes_axes({"pan": 0.5}) is True
     for _ in range(2):
         helm.steer(Setpoint(axes={"pan": 0.5}), 1)
-    assert helm.would_turn({"pan": 0.5}) is False
-    assert helm.would_turn({"pan": 0.4}) is True
+    assert helm.changes_axes({"pan": 0.5}) is False
+    assert helm.changes_axes({"pan": 0.4}) is True
     stand = ("apply", STANDSTILL, 1)
     assert robot.take() == [stand, ("set_axis", "pan", 0.5, 1), stand]
 

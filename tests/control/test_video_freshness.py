@@ -9,7 +9,7 @@ import pytest
 from tests.control.rules import RULES
 
 from wax.control.turn_view import TurnView
-from wax.control.video_freshness import VideoFreshness, believed_s, judge
+from wax.control.video_freshness import VideoFreshness, credible_seen_s, judge
 
 TURN = TurnView(number=1, operator=1, present=True, one_way_s=0.125, sees=True)
 
@@ -62,4 +62,4 @@ def test_picture_off_on_purpose(seen_s: float | None) -> None:
 )
 def test_what_is_believed(seen_s: float | None, expected_s: float | None) -> None:
     """A picture of the future counts as of now, and one of the far future as not seen."""
-    assert believed_s(seen_s, 10.0, 0.125) == expected_s
+    assert credible_seen_s(seen_s, 10.0, 0.125) == expected_s

@@ -91,10 +91,10 @@ def test_a_whole_robot_is_taken(plugin: Callable[[str], str], clock: FakeClock) 
             "wooden_robot:Robot(settings, clock) failed: RuntimeError('no bus')",
         ),
         (GOOD.replace("clock)", "bus, clock)"), "(settings, clock) failed: TypeError("),
-        (GOOD.replace(LIMITS, ""), "does not tell kind and limits: AttributeError("),
+        (GOOD.replace(LIMITS, ""), "does not provide kind and limits: AttributeError("),
         (
             GOOD.replace(LIMITS, "@property\n    def limits(self): raise OSError('no bus')"),
-            "does not tell kind and limits: OSError('no bus')",
+            "does not provide kind and limits: OSError('no bus')",
         ),
         (GOOD.replace(LIMITS, "limits = (1.0, 1.0)"), "must have a text as kind and Limits as"),
         (GOOD.replace(LIMITS, "limits = Limits(1.0, -1.0)"), "must have limits from 0 on; got Lim"),

@@ -97,7 +97,7 @@ PROOFS = {
         'robot.serial.dialect = "bytes"',
         "done",
         "What could be measured was cut 5 times; the robot was told to stop at the latest after"
-        " 150 ms. Not measured: The process that speaks with the robot is killed;"
+        " 150 ms. Not measured: The driver process is killed;"
         " The serial line is cut.",
     ),
     "too late": (

@@ -1,4 +1,4 @@
-"""What the operator's hands say: one complete set-point."""
+"""The operator's command: one complete set-point."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A complete set-point of the operator's hands.
+    """A complete set-point from the operator's input.
 
-    `linear` and `angular` are shares of the limits in -1…1 (ahead and left are positive), `held`
-    is the dead-man, `axes` positions in -1…1 of those that have a hand on them now. `sent_s` and
-    `seen_s` (the capture time of the newest presented picture, None while there is none) are on the
+    `linear` and `angular` are fractions of the limits in -1…1 (ahead and left are positive), `held`
+    is the dead-man switch, `axes` the positions in -1…1 of the axes being held. `sent_s` and
+    `seen_s` (the capture time of the newest picture on screen, None if there is none) are on the
     server's clock.
     """
 
@@ -32,20 +32,19 @@ class Command:
 
     @property
     def asks_for_motion(self) -> bool:
-        """Some share is not zero; an axis is no motion of the robot."""
+        """Whether the command moves the robot; moving an axis does not count."""
         return self.linear != 0 or self.angular != 0
 
     @property
     def is_neutral(self) -> bool:
-        """All is let go of: no motion is asked for, and the dead-man is not held either.
+        """Whether everything is released: no motion, no dead-man, no axis.
 
-        Neither two keys that cancel each other, nor a hand on an axis, nor a dead-man taped down
-        is neutral.
+        Two keys that cancel each other out are not neutral, nor is a dead-man taped down.
         """
         return not self.asks_for_motion and not self.held
 
     @property
     def is_in_range(self) -> bool:
-        """Every number is finite and within its bounds; `seen_s` is `sight`'s to judge."""
+        """Whether every number is finite and in range; `video_freshness` judges `seen_s`."""
         shares = (self.linear, self.angular, *self.axes.values())
         return math.isfinite(self.sent_s) and all(-1 <= share <= 1 for share in shares)

@@ -1,14 +1,14 @@
-"""The gate: which commands count, and what the robot is told because of them. Pure.
+"""The gate: which commands count, and the set-point that follows from them. Pure.
 
-A command counts if it comes from this turn's operator, who is not lost, carries the turn's
-number, holds only numbers in range, follows every earlier one by its sequence number and is
-fresh. Whatever is wrong, the answer is standstill and a sentence that says why.
+A command counts if it comes from this turn's operator, who is connected, carries the turn's
+number, holds only numbers in range, has a higher sequence number than every earlier one and is
+fresh. Otherwise the robot stands still and a sentence says why.
 
-Nothing moves at the start of a turn, after a stop and after a fault until a *neutral* command
-(all let go) was seen that was sent after that moment, by somebody who sees: a key held down
-through it must be released and pressed anew. What was sent before that moment never moves the
-robot again. Where the commands or the picture lapse for a moment (`LAPSE_S`) driving goes on by
-itself when they are back; after a longer lapse neutral comes first, as after a fault.
+At the start of a turn, after a stop and after a fault, nothing moves until a *neutral* command
+(everything released) arrives that was sent after that moment by an operator with a fresh picture:
+a key held down throughout must be released and pressed again. A command sent before that moment
+never moves the robot. If commands or picture are interrupted for less than `LAPSE_S`, driving
+resumes when they are back; after a longer interruption neutral comes first, as after a fault.
 """
 
 from __future__ import annotations
@@ -43,17 +43,18 @@ if TYPE_CHECKING:
 __all__ = ["Command", "GateState", "Hold", "Limit", "Refusal", "Setpoint", "TurnView"]
 
 LAPSE_S: Final = 1.0
-"""A hand that was steady for so long is still there; after more it must say so anew."""
+"""A control held through an interruption this short still counts; after a longer one it must be
+released and pressed again."""
 
 
 @dataclass(frozen=True, slots=True)
 class GateState:
     """What the gate remembers within the turn with this number.
 
-    `command` is the newest that counted, its `sent_s` never later than its arrival, never
-    earlier than `hold_since_s`. While it is None only a neutral one is taken; `hold` says why.
+    `command` is the newest that counted; its `sent_s` is never later than its arrival, never
+    earlier than `hold_since_s`. While it is None only a neutral one is accepted; `hold` says why.
     `refused` is why the operator's newest command did not count, None after one that did.
-    `well_s` is when a command was last fresh and its sender saw.
+    `well_s` is when command and picture were last both fresh.
     """
 
     turn: int = 0
@@ -67,11 +68,11 @@ class GateState:
 
 @dataclass(frozen=True, slots=True)
 class Setpoint:
-    """What the robot is told.
+    """The set-point for the robot.
 
-    `reason` is a sentence while the gate keeps it standing, `limit` one while it is slower than its
-    operator wants, else None. `soft` says that motion may end at the braking rate, where the robot
-    is so configured. `axes` holds only axes that the robot has; one not named keeps its position.
+    `reason` is a sentence while the gate holds the robot, `limit` one while it is slower than its
+    operator asks, else None. `soft` allows motion to end at the braking rate, where the robot is
+    configured for it. `axes` holds only axes that the robot has; others keep their position.
     """
 
     twist: Twist = STANDSTILL
@@ -82,12 +83,12 @@ class Setpoint:
 
 
 def begin(turn: int, now_s: float) -> GateState:
-    """Make the state at the start of a turn, or of a new connection of its operator's."""
+    """Return the state at the start of a turn, or when its operator connects again."""
     return GateState(turn=turn, hold_since_s=now_s)
 
 
 def require_neutral(state: GateState, now_s: float, why: Hold) -> GateState:
-    """Forget the command; nothing moves until a neutral one that is sent after `now_s`."""
+    """Forget the command; nothing moves until a neutral one sent after `now_s` arrives."""
     return replace(state, command=None, hold=why, hold_since_s=now_s)
 
 
@@ -100,12 +101,12 @@ def accept(
     now_s: float,
     rules: Rules,
 ) -> tuple[GateState, Refusal | None]:
-    """Take a command that has just arrived, or say why not; a refused one moves nothing."""
+    """Accept a command that has just arrived, or return why not; a refused one moves nothing."""
     refusal = _foreign(state, viewer, command, turn)
     if refusal is not None:
         return state, refusal
-    # Stamps ahead of us must not make the command, or what its sender sees, last longer.
-    seen_s = video_freshness.believed_s(command.seen_s, now_s, turn.one_way_s)
+    # A timestamp in the future must not make the command, or the sender's picture, last longer.
+    seen_s = video_freshness.credible_seen_s(command.seen_s, now_s, turn.one_way_s)
     refusal = _unusable(command, turn, now_s, rules) or _unseeing(state, seen_s, turn, now_s, rules)
     if refusal is not None:
         return replace(state, refused=refusal), refusal
@@ -123,9 +124,9 @@ def accept(
 def decide(
     state: GateState, turn: TurnView, stop: LatchedStop | None, now_s: float, rules: Rules
 ) -> tuple[GateState, Setpoint]:
-    """Say what the robot is told now: within the limits, whatever the command says.
+    """Return the set-point for now, within the limits whatever the command says.
 
-    To be asked at every beat: the state that comes back knows since when something lapses.
+    Call it on every tick: the returned state tracks how long an interruption has lasted.
     """
     if stop is not None:
         state = require_neutral(state, now_s, Hold.STOPPED)
@@ -147,7 +148,7 @@ def decide(
 
 
 def _foreign(state: GateState, viewer: int, command: Command, turn: TurnView) -> Refusal | None:
-    """Refuse what is not the next word of this turn's operator."""
+    """Refuse what is not the next command of this turn's operator."""
     if turn.operator is None or viewer != turn.operator:
         return Refusal.NOT_YOUR_TURN
     if not turn.present:
@@ -160,7 +161,7 @@ def _foreign(state: GateState, viewer: int, command: Command, turn: TurnView) ->
 
 
 def _unusable(command: Command, turn: TurnView, now_s: float, rules: Rules) -> Refusal | None:
-    """Refuse what must not move the robot, whoever says it."""
+    """Refuse what must not move the robot, whoever sends it."""
     if not command.is_in_range:
         return Refusal.OUT_OF_RANGE
     ttl_s = time_to_live_s(turn.one_way_s, rules)
@@ -176,13 +177,13 @@ def _unusable(command: Command, turn: TurnView, now_s: float, rules: Rules) -> R
 def _unseeing(
     state: GateState, seen_s: float | None, turn: TurnView, now_s: float, rules: Rules
 ) -> Refusal | None:
-    """Refuse what would begin to drive blindly: who sees nothing has not let go of this picture."""
+    """Refuse to start driving without a picture: nobody reacts to a picture they do not see."""
     is_blind = video_freshness.judge(seen_s, now_s, turn, rules) is VideoFreshness.NONE
     return Refusal.BLIND if is_blind and state.command is None else None
 
 
 def _no_way(state: GateState, turn: TurnView) -> str:
-    """Say why nobody's command may move the robot, whatever it is."""
+    """Return why no command at all may move the robot."""
     if turn.operator is None:
         return NOBODY_DRIVES
     if not turn.present:
@@ -191,19 +192,19 @@ def _no_way(state: GateState, turn: TurnView) -> str:
 
 
 def _held_back(state: GateState) -> Setpoint:
-    """Stand until all is let go of."""
+    """Stand still until everything is released."""
     return Setpoint(reason=(state.refused or state.hold).value, soft=state.hold is Hold.LAPSED)
 
 
 def _lapse(command: Command, seen: VideoFreshness, now_s: float, ttl_s: float) -> Refusal | None:
-    """Say what is missing at this moment, and may be back in the next."""
+    """Return what is interrupted now and may be back in a moment."""
     if is_too_old(command.sent_s, now_s, ttl_s):
         return Refusal.TOO_OLD
     return Refusal.BLIND if seen is VideoFreshness.NONE else None
 
 
 def _driven(command: Command, seen: VideoFreshness, ttl_s: float, rules: Rules) -> Setpoint:
-    """Do what a command says that has passed; without the dead-man not even an axis moves."""
+    """Turn an accepted command into a set-point; without the dead-man not even an axis moves."""
     if not command.held:
         return Setpoint(reason=NOT_HELD if command.asks_for_motion else None, soft=True)
     limits = rules.limits
@@ -215,7 +216,7 @@ def _driven(command: Command, seen: VideoFreshness, ttl_s: float, rules: Rules) 
 
 
 def _is_within(twist: Twist, limits: Limits) -> bool:
-    """Look once more, at what comes out: also a number of the robot's own may be none."""
+    """Check the result too: even one of the robot's own limits may be NaN."""
     return (
         abs(twist.linear_mps) <= limits.linear_mps < math.inf
         and abs(twist.angular_rps) <= limits.angular_rps < math.inf

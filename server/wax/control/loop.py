@@ -1,8 +1,8 @@
 """The control loop: the one place that moves the robot, and stops it at every change of operator.
 
-It gives the robot a set-point at a steady beat, because the robot's own watchdog waits for it,
-and at once when a new command changes what the robot shall do. All calls belong to the event
-loop. The callbacks come after the robot was told, and must not call back into the loop.
+It gives the robot a set-point at a fixed rate, which the robot's own watchdog expects, and at once
+when a new command changes the set-point. Call everything from the event loop. Callbacks run after
+the robot has its set-point, and must not call back into the control loop.
 """
 
 from __future__ import annotations
@@ -36,17 +36,17 @@ if TYPE_CHECKING:
     from wax.driver.interface import Driver, RobotState
 
 MIN_GAP_S: Final = 0.005
-"""Two set-points are never closer together, so that a slow serial line is not flooded."""
+"""Set-points are never closer together than this, so that a slow serial line is not flooded."""
 
 
 class ControlLoop:
-    """Holds turns, gate and robot together.
+    """Connects turns, gate and robot.
 
-    `link_delay_s` is asked for the operator's one-way delay until it is known, and again when
-    the turn renews or the operator connects anew. `sees` is asked whether a viewer means to see:
-    False where the picture is switched off or the robot has no camera. `on_events` gets what
-    happened to the turns; `on_status` gets the operator, whether the robot moves, and a sentence
-    if it may not, or not as fast as it is told to, whenever one of them changes.
+    `link_delay_s` returns the operator's one-way delay; it is called until the delay is known, and
+    again when the turn renews or the operator reconnects. `sees` returns whether a viewer wants the
+    picture: False if it is switched off or the robot has no camera. `on_events` gets every change
+    of the turns. `on_status` gets the operator, whether the robot moves, and a sentence if it is
+    held or slowed, whenever one of them changes.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class ControlLoop:
         self._timer = LoopTimer(loop_hz=settings.loop_hz, ttl_s=driver.limits.ttl_s)
         self._latch = StopLatch()
         self._gate = GateState()
-        self._target = Setpoint()  # where the ramp leads
+        self._target = Setpoint()  # where the ramp ends
         self._status: tuple[int, bool, str | None] | None = None
         self._counts: Counter[str] = Counter()
         self._stopped = False
@@ -83,7 +83,7 @@ class ControlLoop:
     # --- the beat --------------------------------------------------------------------------
 
     async def run(self) -> None:
-        """Keep the beat until cancelled, idle after `stop`; however it ends, the robot stands."""
+        """Run until cancelled, idle after `stop`; however it ends, the robot stands."""
         try:
             while not self._stopped:
                 now_s = self._clock.now_s()
@@ -95,12 +95,12 @@ class ControlLoop:
             self.stop()
 
     def stop(self) -> None:
-        """Stop the robot now, and move it never again; safe to call twice."""
+        """Stop the robot now and for good; safe to call twice."""
         self._stopped = True
-        self._safe_driver.stop_whoever_has_it(self._turns.number)
+        self._safe_driver.stop_even_if_lent(self._turns.number)
 
     def step(self, now_s: float) -> None:
-        """Do what is due and give the robot its set-point."""
+        """Run one tick: do what is due and give the robot its set-point."""
         if self._stopped:
             return
         self._hurry.clear()
@@ -120,7 +120,7 @@ class ControlLoop:
         self._tell(turn, failure or self._target.reason or self._limit())
 
     async def _rest(self) -> None:
-        """Sleep until the next beat, or until a command is in a hurry; keep the gap either way."""
+        """Sleep until the next tick or an urgent command; keep the minimum gap either way."""
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(self._timer.rest_s(self._clock.now_s())):
                 await self._hurry.wait()
@@ -129,13 +129,13 @@ class ControlLoop:
     # --- viewers ---------------------------------------------------------------------------
 
     def connect(self, viewer: int) -> None:
-        """Take note of a viewer's page, there for the first time or with a fresh connection."""
+        """Register a viewer's page, at its first connection or a new one."""
         now_s = self._clock.now_s()
         self._follow(self._turns.connect(viewer, now_s), now_s)
         self._begin_anew(viewer, now_s)
 
     def returned(self, viewer: int) -> None:
-        """Take note that a lost viewer is heard again; an operator begins with neutral."""
+        """Register that a lost viewer is back; an operator begins with neutral."""
         now_s = self._clock.now_s()
         self._follow(self._turns.returned(viewer, now_s), now_s)
         self._begin_anew(viewer, now_s)
@@ -151,7 +151,7 @@ class ControlLoop:
         self._follow(self._turns.leave(viewer, now_s), now_s)
 
     def lost(self, viewer: int) -> None:
-        """Stop the robot at once if this is its operator, whose turn is kept for a while."""
+        """Stop the robot at once if this is its operator, whose turn is kept for the grace time."""
         now_s = self._clock.now_s()
         if viewer == self._turns.operator and not self._turns.is_lost(viewer):
             self._hold(now_s, Hold.LOST)
@@ -163,7 +163,7 @@ class ControlLoop:
         self._follow(self._turns.gone(viewer, now_s), now_s)
 
     def offer(self, viewer: int, command: Command) -> Refusal | None:
-        """Take a command that has just arrived; a change of the set-point goes out at once."""
+        """Handle a command that has just arrived; a changed set-point goes out at once."""
         now_s = self._clock.now_s()
         turn = self._turn()
         self._gate, refusal = gate.accept(
@@ -183,19 +183,19 @@ class ControlLoop:
     def press_stop(self, by: str) -> int:
         """Stop the robot now, before anything else, until the stop is released.
 
-        Returns the number of this press. `by` is the name that people read.
+        Returns the number of this press. `by` is the name shown to people.
         """
         try:
-            self._safe_driver.stop_whoever_has_it(self._turns.number)
+            self._safe_driver.stop_even_if_lent(self._turns.number)
         finally:
             self._latch = stop_latch.press(self._latch, by, self._clock.now_s())
         self._counts["stops.pressed"] += 1
         return self._latch.newest
 
     def release_stop(self, by: Releaser, stop: int, sent_s: float | None) -> Refusal | None:
-        """End the stop with this number, which moves nothing: neutral must come first.
+        """Release the stop with this number, which moves nothing: neutral must come first.
 
-        `sent_s` is None for a request by HTTP, which has no stamp.
+        `sent_s` is None for an HTTP request, which has no timestamp.
         """
         now_s = self._clock.now_s()
         self._latch, refusal = stop_latch.release(
@@ -209,25 +209,25 @@ class ControlLoop:
 
     @property
     def latched(self) -> LatchedStop | None:
-        """The stop that lasts, None if none does."""
+        """The stop in force, None if there is none."""
         return self._latch.stop
 
     def maintain(self, reason: str | None) -> None:
-        """Leave the driver to somebody else for this reason, or take it back with None.
+        """Hand the driver to another user for this reason, or take it back with None.
 
-        Meanwhile the reason is the robot's problem, nothing moves, and the driver hears nothing of
-        the loop but the stop that somebody presses, or the loop's own end. Afterwards it is as
-        after a new connection: neutral must come first.
+        Meanwhile the reason is reported as the robot's problem and the loop calls the driver only
+        to stop it: when somebody presses Stop, or at the loop's own end. Afterwards it counts as a
+        new connection: neutral must come first.
         """
         self._safe_driver.lend(reason, self._turns.number)
 
     @property
     def robot_state(self) -> RobotState:
-        """How the robot was at the newest beat; that it does not answer is its problem then."""
+        """Return the robot's state at the newest tick; no answer is reported as its problem."""
         return self._safe_driver.state
 
     def counts(self) -> dict[str, float]:
-        """Return what was counted since the start, and how late the last minute's beats were."""
+        """Return the counts since the start, and how late the ticks of the last minute were."""
         return dict(sorted(self._counts.items())) | {
             "control.driver_failures": self._safe_driver.failures,
             "control.jitter_p99_ms": round(self._timer.jitter_p99_ms, 1),
@@ -237,7 +237,7 @@ class ControlLoop:
     # --- turns, gate and robot -------------------------------------------------------------
 
     def _follow(self, events: tuple[TurnEvent, ...], now_s: float) -> None:
-        """Stop the robot at every change of operator, before anybody hears of it."""
+        """Stop the robot at every change of operator, before anybody is told."""
         for event in events:
             match event:
                 case TurnStarted():
@@ -250,7 +250,7 @@ class ControlLoop:
             self._on_events(events)
 
     def _begin_anew(self, viewer: int, now_s: float) -> None:
-        """Let a fresh page of the operator's count its commands from the start."""
+        """Let a new page of the operator's number its commands from the start."""
         if viewer == self._turns.operator:
             self._begin(self._turns.number, now_s)
 
@@ -265,7 +265,7 @@ class ControlLoop:
         self._gate = gate.require_neutral(self._gate, now_s, why)
 
     def _watch(self, now_s: float) -> str | None:
-        """Say why the robot cannot be driven; after that, or a reconnection, neutral is first."""
+        """Return why the robot cannot be driven; then, or after a reconnection, require neutral."""
         epoch = self._safe_driver.epoch
         problem = self._safe_driver.check(self._turns.number)
         if problem is not None or self._safe_driver.epoch != epoch:
@@ -287,14 +287,14 @@ class ControlLoop:
         return setpoint
 
     def _is_news(self, turn: TurnView, now_s: float) -> bool:
-        """Tell whether a command has changed where the robot shall get to."""
+        """Whether a command has changed the set-point."""
         setpoint = self._decide(turn, now_s)
-        return setpoint.twist != self._target.twist or self._safe_driver.would_turn(setpoint.axes)
+        return setpoint.twist != self._target.twist or self._safe_driver.changes_axes(setpoint.axes)
 
     def _limit(self) -> str | None:
-        """Say what keeps the robot slower than its operator wants.
+        """Return what keeps the robot slower than its operator asks.
 
-        Of a bumper only the robot knows on which side it is, and only it goes no further there.
+        Only the robot knows on which side a bumper is, and only it refuses to go further there.
         """
         wanted = self._target
         if wanted.limit is None and not wanted.twist.is_zero and self._safe_driver.is_bumped:

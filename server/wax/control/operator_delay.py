@@ -1,6 +1,6 @@
-"""The one-way delay of the operator's link: measured when a turn begins, and used throughout it.
+"""The one-way delay of the operator's link: measured when a turn begins, used until it ends.
 
-A link that becomes slower within a turn earns no further allowance.
+A link whose delay grows during a turn gets no further allowance.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ class OperatorDelay:
         self._one_way_s: float | None = None
 
     def begin(self) -> None:
-        """Forget what was measured: another operator, or another connection of theirs."""
+        """Forget the measurement: a new operator, or a new connection."""
         self._one_way_s = None
 
     def renew(self, operator: int) -> None:
-        """Measure anew for a turn that renews; what was known stays if nothing is known now."""
+        """Measure again for a renewed turn; keep the old value if there is no new one."""
         self._one_way_s = self._measure(operator) or self._one_way_s
 
     def one_way_s(self, operator: int | None) -> float | None:
-        """Return the delay to go by, None while it is unknown."""
+        """Return the delay to use, None while it is unknown."""
         if operator is not None and self._one_way_s is None:
             self._one_way_s = self._measure(operator)
         return self._one_way_s

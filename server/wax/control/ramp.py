@@ -1,7 +1,7 @@
-"""How soon: the robot gets faster no quicker than configured, and slower at once.
+"""The ramp: the robot accelerates at the configured rate and slows down at once.
 
-Only where `soft` says that there is time, and the configuration that its body needs it, it gets
-slower at the braking rate. From ahead to back it gets slower first, then faster the other way.
+It slows down at the braking rate only if the set-point is `soft` and the configuration asks for
+soft braking. To reverse, it slows down first, then accelerates the other way.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 
 
 def step(target: Setpoint, now: Twist, after_s: float, rules: Rules) -> Setpoint:
-    """Return the set-point of this beat on the way to `target`, `after_s` after the last one.
+    """Return this tick's set-point on the way to `target`, `after_s` after the last one.
 
-    A beat that is late makes no larger step of it than two beats do.
+    A late tick takes no larger step than two ticks would.
     """
     after_s = min(max(0.0, after_s), 2 * rules.beat_s)
     return replace(target, twist=towards(target.twist, now, after_s, rules, soft=target.soft))
 
 
 def towards(target: Twist, now: Twist, after_s: float, rules: Rules, *, soft: bool) -> Twist:
-    """Return the twist that follows `now` after a time on the way to `target`, never beyond it."""
+    """Return the twist that is `after_s` further from `now` towards `target`, never beyond it."""
     is_soft = soft and rules.soft_braking
     return Twist(
         _part(
@@ -49,7 +49,7 @@ def towards(target: Twist, now: Twist, after_s: float, rules: Rules, *, soft: bo
 
 def _part(target: float, now: float, after_s: float, *, faster: float, slower: float) -> float:
     way = math.copysign(1.0, now)
-    kept = max(0.0, min(abs(now), target * way))  # of the speed now, what the target keeps
+    kept = max(0.0, min(abs(now), target * way))  # the part of the speed that the target keeps
     slowing_s = (abs(now) - kept) / slower
     if slowing_s > after_s:
         return way * max(kept, abs(now) - slower * after_s)

@@ -1,4 +1,4 @@
-"""What the gate, the latch and the speed rules say when they say no, or not so fast."""
+"""The sentences for people when the gate, the latch or a speed rule refuses or slows down."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Hold(Enum):
 
 
 class Limit(Enum):
-    """Why the robot is slower than it is told; the value is the sentence for the operator."""
+    """Why the robot is slower than commanded; the value is the sentence for the operator."""
 
     LATE_PICTURE = "Slow: the picture is late."
     NO_PICTURE = "Slow: you are driving without a picture."
@@ -49,5 +49,5 @@ class Limit(Enum):
 
 
 def stopped_by(name: str) -> str:
-    """Say who has pressed Stop."""
+    """Return the sentence that names who pressed Stop."""
     return f"Stopped by {name}. Release the stop, then drive again."

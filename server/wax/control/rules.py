@@ -1,4 +1,4 @@
-"""What the configuration and the robot say of driving, in the units of `control`."""
+"""The limits and times of driving, from the configuration and the robot, in SI units."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class Rules:
     """Constant while the server runs.
 
     `beat_s` is the time between two set-points of the loop, `silence_s` how late one may be before
-    the driver's process stops the robot. `watchdog_s` is how long the slowest of the watchdogs
-    beyond the gate waits: that process, and the robot itself if that is known. The last two are
-    how fast motion may end where it need not end at once.
+    the driver process stops the robot. `watchdog_s` is how long the slowest watchdog beyond the
+    gate waits: the driver process, and the robot itself if known. The last two are the braking
+    rates for motion that need not end at once.
     """
 
     limits: Limits
@@ -38,7 +38,7 @@ class Rules:
 
     @classmethod
     def of(cls, drive: DriveSettings, robot: RobotSettings, limits: Limits) -> Self:
-        """Gather what the parts of the configuration and the robot's driver say."""
+        """Gather the rules from the configuration and the robot's driver."""
         return cls(
             limits=limits,
             max_age_s=drive.max_age_ms / 1000,
@@ -54,7 +54,6 @@ class Rules:
             acceleration_rps2=robot.max_angular_acceleration_rps2,
             soft_braking=robot.soft_braking,
             braking_mps2=robot.braking_mps2,
-            # At this the rims of the wheels of a robot that turns on the spot brake as they do
-            # when it runs straight ahead.
+            # With this rate the wheels brake equally when turning on the spot and going straight.
             braking_rps2=robot.braking_mps2 / (robot.wheel_base_m / 2),
         )

@@ -1,4 +1,4 @@
-"""The last station before the driver: whatever a driver does, nothing raises beyond this."""
+"""Every call to the driver goes through here: whatever a driver raises, nothing passes beyond."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ NOT_CONNECTED: Final = "The robot is not connected."
 
 
 class SafeDriver:
-    """Tells the driver what to do, and remembers what it was told and what it said of itself.
+    """Calls the driver, and remembers its newest set-point and state.
 
-    `state` is the newest that it said; while it does not answer, the last with that problem.
-    `twist` is the newest set-point that it took. A driver that raises is stopped, counted in
-    `failures`, and logged once until all is well.
+    `state` is the newest reported; while the driver does not answer, the last one with that
+    problem. `twist` is the newest accepted set-point. A driver that raises is stopped, counted in
+    `failures`, and logged once until it works again.
     """
 
     def __init__(self, driver: Driver) -> None:
@@ -50,9 +50,9 @@ class SafeDriver:
         return self.state.bumpers != 0
 
     def lend(self, reason: str | None, turn: int) -> None:
-        """Leave the driver to somebody else while there is a reason, after a last stop.
+        """Stop the robot and leave the driver to another user while there is a reason.
 
-        Taking it back counts as a new connection of the robot: it is stopped by the next `check`.
+        Taking it back counts as a new connection: the next `check` stops the robot.
         """
         if reason is not None and self._lent_for is None:
             self.stop(turn)
@@ -61,7 +61,7 @@ class SafeDriver:
         self._lent_for = reason
 
     def check(self, turn: int) -> str | None:
-        """Say why the robot cannot be driven; `epoch` changes when it was connected anew."""
+        """Return why the robot cannot be driven; `epoch` changes when it has reconnected."""
         if self._lent_for is not None:
             self.state = replace(self.state, problem=self._lent_for, moving=None)
             return self._lent_for
@@ -75,18 +75,18 @@ class SafeDriver:
         self.state = state
         if state.epoch != self.epoch:
             self.epoch = state.epoch
-            self._axes.clear()  # where they stand is not known any more
+            self._axes.clear()  # their positions are unknown now
             self.stop(turn)
         return state.problem or (None if state.connected else NOT_CONNECTED)
 
-    def would_turn(self, axes: Mapping[str, float]) -> bool:
-        """Tell whether some axis would be set to another position than the last."""
+    def changes_axes(self, axes: Mapping[str, float]) -> bool:
+        """Whether any axis would get a new position."""
         return bool(self._changes(axes))
 
     def steer(self, setpoint: Setpoint, turn: int) -> str | None:
-        """Give the robot its set-point; a sentence if the driver raised, which was stopped then.
+        """Give the robot its set-point; return a sentence if the driver raised and was stopped.
 
-        Motion that ends with a `reason` ends with `Driver.stop`, not with a mere set-point.
+        Motion that ends with a `reason` ends with `Driver.stop`, not with a set-point of zero.
         """
         if self._lent_for is not None:
             return None
@@ -107,12 +107,12 @@ class SafeDriver:
         return None
 
     def stop(self, turn: int) -> None:
-        """Stand still now; not a word while the driver is lent."""
+        """Stop the robot now; does nothing while the driver is lent."""
         if self._lent_for is None:
-            self.stop_whoever_has_it(turn)
+            self.stop_even_if_lent(turn)
 
-    def stop_whoever_has_it(self, turn: int) -> None:
-        """Stand still now, also while the driver is lent."""
+    def stop_even_if_lent(self, turn: int) -> None:
+        """Stop the robot now, even while the driver is lent."""
         self.twist = STANDSTILL
         try:
             self._driver.stop(turn)

@@ -1,6 +1,6 @@
-"""How fast: what the hands ask for, lowered by each rule that has something against it.
+"""How fast: the commanded speed, lowered by each rule that applies.
 
-A rule scales both parts of the twist alike, so that a curve stays the same curve.
+A rule scales both parts of the twist by the same factor, so that a curve stays the same curve.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _SLOW = {VideoFreshness.LATE: Limit.LATE_PICTURE, VideoFreshness.OFF: Limit.NO_P
 def twist(
     command: Command, sight: VideoFreshness, ttl_s: float, rules: Rules
 ) -> tuple[Twist, Limit | None]:
-    """Return the motion that a command becomes, and the last that has lowered it."""
+    """Return the twist for a command, and the last rule that lowered it."""
     limit = None
     shares = Twist(command.linear, command.angular)
     if command.speed == "slow":
@@ -42,7 +42,7 @@ def twist(
 
 
 def _stopping(wanted_mps: float, rules: Rules) -> Limit:
-    """Tell a line that is long from a robot that could not stop in time on the shortest one."""
+    """Tell a long link from a robot that could not stop in time even over the shortest one."""
     is_line = wanted_mps <= fastest_mps(rules.max_age_s, rules)
     return Limit.LONG_LINE if is_line else Limit.STOPPING_DISTANCE
 

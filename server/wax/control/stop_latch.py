@@ -1,8 +1,8 @@
-"""The stop that anybody presses and that lasts until it is released, across turns.
+"""The stop that anybody can press and that lasts, across turns, until it is released.
 
-Each stop has a number that only rises, and a release names the one that it means: one that was
-meant for an earlier stop, was under way for long, or was sent before somebody pressed again,
-releases nothing. A release moves nothing either; the loop asks for a neutral command after it.
+Each stop has a rising number, and a release names the stop that it is for. A release for an earlier
+stop, one that took too long to arrive, or one sent before somebody pressed again has no effect.
+A release moves nothing: the loop asks for a neutral command after it.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
     from wax.control.turn_view import TurnView
 
 Releaser = int | Literal["host"] | None
-"""A viewer by their number, the host, or somebody unknown."""
+"""A viewer's number, the host, or None for somebody unknown."""
 
 RELEASE_TTL_S: Final = 2.0
-"""A release that was sent longer ago is no deliberate act of this moment any more."""
+"""An older release no longer counts as deliberate."""
 
 
 @dataclass(frozen=True, slots=True)
 class LatchedStop:
-    """A stop that is latched, and who pressed it first."""
+    """A stop in force, and who pressed it first."""
 
     number: int
     by: str
@@ -34,7 +34,7 @@ class LatchedStop:
 
 @dataclass(frozen=True, slots=True)
 class StopLatch:
-    """`newest` is the number of the newest stop, 0 before the first; `stop` the one that lasts."""
+    """`newest` is the number of the newest stop, 0 before the first; `stop` the one in force."""
 
     newest: int = 0
     stop: LatchedStop | None = None
@@ -42,10 +42,9 @@ class StopLatch:
 
 
 def press(latch: StopLatch, by: str, now_s: float) -> StopLatch:
-    """Latch a stop. Pressing again gives the one that lasts a new number, and keeps its name.
+    """Latch a stop; pressing again gives it a new number and keeps the name.
 
-    So a release that was meant before somebody pressed again releases nothing, by whichever way
-    it comes and however long that takes.
+    A release sent before the second press therefore has no effect, however late it arrives.
     """
     number = latch.newest + 1
     by = by if latch.stop is None else latch.stop.by
@@ -61,10 +60,10 @@ def release(
     turn: TurnView,
     now_s: float,
 ) -> tuple[StopLatch, Refusal | None]:
-    """End the stop with the number `stop`, or say why not.
+    """Release the stop with the number `stop`, or return why not.
 
-    The operator may while they are connected, and the host. `sent_s` None is a request without a
-    stamp, by a way that keeps none for long.
+    A connected operator and the host may. `sent_s` is None for a request without a timestamp, which
+    comes over a transport that does not hold requests back.
     """
     refusal = _not_entitled(by, turn)
     if refusal is None and (latch.stop is None or stop != latch.stop.number):

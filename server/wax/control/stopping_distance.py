@@ -1,13 +1,13 @@
-"""How fast the robot may run so that it stands in time when its operator is lost.
+"""How fast the robot may run so that it stops within a distance when its operator is lost.
 
-From the moment of the loss it runs on at speed v for a time t, until somebody notices, and then
-brakes at b: it travels v·t + v²/2b. Each of these notices alone, and any but one may be what has
-failed, so t is the longest of them, and a beat, since each looks at its clock once a beat:
+After the loss it runs on at speed v for a time t, until a watchdog notices, and then brakes at b:
+it travels v·t + v²/2b. Any one of these may be the only watchdog still working, so t is the longest
+of their times, plus one tick, since each checks its clock once a tick:
 
-* the gate, when the newest command's time to live is over, which began when it was sent; a server
-  that is late looks later, by no more than what the driver's process puts up with;
-* the driver's process, when the server has said nothing for its time of silence;
-* the robot itself, when the time to live of its newest frame is over.
+* the gate, when the newest command's time-to-live, counted from when it was sent, is over; a server
+  that is late checks later, by no more than the driver process tolerates;
+* the driver process, when the server has been silent for too long;
+* the robot itself, when the time-to-live of its newest frame is over.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 
 def unnoticed_s(ttl_s: float, rules: Rules) -> float:
-    """Say for how long the robot may run on after its operator was lost; `ttl_s` is a command's."""
+    """Return how long the robot may run on after its operator is lost; `ttl_s` is a command's."""
     return max(ttl_s + rules.silence_s, rules.watchdog_s) + rules.beat_s
 
 
 def fastest_mps(ttl_s: float, rules: Rules) -> float:
-    """Return the largest speed at which the robot stands within the configured distance."""
+    """Return the highest speed from which the robot stops within the configured distance."""
     t_s = unnoticed_s(ttl_s, rules)
     distance_m = rules.max_stop_distance_m
-    # The solution of v·t + v²/2b = d in the form that subtracts nothing, so it never cancels out.
+    # The solution of v·t + v²/2b = d, in the form without a subtraction that would lose precision.
     return 2 * distance_m / (t_s + math.sqrt(t_s * t_s + 2 * distance_m / rules.braking_mps2))

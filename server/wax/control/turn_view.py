@@ -1,4 +1,4 @@
-"""What the gate and the latch know of the turn."""
+"""The turn as the gate and the latch see it."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ class TurnView:
     """The turn as it is now.
 
     `present` is false while the operator's connection is lost. `one_way_s` is the delay of
-    their link, measured at the turn's start, None if unknown. `sees` is false where the picture is
-    switched off on purpose or the robot has no camera.
+    their link, measured at the start of the turn, None if unknown. `sees` is false if the picture
+    is switched off on purpose or the robot has no camera.
     """
 
     number: int

@@ -1,19 +1,19 @@
 """The queue and the turns: who drives, until when, and who is next (thesis 3.2 and 4.3).
 
 * A turn lasts `turn_s`. Then the next in the queue drives and the operator goes to its end.
-* While nobody who is there waits, the turn renews: same number, its end one `turn_s` later.
-  Who joins meanwhile waits for the rest of the turn that runs, never for another renewal.
+* While nobody connected is waiting, the turn renews: same number, its end one `turn_s` later.
+  A viewer who joins meanwhile waits for the rest of the current turn, never for another renewal.
 * Leaving hands over at once.
 * A lost connection keeps turn or place for `grace_s`; the turn's clock runs on. After that the
-  turn or place is given up. Coming back later is like connecting anew.
-* A turn is never given to somebody who is lost: they are passed over, and keep their place in front
-  until the grace is over. An operator who is lost when the turn ends goes to the end of the queue.
-  If everybody who waits is lost, nobody drives.
-* With ``join = "auto"`` everybody queues at connect; who leaves then observes until they join.
+  turn or place is given up, and coming back is like connecting for the first time.
+* A lost viewer never gets a turn: they are passed over, and keep their place in front until the
+  grace time is over. An operator who is lost when the turn ends goes to the end of the queue. If
+  everybody waiting is lost, nobody drives.
+* With ``join = "auto"`` everybody queues at connect; those who leave observe until they join.
 
-Viewers are numbers that are never used twice. ``now_s`` never falls from call to call.
-What is due is done first in every call, in the order in which it fell due, so a late `tick`
-makes no difference but this: a turn starts when it is given, not when it could have been.
+Viewers are numbers that are never reused. ``now_s`` never falls from call to call. Every call
+first does what is due, in the order in which it fell due, so a late `tick` changes only this: a
+turn starts when it is given, not when it could have been.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class TurnStarted:
 
 @dataclass(frozen=True, slots=True)
 class TurnRenewed:
-    """The same turn goes on until the new `ends_s`."""
+    """The same turn continues until the new `ends_s`."""
 
     number: int
     operator: int
@@ -55,7 +55,7 @@ class TurnRenewed:
 
 @dataclass(frozen=True, slots=True)
 class TurnEnded:
-    """`operator` does not drive any more."""
+    """`operator` no longer drives."""
 
     number: int
     operator: int
@@ -64,7 +64,7 @@ class TurnEnded:
 
 @dataclass(frozen=True, slots=True)
 class PlaceLost:
-    """A waiting viewer stayed lost for `grace_s` and has no place any more."""
+    """A waiting viewer stayed lost for `grace_s` and lost their place."""
 
     viewer: int
 
@@ -79,9 +79,9 @@ class _Turn:
 
 
 class Turns:
-    """The state machine.
+    """The state machine of queue and turns.
 
-    Every method returns what happened, in order. Viewers that are not connected change nothing.
+    Every method returns what happened, in order. Calls for unconnected viewers change nothing.
     """
 
     def __init__(self, settings: TurnSettings) -> None:
@@ -110,24 +110,24 @@ class Turns:
 
     @property
     def queue(self) -> tuple[int, ...]:
-        """Those who wait, the next first, without the operator."""
+        """The waiting viewers, the next first, without the operator."""
         return tuple(self._queue)
 
     def is_lost(self, viewer: int) -> bool:
-        """Tell whether the viewer's connection is lost at present."""
+        """Whether the viewer's connection is lost."""
         return viewer in self._lost_since_s or viewer in self._lapsed
 
     def place(self, viewer: int) -> int | None:
-        """0 for the operator, 1… for those who wait, None for everybody else."""
+        """Return 0 for the operator, 1… for waiting viewers, None for everybody else."""
         if viewer == self.operator:
             return 0
         return self._queue.index(viewer) + 1 if viewer in self._queue else None
 
     def wait_s(self, viewer: int, now_s: float) -> float | None:
-        """Say how long the viewer will wait at most, if they stay: 0 for the operator.
+        """Return the longest time the viewer may wait, in seconds: 0 for the operator.
 
-        It is the rest of this turn and a whole turn for everybody before them, less if one of
-        them leaves or is away. None for observers and for whoever is lost.
+        It is the rest of this turn plus a whole turn for everybody in front, less if one of them
+        leaves or is away. None for observers and lost viewers.
         """
         place = self.place(viewer)
         if place is None or self._turn is None or self.is_lost(viewer):
@@ -137,7 +137,7 @@ class Turns:
         return max(0.0, self._turn.ends_s - now_s) + (place - 1) * self._settings.turn_s
 
     def connect(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
-        """Take note of a viewer, once."""
+        """Register a viewer, once."""
         events = self._catch_up(now_s)
         if viewer not in self._known:
             self._known.add(viewer)
@@ -145,27 +145,27 @@ class Turns:
         return (*events, *self._catch_up(now_s))
 
     def join(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
-        """Take a place at the end of the queue; nothing for who has one or is lost."""
+        """Put a viewer at the end of the queue; no effect if they have a place or are lost."""
         events = self._catch_up(now_s)
         if viewer in self._known and not self.is_lost(viewer) and self.place(viewer) is None:
             self._queue.append(viewer)
         return (*events, *self._catch_up(now_s))
 
     def leave(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
-        """Give up turn or place and observe."""
+        """Give up the viewer's turn or place; they observe."""
         events = self._catch_up(now_s)
         events += self._give_up(viewer, Why.LEFT)
         return (*events, *self._catch_up(now_s))
 
     def lost(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
-        """Begin the grace of a viewer who is not heard any more."""
+        """Start the grace time of a viewer whose connection is lost."""
         events = self._catch_up(now_s)
         if viewer in self._known and not self.is_lost(viewer):
             self._lost_since_s[viewer] = now_s
         return (*events, *self._catch_up(now_s))
 
     def returned(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
-        """End the loss of a viewer who is heard again."""
+        """Register that a lost viewer is back."""
         events = self._catch_up(now_s)
         self._lost_since_s.pop(viewer, None)
         if viewer in self._lapsed:
@@ -174,7 +174,7 @@ class Turns:
         return (*events, *self._catch_up(now_s))
 
     def gone(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
-        """Forget a viewer who is closed for good."""
+        """Forget a viewer who has left for good."""
         events = self._catch_up(now_s)
         events += self._give_up(viewer, Why.GONE)
         self._known.discard(viewer)
@@ -190,7 +190,7 @@ class Turns:
         events: list[TurnEvent] = []
         while True:
             turn, grace_s = self._turn, self._first_grace_s()
-            # At the same instant grace goes first: who is given up does not queue again.
+            # At the same instant grace goes first: a viewer given up does not queue again.
             if grace_s <= now_s and (turn is None or grace_s <= turn.ends_s):
                 events += self._lapse()
             elif turn is not None and turn.ends_s <= now_s:
@@ -214,7 +214,7 @@ class Turns:
             turn_s = self._settings.turn_s
             turns = math.floor((now_s - turn.ends_s) / turn_s) + 1
             ends_s = turn.ends_s + turns * turn_s
-            if ends_s <= now_s:  # rounded down to the very instant that is over now
+            if ends_s <= now_s:  # rounding may give the instant that is over now
                 ends_s += turn_s
             self._turn = _Turn(turn.operator, min(ends_s, now_s + turn_s))
             return [TurnRenewed(self._number, turn.operator, self._turn.ends_s)]
@@ -243,7 +243,7 @@ class Turns:
         return next((viewer for viewer in self._queue if not self.is_lost(viewer)), None)
 
     def _first_grace_s(self) -> float:
-        """When the first grace is over. All graces are equal, so the first loss is due first."""
+        """Return when the first grace time is over; all are equal, so the first loss is first."""
         for lost_since_s in self._lost_since_s.values():
             return lost_since_s + self._settings.grace_s
         return math.inf

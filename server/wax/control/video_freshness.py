@@ -1,8 +1,8 @@
 """How fresh the operator's picture is: fresh, late, switched off, or too old to drive by.
 
-Its age is that of the newest picture on the operator's screen, as each command says, less the
-one-way delay of their link. It grows between two commands too. Whoever has switched the picture
-off, or drives a robot without a camera, knows that they do not see. NaN never counts as fresh.
+Its age is that of the newest picture on the operator's screen, as each command reports it, minus
+the one-way delay of their link. It grows between commands too. An operator who has switched the
+picture off, or drives a robot without a camera, knows that they see nothing. NaN is never fresh.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class VideoFreshness(Enum):
-    """What the operator sees of where the robot goes."""
+    """How well the operator sees where the robot is going."""
 
     CLEAR = "a fresh picture"
     LATE = "a late picture: the robot is slowed"
@@ -26,11 +26,11 @@ class VideoFreshness(Enum):
     NONE = "no picture, or one that is far too old: the robot stops"
 
 
-def believed_s(seen_s: float | None, now_s: float, one_way_s: float | None) -> float | None:
-    """Return the capture time to go by of a picture that is said to be seen.
+def credible_seen_s(seen_s: float | None, now_s: float, one_way_s: float | None) -> float | None:
+    """Return the capture time to use for the picture that the page reports.
 
-    One that lies somewhat ahead of us counts as of now, so that it does not last longer; one that
-    lies further ahead as not seen.
+    A time slightly in the future counts as now, so that the picture does not last longer; one
+    further ahead counts as no picture.
     """
     if seen_s is None or is_from_future(seen_s, now_s, one_way_s=one_way_s):
         return None
@@ -38,7 +38,7 @@ def believed_s(seen_s: float | None, now_s: float, one_way_s: float | None) -> f
 
 
 def judge(seen_s: float | None, now_s: float, turn: TurnView, rules: Rules) -> VideoFreshness:
-    """Say what an operator sees at `now_s` whose newest picture is of `seen_s`."""
+    """Judge at `now_s` the picture of an operator whose newest was captured at `seen_s`."""
     if not turn.sees:
         return VideoFreshness.OFF
     if seen_s is None:

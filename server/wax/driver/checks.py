@@ -1,7 +1,4 @@
-"""What every driver checks for itself, whatever the control loop has checked before (pure).
-
-And what is checked of every driver, by whoever holds it.
-"""
+"""The checks that drivers make themselves, and those that callers make of drivers (pure)."""
 
 from __future__ import annotations
 
@@ -15,17 +12,17 @@ if TYPE_CHECKING:
 
 
 NO_ANSWER: Final = "The robot does not answer."
-"""The problem of a robot whose driver raises."""
+"""The problem reported for a robot whose driver raises."""
 
 
 class TurnFence:
-    """Admit only the newest turn: its numbers only rise, so a lower one is somebody's past."""
+    """Admits only the newest turn: turn numbers only rise, so a lower one is an old turn's."""
 
     def __init__(self) -> None:
         self._highest: int | None = None
 
     def admits(self, turn: int) -> bool:
-        """Say whether `turn` is the highest seen so far; a higher one closes the way behind it."""
+        """Whether `turn` is the highest so far; once it is admitted, lower ones never are."""
         if self._highest is not None and turn < self._highest:
             return False
         self._highest = turn
@@ -33,9 +30,9 @@ class TurnFence:
 
 
 def within(twist: Twist, limits: Limits) -> Twist:
-    """Shrink `twist` into `limits`, both parts by one factor so that the curve stays the same.
+    """Scale `twist` into `limits`, both parts by one factor so that a curve stays the same.
 
-    What is not a finite number is standstill. A limit of zero takes its part away, not the other.
+    A number that is not finite gives standstill. A limit of zero removes only its own part.
     """
     if not (math.isfinite(twist.linear_mps) and math.isfinite(twist.angular_rps)):
         return STANDSTILL
@@ -51,12 +48,12 @@ def within(twist: Twist, limits: Limits) -> Twist:
 
 
 def unit(position: float) -> float:
-    """Clip an axis position to -1…1; what is not a number is the middle."""
+    """Clip an axis position to -1…1; NaN is the middle."""
     return _clamp(position, 1.0) if math.isfinite(position) else 0.0
 
 
 def checked(state: object) -> RobotState:
-    """Refuse what somebody's driver may return instead of a state; raises `TypeError`."""
+    """Return `state` if it is a valid state; raises `TypeError` for anything else."""
     if not isinstance(state, RobotState):
         raise TypeError(f"the driver's state() returned {state!r}, not a RobotState")
     if not isinstance(state.bumpers, int):

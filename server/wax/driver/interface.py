@@ -1,11 +1,10 @@
-"""What a robot is to WAX.
+"""The interface of a robot driver.
 
-Every method returns at once (slow input and output belongs in a thread of the driver's own)
-and may be called from the event loop. A robot is written as a class with these methods and
-named in the configuration as ``package.module:Class``; it is built as
-``Class(settings, clock)`` with the `RobotSettings` of the configuration. Building it touches
-nothing outside, since it is built once to be asked for `kind` and `limits`, and again in the
-process where it is opened (`wax.robot.process`).
+A robot is a class with these methods, named in the configuration as ``package.module:Class`` and
+built as ``Class(settings, clock)`` with the configuration's `RobotSettings`. Every method may be
+called from the event loop and must return at once: do slow input and output in a thread of your
+own. The constructor must not touch the hardware: the class is built once to read `kind` and
+`limits`, and again in the process that opens it (`wax.robot.process`).
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Twist:
-    """A set-point of motion: ahead in m/s (back is negative), turning left in rad/s."""
+    """A set-point of motion: forward in m/s (backward is negative), turning left in rad/s."""
 
     linear_mps: float = 0.0
     angular_rps: float = 0.0
@@ -36,11 +35,11 @@ STANDSTILL = Twist()
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What the robot can do at most; `axes` names its auxiliary axes, such as ``pan``.
+    """The robot's limits; `axes` names its auxiliary axes, such as ``pan``.
 
-    `ttl_s` is how long the robot follows a set-point without a new one, before its own watchdog
-    stops it; None if that is not known. `silence_s` is how long a driver in a process of its own
-    puts up with a silent server before it stops the robot; None where it shares the server's.
+    `ttl_s` is how long the robot follows a set-point before its own watchdog stops it; None if
+    unknown. `silence_s` is how long a driver process waits for a silent server before it stops the
+    robot; None for a driver inside the server process.
     """
 
     linear_mps: float
@@ -52,7 +51,7 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Where the robot believes it stands: metres, and radians counter-clockwise from x."""
+    """The robot's own estimate of its position in metres, heading in radians from x to the left."""
 
     x_m: float
     y_m: float
@@ -61,13 +60,13 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class RobotState:
-    """How the robot is, as far as it tells.
+    """The robot's state, as far as it reports one.
 
-    `problem` is a sentence for a person while the robot cannot be driven, else None.
-    `epoch` rises with every (re)connection: a set-point made before is never applied after.
-    `moving` is whether a wheel turns by the robot's own account, None where it does not tell.
-    `bumpers` has a bit for each pressed bumper. `battery_fraction` is 0 to 1. `extra` is shown on
-    the status page and nowhere else.
+    `problem` is a sentence for people while the robot cannot be driven, else None.
+    `epoch` rises with every (re)connection: a set-point from before is never applied after.
+    `moving` is whether the robot reports that a wheel turns, None if it does not report.
+    `bumpers` has a bit for each pressed bumper. `battery_fraction` is 0 to 1. `extra` is shown
+    only on the status page.
     """
 
     connected: bool
@@ -91,11 +90,11 @@ class Driver(Protocol):
 
     @property
     def limits(self) -> Limits:
-        """Known from the configuration, before `open`."""
+        """The limits, known from the configuration before `open`."""
         ...
 
     def open(self) -> None:
-        """Start whatever moves the robot; a robot that cannot be reached is retried, not raised."""
+        """Start the driver; retry an unreachable robot instead of raising."""
         ...
 
     def apply(self, twist: Twist, turn: int) -> None:
@@ -110,11 +109,11 @@ class Driver(Protocol):
         ...
 
     def stop(self, turn: int) -> None:
-        """Stand still now; never refused, whatever the turn."""
+        """Stop now; never refused, whatever the turn."""
         ...
 
     def close(self) -> None:
-        """Stop the robot, then release it; bounded to a second, safe to call twice."""
+        """Stop the robot, then release it; takes at most a second, safe to call twice."""
         ...
 
     def state(self) -> RobotState:
@@ -124,17 +123,17 @@ class Driver(Protocol):
 
 @runtime_checkable
 class HasCamera(Protocol):
-    """A robot that brings its own eye: `[video] source = "robot"`."""
+    """A robot with its own camera: `[video] source = "robot"`."""
 
     def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
-        """Make a source of the wanted size and rate; it may outlive a closed robot."""
+        """Make a source with the size and rate of `settings`; it may outlive a closed robot."""
         ...
 
 
 @runtime_checkable
 class HasMicrophone(Protocol):
-    """A robot that brings its own ear: `[audio] source = "robot"`."""
+    """A robot with its own microphone: `[audio] source = "robot"`."""
 
     def microphone(self, clock: Clock) -> AudioSource:
-        """Make a source of what the robot hears; it may outlive a closed robot."""
+        """Make a source of the robot's sound; it may outlive a closed robot."""
         ...

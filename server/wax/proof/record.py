@@ -185,7 +185,7 @@ def _configuration(findings: Findings, settings: Settings) -> list[str]:
         " of it",
         f"A command is obeyed for {drive.max_age_ms:g} ms beyond the line's own time, at most"
         f" {drive.max_command_age_ms:g} ms",
-        f"The process that speaks with the robot stops it after {robot.silence_ms} ms of silence",
+        f"The driver process stops it after {robot.silence_ms} ms of silence",
     ]
     if serial.dialect == "frames":
         lines.append(f"The robot stops by itself {serial.ttl_ms} ms after the newest frame")

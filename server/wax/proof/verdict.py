@@ -33,7 +33,7 @@ FAULTS: Final = (
     Fault("leave", "The operator hands over and goes on sending", "frame"),
     Fault("frozen", "The server is frozen", "frame"),
     Fault("killed", "The server is killed", "frame"),
-    Fault("driver", "The process that speaks with the robot is killed", "robot"),
+    Fault("driver", "The driver process is killed", "robot"),
     Fault("cut", "The serial line is cut", "robot"),
 )
 

@@ -1,4 +1,4 @@
-"""The robots: simulated, serial, somebody's plug-in, and the process that a driver lives in.
+"""The robots: simulated, serial, plug-in, and the driver process.
 
-What every robot has in common is `wax.driver`. Nothing here knows of viewers or media.
+Their common interface is `wax.driver`. Nothing here knows about viewers or media.
 """

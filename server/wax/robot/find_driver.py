@@ -1,4 +1,4 @@
-"""Find the driver that the configuration names, and the process in which it shall live."""
+"""Find the driver that the configuration names, and decide in which process it runs."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 NO_WATCHDOG: Final = (
-    "should this server hang the robot goes on: its driver lives in the server's process, because"
-    " it has a camera or a microphone, and names no ttl_s of a watchdog of its own"
+    "if this server hangs, the robot keeps moving: its driver runs in the server process, because"
+    " it has a camera or a microphone, and declares no watchdog of its own (ttl_s)"
 )
 _KEY: Final = "robot.driver"
 _CONTRACT: Final = "wax/driver/interface.py"
@@ -30,11 +30,11 @@ _METHODS: Final = ("open", "apply", "set_axis", "stop", "close", "state")
 
 
 def make_robot(settings: RobotSettings, clock: Clock, log: LogSettings | None = None) -> Driver:
-    """Build what the server drives, not yet opened; raises `ConfigError`.
+    """Build the driver that the server uses, not yet opened; raises `ConfigError`.
 
-    That is the driver in a process of its own, which stops the robot when the server is silent or
-    gone. Only a robot with a camera or a microphone of its own shares the server's process, as it
-    shares its memory with them. The driver is built here in both cases, if only to be asked.
+    It runs in a driver process, which stops the robot when the server is silent or gone. Only a
+    robot with its own camera or microphone runs inside the server process, because it shares memory
+    with them. Either way the driver is built here, to read its kind and limits.
     """
     driver = make_driver(settings, clock)
     if isinstance(driver, HasCamera | HasMicrophone):
@@ -48,7 +48,7 @@ def make_driver(settings: RobotSettings, clock: Clock) -> Driver:
     """Build the driver of `[robot] driver` itself, not yet opened; raises `ConfigError`."""
     name = settings.driver
     if name == "simulated":
-        # Only here: it draws pictures, and no other robot's process shall wait for the libraries.
+        # Imported here so that other robots need not wait for its drawing libraries.
         from wax.robot.simulated.robot import SimulatedRobot  # noqa: PLC0415
 
         return SimulatedRobot(settings, clock)
@@ -67,11 +67,11 @@ def make_driver(settings: RobotSettings, clock: Clock) -> Driver:
 
 
 def _check_properties(name: str, driver: Driver) -> None:
-    """See to it that what must be known before the robot is opened is known."""
+    """Check the properties that must be known before the robot is opened."""
     try:
         kind, limits = driver.kind, driver.limits
     except Exception as error:
-        raise ConfigError(f"{_KEY}: {name} does not tell kind and limits: {error!r}") from error
+        raise ConfigError(f"{_KEY}: {name} does not provide kind and limits: {error!r}") from error
     if not isinstance(kind, str) or not isinstance(limits, Limits):
         raise ConfigError(
             f"{_KEY}: {name} must have a text as kind and Limits as limits; see {_CONTRACT}."

@@ -22,12 +22,12 @@ from wax.robot.process.pipe_messages import (
     Message,
     Move,
     Ready,
-    Told,
+    StateReport,
     decode_answer,
     decode_begin,
     decode_message,
     encode,
-    tellable,
+    sendable,
 )
 
 MOVE = Move(sequence=1, sent_s=2.5, turn=3, linear_mps=0.5, angular_rps=-1.0)
@@ -47,7 +47,9 @@ def test_what_is_said_is_heard() -> None:
     assert decode_begin(encode(begin)) == begin
     ready = Ready(kind="frames", limits=Limits(0.5, 1.0, ("pan",)))
     assert decode_answer(encode(ready)) == ready
-    told = Told(state=RobotState(connected=True, battery_fraction=0.5), counts={"line.lost": 2})
+    told = StateReport(
+        state=RobotState(connected=True, battery_fraction=0.5), counts={"line.lost": 2}
+    )
     assert decode_answer(encode(told)) == told
     assert all(encode(said).count(b"\n") == 1 == encode(said)[-1:].count(b"\n") for said in SAID)
 
@@ -88,7 +90,7 @@ WRONG = {
     "a text for a number": json.dumps(MOVE.model_dump() | {"linear_mps": "0.5"}).encode(),
     "a time that is none": json.dumps(MOVE.model_dump() | {"sent_s": math.nan}).encode(),
     "an axis too far": encode(SAID[1]).replace(b"-1.0,", b"-1.01,").replace(b":-1.0}", b":-1.01}"),
-    "an answer": encode(Told(state=RobotState(connected=True), counts={})),
+    "an answer": encode(StateReport(state=RobotState(connected=True), counts={})),
     "too long": encode(MOVE)[:-1] + b" " * MAX_LINE_BYTES,
 }
 
@@ -103,9 +105,9 @@ def test_what_is_none_of_ours_is_refused(line: bytes) -> None:
 def test_an_answer_and_a_beginning_are_held_to_it_too() -> None:
     """Neither side believes a line that is the other's."""
     for decode in (decode_answer, decode_begin):
-        with pytest.raises(ProtocolError, match="a line is none of ours: "):
+        with pytest.raises(ProtocolError, match="invalid message: "):
             decode(encode(MOVE))
-    with pytest.raises(ProtocolError, match="a line is none of ours: "):
+    with pytest.raises(ProtocolError, match="invalid message: "):
         decode_answer(b'{"state":{"connected":true},"counts":{}}')  # without its word
 
 
@@ -149,9 +151,9 @@ def test_the_longest_line_is_read() -> None:
 def test_a_state_that_cannot_be_told_is_refused() -> None:
     """Somebody's driver may return anything; what the server could not read is his mistake."""
     state = RobotState(connected=True, battery_fraction=0.5)
-    assert tellable(state) == state
+    assert sendable(state) == state
     with pytest.raises(TypeError, match="returned None, not a RobotState"):
-        tellable(None)
+        sendable(None)
     for wrong in ({"connected": "yes"}, {"connected": True, "battery_fraction": "full"}):
         with pytest.raises(ValueError, match="validation error"):
-            tellable(RobotState(**wrong))
+            sendable(RobotState(**wrong))

@@ -19,7 +19,14 @@ from wax.driver.interface import STANDSTILL, Limits, Twist
 from wax.robot.find_driver import make_robot
 from wax.robot.process.child_process import ChildProcess
 from wax.robot.process.driver import ProcessDriver
-from wax.robot.process.pipe_messages import Begin, LineBuffer, Move, Told, decode_answer, encode
+from wax.robot.process.pipe_messages import (
+    Begin,
+    LineBuffer,
+    Move,
+    StateReport,
+    decode_answer,
+    encode,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -112,7 +119,7 @@ def test_a_killed_process_is_started_again(robot: Driver, log: Log) -> None:
     assert robot.state().extra["driver_pid"] == killed
     os.kill(killed, signal.SIGKILL)
     until(lambda: not robot.state().connected)
-    assert "has ended (signal 9); it is started again." in (robot.state().problem or "")
+    assert "has ended (signal 9); restarting it." in (robot.state().problem or "")
     killed_s = time.monotonic()
     until(lambda: drives(robot, log, during_s=0.1) or robot.state().connected)
     assert not drives(robot, log)
@@ -143,7 +150,7 @@ def test_a_frozen_process_is_replaced(robot: Driver, log: Log) -> None:
     frozen = log.pid()
     os.kill(frozen, signal.SIGSTOP)
     until(lambda: not robot.state().connected)
-    assert "does not answer; it is started again." in (robot.state().problem or "")
+    assert "does not answer; restarting it." in (robot.state().problem or "")
     until(lambda: robot.state().connected)
     assert log.pid() != frozen
     assert not is_alive(frozen)
@@ -293,7 +300,9 @@ def test_garbage_on_the_pipe_stops_the_robot(log: Log) -> None:
 
     def counted() -> int:
         answers = [decode_answer(line) for line in lines.feed(child.receive(1.0) or b"")]
-        return max([a.counts["driver_garbage"] for a in answers if isinstance(a, Told)] or [0])
+        return max(
+            [a.counts["driver_garbage"] for a in answers if isinstance(a, StateReport)] or [0]
+        )
 
     until(lambda: bool(log.entries()))
     for nonsense in (b"garbage\n", b"\xff\x00\n", b'{"say":"move"}\n', b"[" * 200_000 + b"\n"):

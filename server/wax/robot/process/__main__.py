@@ -1,8 +1,7 @@
-"""The driver's process: `python -m wax.robot.process`, started by `ProcessDriver` and nobody else.
+"""The driver process: `python -m wax.robot.process`, started only by `ProcessDriver`.
 
-It ends with the pipe that it reads from, however the server ended, and with nothing less: signals
-that a terminal or a service manager sends to all processes of the server are ignored, so that the
-robot is stopped in good order.
+It ends only when the pipe it reads from ends, however the server ended. It ignores the signals that
+a terminal or service manager sends to all processes of the server, so that it can stop the robot.
 """
 
 from __future__ import annotations
@@ -31,12 +30,12 @@ NICENESS: Final = -10
 
 
 def main() -> int:
-    """Serve one robot until the pipe ends; 1 where the robot's driver cannot be built."""
+    """Run one robot until the pipe ends; returns 1 if its driver cannot be built."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
-    # A set-point must not wait for the encoder, which uses all the time it gets. Where that is not
-    # allowed, as for most users, the robot's own watchdog is what a machine too busy runs into.
+    # A set-point must not wait for the encoder, which uses all the CPU time it gets. Most users may
+    # not raise the priority; then the robot's own watchdog covers an overloaded machine.
     with contextlib.suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, NICENESS)
     reader, writer = _pipes()
@@ -49,17 +48,17 @@ def main() -> int:
     try:
         driver = make_driver(begin.robot, clock)
     except ConfigError as error:
-        _LOG.error("there is no driver", problem=str(error))
+        _LOG.error("the driver cannot be built", problem=str(error))
         return 1
     os.set_blocking(reader, False)
     os.set_blocking(writer, False)
-    warden = DriverWatchdog(driver.limits, begin.robot.silence_ms / 1000.0)
-    ChildLoop(driver, warden, clock, reader=reader, writer=writer).run()
+    watchdog = DriverWatchdog(driver.limits, begin.robot.silence_ms / 1000.0)
+    ChildLoop(driver, watchdog, clock, reader=reader, writer=writer).run()
     return 0
 
 
 def _pipes() -> tuple[int, int]:
-    """Keep the two pipes for us: what else writes there goes to the log, and it reads nothing."""
+    """Keep both pipes to ourselves: other output goes to the log, other input is empty."""
     reader, writer = os.dup(0), os.dup(1)
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
@@ -68,7 +67,7 @@ def _pipes() -> tuple[int, int]:
 
 
 def _begin(reader: int) -> Begin | None:
-    """Wait for the first line; None when there is none. Raises `ProtocolError`."""
+    """Wait for the first line; None if there is none. Raises `ProtocolError`."""
     line = b""
     while not line.endswith(b"\n"):
         data = os.read(reader, READ_BYTES)
@@ -83,7 +82,7 @@ if __name__ == "__main__":
     try:
         status = main()
     except Exception:
-        _LOG.exception("the driver's process fails")
+        _LOG.exception("the driver process failed")
     finally:
         logging.shutdown()
-        os._exit(status)  # a thread that somebody's driver left behind must not keep the robot
+        os._exit(status)  # a thread that a plug-in left behind must not keep the process alive

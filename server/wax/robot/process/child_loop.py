@@ -1,4 +1,4 @@
-"""The process's own loop: the server's pipe in, the real driver's calls and its states out."""
+"""The driver process's loop: messages from the server in, driver calls and robot states out."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from wax.robot.process.driver_watchdog import Apply, SetAxis
 from wax.robot.process.pipe_messages import (
     LineBuffer,
     Ready,
-    Told,
+    StateReport,
     decode_message,
     encode,
-    tellable,
+    sendable,
 )
 
 if TYPE_CHECKING:
@@ -40,18 +40,18 @@ READ_BYTES: Final = 65_536
 
 
 class ChildLoop:
-    """Calls the driver as the warden says, at least 50 times a second, until the pipe ends.
+    """Makes the watchdog's calls to the driver, at least 50 a second, until the pipe ends.
 
-    `reader` and `writer` are the pipes' descriptors, both non-blocking. A driver that does not
-    come back from a call for `HUNG_S` takes the process down with it, and so does one that is
-    not closed within `END_S`: then the robot's own watchdog stops it.
+    `reader` and `writer` are the pipes' descriptors, both non-blocking. A driver whose call takes
+    longer than `HUNG_S`, or whose `close` takes longer than `END_S`, ends the process: then the
+    robot's own watchdog stops it.
     """
 
     def __init__(
-        self, driver: Driver, warden: DriverWatchdog, clock: Clock, *, reader: int, writer: int
+        self, driver: Driver, watchdog: DriverWatchdog, clock: Clock, *, reader: int, writer: int
     ) -> None:
         self._driver = driver
-        self._warden = warden
+        self._watchdog = watchdog
         self._clock = clock
         self._reader = reader
         self._writer = writer
@@ -64,31 +64,31 @@ class ChildLoop:
         self._logged: str | None = None
 
     def run(self) -> None:
-        """Open the driver, serve until the end of the pipe, stop and close it."""
+        """Open the driver, run until the end of the pipe, then stop and close it."""
         try:
             signal.setitimer(signal.ITIMER_REAL, OPEN_S)
             self._driver.open()
             while self._step():
                 pass
         finally:
-            # An alarm ends the process even where a driver hangs with the interpreter's lock held.
+            # An alarm ends the process even if a driver hangs while holding the GIL.
             signal.setitimer(signal.ITIMER_REAL, END_S)
-            self._call(*self._warden.hold(None, self._clock.now_s()))
+            self._call(*self._watchdog.hold(None, self._clock.now_s()))
             self._driver.close()
             signal.setitimer(signal.ITIMER_REAL, 0.0)
 
     def _step(self) -> bool:
-        """Wait for a message, the beat or silence, and act; False at the end of the pipe."""
+        """Wait for a message, the next tick or silence, and act; False at the end of the pipe."""
         signal.setitimer(signal.ITIMER_REAL, HUNG_S)
-        pause_s = min(self._due_s, self._warden.silent_at_s) - self._clock.now_s()
+        pause_s = min(self._due_s, self._watchdog.silent_at_s) - self._clock.now_s()
         readable, _, _ = select.select([self._reader], [], [], max(0.0, pause_s))
-        # Silence first: what waited in the pipe while this process slept does not undo it.
-        self._call(*self._warden.watch(self._clock.now_s()))
+        # Silence first: messages that waited in the pipe while this process slept do not undo it.
+        self._call(*self._watchdog.watch(self._clock.now_s()))
         self._look()
         if readable and not self._listen():
             return False
         if self._clock.now_s() >= self._due_s:
-            self._call(*self._warden.beat(self._clock.now_s()))
+            self._call(*self._watchdog.beat(self._clock.now_s()))
         self._look()
         self._log()
         return self._tell()
@@ -99,21 +99,21 @@ class ChildLoop:
             try:
                 message = decode_message(line)
             except ProtocolError:
-                self._call(*self._warden.garbage(self._clock.now_s()))
+                self._call(*self._watchdog.garbage(self._clock.now_s()))
             else:
-                self._call(*self._warden.hear(message, self._clock.now_s()))
+                self._call(*self._watchdog.hear(message, self._clock.now_s()))
         return bool(data)
 
     def _look(self) -> None:
-        """Ask the driver how the robot is; one that was connected anew begins at standstill."""
+        """Read the robot's state; a robot that has reconnected begins at standstill."""
         try:
-            state = tellable(self._driver.state())
+            state = sendable(self._driver.state())
         except Exception:
             self._failed()
             self._state = replace(self._state, connected=False, problem=NO_ANSWER)
             return
         if state.epoch != self._state.epoch:
-            self._call(*self._warden.hold(None, self._clock.now_s()))
+            self._call(*self._watchdog.hold(None, self._clock.now_s()))
         self._state = state
 
     def _call(self, *calls: Call) -> None:
@@ -137,30 +137,30 @@ class ChildLoop:
         if self._logged != NO_ANSWER:
             _LOG.exception("the robot's driver raised; the robot is stopped")
             self._logged = NO_ANSWER
-        for call in self._warden.failed(self._clock.now_s()):
-            with contextlib.suppress(Exception):  # it is known by now that it does not answer
+        for call in self._watchdog.failed(self._clock.now_s()):
+            with contextlib.suppress(Exception):  # the failure is already recorded
                 self._one(call)
 
     def _log(self) -> None:
-        problem = self._warden.problem
+        problem = self._watchdog.problem
         if problem != self._logged:
             self._logged = problem
             if problem is not None:
-                _LOG.warning("the robot is held", problem=problem, **self._warden.counts)
+                _LOG.warning("the robot is held", problem=problem, **self._watchdog.counts)
 
     def _tell(self) -> bool:
-        """Tell the server at once what has changed, and all of it 20 times a second."""
+        """Send a changed state to the server at once, and the whole state 20 times a second."""
         now_s = self._clock.now_s()
         state = self._news()
         due = now_s - self._said_s >= TELL_S or _facts(state) != self._said
         if due and not self._unsent:
             self._said, self._said_s = _facts(state), now_s
-            self._unsent = encode(Told(state=state, counts=self._warden.counts))
+            self._unsent = encode(StateReport(state=state, counts=self._watchdog.counts))
         try:
             if self._unsent:
                 self._unsent = self._unsent[os.write(self._writer, self._unsent) :]
         except BlockingIOError:
-            pass  # the server does not read; it will get the rest of this, and then the newest
+            pass  # the pipe is full; the server gets the rest of this line, then the newest state
         except BrokenPipeError:
             return False
         return True
@@ -168,11 +168,11 @@ class ChildLoop:
     def _news(self) -> RobotState:
         return replace(
             self._state,
-            problem=self._state.problem or self._warden.problem,
-            epoch=self._state.epoch + self._warden.holds,
+            problem=self._state.problem or self._watchdog.problem,
+            epoch=self._state.epoch + self._watchdog.holds,
         )
 
 
 def _facts(state: RobotState) -> tuple[object, ...]:
-    """Say what the server shall hear of at once."""
+    """Return the part of a state whose change is sent at once."""
     return (state.connected, state.problem, state.epoch, state.moving)

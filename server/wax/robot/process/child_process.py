@@ -1,4 +1,4 @@
-"""One driver's process as its parent sees it: two pipes that never block, and an end."""
+"""The driver process as its parent sees it: two pipes that never block, and an exit status."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _COMMAND: Final = ("-P", "-m", "wax.robot.process")  # -P: not what lies in the 
 
 
 class ChildProcess:
-    """Starts the process and tells it `begin`; raises `OSError` where it cannot be started.
+    """Starts the process and sends it `begin`; raises `OSError` if it cannot be started.
 
-    `send`, `hang_up` and `kill` must not be called after `end`.
+    Do not call `send`, `hang_up` or `kill` after `end`.
     """
 
     def __init__(self, begin: bytes) -> None:
@@ -25,9 +25,9 @@ class ChildProcess:
             bufsize=0,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            # A driver is found there where the server found it.
+            # The process finds a driver where the server found it.
             env=os.environ | {"PYTHONPATH": os.pathsep.join(p or "." for p in sys.path)},
-            # Ctrl-C goes to everybody at the terminal; the process shall stop the robot first.
+            # Ctrl-C reaches all processes of the terminal; this one must stop the robot first.
             start_new_session=True,
         )
         assert self._process.stdin is not None
@@ -44,7 +44,7 @@ class ChildProcess:
         return self._process.pid
 
     def send(self, line: bytes) -> bool:
-        """Say a line; False if the pipe is full. That it has ended is told by `receive` only."""
+        """Send a line; False if the pipe is full. Only `receive` reports that it has ended."""
         if self._stdin.closed:
             return True
         try:
@@ -53,21 +53,21 @@ class ChildProcess:
             return True
 
     def receive(self, timeout_s: float) -> bytes | None:
-        """Give what it says, nothing if nothing comes in time, None when it has ended."""
+        """Return what it has sent, empty if nothing came in time, None when it has ended."""
         if not self._news.poll(max(0.0, timeout_s) * 1000.0):
             return b""
         return self._stdout.read(_READ_BYTES) or None
 
     def hang_up(self) -> None:
-        """End the pipe, at which it stops the robot and ends; safe to call twice."""
+        """Close the pipe, which makes it stop the robot and end; safe to call twice."""
         self._stdin.close()
 
     def kill(self) -> None:
-        """End it at once; the robot's own watchdog stops the robot then."""
+        """Kill it at once; then the robot's own watchdog stops the robot."""
         self._process.kill()
 
     def end(self) -> int:
-        """Hang up, wait a little, kill, and give its exit status, negative for a signal."""
+        """Hang up, wait briefly, kill, and return its exit status, negative for a signal."""
         self.hang_up()
         try:
             return self._process.wait(_END_S)

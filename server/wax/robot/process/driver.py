@@ -1,4 +1,4 @@
-"""The driver that the server holds: it says all to the process in which the real one lives."""
+"""The server's end of the driver process: a `Driver` that forwards every call to it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from wax.robot.process.pipe_messages import (
     Halt,
     LineBuffer,
     Move,
-    Told,
+    StateReport,
     decode_answer,
     encode,
 )
@@ -35,26 +35,25 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 START_S: Final = 20.0
-"""Libraries of somebody's driver may take a while to load on a small machine."""
+"""A plug-in's libraries may take long to load on a small machine."""
 HUNG_S: Final = 1.0
 FIRST_PAUSE_S: Final = 0.3
 LAST_PAUSE_S: Final = 3.0
 STEADY_S: Final = 5.0
-"""A process that has lived so long did not die of its beginning."""
+"""A process that has run this long did not fail at its start."""
 CLOSE_S: Final = 0.85
 KILL_S: Final = 0.1
 
-_IT: Final = "The process that speaks with the robot"
-_CHANGED: Final = "The robot's driver is not the one that it was at the start; start WAX again."
+_CHANGED: Final = "The robot's driver is no longer the one that WAX started with; restart WAX."
 _OURS: Final = ("driver_restarts", "driver_full", "driver_garbled")
 
 
 class ProcessDriver:
-    """A `Driver` in a process of its own, which is started again whenever it ends.
+    """A `Driver` in its own process, which is restarted whenever it ends.
 
-    It adds to what the real driver promises: the robot is stopped when the server is silent for
-    `silence_ms`, frozen, or gone. `kind` and `limits` are those of the real driver. What is
-    counted is in the state's `extra`, under names that begin with ``driver_``, and ``driver_pid``.
+    The process stops the robot when the server is silent for `silence_ms`, frozen, or gone. `kind`
+    and `limits` are those of the real driver. Counts are in the state's `extra`, under names that
+    begin with ``driver_``, beside ``driver_pid``.
     """
 
     def __init__(
@@ -91,7 +90,7 @@ class ProcessDriver:
         return self._limits
 
     def open(self) -> None:
-        """Begin to start the process; when already open, do nothing."""
+        """Start the process in the background; no effect if already open."""
         if self._thread is not None:
             return
         self._closing = threading.Event()
@@ -154,12 +153,12 @@ class ProcessDriver:
             return replace(self._state, extra=extra)
 
     def _say(self, message: Message) -> None:
-        """Say it, with the lock held; who does not listen yet begins at standstill anyway."""
+        """Send a message, with the lock held; a process still starting begins at standstill."""
         self._sequence += 1
         if self._child is None or not self._listens:
             return
         if not self._child.send(encode(message)):
-            # It does not read, so it would not hear a stop either: the robot's own watchdog must.
+            # It does not read, so it would not get a stop either: the robot's own watchdog acts.
             self._past["driver_full"] += 1
             self._child.kill()
 
@@ -173,7 +172,7 @@ class ProcessDriver:
             if closing.is_set():
                 self._lost(None)
                 return
-            _LOG.warning("the driver's process is started again", problem=problem)
+            _LOG.warning("restarting the driver process", problem=problem)
             self._lost(problem)
             if self._clock.now_s() - began_s >= STEADY_S:
                 pause_s = FIRST_PAUSE_S
@@ -181,11 +180,11 @@ class ProcessDriver:
             pause_s = min(LAST_PAUSE_S, pause_s * 2.0)
 
     def _attend(self, closing: threading.Event) -> str:
-        """Start a process and listen to it until its end; say why it ended."""
+        """Start a process and read from it until its end; return why it ended."""
         try:
             child = ChildProcess(self._begin)
         except OSError as error:
-            return f"{_IT} cannot be started ({error.strerror or error}); it is tried again."
+            return f"The driver process cannot be started ({error.strerror or error}); retrying."
         with self._lock:
             self._child = child
             if closing.is_set():
@@ -195,10 +194,10 @@ class ProcessDriver:
             if self._child is child:
                 self._child, self._listens = None, False
         status = child.end()
-        return problem or f"{_IT} has ended ({_how(status)}); it is started again."
+        return problem or f"The driver process has ended ({_how(status)}); restarting it."
 
     def _listen(self, child: ChildProcess) -> str | None:
-        """Take its states; give a sentence if it must not go on, None when it has ended."""
+        """Receive its states; return a sentence if it must be ended, None when it has ended."""
         lines = LineBuffer()
         deadline_s = self._clock.now_s() + START_S
         while (data := child.receive(deadline_s - self._clock.now_s())) is not None:
@@ -209,17 +208,17 @@ class ProcessDriver:
                     with self._lock:
                         self._past["driver_garbled"] += 1
                     continue
-                if isinstance(answer, Told):
+                if isinstance(answer, StateReport):
                     self._take(answer)
                 elif (answer.kind, answer.limits) != (self._kind, self._limits):
                     return _CHANGED
                 deadline_s = self._clock.now_s() + HUNG_S
             if not data and self._clock.now_s() >= deadline_s:
                 child.kill()
-                return f"{_IT} does not answer; it is started again."
+                return "The driver process does not answer; restarting it."
         return None
 
-    def _take(self, told: Told) -> None:
+    def _take(self, told: StateReport) -> None:
         with self._lock:
             if told.state.epoch != self._childs_epoch:
                 self._childs_epoch = told.state.epoch

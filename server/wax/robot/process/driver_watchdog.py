@@ -1,8 +1,8 @@
-"""What the driver's process lets through to the driver (pure).
+"""The watchdog of the driver process: which of the server's messages reach the driver (pure).
 
-It trusts nothing above it: the server may be late, frozen, gone or wrong. It only ever lets
-through the newest set-point of the newest turn while that is fresh by the server's own stamp,
-and after each fault nothing but standstill, until standstill was asked for anew.
+It does not trust the server, which may be late, frozen, gone or wrong. It passes only the newest
+set-point of the newest turn while that is fresh by the server's own timestamp, and after a fault
+only standstill, until the server has asked for standstill again.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ COUNTS: Final = (
     "driver_garbage",
     "driver_failures",
 )
-SILENT: Final = "The robot stands: the server was silent for too long; let go and steer again."
-GARBLED: Final = "The robot stands: what the server said was garbled; let go and steer again."
-NEUTRAL_FIRST: Final = "The robot stands until it is told to stand; let go and steer again."
+SILENT: Final = "The server was silent for too long: let go of all controls, then drive again."
+GARBLED: Final = "The server sent an invalid message: let go of all controls, then drive again."
+NEUTRAL_FIRST: Final = "The robot is held: let go of all controls, then drive again."
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,16 +61,17 @@ Call = Apply | SetAxis | Stop
 
 
 class DriverWatchdog:
-    """Turns what the server says, and its silence, into calls for the driver.
+    """Turns the server's messages, and its silence, into calls to the driver.
 
-    - Silence is `silence_s` since the stamp of the newest set-point or stop. It stops the robot, as
-      does garbage, a driver that raises, and a robot that was connected anew: a *hold*.
-    - After a hold, and at the beginning of each turn, nothing moves, axes included, until a
-      set-point of standstill came whose stamp is later than the hold. A turn begins with a stop.
-    - A set-point or axis that is older than `silence_s`, out of sequence, or of a lower turn is
-      refused, and does not end the silence. A stop is never refused.
+    - Silence means `silence_s` since the timestamp of the newest set-point or stop. It causes a
+      *hold*, which stops the robot, as do an invalid message, a driver that raises, and a robot
+      that has reconnected.
+    - After a hold, and at the start of each turn, nothing moves, axes included, until a set-point
+      of standstill arrives with a timestamp later than the hold. A turn begins with a stop.
+    - A set-point or axis position that is older than `silence_s`, out of sequence, or of a lower
+      turn is refused, and does not end the silence. A stop is never refused.
 
-    `problem` says why the robot stands, None while all is well; `holds` counts the holds.
+    `problem` says why the robot is held, None while it is not; `holds` counts the holds.
     """
 
     def __init__(self, limits: Limits, silence_s: float) -> None:
@@ -83,13 +84,13 @@ class DriverWatchdog:
         self._armed = False
         self._twist = STANDSTILL
         self.silent_at_s = math.inf
-        """When silence stops the robot; infinite while there is nothing to become silent."""
+        """When silence will stop the robot; infinite before the first message."""
         self.problem: str | None = None
         self.holds = 0
         self.counts = dict.fromkeys(COUNTS, 0)
 
     def hear(self, message: Message, now_s: float) -> tuple[Call, ...]:
-        """Take a message. Silence comes first, so that nothing that waited here ends it."""
+        """Handle a message; check silence first, so that a message that waited cannot end it."""
         calls = self.watch(now_s)
         if isinstance(message, Halt):
             return (*calls, *self._halt(message, now_s))
@@ -104,28 +105,28 @@ class DriverWatchdog:
         return (*calls, self._move(message))
 
     def beat(self, now_s: float) -> tuple[Call, ...]:
-        """Say again what the robot shall do now."""
+        """Repeat the current set-point."""
         return (*self.watch(now_s), Apply(self._twist, self._turn))
 
     def watch(self, now_s: float) -> tuple[Call, ...]:
-        """Stop the robot when it is time to."""
+        """Stop the robot if the server has been silent for too long."""
         if now_s < self.silent_at_s:
             return ()
         self.counts["driver_silences"] += 1
         return self.hold(SILENT, now_s)
 
     def garbage(self, now_s: float) -> tuple[Call, ...]:
-        """Take note of something that is no message: whoever said it, is not well."""
+        """Hold the robot because of an invalid message."""
         self.counts["driver_garbage"] += 1
         return self.hold(GARBLED, now_s)
 
     def failed(self, now_s: float) -> tuple[Call, ...]:
-        """Take note that the driver raised."""
+        """Hold the robot because the driver raised."""
         self.counts["driver_failures"] += 1
         return self.hold(NO_ANSWER, now_s)
 
     def hold(self, problem: str | None, now_s: float) -> tuple[Call, ...]:
-        """Stop the robot; what was asked for before `now_s` does not move it after."""
+        """Stop the robot; nothing sent before `now_s` moves it again."""
         self._disarm()
         self._held_s = now_s
         self.silent_at_s = math.inf
@@ -164,7 +165,7 @@ class DriverWatchdog:
         self.problem = self.problem or NEUTRAL_FIRST
 
     def _begin(self, turn: int) -> tuple[Call, ...]:
-        """Stop between two turns; nothing of the old one is left for the new one."""
+        """Stop between two turns; nothing of the old turn carries over."""
         if turn <= self._turn:
             return ()
         self._turn = turn
@@ -185,7 +186,7 @@ class DriverWatchdog:
         return None
 
     def _is_fresh(self, message: Message, now_s: float) -> bool:
-        """Judge by the sender's stamp; one from the future is not from this machine's clock."""
+        """Judge by the sender's timestamp; one in the future is not from this machine's clock."""
         return 0.0 <= now_s - message.sent_s < self._silence_s
 
     def _heard(self, message: Move | Halt) -> None:

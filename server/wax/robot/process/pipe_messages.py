@@ -1,7 +1,7 @@
-"""What the server and the driver's process say to each other: one JSON object a line.
+"""The messages between the server and the driver process: one JSON object a line.
 
-``sent_s`` is the server's monotonic clock, which is one and the same in both processes of a
-machine. NaN and infinity are let through in a twist only, where they mean standstill.
+``sent_s`` is on the monotonic clock, which all processes of a machine share. NaN and infinity are
+allowed only in a twist, where they mean standstill.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ Number = Annotated[int, Field(ge=0, le=2**63)]
 Seconds = Annotated[float, Field(allow_inf_nan=False)]
 
 
-class _Said(BaseModel):
+class _PipeMessage(BaseModel):
     model_config = ConfigDict(
         extra="forbid", strict=True, frozen=True, ser_json_inf_nan="constants"
     )
 
 
-class Begin(_Said):
-    """Server → process, first of all: which robot, and how to write the log."""
+class Begin(_PipeMessage):
+    """Server → process, the first line: which robot, and how to write the log."""
 
     say: Literal["begin"] = "begin"
     robot: RobotSettings
     log: LogSettings
 
 
-class _Command(_Said):
+class _Command(_PipeMessage):
     sequence: Number
     sent_s: Seconds
     turn: Number
@@ -50,7 +50,7 @@ class Move(_Command):
 
 
 class Axis(_Command):
-    """Server → process: where an auxiliary axis shall be, in -1…1."""
+    """Server → process: the position of an auxiliary axis, in -1…1."""
 
     say: Literal["axis"] = "axis"
     name: str
@@ -58,21 +58,21 @@ class Axis(_Command):
 
 
 class Halt(_Command):
-    """Server → process: stand still now."""
+    """Server → process: stop now."""
 
     say: Literal["halt"] = "halt"
 
 
-class Ready(_Said):
-    """Process → server, first of all: the driver is built, and this is what it is."""
+class Ready(_PipeMessage):
+    """Process → server, the first line: the driver is built, with this kind and these limits."""
 
     say: Literal["ready"] = "ready"
     kind: str
     limits: Limits
 
 
-class Told(_Said):
-    """Process → server: how the robot is, and what was counted since the process began."""
+class StateReport(_PipeMessage):
+    """Process → server: the robot's state, and the counts since the process began."""
 
     say: Literal["told"] = "told"
     state: RobotState
@@ -81,15 +81,15 @@ class Told(_Said):
 
 Message = Move | Axis | Halt
 _MESSAGE: Final[TypeAdapter[Message]] = TypeAdapter(Annotated[Message, Field(discriminator="say")])
-_ANSWER: Final[TypeAdapter[Ready | Told]] = TypeAdapter(
-    Annotated[Ready | Told, Field(discriminator="say")]
+_ANSWER: Final[TypeAdapter[Ready | StateReport]] = TypeAdapter(
+    Annotated[Ready | StateReport, Field(discriminator="say")]
 )
 _BEGIN: Final = TypeAdapter(Begin)
 _T = TypeVar("_T")
 
 
-def encode(said: _Said) -> bytes:
-    """Write a line, with its end."""
+def encode(said: _PipeMessage) -> bytes:
+    """Return the message as a line, newline included."""
     return said.model_dump_json().encode() + b"\n"
 
 
@@ -103,18 +103,18 @@ def decode_message(line: bytes) -> Message:
     return _decode(_MESSAGE, line)
 
 
-def decode_answer(line: bytes) -> Ready | Told:
+def decode_answer(line: bytes) -> Ready | StateReport:
     """Read a line of the process; raises `ProtocolError`."""
     return _decode(_ANSWER, line)
 
 
-def tellable(state: object) -> RobotState:
-    """Refuse what somebody's driver may return instead of a state.
+def sendable(state: object) -> RobotState:
+    """Return a driver's state if it is valid and survives the pipe.
 
-    Raises `TypeError`, or `ValueError` where it cannot be told to the server.
+    Raises `TypeError` if it is not a state, `ValueError` if it cannot be sent to the server.
     """
-    told = Told(state=checked(state), counts={}).model_dump_json(warnings=False)
-    return Told.model_validate_json(told).state
+    told = StateReport(state=checked(state), counts={}).model_dump_json(warnings=False)
+    return StateReport.model_validate_json(told).state
 
 
 def _decode(adapter: TypeAdapter[_T], line: bytes) -> _T:
@@ -123,17 +123,17 @@ def _decode(adapter: TypeAdapter[_T], line: bytes) -> _T:
     try:
         return adapter.validate_json(line)
     except ValidationError as error:
-        raise ProtocolError(f"a line is none of ours: {error.errors()[0]['msg']}") from error
+        raise ProtocolError(f"invalid message: {error.errors()[0]['msg']}") from error
 
 
 class LineBuffer:
-    """Cuts what comes through a pipe into lines; what never ends is kept no longer than it may."""
+    """Splits a pipe's bytes into lines; keeps at most `MAX_LINE_BYTES` of an unfinished one."""
 
     def __init__(self) -> None:
         self._rest = b""
 
     def feed(self, data: bytes) -> list[bytes]:
-        """Take bytes and give the lines that they end, without their ends."""
+        """Add bytes and return the lines they complete, without newlines."""
         *lines, rest = (self._rest + data).split(b"\n")
-        self._rest = rest[: MAX_LINE_BYTES + 1]  # one too many, so that it is refused at its end
+        self._rest = rest[: MAX_LINE_BYTES + 1]  # one too many: refused at its end
         return lines

@@ -1,5 +1,5 @@
-"""A robot on a serial line: a microcontroller, a motor board, or either behind a network.
+"""A robot on a serial port: a microcontroller, a motor board, or either behind a network.
 
-`frames` is our protocol byte by byte, `bytes_dialect` that of 2004. Threads only in
-`port_threads` and `reconnecting_port`; the rest is pure.
+`frames` is our protocol byte by byte, `bytes_dialect` that of 2004. Only `port_threads` and
+`reconnecting_port` use threads; the rest is pure.
 """

@@ -1,13 +1,12 @@
 """Speak the dialect ``bytes``: one byte a command, sent only on change (thesis 6.3.3; pure).
 
-A twist becomes one of eight directions by the sector that it lies in, and one of two speeds:
-*gross* above half of the limit, else *fine*. Left is a left turn, ahead and back alike. A new
-speed's byte goes before the direction, which is then said again.
+A twist becomes one of eight directions by the sector it lies in, and one of two speeds: *gross*
+above half of the limit, else *fine*. Left means a left turn both forward and backward. The byte of
+a new speed precedes the direction, which is then sent again.
 
-Boards of this kind have no time-to-live: what they were told last they do for ever. So the stop
-byte is said three times, 20 ms apart, because a lost one would be a moving robot. What no
-software can mend is a board that goes on after the cable was pulled: give it a watchdog, or use
-the dialect ``frames``.
+Such boards have no time-to-live: they follow the last command for ever. The stop byte is therefore
+sent three times, 20 ms apart, because losing one would leave the robot moving. No software can stop
+such a board once its cable is pulled: give it a watchdog, or use the dialect ``frames``.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ DEAD_ZONE: Final = 0.05
 
 
 class SingleByteDialect:
-    """A `Dialect` for boards that people already have."""
+    """A `Dialect` for existing boards."""
 
     def __init__(self, table: BytesDialectSettings, limits: Limits) -> None:
         self._limits = limits
@@ -69,7 +68,7 @@ class SingleByteDialect:
         return bytes([self._stop] * STOP_TIMES)
 
     def hear(self, data: bytes, now_s: float) -> None:
-        """Such boards have nothing to tell."""
+        """Ignore the data: such boards report nothing."""
 
     def answers(self, _now_s: float, /) -> bool:
         return True

@@ -1,4 +1,4 @@
-"""What the two dialects have in common: when to say what (pure)."""
+"""The interface of the two dialects (pure)."""
 
 from __future__ import annotations
 
@@ -9,47 +9,47 @@ if TYPE_CHECKING:
 
 
 class Dialect(Protocol):
-    """Turns orders into bytes for the robot, and its bytes into what is known about it."""
+    """Turns orders into bytes for the robot, and the robot's bytes into its state."""
 
     def hello(self, now_s: float) -> bytes:
-        """Begin a connection: nothing said before counts, and the robot shall stand."""
+        """Begin a connection: forget everything before it, and stop the robot."""
         ...
 
     def say(self, order: Order, now_s: float) -> tuple[bytes, float]:
-        """Give what is to be written now, often nothing, and when to ask again at the latest."""
+        """Return what to write now, often nothing, and when to call again at the latest."""
         ...
 
     def farewell(self) -> bytes:
-        """Make the robot stand, whatever was said before."""
+        """Return the bytes that stop the robot, whatever was sent before."""
         ...
 
     def hear(self, data: bytes, now_s: float) -> None:
-        """Take what the robot has written; never raises."""
+        """Handle data from the robot; never raises."""
         ...
 
     def answers(self, now_s: float, /) -> bool:
-        """Say whether the robot is there by its own account; where it tells nothing, yes."""
+        """Whether the robot is answering; True for a dialect without reports."""
         ...
 
     def overdue(self, now_s: float, /) -> bool:
-        """Say whether the robot should have answered by now and has not."""
+        """Whether the robot should have answered by now but has not."""
         ...
 
     @property
     def moving(self) -> bool | None:
-        """Whether a wheel turns by the robot's account, None where it does not tell."""
+        """Whether the robot reports that a wheel turns, None if it does not report."""
         ...
 
     @property
     def bumpers(self) -> int:
-        """The bits of the bumpers that are pressed."""
+        """The pressed bumpers, one bit each."""
         ...
 
     @property
     def battery_v(self) -> float | None:
-        """The battery's voltage, None where it is not measured."""
+        """The battery's voltage, None if it is not measured."""
         ...
 
     def known(self) -> dict[str, float]:
-        """Say what else the robot has told, and how many errors were in it."""
+        """Return the robot's other values, and the number of errors in its data."""
         ...

@@ -1,4 +1,4 @@
-"""A robot on a serial line as WAX drives it."""
+"""The driver for a robot on a serial port."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 class SerialRobot:
     """A `Driver` for any URL that pyserial opens, in the dialect ``frames`` or ``bytes``.
 
-    In ``frames`` it is connected while the robot answers, in ``bytes`` while the port is open.
-    Nothing moves after that began until standstill was wanted once (`stop`, or `apply` of zero)
-    and then motion. Without a set-point for `ttl_ms` it tells the robot to stop.
+    With ``frames`` it is connected while the robot answers, with ``bytes`` while the port is open.
+    After connecting, nothing moves until there was a set-point of standstill (`stop`, or `apply` of
+    zero). Without a set-point for `ttl_ms` it stops the robot.
     """
 
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
@@ -36,7 +36,7 @@ class SerialRobot:
             settings.max_linear_mps,
             settings.max_angular_rps,
             axes=axes,
-            ttl_s=serial.ttl_ms / 1000.0 if framed else None,  # single bytes hold for ever
+            ttl_s=serial.ttl_ms / 1000.0 if framed else None,  # a single byte is followed for ever
         )
         dialect: Dialect = (
             FramedDialect(WheelMixer(settings), serial.ttl_ms, axes)
@@ -44,8 +44,10 @@ class SerialRobot:
             else SingleByteDialect(serial.bytes, self._limits)
         )
         self._clock = clock
-        self._talk = _Talk(dialect, SetPoints(self._limits, serial.ttl_ms / 1000.0), serial.url)
-        self._port = Port(serial, clock, self._talk)
+        self._conversation = _SerialConversation(
+            dialect, SetPoints(self._limits, serial.ttl_ms / 1000.0), serial.url
+        )
+        self._port = Port(serial, clock, self._conversation)
 
     @property
     def kind(self) -> str:
@@ -56,33 +58,33 @@ class SerialRobot:
         return self._limits
 
     def open(self) -> None:
-        """Begin to open the port; `state` tells whether it is there."""
+        """Start opening the port; `state` reports whether it is open."""
         self._port.open()
 
     def apply(self, twist: Twist, turn: int) -> None:
-        with self._talk.lock:
-            self._talk.setpoints.apply(twist, turn, self._clock.now_s())
+        with self._conversation.lock:
+            self._conversation.setpoints.apply(twist, turn, self._clock.now_s())
         self._port.wake()
 
     def set_axis(self, name: str, position: float, turn: int) -> None:
-        with self._talk.lock:
-            self._talk.setpoints.set_axis(name, position, turn)
+        with self._conversation.lock:
+            self._conversation.setpoints.set_axis(name, position, turn)
         self._port.wake()
 
     def stop(self, turn: int) -> None:
-        with self._talk.lock:
-            self._talk.setpoints.stop(turn)
+        with self._conversation.lock:
+            self._conversation.setpoints.stop(turn)
         self._port.wake()
 
     def close(self) -> None:
         self._port.close()
-        self._talk.close()
+        self._conversation.close()
 
     def state(self) -> RobotState:
-        return self._talk.state()
+        return self._conversation.state()
 
 
-class _Talk:
+class _SerialConversation:
     """The `Conversation` of a serial robot: set-points in, the dialect's bytes out, one lock."""
 
     def __init__(self, dialect: Dialect, setpoints: SetPoints, url: str) -> None:
@@ -137,7 +139,7 @@ class _Talk:
             )
 
     def _look(self, now_s: float) -> None:
-        """Take note of whether the robot is there."""
+        """Update whether the robot is connected."""
         if self._dialect.answers(now_s):
             if not self._connected:
                 self.setpoints.connected()
@@ -153,6 +155,6 @@ class _Talk:
 
 def _silent(url: str) -> str:
     return (
-        f"The robot does not answer on {url}: check its power, its cable and that its program is "
-        "that of server/firmware."
+        f"The robot does not answer on {url}: check its power, its cable and that it runs the "
+        "program in server/firmware."
     )

@@ -11,8 +11,8 @@ offset size   what
 4      2      sequence number, rises by one with each frame of this sender, wraps to 0
 6      4      turn number; in frames of the robot the highest that it has seen
 10     2      time-to-live in ms, 0 where the type has none
-12     4      time on the robot's clock in ms, wraps to 0; in frames of the server what it has
-              worked out from the robot's last report and the time since, 0 in hello
+12     4      time on the robot's clock in ms, wraps to 0; in frames of the server its estimate
+              from the robot's last report and the time since, 0 in hello
 16     N      payload
 16+N   2      CRC-16 of bytes 2 to 15+N, its high byte first: polynomial 1021, not reflected,
               no final xor; it starts with FFFF in hello, in all others with the session
@@ -23,10 +23,10 @@ its low byte first, a disturbance of 16 bits in a row at the end of a frame coul
 
 From the server:
 
-- 00 hello, ``uint16 session``, 1 to 65534, drawn at random: from now on this session counts, in
-  both directions. Stand still, forget turn and sequence, and report.
-- 01 drive, ``int16 left, int16 right``: wheel speeds in mm/s, ahead positive. They are worth the
-  time-to-live, at most 1000 ms, counted from arrival; after it the robot stands still.
+- 00 hello, ``uint16 session``, 1 to 65534, drawn at random: this session is valid from now on, in
+  both directions. Stop, forget turn and sequence, and report.
+- 01 drive, ``int16 left, int16 right``: wheel speeds in mm/s, forward positive. They are valid for
+  the time-to-live, at most 1000 ms, counted from arrival; after it the robot stops.
 - 02 axis, ``uint8 number, int16 position``: move an axis to position / 10000 of its range,
   -10000 to 10000. Its number is its place in the configuration's ``axes``, from 0. Its
   time-to-live is how late it may be.
@@ -35,28 +35,28 @@ From the server:
 The robot refuses drive and axis
 
 - of a lower turn than it has seen in this session;
-- whose sequence number is not newer than that of the last frame that it took (a 16 bit
-  difference of 1 to 32767);
-- whose time is longer ago than their time-to-live, is more than 50 ms ahead, or is before the
-  last hello. So what a line held back, or says again, moves nothing, not even with its hello;
-- after a time-to-live ran out, until the next stop or hello: what has stopped by itself does not
-  go on by itself.
+- whose sequence number is not newer than that of the last accepted frame (a 16-bit difference of 1
+  to 32767);
+- whose time is older than their time-to-live, more than 50 ms ahead, or before the last hello, so
+  that delayed or repeated frames move nothing, not even together with their hello;
+- after a time-to-live ran out, until the next stop or hello: a robot that stopped itself does not
+  start by itself.
 
-Without a session, which is how it starts, it takes nothing but hello.
+Without a session, which is how it starts, it accepts only hello.
 
 From the robot, 20 times a second, and at once after a hello, when bit 0 of the flags changes and
 when bit 1 is set:
 
 - 81 report, ``uint16 battery_mv, uint8 bumpers, int32 left, int32 right, uint8 flags,
   uint16 sequence, uint16 damaged, uint16 refused``: battery voltage (0: not measured), pressed
-  bumpers bit by bit, encoder ticks, flags (bit 0: a wheel turns; bit 1: stands because a
-  time-to-live ran out), the sequence number of the last frame that it took, and how many since
-  it started were damaged or refused (both wrap to 0). Without a session its CRC starts with FFFF.
+  bumpers bit by bit, encoder ticks, flags (bit 0: a wheel turns; bit 1: stopped because a
+  time-to-live ran out), the sequence number of the last accepted frame, and how many since it
+  started were damaged or refused (both wrap to 0). Without a session its CRC starts with FFFF.
 
-What has another type or length, or a wrong CRC, is ignored: another session's frame is as good
-as damaged, always, because the same bytes with another start never have the same CRC. One to
-three flipped bits, and any within 16 in a row, are always found where the length is left whole;
-of other damage one in 65536 is not, and then still has to fit in turn, sequence and time.
+A frame with an unknown type or length, or a wrong CRC, is ignored. Frames of another session always
+fail the CRC, because the same bytes never give the same CRC from another start value. One to three
+flipped bits, and any within 16 in a row, are always detected if the length is intact; of other
+damage one in 65536 is not, and then still has to fit in turn, sequence and time.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ START: Final = b"\xa5\x5a"
 MAX_PAYLOAD: Final = 32
 POSITION_SCALE: Final = 10_000
 NO_SESSION: Final = 0xFFFF
-"""What the CRC starts with where no session counts."""
+"""The CRC's start value without a session."""
 
 _HEADER: Final = struct.Struct("<2sBBHIHI")
 _CRC: Final = struct.Struct(">H")
@@ -106,7 +106,7 @@ class Stop:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """How the robot says it is."""
+    """The robot's report of its state."""
 
     battery_mv: int
     bumpers: int
@@ -131,7 +131,7 @@ Body = Hello | Drive | Axis | Stop | Report
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """One frame; numbers that are too long for their field keep their lowest bits."""
+    """One frame; numbers too large for their field keep their lowest bits."""
 
     body: Body
     sequence: int = 0
@@ -151,7 +151,7 @@ _CODES: Final = {body: code for code, (body, _) in _TYPES.items()}
 
 
 def encode(frame: Frame, session: int) -> bytes:
-    """Give the bytes of a frame; raises `struct.error` if the body does not fit its fields."""
+    """Return the bytes of a frame; raises `struct.error` if the body does not fit its fields."""
     code = _CODES[type(frame.body)]
     fields = [getattr(frame.body, name) for name in frame.body.__dataclass_fields__]
     payload = _TYPES[code][1].pack(*fields)
@@ -170,10 +170,10 @@ def encode(frame: Frame, session: int) -> bytes:
 class Decoder:
     """Finds frames in a stream of bytes; never raises, keeps at most one unfinished frame.
 
-    Given a session it understands hello and the frames of this session, as the server does. With
-    None it does as the robot: the session of the last hello counts, and before it none does.
-    After garbage it goes on with the next start that holds. `errors` counts what began like a
-    frame and was none, or none that is known.
+    With a session it decodes hello and the frames of this session, as the server does. With None it
+    decodes like the robot: the session of the last hello is valid, and none before it. After
+    garbage it continues with the next valid start. `errors` counts bytes that began like a frame
+    but were none, and frames of unknown types.
     """
 
     def __init__(self, session: int | None = None) -> None:
@@ -218,7 +218,7 @@ class Decoder:
 
 
 def _find_start(stream: bytes, at: int) -> int:
-    """Give where the next start is or may be beginning, else the end."""
+    """Return where the next start is or may be beginning, else the end."""
     start = stream.find(START, at)
     if start >= 0:
         return start

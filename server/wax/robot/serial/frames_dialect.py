@@ -1,4 +1,4 @@
-"""Speak the dialect ``frames``: agree on a session, then each change at once and all again."""
+"""The dialect ``frames``: agree on a session, send each change at once, and repeat everything."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ DRIVE_EVERY_S: Final = 0.02
 STOP_EVERY_S: Final = 0.05
 SILENT_AFTER_S: Final = 0.5
 REMEMBERED: Final = 256
-"""Frames sent; more than half a second of them, axes included."""
+"""Sent frames to remember: more than half a second's worth, axes included."""
 
 
 class FramedDialect:
-    """A `Dialect` for boards with a watchdog of their own.
+    """A `Dialect` for boards with their own watchdog.
 
-    The robot is there while its reports name a frame that was sent within the last
-    `SILENT_AFTER_S`: it speaks, and it hears. Until then it gets hello and stop, nothing else,
-    and those of a new session after a silence, and after its own watchdog stopped it: what has
-    stopped by itself shall not go on by itself.
+    The robot is connected while its reports acknowledge a frame sent within the last
+    `SILENT_AFTER_S`, which proves both directions. Until then it gets only hello and stop. After a
+    silence, or after its own watchdog stopped it, they start a new session: a robot that stopped
+    itself must not start by itself.
     """
 
     def __init__(self, mixer: WheelMixer, ttl_ms: int, axes: tuple[str, ...]) -> None:
@@ -111,7 +111,7 @@ class FramedDialect:
     @property
     def battery_v(self) -> float | None:
         millivolts = 0 if self._report is None else self._report.battery_mv
-        return millivolts / 1000.0 if millivolts else None  # 0 is a battery that is not measured
+        return millivolts / 1000.0 if millivolts else None  # 0: not measured
 
     def known(self) -> dict[str, float]:
         known = {"line_errors": float(self._decoder.errors)}
@@ -138,7 +138,7 @@ class FramedDialect:
         self._patience_ends_s = now_s if stopped_itself else sent_s + SILENT_AFTER_S
         if not self._answers:
             self._answers = True
-            self._decoder.errors = 0  # what it wrote before it knew the session is no fault
+            self._decoder.errors = 0  # frames from before it knew the session are no errors
 
     def _greet(self, now_s: float) -> bytes:
         self._said = None

@@ -1,4 +1,4 @@
-"""Which serial ports this machine has, for `wax devices`."""
+"""List this machine's serial ports, for `wax devices`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from serial.tools import list_ports as tools
 
 
 def list_ports() -> list[str]:
-    """Return printable lines: each serial port with what is known about it, or that none is."""
+    """Return printable lines: each serial port with its description, or that there is none."""
     found = sorted(tools.comports(), key=lambda port: port.device)
     lines = [f"  {port.device}{_about(port.description)}" for port in found]
     return ["Serial ports:", *(lines or ["  none found"])]

@@ -1,4 +1,4 @@
-"""One opened serial port: a thread that writes as soon as there is something, one that reads."""
+"""One open serial port: one thread that writes as soon as there is data, one that reads."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ MAX_READ_BYTES: Final = 4096
 
 
 class Conversation(Protocol):
-    """What is said on a line. The methods are called from the line's threads."""
+    """What is written to a port and read from it. The port's threads call the methods."""
 
     def opened(self, now_s: float) -> bytes:
-        """Begin: the line is there. Give what to write first."""
+        """Begin, the port is open; return what to write first."""
         ...
 
     def next(self, now_s: float) -> tuple[bytes, float]:
-        """Give what to write now, and when to ask again at the latest."""
+        """Return what to write now, and when to call again at the latest."""
         ...
 
     def received(self, data: bytes, now_s: float) -> None:
-        """Take what the other side has written."""
+        """Handle data from the robot."""
         ...
 
     def farewell(self) -> bytes:
-        """Give what to write last."""
+        """Return what to write last."""
         ...
 
 
@@ -48,13 +48,13 @@ class PortThreads:
         self._error: Exception | None = None
 
     def wake(self) -> None:
-        """Ask the conversation for bytes now."""
+        """Call the conversation's `next` now."""
         with self._changed:
             self._news = True
             self._changed.notify()
 
     def close(self) -> None:
-        """Let `run` say farewell and return."""
+        """Make `run` write the farewell and return."""
         with self._changed:
             self._closing = True
             self._changed.notify()
@@ -62,8 +62,8 @@ class PortThreads:
     def run(self) -> None:
         """Read and write until `close`; raises whatever the port raises when it is lost.
 
-        A lost port is tried once more with the farewell: a board without a watchdog would else
-        keep its last command until the port is opened again.
+        A failed port gets the farewell once more: a board without a watchdog would otherwise
+        follow its last command until the port is opened again.
         """
         reader = threading.Thread(target=self._read, name="serial reader", daemon=True)
         try:
@@ -97,10 +97,10 @@ class PortThreads:
         self._port.flush()
 
     def _last_words(self, error: Exception) -> None:
-        """Say farewell on a port that has just failed; takes no longer than its timeout."""
-        with contextlib.suppress(Exception):  # it may fail again; `error` tells the reason
+        """Write the farewell to a port that has just failed; takes no longer than its timeout."""
+        with contextlib.suppress(Exception):  # it may fail again
             if isinstance(error, serial.SerialTimeoutException):
-                self._port.reset_output_buffer()  # full, and of what must not move the robot now
+                self._port.reset_output_buffer()  # full of stale frames
             self._port.write(self._conversation.farewell())
 
     def _must_act(self) -> bool:
@@ -113,7 +113,7 @@ class PortThreads:
                 if data:
                     self._conversation.received(data, self._clock.now_s())
         except Exception as error:
-            # Whatever a handler of pyserial raises, the writer ends with it and it is reported.
+            # Whatever pyserial raises, the writer ends with it and reports it.
             with self._changed:
                 self._error = error
                 self._changed.notify()

@@ -1,7 +1,7 @@
-"""Keep a serial port open: open it, report why it is not there, open it again.
+"""Keep a serial port open: open it, report why it failed, open it again.
 
-Opening raises DTR, at which many boards restart and listen only after a second or two; until
-then the robot stands, and what is repeated reaches it when it listens.
+Opening raises DTR, at which many boards restart and listen only after a second or two; until then
+the robot stands, and repeated frames reach it once it listens.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ CLOSE_TIMEOUT_S: Final = 0.9
 
 
 class Caller(Conversation, Protocol):
-    """A conversation that is told when it is cut off."""
+    """A conversation that is notified when the port is lost."""
 
     def lost(self, problem: DriverError) -> None:
-        """Take note that the line is not there, and why."""
+        """Handle the loss of the port."""
         ...
 
 
@@ -44,7 +44,7 @@ class Port:
         self._line: PortThreads | None = None
 
     def open(self) -> None:
-        """Begin to open the port and go on trying; when already begun, do nothing."""
+        """Start opening the port and keep trying; no effect if already started."""
         if self._thread is not None:
             return
         self._closing = threading.Event()
@@ -54,7 +54,7 @@ class Port:
         self._thread.start()
 
     def wake(self) -> None:
-        """Ask the caller for bytes now."""
+        """Call the conversation's `next` now."""
         line = self._line
         if line is not None:
             line.wake()
@@ -78,11 +78,11 @@ class Port:
                 closing.wait(self._settings.reopen_s)
 
     def _use(self, closing: threading.Event) -> DriverError | None:
-        """Open the port and carry the conversation until it ends; return why it was lost."""
+        """Open the port and run the conversation until it ends; return why it was lost."""
         try:
             port = self._open_port()
         except Exception as error:
-            # The handlers of pyserial's many addresses raise what they like.
+            # The handlers of pyserial's URLs raise all sorts of exceptions.
             return DriverError(_why_not_open(self._settings.url, error))
         if closing.is_set():
             port.close()
@@ -110,8 +110,8 @@ class Port:
 
 def _why_lost(settings: SerialSettings, error: Exception) -> str:
     return (
-        f"The robot's serial port {settings.url} was lost ({error}); check the cable and the "
-        f"robot's power, it is tried again every {settings.reopen_s:g} s."
+        f"The robot's serial port {settings.url} was lost ({error}): check the cable and the "
+        f"robot's power. Retrying every {settings.reopen_s:g} s."
     )
 
 
@@ -119,14 +119,14 @@ def _why_not_open(url: str, error: Exception) -> str:
     number = getattr(error, "errno", None)
     if number in (errno.ENOENT, errno.ENXIO, errno.ENODEV):
         return (
-            f"There is no serial port {url}; plug the robot in, or set robot.serial.url to one "
-            "that `wax devices` lists."
+            f"There is no serial port {url}: plug the robot in, or set robot.serial.url to one "
+            "listed by `wax devices`."
         )
     if number in (errno.EACCES, errno.EPERM):
         return (
-            f"The serial port {url} may not be opened by you; add yourself to its group, on Debian "
-            "and Ubuntu with `sudo usermod -aG dialout $USER`, and log in again."
+            f"You may not open the serial port {url}: add yourself to its group, on Debian and "
+            "Ubuntu with `sudo usermod -aG dialout $USER`, and log in again."
         )
     if number in (errno.EAGAIN, errno.EBUSY):
-        return f"The serial port {url} is used by another program; end that one."
+        return f"Another program is using the serial port {url}: end it first."
     return f"The serial port {url} cannot be opened: {error}."

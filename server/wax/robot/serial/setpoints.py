@@ -1,4 +1,4 @@
-"""Which set-point a serial robot may follow now (pure): turns, loss of the line, silence."""
+"""Which set-point a serial robot may follow now (pure): turns, lost connection, silence."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What the robot shall do: `axes` holds the position, -1…1, of each axis that was ever set."""
+    """What the robot should do: `axes` has the position, -1…1, of each axis set so far."""
 
     twist: Twist
     turn: int
@@ -23,13 +23,13 @@ class Order:
 
 
 class SetPoints:
-    """Keeps the newest set-point, and forgets it when it must not be followed any more.
+    """Keeps the newest set-point, and forgets it when the robot must no longer follow it.
 
-    - A set-point of a lower turn than one seen is ignored; a stop never is.
-    - Without a new set-point for `ttl_s` the robot stands.
-    - What was wanted before the line was lost, or while it was, is not wanted after. Once the
-      line is there the caller must be seen to want standstill, and only then may want motion:
-      nothing moves until a new deliberate command.
+    - A set-point of a lower turn than one seen before is ignored; a stop never is.
+    - Without a new set-point for `ttl_s` the robot stops.
+    - Set-points from before or during a lost connection are forgotten. Once connected, the caller
+      must ask for standstill before it may ask for motion: nothing moves until a new deliberate
+      command.
     """
 
     def __init__(self, limits: Limits, ttl_s: float) -> None:
@@ -44,17 +44,17 @@ class SetPoints:
         self._armed = False
 
     def connected(self) -> None:
-        """Begin anew: the line is there, for the first time or again."""
+        """Start over: the robot is connected, for the first time or again."""
         self._connected = True
         self._forget()
 
     def lost(self) -> None:
-        """Forget all: the line is gone."""
+        """Forget everything: the connection is lost."""
         self._connected = False
         self._forget()
 
     def apply(self, twist: Twist, turn: int, now_s: float) -> None:
-        """Want this motion, clipped to the limits."""
+        """Set the motion, clipped to the limits."""
         if not self._admits(turn) or not self._connected:
             return
         wanted = within(twist, self._limits)
@@ -64,18 +64,18 @@ class SetPoints:
             self._expires_s = now_s + self._ttl_s
 
     def set_axis(self, name: str, position: float, turn: int) -> None:
-        """Want an axis there; an axis that the robot has not is ignored."""
+        """Set an axis; one that the robot does not have is ignored."""
         if name in self._limits.axes and self._admits(turn) and self._connected:
             self._axes[name] = unit(position)
 
     def stop(self, turn: int) -> None:
-        """Want standstill, whatever the turn."""
+        """Set standstill, whatever the turn."""
         self._admits(turn)
         self._twist = STANDSTILL
         self._armed = True
 
     def order(self, now_s: float) -> tuple[Order, float]:
-        """Say what the robot shall do, and when that changes by itself (infinite if never)."""
+        """Return the order for now, and when it will change without a call (infinite if never)."""
         if now_s >= self._expires_s:
             self._twist = STANDSTILL
         expires_s = math.inf if self._twist.is_zero else self._expires_s

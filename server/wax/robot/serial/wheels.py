@@ -13,22 +13,22 @@ if TYPE_CHECKING:
     from wax.driver.interface import Twist
 
 MAX_WHEEL_MPS: Final = 32.767
-"""What a signed 16 bit number of millimetres a second can say."""
+"""The largest speed in a signed 16-bit number of mm/s."""
 
 
 @dataclass(frozen=True, slots=True)
 class WheelSpeeds:
-    """Left and right in m/s, ahead positive before an inversion."""
+    """Left and right in m/s, forward positive before any inversion."""
 
     left_mps: float
     right_mps: float
 
 
 class WheelMixer:
-    """Knows the robot's base: how far its wheels are apart, how they differ, which way they turn.
+    """Converts a twist for the robot's wheel base, trim and inversions.
 
-    A wheel is as fast as the limits let it be straight ahead or on the spot, never faster. When
-    a curve asks for more, both are slowed by one factor, so that it stays the same curve.
+    No wheel turns faster than straight ahead or on the spot at the limits. If a curve needs more,
+    both wheels are slowed by one factor, so that it stays the same curve.
     """
 
     def __init__(self, settings: RobotSettings) -> None:
@@ -40,7 +40,7 @@ class WheelMixer:
         self._right = settings.right_trim * (-1.0 if settings.invert_right else 1.0)
 
     def mix(self, twist: Twist) -> WheelSpeeds:
-        """Give the wheels' speeds, trimmed and turned round as configured; NaN is standstill."""
+        """Return the wheel speeds, trimmed and inverted as configured; NaN gives standstill."""
         allowed = within(twist, self._limits)
         aside_mps = allowed.angular_rps * self._half_base_m
         left, right = allowed.linear_mps - aside_mps, allowed.linear_mps + aside_mps

@@ -1,4 +1,4 @@
-"""The simulated robot's eye as a `VideoSource`."""
+"""The simulated robot's camera as a `VideoSource`."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 
 class SimulatedCamera:
-    """Draws what the robot sees, at the size and rate of the settings.
+    """Draws the robot's view, at the size and rate of the settings.
 
-    `look` tells where the robot is; a picture's capture time is the moment of that pose.
+    `look` returns the robot's pose; a picture's capture time is the time of that pose.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Wait for the next moment of a steady beat."""
+"""Wait for the next tick of a fixed rate."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ if TYPE_CHECKING:
 
 
 class FrameTimer:
-    """Beats every `period_s` on `clock`; `wait` sleeps so many seconds, or returns True to end.
+    """Ticks every `period_s` on `clock`; `wait` sleeps for some seconds, or returns True to end.
 
-    A beat that is more than `patience_s` late starts the series anew, so that a machine that
-    slept does not race after what it has missed.
+    A tick that is more than `patience_s` late restarts the schedule, so that a machine that slept
+    does not catch up on missed ticks.
     """
 
     def __init__(
@@ -31,7 +31,7 @@ class FrameTimer:
         self._due_s = clock.now_s()
 
     def beat(self) -> float:
-        """Block until the next beat is due and return the moment that it was due."""
+        """Block until the next tick is due and return when it was due."""
         self._due_s += self._period_s
         now_s = self._clock.now_s()
         if now_s > self._due_s + self._patience_s:

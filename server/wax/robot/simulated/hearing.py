@@ -24,13 +24,13 @@ BEHIND_GAIN = 0.4
 ROOM_NOISE_RMS = 0.0006
 HUM_LEVEL = 0.03
 _SMOOTHING = 0.134
-"""How much of the way to a new loudness each block goes, so that a doorway is no click."""
+"""The fraction of a change of loudness that each block makes, so that a doorway makes no click."""
 _SPIN = 0.293
-"""How much of the way to its new speed a motor goes in each block."""
+"""The fraction of a change of speed that a motor makes in each block."""
 
 
 def radio_gain(world: World, pose: Pose, ear_rad: float) -> tuple[float, int]:
-    """How loud the radio is at the ear, 1 being one metre in front, and through how many walls.
+    """Return how loud the radio is, 1 being one metre in front, and through how many walls.
 
     It falls by 6 dB for each doubling of the distance and by 9 dB for each wall, and is 8 dB
     quieter from behind, so that a driver who turns hears where it is.

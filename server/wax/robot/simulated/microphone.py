@@ -1,4 +1,4 @@
-"""The simulated robot's ear as an `AudioSource`."""
+"""The simulated robot's microphone as an `AudioSource`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class SimulatedMicrophone:
-    """Delivers what the robot hears in blocks of 10 ms; `listen` tells how it is just now."""
+    """Delivers what the robot hears in blocks of 10 ms; `listen` returns its current state."""
 
     def __init__(self, clock: Clock, *, world: World, listen: Callable[[], Senses]) -> None:
         self._clock = clock

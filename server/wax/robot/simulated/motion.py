@@ -19,7 +19,7 @@ BRAKING_MPS2 = 4.0
 ACCELERATION_RPS2 = 8.0
 BRAKING_RPS2 = 16.0
 GAP_M = 5e-5
-"""What is left between the robot and what it has run into."""
+"""The gap left between the robot and an obstacle it has run into."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,9 +40,9 @@ class Motion:
 def step(motion: Motion, target: Twist, limits: Limits, world: World, dt_s: float) -> Motion:
     """Move on by `dt_s` towards the speed `target`.
 
-    The robot's circle of `RADIUS_M` never enters what it did not stand in before, and its
-    speed never exceeds `limits`. What it meets at an angle it slides along, with the part of
-    its speed that points that way.
+    The robot's circle of `RADIUS_M` never enters an obstacle, and its speed never exceeds
+    `limits`. It slides along an obstacle that it meets at an angle, with the part of its speed
+    that points that way.
     """
     wanted = within(target, limits)
     linear = _ramp(motion.linear_mps, wanted.linear_mps, ACCELERATION_MPS2, BRAKING_MPS2, dt_s)
@@ -67,7 +67,7 @@ def _ramp(speed: float, target: float, gain: float, brake: float, dt_s: float) -
 
 
 def _slide(world: World, x: float, y: float, dx: float, dy: float) -> tuple[float, float, float]:
-    """Go as far as the surroundings allow; say which share of the speed they leave, 1 if all."""
+    """Move as far as obstacles allow; return the fraction of the speed that is left, 1 for all."""
     length = math.hypot(dx, dy)
     if length == 0.0:
         return x, y, 1.0

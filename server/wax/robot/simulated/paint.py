@@ -66,7 +66,7 @@ SIDE_PX = 96
 
 
 def colour(material: str) -> Colour:
-    """Give the plain colour of a material, for its top."""
+    """Return the plain colour of a material, for its top."""
     return _MATERIALS[material]
 
 

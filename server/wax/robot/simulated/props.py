@@ -23,7 +23,7 @@ _TEXTURE_LEVELS = 4
 
 @dataclass(frozen=True, slots=True)
 class _Patch:
-    """What is painted in columns `first`… : rows `top` to `bottom` of each column, where `seen`.
+    """Painted in columns from `first`: rows `top` to `bottom` of each column, where `seen`.
 
     `u` is the share of the texture's width, None for a plain face. The patch with the largest
     `order` is painted first.
@@ -40,7 +40,7 @@ class _Patch:
 
 
 class Props:
-    """All that stands in a world except its walls."""
+    """Everything in a world except its walls."""
 
     def __init__(self, world: World) -> None:
         self._boxes = world.boxes

@@ -1,4 +1,4 @@
-"""What the radio in the flat plays (pure): a voice singing Beethoven's Ode to Joy, for ever."""
+"""What the radio in the flat plays (pure): a voice singing Beethoven's Ode to Joy, in a loop."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _MELODY: Final = (
 )
 _BASS: Final = ((0, 4), (-5, 4), (0, 4), (-5, 4), (0, 4), (-5, 4), (0, 2), (-5, 2), (0, 4))
 _VOWELS_HZ: Final = ((750.0, 1150.0, 2450.0), (480.0, 850.0, 2400.0), (300.0, 2200.0, 2900.0))
-"""The formants of a, o and i: what makes it sound like a voice."""
+"""The formants of a, o and i, which make it sound like a voice."""
 
 
 def tune() -> tuple[NDArray[np.float32], NDArray[np.float32]]:

@@ -1,4 +1,4 @@
-"""Draw what the robot sees (pure): one ray per picture column, textures by `cv2.remap`.
+"""Draw the robot's view (pure): one ray per picture column, textures by `cv2.remap`.
 
 Walls, floor and ceiling are one pass over the whole picture; furniture is painted over it from
 far to near. Depths are measured along the direction of view, so straight walls stay straight.

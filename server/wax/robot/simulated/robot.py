@@ -1,4 +1,4 @@
-"""The simulated robot as WAX drives it: the simulation, stepped by a thread of its own."""
+"""The simulated robot's driver: the simulation, stepped by its own thread."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 class SimulatedRobot:
     """A `Driver` with a camera and a microphone.
 
-    It has a watchdog of its own and stands still when set-points stop coming. Its eye and its
-    ear work before `open` and after `close` too; it just does not move then.
+    It has its own watchdog and stops when set-points stop coming. Camera and microphone also work
+    before `open` and after `close`; it just does not move then.
     """
 
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
@@ -46,7 +46,7 @@ class SimulatedRobot:
         return self._limits
 
     def open(self) -> None:
-        """Start to live; when already open, do nothing."""
+        """Start the simulation; no effect if already open."""
         if self._thread is not None:
             return
         self._closing.clear()
@@ -57,7 +57,7 @@ class SimulatedRobot:
         self._thread.start()
 
     def apply(self, twist: Twist, turn: int) -> None:
-        """Take the newest set-point; it is worth 300 ms. One made before `open` moves nothing."""
+        """Take the newest set-point, valid for 300 ms; one from before `open` has no effect."""
         with self._lock:
             now_s = self._clock.now_s()
             if self._thread is not None:
@@ -97,7 +97,7 @@ class SimulatedRobot:
         )
 
     def senses(self) -> Senses:
-        """Return what can be sensed now."""
+        """Return the current sensor values."""
         with self._lock:
             now_s = self._clock.now_s()
             if self._thread is not None:
@@ -105,11 +105,11 @@ class SimulatedRobot:
             return replace(self._simulation.senses, at_s=now_s)
 
     def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
-        """Make an eye that draws what the robot sees."""
+        """Make a camera that draws the robot's view."""
         return SimulatedCamera(settings, clock, world=self._world, look=self.senses)
 
     def microphone(self, clock: Clock) -> AudioSource:
-        """Make an ear that mixes what the robot hears."""
+        """Make a microphone that mixes what the robot hears."""
         return SimulatedMicrophone(clock, world=self._world, listen=self.senses)
 
     def _live(self) -> None:

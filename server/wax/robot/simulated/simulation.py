@@ -1,4 +1,4 @@
-"""The simulated robot without its threads: commands in, time on, what can be sensed out (pure)."""
+"""The simulated robot without its threads: commands and time in, sensor values out (pure)."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ if TYPE_CHECKING:
 
 STEP_S = 0.01
 TIME_TO_LIVE_S = 0.3
-"""Without a new set-point for so long the robot stands still, as real firmware would."""
+"""Without a new set-point for this long the robot stops, as real firmware would."""
 
 PAN_LIMIT_RAD: Final = math.radians(60.0)
 PAN_SPEED_RPS = 2.0
 THUD_MPS = 0.05
-"""A slower touch makes no sound and counts for no bump."""
+"""A slower touch makes no sound and does not count as a bump."""
 
 MAX_CATCH_UP_S = 0.5
-"""Longer than this the robot would stand anyway: watchdog and braking together."""
+"""After this long the robot stands anyway: watchdog plus braking."""
 
 
 @dataclass(frozen=True, slots=True)
 class Senses:
-    """What eye and ear can know at `at_s`: `pan_rad` turns the head left of the body.
+    """The input for camera and microphone at `at_s`; `pan_rad` is the head's angle to the left.
 
-    `bumps` counts collisions; `bump_mps` is how hard the newest one was.
+    `bumps` counts collisions; `bump_mps` is the speed of the newest one.
     """
 
     at_s: float
@@ -65,17 +65,17 @@ class Simulation:
 
     @property
     def senses(self) -> Senses:
-        """The newest that could be sensed."""
+        """The newest sensor values."""
         return self._senses
 
     def start(self, now_s: float) -> None:
-        """Begin to live at `now_s`, standing still."""
+        """Start the simulation at `now_s`, standing still."""
         self._target = STANDSTILL
         self._motion = replace(self._motion, linear_mps=0.0, angular_rps=0.0)
         self._senses = replace(self._senses, at_s=now_s, left_mps=0.0, right_mps=0.0)
 
     def apply(self, twist: Twist, turn: int, now_s: float) -> None:
-        """Take a set-point unless its turn is over; it is worth `TIME_TO_LIVE_S`."""
+        """Take a set-point unless its turn is over; it is valid for `TIME_TO_LIVE_S`."""
         if self._fence.admits(turn):
             self._target = within(twist, self.limits)
             self._expires_s = now_s + TIME_TO_LIVE_S
@@ -91,7 +91,7 @@ class Simulation:
         self._target = STANDSTILL
 
     def advance(self, now_s: float) -> Senses:
-        """Let the time pass in whole steps up to `now_s`; earlier than before changes nothing."""
+        """Simulate in whole steps up to `now_s`; an earlier time has no effect."""
         start_s = self._senses.at_s
         if now_s - start_s > MAX_CATCH_UP_S:
             start_s = now_s - MAX_CATCH_UP_S

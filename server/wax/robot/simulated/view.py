@@ -1,4 +1,4 @@
-"""The rays of a picture, and what boxes they meet (pure)."""
+"""The rays of a picture, and the boxes they meet (pure)."""
 
 from __future__ import annotations
 

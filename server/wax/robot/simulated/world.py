@@ -1,7 +1,7 @@
-"""What a place is made of (pure): upright boxes and cylinders in metres, x to the east, y north.
+"""The parts of a world (pure): upright boxes and cylinders in metres, x to the east, y north.
 
-Everything that stands in the way, is seen or muffles sound is one of these two shapes. What
-hangs higher than the robot, such as a lintel or a table top, is seen but not in the way.
+Everything that is an obstacle, is visible or muffles sound is one of these two shapes. Whatever
+hangs above the robot, such as a lintel or a table top, is visible but no obstacle.
 """
 
 from __future__ import annotations
