@@ -111,7 +111,7 @@ async def test_a_part_that_dies_takes_the_server_down(monkeypatch: pytest.Monkey
 
     monkeypatch.setattr(app._driver, "stop", lambda _turn: told.append("stop"))
     monkeypatch.setattr(app._driver, "close", noted_close)
-    with pytest.raises(StartError, match="'status' died"):
+    with pytest.raises(StartError, match="'status' failed"):
         await asyncio.wait_for(app.run(lambda _port: None), 10)
     assert told[0] == "stop"
     assert told[-1] == "close"

@@ -1,4 +1,4 @@
-"""The `wax` command: arguments → configuration → run."""
+"""The `wax` command."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command; the exit status is 0 for well, 1 for could not, 2 for wrong use."""
+    """Run the command; the exit status is 0 for success, 1 for failure, 2 for wrong usage."""
     arguments = _parser().parse_args(argv)
     try:
         if arguments.command == "devices":
@@ -59,18 +59,18 @@ def _parser() -> argparse.ArgumentParser:
 def _add_prove_stop(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     proof = commands.add_parser(
         "prove-stop",
-        help="cut each link of the real robot, measure until it stands, write a record",
+        help="cut each link to the real robot, measure how fast it stops, write a record",
         description="Cut each link between operator and wheels in turn, on the real robot with its"
-        " wheels off the floor, and write a one-page record of how soon it stood.",
+        " wheels off the floor, and write a one-page record of how fast it stopped.",
     )
-    # Also after the command; without a default, which would undo the one before it.
+    # Also allowed after the command; a default here would override the value given before it.
     proof.add_argument(
         "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
     )
     proof.add_argument("--record", type=Path, metavar="FILE", help="prove-stop-DATE-TIME.html")
     proof.add_argument("--lifted", action="store_true", help="the wheels are off the floor")
     proof.add_argument("--repeats", type=int, default=5, metavar="N", help="cuts of each link (5)")
-    proof.add_argument("--json", action="store_true", help="tell the progress as lines of JSON")
+    proof.add_argument("--json", action="store_true", help="report progress as lines of JSON")
 
 
 def _settings(arguments: argparse.Namespace) -> Settings:
@@ -82,7 +82,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
 
 
 def _serve(settings: Settings, config_path: Path | None) -> int:
-    # Only here: `wax devices` and a wrong option shall not wait for the media libraries.
+    # Imported here so that `wax devices` or a wrong option need not wait for the media libraries.
     from wax.app import App
     from wax.web.addresses import page_urls
 
@@ -106,7 +106,7 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
 
 def _prove_stop(arguments: argparse.Namespace) -> int:
     if os.name != "posix":
-        raise ConfigError("the proof needs pseudo-terminals: run it on Linux or macOS")
+        raise ConfigError("the proof needs pseudo-terminals; run it on Linux or macOS")
     from wax.proof.command import prove_stop
 
     def tell(progress: Progress) -> None:
@@ -123,9 +123,9 @@ def _prove_stop(arguments: argparse.Namespace) -> int:
 
 
 def _is_lifted() -> bool:
-    """Ask whoever is at the terminal; raises `ConfigError` where nobody is."""
+    """Ask at the terminal; raises `ConfigError` if there is none."""
     if not sys.stdin.isatty():
-        raise ConfigError("nobody can be asked here; give --lifted if the wheels are off the floor")
+        raise ConfigError("no terminal to ask at; pass --lifted if the wheels are off the floor")
     try:
         return input("Are the wheels off the floor? Type yes: ").strip().lower() == "yes"
     except EOFError:

@@ -52,13 +52,13 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _STOP_S: Final = 2.5
-"""Everything after the robot stands: peers, sockets and threads get this long together."""
+"""Once the robot stands, peers, sockets and threads together get this long to end."""
 
 
 class App:
     """One robot, one server. Built outside the event loop, `run` once inside it.
 
-    `config_path` is where the settings came from, for the proof of the stop.
+    `config_path` is the file of the settings, for the proof of the stop.
     """
 
     def __init__(
@@ -176,7 +176,7 @@ class App:
         )
 
     async def run(self, on_ready: Callable[[int], None]) -> None:
-        """Serve until a signal or a death; the robot stands still before anything else ends.
+        """Serve until a signal, or until a task fails; the robot stops before anything else ends.
 
         `on_ready` gets the port once the page can be opened. Raises `StartError`.
         """
@@ -192,7 +192,7 @@ class App:
         finally:
             await self._shut_down()
         if self._died is not None:
-            raise StartError(f"the server stopped: its part '{self._died}' died; see the log")
+            raise StartError(f"the server stopped: its task '{self._died}' failed; see the log")
 
     def stop(self) -> None:
         """Stop the robot at once, then let `run` end."""
@@ -201,7 +201,7 @@ class App:
         self._stopping.set()
 
     async def _start(self) -> None:
-        # The port first: a server that is already running keeps the robot and the camera.
+        # The port first: a server that is already running must keep the robot and the camera.
         await self._runner.setup()
         await self._listen()
         self._driver.open()
@@ -220,7 +220,7 @@ class App:
         except OSError as error:
             if error.errno == errno.EADDRINUSE:
                 raise StartError(
-                    f"port {port} is taken by another program; end it, or choose another port"
+                    f"port {port} is used by another program; end it, or choose another port"
                     " with --port"
                 ) from error
             raise StartError(
@@ -235,11 +235,11 @@ class App:
             async with asyncio.timeout(_STOP_S):
                 await self._supervisor.stop()
                 await self._proof_runner.stop()
-                # Together, not one after the other: a device that hangs costs its time once.
+                # Together, not one after the other, so that several slow devices share one wait.
                 await asyncio.gather(self._room.close(), asyncio.to_thread(self._stop_threads))
                 await self._runner.cleanup()
         except TimeoutError:
-            _LOG.warning("not everything ended in time; leaving it behind")
+            _LOG.warning("not everything ended in time; exiting anyway")
         finally:
             self._driver.close()
 
@@ -254,6 +254,6 @@ class App:
         self.stop()
 
     def _take_sound(self, sound: Sound) -> None:
-        """Take sound, in the microphone's thread."""
+        """Handle sound, in the microphone's thread."""
         for block in self._blocks.push(sound):
             self._audio.push(block)

@@ -1,10 +1,9 @@
-"""One monotonic clock for everything that is measured; wall time only for people and the test card.
+"""One monotonic clock for every measurement; wall time only for people and the test card.
 
-It counts the time in which the machine sleeps: after a resume a command, a picture and a beat of
-the control loop are as old as they truly are, so nothing moves until all was let go of.
+It includes the time in which the machine sleeps: after a resume, commands, pictures and control
+loop ticks have their true age, so nothing moves until all controls were released.
 
-Pure code takes ``now_s`` as an argument; whoever calls it gets the value from a `Clock`
-that the composition root injected.
+Pure code takes ``now_s`` as an argument; its caller has a `Clock` from the composition root.
 """
 
 from __future__ import annotations
@@ -14,10 +13,10 @@ import time
 from typing import Final, Protocol
 
 _COUNTS_SLEEP: Final = {"linux": "CLOCK_BOOTTIME", "darwin": "CLOCK_MONOTONIC_RAW"}
-"""Where `time.monotonic` stands while the machine sleeps: the clock that goes on (clock_gettime).
+"""Where `time.monotonic` stops during sleep: the clock that does not (clock_gettime).
 
-Linux's ``CLOCK_MONOTONIC_RAW`` stands too. Elsewhere `time.monotonic` is the best there is; that of
-Windows counts sleep.
+Linux's ``CLOCK_MONOTONIC_RAW`` stops too. Elsewhere `time.monotonic` is the best available; that
+of Windows includes sleep.
 """
 
 

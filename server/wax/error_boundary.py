@@ -1,4 +1,4 @@
-"""One viewer's fault is one viewer's: around every call into a viewer from what serves all."""
+"""Contains one viewer's errors: around every call into a viewer from code that serves all."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _P = ParamSpec("_P")
 
 
 class ErrorBoundary:
-    """Use as a context manager, as often as needed, or through `around`.
+    """A reusable context manager; `around` wraps a callback in it.
 
-    What is raised inside goes no further: it is counted, the first one is logged, and `end` is
-    called, which ends this viewer's peer and may itself raise.
+    Exceptions inside are suppressed and counted, the first one is logged, and `end` is called,
+    which closes this viewer's peer and may itself raise.
     """
 
     def __init__(self, *, viewer: int, counters: Counters, end: Callable[[], None]) -> None:
@@ -32,7 +32,7 @@ class ErrorBoundary:
         self._is_logged = False
 
     def around(self, call: Callable[_P, object]) -> Callable[_P, None]:
-        """Return `call` inside this boundary, for those who call back later."""
+        """Return `call` wrapped in this boundary, for use as a callback."""
 
         def guarded(*args: _P.args, **kwargs: _P.kwargs) -> None:
             with self:
@@ -53,7 +53,7 @@ class ErrorBoundary:
         self._counters.add("viewer faults")
         if not self._is_logged:
             self._is_logged = True
-            _LOG.error("a viewer's fault, closing the peer", viewer=self._viewer, exc_info=error)
-        with suppress(Exception):  # who cannot be ended must not harm the others either
+            _LOG.error("error in one viewer; closing the peer", viewer=self._viewer, exc_info=error)
+        with suppress(Exception):  # a peer that cannot be closed must not harm the others
             self._end()
         return True

@@ -1,15 +1,15 @@
-"""Everything that WAX raises on purpose, and how each is told to the other side.
+"""The exceptions of WAX, and their HTTP statuses.
 
 WaxError
  ├── ConfigError      the configuration cannot be used; the server does not start
  ├── SourceError      a camera, microphone or file does not deliver; retried
  ├── DriverError      the robot cannot be reached; retried, nothing moves meanwhile
- ├── ProtocolError    bytes from outside that are not a message of ours; refused and counted
+ ├── ProtocolError    bytes from outside that are not a valid message; refused and counted
  ├── SignallingError  an offer that cannot be answered
  ├── FullError        no room for one more viewer
- ├── TooOftenError    one address asks for connections too often
- ├── ForbiddenError   somebody who may not asks for something
- └── StartError       something the server needs at start is missing or taken
+ ├── TooOftenError    one address requests connections too often
+ ├── ForbiddenError   a request that its sender may not make, or not now
+ └── StartError       something the server needs at its start is missing or in use
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class DriverError(WaxError):
 
 
 class ProtocolError(WaxError):
-    """A message that is not one of ours."""
+    """Not a valid message."""
 
 
 class SignallingError(WaxError):
@@ -46,11 +46,11 @@ class FullError(WaxError):
 
 
 class TooOftenError(WaxError):
-    """One address asks for connections too often."""
+    """One address requests connections too often."""
 
 
 class ForbiddenError(WaxError):
-    """Somebody asks for what they may not do, or not now."""
+    """A request that its sender may not make, or not now."""
 
 
 class StartError(WaxError):
@@ -64,4 +64,4 @@ HTTP_STATUS: Final[dict[type[WaxError], int]] = {
     TooOftenError: 429,
     FullError: 503,
 }
-"""The one table from an error to an HTTP status; anything else is 500."""
+"""The HTTP status of each error; any other is 500."""

@@ -1,4 +1,4 @@
-"""A log handler that never blocks: whoever logs may be the loop that keeps the robot safe."""
+"""A log handler that never blocks: its caller may be the control loop."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 MAX_WAITING: Final = 1000
-"""Lines that wait for whoever reads them; more are left out."""
+"""How many lines may wait to be written; more are dropped."""
 _LONGEST_CHARS: Final = 10_000
-"""What is printed without an end of line counts as a line from here on."""
+"""Printed text without a newline is cut into lines of this length."""
 _END_S: Final = 0.3
-"""How long the end waits for the last lines to be read."""
+"""How long `close` waits for the last lines to be written."""
 
 
 class QueuedHandler(logging.Handler):
-    """Writes lines to a descriptor from a thread of its own, so that logging never blocks.
+    """Writes lines to a descriptor from its own thread, so that logging never blocks.
 
-    A terminal that is paused or a pipe that nobody reads keeps that thread waiting and nobody else.
-    Lines beyond `MAX_WAITING` are dropped, which one more line tells once all others are written.
-    `close` waits for what is still to be written, but not for long.
+    A paused terminal, or a pipe that nobody reads, blocks only that thread. Lines beyond
+    `MAX_WAITING` are dropped, and a last line gives their number. `close` waits briefly for lines
+    still to be written.
 
-    The `QueueHandler` of the standard library complains of a full queue on standard error, which is
-    what may block, and its `QueueListener` waits without a limit at the end. Nor does this use
-    `sys.stderr`: Python aborts at its end when a thread is stuck in there.
+    The standard library's `QueueHandler` reports a full queue on standard error, which is what may
+    block, and its `QueueListener` waits without limit at the end. `sys.stderr` is avoided because
+    Python aborts on exit when a thread is stuck in it.
     """
 
     def __init__(self, descriptor: int) -> None:
         super().__init__()
         self._descriptor = descriptor
-        # Unlike `Queue` it may be put to again within a put: an object that is collected may log.
+        # Unlike `Queue`, `put` is reentrant: a garbage-collected object may log.
         self._lines: SimpleQueue[str | None] = SimpleQueue()
         self._dropped = 0
         self._told = 0
@@ -72,14 +72,14 @@ class QueuedHandler(logging.Handler):
         while rest:
             try:
                 rest = rest[os.write(self._descriptor, rest) :]
-            except BlockingIOError:  # another program has made the terminal so
+            except BlockingIOError:  # another program made the terminal non-blocking
                 select.select([], [self._descriptor], [])
             except OSError:
-                return  # it is closed; there is nobody to tell
+                return  # it is closed; there is nowhere to report that
 
 
 class PrintedLines(io.TextIOBase):
-    """A stream for programs that print: each line goes to `log`, so that printing never blocks."""
+    """A stream for `print`: each line goes to `log`, so that printing never blocks."""
 
     def __init__(self, log: Callable[[str], None]) -> None:
         self._log = log
@@ -101,7 +101,7 @@ def _missing(count: int) -> logging.LogRecord:
             "name": __name__,
             "levelno": logging.WARNING,
             "levelname": "WARNING",
-            "msg": "%d log lines are missing: nobody read them in time",
+            "msg": "%d log lines are missing: they could not be written in time",
             "args": (count,),
         }
     )

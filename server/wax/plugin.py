@@ -1,4 +1,4 @@
-"""Find somebody else's class by the name that the configuration gives it, and build it."""
+"""Load a plug-in class by its name in the configuration, and build it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def is_plugin_name(name: str) -> bool:
-    """Tell ``package.module:Class`` from a path, an address or a name of ours."""
+    """Whether `name` is ``package.module:Class``, not a path, an address or a built-in name."""
     module, colon, attribute = name.partition(":")
     return (
         bool(colon)
@@ -26,8 +26,8 @@ def make_plugin(
 ) -> Any:
     """Build ``package.module:Class`` as ``Class(settings, clock)``.
 
-    `needs` names the methods that it must have, `contract` the file that explains them, and
-    `key` the configuration key, for the sentence. Raises `ConfigError`, whatever is raised there.
+    `needs` names the methods that it must have, `contract` the file that explains them, and `key`
+    the configuration key for the message. Raises `ConfigError`, whatever the plug-in raises.
     """
     found = _load_class(name, key)
     for method in needs:

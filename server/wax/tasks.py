@@ -1,4 +1,4 @@
-"""Named, supervised tasks: one that dies takes the server down, robot first."""
+"""Named, supervised tasks: if one fails, the server shuts down, robot first."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _LOG = structlog.get_logger(__name__)
 
 
 class TaskSupervisor:
-    """Holds the tasks without which the server must not go on.
+    """Holds the tasks without which the server must not continue.
 
-    When one of them ends by itself, `on_death` is called once with its name.
+    When one of them ends without being cancelled, `on_death` is called once with its name.
     """
 
     def __init__(self, on_death: Callable[[str], None]) -> None:
@@ -40,5 +40,5 @@ class TaskSupervisor:
         self._tasks.discard(task)
         if self._stopping or task.cancelled():
             return
-        _LOG.critical("a task died", task=task.get_name(), exc_info=task.exception())
+        _LOG.critical("a task failed", task=task.get_name(), exc_info=task.exception())
         self._on_death(task.get_name())

@@ -1,4 +1,4 @@
-"""Structured logs, and counters that the status page shows."""
+"""Structured logs, and counters for the status page."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ class Counters:
 def configure_logs(settings: LogSettings) -> None:
     """Send our logs, and the warnings of Python and the libraries, to standard error.
 
-    `logging.shutdown`, which Python calls at its end, writes what is left.
+    `logging.shutdown`, which Python calls on exit, writes the remaining lines.
     """
-    is_open = sys.stderr is not None  # else its number may be that of any other file by now
+    is_open = sys.stderr is not None  # else another file may have its number by now
     renderer: Processor = (
         structlog.processors.JSONRenderer()
         if settings.format == "json"
@@ -75,14 +75,14 @@ def configure_logs(settings: LogSettings) -> None:
 
 
 class Rates:
-    """Turns counts that rise into rates a second, from samples taken now and then."""
+    """Turns rising counts into rates per second, from occasional samples."""
 
     def __init__(self) -> None:
         self._last: dict[str, tuple[float, int]] = {}
         self._rates_hz: dict[str, float] = {}
 
     def sample(self, counts: Mapping[str, int], now_s: float) -> None:
-        """Take all counts at once; two samples at least make a rate."""
+        """Sample all counts at once; a rate needs at least two samples."""
         for name, count in counts.items():
             then_s, before = self._last.get(name, (now_s, count))
             if now_s > then_s:

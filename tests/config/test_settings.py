@@ -248,7 +248,7 @@ def test_a_problem_is_one_sentence(text: str, problem: str, tmp_path: Path) -> N
             "[audio]\nforms = ["
             "{ mu_ms = 40, bitrate_bps = 24000 }, { mu_ms = 20, bitrate_bps = 16000 }]",
             "audio.forms: the form of 20 ms follows that of 40 ms; "
-            "let media units grow and bit rates fall from one to the next",
+            "media units must grow and bit rates fall from one to the next",
         ),
     ],
 )

@@ -1,6 +1,6 @@
-"""What a key of the configuration may hold, in words, read from the schema of its model.
+"""Describe the allowed values of a configuration key, from the schema of its model.
 
-The problems with somebody's file and the manual `config/wax.toml` say it in the same words.
+Error messages and the manual `config/wax.toml` use the same words.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ Schema = dict[str, Any]
 
 
 def find(root: Schema, path: Sequence[int | str]) -> tuple[str, Schema | None]:
-    """Follow the path of a problem through the schema; return the key and what is known of it.
+    """Follow the path of a problem through the schema; return the key and its schema.
 
-    The names of union branches, which pydantic puts at the end of a path, are left out. An
-    unknown key has the schema None.
+    The names of union branches, which pydantic appends to a path, are left out. The schema of an
+    unknown key is None.
     """
     key, schema = "", root
     for part in path:
@@ -42,7 +42,7 @@ def neighbours(root: Schema, path: Sequence[int | str]) -> list[str]:
 
 
 def words(schema: Schema) -> str:
-    """Say what is allowed, as ``a whole number from 0 to 65535``."""
+    """Describe the allowed values, such as ``a whole number from 0 to 65535``."""
     if "description" in schema and schema.get("type") != "object":
         return str(schema["description"])
     # TOML has no null: a key that may be absent is left out.
@@ -54,14 +54,14 @@ def words(schema: Schema) -> str:
 
 
 def shown(value: object) -> str:
-    """Write a value as it stands in the file, cut when it is long."""
+    """Write a value as in the file, shortened if it is long."""
     text = json.dumps(value, ensure_ascii=False, default=str)
     text = {"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}.get(text, text)
     return text if len(text) <= 60 else f"{text[:59]}…"
 
 
 def _resolve(root: Schema, schema: Schema) -> Schema:
-    """Follow a reference to one of the root's definitions; what stands beside it is kept."""
+    """Follow a reference to one of the root's definitions; keep the keys beside it."""
     if "$ref" not in schema:
         return schema
     beside = {name: value for name, value in schema.items() if name != "$ref"}
@@ -84,7 +84,7 @@ def _plural(items: Schema) -> str:
 
 
 def _range(schema: Schema) -> str:
-    """Say the bounds of a number or of a list's length, with a space before."""
+    """Describe the bounds of a number or of a list's length, with a leading space."""
     if "maxItems" in schema:
         return f", {schema.get('minItems', 0)} to {schema['maxItems']} of them"
     if "minimum" in schema and "maximum" in schema:

@@ -32,7 +32,7 @@ class _Section(BaseModel):
 
 
 class ServerSettings(_Section):
-    """`[server]`: where the page is served and to how many."""
+    """`[server]`: where the page is served, and to how many viewers."""
 
     host: Annotated[str, Field(min_length=1)] = "localhost"
     port: Annotated[int, Field(ge=0, le=65535)] = 8080
@@ -47,7 +47,7 @@ class LogSettings(_Section):
 
 
 class IceServer(_Section):
-    """One STUN or TURN server, told to both ends."""
+    """One STUN or TURN server, used by both ends."""
 
     urls: Annotated[
         str,
@@ -67,7 +67,7 @@ class IceSettings(_Section):
 
 
 class RenditionSettings(_Section):
-    """One size of the picture, encoded once for everybody who wants it."""
+    """One size of the picture, encoded once for all its viewers."""
 
     width: Annotated[int, Field(ge=32, le=3840, multiple_of=2)]
     height: Annotated[int, Field(ge=32, le=2160, multiple_of=2)]
@@ -76,12 +76,12 @@ class RenditionSettings(_Section):
 
     @property
     def size(self) -> str:
-        """What a viewer chooses by."""
+        """The size, by which a viewer chooses."""
         return f"{self.width}x{self.height}"
 
     @property
     def name(self) -> str:
-        """What sets it apart from others of the same size."""
+        """The name, which distinguishes it from others of the same size."""
         return f"{self.size} at {self.bitrate_bps / 1000:g} kbit/s"
 
 
@@ -117,7 +117,7 @@ class VideoSettings(_Section):
 
 
 class SoundFormSettings(_Section):
-    """One form of the sound, encoded once for everybody who gets it."""
+    """One form of the sound, encoded once for all its listeners."""
 
     mu_ms: Literal[10, 20, 40, 60, 120]
     bitrate_bps: Annotated[int, Field(ge=6_000, le=256_000)]
@@ -141,8 +141,8 @@ class AudioSettings(_Section):
         for above, below in pairwise(forms):
             if below.mu_ms <= above.mu_ms or below.bitrate_bps > above.bitrate_bps:
                 raise ValueError(
-                    f"the form of {below.mu_ms} ms follows that of {above.mu_ms} ms; let media"
-                    " units grow and bit rates fall from one to the next"
+                    f"the form of {below.mu_ms} ms follows that of {above.mu_ms} ms; media"
+                    " units must grow and bit rates fall from one to the next"
                 )
         return forms
 
@@ -194,12 +194,12 @@ class DriveSettings(_Section):
         if self.max_command_age_ms < self.max_age_ms:
             raise ValueError(
                 f"max_command_age_ms is {self.max_command_age_ms:g} and max_age_ms"
-                f" {self.max_age_ms:g}; let max_command_age_ms be the larger one"
+                f" {self.max_age_ms:g}; max_command_age_ms must be the larger one"
             )
         if self.stop_picture_age_ms < self.slow_picture_age_ms:
             raise ValueError(
                 f"stop_picture_age_ms is {self.stop_picture_age_ms:g} and slow_picture_age_ms"
-                f" {self.slow_picture_age_ms:g}; let stop_picture_age_ms be the larger one"
+                f" {self.slow_picture_age_ms:g}; stop_picture_age_ms must be the larger one"
             )
         return self
 
@@ -302,13 +302,13 @@ _RENAMED: Final = {
     "video.imprint": "video.timestamp_overlay",
     "drive.fine_fraction": "drive.slow_fraction",
 }
-"""What a key was called before, and what it is called now."""
+"""The old names of renamed keys, with the new ones."""
 
 
 def load(path: Path | None) -> Settings:
-    """Read a TOML file; the built-in defaults where it is silent or `path` is None.
+    """Read a TOML file; keys that it leaves out, or all if `path` is None, have their defaults.
 
-    Raises `ConfigError` naming the file and all problems at once.
+    Raises `ConfigError` with the file's name and all its problems.
     """
     if path is None:
         return Settings()
@@ -318,21 +318,21 @@ def load(path: Path | None) -> Settings:
         raise ConfigError(f"{path}: cannot be read: {error.strerror or error}") from error
     except UnicodeDecodeError as error:
         raise ConfigError(f"{path}: is not UTF-8 text; is it the right file?") from error
-    except (ValueError, RecursionError) as error:  # also a number that is too long, deep nesting
+    except (ValueError, RecursionError) as error:  # also for huge numbers and deep nesting
         raise ConfigError(f"{path}: is not valid TOML: {error}") from error
     return parse(tree, str(path))
 
 
 def parse(tree: dict[str, Any], name: str) -> Settings:
-    """Check a parsed TOML tree; `name` is how the problems call the file.
+    """Check a parsed TOML tree; `name` is the file's name in messages.
 
-    Raises `ConfigError`: for each key that is wrong one line with what it got and what is allowed.
+    Raises `ConfigError` with one line for each wrong key: its value and what is allowed.
     """
     try:
         return Settings.model_validate(tree)
     except ValidationError as error:
         schema = Settings.model_json_schema()
-        # A union has a problem for each of its branches, but a key needs only one line.
+        # pydantic reports a problem for each branch of a union; one line for the key is enough.
         lines = dict.fromkeys(_sentence(problem, schema) for problem in error.errors())
         count = f"{len(lines)} problem" + ("s" if len(lines) > 1 else "")
         raise ConfigError("\n  ".join([f"{name}: {count}:", *lines])) from error

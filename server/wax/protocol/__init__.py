@@ -1,4 +1,4 @@
-"""Every message between page and server, defined once; the page's types are made from these.
+"""Every message between page and server, defined once; the page's types are generated from these.
 
-Nothing but models and their compact form: no decisions, no state, no imports from other packages.
+Only models and their compact form: no decisions, no state, no imports from other packages.
 """

@@ -1,7 +1,7 @@
-"""Messages as rows: what a thin uplink carries instead of objects.
+"""Messages as rows, for a narrow uplink.
 
-A row is the JSON array of a message's fields in the order in which its model names them, a model
-within it as a row too: ``["ping",3,1234.5,null,null]``. The order stands in the model only.
+A row is the JSON array of a message's fields in the order of its model, with a nested model as a
+nested row: ``["ping",3,1234.5,null,null]``. Only the model defines the order.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from pydantic import BaseModel
 from wax.errors import ProtocolError
 
 Columns: TypeAlias = "dict[str, Columns | None]"
-"""Names in order; with each the columns of the model that stands there, None for a plain value."""
+"""Names in order, each with the columns of its nested model, None for a plain value."""
 
 _TIME_DECIMALS: Final = 1
-"""Of times in ms: browsers read their clock no finer."""
+"""For times in ms: browser clocks are no finer."""
 
 
 @functools.cache
 def columns(model: type[BaseModel]) -> Columns:
-    """Return the columns of a model's rows."""
+    """Return the columns of a model's row."""
     return {name: _inner(field.annotation) for name, field in model.model_fields.items()}
 
 
@@ -40,14 +40,14 @@ def write(message: BaseModel) -> str:
 
 
 def read(data: str | bytes, table: dict[str, Columns]) -> dict[str, Any]:
-    """Give the values of a row their names; raises `ProtocolError`. No value is looked at."""
+    """Return a row's values by name, unchecked; raises `ProtocolError`."""
     try:
         row = pydantic_core.from_json(data, allow_inf_nan=False)
     except ValueError as error:
-        raise ProtocolError(f"no JSON: {error}") from error
+        raise ProtocolError(f"not JSON: {error}") from error
     kind = row[0] if isinstance(row, list) and row else None
     if not isinstance(kind, str) or kind not in table:
-        raise ProtocolError("no row of a known type")
+        raise ProtocolError("not a row of a known type")
     return _named(row, table[kind], kind)
 
 
@@ -71,7 +71,7 @@ def _cell(name: str, value: Any, inner: Columns | None) -> Any:
 
 def _named(row: Any, of: Columns, name: str) -> dict[str, Any]:
     if not isinstance(row, list) or len(row) != len(of):
-        raise ProtocolError(f"{name}: no row of {len(of)}")
+        raise ProtocolError(f"{name}: not a row of {len(of)}")
     return {
         name: value if inner is None or value is None else _named(value, inner, name)
         for (name, inner), value in zip(of.items(), row, strict=True)

@@ -1,9 +1,9 @@
-"""Every message between page and server, defined once; the page's types are made from these.
+"""The messages between page and server.
 
-Two data channels, both opened by the page: ``drive`` (unordered, no retransmits) carries what is
-worthless when late, ``state`` (reliable, ordered) the rest. On ``state`` all are JSON objects with
-a ``type``; on ``drive``, twenty a second over a modem, arrays (`wax.protocol.compact`).
-Times named ``…server_ms`` are on the server's monotonic clock.
+There are two data channels, both opened by the page: ``drive`` (unordered, no retransmits) carries
+what is worthless when late, ``state`` (reliable, ordered) the rest. Messages on ``state`` are JSON
+objects with a ``type``; on ``drive``, which must fit through a modem twenty times a second, they
+are arrays (`wax.protocol.compact`). Times named ``…server_ms`` are on the server's monotonic clock.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ class _Outgoing(BaseModel):
 
 
 class Drive(_Incoming):
-    """A complete set-point: what the operator's hands say now.
+    """A complete set-point from the operator's input.
 
-    `linear` and `angular` are shares of the robot's limits (ahead and left are positive). `held` is
-    the dead-man: some control is held down. Without it nothing moves, whatever the shares say.
-    `axes` are the positions of those that have a hand on them now; the others keep theirs.
-    `seen_server_ms` is the capture time of the newest presented picture, null when unknown.
+    `linear` and `angular` are fractions of the robot's limits (ahead and left are positive). `held`
+    is the dead-man: some control is held down. Without it nothing moves, whatever the fractions.
+    `axes` are the positions of the axes being held; the others keep theirs. `seen_server_ms` is the
+    capture time of the newest picture on screen, null if unknown.
     """
 
     type: Literal["drive"]
@@ -76,11 +76,11 @@ class Ping(_Incoming):
 
 
 class SoundReport(_Incoming):
-    """How the sound plays; null where the browser does not tell.
+    """How the sound plays; null where the browser does not report it.
 
     `age_ms` is from capture to the ear, `delay_ms` the part of it in the jitter buffer and
-    `output_ms` that in the device (webrtc-stats, `media-playout`; a Bluetooth headset has much).
-    `concealed_ms` and `played_ms` count from the beginning of this peer: what was made up, and all.
+    `output_ms` the part in the device (webrtc-stats, `media-playout`; large for Bluetooth).
+    `concealed_ms` and `played_ms` are totals since the start of this peer.
     """
 
     age_ms: Ms | None
@@ -91,10 +91,10 @@ class SoundReport(_Incoming):
 
 
 class PictureReport(_Incoming):
-    """How the picture plays; null where the browser does not tell.
+    """How the picture plays; null where the browser does not report it.
 
-    `age_ms` is from capture to the eye, `delay_ms` the part of it in the jitter buffer, `rate_hz`
-    the pictures shown in the last second. `frozen_ms` counts from the beginning of this peer.
+    `age_ms` is from capture to the screen, `delay_ms` the part of it in the jitter buffer,
+    `rate_hz` the pictures shown in the last second. `frozen_ms` counts from the start of this peer.
     """
 
     age_ms: Ms | None
@@ -104,9 +104,9 @@ class PictureReport(_Incoming):
 
 
 class Report(_Incoming):
-    """What the page measures, a few times a second; a stream that is off is null.
+    """The page's measurements, a few times a second; a stream that is off is null.
 
-    `clock_error_ms` is how wrong the ages can be at most.
+    `clock_error_ms` is the largest possible error of the ages.
     """
 
     type: Literal["report"]
@@ -132,21 +132,21 @@ class Join(_Incoming):
 
 
 class Leave(_Incoming):
-    """Leave the queue, or end one's turn."""
+    """Leave the queue, or end your turn."""
 
     type: Literal["leave"]
 
 
 class Stop(_Incoming):
-    """Stand still now, and until the stop is released."""
+    """Stop the robot now, until the stop is released."""
 
     type: Literal["stop"]
 
 
 class Release(_Incoming):
-    """End the stop with this number, deliberately; it moves nothing.
+    """Release the stop with this number; this moves nothing.
 
-    One that is late, or is meant for an earlier stop, releases nothing.
+    A late release, or one for an earlier stop, has no effect.
     """
 
     type: Literal["release"]
@@ -157,7 +157,7 @@ class Release(_Incoming):
 class Want(_Incoming):
     """Which streams this viewer wants and the largest picture; unknown sizes are refused.
 
-    `policy` null leaves it to the role.
+    A null `policy` means the role's default.
     """
 
     type: Literal["want"]
@@ -168,9 +168,9 @@ class Want(_Incoming):
 
 
 class Received(_Incoming):
-    """The last packet of a media unit has come; `rtp` is its RTP time.
+    """The last packet of a media unit has arrived; `rtp` is its RTP time.
 
-    Sent only where `Hello` asks for it: for each picture, and for the sound as `Units` says.
+    Sent only if `Hello` asks for it: for each picture, and for the sound as `Units` defines.
     """
 
     type: Literal["received"]
@@ -191,7 +191,7 @@ class Pong(_Outgoing):
 
 
 class RobotInfo(_Outgoing):
-    """What the robot can do, disclosed at connect."""
+    """The robot's abilities, sent at connect."""
 
     kind: str
     max_linear_mps: float
@@ -201,15 +201,16 @@ class RobotInfo(_Outgoing):
 
 
 class LossRules(_Outgoing):
-    """What the robot does when something fails: disclosed at connect, never negotiable.
+    """What the robot does when something fails: sent at connect, not negotiable.
 
-    A command is obeyed for `max_age_ms` beyond the line's own time, together at most
-    `max_command_age_ms`; a picture older than these, beyond the line's own time, slows or stops.
-    Where either was gone for less than `resume_within_ms`, what is still held drives on by itself.
+    A command counts for `max_age_ms` plus the link's own delay, together at most
+    `max_command_age_ms`. A picture older than `slow_picture_age_ms` or `stop_picture_age_ms`, each
+    plus the link's own delay, slows or stops the robot. After an interruption of either for less
+    than `resume_within_ms`, a control still held drives on.
     An operator who is silent for `lost_after_ms` is lost; their turn is kept for `Hello.grace_s`.
-    The process that speaks with the robot stops it after `silence_ms`, null where that is the
-    server itself; the robot itself after `robot_ttl_ms`, null where no watchdog of it is known of.
-    With `soft_braking` what the operator lets go of, and what lapses, ends at the braking rate.
+    The driver process stops the robot after `silence_ms` without the server, null if the server
+    itself runs the driver; the robot itself stops after `robot_ttl_ms`, null if it has no known
+    watchdog. With `soft_braking`, motion that is released or interrupted ends at the braking rate.
     """
 
     max_age_ms: float
@@ -228,7 +229,7 @@ class LossRules(_Outgoing):
 class Hello(_Outgoing):
     """The first message on the state channel; `acknowledge` asks the page for `Received`.
 
-    `is_host` says that this page is open on the server's own machine.
+    `is_host` means that this page is open on the server's own machine.
     """
 
     type: Literal["hello"] = "hello"
@@ -245,7 +246,7 @@ class Hello(_Outgoing):
 
 
 class ViewerInfo(_Outgoing):
-    """One line of the queue. `place` is 0 for the operator, 1… for those waiting, null else."""
+    """One viewer. `place` is 0 for the operator, 1… for those waiting, otherwise null."""
 
     id: int
     name: str
@@ -256,7 +257,7 @@ class ViewerInfo(_Outgoing):
 
 
 class TurnInfo(_Outgoing):
-    """The turn that runs; `ends_server_ms` is null only when nobody drives."""
+    """The current turn; `ends_server_ms` is null only when nobody drives."""
 
     number: int
     operator: int | None
@@ -264,10 +265,10 @@ class TurnInfo(_Outgoing):
 
 
 class RobotStatus(_Outgoing):
-    """`problem` is a sentence, null when all is well.
+    """The robot; `problem` is a sentence, null if there is none.
 
-    `bumpers` has a bit for each pressed bumper. Of the battery a robot tells the voltage, the
-    fraction that is left (0 to 1), both, or null.
+    `bumpers` has a bit for each pressed bumper. A robot may report its battery's voltage, the
+    fraction left (0 to 1), both, or neither (null).
     """
 
     connected: bool
@@ -278,20 +279,20 @@ class RobotStatus(_Outgoing):
 
 
 class SourceStatus(_Outgoing):
-    """`problem` is a sentence, null when pictures or sound arrive."""
+    """A camera or microphone; `problem` is a sentence, null if it delivers."""
 
     problem: str | None
 
 
 class StopInfo(_Outgoing):
-    """The stop that is latched: its number, which only rises, and who pressed it."""
+    """The stop in force: its rising number, and who pressed it."""
 
     number: int
     by: str
 
 
 class RoomState(_Outgoing):
-    """What everybody sees, sent on every change. `stop` is null while none is latched."""
+    """What everybody sees, sent on every change. `stop` is null if none is in force."""
 
     type: Literal["room"] = "room"
     viewers: list[ViewerInfo]
@@ -303,9 +304,9 @@ class RoomState(_Outgoing):
 
 
 class Playout(_Outgoing):
-    """What the synchronisation policy wants of this page's two jitter buffers.
+    """The synchronisation policy's targets for this page's two jitter buffers.
 
-    null leaves a buffer to the browser. `reason` is a sentence for a person.
+    null leaves a buffer to the browser. `reason` is a sentence for people.
     """
 
     type: Literal["playout"] = "playout"
@@ -316,13 +317,13 @@ class Playout(_Outgoing):
 
 
 class Served(_Outgoing):
-    """What this viewer is sent now, and what is known of their link; told when it changes.
+    """What this viewer is sent now, and the estimate of their link; sent when it changes.
 
-    `rendition` null is no picture, `sound_mu_ms` null no sound. `picture_hz` is what is left of the
-    rendition's rate by the layers sent. `redundancy` counts earlier units in each packet of sound.
-    `layers` are the temporal layers sent and `layers_made` those that there are. `reason` is a
-    sentence for a person: why it is this and not more. `in_step` false means that the link cannot
-    carry both in step, and each plays as soon as it can.
+    `rendition` null is no picture, `sound_mu_ms` null no sound. `picture_hz` is the picture rate
+    with the layers sent. `redundancy` counts earlier units in each packet of sound. `layers` are
+    the temporal layers sent, `layers_made` those encoded. `reason` is a sentence for people: why
+    they do not get more. `in_step` false means that the link cannot carry both in sync, and each
+    plays as soon as it can.
     """
 
     type: Literal["served"] = "served"
@@ -351,9 +352,9 @@ class RtpClock(_Outgoing):
 
 
 class Units(_Outgoing):
-    """Which packets end a media unit of the sound: one of them, and how far it is to the next.
+    """Which packets end a media unit of the sound: one of them, and the distance to the next.
 
-    Both in RTP time, modulo 2³².
+    Both are in RTP time, modulo 2³².
     """
 
     type: Literal["units"] = "units"
@@ -362,9 +363,9 @@ class Units(_Outgoing):
 
 
 class DriveStatus(_Outgoing):
-    """What becomes of the operator's commands; sent when it changes.
+    """The status of the operator's commands; sent when it changes.
 
-    `reason` is why the robot stands although it is told to move, or moves slower than it is told.
+    `reason` is why the robot does not move, or moves more slowly than commanded.
     """
 
     type: Literal["drive_status"] = "drive_status"
@@ -385,21 +386,21 @@ DriveOut = Pong
 StateOut = Hello | RoomState | Playout | Served | RtpClock | Units | DriveStatus | Notice
 
 DRIVE_COLUMNS: Final = compact.by_type(*get_args(DriveIn), DriveOut)
-"""What stands where in a row of the drive channel, by type."""
+"""The columns of the drive channel's rows, by type."""
 
 _DRIVE: TypeAdapter[DriveIn] = TypeAdapter(Annotated[DriveIn, Field(discriminator="type")])
 _STATE: TypeAdapter[StateIn] = TypeAdapter(Annotated[StateIn, Field(discriminator="type")])
 
 
 def parse_drive(data: str | bytes) -> DriveIn:
-    """Bytes of the drive channel become a value; raises `ProtocolError`."""
+    """Parse a message of the drive channel; raises `ProtocolError`."""
     _limit(data, MAX_DRIVE_BYTES)
     named = compact.read(data, DRIVE_COLUMNS)
     return _valid(lambda: _DRIVE.validate_python(named))
 
 
 def parse_state(data: str | bytes) -> StateIn:
-    """Bytes of the state channel become a value; raises `ProtocolError`."""
+    """Parse a message of the state channel; raises `ProtocolError`."""
     _limit(data, MAX_STATE_BYTES)
     return _valid(lambda: _STATE.validate_json(data))
 

@@ -1,5 +1,5 @@
-"""Everybody who is here: admission, what each page says and is told, who may stop.
+"""The connected viewers: admission, messages from and to their pages, who may stop.
 
-The room stays small: what is decided about driving is in `wax.control`, about media in
-`wax.streams`. No sockets and no aiortc here.
+Decisions about driving are in `wax.control`, about media in `wax.streams`. No sockets and no
+aiortc here.
 """

@@ -1,4 +1,4 @@
-"""The notice board: what every page may know of the robot, the queue and the streams."""
+"""The messages to all pages about the robot, the queue and the streams."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Announcements:
-    """Makes the messages that all or newcomers get; reading it changes nothing."""
+    """Makes the messages for all pages and for new ones; changes no state."""
 
     def __init__(
         self,
@@ -36,13 +36,13 @@ class Announcements:
         self._settings = settings
         self._sizes = list(service.sizes)
         self._acknowledge = service.acknowledged
-        # Asked once, at the start: somebody's driver may raise at any later time.
+        # Read once, at the start: a plug-in driver may raise later.
         self._kind, self._limits = driver.kind, driver.limits
         self._turns = turns
         self._captures = captures
 
     def hello(self, number: int, *, is_host: bool, lost_after_s: float) -> messages.Hello:
-        """Greet the viewer with this number; silent for `lost_after_s` an operator is lost."""
+        """Return the greeting for a viewer; an operator silent for `lost_after_s` is lost."""
         return messages.Hello(
             version=__version__,
             viewer=number,
@@ -65,7 +65,7 @@ class Announcements:
     def room(
         self, viewers: Iterable[Viewer], state: RobotState, stop: LatchedStop | None, now_s: float
     ) -> messages.RoomState:
-        """Show those of these viewers who have come in, and how everything is."""
+        """Return the state of the room, with those of `viewers` who have connected."""
         ends_s = self._turns.ends_s
         return messages.RoomState(
             viewers=self._lines(viewers, now_s),

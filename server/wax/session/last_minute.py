@@ -1,4 +1,4 @@
-"""How much a counter of a page's has grown in the last minute. Pure."""
+"""How much a page's counter has grown in the last minute. Pure."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ _EVERY_S: Final = 1.0
 
 
 class LastMinute:
-    """Told of a counter that only grows, but begins anew with each peer."""
+    """Tracks a counter that only grows, but restarts with each peer."""
 
     def __init__(self) -> None:
         self._last: float | None = None
         self._grown: deque[tuple[float, float]] = deque()
 
     def count(self, value: float | None, now_s: float) -> None:
-        """Take what the counter shows now; None is unknown, and less than before a fresh start."""
+        """Add a reading; None is unknown, and a smaller value than before means a restart."""
         if value is not None:
             grown = 0.0 if self._last is None else max(value - self._last, 0.0)
             self._last = value
@@ -30,5 +30,5 @@ class LastMinute:
 
     @property
     def sum(self) -> float:
-        """How much it grew, as of the last `count`."""
+        """How much it has grown, as of the last `count`."""
         return sum(grown for _, grown in self._grown)

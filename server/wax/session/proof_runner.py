@@ -1,7 +1,7 @@
 """The host's button "Prove the stop": the robot is lent to `wax prove-stop` and taken back.
 
-The proof is a program of its own, because what it cuts is the server: it starts one of its own on
-the robot that this one has let go of.
+The proof is a separate program, because it cuts off the server: it starts its own server on the
+robot that this one has released.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ LENT: Final = "The host is testing the stop; the robot will be back in a few min
 STOPPED: Final = "Someone pressed Stop, so the proof was aborted. Release the stop first."
 _LOOK_S: Final = 0.02
 _END_S: Final = 5.0
-"""What the proof gets to leave the robot standing; a server that ends waits less long."""
+"""How long the proof may take to stop the robot; a server that is shutting down waits less."""
 
 State = Literal["never", "running", "done", "failed"]
 
@@ -58,18 +58,18 @@ class ProofRunner:
         self._is_ending = False
 
     def progress(self) -> dict[str, object]:
-        """Tell how far it is, and where the newest record is."""
+        """Return the progress, and where the newest record is."""
         record = None if self._record is None else "/api/proof/record"
         return {"state": self._state, "line": self._line, "record": record}
 
     def record(self) -> str:
-        """Return the newest record as HTML; raises `ForbiddenError` where there is none."""
+        """Return the newest record as HTML; raises `ForbiddenError` if there is none."""
         if self._record is None:
             raise ForbiddenError("There is no record yet; run the proof first.")
         return self._record
 
     async def start(self) -> None:
-        """Take the robot from everybody and begin; raises `ForbiddenError` where that cannot be."""
+        """Take the robot from everybody and begin; raises `ForbiddenError` if impossible."""
         if self._is_ending:
             raise ForbiddenError("The server is shutting down.")
         if self._state == "running":
@@ -78,17 +78,17 @@ class ProofRunner:
             raise ForbiddenError(
                 "The robot is stopped: release the stop first, then start the proof."
             )
-        self._state, self._line = "running", "The server has let go of the robot."
+        self._state, self._line = "running", "The server has released the robot."
         self._task = asyncio.create_task(self._lend(), name="prove-stop")
 
     def break_off(self) -> None:
-        """Stop the robot of a proof that runs, at once and for good; safe to call twice."""
+        """Stop the robot of a running proof, at once and for good; safe to call twice."""
         self._is_ending = True
         if self._process is not None and self._process.returncode is None:
             self._process.terminate()
 
     async def stop(self) -> None:
-        """End a proof that runs, for good; the robot stands afterwards. Safe to call twice."""
+        """End a running proof for good; the robot stands afterwards. Safe to call twice."""
         self.break_off()
         task, self._task = self._task, None
         if task is not None:
@@ -117,7 +117,7 @@ class ProofRunner:
             record = Path(folder) / "record.html"
             process = await asyncio.create_subprocess_exec(
                 *self._command(record),
-                stdin=asyncio.subprocess.PIPE,  # its end tells the proof that this server is gone
+                stdin=asyncio.subprocess.PIPE,  # closes when this server is gone
                 stdout=asyncio.subprocess.PIPE,
                 stderr=asyncio.subprocess.PIPE,
             )
@@ -138,8 +138,8 @@ class ProofRunner:
             self._state, self._line = "done" if code == 0 else "failed", said
 
     async def _obey_stop(self, process: asyncio.subprocess.Process) -> None:
-        """Break the proof off, which stops the robot, when anybody presses Stop."""
-        while self._control.latched is None:  # noqa: ASYNC110  # it tells nobody when it latches
+        """Abort the proof, which stops the robot, when anybody presses Stop."""
+        while self._control.latched is None:  # noqa: ASYNC110  # the latch has no event
             await asyncio.sleep(_LOOK_S)
         await _end(process)
 
@@ -149,7 +149,7 @@ class ProofRunner:
         return [*command, "--record", str(record)]
 
     async def _follow(self, process: asyncio.subprocess.Process) -> tuple[str, str]:
-        """Show what the proof says; return its last word, and the last line of its complaints."""
+        """Show the proof's progress; return its last line, and the last line of its errors."""
         assert process.stdout is not None
         assert process.stderr is not None
         complaints = asyncio.create_task(process.stderr.read())
@@ -164,7 +164,7 @@ class ProofRunner:
 
 
 async def _end(process: asyncio.subprocess.Process) -> None:
-    """Ask it to stop its robot and end; insist after a while, or when there is none."""
+    """Ask the proof to stop its robot and end; kill it if it does not in time."""
     if process.returncode is not None:
         return
     process.terminate()

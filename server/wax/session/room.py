@@ -1,4 +1,4 @@
-"""Everybody who is here: admits viewers, notices who has gone, and tells all what all may see."""
+"""The room: admits viewers, notices when they are lost, and sends everybody its state."""
 
 from __future__ import annotations
 
@@ -33,25 +33,25 @@ _LOG = structlog.get_logger(__name__)
 
 _ROUND_S: Final = 0.05
 _LOOK_S: Final = 0.2
-"""Robot and sources do not call when they fail; they are looked at this often."""
+"""Robot and sources have no callback for failures; they are polled this often."""
 _MAX_CONNECTING: Final = 32
-"""So many offers may be under way that have not opened their channels yet."""
+"""How many answered offers may be waiting for their channels to open."""
 _LOST_S: Final = 1.0
-"""Five heartbeats missed: the link is lost, the robot stands, the turn is kept for the grace."""
+"""Five missed heartbeats: the link is lost, the robot stops, the turn is kept for a grace time."""
 _OTHERS_LOST_S: Final = 3.5
-"""Who only watches is heard once a second, and whoever joins has just been doing that."""
+"""The same for viewers who do not drive; observers send a heartbeat only once a second."""
 _DEAD_S: Final = 10.0
-"""Nothing for this long: the peer is closed; a page that is still there makes a new one."""
+"""Silent for this long: the peer is closed; a page that is still open makes a new one."""
 _ROOM_EVERY_S: Final = 5.0
 _FLEETING: Final[dict[str, Any]] = {
     "viewers": {"__all__": {"wait_s"}},
     "robot": {"battery_v": True, "battery_fraction": True},
 }
-"""What changes all the time and is not worth a message each second."""
+"""Fields that change all the time and are not worth a message each second."""
 
 
 class Room:
-    """The viewers, their peers and their queue; all methods belong to the event loop."""
+    """The viewers, their peers and their queue; call all methods from the event loop."""
 
     def __init__(
         self,
@@ -84,18 +84,17 @@ class Room:
     # --- admission -------------------------------------------------------------------------
 
     async def answer(self, client: str, offer: str, *, is_host: bool) -> str:
-        """Answer a page's offer; the same `client` gets back the same place, turn and name.
+        """Answer a page's offer; the same `client` keeps its place, turn and name.
 
-        `is_host` says that the page is open on the server's own machine.
-
-        Of two offers at once the later wins. Raises `FullError` or `SignallingError`.
+        `is_host` means that the page is open on the server's own machine. Of two concurrent offers
+        the later one wins. Raises `FullError` or `SignallingError`.
         """
-        # Before anything else: a bad offer shall neither take a place nor end a good peer.
+        # Before anything else: a bad offer must neither take a place nor end a good peer.
         offer = clean_offer(offer)
         async with self._answering.setdefault(client, asyncio.Lock()):
             async with self._entry:
-                # One in a pass of the event loop, which serves its timers once a pass: to answer
-                # many in one would make the control loop as late as that takes.
+                # One per pass of the event loop, which runs its timers once a pass: answering many
+                # in one pass would delay the control loop.
                 await asyncio.sleep(0)
             return await self._answer(client, offer, is_host=is_host)
 
@@ -142,7 +141,7 @@ class Room:
         self._viewers.add(viewer)
         return viewer
 
-    # --- what viewers tell (ViewerEvents) --------------------------------------------------
+    # --- viewers' events (ViewerEvents) ----------------------------------------------------
 
     def viewer_connected(self, viewer: Viewer) -> None:
         _LOG.info("viewer connected", viewer=viewer.number)
@@ -201,7 +200,7 @@ class Room:
 
     @contextmanager
     def _refusing(self, viewer: Viewer) -> Iterator[None]:
-        """Tell a viewer why what they ask for is refused."""
+        """Send a viewer the reason when their request is refused."""
         try:
             yield
         except ForbiddenError as error:
@@ -210,7 +209,7 @@ class Room:
         self._viewers.changed()
 
     def _part(self, viewer: Viewer) -> None:
-        """Take a viewer's peer away: the robot stops if they drove; their place is kept a while."""
+        """Drop a viewer's peer: the robot stops if they drove; they keep their place for now."""
         viewer.peer = None
         with viewer.boundary:
             viewer.release()
@@ -218,16 +217,16 @@ class Room:
         self._gone_since_s[viewer.number] = self._clock.now_s()
         self._viewers.changed()
 
-    # --- the room's own rounds -------------------------------------------------------------
+    # --- housekeeping ----------------------------------------------------------------------
 
     async def run(self) -> None:
-        """Sweep for lost links and tell everybody what has changed, until cancelled."""
+        """Look for lost links and send everybody what has changed, until cancelled."""
         while True:
             await asyncio.sleep(_ROUND_S)
             self.round(self._clock.now_s())
 
     def round(self, now_s: float) -> None:
-        """Do one round; however much changes, the rounds keep their pace."""
+        """Run one round; the rate of rounds does not depend on how much changes."""
         self._sweep(now_s)
         for viewer in self._viewers:
             with viewer.boundary:
@@ -237,7 +236,7 @@ class Room:
             self._tell(now_s)
 
     def snapshot(self, now_s: float) -> messages.RoomState:
-        """Return the room as everybody may see it."""
+        """Return the state of the room for everybody."""
         return self._announcements.room(
             self._viewers, self._control.robot_state, self._control.latched, now_s
         )

@@ -1,4 +1,4 @@
-"""What `GET /api/status` tells."""
+"""The content of `GET /api/status`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 class Status:
-    """Gathers one JSON object from all parts; reading it changes nothing."""
+    """Gathers one JSON object from all parts; changes no state."""
 
     def __init__(
         self,
@@ -61,7 +61,7 @@ class Status:
         self._rates = rates
 
     def sample(self) -> None:
-        """Take the counts of which the rates are made; call about once a second."""
+        """Sample the counters for the rates; call about once a second."""
         counts = {f"video.{name}": count for name, count in self._video.counts().items()}
         counts |= {f"audio.{name}": count for name, count in self._audio.counts().items()}
         self._rates.sample(counts, self._clock.now_s())
@@ -111,7 +111,7 @@ class Status:
         }
 
     def _viewer(self, number: int, line: dict[str, object]) -> dict[str, object]:
-        """Tell of a viewer what can be told; whose streams fail is still there."""
+        """Return what is known about a viewer, even if their streams fail."""
         viewer = next(one for one in self._viewers if one.number == number)
         with viewer.boundary:
             return line | self._served(viewer)
@@ -138,7 +138,7 @@ class Status:
     def _robot(self) -> dict[str, object]:
         state = self._control.robot_state
         return {
-            **state.extra,  # first, so that no driver's own names hide these
+            **state.extra,  # first, so that a plug-in cannot override the rest
             "kind": self._kind,
             "connected": state.connected,
             "problem": state.problem,
@@ -151,7 +151,7 @@ class Status:
 
 
 def _skew_ms(report: Report) -> float | None:
-    """Return how much older than the picture the sound is that is heard with it."""
+    """Return how much older the sound is than the picture shown with it."""
     sound_ms = None if report.sound is None else report.sound.age_ms
     picture_ms = None if report.picture is None else report.picture.age_ms
     if sound_ms is None or picture_ms is None:

@@ -1,4 +1,4 @@
-"""Who may press Stop, by whichever way they ask; who may release it, the latch itself knows."""
+"""Who may press Stop, on the data channel or by HTTP; the latch decides who may release it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ONLY_THE_OPERATOR_STOPS: Final = "Only the operator or the host can stop this ro
 
 
 class StopAuthority:
-    """Between those who ask and the latch. `is_host` is who sits at the server's own machine."""
+    """Checks requests to the stop latch; `is_host` means a page on the server's own machine."""
 
     def __init__(self, *, settings: StopSettings, turns: Turns, control: ControlLoop) -> None:
         self._settings = settings
@@ -25,7 +25,7 @@ class StopAuthority:
         self._control = control
 
     def press(self, viewer: Viewer | None, *, is_host: bool) -> int:
-        """Latch the stop, ahead of everything; returns its number. Raises `ForbiddenError`."""
+        """Latch the stop before anything else; returns its number. Raises `ForbiddenError`."""
         drives = viewer is not None and viewer.number == self._turns.operator
         if not (drives or is_host or self._settings.by == "everybody"):
             raise ForbiddenError(ONLY_THE_OPERATOR_STOPS)
@@ -35,7 +35,7 @@ class StopAuthority:
     def release(
         self, viewer: Viewer | None, stop: int, sent_s: float | None, *, is_host: bool
     ) -> None:
-        """Release the stop with this number; raises `ForbiddenError` with the reason why not."""
+        """Release the stop with this number; raises `ForbiddenError` with the reason."""
         by: Releaser = "host" if is_host else None if viewer is None else viewer.number
         refusal = self._control.release_stop(by, stop, sent_s)
         if refusal is not None:

@@ -1,10 +1,10 @@
-"""How often somebody may do something: token buckets. Pure."""
+"""Rate limits: token buckets. Pure."""
 
 from __future__ import annotations
 
 
 class TokenBucket:
-    """Lets `burst` through at once and `rate_hz` a second in the long run."""
+    """Allows `burst` at once and `rate_hz` a second in the long run."""
 
     def __init__(self, *, rate_hz: float, burst: int, now_s: float) -> None:
         self._rate_hz = rate_hz
@@ -13,7 +13,7 @@ class TokenBucket:
         self._filled_s = now_s
 
     def take(self, now_s: float) -> bool:
-        """Take one token; False where there is none. Time that runs back fills nothing."""
+        """Take one token; False if there is none. A clock that runs backwards adds none."""
         gained = max(now_s - self._filled_s, 0.0) * self._rate_hz
         self._filled_s = max(self._filled_s, now_s)
         self._tokens = min(self._tokens + gained, float(self._burst))
@@ -24,7 +24,7 @@ class TokenBucket:
 
 
 class TokenBuckets:
-    """A token bucket for each key; of more than `most` keys the one unused for longest goes."""
+    """A token bucket for each key; beyond `most` keys the least recently used is dropped."""
 
     def __init__(self, *, rate_hz: float, burst: int, most: int) -> None:
         self._rate_hz = rate_hz
@@ -33,7 +33,7 @@ class TokenBuckets:
         self._buckets: dict[str, TokenBucket] = {}
 
     def take(self, key: str, now_s: float) -> bool:
-        """Take one token of this key's; False where there is none."""
+        """Take one of this key's tokens; False if there is none."""
         bucket = self._buckets.pop(key, None)
         if bucket is None:
             bucket = TokenBucket(rate_hz=self._rate_hz, burst=self._burst, now_s=now_s)

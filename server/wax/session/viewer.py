@@ -1,4 +1,4 @@
-"""One viewer: who they are, what they want, and what their page says."""
+"""One viewer: their name, what they want, and their page's messages."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ _DRIVE_HZ: Final = 100.0
 _DRIVE_BURST: Final = 200
 _DRIVE_STATUS_S: Final = 0.3
 _MAX_STOP_CHARS: Final = 32
-"""A flood of anything longer is not even looked at for a stop."""
+"""Longer messages over the rate limit are not even checked for a stop."""
 
 
 class ViewerEvents(Protocol):
-    """What the room does for a viewer."""
+    """A viewer's events, which the room handles."""
 
     def viewer_connected(self, viewer: Viewer) -> None: ...
 
@@ -54,7 +54,7 @@ class ViewerEvents(Protocol):
 
 
 class Viewer:
-    """Lives from the first offer until their page has been gone for the time of grace."""
+    """Lives from the first offer until the page has been gone for the grace time."""
 
     def __init__(
         self,
@@ -78,7 +78,7 @@ class Viewer:
         self.is_ready = False
         self.was_ready = False
         self.is_host = False
-        """Their page is open on the server's own machine."""
+        """Whether the page is open on the server's own machine."""
         self.wants_picture = True
         self._clock = clock
         self._counters = counters
@@ -88,7 +88,7 @@ class Viewer:
         now_s = clock.now_s()
         state = service.state_messages
         self.drive_status: messages.DriveStatus | None = None
-        """What becomes of their commands, None until they drive."""
+        """The status of their commands, None until they drive."""
         self._drive_told: tuple[messages.DriveStatus | None, float] = (None, float("-inf"))
         self._limits = {
             "drive": TokenBucket(rate_hz=_DRIVE_HZ, burst=_DRIVE_BURST, now_s=now_s),
@@ -99,14 +99,14 @@ class Viewer:
     # --- the peer's life -------------------------------------------------------------------
 
     def lanes(self) -> Lanes:
-        """Make fresh lanes for a fresh peer; those of the peer before are given up."""
+        """Make lanes for a new peer and release those of the previous one."""
         self.release()
         self.link = LinkMonitor(self._clock.now_s())
         self.boundary = self._make_boundary()
         return self.streams.lanes()
 
     def release(self) -> None:
-        """Give up the lanes; safe to call twice."""
+        """Release the lanes; safe to call twice."""
         self.streams.release()
         self.is_ready = False
         self.report = None
@@ -166,7 +166,7 @@ class Viewer:
         self.send_text(message.model_dump_json())
 
     def send_text(self, text: str) -> None:
-        """Send what was made once for everybody."""
+        """Send a text that was encoded once for everybody."""
         self._send("state", text)
 
     def _send(self, channel: Channel, text: str) -> None:
@@ -175,29 +175,29 @@ class Viewer:
                 self.peer.send(channel, text)
 
     def tell_drive_status(self, now_s: float) -> None:
-        """Tell what becomes of the commands when that has changed, a few times a second at most.
+        """Send the status of the commands when it has changed, a few times a second at most.
 
-        On a bad line each second command may be too old: to tell each would make it worse.
+        On a bad link every second command may be too old; reporting each would add to the load.
         """
         if not self.is_ready:
-            return  # a page that is not there yet must not miss it
+            return  # send it once the page is connected
         told, told_s = self._drive_told
         if self.drive_status not in (None, told) and now_s - told_s >= _DRIVE_STATUS_S:
             self._drive_told = self.drive_status, now_s
             self.send(self.drive_status)
 
     def hold_back(self, least_ms: float) -> bool:
-        """Let the browser show pictures this late; False where it does not take that from us."""
+        """Make the browser hold pictures back at least this long; False if it cannot."""
         return self.peer is not None and self.peer.hold_back(least_ms)
 
     def follow(self, sync: SyncSettings, *, drives: bool) -> None:
-        """Change the policy with the role, while the streams go on."""
+        """Change the policy with the role, without interrupting the streams."""
         self.streams.follow(sync, drives=drives)
 
     # --- from the page ---------------------------------------------------------------------
 
     def received(self, channel: Channel, data: str | bytes) -> None:
-        """Take a message; never raises, since that would close the peer."""
+        """Handle a message; never raises, since that would close the peer."""
         now_s = self._clock.now_s()
         self.link.heard(now_s)
         if not self._limits[channel].take(now_s) and not _is_stop(channel, data):
@@ -260,7 +260,7 @@ class Viewer:
         if want.size not in self._service.sizes:
             self._counters.add("requests refused")
             sizes = ", ".join(self._service.sizes)
-            self.send(messages.Notice(text=f"There is no size {want.size}; choose of {sizes}."))
+            self.send(messages.Notice(text=f"There is no size {want.size}; choose one of {sizes}."))
             return
         self.wants_picture = want.picture
         self.streams.want(
@@ -274,7 +274,7 @@ class Viewer:
 
 
 def _is_stop(channel: Channel, data: str | bytes) -> bool:
-    """Tell the one message that passes whatever the rate is."""
+    """Whether this is a stop, the one message that no rate limit applies to."""
     if channel != "state" or len(data) > _MAX_STOP_CHARS:
         return False
     with suppress(ProtocolError):
@@ -283,13 +283,13 @@ def _is_stop(channel: Channel, data: str | bytes) -> bool:
 
 
 def clean_name(name: str) -> str:
-    """Make one line of visible characters of a name, at most `MAX_NAME_CHARS` long."""
+    """Reduce a name to one line of visible characters, at most `MAX_NAME_CHARS` long."""
     visible = "".join(c if unicodedata.category(c)[0] not in "CZ" else " " for c in name)
     return " ".join(visible.split())[: messages.MAX_NAME_CHARS].strip()
 
 
 def command_of(message: messages.Drive) -> Command:
-    """Read a set-point of a page's; its stamps become seconds."""
+    """Convert a page's set-point; its timestamps become seconds."""
     return Command(
         seq=message.seq,
         turn=message.turn,

@@ -1,4 +1,4 @@
-"""Everybody who is here, and what the control loop asks and tells about them."""
+"""The registry of viewers, and the control loop's callbacks about them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LOG = structlog.get_logger(__name__)
 
 
 class Viewers:
-    """In the order in which they came; iterating tolerates that somebody leaves meanwhile."""
+    """The viewers in order of arrival; viewers may leave during an iteration."""
 
     def __init__(self, *, sync: RoleSyncSettings, turns: Turns, has_camera: bool) -> None:
         self._sync = sync
@@ -36,7 +36,7 @@ class Viewers:
         return len(self._viewers)
 
     def take_number(self) -> int:
-        """Return a number that no viewer has had."""
+        """Return a number that no viewer has had before."""
         number = self._next_number
         self._next_number += 1
         return number
@@ -49,22 +49,22 @@ class Viewers:
         self.changed()
 
     def of_client(self, client: str | None) -> Viewer | None:
-        """Return who has this identity; None where nobody has."""
+        """Return the viewer with this identity; None if there is none."""
         return next((one for one in self._viewers.values() if one.client == client), None)
 
     def changed(self) -> None:
-        """Note that there is something to tell; many changes at once become one message."""
+        """Mark the room as changed; many changes at once become one message."""
         self._is_changed = True
 
     def take_change(self) -> bool:
-        """Tell whether there was a change since this was last asked."""
+        """Return whether anything has changed since the last call."""
         is_changed, self._is_changed = self._is_changed, False
         return is_changed
 
-    # --- what the control loop asks and tells ------------------------------------------------
+    # --- callbacks of the control loop -------------------------------------------------------
 
     def turn_events(self, events: tuple[TurnEvent, ...]) -> None:
-        """Follow the turns: the policy changes with the role, and everybody is told."""
+        """Follow the turns: change policies with the roles, and inform everybody."""
         for event in events:
             _LOG.info("turn", what=type(event).__name__, number=getattr(event, "number", None))
         for viewer in self:
@@ -74,7 +74,7 @@ class Viewers:
         self.changed()
 
     def drive_status(self, number: int, moving: bool, reason: str | None) -> None:
-        """Remember what becomes of an operator's commands; the next round tells them."""
+        """Store the status of an operator's commands; the next round sends it."""
         viewer = self._viewers.get(number)
         if viewer is not None:
             viewer.drive_status = messages.DriveStatus(moving=moving, reason=reason)
@@ -87,6 +87,6 @@ class Viewers:
         return None
 
     def sees(self, number: int) -> bool:
-        """Tell whether a viewer means to see: the picture is on, and there is one."""
+        """Whether a viewer wants the picture: it is on, and there is a camera."""
         viewer = self._viewers.get(number)
         return viewer is not None and viewer.wants_picture and self._has_camera

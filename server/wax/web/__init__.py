@@ -1,4 +1,4 @@
-"""HTTP: the built page, and the few requests that come before there is a data channel.
+"""HTTP: the built page, and the few requests that cannot use a data channel.
 
-Handlers read a request and ask the session; they decide nothing.
+Handlers parse a request and call the session; they decide nothing.
 """

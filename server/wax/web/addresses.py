@@ -1,4 +1,4 @@
-"""The addresses under which the page can be opened, and from which a request comes."""
+"""The URLs of the page, and the address that a request comes from."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _FORWARDED: Final = ("Forwarded", "X-Forwarded-For", "X-Real-IP", "Via")
 
 
 def page_urls(host: str, port: int) -> list[str]:
-    """Return what to type into a browser: here, and from a phone in the same network."""
+    """Return the URLs to open: on this machine, and from a phone on the same network."""
     if host not in ("0.0.0.0", "::", ""):
         return [f"http://{_literal(host)}:{port}"]
     found = [
@@ -38,10 +38,10 @@ def _literal(host: str) -> str:
 
 
 def is_from_here(request: web.Request) -> bool:
-    """Tell whether a request was made on the server's own machine.
+    """Whether a request was made on the server's own machine.
 
-    Behind a proxy everybody seems to be: what was forwarded, or asked for by another name than
-    this machine's own, is from elsewhere.
+    Behind a proxy every request seems local: one that was forwarded, or is for a host name other
+    than this machine's, counts as remote.
     """
     if any(name in request.headers for name in _FORWARDED):
         return False
@@ -50,10 +50,10 @@ def is_from_here(request: web.Request) -> bool:
 
 
 def sender(request: web.Request) -> str:
-    """Return whose request it is, for what is counted by sender: an IPv4 address, an IPv6 /64.
+    """Return the sender of a request, for rate limits: an IPv4 address or an IPv6 /64 prefix.
 
-    What a proxy on this machine has forwarded is the last entry's (X-Forwarded-For); from
-    elsewhere the header is only what the sender claims.
+    For a proxy on this machine it is the last entry of X-Forwarded-For; from elsewhere that header
+    is only a claim.
     """
     address = request.remote or ""
     forwarded = ",".join(request.headers.getall("X-Forwarded-For", ()))
@@ -67,7 +67,7 @@ def sender(request: web.Request) -> str:
         return str(ip)
     if ip.ipv4_mapped is not None:
         return str(ip.ipv4_mapped)
-    # One line of a household's or an office's has at least as many (RFC 6177).
+    # One household or office has at least a /64 (RFC 6177).
     return str(ipaddress.ip_network((ip.packed[:8] + bytes(8), 64)))
 
 

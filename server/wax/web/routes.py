@@ -38,7 +38,7 @@ MAX_BODY_BYTES: Final = 65_536
 
 _OFFERS_HZ: Final = 2.0
 _OFFERS_BURST: Final = 40
-"""By address: a class behind one router comes at once, and each answer is 10 ms of work."""
+"""Per address: a class behind one router connects at once, and each answer takes 10 ms of CPU."""
 _MAX_ADDRESSES: Final = 1024
 
 PAGE: Final = Path(__file__).parent / "dist"
@@ -53,16 +53,16 @@ _HEADERS: Final = {
 }
 
 _RECORD_POLICY: Final = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'"
-"""The record is one file with its style in it, so that it can be filed."""
+"""The record is a single file with its style inside, so that it can be stored anywhere."""
 
 Client = Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{8,64}$")]
-"""The secret by which a page is known again."""
+"""The secret that identifies a page when it reconnects."""
 
 _Body = TypeVar("_Body", bound=BaseModel)
 
 
 class Offer(BaseModel):
-    """What a page posts: its session description, and the secret by which it is known again."""
+    """A page's session description, and the secret that identifies it when it reconnects."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -71,7 +71,7 @@ class Offer(BaseModel):
 
 
 class StopPress(BaseModel):
-    """Who presses Stop, as far as they say."""
+    """Who presses Stop, if they say so."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -79,7 +79,7 @@ class StopPress(BaseModel):
 
 
 class StopRelease(BaseModel):
-    """Which stop is released, and by whom."""
+    """Which stop to release, and who asks."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -88,7 +88,7 @@ class StopRelease(BaseModel):
 
 
 class Lifted(BaseModel):
-    """That the wheels are off the floor."""
+    """The host's confirmation that the wheels are off the floor."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -117,9 +117,9 @@ class Routes:
         self._acknowledged = acknowledged
 
     def application(self) -> web.Application:
-        """Make the application; raises `StartError` where the page was not built."""
+        """Make the application; raises `StartError` if the page was not built."""
         if not (PAGE / "index.html").is_file():
-            raise StartError("the page is not built; run `make run`, or `pip install .` anew")
+            raise StartError("the page is not built; run `make run`, or `pip install .` again")
         application = web.Application(
             client_max_size=MAX_BODY_BYTES, middlewares=[_tell_errors, _same_origin]
         )
@@ -142,11 +142,11 @@ class Routes:
         return application
 
     async def page(self, request: web.Request) -> web.StreamResponse:  # noqa: ARG002  # aiohttp's form
-        # The assets carry a hash in their names; the page itself must be asked for each time.
+        # The assets have a hash in their names; the page itself must be revalidated each time.
         headers = {"Cache-Control": "no-cache"}
         if not self._acknowledged:
             return web.FileResponse(PAGE / "index.html", headers=headers)
-        # Told before the page connects: afterwards it could only connect a second time.
+        # The page must know before it connects: later it would have to connect again.
         text = (PAGE / "index.html").read_text(encoding="utf-8")
         text = text.replace("<html ", "<html data-acknowledge ", 1)
         answer = web.Response(text=text, content_type="text/html", headers=headers)
@@ -164,11 +164,11 @@ class Routes:
         return web.json_response({"iceServers": servers})
 
     async def offer(self, request: web.Request) -> web.Response:
-        # Before the body is read. Whoever is on this machine can stop the robot in other ways.
+        # Before the body is read. Users of this machine could stop the robot in other ways anyway.
         is_host = is_from_here(request)
         if not is_host and not self._offers.take(sender(request), self._clock.now_s()):
             raise TooOftenError(
-                "Your address asks for too many connections; wait a few seconds and try again."
+                "Too many connections from your address; wait a few seconds and try again."
             )
         offer = await _body(request, Offer)
         answer = await self._room.answer(offer.client, offer.sdp, is_host=is_host)
@@ -227,7 +227,7 @@ async def _add_headers(request: web.Request, response: web.StreamResponse) -> No
 
 @web.middleware
 async def _tell_errors(request: web.Request, handler: Handler) -> web.StreamResponse:
-    """Turn every error into JSON with one sentence."""
+    """Turn every error into JSON with a sentence."""
     try:
         return await handler(request)
     except WaxError as error:
@@ -238,16 +238,16 @@ async def _tell_errors(request: web.Request, handler: Handler) -> web.StreamResp
         return _refuse(error.status, error.reason)
     except Exception:
         _LOG.exception("request failed", path=request.path)
-        return _refuse(500, "the server has failed at this request; its log says more")
+        return _refuse(500, "the server failed to handle this request; see its log")
 
 
 @web.middleware
 async def _same_origin(request: web.Request, handler: Handler) -> web.StreamResponse:
-    """Let only our own page change something: another site's script has another origin."""
+    """Let only our own page change anything: scripts of other sites have another origin."""
     origin = request.headers.get("Origin")
     changes = request.method not in ("GET", "HEAD")
     if changes and origin is not None and not _is_from(origin, request.host):
-        return _refuse(403, "this page comes from another address than the server")
+        return _refuse(403, "the request comes from another site's page")
     return await handler(request)
 
 

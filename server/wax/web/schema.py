@@ -1,6 +1,6 @@
-"""Print the JSON Schema of every message, from which the page's types and constants are made.
+"""Print the JSON Schema of every message, from which the page's types and constants are generated.
 
-``python -m wax.web.schema`` needs pydantic only: the page is built before WAX is installed.
+``python -m wax.web.schema`` needs only pydantic: the page is built before WAX is installed.
 """
 
 from __future__ import annotations
@@ -23,28 +23,28 @@ _CHANNELS: Final[dict[str, JsonSchemaMode]] = {
     "StateIn": "validation",
     "StateOut": "serialization",
 }
-"""What the page sends is described as it may be written, what it gets as it is written."""
+"""What the page sends is described for validation, what it receives for serialisation."""
 
 _CONSTANTS: Final = ("MAX_NAME_CHARS", "DRIVE_COLUMNS")
-"""What the page must know as a value."""
+"""Constants of the protocol that the page needs."""
 
 
 class _ForThePage(GenerateJsonSchema):
-    """The same schema, told for a generator of types."""
+    """The schema in the form that a generator of types needs."""
 
     def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002  # pydantic's form
-        """Leave titles out: each would become a type of its own."""
+        """Leave titles out: each would become a separate type."""
         return False
 
     def field_is_required(self, field: Any, total: bool) -> bool:
-        """Require whatever the server writes: it always writes every field."""
+        """Require every field, since the server always writes all of them."""
         return self.mode == "serialization" or super().field_is_required(field, total)
 
 
 def schema() -> dict[str, Any]:
     """Return one schema: a property for each channel and direction, the messages in ``$defs``.
 
-    Its ``constants`` are no part of JSON Schema: values of `messages` that the page needs too.
+    Its ``constants`` are not part of JSON Schema: values of `messages` that the page needs too.
     """
     adapters = [
         (name, mode, TypeAdapter[Any](getattr(messages, name))) for name, mode in _CHANNELS.items()
@@ -52,7 +52,7 @@ def schema() -> dict[str, Any]:
     unions, shared = TypeAdapter.json_schemas(adapters, schema_generator=_ForThePage)
     return {
         "title": "Messages",
-        "description": "What travels on the data channels, by channel and direction.",
+        "description": "The messages on the data channels, by channel and direction.",
         "type": "object",
         "properties": {name: unions[name, mode] for name, mode in _CHANNELS.items()},
         "required": list(_CHANNELS),
