@@ -49,7 +49,7 @@ async def test_a_proof_from_the_page_drives_until_somebody_stops_it(
         record = await host.page.get_by_text("Open the record").get_attribute("href")
         assert record is not None
         text = await (await host.page.request.get(server.url + record)).text()
-        assert "Not proved: it was broken off." in text
+        assert "Not proved: it was aborted." in text
 
         await other.release_stop()
         for _ in range(3):  # a busy machine may ask for a new press

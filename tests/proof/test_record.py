@@ -8,11 +8,11 @@ import pytest
 
 from wax.config.settings import parse
 from wax.proof.measure import Sample
-from wax.proof.record import Occasion, page, sentence
+from wax.proof.record import RecordHeading, page, sentence
 from wax.proof.verdict import FAULTS, Finding, Findings
 
 SETTINGS = parse({"robot": {"driver": "serial", "serial": {"url": "/dev/<robot>"}}}, "the test")
-OCCASION = Occasion("2026-11-21 22:40 UTC", "lab <1>, Linux", "0.5")
+HEADING = RecordHeading("2026-11-21 22:40 UTC", "lab <1>, Linux", "0.5")
 GOOD = Sample(frame_ms=161.0, standing_ms=251.0, speed_mps=0.18)
 LATE = Sample(frame_ms=900.0, standing_ms=990.0, speed_mps=0.18)
 
@@ -54,29 +54,28 @@ class Reader(HTMLParser):
 def test_it_says_in_one_sentence_what_came_out() -> None:
     """Who reads one sentence knows how often was cut and when the robot stood at the latest."""
     assert sentence(findings()) == (
-        "Every link was cut 2 times; the robot stood at the latest after 251 ms,"
-        " its own braking included."
+        "Every link was cut 2 times; the robot stood within 251 ms, its own braking included."
     )
 
 
 def test_it_names_what_was_too_late() -> None:
     """A proof that failed says at which link, and never that the robot stood."""
-    assert sentence(findings(GOOD, LATE)).startswith("Not proved: too late or not at all after: ")
+    assert sentence(findings(GOOD, LATE)).startswith("Not proved: too late, or no stop at all: ")
     assert FAULTS[0].title in sentence(findings(GOOD, LATE))
-    assert sentence(findings(broken="it was broken off.")) == "Not proved: it was broken off."
+    assert sentence(findings(broken="it was aborted.")) == "Not proved: it was aborted."
 
 
 def test_it_does_not_claim_what_was_not_measured() -> None:
     """Where a link was not cut the sentence names it, no colour praises it, the page says why."""
     some = findings(skip="cut")
     assert sentence(some) == (
-        "What could be measured was cut 2 times; the robot stood at the latest after 251 ms,"
+        "Each measurable link was cut 2 times; the robot stood within 251 ms,"
         " its own braking included. Not measured: The serial line is cut."
     )
-    html = page(some, SETTINGS, OCCASION)
-    assert 'class="verdict passed"' in page(findings(), SETTINGS, OCCASION)
+    html = page(some, SETTINGS, HEADING)
+    assert 'class="verdict passed"' in page(findings(), SETTINGS, HEADING)
     assert 'class="verdict partly"' in html
-    assert 'class="verdict failed"' in page(findings(GOOD, LATE), SETTINGS, OCCASION)
+    assert 'class="verdict failed"' in page(findings(GOOD, LATE), SETTINGS, HEADING)
     text = Reader(html).text
     assert "cut: there is none." in text
     assert "not measured" in text
@@ -84,7 +83,7 @@ def test_it_does_not_claim_what_was_not_measured() -> None:
 
 def test_the_page_stands_alone() -> None:
     """One page of whole HTML without script, image or address; what was configured is escaped."""
-    html = page(findings(), SETTINGS, OCCASION)
+    html = page(findings(), SETTINGS, HEADING)
     read = Reader(html)
     assert read.open == []
     assert not read.tags & {"script", "img", "link", "iframe", "robot", "1"}
@@ -109,20 +108,20 @@ def test_the_page_stands_alone() -> None:
 )
 def test_it_tells_what_a_person_must_know(needed: str) -> None:
     """Each link, what it is not, who signs, limits and times of the configuration, and the date."""
-    assert needed in Reader(page(findings(), SETTINGS, OCCASION)).text
+    assert needed in Reader(page(findings(), SETTINGS, HEADING)).text
 
 
 def test_rows_tell_failures_apart() -> None:
     """Late rows are marked, unfinished ones too, and a time that never came is no number."""
     never = Sample(frame_ms=None, standing_ms=None, speed_mps=0.18)
-    text = Reader(page(findings(GOOD, never), SETTINGS, OCCASION)).text
+    text = Reader(page(findings(GOOD, never), SETTINGS, HEADING)).text
     assert "1 × never" in text
     assert "FAILED" in text
-    assert "NOT FINISHED" in Reader(page(findings(GOOD), SETTINGS, OCCASION)).text
+    assert "NOT FINISHED" in Reader(page(findings(GOOD), SETTINGS, HEADING)).text
 
 
 def test_braking_that_is_worse_than_configured_is_advised() -> None:
     """Who promises more braking than was measured is told what to set."""
     slow = Sample(frame_ms=100.0, standing_ms=280.0, speed_mps=0.18)
-    assert "set robot.braking_mps2" in page(findings(slow, slow), SETTINGS, OCCASION)
-    assert "set robot.braking_mps2" not in page(findings(), SETTINGS, OCCASION)
+    assert "set robot.braking_mps2" in page(findings(slow, slow), SETTINGS, HEADING)
+    assert "set robot.braking_mps2" not in page(findings(), SETTINGS, HEADING)

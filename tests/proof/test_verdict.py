@@ -62,7 +62,7 @@ def test_one_late_link_fails_the_proof() -> None:
 def test_what_was_not_finished_is_not_passed() -> None:
     """Fewer samples than wanted, an end before its time, and nothing at all prove nothing."""
     assert not found(GOOD, repeats=2).all_passed
-    assert not found(GOOD, broken="it was broken off.").all_passed
+    assert not found(GOOD, broken="it was aborted.").all_passed
     assert not found(skipped="no such part").all_passed
 
 

@@ -27,7 +27,7 @@ afterEach(() => {
 const RUNNING: Proof = { state: "running", line: "The page is closed (3 of 40)", record: null };
 const DONE: Proof = {
   state: "done",
-  line: "Every link was cut 5 times; the robot stood at the latest after 200 ms.",
+  line: "Every link was cut 5 times; the robot stood within 200 ms.",
   record: "/api/proof/record",
 };
 

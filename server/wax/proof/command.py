@@ -37,13 +37,14 @@ def prove_stop(
     tell: Callable[[Progress], None],
     has_parent: bool = False,
 ) -> int:
-    """Prove the stop, write its record to `path`, or beside, and tell its verdict, the last word.
+    """Prove the stop, write the record to `path` or the working directory, and report the verdict.
 
     Returns 0 if each link that can be cut on this robot was, and each stop was in time, else 1.
-    With a parent, the end of the standard input is that one's end, and breaks the proof off.
+    With a parent process, the end of standard input means that the parent ended; it aborts the
+    proof.
 
-    `confirm` must see to it that the wheels are off the floor. Raises `ConfigError` for wrong use,
-    another `WaxError` where the proof cannot begin.
+    `confirm` must make sure that the wheels are off the floor. Raises `ConfigError` for wrong
+    usage, another `WaxError` if the proof cannot begin.
     """
     if not 1 <= repeats <= MAX_REPEATS:
         raise ConfigError(f"--repeats: got {repeats}; allowed is a number from 1 to {MAX_REPEATS}")
@@ -53,19 +54,19 @@ def prove_stop(
     begun = datetime.now().astimezone()
     path = path or Path(f"prove-stop-{begun:%Y-%m-%d-%H%M}.html")
     if not path.parent.is_dir() or not os.access(path.parent, os.W_OK):
-        raise ConfigError(f"--record: {path} cannot be written there; name another place")
+        raise ConfigError(f"--record: {path} cannot be written; choose another place")
     try:
         proof = Proof(settings, repeats=repeats, tell=tell)
         findings = asyncio.run(_run(proof, has_parent=has_parent))
     except asyncio.CancelledError:
-        raise StartError("the proof was broken off before the robot moved") from None
-    occasion = record.Occasion(
+        raise StartError("the proof was aborted before the robot moved") from None
+    heading = record.RecordHeading(
         date=f"{begun:%Y-%m-%d %H:%M %Z}",
         machine=f"{platform.node()}, {platform.platform()}, Python {platform.python_version()}",
         version=__version__,
     )
     try:
-        path.write_text(record.page(findings, settings, occasion), encoding="utf-8")
+        path.write_text(record.page(findings, settings, heading), encoding="utf-8")
     except OSError as error:
         raise StartError(f"the record {path} cannot be written: {error.strerror}") from error
     cuts = sum(len(finding.samples) for finding in findings.findings)
@@ -75,13 +76,13 @@ def prove_stop(
 
 
 async def _run(proof: Proof, *, has_parent: bool) -> Findings:
-    """Run it so that each way to end it makes the robot stand first."""
+    """Run the proof so that however it ends, the robot stops first."""
     loop = asyncio.get_running_loop()
     task = asyncio.current_task()
     assert task is not None
 
     def break_off() -> None:
-        for number in _SIGNALS:  # a second one must not disturb the first one's tidying up
+        for number in _SIGNALS:  # a second signal must not disturb the clean-up
             loop.add_signal_handler(number, _do_nothing)
         task.cancel()
 
@@ -93,10 +94,10 @@ async def _run(proof: Proof, *, has_parent: bool) -> Findings:
     for number in _SIGNALS:
         loop.add_signal_handler(number, break_off)
     if has_parent:
-        with contextlib.suppress(PermissionError):  # no pipe, such as a file: it never ends
+        with contextlib.suppress(PermissionError):  # not a pipe but a file, which never ends
             loop.add_reader(_STDIN, listen)
     return await proof.run()
 
 
 def _do_nothing() -> None:
-    """Let a signal pass."""
+    """Ignore a signal."""

@@ -1,4 +1,4 @@
-"""The configuration of the server under proof: the host's own, but for what the proof replaces."""
+"""The configuration of the server under proof: the host's own, with what the proof replaces."""
 
 from __future__ import annotations
 
@@ -11,28 +11,29 @@ if TYPE_CHECKING:
     from wax.config.settings import Settings
 
 _TURN_S: Final = 86_400.0
-"""No turn ends by itself during the proof."""
+"""No turn ends during the proof."""
 
 
 def check(settings: Settings) -> None:
-    """Raise `ConfigError` where there is no line on which a stop could be measured."""
+    """Raise `ConfigError` if there is no serial line on which a stop could be measured."""
     driver = settings.robot.driver
     if driver == "simulated":
         raise ConfigError(
-            "the robot is the simulated one: there is nothing to prove, nothing real moves;"
+            "the robot is simulated, so there is nothing to prove;"
             " name the configuration of a real robot with --config FILE"
         )
     if driver != "serial":
         raise ConfigError(
-            f"robot.driver is {driver}, and the proof listens on a serial line:"
-            ' it is made for driver = "serial" only'
+            f"robot.driver is {driver}, but the proof measures on a serial line;"
+            ' it needs driver = "serial"'
         )
 
 
 def under_proof(settings: Settings, path: str) -> str:
     """Return a configuration whose robot's port is `path`: [drive], [stop] and [robot] unchanged.
 
-    There is no camera, which may be in use, so that it drives at slow speed; and no outside host.
+    It has no camera, since the real one may be in use, so it drives at slow speed; and no ICE
+    servers.
     """
     serial = settings.robot.serial.model_dump() | {"url": path}
     table = serial["bytes"]
@@ -67,9 +68,9 @@ def _value(value: Any) -> str:
             return _text(value)
         case int() | float():
             return repr(value)
-    raise TypeError(f"TOML cannot say {value!r}")
+    raise TypeError(f"TOML cannot express {value!r}")
 
 
 def _text(text: str) -> str:
-    # JSON's escapes are TOML's, but for one character that TOML does not let stand.
+    # TOML has JSON's escapes, except for one character that TOML does not allow unescaped.
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

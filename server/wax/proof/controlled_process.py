@@ -1,4 +1,4 @@
-"""A process of the proof's own that can be frozen, thawed and killed."""
+"""A child process of the proof that can be frozen, thawed and killed."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ if TYPE_CHECKING:
 
 
 class ControlledProcess:
-    """`log` takes its complaints."""
+    """A process whose standard error goes to `log`."""
 
     def __init__(self, log: Path) -> None:
         self._log = log
         self._process: Process | None = None
 
     async def spawn(self, *command: str, stdin: int, stdout: int | None = None) -> Process:
-        """Start it, for `kill` to end; without `stdout` what it says goes to the log."""
+        """Start it; `kill` ends it. Without `stdout` its output goes to the log."""
         with self._log.open("ab") as log:
             self._process = await asyncio.create_subprocess_exec(
                 *command,
                 stdin=stdin,
                 stdout=log if stdout is None else stdout,
                 stderr=log,
-                start_new_session=True,  # Ctrl-C is for the proof, which ends it in its order
+                start_new_session=True,  # Ctrl-C is for the proof, which ends it in order
             )
         return self._process
 
@@ -37,14 +37,14 @@ class ControlledProcess:
         return self._process is not None
 
     def freeze(self) -> None:
-        """Stop this process alone: one that it started goes on."""
+        """Freeze this process alone, not its children."""
         self._signal(signal.SIGSTOP)
 
     def thaw(self) -> None:
         self._signal(signal.SIGCONT)
 
     async def kill(self) -> None:
-        """End it, frozen or not; safe to call twice."""
+        """Kill it, frozen or not; safe to call twice."""
         process, self._process = self._process, None
         if process is None:
             return
@@ -55,9 +55,9 @@ class ControlledProcess:
             process.stdin.close()
 
     def last_line(self) -> str:
-        """Return what it complained of last."""
+        """Return the last line of its log."""
         said = self._log.read_text(encoding="utf-8", errors="replace").strip()
-        return said.rpartition("\n")[2] or "it said nothing"
+        return said.rpartition("\n")[2] or "it logged nothing"
 
     def _signal(self, number: signal.Signals) -> None:
         if self._process is not None:

@@ -1,4 +1,4 @@
-"""What a listener on the robot's line understands of its two dialects (pure)."""
+"""Decode the traffic on the serial line in either dialect (pure)."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ if TYPE_CHECKING:
 
 
 class LineDecoder(Protocol):
-    """Turns what passes into events; it must be given all, in order."""
+    """Turns passing bytes into events; it needs all of them, in order."""
 
     @property
     def reports(self) -> bool:
-        """Whether the robot tells if it moves."""
+        """Whether the robot reports if it moves."""
         ...
 
     def said(self, data: bytes, at_s: float) -> list[Event]:
-        """Take what was written to the robot."""
+        """Decode bytes written to the robot."""
         ...
 
     def told(self, data: bytes, at_s: float) -> list[Event]:
-        """Take what the robot has written."""
+        """Decode bytes from the robot."""
         ...
 
     def last_words(self) -> bytes:
-        """Give what makes the robot stand, whatever was said before."""
+        """Return the bytes that stop the robot, whatever was sent before."""
         ...
 
 
 def language_of(settings: SerialSettings) -> LineDecoder:
-    """Return the language of the configured dialect."""
+    """Return the decoder for the configured dialect."""
     return Frames() if settings.dialect == "frames" else Bytes(settings.bytes)
 
 
 class Frames:
-    """The dialect ``frames``: the session of the last hello counts, both ways."""
+    """The dialect ``frames``: the session of the last hello is valid, both ways."""
 
     def __init__(self) -> None:
         self._server = Decoder()
@@ -75,7 +75,7 @@ class Frames:
 
 
 class Bytes:
-    """The dialect ``bytes``: a direction goes on until the next one, and nothing is told."""
+    """The dialect ``bytes``: a direction holds until the next one, and there are no reports."""
 
     def __init__(self, table: BytesDialectSettings) -> None:
         self._stop = table.stop

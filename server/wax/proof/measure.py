@@ -1,4 +1,4 @@
-"""From what went over the line to how long the robot took (pure)."""
+"""From the traffic on the serial line to the robot's stopping times (pure)."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """One frame on the robot's line: the server `said` it, or the robot `told` it.
+    """One frame on the serial line, from the server (`said`) or from the robot (`told`).
 
-    `moves` is whether it asks for motion or reports it; `speed_mps` is that of the faster wheel,
-    None where the dialect has no number for it.
+    `moves` is whether it requests or reports motion; `speed_mps` is that of the faster wheel, None
+    if the dialect has no number for it.
     """
 
     at_s: float
@@ -25,10 +25,10 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """What one fault led to, in ms after it; None for what did not come at all.
+    """The results of one fault, in ms after it; None for what did not happen.
 
-    `frame_ms` is the stop frame after which no other motion was asked for, `standing_ms` the
-    robot's report after which it told of no other motion. `speed_mps` was asked for before.
+    `frame_ms` is the stop frame after which no motion was requested, `standing_ms` the robot's
+    report after which it reported no motion. `speed_mps` was requested before the fault.
     """
 
     frame_ms: float | None
@@ -37,14 +37,14 @@ class Sample:
 
     @property
     def braking_ms(self) -> float | None:
-        """The robot's own part: from the stop frame to its report; None where one is missing."""
+        """The robot's own part: from the stop frame to its report; None if either is missing."""
         if self.frame_ms is None or self.standing_ms is None:
             return None
         return max(self.standing_ms - self.frame_ms, 0.0)
 
 
 def measure(events: Sequence[Event], fault_s: float) -> Sample:
-    """Return what the events, in the order of their time, say about a fault at `fault_s`."""
+    """Return the results of a fault at `fault_s` from events in order of time."""
     after = [event for event in events if event.at_s >= fault_s]
     speeds = (e.speed_mps for e in reversed(events) if e.at_s < fault_s and e.who == "said")
     return Sample(
@@ -55,7 +55,7 @@ def measure(events: Sequence[Event], fault_s: float) -> Sample:
 
 
 def _first_of_rest(events: Iterable[Event]) -> Event | None:
-    """Return the first event of the standstill that lasts to the end, None without one."""
+    """Return the first event of the standstill that lasts to the end, None if there is none."""
     first: Event | None = None
     for event in events:
         if event.moves:

@@ -1,4 +1,4 @@
-"""The proof itself: drive, cut a link, look how long the robot goes on, mend it, again."""
+"""The proof: drive, cut a link, measure how long the robot moves on, restore the link, repeat."""
 
 from __future__ import annotations
 
@@ -28,23 +28,23 @@ if TYPE_CHECKING:
     from wax.proof.verdict import Fault
 
 _SETTLE_S: Final = 0.5
-"""Long enough to be at full speed, and for the gate to have forgotten the fault before."""
+"""Long enough to reach full speed, and for the gate to recover from the previous fault."""
 _PHASE_S: Final = 0.1
-"""The moment of a fault is random over this: five beats, two reports."""
+"""A fault comes at a random time within this: five ticks, two reports."""
 _OBSERVE_S: Final = 1.2
 _RECOVER_S: Final = 40.0
 _PRESS_S: Final = 2.0
 _NEUTRAL_S: Final = 0.4
 _LOOK_S: Final = 0.02
 _NO_WATCHDOG: Final = (
-    'robots of the dialect "bytes" have no watchdog that is known of, and do not tell whether they'
-    " move. Count on it that this one goes on."
+    'robots with the dialect "bytes" have no known watchdog and do not report whether they move.'
+    " Expect this one to keep moving."
 )
 
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """One line for a person; `done` of `of` cuts are made."""
+    """One line for people; `done` of `of` cuts are finished."""
 
     line: str
     done: int
@@ -52,7 +52,7 @@ class Progress:
 
 
 class Proof:
-    """One run over all faults. `tell` gets each step."""
+    """One run over all faults; `tell` is called with each step."""
 
     def __init__(
         self, settings: Settings, *, repeats: int, tell: Callable[[Progress], None]
@@ -66,10 +66,10 @@ class Proof:
         self._found: list[Finding] = []
 
     async def run(self) -> Findings:
-        """Cut everything; whatever happens, the robot stands and nothing is left running.
+        """Cut each link; whatever happens, the robot stands afterwards and nothing is left running.
 
-        Cancelled, or where something fails half-way, it returns what was found until then. Raises
-        `WaxError` where it cannot even begin.
+        If cancelled, or if something fails half-way, it returns the findings so far. Raises
+        `WaxError` if it cannot begin.
         """
         self._tap.open()
         broken: str | None = None
@@ -82,7 +82,7 @@ class Proof:
                     leaving.push_async_callback(self._server.kill)
                     self._operator = RemoteOperator(Path(folder) / "operator.log")
                     leaving.push_async_callback(self._operator.kill)
-                    leaving.callback(self._tap.close)  # the first to be left: the robot stands
+                    leaving.callback(self._tap.close)  # closed first: the robot stands
                     self._say("The server under proof starts")
                     await self._server.start()
                     await self._operator.start(self._server.url)
@@ -92,12 +92,12 @@ class Proof:
         return self._findings(broken)
 
     async def _cut_all(self) -> str | None:
-        """Cut each link in turn; return why it ended early."""
+        """Cut each link in turn; return why the proof ended early, if it did."""
         try:
             for fault in FAULTS:
                 await self._prove(fault)
         except asyncio.CancelledError:
-            return "it was broken off."
+            return "it was aborted."
         except WaxError as error:
             return f"{error}"
         return None
@@ -163,7 +163,7 @@ class Proof:
                 self._tap.mend()
 
     async def _drive(self) -> None:
-        """Get the robot to move, whatever the fault before has left; raises `StartError`."""
+        """Get the robot moving, whatever state the last fault left; raises `StartError`."""
         end_s = time.monotonic() + _RECOVER_S
         while time.monotonic() < end_s:
             if await self._may_drive():
@@ -174,7 +174,7 @@ class Proof:
                 if await self._moves_within(_PRESS_S):
                     return
             await asyncio.sleep(_NEUTRAL_S)
-        raise StartError(f"the robot does not begin to move. {self._reason()}")
+        raise StartError(f"the robot does not start to move. {self._reason()}")
 
     async def _may_drive(self) -> bool:
         seat = self._operator.seat
@@ -203,7 +203,7 @@ class Proof:
     def _reason(self) -> str:
         seat = self._operator.seat
         if not seat.is_open:
-            return "Its operator has lost the server."
+            return "Its operator has lost the connection to the server."
         return f"The server says: {seat.reason}" if seat.reason else "Is its power on?"
 
     def _say(self, line: str) -> None:

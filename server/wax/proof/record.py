@@ -1,4 +1,4 @@
-"""The record of a proof: one page of HTML that explains itself, prints on A4 and needs nothing."""
+"""The record of a proof: one self-contained page of HTML that prints on A4."""
 
 from __future__ import annotations
 
@@ -36,19 +36,19 @@ ul { margin: 0; padding-left: 5mm }
 """
 
 _ABOUT: Final = 0.9
-"""The report takes a few milliseconds of its own, which are not the brakes' fault."""
+"""Allows for the few milliseconds that the report itself takes."""
 
 
 @dataclass(frozen=True, slots=True)
-class Occasion:
-    """When and where the proof was made, in words for a person."""
+class RecordHeading:
+    """When and where the proof was made, for people to read."""
 
     date: str
     machine: str
     version: str
 
 
-def page(findings: Findings, settings: Settings, occasion: Occasion) -> str:
+def page(findings: Findings, settings: Settings, heading: RecordHeading) -> str:
     """Return the whole page."""
     verdict = "failed"
     if findings.all_passed:
@@ -58,12 +58,12 @@ def page(findings: Findings, settings: Settings, occasion: Occasion) -> str:
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width">
-<title>Proof of the stop, {escape(occasion.date)}</title>
+<title>Proof of the stop, {escape(heading.date)}</title>
 <style>{_STYLE}</style>
 </head>
 <body>
 <h1>Proof of the stop</h1>
-<p>{escape(occasion.date)} · {escape(occasion.machine)} · WAX {escape(occasion.version)}</p>
+<p>{escape(heading.date)} · {escape(heading.machine)} · WAX {escape(heading.version)}</p>
 <p class="verdict {verdict}">{escape(sentence(findings))}</p>
 {_table(findings)}
 <h2>How it was measured</h2>
@@ -83,19 +83,19 @@ record holds for this installation as it was configured on this day.</p>
 
 
 def sentence(findings: Findings) -> str:
-    """Say plainly what came out, and no more than that."""
+    """Return the verdict in one sentence."""
     if findings.broken is not None:
         return f"Not proved: {findings.broken}"
     times = "once" if findings.repeats == 1 else f"{findings.repeats} times"
-    every = "What could be measured" if findings.skipped else "Every link"
+    every = "Each measurable link" if findings.skipped else "Every link"
     what = "the robot stood" if findings.reports else "the robot was told to stop"
     if findings.all_passed:
-        latest = f"{what} at the latest after {_number(findings.latest_ms)} ms"
+        latest = f"{what} within {_number(findings.latest_ms)} ms"
         included = ", its own braking included" if findings.reports else ""
         but = f" Not measured: {_titles(findings.skipped)}." if findings.skipped else ""
         return f"{every} was cut {times}; {latest}{included}.{but}"
     late = [one for one in findings.measured if not findings.passed(one)]
-    return f"Not proved: too late or not at all after: {_titles(late) or 'nothing was measured'}."
+    return f"Not proved: too late, or no stop at all: {_titles(late) or 'nothing was measured'}."
 
 
 def _titles(findings: Iterable[Finding]) -> str:
@@ -149,27 +149,27 @@ def _standing_cells(findings: Findings, finding: Finding) -> list[str]:
 
 def _method(findings: Findings) -> str:
     method = (
-        "Wheels off the floor, the robot was driven ahead at slow speed by an operator on this"
-        " machine, and links were cut as often as the table says, at random moments. A tap on the"
-        " serial line measured from the cut to the stop frame after which no motion was asked for"
+        "Wheels off the floor, the robot was driven forward at slow speed by an operator on"
+        " this machine, and each link was cut n times, at random moments. A tap on the serial line"
+        " measured the time from the cut to the stop frame after which no motion was requested"
     )
     if not findings.reports:
-        return f"{method}. The robot does not tell when it stands."
+        return f"{method}. The robot does not report when it stands."
     return (
-        f"{method}, and to the robot's own report after which it told of no motion. Standing still"
-        f" has the limit of {ROBOT_LIMIT_MS:g} ms and the time in which the robot brakes from its"
-        f" speed at {findings.braking_mps2:g} m/s² as configured. Where no server is left to say"
-        " stop, the robot's own watchdog must."
+        f"{method}, and to the robot's own report after which it reported no motion. The limit for"
+        f" standing still is {ROBOT_LIMIT_MS:g} ms plus the time to brake from its speed at the"
+        f" configured {findings.braking_mps2:g} m/s². If no server is left to stop the robot, its"
+        " own watchdog must."
     )
 
 
 def _not_measured(findings: Findings) -> list[str]:
     return [
         *(f"{finding.fault.title}: {finding.skipped}" for finding in findings.skipped),
-        "The way over the Internet: the operator was on this machine. What a link adds is shown"
-        " to whoever drives.",
-        "The picture: there was none, and the robot drove at slow speed. The rules for pictures"
-        " that are late need a camera.",
+        "The delay of the Internet: the operator was on this machine. The page shows operators the"
+        " delay of their link.",
+        "The picture: there was none, and the robot drove at slow speed. Testing the rules for late"
+        " pictures needs a camera.",
         "The weight of the robot on the floor: wheels in the air stop sooner.",
     ]
 
@@ -179,13 +179,13 @@ def _configuration(findings: Findings, settings: Settings) -> list[str]:
     serial = robot.serial
     lines = [
         f"Serial line {serial.url}, {serial.baud} bit/s, dialect {serial.dialect}",
-        f"At most {robot.max_linear_mps:g} m/s and {robot.max_angular_rps:g} rad/s, faster by at"
-        f" most {robot.max_linear_acceleration_mps2:g} m/s² and"
+        f"At most {robot.max_linear_mps:g} m/s and {robot.max_angular_rps:g} rad/s, accelerating at"
+        f" no more than {robot.max_linear_acceleration_mps2:g} m/s² and"
         f" {robot.max_angular_acceleration_rps2:g} rad/s²; slow speed is {drive.slow_fraction:g}"
-        " of it",
-        f"A command is obeyed for {drive.max_age_ms:g} ms beyond the line's own time, at most"
+        " of that",
+        f"A command counts for {drive.max_age_ms:g} ms plus the link's own delay, at most"
         f" {drive.max_command_age_ms:g} ms",
-        f"The driver process stops it after {robot.silence_ms} ms of silence",
+        f"The driver process stops the robot after {robot.silence_ms} ms of silence",
     ]
     if serial.dialect == "frames":
         lines.append(f"The robot stops by itself {serial.ttl_ms} ms after the newest frame")
@@ -199,7 +199,7 @@ def _braking(findings: Findings) -> str:
         return configured
     is_less = measured < findings.braking_mps2 * _ABOUT
     advice = "; set robot.braking_mps2 to that or less" if is_less else ""
-    return f"{configured}; measured, with the report's own way: {measured:.2g} m/s²{advice}"
+    return f"{configured}; measured, including the report's delay: {measured:.2g} m/s²{advice}"
 
 
 def _list(lines: Iterable[str]) -> str:

@@ -1,4 +1,4 @@
-"""The server under proof: a process of its own that can be frozen and killed."""
+"""The server under proof: a process that can be frozen and killed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _STATUS_S: Final = 2.0
 
 
 class ServerUnderProof(ControlledProcess):
-    """`folder` takes its configuration and its log."""
+    """A server whose configuration and log are in `folder`."""
 
     def __init__(self, folder: Path, configuration: str) -> None:
         super().__init__(folder / "server.log")
@@ -48,7 +48,7 @@ class ServerUnderProof(ControlledProcess):
         raise StartError(f"the server under proof does not start: {self.last_line()}")
 
     async def robot(self) -> dict[str, Any] | None:
-        """Return its account of the robot, None while it does not answer."""
+        """Return its status of the robot, None while it does not answer."""
         timeout = aiohttp.ClientTimeout(total=_STATUS_S)
         try:
             async with (
@@ -62,15 +62,15 @@ class ServerUnderProof(ControlledProcess):
             return None
 
     async def driver_pid(self) -> int:
-        """Return which process speaks with the robot; raises `StartError` where none is known."""
+        """Return the process id of the driver process; raises `StartError` if it is unknown."""
         pid = (await self.robot() or {}).get("driver_pid")
         if pid is None:
-            raise StartError("the server does not tell which process speaks with the robot.")
+            raise StartError("the server does not report its driver process.")
         return int(pid)
 
 
 def kill(pid: int) -> None:
-    """Kill a process that may have ended by itself."""
+    """Kill a process that may already have ended."""
     with contextlib.suppress(ProcessLookupError):
         os.kill(pid, signal.SIGKILL)
 

@@ -1,4 +1,4 @@
-"""A tap on the robot's serial line: bytes pass both ways, are noted, and can be cut.
+"""A tap on the robot's serial line: bytes pass both ways, are recorded, and can be cut.
 
 The server under proof opens a pseudo-terminal of ours, the tap opens the robot's port.
 """
@@ -31,7 +31,7 @@ _LAST_WORDS_EVERY_S: Final = 0.05
 
 
 class Tap:
-    """From `open` to `close`; `path` is the port for the server. Two threads carry."""
+    """Forwards bytes from `open` to `close`, in two threads; `path` is the server's port."""
 
     def __init__(self, settings: SerialSettings, language: LineDecoder) -> None:
         self._settings = settings
@@ -53,7 +53,7 @@ class Tap:
                 write_timeout=_WRITE_S,
                 exclusive=True,
             )
-        except Exception as error:  # the handlers of pyserial's many addresses raise what they like
+        except Exception as error:  # pyserial's URL handlers raise all sorts
             raise DriverError(
                 f"the robot's port {self._settings.url} cannot be opened: {error}; end the"
                 " program that uses it, such as a running server, or plug the robot in"
@@ -71,7 +71,7 @@ class Tap:
             thread.start()
 
     def cut(self) -> None:
-        """Carry nothing more, either way; the robot's reports are heard all the same."""
+        """Forward nothing more, either way; the robot's reports are still recorded."""
         with self._lock:
             self._carries = False
 
@@ -80,29 +80,29 @@ class Tap:
             self._carries = True
 
     def forget(self) -> None:
-        """Begin a new list of events."""
+        """Start a new list of events."""
         with self._lock:
             self._events.clear()
 
     def events(self) -> list[Event]:
-        """Return what was noted since `forget`; raises `DriverError` where the port is lost."""
+        """Return the events since `forget`; raises `DriverError` if the port is lost."""
         if self._problem is not None:
             raise DriverError(f"the robot's port was lost: {self._problem}; check its cable")
         with self._lock:
             return list(self._events)
 
     def moves(self) -> bool:
-        """Tell whether the robot moves by its newest report, or, without any, is told to."""
+        """Whether the robot moves by its newest report, or without reports by its last command."""
         who = "told" if self._language.reports else "said"
         return next((event.moves for event in reversed(self.events()) if event.who == who), False)
 
     def close(self) -> None:
-        """Make the robot stand, then close both ends; never raises, safe to call twice."""
+        """Stop the robot, then close both ends; never raises, safe to call twice."""
         if not self._is_open:
             return
         self.cut()
-        for _ in range(_LAST_WORDS):  # one may be lost, or come in the middle of a frame
-            with contextlib.suppress(Exception), self._lock:  # a port that is lost may come back
+        for _ in range(_LAST_WORDS):  # one may be lost, or hit the middle of a frame
+            with contextlib.suppress(Exception), self._lock:  # a lost port may come back
                 self._write(self._language.last_words())
             time.sleep(_LAST_WORDS_EVERY_S)
         self._is_open = False
@@ -118,13 +118,13 @@ class Tap:
             while self._is_open:
                 way()
         except Exception as error:
-            # Whatever a handler of pyserial raises: the proof is told at its next question.
+            # Whatever pyserial raises: `events` reports it.
             self._problem = error
 
     def _carry_down(self) -> None:
         if select.select([self._ours], [], [], _READ_S)[0]:
             data = os.read(self._ours, _MAX_BYTES)
-            with self._lock:  # whole, so that nothing of the server's comes after a cut
+            with self._lock:  # so that nothing from the server follows a cut
                 if self._carries:
                     self._write(data)
 
@@ -140,5 +140,5 @@ class Tap:
         with self._lock:
             self._events += self._language.told(data, at_s)
             if self._carries:
-                with contextlib.suppress(BlockingIOError):  # no server reads: let it fall
+                with contextlib.suppress(BlockingIOError):  # no server reads: drop it
                     os.write(self._ours, data)

@@ -1,4 +1,4 @@
-"""What was found, and whether it is good enough (pure)."""
+"""The findings of a proof, and whether they pass (pure)."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 FRAME_LIMIT_MS: Final = 200.0
 """From the fault to the stop frame on the robot's line."""
 ROBOT_LIMIT_MS: Final = 250.0
-"""From the fault to standstill, beyond the time in which the robot's body brakes."""
+"""From the fault to standstill, plus the robot's braking time."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A link that is cut. `ends` is what has to stop the robot: a frame, or the robot itself."""
+    """A link to cut. `ends` is what must stop the robot: a stop frame, or the robot itself."""
 
     key: str
     title: str
@@ -30,7 +30,7 @@ FAULTS: Final = (
     Fault("silent", "The operator's network vanishes", "frame"),
     Fault("stop", "Stop is pressed, by the data channel", "frame"),
     Fault("http", "Stop is pressed, by HTTP", "frame"),
-    Fault("leave", "The operator hands over and goes on sending", "frame"),
+    Fault("leave", "The operator hands over and keeps sending", "frame"),
     Fault("frozen", "The server is frozen", "frame"),
     Fault("killed", "The server is killed", "frame"),
     Fault("driver", "The driver process is killed", "robot"),
@@ -40,7 +40,7 @@ FAULTS: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One fault's samples; `skipped` is a sentence why it was not measured."""
+    """One fault's samples; `skipped` is a sentence that says why it was not measured."""
 
     fault: Fault
     samples: tuple[Sample, ...] = ()
@@ -49,9 +49,9 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """All that a proof has found. `reports` is whether the robot tells if it moves.
+    """The findings of a proof. `reports` is whether the robot reports if it moves.
 
-    `braking_mps2` is what the configuration promises. `broken` is a sentence why it ended early.
+    `braking_mps2` is from the configuration. `broken` is a sentence that says why it ended early.
     """
 
     findings: tuple[Finding, ...]
@@ -70,7 +70,7 @@ class Findings:
 
     @property
     def all_passed(self) -> bool:
-        """Whether all that was not skipped was measured to its end, and nothing took too long."""
+        """Whether everything not skipped was measured completely and within the limits."""
         return (
             self.broken is None
             and bool(self.measured)
@@ -78,7 +78,7 @@ class Findings:
         )
 
     def passed(self, finding: Finding) -> bool:
-        """Tell whether each of the wanted samples is there and within the limits."""
+        """Whether all samples are there and within the limits."""
         return len(finding.samples) >= self.repeats and all(
             self.sample_passed(finding.fault, sample) for sample in finding.samples
         )
@@ -97,7 +97,7 @@ class Findings:
 
     @property
     def latest_ms(self) -> float | None:
-        """The longest time to standstill, or to the stop frame where the robot does not tell."""
+        """The longest time to standstill, or to the stop frame if the robot does not report."""
         times = (
             sample.standing_ms if self.reports else sample.frame_ms
             for finding in self.findings
@@ -107,7 +107,7 @@ class Findings:
 
     @property
     def measured_braking_mps2(self) -> float | None:
-        """How it braked from the stop frame on, at the worst; None where that is not known."""
+        """The weakest braking after a stop frame; None if unknown."""
         rates = [
             sample.speed_mps / sample.braking_ms * 1000.0
             for finding in self.findings
@@ -119,7 +119,7 @@ class Findings:
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """Median and maximum of what came; `missing` of `n` did not come."""
+    """Median and maximum of the stops that came; `missing` of `n` did not come."""
 
     n: int
     missing: int
@@ -128,7 +128,7 @@ class Spread:
 
 
 def spread(times_ms: Iterable[float | None]) -> Spread:
-    """Summarize times; those that did not come are counted apart."""
+    """Summarise times; missing ones are counted separately."""
     times = list(times_ms)
     came = [time for time in times if time is not None]
     return Spread(
