@@ -1,4 +1,4 @@
-"""Whoever logs never waits, whatever becomes of the lines."""
+"""Logging never blocks, whatever becomes of the lines."""
 
 from __future__ import annotations
 

@@ -145,7 +145,7 @@ def test_a_hanging_camera_is_told_within_two_seconds() -> None:
     source = camera(device)
     source.open()
     began_s = time.monotonic()
-    with pytest.raises(SourceError, match=r"^Camera 3 gives no picture"):
+    with pytest.raises(SourceError, match=r"^Camera 3 delivers no picture"):
         source.read()
     assert time.monotonic() - began_s < 2.0
     source.close()

@@ -171,7 +171,7 @@ def test_a_missing_file_names_key_and_path(tmp_path: Path, key: str) -> None:
     sentence = str(caught.value)
     assert sentence.startswith(f"[{key}] source: {path} does not exist")
     assert "wax devices" in sentence
-    with pytest.raises(ConfigError, match="is no file"):
+    with pytest.raises(ConfigError, match="is not a file"):
         find_one(key, str(tmp_path))
 
 
@@ -180,7 +180,9 @@ def test_a_file_that_is_no_film_stops_the_start(tmp_path: Path, key: str) -> Non
     """A text under a film's name stops the start with key, file and what to do."""
     diary = tmp_path / "diary.mp4"
     diary.write_text("These are words.\n" * 40)
-    with pytest.raises(ConfigError, match=rf"^\[{key}\] source: diary.mp4 is no video or sound"):
+    with pytest.raises(
+        ConfigError, match=rf"^\[{key}\] source: diary.mp4 is not a playable video or sound"
+    ):
         find_one(key, str(diary))
 
 

@@ -171,7 +171,7 @@ def test_a_silent_device_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(microphone, "_SILENT_S", 0.01)
     source = make(FakePortAudio(), FakeClock())
     source.open()
-    with pytest.raises(SourceError, match=r"^The microphone gives no sound; check its cable"):
+    with pytest.raises(SourceError, match=r"^The microphone delivers no sound; check its cable"):
         source.read()
     source.close()
 

@@ -18,7 +18,7 @@ def waited_s(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 def test_a_newer_item_replaces_what_was_there(waited_s: list[float]) -> None:
-    """Whoever comes late gets the newest item alone, at once, and once."""
+    """A late reader gets only the newest item, at once, and once."""
     slot: NewestSlot[str] = NewestSlot()
     for item in "abc":
         slot.put(item)

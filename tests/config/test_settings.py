@@ -253,12 +253,12 @@ def test_a_problem_is_one_sentence(text: str, problem: str, tmp_path: Path) -> N
     ],
 )
 def test_a_ladder_that_does_not_go_down_is_refused(text: str, problem: str, tmp_path: Path) -> None:
-    """Whoever climbs down must find a step that costs less, so the order is checked."""
+    """Each step down the ladder must cost less, so the order is checked."""
     assert _problems(text, tmp_path) == [problem]
 
 
 def test_one_size_may_have_several_rates(tmp_path: Path) -> None:
-    """A viewer chooses by size, his link by rate."""
+    """A viewer chooses the size, their link the rate."""
     size = "width = 64, height = 48, fps = 5.0"
     file = tmp_path / "robot.toml"
     file.write_text(

@@ -194,7 +194,7 @@ class Channel:
         return replace(record, data=data, truth=None)
 
     def _disguised(self, record: Record, sent: Sent, seq: int) -> Record:
-        """Let a stranger say it on the sender's line, or another viewer on his own."""
+        """Let a stranger send it on the sender's connection, or another viewer on their own."""
         text = text_of(sent, seq)
         if sent.kind == "stop" or sent.sender != self.operator or self.rng.random() < 0.5:
             data = seal(self.rng, STRANGER, record.channel, text)

@@ -382,7 +382,7 @@ def test_lost_place_is_told(bench: Bench) -> None:
 
 
 def test_lost_operator_stops_the_robot(bench: Bench) -> None:
-    """The robot stops at once when its operator is lost; his commands do not count meanwhile."""
+    """The robot stops at once when its operator is lost; their commands do not count meanwhile."""
     bench.drive()
     bench.loop.lost(A)
     assert bench.driver.take() == [("stop", 1)]
@@ -416,7 +416,7 @@ def test_fresh_page_counts_from_the_start(bench: Bench, again: str) -> None:
 
 @pytest.mark.parametrize("again", ["connect", "returned"])
 def test_fresh_page_is_told_how_things_are(bench: Bench, again: str) -> None:
-    """Who has just connected knows nothing, so he hears also what has not changed."""
+    """A viewer who has just connected also gets what has not changed."""
     getattr(bench.loop, again)(A)
     bench.step()
     told = len(bench.statuses)
@@ -429,7 +429,7 @@ def test_fresh_page_is_told_how_things_are(bench: Bench, again: str) -> None:
 
 
 def test_stop_reaches_the_robot_at_once(bench: Bench) -> None:
-    """Whoever presses it, the stop reaches the robot within the call, and lasts."""
+    """A stop by anybody reaches the robot within the call, and lasts."""
     bench.drive()
     assert bench.loop.press_stop("Bob") == 1
     assert bench.driver.take() == [("stop", 1)]
@@ -486,7 +486,7 @@ def test_stops_are_counted(bench: Bench) -> None:
 
 
 def test_others_do_not_release(bench: Bench) -> None:
-    """Who waits cannot release the stop, and refusals are counted by their reason."""
+    """A waiting viewer cannot release the stop, and refusals are counted by reason."""
     number = bench.loop.press_stop("Ada")
     assert bench.loop.release_stop(B, number, bench.clock.time_s) is Refusal.NOT_YOUR_STOP
     assert bench.loop.latched is not None
@@ -494,7 +494,7 @@ def test_others_do_not_release(bench: Bench) -> None:
 
 
 def test_stop_lives_across_turns(bench: Bench) -> None:
-    """The next operator finds the stop latched, and only he may release it then."""
+    """The next operator finds the stop latched, and only they may release it then."""
     bench.drive()
     number = bench.loop.press_stop("Ada")
     bench.loop.leave(A)
@@ -860,7 +860,7 @@ def test_a_long_line_is_a_slow_one() -> None:
 
 
 def test_a_line_that_is_too_long_is_for_watching() -> None:
-    """Over a line on which every command would be too old nobody drives, and he reads why."""
+    """Over a link on which every command would be too old nobody drives, and the page says why."""
     bench = Bench()
     bench.delays_s[A] = 0.351
     bench.enter(A)
@@ -873,7 +873,7 @@ def test_a_line_that_is_too_long_is_for_watching() -> None:
 
 @pytest.mark.parametrize(("lapse_s", "goes_on"), [(0.9, True), (1.1, False)])
 def test_driving_goes_on_after_a_short_lapse(bench: Bench, lapse_s: float, goes_on: bool) -> None:
-    """Who was not heard for up to a second drives on; after more he must let go first."""
+    """After up to a second of silence an operator drives on; after more they must let go first."""
     bench.drive()
     lapse_s += 0.25  # for so long the last command was fresh
     for _ in range(round(lapse_s / 0.02)):

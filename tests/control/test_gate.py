@@ -242,7 +242,7 @@ def test_new_turn_counts_its_commands_anew() -> None:
 
 
 def test_reason_tells_what_is_wrong_with_the_commands() -> None:
-    """While the operator's commands are refused he is told why, until one counts."""
+    """While their commands are refused the operator is told why, until one counts."""
     state, _ = offer(gate.begin(3, START_S), command(1, 101.0), now_s=100.5)
     assert decide(state, 100.5).reason == Refusal.FROM_FUTURE.value
     state, _ = offer(driving(), command(12, 103.0), now_s=101.5)
@@ -321,7 +321,7 @@ def test_release_alone_moves_nothing() -> None:
 
 
 def test_too_long_a_line_is_for_watching() -> None:
-    """Who would drive over a line that is too long is told so, and nothing moves."""
+    """An operator on a link with too much delay is told so, and nothing moves."""
     slow = replace(TURN, one_way_s=0.351)
     assert decide(driving(), 101.1, slow) == Setpoint(reason=Refusal.TOO_SLOW.value)
     assert not decide(driving(), 101.1, replace(TURN, one_way_s=0.349)).twist.is_zero
@@ -356,7 +356,7 @@ def test_picture_ahead_does_not_last_longer() -> None:
 
 
 def test_limit_stands_beside_the_motion() -> None:
-    """Who is slowed moves on, told why and without a reason to stand."""
+    """A slowed operator drives on and is told why."""
     off = replace(TURN, sees=False)
     state, _ = offer(driving(), replace(command(12, 101.2, linear=1.0), seen_s=None), turn=off)
     expected = Setpoint(Twist(0.4, 0.0), limit=Limit.NO_PICTURE.value, soft=True)
@@ -417,7 +417,7 @@ def test_a_lapse_of_just_a_second_ends_by_itself() -> None:
 
 
 def test_who_lets_go_is_heard_anew_at_each_beat() -> None:
-    """Who stands with open eyes for a minute drives on at once."""
+    """An operator who stood still for a minute with a fresh picture drives on at once."""
     state = ready()
     for seq in range(11, 3011):
         state, _ = offer(state, command(seq, 101.0 + (seq - 10) / 50))

@@ -19,7 +19,7 @@ FULL = Command(1, 1, 0.0, -1.0, 0.5, True, "fast")
 
 
 def test_nothing_against_it() -> None:
-    """Who sees and can stop in time gets what he asks for, as shares of the limits."""
+    """An operator who sees and can stop in time gets the speed they ask for."""
     assert speed.twist(FULL, VideoFreshness.CLEAR, TTL_S, RULES) == (Twist(-0.8, 1.0), None)
 
 
@@ -34,7 +34,7 @@ def test_fine() -> None:
     [(VideoFreshness.LATE, Limit.LATE_PICTURE), (VideoFreshness.OFF, Limit.NO_PICTURE)],
 )
 def test_without_a_fresh_picture_no_faster_than_fine(sight: VideoFreshness, why: Limit) -> None:
-    """Who sees late or not at all is no faster than slow speed in any part, on the same curve."""
+    """With a late picture or none both speeds stay within slow speed, on the same curve."""
     assert speed.twist(FULL, sight, TTL_S, RULES) == (Twist(-0.4, 0.5), why)
     turning = replace(FULL, linear=0.2, angular=1.0)
     assert speed.twist(turning, sight, TTL_S, RULES) == (Twist(0.1 * 0.8, 1.0), why)
@@ -69,7 +69,7 @@ def test_stopping_distance_keeps_the_curve() -> None:
 
 
 def test_as_fast_as_it_may_be_is_not_lowered() -> None:
-    """Who asks for just the speed from which the robot can stop is told of no limit."""
+    """At exactly the speed from which the robot can stop no limit is reported."""
     fastest = fastest_mps(TTL_S, RULES)
     rules = replace(RULES, limits=replace(RULES.limits, linear_mps=fastest))
     command = replace(FULL, linear=1.0, angular=0.0)

@@ -45,7 +45,7 @@ RELEASED = {
 
 @pytest.mark.parametrize(("by", "number", "sent_s"), RELEASED.values(), ids=RELEASED)
 def test_released(by: Releaser, number: int, sent_s: float | None) -> None:
-    """Who may release this stop now does."""
+    """The operator and the host can release the stop."""
     after, refusal = release(PRESSED, by, number, sent_s, turn=TURN, now_s=NOW_S)
     assert refusal is None
     assert after == replace(PRESSED, stop=None)

@@ -29,7 +29,7 @@ def test_nobody_drives_at_first() -> None:
 
 
 def test_first_to_join_drives_at_once() -> None:
-    """Whoever joins an empty queue drives for turn_s from that moment."""
+    """A viewer who joins an empty queue drives for turn_s from that moment."""
     turns = make()
     turns.connect(A, 1.0)
     assert turns.join(A, 2.0) == (TurnStarted(1, A, 62.0),)
@@ -52,7 +52,7 @@ def test_lone_turn_renews() -> None:
 
 
 def test_lone_turn_is_not_cut_short() -> None:
-    """Who joins during a renewed turn waits for its rest, and the turn does not renew again."""
+    """A viewer who joins during a renewed turn waits for its rest; it does not renew again."""
     turns = make(A)
     turns.connect(B, 0.0)
     turns.tick(60.0)
@@ -70,7 +70,7 @@ def test_leaving_hands_over_at_once() -> None:
 
 
 def test_leaving_the_queue() -> None:
-    """Who leaves the queue gives up his place, and those behind him move up."""
+    """A viewer who leaves the queue gives up their place, and those behind move up."""
     turns = make(A, B, C)
     assert turns.leave(B, 1.0) == ()
     assert [turns.place(v) for v in (A, B, C)] == [0, None, 1]
@@ -114,7 +114,7 @@ def test_what_changes_nothing() -> None:
 
 
 def test_short_loss_keeps_the_turn() -> None:
-    """A lost operator who returns within grace drives on; the clock of his turn ran on."""
+    """A lost operator who returns within grace drives on; the clock of their turn ran on."""
     turns = make(A, B)
     assert turns.lost(A, 10.0) == ()
     assert turns.operator == A
@@ -147,7 +147,7 @@ def test_losing_twice_does_not_prolong_grace() -> None:
 
 
 def test_waiting_viewer_keeps_his_place_for_grace() -> None:
-    """A waiting viewer who is lost keeps his place for grace_s, then it is given up."""
+    """A waiting viewer who is lost keeps their place for grace_s, then it is given up."""
     turns = make(A, B, C)
     turns.lost(B, 10.0)
     assert turns.place(B) == 1
@@ -165,7 +165,7 @@ def test_lost_observer_has_nothing_to_lose() -> None:
 
 
 def test_turn_passes_over_the_lost() -> None:
-    """A turn goes to the first who is there; who is lost keeps his place in front of the others."""
+    """A turn goes to the first connected viewer; lost ones keep their places in front."""
     turns = make(A, B, C)
     turns.lost(B, 59.0)
     assert turns.tick(60.0) == (TurnEnded(1, A, Why.EXPIRED), TurnStarted(2, C, 120.0))
@@ -183,7 +183,7 @@ def test_turn_renews_if_only_lost_viewers_wait() -> None:
 
 
 def test_lost_operator_at_the_end_of_his_turn() -> None:
-    """A turn that ends while its operator is lost is handed over; he waits at the end in grace."""
+    """A turn that ends while its operator is lost is handed over; they wait at the end."""
     turns = make(A, B)
     turns.lost(A, 59.0)
     assert turns.tick(60.0) == (TurnEnded(1, A, Why.EXPIRED), TurnStarted(2, B, 120.0))
@@ -219,7 +219,7 @@ def test_no_grace_at_all() -> None:
 
 
 def test_return_after_grace_is_a_new_beginning() -> None:
-    """Who returns after his grace observes, and can join at the end again."""
+    """A viewer who returns after their grace time observes, and can join at the end again."""
     turns = make(A, B)
     turns.lost(A, 10.0)
     turns.tick(14.0)
@@ -232,7 +232,7 @@ def test_return_after_grace_is_a_new_beginning() -> None:
 
 
 def test_gone_hands_over_at_once() -> None:
-    """A closed operator's turn is handed over, and he is forgotten."""
+    """A closed operator's turn is handed over, and they are forgotten."""
     turns = make(A, B, C)
     turns.lost(A, 1.0)
     assert turns.gone(A, 2.0) == (TurnEnded(1, A, Why.GONE), TurnStarted(2, B, 62.0))
@@ -245,7 +245,7 @@ def test_gone_hands_over_at_once() -> None:
 
 
 def test_gone_after_grace_is_forgotten() -> None:
-    """A viewer who is closed after his grace leaves nothing behind."""
+    """A viewer who is closed after their grace time leaves nothing behind."""
     turns = make(A)
     turns.lost(A, 1.0)
     turns.tick(5.0)
@@ -256,7 +256,7 @@ def test_gone_after_grace_is_forgotten() -> None:
 
 
 def test_auto_join() -> None:
-    """With join = auto everybody queues at connect, and who leaves observes until he joins."""
+    """With join = auto everybody queues at connect; those who leave observe until they join."""
     turns = make(join="auto")
     assert turns.connect(A, 0.0) == (TurnStarted(1, A, 60.0),)
     turns.connect(B, 0.0)

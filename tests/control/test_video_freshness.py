@@ -44,7 +44,7 @@ def test_unknown_delay_is_no_allowance() -> None:
 
 @pytest.mark.parametrize("seen_s", [None, 0.0, 10.0])
 def test_picture_off_on_purpose(seen_s: float | None) -> None:
-    """Who has switched the picture off sees none on purpose, whatever he says that he saw."""
+    """With the picture switched off an operator sees none on purpose, whatever the page reports."""
     assert judge(seen_s, 10.0, replace(TURN, sees=False), RULES) is VideoFreshness.OFF
 
 

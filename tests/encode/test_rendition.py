@@ -80,7 +80,7 @@ def test_the_load_is_what_encoding_takes(studio: Studio) -> None:
 
 
 def test_after_a_rest_comes_a_keyframe(studio: Studio) -> None:
-    """Whoever wants it first, or again, begins with a picture that needs no other."""
+    """The first picture after an idle time is a keyframe."""
     studio.rendition.want(True)
     assert [one.keyframe for one in studio.film(5)] == [True, False, False, False, False]
     studio.rendition.want(False)

@@ -150,7 +150,7 @@ async def test_forms_are_encoded_while_wanted() -> None:
 
 
 async def test_what_was_dropped_of_the_sound_stays_counted() -> None:
-    """When a viewer who takes no sound leaves, what his lane dropped is still in the sum."""
+    """When a viewer without sound leaves, what their lane dropped is still in the sum."""
     hub = _hub()
     lane = hub.add(OpenFence())
     hub.choose(lane, FORMS[20], 0)

@@ -63,7 +63,7 @@ def test_the_new_form_follows_where_the_old_one_ends() -> None:
 
 
 def test_a_change_that_is_taken_back_changes_nothing() -> None:
-    """Who goes back to the form that he still hears goes on hearing it."""
+    """A viewer who goes back to the form they still hear keeps hearing it."""
     lane = SoundLane()
     lane.choose(SHORT)
     lane.put(SHORT, _sound(1))
@@ -75,7 +75,7 @@ def test_a_change_that_is_taken_back_changes_nothing() -> None:
 
 
 def test_no_sound_means_nothing_waits() -> None:
-    """Who does not want the sound gets none, not even what was waiting."""
+    """A viewer who does not want sound gets none, not even what was queued."""
     lane = SoundLane()
     lane.choose(SHORT)
     lane.put(SHORT, _sound(1))

@@ -100,7 +100,7 @@ async def test_what_nobody_wants_is_not_encoded(hub: VideoHub) -> None:
 
 
 async def test_a_joiner_gets_a_keyframe_and_the_crowd_few(hub: VideoHub) -> None:
-    """Whoever joins in the middle can decode at once, yet requests of many become one keyframe."""
+    """A viewer who joins can decode at once, yet many requests become one keyframe."""
     camera, first = Camera(hub), hub.add(OpenFence())
     hub.choose(first, BIG)
     seen = [await _next(camera, first) for _ in range(3)]
@@ -141,7 +141,7 @@ async def test_a_change_of_size_has_no_gap(hub: VideoHub) -> None:
 
 
 async def test_what_was_dropped_stays_counted(hub: VideoHub) -> None:
-    """When a slow viewer leaves, once or twice told, what his lane dropped is still in the sum."""
+    """When a slow viewer is removed, even twice, what their lane dropped is still in the sum."""
     camera, quick, slow = Camera(hub), hub.add(OpenFence()), hub.add(OpenFence())
     hub.choose(quick, BIG)
     hub.choose(slow, BIG)

@@ -69,7 +69,7 @@ TOPS = st.lists(st.sampled_from([0, 1, 2, 2]), min_size=90, max_size=90)
 def test_what_a_slow_viewer_gets_decodes_to_the_same_pictures(
     taken: list[int], tops: list[int]
 ) -> None:
-    """However slow a viewer is and however he is cut, each of his pictures is the encoder's."""
+    """However slow a viewer is, each of their pictures is exactly the encoder's."""
     lane = VideoLane()
     lane.choose(SMALL.name)
     out = _through(lane, taken, tops)
@@ -158,7 +158,7 @@ def test_the_newest_is_sent_when_the_way_is_free() -> None:
 
 
 def test_news_is_told() -> None:
-    """Whoever listens hears of each picture that there is to take, and of no other."""
+    """The listener is called for each picture that can be taken, and for no other."""
     heard: list[int] = []
     lane = VideoLane()
     lane.listen(lambda: heard.append(1))
@@ -248,7 +248,7 @@ def test_what_is_given_up_is_not_sent() -> None:
 
 
 def test_no_picture_means_nothing_waits() -> None:
-    """Who does not want the picture gets none, not even what was waiting."""
+    """A viewer who does not want the picture gets none, not even what was queued."""
     lane = VideoLane()
     lane.choose(SMALL.name)
     lane.put(STREAM[0])

@@ -52,7 +52,7 @@ class Reader(HTMLParser):
 
 
 def test_it_says_in_one_sentence_what_came_out() -> None:
-    """Who reads one sentence knows how often was cut and when the robot stood at the latest."""
+    """One sentence says how often links were cut and within what time the robot stood."""
     assert sentence(findings()) == (
         "Every link was cut 2 times; the robot stood within 251 ms, its own braking included."
     )
@@ -121,7 +121,7 @@ def test_rows_tell_failures_apart() -> None:
 
 
 def test_braking_that_is_worse_than_configured_is_advised() -> None:
-    """Who promises more braking than was measured is told what to set."""
+    """If the configured braking exceeds the measured one, the record says what to set."""
     slow = Sample(frame_ms=100.0, standing_ms=280.0, speed_mps=0.18)
     assert "set robot.braking_mps2" in page(findings(slow, slow), SETTINGS, HEADING)
     assert "set robot.braking_mps2" not in page(findings(), SETTINGS, HEADING)

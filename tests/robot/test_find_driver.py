@@ -156,7 +156,7 @@ WATCHDOG = GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, ttl_s=0.2)")
 def test_a_robot_without_any_watchdog_but_the_server_is_warned_of(
     plugin: Callable[[str], str], clock: FakeClock, text: str, warned: bool
 ) -> None:
-    """The host reads at the start that his robot goes on should the server hang."""
+    """The host reads at the start that the robot keeps moving if the server hangs."""
     with capture_logs() as logs:
         make_robot(RobotSettings(driver=plugin(text)), clock)
     assert [line["event"] for line in logs] == [NO_WATCHDOG] * warned

@@ -429,7 +429,7 @@ async def test_a_page_that_closes_is_noticed_at_once(pair: Pair) -> None:
 async def test_a_close_that_fails_still_ends_the_peer(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whatever aiortc raises at the end, the viewer hears that his peer is gone."""
+    """Whatever aiortc raises at the end, the viewer is told that their peer is gone."""
     close = pair.peer._pc.close
 
     async def failing() -> None:

@@ -169,7 +169,7 @@ async def test_acknowledgements_go_together() -> None:
 
 
 async def test_a_long_message_is_acknowledged_as_it_comes() -> None:
-    """Who waits for leave to go on gets it at once, and the rest after the delay."""
+    """A burst is acknowledged at once, everything else after the delay."""
     sctp = Sctp()
     private.delay_acknowledgements(sctp, 0.02)  # type: ignore[arg-type]  # all that is used of it
     for packets, acknowledged in ((3, 0), (1, 1), (3, 1), (1, 2), (1, 2)):

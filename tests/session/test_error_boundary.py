@@ -207,7 +207,7 @@ async def test_a_peer_that_cannot_be_abandoned_stops_no_round(
 async def test_the_robot_stops_though_the_streams_of_its_operator_cannot_be_given_up(
     house: House, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whoever drove is lost at once, also where ending the streams raises."""
+    """The operator is lost at once, even if ending the streams raises."""
     eve = await house.enter("eve-1111")
     eve.says(type="join")
     house.wait(0.3, eve)

@@ -178,7 +178,7 @@ async def test_a_proof_that_does_not_listen_is_ended(monkeypatch: pytest.MonkeyP
 async def test_a_stop_breaks_the_proof_off(
     proving: ProofRunner, robot: Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whoever presses Stop stops the robot of the proof too, and none begins while that lasts."""
+    """Stop also stops a proof's robot, and no proof begins while the stop is in force."""
     process = await _under_way(proving, monkeypatch)
     robot.latched = LatchedStop(1, "Ada")
     assert await asyncio.wait_for(process.wait(), 5) == -signal.SIGTERM

@@ -1,4 +1,4 @@
-"""Who may press Stop, and what the latch is asked about releasing it."""
+"""Who may press Stop, and which releases reach the latch."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ PRESSED = {
 
 @pytest.mark.parametrize(("by", "viewer", "is_host", "name"), PRESSED.values(), ids=PRESSED)
 def test_pressed(control: Control, by: By, viewer: Viewer | None, is_host: bool, name: str) -> None:
-    """Whoever may stop the robot does, under the name that people read."""
+    """Everybody who may stop the robot can, under the name shown to people."""
     assert stops(control, by).press(viewer, is_host=is_host) == 7
     assert control.asked == [(name,)]
 

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class House:
-    """The room and the peer of one viewer: notes what he does and what he is sent."""
+class FakeRoom:
+    """The room and the peer of one viewer: records what they do and what they are sent."""
 
     calls: list[tuple[str, Any]] = field(default_factory=list)
     sent: list[tuple[str, Any]] = field(default_factory=list)
@@ -64,9 +64,9 @@ class House:
 
 
 @dataclass
-class Scene:
+class Connection:
     viewer: Viewer
-    house: House
+    room: FakeRoom
     clock: TurnedClock
     counters: Counters
     video: VideoHub
@@ -76,8 +76,8 @@ class Scene:
 SMALLEST = VideoSettings().renditions[-1].name
 
 
-def _scene(sync: SyncSettings | None = None) -> Scene:
-    clock, house, counters = TurnedClock(100.0), House(), Counters()
+def _scene(sync: SyncSettings | None = None) -> Connection:
+    clock, room, counters = TurnedClock(100.0), FakeRoom(), Counters()
     video = VideoHub(settings=VideoSettings(), clock=clock)
     audio = SoundHub()
     viewer = Viewer(
@@ -92,14 +92,14 @@ def _scene(sync: SyncSettings | None = None) -> Scene:
             video=video,
             audio=audio,
         ),
-        events=house,
+        events=room,
         sync=sync or SyncSettings(),
     )
     viewer.lanes()
-    viewer.peer = cast("Peer", house)
+    viewer.peer = cast("Peer", room)
     viewer.connected()
     viewer.ready()
-    return Scene(viewer, house, clock, counters, video, audio)
+    return Connection(viewer, room, clock, counters, video, audio)
 
 
 def _drive(**changes: object) -> str:
@@ -126,7 +126,7 @@ def test_a_command_becomes_a_value() -> None:
     """A well-formed set-point reaches the room, times in seconds."""
     scene = _scene()
     scene.viewer.received("drive", _drive(seen_server_ms=99_900.0))
-    name, command = scene.house.calls[-1]
+    name, command = scene.room.calls[-1]
     assert name == "drive"
     assert (command.seq, command.turn, command.sent_s) == (1, 2, 99.99)
     assert (command.linear, command.angular, command.speed) == (0.5, -1.0, "slow")
@@ -161,9 +161,9 @@ def test_a_command_becomes_a_value() -> None:
 def test_a_malformed_command_is_refused_and_counted(text: str) -> None:
     """What is no command moves nothing, is counted, and raises nothing."""
     scene = _scene()
-    before = list(scene.house.calls)
+    before = list(scene.room.calls)
     scene.viewer.received("drive", text)
-    assert scene.house.calls == before
+    assert scene.room.calls == before
     assert scene.counters.snapshot() == {"messages refused": 1}
 
 
@@ -178,7 +178,7 @@ def test_no_bytes_raise(channel: Any, data: str | bytes) -> None:
 def test_a_failing_room_does_not_close_the_peer() -> None:
     """An error of our own is logged and counted, and the peer lives on."""
     scene = _scene()
-    scene.house.calls = cast("Any", None)
+    scene.room.calls = cast("Any", None)
     scene.viewer.received("state", '{"type":"stop"}')
     assert scene.counters.snapshot() == {"messages failed": 1}
 
@@ -187,7 +187,7 @@ def test_a_ping_is_answered_with_both_clocks() -> None:
     """The pong returns the page's stamp and adds the server's, on the lossy channel."""
     scene = _scene()
     scene.viewer.received("drive", '["ping",3,12.5,null,null]')
-    assert scene.house.sent[-1] == ("drive", ["pong", 3, 12.5, 100_000.0])
+    assert scene.room.sent[-1] == ("drive", ["pong", 3, 12.5, 100_000.0])
 
 
 def test_a_stop_passes_in_a_flood() -> None:
@@ -195,23 +195,23 @@ def test_a_stop_passes_in_a_flood() -> None:
     scene = _scene()
     for _ in range(500):
         scene.viewer.received("state", '{"type":"name","name":"x"}')
-    scene.house.calls.clear()
+    scene.room.calls.clear()
     scene.viewer.received("state", '{"type":"join"}')
     scene.viewer.received("state", "{" * 20)
     scene.viewer.received("drive", '{"type":"stop"}')
     scene.viewer.received("state", '{"type":"stop"}')
-    assert scene.house.calls == [("stop", 7)]
+    assert scene.room.calls == [("stop", 7)]
 
 
 def test_a_release_names_its_stop() -> None:
     """The room learns which stop is meant."""
     scene = _scene()
     scene.viewer.received("state", '{"type":"release","stop":3,"sent_server_ms":99990.0}')
-    assert scene.house.calls[-1] == ("release", 3)
+    assert scene.room.calls[-1] == ("release", 3)
 
 
 def test_a_picture_switched_off_is_known() -> None:
-    """Whether the viewer means to see is what he asked for last."""
+    """Whether a viewer wants the picture is what they last asked for."""
     scene = _scene()
     assert scene.viewer.wants_picture
     size = VideoSettings().renditions[0].size
@@ -224,7 +224,7 @@ def test_requests_reach_the_room(request_type: str) -> None:
     """Join, leave and stop are told to the room with the viewer's number."""
     scene = _scene()
     scene.viewer.received("state", json.dumps({"type": request_type}))
-    assert scene.house.calls[-1] == (request_type, 7)
+    assert scene.room.calls[-1] == (request_type, 7)
 
 
 def test_the_picture_comes_unasked_and_the_sound_when_wanted() -> None:
@@ -247,7 +247,7 @@ def test_an_unknown_size_is_refused_with_a_sentence() -> None:
     want = _want("9x9") | {"sound": False}
     scene.viewer.received("state", json.dumps(want))
     assert scene.video.wanted == [SMALLEST]
-    channel, notice = scene.house.sent[-1]
+    channel, notice = scene.room.sent[-1]
     assert (channel, notice["type"]) == ("state", "notice")
     assert "640x480" in notice["text"]
 
@@ -277,16 +277,16 @@ def test_the_policy_follows_reports_and_role() -> None:
     scene = _scene(SyncSettings(audio_delay_ms=200.0))
     want = _want("640x480")
     scene.viewer.received("state", json.dumps(want))
-    playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
+    playout = [m for _, m in scene.room.sent if m["type"] == "playout"]
     assert (playout[-1]["sound_target_ms"], playout[-1]["picture_target_ms"]) == (200.0, 200.0)
     report = '["report",[260,200,null,0,1000],[215,200,30,0],1]'
     for _ in range(4):
         scene.clock.time_s += 0.25
         scene.viewer.received("drive", report)
-    playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
+    playout = [m for _, m in scene.room.sent if m["type"] == "playout"]
     assert playout[-1]["picture_target_ms"] > 220
     scene.viewer.follow(SyncSettings(policy="video-first", audio_mu_ms=60), drives=False)
-    playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
+    playout = [m for _, m in scene.room.sent if m["type"] == "playout"]
     assert (playout[-1]["policy"], playout[-1]["picture_target_ms"]) == ("video-first", 0.0)
     assert scene.viewer.streams.status()["sound_mu_ms"] == 60
 
@@ -297,7 +297,7 @@ def test_the_viewers_own_choice_of_policy_is_taken() -> None:
     for asked, policy in (("video-first", "video-first"), (None, "audio-master")):
         want = _want("640x480") | {"policy": asked}
         scene.viewer.received("state", json.dumps(want))
-        playout = [m for _, m in scene.house.sent if m["type"] == "playout"]
+        playout = [m for _, m in scene.room.sent if m["type"] == "playout"]
         assert playout[-1]["policy"] == policy
 
 
@@ -310,7 +310,7 @@ def test_what_becomes_of_commands_is_told_a_few_times_a_second() -> None:
         scene.viewer.drive_status = messages.DriveStatus(moving=not tick % 2, reason=reason)
         scene.viewer.tell_drive_status(scene.clock.now_s())
     scene.viewer.tell_drive_status(scene.clock.now_s() + 1)
-    told = [m for _, m in scene.house.sent if m["type"] == "drive_status"]
+    told = [m for _, m in scene.room.sent if m["type"] == "drive_status"]
     assert 3 <= len(told) <= 5
     assert told[-1]["reason"] == "too old"
 
@@ -331,7 +331,7 @@ def test_names_are_one_short_visible_line(given_name: str, shown: str) -> None:
     scene = _scene()
     scene.viewer.received("state", json.dumps({"type": "name", "name": given_name}))
     assert scene.viewer.name == shown
-    assert scene.house.calls[-1] == ("renamed", None)
+    assert scene.room.calls[-1] == ("renamed", None)
 
 
 @given(st.text())

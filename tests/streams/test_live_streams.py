@@ -1,4 +1,4 @@
-"""One viewer under the live policies: what he is sent, when it plays, and what his page is told."""
+"""One viewer under the live policies: what they are sent, and when it plays."""
 
 from __future__ import annotations
 
@@ -233,7 +233,7 @@ async def test_the_page_holds_the_picture_back_where_its_browser_does_not() -> N
 
 
 async def test_nothing_to_hold_back_is_zero() -> None:
-    """Who drives sees the picture at once while the sound is no more than 80 ms behind it."""
+    """The operator sees the picture at once while the sound is at most 80 ms behind it."""
     scene = Scene()
     scene.begin()
     scene.streams.follow(OPERATOR, drives=True)
@@ -265,7 +265,7 @@ async def test_the_policy_changes_without_a_black_picture(how: str) -> None:
 
 
 async def test_who_drives_may_have_a_rendition_of_his_own() -> None:
-    """In his turn a step between two of the others is encoded for him; after it nothing is left."""
+    """In their turn an operator gets an own step between two others; after it nothing is left."""
     scene = Scene(rate_bps=0.75e6)
     shared = scene.video.names
     scene.video.start()
@@ -284,7 +284,7 @@ async def test_who_drives_may_have_a_rendition_of_his_own() -> None:
 
 
 async def test_a_wish_outlives_a_change_of_role() -> None:
-    """Who has asked for a policy keeps it in his turn, with the role's windows."""
+    """A viewer who chose a policy keeps it in their turn, with the role's limits."""
     scene = Scene()
     scene.begin()
     scene.streams.want(sound=True, picture=True, size="640x480", policy="video-first")

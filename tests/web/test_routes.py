@@ -136,7 +136,7 @@ async def test_the_page_knows_whether_to_acknowledge(
 
 
 async def test_the_page_travels_small(client: Client) -> None:
-    """Who understands gzip gets what the build has compressed, under its own type."""
+    """A client that accepts gzip gets the precompressed file, with its own type."""
     small = await client.get("/assets/b.js", headers={"Accept-Encoding": "gzip"})
     assert small.headers["Content-Encoding"] == "gzip"
     assert int(small.headers["Content-Length"]) < 100
@@ -288,7 +288,7 @@ def test_a_page_that_was_not_built_is_a_sentence(
 
 
 async def test_stop_and_release_have_a_way_of_their_own(client: Client, door: Door) -> None:
-    """Whoever sees the page stops without a word of who he is; a release says which stop."""
+    """Any viewer can stop without saying who they are; a release says which stop."""
     response = await client.post("/api/stop", json={})
     assert (response.status, await response.json()) == (200, {"stop": 7})
     await client.post("/api/stop", json={"client": "12345678-abcd"})
@@ -334,7 +334,7 @@ async def test_the_host_is_who_sits_at_this_machine(
 
 
 async def test_the_host_proves_the_stop(client: Client, lent: Lent) -> None:
-    """It begins only when he says that the wheels are off the floor."""
+    """The proof begins only when the host says that the wheels are off the floor."""
     for body in ({}, {"lifted": False}, {"lifted": "yes"}):
         assert (await client.post("/api/proof", json=body)).status == 400
     assert lent.started == 0

@@ -1,13 +1,13 @@
 /**
- * The server's clock, as far as the page can know it.
+ * The page's estimate of the server's clock.
  *
  * One ping and its pong bound the offset between the two clocks: the server read its clock
- * somewhere between sending and receiving, so the middle is wrong by half the round trip at most.
- * The exchange with the smallest bound in the window counts; a bound widens with its age, because
- * the two clocks drift apart. A spike in one direction lengthens the round trip and so never wins.
+ * somewhere between sending and receiving, so the middle is off by at most half the round trip. The
+ * exchange with the smallest bound in the window wins; a bound widens with its age, because the two
+ * clocks drift apart. A delay spike in one direction lengthens the round trip and so never wins.
  */
 
-/** The page sent at `sentMs` and heard at `receivedMs` (its own clock) that it was `serverMs`. */
+/** The page sent at `sentMs` and received at `receivedMs` (its own clock) the time `serverMs`. */
 export interface Exchange {
   sentMs: number;
   receivedMs: number;
@@ -21,7 +21,7 @@ interface Bound {
 }
 
 const WINDOW_MS = 20_000;
-/** Two crystals differ by tens of parts per million; the worst of both at once stays below. */
+/** Two crystals differ by tens of parts per million; even the worst pair stays below this. */
 const DRIFT = 200e-6;
 /** Browsers round their clock, some to 1 ms at either end of the exchange. */
 const ROUNDING_MS = 2;
@@ -32,7 +32,7 @@ export class ServerClock {
   #best: Bound | null = null;
   #recentMs: number[] = [];
 
-  /** Takes one exchange; one that ends before it began is ignored. */
+  /** Adds an exchange; one that ends before it began is ignored. */
   add({ sentMs, receivedMs, serverMs }: Exchange): void {
     const rttMs = receivedMs - sentMs;
     if (!(rttMs >= 0)) return;
@@ -51,12 +51,12 @@ export class ServerClock {
     this.#recentMs = [...this.#recentMs, rttMs].slice(-RECENT);
   }
 
-  /** The server's time at a moment of the page's clock; null before the first exchange. */
+  /** Converts a time of the page's clock to the server's; null before the first exchange. */
   toServerMs(pageMs: number): number | null {
     return this.#best && pageMs + this.#best.offsetMs;
   }
 
-  /** How wrong `toServerMs` can be at most; null before the first exchange. */
+  /** The largest possible error of `toServerMs`; null before the first exchange. */
   errorMs(pageMs: number): number | null {
     return this.#best && width(this.#best, pageMs);
   }
@@ -72,7 +72,7 @@ export class ServerClock {
     return this.#recentMs.length > 0 ? Math.max(...this.#recentMs) : null;
   }
 
-  /** True bounds overlap; these do not when a clock jumped, as after the machine slept. */
+  /** Valid bounds overlap; these do not if a clock jumped, as after the machine slept. */
   #contradicts(bound: Bound): boolean {
     if (!this.#best) return false;
     const apartMs = Math.abs(bound.offsetMs - this.#best.offsetMs);

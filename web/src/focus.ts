@@ -1,11 +1,11 @@
 const CLICKED = "button, summary, input[type=radio]";
-/** A click only opens the list of a select; it closes when the focus goes. */
+/** A click only opens the list of a select; losing the focus would close it. */
 const CHANGED = "select, input[type=range], input[type=radio]";
 
 /**
- * Gives the keyboard back to driving after a control was operated with a pointer. Otherwise the
- * arrow keys would move the radio that was clicked last, and Space would switch the sound instead
- * of stopping the robot. Whoever operates by keyboard keeps the focus.
+ * Returns the keyboard to driving after a pointer used a control. Otherwise the arrow keys would
+ * change the radio button clicked last, and Space would toggle the sound instead of stopping the
+ * robot. Keyboard users keep the focus.
  */
 export function returnFocusAfterPointer(document: Document, signal: AbortSignal): void {
   let byPointer = false;

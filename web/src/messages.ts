@@ -1,6 +1,6 @@
-/** The message types, made from the server's models by `npm run types`. */
+/** The message types, generated from the server's models by `npm run types`. */
 export type * from "./generated/messages";
-/** What stands where in a row, and as many characters of a name as the server keeps. */
+/** The columns of the rows, and the longest name that the server keeps. */
 export { DRIVE_COLUMNS, MAX_NAME_CHARS } from "./generated/messages";
 
 import type { Messages } from "./generated/messages";

@@ -1,8 +1,8 @@
 /**
- * Plays one stream on one element, and begins anew when either of them is replaced.
+ * Plays one stream on one element, and starts again when either is replaced.
  *
- * Picture and sound have an element and a stream each: one for both would couple them by the
- * browser's own lip synchronisation, and muting one must not pause the other.
+ * Picture and sound have separate elements and streams: a common one would apply the browser's own
+ * lip synchronisation, and muting one must not pause the other.
  */
 export class Playback {
   #element: HTMLMediaElement | null = null;
@@ -14,15 +14,15 @@ export class Playback {
     this.#show();
   }
 
-  /** The track of a fresh peer, null for none. */
+  /** Sets the track of a new peer, null for none. */
   take(track: MediaStreamTrack | null): void {
     this.#stream = track && new MediaStream([track]);
     this.#show();
   }
 
   /**
-   * Plays from now on. Within a touch this is what unlocks the element: iOS plays later streams
-   * on it without another one.
+   * Plays from now on. Called during a touch, this unlocks the element: iOS then plays later streams
+   * on it without another touch.
    */
   play(): void {
     this.#playing = true;
@@ -41,7 +41,7 @@ export class Playback {
   }
 
   #go(): void {
-    // A refusal shows itself: the element stands still, and Start is the touch that helps.
+    // After a refusal the element stays paused, and the Start button resolves it.
     this.#element?.play().catch(() => {});
   }
 }

@@ -1,13 +1,13 @@
 import type { Playout } from "./messages";
 
-/** What `jitterBufferTarget` takes (webrtc-extensions 4.2); beyond it throws. */
+/** The largest `jitterBufferTarget` (webrtc-extensions 4.2); a larger one throws. */
 const MAX_TARGET_MS = 4000;
 
 interface Buffered {
   jitterBufferTarget?: number | null;
 }
 
-/** Gives the two jitter buffers their targets, where the browser has such a thing. */
+/** Sets the targets of the two jitter buffers, if the browser supports it. */
 export function applyPlayout(
   playout: Playout,
   sound: RTCRtpReceiver,

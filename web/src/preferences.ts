@@ -1,4 +1,4 @@
-/** What a person chose on this device, kept over visits where the browser lets us. */
+/** The user's choices on this device, kept between visits if the browser allows it. */
 
 import type { Want } from "./messages";
 
@@ -6,9 +6,9 @@ export interface Preferences {
   name: string;
   sound: boolean;
   picture: boolean;
-  /** The largest picture, as `640x480`; empty for the largest that there is. */
+  /** The largest picture, as `640x480`; empty for the largest available. */
   size: string;
-  /** How picture and sound are kept together; null leaves it to the role. */
+  /** The synchronisation policy; null means the role's default. */
   policy: Want["policy"];
   speed: "slow" | "fast";
 }
@@ -28,7 +28,7 @@ const DEFAULTS: Preferences = {
 
 type Store = Pick<Storage, "getItem" | "setItem">;
 
-/** `window.localStorage` or its like; null where it is forbidden, as in a private window. */
+/** `window.localStorage` or similar; null if it is forbidden, as in a private window. */
 export function openStore(open: () => Storage): Storage | null {
   try {
     return open();
@@ -37,7 +37,7 @@ export function openStore(open: () => Storage): Storage | null {
   }
 }
 
-/** What was kept, and the default for everything that was not or makes no sense. */
+/** Returns the stored choices, with defaults for missing or invalid ones. */
 export function loadPreferences(store: Store | null): Preferences {
   const kept = parse(store);
   return {
@@ -54,7 +54,7 @@ export function savePreferences(store: Store | null, preferences: Preferences): 
   try {
     store?.setItem(KEY, JSON.stringify(preferences));
   } catch {
-    // A full or forbidden store only means that the next visit starts with the defaults.
+    // If the storage is full or forbidden, the next visit just starts with the defaults.
   }
 }
 

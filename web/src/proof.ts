@@ -1,6 +1,6 @@
 import { type Answer, ask, post } from "./link/http";
 
-/** How far the proof of the stop is; `line` says what it does now, `record` is a path. */
+/** The progress of the proof of the stop; `line` describes its current step, `record` is a path. */
 export interface Proof {
   state: "never" | "running" | "done" | "failed";
   line: string;
@@ -9,26 +9,26 @@ export interface Proof {
 
 export interface ProverOptions {
   tell: (proof: Proof) => void;
-  /** A sentence for a person. */
+  /** A sentence for people. */
   complain: (sentence: string) => void;
 }
 
 const PATH = "/api/proof";
 const LOOK_EVERY_MS = 1000;
 
-/** Starts the proof of the stop, and follows it while it runs. For pages of the host. */
+/** Starts and follows the proof of the stop, on the host's page. */
 export class Prover {
   #timer: ReturnType<typeof setTimeout> | undefined;
   #isRunning = false;
 
   constructor(private readonly options: ProverOptions) {}
 
-  /** Starts a proof; the wheels are off the floor. */
+  /** Starts a proof; the user has confirmed that the wheels are off the floor. */
   async start(): Promise<void> {
     await this.#tell(() => post(PATH, { lifted: true }));
   }
 
-  /** Looks how far it is, and again each second while it runs. */
+  /** Fetches the progress, and again every second while it runs. */
   async look(): Promise<void> {
     await this.#tell(() => ask(PATH));
   }
@@ -43,7 +43,7 @@ export class Prover {
       this.options.complain(error instanceof Error ? error.message : String(error));
     }
     clearTimeout(this.#timer);
-    // A server that is busy with a proof may miss to answer; the proof goes on.
+    // A server that is busy with a proof may fail to answer; the proof continues.
     if (!this.#isRunning) return;
     this.#timer = setTimeout(() => void this.look(), LOOK_EVERY_MS);
   }

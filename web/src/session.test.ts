@@ -106,7 +106,7 @@ it("drives after a reconnect only when the new room says so", () => {
   expect(turns()).toEqual([8]);
 });
 
-describe("hands", () => {
+describe("input", () => {
   beforeEach(() => {
     peer().events.opened();
     receive(hello({ viewer: 1 }), room({ operator: 1, number: 7 }));
@@ -242,7 +242,7 @@ it("keeps what is served, for as long as the connection lasts that it was said o
   expect(session.state.served.value).toBeNull();
 });
 
-it("speaks less where the server says that the way is thin", async () => {
+it("speaks less where the server says that the link is slow", async () => {
   const rowsIn = async (ms: number) => {
     const before = peer().rows.length;
     await vi.advanceTimersByTimeAsync(ms);

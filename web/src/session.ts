@@ -19,10 +19,10 @@ import { Acknowledger } from "./receipt/acknowledge";
 import { createState, type State } from "./state";
 
 const CLOCKS_EVERY_MS = 200;
-/** Below this what the page itself sends counts. */
+/** On a slower link than this, the page's own traffic matters. */
 const THIN_BPS = 100_000;
 
-/** What a person can do here. */
+/** The user's actions. */
 export interface Actions {
   start(): void;
   setSound(on: boolean): void;
@@ -36,7 +36,7 @@ export interface Actions {
   leave(): void;
   /** Stop for everybody, latched. */
   stop(): void;
-  /** Ends the stop that is latched; it moves nothing. */
+  /** Releases the stop in force; this moves nothing. */
   releaseStop(): void;
   press(holder: string, direction: Direction | null): void;
   release(holder: string): boolean;
@@ -48,7 +48,7 @@ export interface Actions {
 export interface Session {
   state: State;
   actions: Actions;
-  /** Gives the picture its element, null when that goes away. */
+  /** Sets the picture's element, null when it is removed. */
   attachPicture(element: HTMLVideoElement | null): void;
   attachSound(element: HTMLAudioElement | null): void;
 }
@@ -88,7 +88,7 @@ export function startSession(): Session {
     state,
     serverMs: () => link.clock.toServerMs(performance.now()),
     seenServerMs: () => (wants().picture ? reporter.picture.newestServerMs : null),
-    way: () => ({
+    uplink: () => ({
       linkBps: state.served.peek()?.link_bps ?? null,
       waitingBytes: link.peer?.waitingBytes ?? 0,
     }),
@@ -121,7 +121,7 @@ export function startSession(): Session {
   function received(message: StateOut): void {
     switch (message.type) {
       case "hello":
-        // The room of the connection before may name another operator.
+        // The previous connection's room may name another operator.
         state.room.value = null;
         state.hello.value = message;
         if (message.acknowledge && !acknowledger.isReady) void acknowledge();
@@ -153,7 +153,7 @@ export function startSession(): Session {
     }
   }
 
-  /** Connects anew, in a way that lets this page say what it has received. */
+  /** Connects again, so that this page can acknowledge what it receives. */
   async function acknowledge(): Promise<void> {
     if (await acknowledger.start()) {
       link.connect();
@@ -162,7 +162,7 @@ export function startSession(): Session {
     }
   }
 
-  /** Tells a fresh connection what this page is called and wants. */
+  /** Sends the page's name and wishes over a new connection. */
   function greet(): void {
     const { name } = state.preferences.peek();
     if (name) link.sendState({ type: "name", name });
@@ -254,7 +254,7 @@ export function startSession(): Session {
   }, CLOCKS_EVERY_MS);
 
   picture.play();
-  // What the page's own text says of the server spares it the first connection without.
+  // The HTML already says whether the server wants acknowledgements, which saves a reconnection.
   if ("acknowledge" in document.documentElement.dataset) {
     void acknowledger.start().then(() => link.connect());
   } else {

@@ -6,10 +6,10 @@ import type { Hello, Playout, RoomState, Served, ViewerInfo } from "./messages";
 import type { Preferences } from "./preferences";
 import type { Proof } from "./proof";
 
-/** What is measured of the streams and the way, for a person to read; null where unknown. */
+/** Measurements of the streams and the link, for people to read; null if unknown. */
 export interface Facts {
   pictureMs: number | null;
-  /** How wrong `pictureMs` can be at most. */
+  /** The largest possible error of `pictureMs`. */
   pictureErrorMs: number | null;
   soundMs: number | null;
   roundTripMs: number | null;
@@ -28,51 +28,51 @@ const NO_FACTS: Facts = {
   freezes: null,
 };
 
-/** Everything that the page shows. Signals change; what is computed of them follows. */
+/** Everything that the page shows, as signals and values computed from them. */
 export interface State {
   link: Signal<LinkState>;
   hello: Signal<Hello | null>;
   room: Signal<RoomState | null>;
-  /** Why the robot stands, or moves slower than it is told, although somebody drives it. */
+  /** Why the robot stands, or moves more slowly than commanded, while somebody drives it. */
   driveReason: Signal<string | null>;
-  /** The newest notice; each is an object of its own, so that the same words show again. */
+  /** The newest notice; always a new object, so that the same text shows again. */
   notice: Signal<{ text: string } | null>;
   preferences: Signal<Preferences>;
-  /** The sound plays; never before a person has asked for it by a touch. */
+  /** Whether the sound plays; never before the user has touched Start. */
   isSoundOn: Signal<boolean>;
-  /** The large Start button is still offered. */
+  /** Whether the large Start button is still shown. */
   isStartOffered: Signal<boolean>;
   facts: Signal<Facts>;
-  /** What the policy wants of the buffers, and what is sent; null before the server has told. */
+  /** The buffer targets, and what is sent; null before the server's first message. */
   playout: Signal<Playout | null>;
   served: Signal<Served | null>;
   held: Signal<ReadonlySet<Direction>>;
   axes: Signal<Readonly<Record<string, number>>>;
-  /** A stop was released while this page drives, and nothing was pressed since. */
+  /** Whether a stop was released while this page drives, and nothing was pressed since. */
   isFreshlyReleased: Signal<boolean>;
-  /** How far the proof of the stop is; null before the host has asked. */
+  /** The progress of the proof of the stop; null before the host has asked. */
   proof: Signal<Proof | null>;
-  /** Both clocks, a few times a second: for what counts down. */
+  /** Both clocks, updated a few times a second, for countdowns. */
   pageMs: Signal<number>;
   serverMs: Signal<number | null>;
 
-  /** There is a connection, also while nothing comes over it. */
+  /** Whether there is a connection, even a silent one. */
   isConnected: ReadonlySignal<boolean>;
-  /** Nothing has come over the connection for a while. */
+  /** Whether nothing has arrived over the connection recently. */
   isSilent: ReadonlySignal<boolean>;
   me: ReadonlySignal<ViewerInfo | null>;
   operator: ReadonlySignal<ViewerInfo | null>;
   /** The turn's number while this page drives, else null. */
   drivingTurn: ReadonlySignal<number | null>;
-  /** The number of the stop that is latched, null for none. */
+  /** The number of the stop in force, null for none. */
   stopNumber: ReadonlySignal<number | null>;
-  /** This page drives and no stop is latched. */
+  /** Whether this page drives and no stop is in force. */
   mayMove: ReadonlySignal<boolean>;
-  /** Whoever watches, unless the server lets only operator and host; without a link, too. */
+  /** Every viewer, unless the server allows only operator and host; even without a connection. */
   mayStop: ReadonlySignal<boolean>;
   /** The operator, and a page on the server's own machine. */
   mayRelease: ReadonlySignal<boolean>;
-  /** Whole seconds left of the turn that runs, null when nobody drives. */
+  /** Whole seconds left of the current turn, null when nobody drives. */
   secondsLeft: ReadonlySignal<number | null>;
 }
 
@@ -132,7 +132,7 @@ export function createState(kept: Preferences): State {
   };
 }
 
-/** Whole seconds that are still (partly) left; never more than a turn has, never below 0. */
+/** The seconds left, rounded up; never more than a turn, never below 0. */
 export function secondsUntil(endsMs: number, nowMs: number, turnS: number): number {
   const seconds = Math.ceil((endsMs - nowMs) / 1000);
   return Math.max(0, Math.min(seconds, Math.ceil(turnS)));

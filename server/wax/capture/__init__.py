@@ -1,5 +1,4 @@
-"""Sources: cameras, microphones, files and the test card, each read in a thread of its own.
+"""Sources: cameras, microphones, files and the test card, each read in its own thread.
 
-A picture or a sound leaves here with the time of its capture. Nothing is encoded here, and
-nobody here knows of viewers.
+Pictures and sounds carry their capture time. Nothing here encodes or knows about viewers.
 """

@@ -1,7 +1,7 @@
-"""Cut sound into 10 ms blocks on an even time line, whatever pieces a source delivers.
+"""Cut sound into 10 ms blocks on an even timeline, whatever pieces a source delivers.
 
-The encoder needs blocks of one length; synchronisation needs their capture times to be even,
-while a sound card's own times jitter by milliseconds and its crystal drifts from our clock.
+The encoder needs blocks of one length, and synchronisation needs evenly spaced capture times, but a
+sound card's own times jitter by milliseconds and its crystal drifts from our clock.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _JITTER_S: Final = 0.1
-"""A capture time that is off by no more than this is jitter or drift; by more, a jump."""
+"""A capture time off by up to this is jitter or drift; by more, a jump."""
 
 _JUMP_S: Final = 1.0
-"""Longer gaps are not filled: the time line starts again where the sound does."""
+"""Longer gaps are not filled: the timeline restarts where the sound does."""
 
 _FOLLOW: Final = 0.01
 _FOLLOW_MAX_S: Final = 0.00005
-"""A block's length on the time line differs from 10 ms by at most this (0.5 %)."""
+"""A block's length on the timeline differs from 10 ms by at most this (0.5 %)."""
 
 
 class Blocks:
-    """Pure: sound goes in by `push`, whole blocks come out.
+    """Turns pieces of sound into whole blocks. Pure.
 
-    * No sample is lost or made as long as capture times fit the number of samples within 100 ms;
-      the blocks' times then advance by 10 ms, corrected by at most 0.05 ms each towards the
-      measured ones.
-    * A gap of up to 1 s is filled with silence; sound that comes up to 1 s too early overlaps
-      what was delivered already and is left out. So nothing ever adds to the delay.
-    * After a jump of more than 1 s either way the time line starts anew and a part of a block
-      that is not full is dropped.
+    * No sample is lost or added while capture times fit the number of samples within 100 ms; the
+      blocks' times then advance by 10 ms, each corrected by at most 0.05 ms towards the measured
+      ones.
+    * A gap of up to 1 s is filled with silence; sound up to 1 s too early overlaps what was already
+      delivered and is dropped. So the delay never grows.
+    * After a jump of more than 1 s either way the timeline restarts and an incomplete block is
+      dropped.
     """
 
     def __init__(self) -> None:
@@ -47,16 +47,16 @@ class Blocks:
 
     @property
     def filled_ms(self) -> int:
-        """How much silence was put into gaps since the start."""
+        """How much silence has filled gaps since the start."""
         return self.filled_samples * 1000 // SAMPLE_RATE_HZ
 
     @property
     def dropped_ms(self) -> int:
-        """How much sound was left out since the start."""
+        """How much sound has been dropped since the start."""
         return self.dropped_samples * 1000 // SAMPLE_RATE_HZ
 
     def push(self, sound: Sound) -> list[Sound]:
-        """Take a piece of sound of any length and return the blocks that it completes."""
+        """Add a piece of sound of any length and return the blocks that it completes."""
         samples = sound.samples
         error_s = self._error_s(sound.captured_s)
         if error_s is None or abs(error_s) > _JUMP_S:

@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _SILENT_S: Final = 1.8
-"""A camera that gives no picture for so long is unplugged or hung (the contract allows 2 s)."""
+"""A camera without a picture for this long is unplugged or hung (the interface allows 2 s)."""
 
 _OPEN_S: Final = 8.0
 _RAW_MAX_BYTES_PER_S: Final = 20_000_000
-"""More than this does not fit uncompressed through USB 2 with its overhead: ask for Motion JPEG."""
+"""More than this does not fit through USB 2 uncompressed: request Motion JPEG."""
 
 _PERMISSION: Final = (
     "the terminal may use the camera (System Settings, Privacy & Security)"
@@ -53,8 +53,8 @@ class VideoDevice(Protocol):
 
 
 def open_device(device: int | str) -> VideoDevice:
-    """Open by number or path, through V4L2 where there is one."""
-    # OpenCV writes several lines to the terminal at each try on a missing camera.
+    """Open by number or path, through V4L2 if available."""
+    # OpenCV logs several lines at each attempt to open a missing camera.
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
     backend = cv2.CAP_V4L2 if sys.platform.startswith("linux") else cv2.CAP_ANY
     return cv2.VideoCapture(device, backend)
@@ -63,13 +63,13 @@ def open_device(device: int | str) -> VideoDevice:
 class OpenCvCamera:
     """A camera by number (``0``) or path (``/dev/video0``), at the size and rate of the settings.
 
-    The camera may give another size; the picture is then scaled in proportion, with bars.
-    `captured_s` is taken when OpenCV has received the frame: exposure and transfer, 20 to 60 ms
-    with usual USB cameras, came before and are not known.
+    If the camera delivers another size, the picture is scaled in proportion, with bars.
+    `captured_s` is when OpenCV received the frame; exposure and transfer before that, 20 to 60 ms
+    for common USB cameras, are unknown.
 
-    OpenCV's own reads cannot be interrupted (V4L2 waits 10 s for a frame), so each opening has a
-    thread that grabs, and `read` gives up on it after 1.8 s. A hung one is left to itself: it
-    releases the device as soon as OpenCV returns.
+    OpenCV's reads cannot be interrupted (V4L2 waits 10 s for a frame), so each opening has a thread
+    that grabs frames, and `read` gives up on it after 1.8 s. A hung thread is abandoned: it
+    releases the device when OpenCV returns.
     """
 
     def __init__(
@@ -114,10 +114,10 @@ class OpenCvCamera:
             device.release()
             raise SourceError(
                 f"{self.name} cannot be opened; check that it is plugged in, that no other "
-                f"program uses it and that {_PERMISSION}. 'wax devices' lists what is there."
+                f"program uses it and that {_PERMISSION}. 'wax devices' lists the cameras."
             )
         if width * height * 2 * fps > _RAW_MAX_BYTES_PER_S:
-            # The format first: V4L2 limits size and rate by it.
+            # The format first: it limits V4L2's sizes and rates.
             device.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*"MJPG"))
         device.set(cv2.CAP_PROP_FRAME_WIDTH, width)
         device.set(cv2.CAP_PROP_FRAME_HEIGHT, height)
@@ -127,7 +127,7 @@ class OpenCvCamera:
 
 
 class _Grabber:
-    """The thread that empties the camera and keeps its newest frame."""
+    """The thread that reads the camera and keeps its newest frame."""
 
     def __init__(self, make: Callable[[], VideoDevice], clock: Clock, name: str) -> None:
         self._make = make
@@ -145,16 +145,16 @@ class _Grabber:
         with self._condition:
             self._condition.wait_for(lambda: self._opened or self._failure, timeout_s)
             if not self._opened:
-                raise self._failure or SourceError(f"{self._name} does not open; plug it in anew.")
+                raise self._failure or SourceError(f"{self._name} does not open; plug it in again.")
 
     def newest(self, timeout_s: float) -> tuple[NDArray[np.uint8], float]:
-        """Return a frame that was not returned before."""
+        """Return a frame not returned before."""
         with self._condition:
             self._condition.wait_for(lambda: self._newest or self._failure, timeout_s)
             found, self._newest = self._newest, None
             if found is None:
                 raise self._failure or SourceError(
-                    f"{self._name} gives no picture; check its cable or plug it in anew."
+                    f"{self._name} delivers no picture; check its cable or plug it in again."
                 )
             return found
 
@@ -179,12 +179,10 @@ class _Grabber:
 
     def _grab(self, device: VideoDevice) -> None:
         if not device.grab():
-            raise SourceError(
-                f"{self._name} has stopped; check its cable. It is tried again by itself."
-            )
+            raise SourceError(f"{self._name} has stopped; check its cable. Retrying.")
         captured_s = self._clock.now_s()
         good, bgr = device.retrieve()
-        if good:  # else a damaged Motion JPEG picture: the next will do
+        if good:  # else a damaged Motion JPEG picture: wait for the next
             with self._condition:
                 self._newest = (bgr, captured_s)
                 self._condition.notify_all()

@@ -1,4 +1,4 @@
-"""Find the sources that the configuration names."""
+"""Build the sources that the configuration names."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _AUDIO_KEY: Final = "[audio] source"
 
 @dataclass(frozen=True, slots=True)
 class Sources:
-    """The camera and the microphone; None where the configuration says ``none``."""
+    """The camera and the microphone; None if configured as ``none``."""
 
     video: VideoSource | None
     audio: AudioSource | None
@@ -37,11 +37,11 @@ class Sources:
 def make_sources(
     video: VideoSettings, audio: AudioSettings, clock: Clock, driver: Driver
 ) -> Sources:
-    """Make both sources; no device or address is opened yet.
+    """Build both sources; no device or address is opened yet.
 
-    Picture and sound named by the same file or address share one demuxer. Raises `ConfigError` for
-    what cannot work, such as a file that does not exist or is no film; a device that is missing is
-    no such error, because it may be plugged in later.
+    Picture and sound from the same file or address share one demuxer. Raises `ConfigError` for what
+    cannot work, such as a missing file; a missing device is not an error, because it may be plugged
+    in later.
     """
     files = _Files(clock)
     return Sources(
@@ -93,7 +93,7 @@ def _make_audio(
 
 
 def _microphone(settings: AudioSettings, clock: Clock) -> AudioSource | None:
-    """Return the live microphone that is named, or None if the name is no microphone's."""
+    """Return the named microphone, or None if the name is not a microphone's."""
     kind, _, device = settings.source.partition(":")
     if kind == "alsa" and device:
         raise ConfigError(
@@ -118,7 +118,7 @@ def _named_by_portaudio(alsa: str) -> str:
 
 
 class _Files:
-    """The media files named so far, so that one named twice is opened once."""
+    """The media files so far, so that one named twice is opened once."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -130,9 +130,9 @@ class _Files:
 
 
 def _camera_device(name: str) -> int | str | None:
-    """Return a camera's number or path, or None if the name is no camera's.
+    """Return a camera's number or path, or None if the name is not a camera's.
 
-    Without ``camera:`` a path is a camera's only where no film can be meant.
+    Without ``camera:`` a path counts as a camera only if it cannot be a media file.
     """
     device = name.removeprefix("camera:")
     if device.isdecimal():
@@ -149,18 +149,18 @@ def _existing(name: str, key: str) -> Path:
         except SourceError as error:
             raise ConfigError(f"{key}: {error}") from error
         return path.resolve()
-    problem = "is no file" if path.exists() else "does not exist"
+    problem = "is not a file" if path.exists() else "does not exist"
     raise ConfigError(
-        f"{key}: {name} {problem} (looked for {path.absolute()}); name a file or an address, "
-        "a device that 'wax devices' lists, testcard, robot, none or package.module:Class."
+        f"{key}: {name} {problem} (looked for {path.absolute()}); use a file, an address, "
+        "a device listed by 'wax devices', testcard, robot, none or package.module:Class."
     )
 
 
 def _make_plugin(name: str, key: str, settings: VideoSettings | AudioSettings, clock: Clock) -> Any:
-    """Build somebody else's source, and see to it that it is one."""
+    """Build a plug-in source, and check that it is one."""
     needs = ("open", "read", "close")
     return make_plugin(name, key, settings, clock, needs=needs, contract="wax/capture/source.py")
 
 
 def _no_sense(key: str, kind: str, sense: str, instead: str) -> str:
-    return f"{key}: the {kind} robot has no {sense} of its own; write none, testcard or {instead}."
+    return f"{key}: the {kind} robot has no {sense} of its own; use none, testcard or {instead}."

@@ -1,4 +1,4 @@
-"""Make a picture of any size and shape fit into the wanted one, with black bars."""
+"""Fit a picture of any size and shape into another, with black bars."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ def fit_frame(
 ) -> NDArray[np.uint8]:
     """Return a decoded frame as I420 of ``(height * 3 // 2, width)``, upright and in proportion.
 
-    `width` and `height` are even. `pixel_aspect` is a pixel's width by its height. The frame's own
-    rotation (as phones write it) is undone, rounded to quarter turns.
+    `width` and `height` are even. `pixel_aspect` is a pixel's width divided by its height. The
+    frame's rotation (as phones store it) is undone, rounded to quarter turns.
     """
     quarters = round(frame.rotation / 90) % 4
     shown_width, shown_height = frame.width * pixel_aspect, float(frame.height)
@@ -55,7 +55,7 @@ def fit_bgr(bgr: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8
 
 
 def inner_size(shown_width: float, shown_height: float, width: int, height: int) -> tuple[int, int]:
-    """Return the largest even size of the given proportion that fits into width × height."""
+    """Return the largest even size with the given proportions that fits into width × height."""
     scale = min(width / shown_width, height / shown_height)
     inner_width = min(width, max(2, round(shown_width * scale / 2) * 2))
     inner_height = min(height, max(2, round(shown_height * scale / 2) * 2))

@@ -1,4 +1,4 @@
-"""List the cameras and microphones of this machine, as they are written in the configuration."""
+"""List this machine's cameras and microphones, as written in the configuration."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _PROBED: Final = 5
 
 @dataclass(frozen=True, slots=True)
 class Device:
-    """`source` is what to write as `key`, `name` what the device calls itself."""
+    """A device: `source` is the value for the configuration key `key`, `name` its own name."""
 
     key: str
     source: str
@@ -56,7 +56,7 @@ def list_cameras(
     dev: Path = Path("/dev"),
     probe: Callable[[int | str], VideoDevice] | None = None,
 ) -> list[Device]:
-    """List what V4L2 knows, elsewhere what opens when the numbers 0 to 4 are tried."""
+    """List V4L2's cameras, or on other systems the numbers from 0 to 4 that open."""
     if sys.platform.startswith("linux") and probe is None:
         return _v4l2_cameras(sysfs, dev)
     found = []
@@ -69,7 +69,7 @@ def list_cameras(
 
 
 def _v4l2_cameras(sysfs: Path, dev: Path) -> list[Device]:
-    """Read the names from sysfs and leave out the nodes that give no picture (metadata)."""
+    """Read the names from sysfs, without the nodes that deliver no picture (metadata)."""
     nodes = sorted(sysfs.glob("video*"), key=lambda node: (len(node.name), node.name))
     found = []
     for node in nodes:
@@ -80,7 +80,7 @@ def _v4l2_cameras(sysfs: Path, dev: Path) -> list[Device]:
 
 
 def _captures(path: Path) -> bool:
-    """Ask a V4L2 node whether it captures video; a node that may not be asked is listed."""
+    """Whether a V4L2 node captures video; assumed for a node that may not be opened."""
     fcntl = importlib.import_module("fcntl")  # not on every system, but wherever V4L2 is
     answer = bytearray(_QUERYCAP_BYTES)
     try:
@@ -107,7 +107,7 @@ def list_microphones(
                 found.append(Device("[audio] source", f"microphone:{number}", name))
     except SourceError as error:
         problem = str(error)
-    except Exception as error:  # PortAudio without any sound system raises its own errors
+    except Exception as error:  # without a sound system PortAudio raises its own errors
         problem = f"PortAudio cannot list its devices: {error}"
     return found, problem
 

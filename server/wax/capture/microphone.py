@@ -29,7 +29,7 @@ _LOG = structlog.get_logger(__name__)
 
 _BLOCKS_PER_S: Final = 100
 _QUEUE_BLOCKS: Final = 50
-"""Half a second: a reader that is further behind loses the oldest, so that delay cannot grow."""
+"""Half a second: a reader further behind loses the oldest, so that delay cannot grow."""
 
 _SILENT_S: Final = 1.8
 _LOG_EVERY_S: Final = 10.0
@@ -52,9 +52,9 @@ class PortAudioMicrophone:
 
     `device` is PortAudio's number, a part of the name, or None for the default. Blocks last 10 ms.
     A device that cannot do 48 kHz mono is opened at its own rate and converted. `captured_s` is
-    PortAudio's time of the first sample at the converter where the device gives a credible one,
-    else the moment of arrival minus the block's length. Losses of the device and of a slow reader
-    are logged, at most once in 10 s.
+    PortAudio's time of the first sample at the converter if the device gives a credible one, else
+    the time of arrival minus the block's length. Losses in the device and by a slow reader are
+    logged, at most once in 10 s.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class PortAudioMicrophone:
         except (portaudio.PortAudioError, ValueError) as error:
             raise SourceError(
                 f"{self.name} cannot be opened ({_first_line(error)}); check that it is plugged "
-                "in and that no other program has it for itself. 'wax devices' lists what is there."
+                "in and that no other program uses it. 'wax devices' lists the microphones."
             ) from error
 
     def read(self) -> Sound:
@@ -101,7 +101,7 @@ class PortAudioMicrophone:
             sound = self._blocks.get(timeout=_SILENT_S)
         except queue.Empty:
             raise SourceError(
-                f"{self.name} gives no sound; check its cable or plug it in anew."
+                f"{self.name} delivers no sound; check its cable or plug it in again."
             ) from None
         self._log_losses()
         return sound
@@ -139,7 +139,7 @@ class PortAudioMicrophone:
     def _receiver(
         self, rate_hz: int, channels: int
     ) -> Callable[[NDArray[np.int16], int, Any, Any], None]:
-        """Make PortAudio's callback: it runs in PortAudio's thread and must not wait."""
+        """Make PortAudio's callback, which runs in PortAudio's thread and must not block."""
         blocks = self._blocks
         direct = (rate_hz, channels) == (SAMPLE_RATE_HZ, 1)
         resampler = None if direct else Resampler()
@@ -163,7 +163,7 @@ class PortAudioMicrophone:
         return receive
 
     def _log_losses(self) -> None:
-        """Tell of losses, from the reader: PortAudio's thread must not wait for a terminal."""
+        """Log losses, in the reader's thread: PortAudio's must not wait for a terminal."""
         now_s, losses = self._clock.now_s(), self._losses
         if losses == self._losses_logged or now_s - self._logged_s < _LOG_EVERY_S:
             return
@@ -184,9 +184,9 @@ class PortAudioMicrophone:
 
 
 def _look_for_new_devices(portaudio: Any) -> None:
-    """Make PortAudio list its devices anew: it does so only when it is started.
+    """Make PortAudio list its devices again, which it does only when it starts.
 
-    There is no public way to do that.
+    There is no public function for that.
     """
     portaudio._terminate()
     portaudio._initialize()
@@ -195,7 +195,7 @@ def _look_for_new_devices(portaudio: Any) -> None:
 def _age_s(times: Any, length_s: float) -> float:
     """Return how long ago the block's first sample was captured.
 
-    Some host interfaces report 0 or another clock's time; a block is at least as old as it is long.
+    Some host interfaces report 0 or another clock's time; a block's age is at least its length.
     """
     age_s = float(times.currentTime - times.inputBufferAdcTime)
     credible = times.inputBufferAdcTime > 0 and 0.5 * length_s <= age_s <= 0.5

@@ -11,7 +11,7 @@ T = TypeVar("T")
 class NewestSlot(Generic[T]):
     """Holds one item; a newer one replaces it (source preventive skipping, thesis 2.9.3).
 
-    Any thread may put and any number of threads may wait, each at its own pace.
+    Any thread may put, and any number of threads may wait, each at its own pace.
     """
 
     def __init__(self) -> None:
@@ -25,14 +25,14 @@ class NewestSlot(Generic[T]):
         return self._number
 
     def put(self, item: T) -> None:
-        """Replace the item and wake everybody who waits for a newer one."""
+        """Replace the item and wake all waiting threads."""
         with self._condition:
             self._item = item
             self._number += 1
             self._condition.notify_all()
 
     def wake(self) -> None:
-        """Let everybody who waits return without an item, to look whether to go on."""
+        """Make all waiting threads return without an item, so that they can end."""
         with self._condition:
             self._condition.notify_all()
 

@@ -1,4 +1,4 @@
-"""Any sound becomes 48 kHz mono signed 16 bit."""
+"""Convert any sound to 48 kHz mono signed 16 bit."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Resampler:
-    """Converts the frames of one stream, keeping each sample's place on the stream's time line."""
+    """Converts the frames of one stream, keeping each sample's time in the stream."""
 
     def __init__(self) -> None:
         self._resampler = AudioResampler(format="s16", layout="mono", rate=SAMPLE_RATE_HZ)
@@ -23,8 +23,7 @@ class Resampler:
     def feed(self, frame: AudioFrame | None) -> list[tuple[NDArray[np.int16], float]]:
         """Return pieces of samples ``(n,)``, n ≥ 1, each with its first sample's stream time in s.
 
-        Frames need a time stamp. None asks for what the filter still holds; it cannot be fed
-        afterwards.
+        Frames need a timestamp. None flushes the filter, which accepts no frames afterwards.
         """
         pieces = []
         for out in self._resampler.resample(frame):

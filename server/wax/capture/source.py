@@ -1,10 +1,10 @@
-"""What a camera or a microphone is to WAX: three methods, called from one thread.
+"""The interface of a camera or microphone: three methods, called from one thread.
 
-Anybody's device fits: write a class with these methods and name it in the configuration as
-``package.module:Class``. It is built as ``Class(settings, clock)`` with the `VideoSettings` or
-`AudioSettings` of the configuration, then `open`, `read` again and again, and `close` are
-called from a thread of its own, so `read` may block. A `SourceError` from `open` or `read`
-is shown on the page and the source is closed and opened again after a pause.
+For a device of your own, write a class with these methods and name it in the configuration as
+``package.module:Class``. It is built as ``Class(settings, clock)`` with the configuration's
+`VideoSettings` or `AudioSettings`. A thread of its own then calls `open`, `read` repeatedly, and
+`close`, so `read` may block. A `SourceError` from `open` or `read` is shown on the page, and the
+source is closed and opened again after a pause.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ SAMPLE_RATE_HZ = 48_000
 
 BLOCK_MS = 10
 BLOCK_SAMPLES = SAMPLE_RATE_HZ * BLOCK_MS // 1000
-"""What all sound is cut into, the shortest media unit; every other is a whole multiple."""
+"""All sound is cut into blocks of this length, the shortest media unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Picture:
     """One picture, planar YUV 4:2:0 (I420).
 
     `i420` has shape ``(height * 3 // 2, width)``, dtype uint8: the luma plane on top, below it
-    the two chroma planes. Width and height are even. Nobody writes into it after it was made.
+    the two chroma planes. Width and height are even. The array is never changed afterwards.
     `captured_s` is the moment of capture on the server's monotonic clock.
     """
 
@@ -48,7 +48,7 @@ class Picture:
 
     @classmethod
     def from_bgr(cls, bgr: NDArray[np.uint8], captured_s: float) -> Picture:
-        """Make a picture of an OpenCV image ``(height, width, 3)``; an odd edge is cut off."""
+        """Convert an OpenCV image ``(height, width, 3)``; an odd edge is cut off."""
         height, width = bgr.shape[0] & ~1, bgr.shape[1] & ~1
         i420 = cv2.cvtColor(bgr[:height, :width], cv2.COLOR_BGR2YUV_I420)
         return cls(i420=i420, captured_s=captured_s)  # type: ignore[arg-type]  # cv2 forgets the dtype
@@ -82,7 +82,7 @@ class VideoSource(Protocol):
 
 
 class AudioSource(Protocol):
-    """Delivers sound at its own speed; pieces of any length, the shorter the less delay (10 ms)."""
+    """Delivers sound at its own speed, in pieces of any length; 10 ms keeps the delay short."""
 
     def open(self) -> None:
         """Get ready; raises `SourceError` with a sentence for a person."""

@@ -1,4 +1,4 @@
-"""Run one source in a thread of its own, and keep on trying when it fails."""
+"""Run one source in its own thread, and reopen it when it fails."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ ItemT = TypeVar("ItemT")
 ItemT_co = TypeVar("ItemT_co", covariant=True)
 
 _SILENT_S: Final = 3.0
-"""A source that blocks this long is reported, although its thread cannot be helped."""
+"""A source that blocks for this long is reported."""
 
 _STOP_S: Final = 1.0
 
 
 class _Source(Protocol[ItemT_co]):
-    """What `VideoSource` and `AudioSource` have in common."""
+    """The common part of `VideoSource` and `AudioSource`."""
 
     def open(self) -> None: ...
 
@@ -36,10 +36,10 @@ class _Source(Protocol[ItemT_co]):
 
 
 class SourceThread(Generic[ItemT]):
-    """Opens a source, hands everything it delivers to `sink`, reopens it after a failure.
+    """Opens a source, passes everything it delivers to `sink`, and reopens it after a failure.
 
-    `name` is what the source is to people, ``camera`` or ``microphone``. `sink` is called from
-    this object's thread; everything else here may be used from any. Nothing is raised out of here.
+    `name` is ``camera`` or ``microphone``, for messages. `sink` is called from this object's
+    thread; the other methods may be called from any thread. Nothing here raises.
     """
 
     def __init__(
@@ -65,9 +65,9 @@ class SourceThread(Generic[ItemT]):
 
     @property
     def problem(self) -> str | None:
-        """A sentence for a person while nothing is delivered, else None.
+        """A sentence for people while nothing is delivered, else None.
 
-        A source that hangs cannot tell; it is noticed here, 3 s after it was last heard of.
+        A hung source cannot report itself; it counts as failed after 3 s without a sign of life.
         """
         with self._lock:
             since_s = self._busy_since_s
@@ -78,22 +78,22 @@ class SourceThread(Generic[ItemT]):
 
     @property
     def failures(self) -> int:
-        """How often the source, or the taker of what it delivers, has failed since the start."""
+        """How often the source or the sink has failed since the start."""
         return self._failures
 
     def start(self) -> None:
-        # A daemon: a driver of the operating system that hangs must not keep the process.
+        # A daemon: a hung operating system driver must not keep the process alive.
         self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
         self._thread.start()
 
     def request_stop(self) -> None:
-        """Let the thread end as soon as it can, and return at once; `stop` then waits for it."""
+        """Ask the thread to end, and return at once; `stop` then waits for it."""
         self._stopping.set()
 
     def stop(self) -> None:
         """End the thread and release the source; takes at most 1 s, safe to call twice.
 
-        A thread that hangs in its device is left behind; it delivers nothing any more.
+        A thread that hangs in its device is abandoned and delivers nothing more.
         """
         self.request_stop()
         thread, self._thread = self._thread, None
@@ -101,7 +101,7 @@ class SourceThread(Generic[ItemT]):
             return
         thread.join(timeout=_STOP_S)
         if thread.is_alive():
-            _LOG.warning("thread does not end, left behind", source=self._name)
+            _LOG.warning("source thread does not end; abandoned", source=self._name)
 
     def _run(self) -> None:
         while not self._stopping.is_set():
@@ -110,7 +110,7 @@ class SourceThread(Generic[ItemT]):
             except SourceError as error:
                 self._fail(str(error))
             except Exception as error:
-                # Somebody else's source may raise anything; the robot's server lives on.
+                # A plug-in may raise anything; the server keeps running.
                 _LOG.exception("source failed unexpectedly", source=self._name)
                 self._fail(f"The {self._name} failed: {error or type(error).__name__}")
             finally:
@@ -147,7 +147,7 @@ class SourceThread(Generic[ItemT]):
                 self._note(problem)
 
     def _note(self, problem: str | None) -> None:
-        """Keep a problem that is new, or None when it has passed; the lock is held."""
+        """Store a new problem, or None when it has passed; the lock is held."""
         self._problem = problem
         if problem is None:
             _LOG.info("source delivers again", source=self._name)

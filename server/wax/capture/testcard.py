@@ -1,11 +1,11 @@
-"""The test card: picture and sound carry their own time, so that delay is read, not guessed.
+"""The test card: picture and sound carry their own time, so that delay can be measured.
 
 Picture: 48 cells in 3 rows of 16 over the top fifth, row by row, each width/16 × height/15, white
 is 1: 40 bits of the Unix time of capture in ms (modulo 2⁴⁰), the most significant first, then
 CRC-8 (polynomial 0x07, start 0) of these five bytes. Below: moving texture, the clock in digits.
 
-Sound: 300 Hz all the time, so that a gap can be heard and measured, and 100 ms of 1 kHz that
-begin at each whole Unix second.
+Sound: a constant 300 Hz, so that gaps can be heard and measured, and 100 ms of 1 kHz at each whole
+Unix second.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _WHITE: Final = 235
 _BLACK: Final = 16
 _MIDDLE: Final = (_WHITE + _BLACK) / 2
 _DECIDED: Final = 36
-"""A cell nearer than this to the middle grey is no cell of a test card."""
+"""A cell closer than this to mid-grey is not a test card's."""
 
 _TONE_HZ: Final = 300
 _TONE_AMPLITUDE: Final = 0.05
@@ -44,7 +44,7 @@ _BURST_HZ: Final = 1000
 _BURST_AMPLITUDE: Final = 0.4
 _BURST_SAMPLES: Final = SAMPLE_RATE_HZ // 10
 _LATE_S: Final = 0.2
-"""Sound that is more behind than this (the machine slept) is left out, not sent in a burst."""
+"""Sound later than this (the machine slept) is dropped, not sent in a burst."""
 
 
 def crc8(data: bytes) -> int:
@@ -58,12 +58,11 @@ def crc8(data: bytes) -> int:
 
 
 def read_stamp(picture: Picture | NDArray[np.uint8]) -> int | None:
-    """Read the Unix time in ms, modulo 2⁴⁰, off a test card; None if there is none.
+    """Read the Unix time in ms, modulo 2⁴⁰, from a test card; None if there is none.
 
-    Takes a `Picture`, its I420 array ``(height * 3 // 2, width)``, or a luma plane
-    ``(height, width)`` of any size from 64×60. A plane is told from an I420 array by what can be
-    read in it. Black everywhere is not time 0 but None. For whoever measures with this card from
-    Python, such as its own tests; the server never reads one.
+    Takes a `Picture`, its I420 array ``(height * 3 // 2, width)``, or a luma plane ``(height,
+    width)`` of any size from 64×60; it tries both layouts. All black gives None, not time 0. For
+    measurements in Python, such as tests; the server never reads a test card.
     """
     if isinstance(picture, Picture):
         return _read(picture.i420[: picture.height])
@@ -114,7 +113,7 @@ class TestCardVideo:
         self._frame = 0
 
     def read(self) -> Picture:
-        """Wait for the next frame's time; frames whose time has passed are left out."""
+        """Wait for the next frame's time, skipping frames whose time has passed."""
         late = (self._clock.now_s() - self._start_s) * self._fps
         self._frame = max(self._frame, math.floor(late))
         _sleep_until(self._start_s + self._frame / self._fps, self._clock, self._sleep)
@@ -157,8 +156,8 @@ class TestCardVideo:
 class TestCardAudio:
     """The sound, in blocks of 10 ms, each delivered when its last sample is due.
 
-    Samples are counted on the monotonic clock and never drift from it; bursts are placed on the
-    wall clock, to better than 1 ms, also after that clock was set.
+    Samples follow the monotonic clock without drift; bursts follow the wall clock to within 1 ms,
+    even after it was set.
     """
 
     __test__ = False
@@ -199,13 +198,13 @@ class TestCardAudio:
         return Sound(samples=np.round(wave * 32767).astype(np.int16), captured_s=captured_s)
 
     def close(self) -> None:
-        """There is nothing to release."""
+        """Do nothing: there is nothing to release."""
 
     def _follow_wall_clock(self) -> None:
-        """Narrow down wall minus monotonic time.
+        """Refine the estimate of wall minus monotonic time.
 
-        `wall_ms` is cut off to whole milliseconds, so each reading bounds the offset from both
-        sides, 1 ms apart; the estimate is only moved when it lies outside.
+        `wall_ms` is in whole milliseconds, so each reading bounds the offset to within 1 ms; the
+        estimate moves only when it is outside the bounds.
         """
         low_s = self._clock.wall_ms() / 1000 - self._clock.now_s()
         self._offset_s = min(max(self._offset_s, low_s), low_s + 0.001)
@@ -242,9 +241,9 @@ def _cells(wall_ms: int, width: int, height: int) -> NDArray[np.uint8]:
 
 
 def _texture(width: int, height: int) -> NDArray[np.uint8]:
-    """Return noise of three grains, tiled twice each way so that a window may lie anywhere.
+    """Return noise of three grain sizes, tiled twice each way so that any window fits.
 
-    It keeps near the middle grey: nobody takes it for cells.
+    It stays near mid-grey, so that it cannot be read as cells.
     """
     noise = np.random.default_rng(2004).standard_normal((height, width)).astype(np.float32)
     total = np.zeros_like(noise)

@@ -21,18 +21,18 @@ _FONT: Final = cv2.FONT_HERSHEY_SIMPLEX
 _WHITE: Final = 235
 _BLACK: Final = 16
 _WIDTH_FRACTION: Final = 0.9
-"""Wide, so that it can still be read after the picture was made four times smaller."""
+"""Wide enough to be readable after the picture is scaled down by four."""
 
 
 class TimestampOverlay:
-    """Between a source and its slot: each picture gets the time of its capture drawn on it."""
+    """Draws the capture time on each picture, between a source and its slot."""
 
     def __init__(self, clock: Clock, put: Callable[[Picture], None]) -> None:
         self._clock = clock
         self._put = put
 
     def __call__(self, picture: Picture) -> None:
-        """Take a picture, in the source's thread."""
+        """Handle a picture, in the source's thread."""
         age_ms = (self._clock.now_s() - picture.captured_s) * 1000
         self._put(overlay_time(picture, self._clock.wall_ms() - round(age_ms)))
 
@@ -44,7 +44,7 @@ def wall_text(wall_ms: int) -> str:
 
 
 def overlay_time(picture: Picture, wall_ms: int) -> Picture:
-    """Return the picture with the wall clock along its lower edge; the one given stays as it was.
+    """Return a copy of the picture with the wall clock along its lower edge.
 
     `wall_ms` is the Unix time of its capture.
     """

@@ -1,4 +1,4 @@
-"""Encoders: each rendition of the picture and each form of the sound once, for everybody.
+"""Encoders: each rendition of the picture and each form of the sound is encoded once.
 
-Encoders run in threads. Who gets what is decided elsewhere (`wax.fanout`, `wax.streams`).
+Encoders run in threads. `wax.fanout` and `wax.streams` decide who gets what.
 """

@@ -1,4 +1,4 @@
-"""What leaves an encoder: a packet for the wire with what a lane must know about it."""
+"""An encoder's output: packets with the properties that a lane needs."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ VIDEO_TIME_BASE = Fraction(1, VIDEO_RATE_HZ)
 class EncodedPicture:
     """One encoded picture. `packet.pts` is its capture time at 90 kHz on the server's clock.
 
-    `layer` is the temporal layer: pictures of a layer depend only on pictures of the same or a
-    lower one, `sync` ones on layer 0 alone, and on `droppable` ones nothing depends.
+    `layer` is the temporal layer: pictures depend only on pictures of the same or a lower layer,
+    `sync` ones only on layer 0, and nothing depends on `droppable` ones.
     """
 
     packet: Packet[Any]
@@ -34,7 +34,7 @@ class EncodedPicture:
 
 @dataclass(frozen=True, slots=True)
 class EncodedSound:
-    """One packet of sound. `packet.pts` counts samples without a seam: 48 kHz Opus, 8 kHz PCMU."""
+    """One packet of sound. `packet.pts` counts samples: 48 kHz for Opus, 8 kHz for PCMU."""
 
     packet: Packet[Any]
     captured_s: float
@@ -49,8 +49,8 @@ class EncodedSound:
 class SoundUnit:
     """An audio media unit of the thesis: sound captured as one piece, ready to leave as a burst.
 
-    `packets` follow each other without a gap and fill the unit; `captured_s` is when the first
-    sample was captured. Numbers rise by one.
+    `packets` fill the unit without gaps; `captured_s` is when the first sample was captured. Unit
+    numbers rise by one.
     """
 
     number: int

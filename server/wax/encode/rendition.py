@@ -1,4 +1,4 @@
-"""One rendition: a thread that encodes the newest picture while somebody wants it."""
+"""One rendition: a thread that encodes the newest picture while anybody watches."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _KEYFRAME_SPACING_S: Final = 0.3
-"""Requests are coalesced to this: N viewers who lost a packet must not make it all keyframes."""
+"""Keyframe requests are coalesced to this, in case many viewers lose packets."""
 
 _POLL_S: Final = 0.5
 
 _LOAD_WEIGHT: Final = 0.05
-"""Of one picture in the mean time that encoding takes."""
+"""The weight of one picture in the mean encoding time."""
 
 
 class Rendition:
@@ -56,7 +56,7 @@ class Rendition:
 
     @property
     def load(self) -> float:
-        """The share of one core that it takes while it is wanted, 0 before it was."""
+        """The fraction of a core that it uses while encoding, 0 before the first picture."""
         return self._encode_s * self.settings.fps if self.wanted else 0.0
 
     @property
@@ -64,7 +64,7 @@ class Rendition:
         return self._wanted.is_set()
 
     def want(self, wanted: bool) -> None:
-        """Encode from now on, or rest; the first picture after a rest is a keyframe."""
+        """Start or pause encoding; the first picture after a pause is a keyframe."""
         if wanted and not self._wanted.is_set():
             self._keyframe.set()
             self._wanted.set()
@@ -81,20 +81,20 @@ class Rendition:
         self._thread.start()
 
     def request_stop(self) -> None:
-        """Let the thread end after the picture in work, and return at once."""
+        """Ask the thread to end after the current picture, and return at once."""
         self._stopping.set()
         self._wanted.set()
         self._slot.wake()
 
     def stop(self, timeout_s: float) -> None:
-        """End the thread, waiting for it this long at most; safe to call twice."""
+        """End the thread, waiting at most this long; safe to call twice."""
         self.request_stop()
         thread, self._thread = self._thread, None
         if thread is None:
             return
         thread.join(timeout=timeout_s)
         if thread.is_alive():
-            _LOG.warning("encoder does not end, left behind", rendition=self.settings.name)
+            _LOG.warning("encoder thread does not end; abandoned", rendition=self.settings.name)
 
     def _run(self) -> None:
         while not self._stopping.is_set():
@@ -102,14 +102,14 @@ class Rendition:
             try:
                 self._encode_while_wanted()
             except Exception:
-                # A picture that an encoder chokes on must not end the stream for good.
-                _LOG.exception("encoder failed, starting it anew", rendition=self.settings.name)
+                # A picture that breaks the encoder must not end the stream for good.
+                _LOG.exception("encoder failed; restarting it", rendition=self.settings.name)
                 self._keyframe.set()
                 self._stopping.wait(1.0)
 
     def _encode_while_wanted(self) -> None:
         encoder = self._make_encoder()
-        # Not the picture that is there: others have sent it by the time that this one is encoded.
+        # Skip the current picture: the other renditions will have sent it by then.
         number = self._slot.count
         spacing_s = 1.0 / self.settings.fps
         due_s = 0.0
@@ -119,8 +119,8 @@ class Rendition:
             if found is None:
                 continue
             number, picture = found
-            # Tolerance, since a camera's own jitter must not halve the rate; less than half a
-            # frame, since at twice the rate every second picture is early by just that.
+            # Some tolerance, so that a camera's jitter does not halve the rate; less than half a
+            # frame, because at twice the rate every second picture is early by exactly that.
             late_s = picture.captured_s - due_s
             if late_s < -0.4 * spacing_s:
                 continue

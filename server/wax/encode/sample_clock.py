@@ -1,4 +1,4 @@
-"""The media time of the sound: it counts samples and jumps only where the sound itself does."""
+"""The media time of the sound: it counts samples and jumps only with the sound itself."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from typing import Final
 from wax.capture.source import BLOCK_MS, BLOCK_SAMPLES
 
 _GAP_S: Final = 0.05
-"""A block that comes by so much later than the one before ended has a gap before it."""
+"""A block this much later than the end of the previous one follows a gap."""
 
 _BLOCKS_PER_S: Final = 1000 // BLOCK_MS
 
 
 class SampleClock:
-    """Gives every block its `pts`, in samples: always a whole multiple of a block.
+    """Gives every block its `pts` in samples, always a whole multiple of a block.
 
-    An RTP time that is off by one sample makes a browser conceal, so samples are counted; a crystal
-    that drifts from our clock moves nothing, since each packet tells its capture time. After a gap
-    the count goes on at the capture time. It never stands still and never goes back.
+    An RTP time that is off by one sample makes a browser conceal, so samples are counted; drift of
+    the sound card does not matter, since the capture time is sent separately. After a gap counting
+    continues at the capture time. It always rises.
     """
 
     def __init__(self) -> None:
@@ -25,7 +25,7 @@ class SampleClock:
         self.next_pts = 0
 
     def stamp(self, captured_s: float) -> int:
-        """Return the media time of the next block, which was captured at that moment."""
+        """Return the media time of the next block, captured at `captured_s`."""
         if self._due_s is None or captured_s - self._due_s > _GAP_S:
             self.next_pts = max(self.next_pts, round(captured_s * _BLOCKS_PER_S) * BLOCK_SAMPLES)
         self._due_s = captured_s + 1 / _BLOCKS_PER_S

@@ -1,9 +1,8 @@
-"""The Opus encoder: blocks in, one packet per media unit out, without a seam.
+"""The Opus encoder: blocks in, one packet per media unit out.
 
-There is no in-band error correction in the packets (Opus's "FEC"): it brings back one lost packet
-of a burst, and only where libopus runs its speech codec, which it does not at the bit rates that
-good links get. Loss is repaired by sending earlier packets once more (RFC 2198), which needs
-nothing of the encoder and spares the others who hear it.
+Packets have no in-band FEC: it restores only one lost packet of a burst, and only when libopus uses
+its speech codec, which it does not at the bit rates of good links. Loss is repaired by repeating
+earlier packets (RFC 2198), which does not involve the encoder or other listeners.
 """
 
 from __future__ import annotations
@@ -29,15 +28,15 @@ if TYPE_CHECKING:
 _TIME_BASE: Final = Fraction(1, SAMPLE_RATE_HZ)
 
 _THIN_BPS: Final = 20_000
-"""Below this the speech codec is the better one: at 12 kbit/s a tone keeps its level to 0.01 dB
-instead of 0.5, and stands 35 dB out of the noise instead of 26."""
+"""Below this the speech codec is better: at 12 kbit/s a tone keeps its level to 0.01 dB instead of
+0.5, with 35 dB of signal to noise instead of 26."""
 
 
 class SoundEncoder:
-    """Encodes 48 kHz mono sound with Opus, one media unit of the form a packet.
+    """Encodes 48 kHz mono sound with Opus, one media unit per packet.
 
-    Every unit begins at a whole multiple of its length, so that units of two lengths end together
-    again and again: there a listener changes from one to the other without losing a sample.
+    Every unit begins at a whole multiple of its length, so that units of two lengths regularly end
+    together, where a listener can change between them without losing a sample.
     """
 
     def __init__(self, form: SoundForm) -> None:
@@ -47,9 +46,9 @@ class SoundEncoder:
         self._context = _opus(form)
 
     def encode(self, block: Sound, pts: int) -> EncodedSound | None:
-        """Take the block that begins at `pts`; a packet when a media unit is full, else None.
+        """Add the block that begins at `pts`; return a packet when a media unit is full, else None.
 
-        Where `pts` has jumped, what was collected of a unit is left out.
+        When `pts` jumps, an incomplete unit is dropped.
         """
         assert len(block.samples) == BLOCK_SAMPLES
         if pts != self._pts + len(self._pending) * BLOCK_SAMPLES:
@@ -72,7 +71,7 @@ class SoundEncoder:
         parts = self._context.encode(frame)
         if not parts:
             return None
-        # A packet's content is older than its unit by what the codec looks ahead: 2.5 or 6.5 ms.
+        # A packet's content is older than its unit by the codec's look-ahead: 2.5 or 6.5 ms.
         ahead = 0 if parts[0].pts is None else self._pts - parts[0].pts
         packet: Packet[Any] = av.Packet(b"".join(bytes(part) for part in parts))
         packet.pts = self._pts
@@ -85,10 +84,10 @@ class SoundEncoder:
 
 
 def _opus(form: SoundForm) -> av.AudioCodecContext:
-    """Make libopus for one form.
+    """Make a libopus encoder for one form.
 
-    On a thin line the size of a packet is its time, so that there all are of one size. Elsewhere
-    they may borrow from each other, but keep the rate: "vbr" overspends by a third at 20 ms.
+    On a slow link a packet's size is its delay, so all have the same size there. Elsewhere sizes
+    vary around the rate ("constrained"): "vbr" exceeds it by a third at 20 ms.
     """
     thin = form.bitrate_bps < _THIN_BPS
     context = av.CodecContext.create("libopus", "w")

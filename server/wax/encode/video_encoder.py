@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from wax.config.settings import RenditionSettings
 
 _VP8_LAYERS: Final = (0, 2, 1, 2)
-"""Temporal layers by picture after a keyframe: 1/4, 1/2 and all of the frame rate."""
+"""The temporal layer of each picture after a keyframe: 1/4, 1/2 and all of the frame rate."""
 
 _VP8_SYNC: Final = (False, True, True, False)
-"""Which of them depend on layer 0 only: the last one is made of layer 1 too."""
+"""Which of them depend only on layer 0: the last one also uses layer 1."""
 
 _NEVER: Final = 100_000
-"""Pictures between automatic keyframes: they would restart the layers unseen."""
+"""No automatic keyframes: they would restart the layers without our knowledge."""
 
 _VP8_REALTIME: Final = {
     "deadline": "realtime",
@@ -38,20 +38,20 @@ _VP8_REALTIME: Final = {
 
 
 _VP8_SMALL: Final = {"deadline": "good", "cpu-used": "2"}
-"""For pictures so small that a careful search costs little: at 16 kbit/s the fast one makes twice
-what it is asked for, which a modem line has not."""
+"""For small pictures, where a thorough search is cheap: at 16 kbit/s the fast one produces twice
+the target rate, too much for a modem."""
 
 _SMALL_PIXELS_PER_S: Final = 300_000
-"""160×120 at 15 a second, and 3 ms a picture."""
+"""160×120 at 15 a second, at 3 ms a picture."""
 
 _LEVEL_31_MACROBLOCKS: Final = 3600
 _LEVEL_31_MACROBLOCKS_PER_S: Final = 108_000
 _LEVEL_31_BITRATE_BPS: Final = 14_000_000
-"""1280×720 at 30 a second: what every browser decodes (H.264, table A-1; RFC 7742, 6.2)."""
+"""1280×720 at 30 a second, which every browser decodes (H.264, table A-1; RFC 7742, 6.2)."""
 
 
 class PictureEncoder(Protocol):
-    """Turns pictures into packets, one for one; called from one thread."""
+    """Encodes each picture as one packet; called from one thread."""
 
     def encode(self, picture: Picture, *, keyframe: bool) -> EncodedPicture | None: ...
 
@@ -59,7 +59,7 @@ class PictureEncoder(Protocol):
 class VideoEncoder:
     """Encodes one rendition with VP8 in three temporal layers or H.264 constrained baseline.
 
-    Not safe for two threads at once. Keyframes come when asked for and at no other time.
+    Not thread-safe. Keyframes are made only on request.
     """
 
     def __init__(self, *, codec: Literal["vp8", "h264"], rendition: RenditionSettings) -> None:
@@ -71,7 +71,7 @@ class VideoEncoder:
         self._fresh = True
 
     def encode(self, picture: Picture, *, keyframe: bool) -> EncodedPicture | None:
-        """Encode one picture; None when its capture time is not newer than the one before."""
+        """Encode one picture; None if its capture time is not newer than the previous one's."""
         pts = round(picture.captured_s * VIDEO_RATE_HZ)
         if pts <= self._newest_pts:
             return None
@@ -97,17 +97,16 @@ class VideoEncoder:
 
 
 class IntraEncoder:
-    """Encodes every picture on its own with VP8, as the thesis's JPEGs were (3.5, 4.2).
+    """Encodes every picture independently with VP8, like the thesis's JPEGs (3.5, 4.2).
 
-    All are of about one size, the rendition's bit rate shared by its pictures. Not safe for two
-    threads at once.
+    All have about the same size, given by the rendition's bit rate. Not thread-safe.
     """
 
     def __init__(self, rendition: RenditionSettings) -> None:
         self._rendition = rendition
         self._context = _context("libvpx", rendition)
         self._context.gop_size = 0
-        # In percent of a picture's share: without it rate control lets a third more through.
+        # In percent of the mean size: without it rate control exceeds the rate by a third.
         self._context.options = _steady(rendition) | _VP8_REALTIME | {"max-intra-rate": "100"}
         self._newest_pts = -1
         self._even_pts = 0
@@ -118,12 +117,12 @@ class IntraEncoder:
         *,
         keyframe: bool,  # noqa: ARG002  # each is one
     ) -> EncodedPicture | None:
-        """Encode one picture; None when its capture time is not newer than the one before."""
+        """Encode one picture; None if its capture time is not newer than the previous one's."""
         pts = round(picture.captured_s * VIDEO_RATE_HZ)
         if pts <= self._newest_pts:
             return None
         self._newest_pts = pts
-        # To the rate control pictures come evenly: one that is late is not to be a larger one.
+        # Evenly spaced for the rate control, so that a late picture does not become larger.
         self._even_pts += round(VIDEO_RATE_HZ / self._rendition.fps)
         packet = _encode(self._context, self._rendition, picture, self._even_pts, PictureType.I)
         if packet is None:
@@ -161,7 +160,7 @@ def _encode(
 
 
 def resize_i420(i420: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:
-    """Scale a planar picture, shape ``(h * 3 // 2, w)``, each plane by itself."""
+    """Scale a planar picture, shape ``(h * 3 // 2, w)``, plane by plane."""
     old_width = i420.shape[1]
     old_height = i420.shape[0] * 2 // 3
     if (old_width, old_height) == (width, height):
@@ -201,7 +200,7 @@ def _h264(rendition: RenditionSettings) -> av.VideoCodecContext:
     context.options = _steady(rendition) | {
         "preset": "veryfast",
         "tune": "zerolatency",
-        # Threads inside one small picture cost more than they bring.
+        # Threads within one small picture cost more than they gain.
         "x264-params": "scenecut=0:sliced-threads=0:threads=1",
     }
     if _fits_level_31(rendition):
@@ -210,7 +209,7 @@ def _h264(rendition: RenditionSettings) -> av.VideoCodecContext:
 
 
 def _fits_level_31(rendition: RenditionSettings) -> bool:
-    """Tell whether level 3.1 may be claimed; above it x264 finds the level that is true."""
+    """Whether level 3.1 suffices; above it x264 chooses the level."""
     columns, rows = (rendition.width + 15) // 16, (rendition.height + 15) // 16
     return (
         columns * rows <= _LEVEL_31_MACROBLOCKS
@@ -221,7 +220,7 @@ def _fits_level_31(rendition: RenditionSettings) -> bool:
 
 
 def _steady(rendition: RenditionSettings) -> dict[str, str]:
-    """Constant bit rate with half a second of slack: a burst is delay on a thin link."""
+    """Constant bit rate with a buffer of half a second: bursts are delay on a slow link."""
     rate = str(rendition.bitrate_bps)
     return {"maxrate": rate, "minrate": rate, "bufsize": str(rendition.bitrate_bps // 2)}
 

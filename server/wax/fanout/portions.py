@@ -1,4 +1,4 @@
-"""Deliver to many in small portions, so that what has a deadline is served between them."""
+"""Deliver to many viewers in small portions, so that timers can run in between."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
 PORTION: Final = 4
-"""To send one picture to one viewer takes up to half a millisecond."""
+"""Sending one picture to one viewer takes up to half a millisecond."""
 
 
 def in_portions(calls: Sequence[Callable[[], None]]) -> None:
-    """Make the first calls now, the next ones in each following pass of the event loop.
+    """Make the first calls now, and the next ones in each following pass of the event loop.
 
-    asyncio looks at its timers once a pass, so twenty deliveries in one would make the control
-    loop's beat as late as they take. What is spread first comes to each of its places first.
+    asyncio checks its timers once a pass, so twenty deliveries in one pass would delay the control
+    loop. Each lane gets items in the order in which they were spread.
     """
     for call in calls[:PORTION]:
         call()

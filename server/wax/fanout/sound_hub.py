@@ -24,16 +24,16 @@ if TYPE_CHECKING:
     from wax.error_boundary import ErrorBoundary
 
 _PAST_MS: Final = 720
-"""So much of the past is kept: the longest pre-roll, 500, in whole media units of up to 120, and
-the unit that is under way."""
+"""How much of the past to keep: the longest pre-roll, 500, in whole media units of up to 120, plus
+the current unit."""
 
 _WARM_MS: Final = 480
-"""A fresh encoder begins with silence, and the speech codec needs as long until its packets are
-decoded well by whoever comes to them from another form; nobody shall hear that in the middle."""
+"""A new encoder begins with silence, and the speech codec needs this long until a listener coming
+from another form decodes it well."""
 
 
 class _Stream:
-    """One form: its encoder, and the packets that a pre-roll can be made of."""
+    """One form: its encoder, and recent packets for pre-rolls."""
 
     def __init__(self, form: SoundForm) -> None:
         self._encoder = SoundEncoder(form)
@@ -48,10 +48,10 @@ class _Stream:
 
 
 class SoundHub:
-    """Encodes the sound once per form that somebody wants.
+    """Encodes the sound once for each form in use.
 
-    `push` is called from the capture's thread, the rest from the event loop. Encoding 10 ms
-    takes a fraction of a millisecond, so one lock holds it all together.
+    `push` is called from the capture thread, the rest from the event loop. Encoding 10 ms takes a
+    fraction of a millisecond, so one lock covers everything.
     """
 
     def __init__(self) -> None:
@@ -69,7 +69,7 @@ class SoundHub:
         self._loop = asyncio.get_running_loop()
 
     def push(self, block: Sound) -> None:
-        """Take the next block from the microphone's thread."""
+        """Handle the next block, in the microphone's thread."""
         with self._lock:
             self._captured += 1
             pts = self._clock.stamp(block.captured_s)
@@ -81,13 +81,13 @@ class SoundHub:
                     self._from_thread(form, sound)
 
     def add(self, boundary: ErrorBoundary) -> SoundLane:
-        """Make a lane that is served inside `boundary`; nothing is sent to it until `choose`."""
+        """Make a lane, called inside `boundary`; nothing is sent to it until `choose`."""
         lane = SoundLane()
         self._lanes[lane] = boundary.around(lane.put)
         return lane
 
     def favour(self, lane: SoundLane) -> None:
-        """Serve this lane before all others: who drives does not wait for a crowd."""
+        """Serve this lane first: the operator does not wait for a crowd."""
         if lane in self._lanes:
             self._lanes = {lane: self._lanes[lane], **self._lanes}
 
@@ -101,13 +101,12 @@ class SoundHub:
     def choose(self, lane: SoundLane, form: SoundForm | None, preroll_ms: float) -> None:
         """Send sound in this form, beginning `preroll_ms` in the past, or none.
 
-        The pre-roll fills the browser's buffer to its delay at once, instead of by the
-        75 ms a second at which a browser stretches sound. It is whole media units. The first
-        listener of a form has as much of the past encoded as they need; whoever follows within
-        half a second and asks for more gets what there is.
+        The pre-roll, in whole media units, fills the browser's buffer at once, instead of at the 75
+        ms a second at which a browser stretches sound. The first listener of a form gets as much of
+        the past as requested; one who follows within half a second gets what there is.
 
-        Who hears another form already has no pre-roll: the new one follows where the old one
-        ends, at the next moment at which units of both do, which is no more than 120 ms from now.
+        A listener of another form gets no pre-roll: the new form starts where units of both forms
+        end together, at most 120 ms from now.
         """
         if form == lane.form:
             return
@@ -132,13 +131,13 @@ class SoundHub:
 
     @property
     def wanted(self) -> list[str]:
-        """The forms that somebody hears now, the shortest first; no other is encoded."""
+        """The forms in use, the shortest first; no other is encoded."""
         forms = sorted(self._streams, key=lambda form: (form.mu_ms, form.bitrate_bps))
         return [form.name for form in forms]
 
     @property
     def dropped(self) -> int:
-        """Packets that lanes had no room for since the start; never falls."""
+        """Packets dropped by full lanes since the start; never falls."""
         return self._dropped_by_gone + sum(lane.dropped for lane in self._lanes)
 
     def counts(self) -> dict[str, int]:
@@ -146,7 +145,7 @@ class SoundHub:
         return {"captured": self._captured, "encoded": self._encoded}
 
     def _stream(self, form: SoundForm, units: int) -> _Stream:
-        """Return this form's stream; a new one has the last `units` units, and what follows."""
+        """Return this form's stream; a new one starts with the last `units` units."""
         stream = self._streams.get(form)
         if stream is None:
             stream = self._streams[form] = _Stream(form)

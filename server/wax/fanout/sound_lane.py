@@ -13,18 +13,18 @@ if TYPE_CHECKING:
     from wax.encode.encoded import EncodedSound
 
 _HELD_SAMPLES: Final = SAMPLE_RATE_HZ
-"""One second: room for the largest pre-roll and as much again."""
+"""One second: room for twice the largest pre-roll."""
 
 _SENT: Final = 8
 _REDUNDANT_SAMPLES: Final = 2**14 - 1
-"""What is sent once more is this much earlier at most: 14 bits of time (RFC 2198, section 3)."""
+"""The largest age of repeated sound: 14 bits of time (RFC 2198, section 3)."""
 
 
 class SoundLane:
-    """Bounded queue of sound; when it is full the oldest go. Used from the event loop only.
+    """Bounded queue of sound; when full it drops the oldest. Used only from the event loop.
 
-    A change of form takes effect at a moment where units of the old and of the new form meet, so
-    that every sample is sent once.
+    A change of form takes effect where units of both forms end together, so that every sample is
+    sent once.
     """
 
     def __init__(self) -> None:
@@ -37,19 +37,19 @@ class SoundLane:
         self._next: SoundForm | None = None
         self._change_pts = 0
         self.redundancy = 0
-        """How many earlier packets go once more with each, where links lose some (RFC 2198)."""
+        """How many earlier packets each packet repeats, against loss (RFC 2198)."""
         self.takes_redundancy = True
         """Whether the browser takes them; Firefox does not."""
         self.dropped = 0
 
     @property
     def form(self) -> SoundForm | None:
-        """What was chosen, None for no sound."""
+        """The chosen form, None for no sound."""
         return self._form if self._next is None else self._next
 
     @property
     def forms(self) -> tuple[SoundForm, ...]:
-        """The form that is queued now, and the one that follows it."""
+        """The form being queued now, and the one that follows it."""
         return tuple(form for form in (self._form, self._next) if form is not None)
 
     def choose(self, form: SoundForm | None, change_pts: int = 0) -> None:
@@ -66,7 +66,7 @@ class SoundLane:
             self._next, self._change_pts = form, change_pts
 
     def put(self, form: SoundForm, sound: EncodedSound) -> None:
-        """Queue a packet if it is of the form whose turn it is and was not queued before."""
+        """Queue a packet if it is of the current form and was not queued before."""
         if self._next is not None and sound.pts >= self._change_pts and form in self.forms:
             self._form, self._next = self._next, None
         if form != self._form or sound.pts < self._end_pts:
@@ -80,7 +80,7 @@ class SoundLane:
         self._ready.set()
 
     async def get(self) -> EncodedSound:
-        """Wait for the next packet to send; a burst is handed out without a pause."""
+        """Wait for the next packet to send; a burst is returned without pauses."""
         while not self._queue:
             self._ready.clear()
             await self._ready.wait()
@@ -93,9 +93,9 @@ class SoundLane:
         self.takes_redundancy = redundancy
 
     def earlier(self, sound: EncodedSound) -> tuple[EncodedSound, ...]:
-        """Return what is sent once more with this one, up to `redundancy`, the oldest first.
+        """Return up to `redundancy` packets to repeat with this one, the oldest first.
 
-        `sound` was handed out by `get`. They are of its form, and each ends where the next begins.
+        `sound` was returned by `get`. They have its form, and each ends where the next begins.
         """
         if self.redundancy == 0:
             return ()

@@ -1,4 +1,4 @@
-"""The fan-out of the picture: from the slot through the renditions to every viewer's lane."""
+"""The fan-out of the picture: from the slot through the renditions to the viewers' lanes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _CORES_SHARE: Final = 0.5
 
 
 class PictureLane(Protocol):
-    """Where one viewer's pictures go; as `VideoLane` has it."""
+    """The interface of one viewer's lane; see `VideoLane`."""
 
     dropped: int
 
@@ -43,7 +43,7 @@ class PictureLane(Protocol):
 
 
 class VideoHub:
-    """Encodes each rendition once and gives the packets to all lanes that want them."""
+    """Encodes each rendition once and passes the packets to all lanes that want them."""
 
     def __init__(
         self,
@@ -65,7 +65,7 @@ class VideoHub:
 
     @property
     def names(self) -> list[str]:
-        """The names of the renditions, those of the configuration first."""
+        """The names of the renditions, the configured ones first."""
         return list(self._renditions)
 
     @property
@@ -79,29 +79,29 @@ class VideoHub:
             rendition.start()
 
     def request_stop(self) -> None:
-        """Let all threads end, and return at once; `stop` then waits for them."""
+        """Ask all threads to end, and return at once; `stop` then waits for them."""
         for rendition in self._renditions.values():
             rendition.request_stop()
 
     def stop(self) -> None:
-        """End all threads; takes at most 1.5 s together, safe to call twice."""
+        """End all threads; takes at most 1.5 s, safe to call twice."""
         self.request_stop()
         end_s = self._clock.now_s() + _STOP_S
         for rendition in self._renditions.values():
             rendition.stop(max(end_s - self._clock.now_s(), 0.0))
 
     def add(self, boundary: ErrorBoundary) -> VideoLane:
-        """Make a lane that is served inside `boundary`; nothing is sent to it until `choose`."""
+        """Make a lane, called inside `boundary`; nothing is sent to it until `choose`."""
         lane = VideoLane()
         self.attach(lane, boundary)
         return lane
 
     def attach(self, lane: PictureLane, boundary: ErrorBoundary) -> None:
-        """Take a lane that somebody else has made; nothing is sent to it until `choose`."""
+        """Add an existing lane; nothing is sent to it until `choose`."""
         self._lanes[lane] = boundary.around(lane.put)
 
     def provide(self, settings: RenditionSettings) -> None:
-        """Let a rendition be chosen that is not in the configuration; it lives while wanted."""
+        """Add a rendition that is not in the configuration; it exists while in use."""
         if settings.name not in self._renditions and self._loop is not None:
             rendition = self._rendition(settings)
             self._renditions[settings.name] = rendition
@@ -109,16 +109,16 @@ class VideoHub:
 
     @property
     def has_room(self) -> bool:
-        """Whether the machine can encode one more for one viewer alone.
+        """Whether the machine can encode one more rendition for a single viewer.
 
-        Half of the cores is left to everything else; the largest that is encoded now is what one
-        more would cost.
+        Half of the cores are left to everything else; the estimate for one more is the cost of the
+        most expensive current one.
         """
         loads = [one.load for one in self._renditions.values()]
         return sum(loads) + max(loads) <= _CORES_SHARE * (os.cpu_count() or 1)
 
     def favour(self, lane: PictureLane) -> None:
-        """Serve this lane before all others: who drives does not wait for a crowd."""
+        """Serve this lane first: the operator does not wait for a crowd."""
         if lane in self._lanes:
             self._lanes = {lane: self._lanes[lane], **self._lanes}
 
@@ -130,7 +130,7 @@ class VideoHub:
         self._refresh()
 
     def choose(self, lane: PictureLane, rendition: str | None) -> None:
-        """Send this rendition to this lane from its next keyframe on, which is asked for."""
+        """Send this rendition to this lane from its next keyframe on, and request one."""
         if rendition == lane.rendition:
             return
         lane.choose(rendition)
@@ -139,18 +139,18 @@ class VideoHub:
             self._renditions[rendition].request_keyframe()
 
     def request_keyframe(self, lane: PictureLane) -> None:
-        """Help a viewer who cannot decode what they got (PLI, RFC 4585; FIR, RFC 5104)."""
+        """Request a keyframe for a viewer who cannot decode (PLI, RFC 4585; FIR, RFC 5104)."""
         if lane.rendition is not None:
             self._renditions[lane.rendition].request_keyframe()
 
     @property
     def wanted(self) -> list[str]:
-        """The renditions that somebody watches now; no other is encoded."""
+        """The renditions in use; no other is encoded."""
         return [name for name, one in self._renditions.items() if one.wanted]
 
     @property
     def dropped(self) -> int:
-        """Pictures that lanes had no room for since the start; never falls."""
+        """Pictures dropped by full lanes since the start; never falls."""
         return self._dropped_by_gone + sum(lane.dropped for lane in self._lanes)
 
     def counts(self) -> dict[str, int]:
@@ -182,7 +182,7 @@ class VideoHub:
 
     def _fan_out(self, picture: EncodedPicture) -> None:
         calls: list[Callable[[], None]] = [partial(put, picture) for put in self._lanes.values()]
-        if picture.keyframe:  # now lanes change, and then it may be that nobody takes another
+        if picture.keyframe:  # lanes switch now, after which the old rendition may be unused
             calls.append(self._refresh)
         in_portions(calls)
 

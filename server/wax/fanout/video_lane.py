@@ -1,7 +1,7 @@
 """One viewer's lane of pictures: a short queue between the shared encoders and one sender.
 
-A slow viewer changes their own lane only. What is dropped is counted; only what nothing depends on
-may be dropped, otherwise the lane waits for a keyframe, and it never asks for one itself.
+A slow viewer affects only their own lane. Drops are counted. Dropping a picture that others depend
+on makes the lane wait for a keyframe, which it never requests itself.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 
 _PICTURES: Final = 16
 _BASE_PICTURES: Final = 4
-"""Of layer 0; where so many wait, half a second and more, what waits is stale."""
+"""When this many pictures of layer 0 wait, half a second or more, the queue is stale."""
 _TOP: Final = 2
-"""The highest temporal layer that an encoder makes."""
+"""The highest temporal layer of an encoder."""
 
 
 class VideoLane:
-    """Bounded queue of pictures of one rendition; `rendition` None means not wanted.
+    """Bounded queue of pictures of one rendition; `rendition` None means no picture.
 
-    A change of rendition takes effect at the next keyframe of the new one; until then the
-    old one goes on, unless it is given up. Used from the event loop only.
+    A change of rendition takes effect at the next keyframe of the new one; until then the old one
+    continues, unless it is given up. Used only from the event loop.
     """
 
     def __init__(self) -> None:
@@ -41,7 +41,7 @@ class VideoLane:
         self._cut_layer: int | None = 0
         self._newest_pts = -1
         self.top_layer = _TOP
-        """Pictures above this temporal layer are left out."""
+        """Pictures above this temporal layer are dropped."""
         self.dropped = 0
 
     @property
@@ -55,7 +55,7 @@ class VideoLane:
             self.give_up()
 
     def give_up(self) -> None:
-        """Send no more of what is sent now: nothing until the next keyframe of what is chosen."""
+        """Stop the current rendition: send nothing until the next keyframe of the chosen one."""
         self._current = None
         self._cut_layer = 0
         self.dropped += len(self._queue)
@@ -63,32 +63,32 @@ class VideoLane:
 
     @property
     def is_cut(self) -> bool:
-        """Whether pictures are wanted that only a keyframe makes decodable again."""
+        """Whether only a keyframe can make pictures decodable again."""
         return self._rendition is not None and self._cut_layer == 0
 
     @property
     def is_waiting(self) -> bool:
-        """Whether what is chosen has not begun, while what went before goes on."""
+        """Whether the chosen rendition has not begun, and the previous one continues."""
         return self._rendition is not None and self._current not in (None, self._rendition)
 
     def takes(self, rendition: str) -> bool:
-        """Tell whether pictures of this rendition are wanted here now."""
+        """Whether this lane wants pictures of this rendition now."""
         return rendition in (self._rendition, self._current)
 
     def listen(self, on_news: Callable[[], None]) -> None:
-        """Call back whenever there is something to take; replaces whoever listened before."""
+        """Set the callback for when there is something to take, replacing the previous one."""
         self._on_news = on_news
 
     def put(self, picture: EncodedPicture) -> None:
-        """Queue a picture, if it is wanted here and can be decoded there."""
+        """Queue a picture, if it is wanted and decodable."""
         if picture.rendition != self._current:
             if picture.rendition != self._rendition or not picture.keyframe:
                 return
             if _pts(picture) < self._newest_pts:
-                return  # its encoder was slower: no picture is sent after a newer one
+                return  # its encoder was slower: never send a picture after a newer one
             self._current = picture.rendition
         if picture.keyframe:
-            # What waits is older, and nothing that comes now depends on it.
+            # The queue is older, and nothing new depends on it.
             self.dropped += len(self._queue)
             self._queue.clear()
         if not self._decodable(picture):
@@ -108,9 +108,9 @@ class VideoLane:
             self._on_news()
 
     def take(self) -> EncodedPicture | None:
-        """Return the picture to send now: of those that wait, the droppable ones but the newest go.
+        """Return the picture to send now, skipping all droppable ones but the newest.
 
-        What other pictures depend on is sent in its order. None where nothing waits.
+        Pictures that others depend on are sent in order. None if nothing is queued.
         """
         if len(self._queue) > 1:
             self._thin()
@@ -118,7 +118,7 @@ class VideoLane:
 
     def _thin(self) -> None:
         newest = self._queue.pop()
-        # The second picture of layer 2 in each four is made of the layer 1 before it.
+        # The second picture of layer 2 in each four depends on the layer 1 before it.
         needs_upper = newest.layer == _TOP and not newest.sync
         upper = next((p for p in reversed(self._queue) if p.layer < _TOP), None)
         keep: deque[EncodedPicture] = deque()
@@ -135,8 +135,8 @@ class VideoLane:
     def _decodable(self, picture: EncodedPicture) -> bool:
         """After a drop in layer k, layers above k (all, for k = 0) wait for the next of k.
 
-        A picture of layer k depends on lower layers only through the newest of each, so the
-        next one of layer k that arrives heals the cut; layer 0 heals by a keyframe alone.
+        A picture of layer k depends on lower layers only through the newest of each, so the next
+        one of layer k restores decoding; for layer 0 only a keyframe does.
         """
         if picture.keyframe or self._cut_layer is None:
             self._cut_layer = None

@@ -53,7 +53,9 @@ def test_a_file_without_its_index_is_one_sentence(
     """An MP4 file whose index was cut off cannot be played: a sentence says so."""
     clip = make_clip("cut.mp4")
     clip.write_bytes(clip.read_bytes()[:2000])
-    with pytest.raises(SourceError, match=r"^cut\.mp4 is no video or sound .*name another file\.$"):
+    with pytest.raises(
+        SourceError, match=r"^cut\.mp4 is not a playable video or sound.*use another file\.$"
+    ):
         open_player(clip).__enter__()
 
 
@@ -65,14 +67,14 @@ def test_a_file_that_is_no_video_is_one_sentence(
     clip = tmp_path / "diary.mp4"
     clip.write_bytes(content)
     with pytest.raises(
-        SourceError, match=r"^diary\.mp4 is no video or sound .*name another file\.$"
+        SourceError, match=r"^diary\.mp4 is not a playable video or sound.*use another file\.$"
     ):
         open_player(clip).__enter__()
 
 
 def test_a_missing_file_is_one_sentence(open_player: type[Player], tmp_path: Path) -> None:
     """A file that was taken away is named, with what to do."""
-    with pytest.raises(SourceError, match=r"^gone\.mp4 does not exist; .*put it there\.$"):
+    with pytest.raises(SourceError, match=r"^gone\.mp4 does not exist; .*create it\.$"):
         open_player(tmp_path / "gone.mp4").__enter__()
 
 

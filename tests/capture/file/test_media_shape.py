@@ -51,7 +51,7 @@ def test_a_file_without_sound_shows_its_picture(
     player = open_player(clip)
     assert player.video is not None
     assert player.audio is not None
-    with pytest.raises(SourceError, match=r"silent\.mp4 has no sound in it; set"):
+    with pytest.raises(SourceError, match=r"silent\.mp4 contains no sound; set"):
         player.audio.open()
     player.video.open()
     assert player.video.read().width == 160
@@ -67,7 +67,7 @@ def test_a_file_without_picture_plays_its_sound(
     assert player.video is not None
     assert player.audio is not None
     player.audio.open()
-    with pytest.raises(SourceError, match=r"radio\.ogg has no picture in it; set"):
+    with pytest.raises(SourceError, match=r"radio\.ogg contains no picture; set"):
         player.video.open()
     assert len(player.audio.read().samples) > 0
     player.audio.close()

@@ -120,7 +120,7 @@ def test_a_part_of_motion_is_no_standstill(server: Server) -> None:
 
 
 def test_motion_without_standstill_says_so(server: Server) -> None:
-    """Whoever asks for motion first is refused, counted and told; standstill makes it good."""
+    """Motion before standstill is refused, counted and reported; standstill resolves it."""
     assert server.drive(0.5) == (Stop(1), apply(0.0))
     assert server.warden.problem == NEUTRAL_FIRST
     assert server.pan(0.5) == ()
@@ -275,7 +275,7 @@ def test_the_stop_of_a_new_turn_needs_standstill_after_it(server: Server) -> Non
 
 
 def test_garbage_holds_the_robot(server: Server) -> None:
-    """Whoever talks nonsense is not to be trusted with motion."""
+    """An invalid message stops the robot."""
     assert server.driving().warden.garbage(server.now_s) == (Stop(1),)
     assert server.warden.problem == GARBLED
     assert server.warden.counts["driver_garbage"] == 1

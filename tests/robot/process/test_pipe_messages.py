@@ -149,7 +149,7 @@ def test_the_longest_line_is_read() -> None:
 
 
 def test_a_state_that_cannot_be_told_is_refused() -> None:
-    """Somebody's driver may return anything; what the server could not read is his mistake."""
+    """A plug-in may return anything; a state that the server could not read is refused."""
     state = RobotState(connected=True, battery_fraction=0.5)
     assert sendable(state) == state
     with pytest.raises(TypeError, match="returned None, not a RobotState"):

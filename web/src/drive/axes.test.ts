@@ -28,7 +28,7 @@ beforeEach(() => {
     state,
     serverMs: () => 5000,
     seenServerMs: () => 4900,
-    way: () => ({ linkBps: 5_000_000, waitingBytes: 0 }),
+    uplink: () => ({ linkBps: 5_000_000, waitingBytes: 0 }),
     send: (drive) => sent.push(drive),
   });
   listening = new AbortController();
@@ -55,7 +55,7 @@ function said(during: () => void): Word[] {
   return sent.slice(before).map(({ held, axes }) => ({ held, axes }));
 }
 
-/** In the next second, in which also empty hands are heard 20 times. */
+/** In the next second, in which 20 set-points are sent even with nothing held. */
 function inTheNextSecond(): Word[] {
   const words = said(() => vi.advanceTimersByTime(1000));
   expect(words.length).toBeGreaterThanOrEqual(20);

@@ -36,7 +36,7 @@ beforeEach(() => {
     controls: () => controls,
     serverMs: () => serverMs,
     seenServerMs: () => 4900,
-    way: () => ({ linkBps: 5_000_000, waitingBytes: waitingBytes + saidBytes }),
+    uplink: () => ({ linkBps: 5_000_000, waitingBytes: waitingBytes + saidBytes }),
     hung,
     send: (drive, urgent) => {
       sent.push({ ...drive, urgent });

@@ -1,14 +1,14 @@
 import type { Drive } from "../messages";
 import type { Motion } from "./inputState";
-import { Rate, type Way } from "./rate";
+import { Rate, type Uplink } from "./rate";
 
-/** What a set-point is made of, read live at the moment of sending. */
+/** The parts of a set-point, read at the moment of sending. */
 export interface Controls {
   motion: Motion;
   /** The dead-man: some control is held down. */
   held: boolean;
   speed: Drive["speed"];
-  /** Positions, of the axes that have a hand on them. */
+  /** The positions of the axes being held. */
   axes: Record<string, number>;
 }
 
@@ -16,32 +16,32 @@ export interface CommandSenderOptions {
   controls: () => Controls;
   /** The time on the server's clock, null while the clocks are not aligned. */
   serverMs: () => number | null;
-  /** Capture time of the newest presented picture, null when none is known. */
+  /** The capture time of the newest picture on screen, null if unknown. */
   seenServerMs: () => number | null;
-  way: () => Way;
-  /** The page hung, and what the hands did meanwhile it has yet to hear; called before it sends. */
+  uplink: () => Uplink;
+  /** Called before sending when the page hung and has yet to process the input of that time. */
   hung: () => void;
   send: (drive: Drive, urgent: boolean) => void;
 }
 
-/** A release is said three times, since the channel may lose any of them. */
+/** A release is sent three times, since the channel may lose any of them. */
 const AGAIN_AFTER_MS = [45, 90] as const;
 /**
- * A page on which nothing is held would be safe in silence too. It sends 20 times a second all the
- * same: the server must have heard that nothing is held before the next press may move anything.
+ * A page on which nothing is held would be safe without sending. It still sends 20 times a second,
+ * because the server must know that nothing is held before the next press may move anything.
  */
 const REST_HZ = 20;
 const REST_AFTER_MS = 500;
-/** A timer so late tells of a page that hung, or a computer that slept. */
+/** A timer this late means that the page hung or the computer slept. */
 const HUNG_MS = 500;
 
 /**
  * Sends complete set-points while this page drives, and nothing otherwise.
  *
- * Its timer is the main thread's on purpose. A worker's would go on while the page is frozen, and
- * say that something is held for somebody whom the page no longer hears letting go: a page that
- * hangs must fall silent. Browsers do not slow a timer of a page in the foreground; in the
- * background nothing is held.
+ * Its timer runs on the main thread on purpose. A worker's would keep running while the page is
+ * frozen, and keep sending that a control is held after it was released: a page that hangs must fall
+ * silent. Browsers do not throttle timers of a page in the foreground; in the background nothing is
+ * held.
  */
 export class CommandSender {
   #seq = 0;
@@ -55,7 +55,7 @@ export class CommandSender {
 
   constructor(private readonly options: CommandSenderOptions) {}
 
-  /** Sends for this turn from now on, never more often than `maxHz`; changes come on top. */
+  /** Sends for this turn from now on, at up to `maxHz`; changes are sent in addition. */
   begin(turn: number, maxHz: number): void {
     this.end();
     this.#turn = turn;
@@ -71,7 +71,7 @@ export class CommandSender {
     this.#forgetRepeats();
   }
 
-  /** Sends the set-point of this moment; called by the timer, and at once on every change. */
+  /** Sends the current set-point; called by the timer, and at once on every change. */
   send(urgent = false): void {
     if (this.#turn === null) return;
     this.#say(urgent);
@@ -81,14 +81,14 @@ export class CommandSender {
     this.#timer = setTimeout(() => this.#tick(), everyMs);
   }
 
-  /** Sends what is held after a release, now and again twice. */
+  /** Sends the state after a release, now and twice more. */
   insist(): void {
     this.#forgetRepeats();
     this.send(true);
     this.#repeats = AGAIN_AFTER_MS.map((ms) => setTimeout(() => this.send(true), ms));
   }
 
-  /** Says it three times at once: this may be the last that the browser lets the page do. */
+  /** Sends it three times at once: the browser may let the page do nothing after this. */
   insistNow(): void {
     for (const _ of AGAIN_AFTER_MS) this.send(true);
     this.insist();
@@ -114,11 +114,11 @@ export class CommandSender {
     );
   }
 
-  /** Looks at the way before it sends: what it has just said itself is no backlog. */
+  /** Reads the backlog before sending, so that its own message does not count. */
   #tick(): void {
     const nowMs = performance.now();
     if (nowMs - this.#dueMs > HUNG_MS) this.options.hung();
-    this.#hz = this.#rate.next(this.options.way(), nowMs);
+    this.#hz = this.#rate.next(this.options.uplink(), nowMs);
     this.send();
   }
 

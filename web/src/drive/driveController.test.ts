@@ -36,7 +36,7 @@ beforeEach(() => {
     state,
     serverMs: () => 5000,
     seenServerMs: () => null,
-    way: () => ({ linkBps: 5_000_000, waitingBytes: 0 }),
+    uplink: () => ({ linkBps: 5_000_000, waitingBytes: 0 }),
     send: (drive, urgent) => sent.push({ ...drive, urgent }),
   });
   aborting = new AbortController();

@@ -4,7 +4,7 @@ import { CommandSender } from "./commandSender";
 import { type Direction, fingerHolder, InputState } from "./inputState";
 import { listenKeyboard } from "./keyboard";
 import { listenLetGo } from "./letGo";
-import type { Way } from "./rate";
+import type { Uplink } from "./rate";
 
 const DIRECTIONS: Direction[] = ["forward", "back", "left", "right"];
 
@@ -12,13 +12,13 @@ export interface DriveControllerOptions {
   state: State;
   serverMs: () => number | null;
   seenServerMs: () => number | null;
-  way: () => Way;
+  uplink: () => Uplink;
   send: (drive: Drive, urgent: boolean) => void;
 }
 
 /**
- * What is held, and what sends it to the server. A turn begins and ends with nothing held and no
- * axis touched; a stop lets go of everything, and what is held through it counts as let go of.
+ * Connects the input to the command sender. A turn begins and ends with nothing held and no axis
+ * touched; a stop releases everything, including what is physically still held.
  */
 export class DriveController {
   readonly input: InputState;
@@ -47,7 +47,7 @@ export class DriveController {
     });
   }
 
-  /** Listens to the keyboard, and to all that takes controls away; `stop` is the operator's, on Space. */
+  /** Listens to the keyboard and to events that end input; `stop` is the operator's, on Space. */
   listen(window: Window, stop: () => void, signal: AbortSignal): void {
     const { input } = this;
     const { state } = this.options;
@@ -58,25 +58,25 @@ export class DriveController {
     listenLetGo(window, { letGo, lift, signal });
   }
 
-  /** Lets go of everything, and says so three times in this very task. */
+  /** Releases everything, and sends that three times within the same task. */
   letGo(): void {
     this.input.releaseAll();
     this.#sender.insistNow();
   }
 
-  /** The speed was chosen anew. */
+  /** Handles a change of the speed. */
   paced(): void {
     this.#sender.send();
   }
 
-  /** A slider was changed, which is a hand on its axis. */
+  /** Handles a change of a slider, which counts as holding its axis. */
   setAxis(name: string, position: number): void {
     const { axes } = this.options.state;
     this.input.touch(name, position);
     axes.value = { ...axes.peek(), [name]: position };
   }
 
-  /** First the wire, then whatever follows the signals. */
+  /** Sends first, then updates the signals. */
   #changed(): void {
     const { input } = this;
     const { state } = this.options;
@@ -92,7 +92,7 @@ export class DriveController {
   #begin(turn: number | null): void {
     const { state } = this.options;
     state.axes.value = {};
-    // While the channel is still there, it carries what the hands let go of.
+    // Send the release while the channel still exists.
     this.input.disable();
     this.#sender.end();
     const hello = state.hello.peek();

@@ -1,21 +1,21 @@
 export type Direction = "forward" | "back" | "left" | "right";
 
-/** Shares of the robot's limits: ahead and left are positive. */
+/** Fractions of the robot's limits: ahead and left are positive. */
 export interface Motion {
   linear: number;
   angular: number;
 }
 
-/** What a finger, or the mouse, holds by: one holder wherever it came down. */
+/** The holder for a finger or the mouse: the same wherever it touched down. */
 export function fingerHolder(pointerId: number): string {
   return `pointer ${pointerId}`;
 }
 
 /**
- * A slider tells of every change, whether a mouse, a finger, a key or another aid made it, but not
- * of every hand that leaves it. So a hand is on its axis for this long after the newest change:
- * long enough for six set-points at the slowest rate, should the channel lose some, and short
- * enough that nobody counts as holding what they have left.
+ * A slider reports every change, whether by mouse, finger, key or assistive technology, but not
+ * every release. So its axis counts as held for this long after the newest change: long enough for
+ * six set-points at the slowest rate, in case the channel loses some, and short enough that nobody
+ * counts as holding what they have left.
  */
 const TOUCH_MS = 300;
 
@@ -25,18 +25,18 @@ interface Touch {
 }
 
 /**
- * What is held down, by whatever holds it: a key, a finger, a button that has the focus; and what
- * axes are touched.
+ * What is held down, and by which holder (a key, a finger, a focused button), and which axes are
+ * touched.
  *
- * Each holder releases only itself. While disabled nothing can be pressed, and enabling releases
- * all: what was held down before a turn began moves nothing in it until it is pressed anew.
+ * A holder releases only what it holds. While disabled nothing can be pressed, and enabling releases
+ * everything: a control held since before a turn moves nothing until it is pressed again.
  */
 export class InputState {
   #held = new Map<string, Direction | null>();
   #touched = new Map<string, Touch>();
   #enabled = false;
 
-  /** `onChange` is called in the same turn of the event loop, whenever what is held changes. */
+  /** `onChange` is called synchronously whenever what is held changes. */
   constructor(private readonly onChange: () => void) {}
 
   get motion(): Motion {
@@ -47,12 +47,12 @@ export class InputState {
     };
   }
 
-  /** Where the axes shall be that have a hand on them now; the others stay where they are. */
+  /** The positions of the axes being held; the others keep theirs. */
   get axes(): Record<string, number> {
     return Object.fromEntries([...this.#touched].map(([axis, { position }]) => [axis, position]));
   }
 
-  /** The dead-man: whether anything is held, though two opposites, or an axis, make no motion. */
+  /** The dead-man: whether anything is held, even an axis or two opposite directions. */
   get isHolding(): boolean {
     return this.#held.size + this.#touched.size > 0;
   }
@@ -72,21 +72,21 @@ export class InputState {
     this.releaseAll();
   }
 
-  /** Holds a direction, or null for a control that has none, such as the slider of an axis. */
+  /** Holds a direction, or null for a control without one, such as the slider of an axis. */
   press(holder: string, direction: Direction | null): void {
     if (!this.#enabled || this.#held.get(holder) === direction) return;
     this.#held.set(holder, direction);
     this.onChange();
   }
 
-  /** False where this holder held nothing. */
+  /** Returns false if this holder held nothing. */
   release(holder: string): boolean {
     const held = this.#held.delete(holder);
     if (held) this.onChange();
     return held;
   }
 
-  /** A slider was changed. Only a hand that was not there before is told of at once. */
+  /** Handles a changed slider; only the first change of a touch calls `onChange`. */
   touch(axis: string, position: number): void {
     if (!this.#enabled) return;
     const last = this.#touched.get(axis);

@@ -5,7 +5,7 @@ const DIRECTIONS: Record<string, Direction> = {
   ArrowDown: "back",
   ArrowLeft: "left",
   ArrowRight: "right",
-  // By place, not by letter: on a French keyboard these are Z, Q, S, D.
+  // By position, not by letter: on a French keyboard these are Z, Q, S, D.
   KeyW: "forward",
   KeyS: "back",
   KeyA: "left",
@@ -20,24 +20,24 @@ export interface KeyboardOptions {
   isDriving: () => boolean;
   /** The operator's Stop, on Space. */
   stop: () => void;
-  /** Lets go of everything at once. */
+  /** Releases everything at once. */
   letGo: () => void;
   signal: AbortSignal;
 }
 
-/** Drives by arrow keys and WASD, and stops by Space, unless something has the focus that types. */
+/** Drives by arrow keys and WASD, and stops by Space, unless a text field has the focus. */
 export function listenKeyboard(
   target: EventTarget,
   { input, isDriving, stop, letGo, signal }: KeyboardOptions,
 ): void {
-  // Not every browser marks a repeated key as such after the window was away.
+  // Not every browser marks repeated keys as such after the window lost the focus.
   const down = new Set<string>();
 
   const onDown = (event: KeyboardEvent) => {
     const repeated = event.repeat || down.has(event.code);
     down.add(event.code);
     if (event.ctrlKey || event.metaKey || event.altKey) {
-      // macOS tells of no key that is released while Meta is down.
+      // macOS sends no keyup while Meta is down.
       letGo();
       return;
     }

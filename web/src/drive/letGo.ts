@@ -1,16 +1,16 @@
-/** What is let go of by itself. */
+/** What to do when input ends without a release. */
 export interface LetGoOptions {
-  /** Lets go of everything at once. */
+  /** Releases everything at once. */
   letGo: () => void;
-  /** Releases what this finger holds; false where it held nothing. */
+  /** Releases what this finger holds; returns false if it held nothing. */
   lift: (pointerId: number) => boolean;
   signal: AbortSignal;
 }
 
 /**
- * The moments at which nobody can be trusted to hold the controls any more: the window loses the
- * keyboard, the page is hidden, frozen or left, a menu opens over it, the system takes a finger
- * away. A finger that is lifted counts wherever it is, should its own button not hear of it.
+ * Releases the controls when the page can no longer know that they are held: the window loses the
+ * keyboard, the page is hidden, frozen or left, a menu opens over it, or the system cancels a
+ * touch. A lifted finger counts anywhere, in case its own button does not get the event.
  */
 export function listenLetGo(window: Window, { letGo, lift, signal }: LetGoOptions): void {
   const { document } = window;

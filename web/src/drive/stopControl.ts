@@ -10,9 +10,9 @@ export interface StopControlOptions {
   state: Pick<State, "stopNumber">;
   link: Pick<Link, "sendState" | "clock">;
   client: () => string;
-  /** Lets go of everything at once. */
+  /** Releases everything at once. */
   letGo: () => void;
-  /** Shows a sentence to the person. */
+  /** Shows a sentence to the user. */
   say: (sentence: string) => void;
 }
 
@@ -20,7 +20,7 @@ export interface StopControlOptions {
 export class StopControl {
   constructor(private readonly options: StopControlOptions) {}
 
-  /** By both ways at once, whatever is known of either; only then come the hands of this page. */
+  /** Sends it by both transports at once, in any state; only then releases this page's controls. */
   stop(): void {
     const { link, client, letGo, state, say } = this.options;
     link.sendState({ type: "stop" });
@@ -33,8 +33,8 @@ export class StopControl {
   }
 
   /**
-   * Ends the stop that is latched; it moves nothing. Stamped where there is a channel, so that one
-   * that comes late releases nothing.
+   * Releases the stop in force; this moves nothing. Over the channel it has a timestamp, so that a
+   * late one has no effect.
    */
   release(): void {
     const { link, client, state, say } = this.options;

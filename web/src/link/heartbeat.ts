@@ -2,14 +2,14 @@ import type { ServerClock } from "../clock";
 import type { Ping, Pong } from "../messages";
 
 const EAGER_MS = 1000;
-/** So many answers align the clock well enough to begin with. */
+/** This many answers align the clock well enough at the start. */
 const EAGER_PONGS = 6;
 const EAGER_EVERY_MS = 50;
 const KEEN_EVERY_MS = 200;
 const CALM_EVERY_MS = 1000;
 const SILENCE_MS = 3000;
 
-/** Pings, what the pongs tell the clock, and whether the other side is still there. Pure. */
+/** Pings, the clock measurements from the pongs, and whether the server still answers. Pure. */
 export class Heartbeat {
   #nextId = 1;
   #startedMs: number | null = null;
@@ -19,7 +19,7 @@ export class Heartbeat {
 
   constructor(private readonly clock: ServerClock) {}
 
-  /** The next ping, to be sent now. */
+  /** Returns the next ping, to be sent now. */
   beat(nowMs: number): Ping {
     this.#startedMs ??= nowMs;
     this.#unansweredSinceMs ??= nowMs;
@@ -32,7 +32,7 @@ export class Heartbeat {
     };
   }
 
-  /** Takes an answer; an older one than the newest still helps the clock. */
+  /** Handles an answer; even a late one helps the clock. */
   heard(pong: Pong, nowMs: number): void {
     this.#unansweredSinceMs = null;
     this.#pongs++;
@@ -41,8 +41,8 @@ export class Heartbeat {
   }
 
   /**
-   * The pause before the next ping: eager at first, so that the clock aligns soon; keen for
-   * whoever needs to be heard often; calm for all others.
+   * The pause before the next ping: short at first, so that the clock aligns soon; medium for a page
+   * whose silence must be noticed soon; long for all others.
    */
   pauseMs(nowMs: number, isKeen: boolean): number {
     const isNew = nowMs - (this.#startedMs ?? nowMs) < EAGER_MS;
@@ -50,12 +50,12 @@ export class Heartbeat {
     return isKeen ? KEEN_EVERY_MS : CALM_EVERY_MS;
   }
 
-  /** For how long pings have gone unanswered; 0 where none has. */
+  /** How long pings have gone unanswered; 0 if none has. */
   unansweredMs(nowMs: number): number {
     return nowMs - (this.#unansweredSinceMs ?? nowMs);
   }
 
-  /** True when pings have gone unanswered for 3 s. */
+  /** Whether pings have gone unanswered for 3 s. */
   isSilent(nowMs: number): boolean {
     return this.unansweredMs(nowMs) >= SILENCE_MS;
   }

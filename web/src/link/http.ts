@@ -1,8 +1,8 @@
-/** Asks the server by HTTP; what goes wrong is a sentence for a person. */
+/** HTTP requests to the server; errors are sentences for people. */
 
 const UNREACHABLE = "The server cannot be reached.";
 
-/** The server said no, or nothing; `isRefusal` tells the first. */
+/** The server refused (`isRefusal`) or did not answer. */
 export class RequestError extends Error {
   constructor(
     sentence: string,
@@ -12,7 +12,7 @@ export class RequestError extends Error {
   }
 }
 
-/** Posts JSON and returns the JSON that comes back; throws `RequestError`. */
+/** Posts JSON and returns the JSON answer; throws `RequestError`. */
 export function post(path: string, body: object, init: RequestInit = {}): Promise<Answer> {
   return ask(path, {
     method: "POST",

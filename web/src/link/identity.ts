@@ -1,12 +1,11 @@
 /**
- * By what the server knows this page again after a reload or a reconnect: a random UUID of the
- * tab's own.
+ * Identifies this page to the server after a reload or reconnect: a random UUID for each tab.
  */
 
 const KEY = "wax-client";
 const CHANNEL = "wax-clients";
 
-/** A version 4 UUID; `crypto.randomUUID` exists only where the page came by https. */
+/** A version 4 UUID; `crypto.randomUUID` exists only on pages loaded by https. */
 function randomUuid(): string {
   const bytes = crypto.getRandomValues(new Uint8Array(16));
   bytes[6] = ((bytes[6] ?? 0) & 0x0f) | 0x40;
@@ -18,7 +17,7 @@ function randomUuid(): string {
 export class Identity {
   #client: string;
 
-  /** `storage` is the tab's own; null where there is none. */
+  /** `storage` is the tab's session storage; null if there is none. */
   constructor(private readonly storage: Pick<Storage, "getItem" | "setItem"> | null) {
     this.#client = storage?.getItem(KEY) ?? this.#renew();
   }
@@ -28,9 +27,9 @@ export class Identity {
   }
 
   /**
-   * Takes care that no two pages share one identity, which they would take from each other for
-   * ever: a duplicated tab begins with a copy of the storage. The page that was there first keeps
-   * it; the other takes a new one and calls `onRenewed`.
+   * Makes sure that no two pages share an identity, which they would keep taking from each other: a
+   * duplicated tab begins with a copy of the storage. The first page keeps it; the other gets a new
+   * one and calls `onRenewed`.
    */
   share(channel: BroadcastChannel, onRenewed: () => void): void {
     channel.onmessage = ({ data }) => {
@@ -52,7 +51,7 @@ export class Identity {
   }
 }
 
-/** The channel on which the pages of this browser ask each other. */
+/** The channel between the pages of this browser. */
 export function openIdentityChannel(): BroadcastChannel {
   return new BroadcastChannel(CHANNEL);
 }

@@ -107,7 +107,7 @@ it("aligns the clock by its heartbeat", () => {
   expect(link.clock.toServerMs(performance.now())).toBeCloseTo(performance.now() + 5000);
 });
 
-it("pings five times a second while it may drive, over a thin way once", () => {
+it("pings five times a second while it may drive, over a slow link once", () => {
   const pingsIn = (seconds: number) => {
     const before = peer().sent.length;
     answerFor(seconds);
@@ -261,10 +261,10 @@ it("asks in between only where nothing comes", () => {
   expect(peer().sent.length - before).toBe(7);
 });
 
-it("waits for an answer as long as answers take on this way", () => {
+it("waits for an answer as long as answers take on this link", () => {
   open();
   answerFor(2);
-  // A satellite: every answer is 800 ms under way, and there is no picture.
+  // A satellite: every answer takes 800 ms, and there is no picture.
   const answers: { atMs: number; text: string }[] = [];
   let seen = peer().sent.length;
   const before = states.length;
@@ -288,7 +288,7 @@ it("waits for an answer as long as answers take on this way", () => {
   expect(states).toHaveLength(settled);
 });
 
-it("lets a thin way stall for a second", () => {
+it("lets a slow link stall for a second", () => {
   open();
   answerFor(2);
   link.isThin = true;

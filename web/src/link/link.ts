@@ -7,7 +7,7 @@ import { readRow, writeRow } from "./rows";
 import { Silence } from "./silence";
 
 /**
- * How the connection is; `silent` is one over which nothing has come for a while. Times are on the
+ * The state of the connection; `silent` means that nothing has arrived recently. Times are on the
  * page's clock; reasons are sentences.
  */
 export type LinkState =
@@ -17,29 +17,29 @@ export type LinkState =
   | { is: "waiting"; retryAtMs: number; reason: string }
   | { is: "closed" };
 
-/** What the link tells. */
+/** The link's events. */
 export interface LinkEvents {
   changed(state: LinkState): void;
-  /** A fresh peer is being connected; what was measured of the one before no longer holds. */
+  /** A new peer is being connected; measurements of the previous one are no longer valid. */
   fresh(peer: Peer): void;
   received(message: StateOut): void;
-  /** In the moment in which a peer's receivers are made, and at no other. */
+  /** Called only at the moment when a peer's receivers are created. */
   receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
 }
 
 const CONNECT_MS = 10_000;
-/** What held for this long was a connection; what broke sooner was one more failed attempt. */
+/** A connection that breaks sooner than this counts as a failed attempt. */
 const STEADY_MS = 5000;
 const LOOK_EVERY_MS = 100;
 
 const now = () => performance.now();
 
-/** Keeps a connection to the server: one peer after the other, for as long as the page lives. */
+/** Keeps a connection to the server, with one peer after another, while the page is open. */
 export class Link {
   clock = new ServerClock();
   /** This page drives or waits to drive, so its silence must be noticed soon. */
   mayDrive = false;
-  /** The way is so narrow that every datagram counts: a ping a second is all it gets. */
+  /** The link is so slow that every datagram counts: it gets only one ping a second. */
   isThin = false;
   #heartbeat = new Heartbeat(this.clock);
   #silence = new Silence(now());
@@ -59,7 +59,7 @@ export class Link {
     return this.#peer;
   }
 
-  /** Connects at once, whatever was before. */
+  /** Connects at once, whatever the state. */
   connect(): void {
     this.#drop();
     this.clock = new ServerClock();
@@ -78,7 +78,7 @@ export class Link {
     void peer.connect(this.client());
   }
 
-  /** Tries now instead of later, where a next attempt is being waited for. */
+  /** Makes a pending next attempt now. */
   hurry(): void {
     if (this.#state.is === "waiting") this.connect();
   }
@@ -89,19 +89,19 @@ export class Link {
     this.#change({ is: "closed" });
   }
 
-  /** Sends what is worthless when late; `urgent` goes even when others wait before it. */
+  /** Sends what is worthless when late; `urgent` is sent even behind a backlog. */
   sendDrive(message: DriveIn, urgent = false): void {
     this.#peer?.send("drive", writeRow(message), urgent);
   }
 
   /**
-   * Sends what must arrive. False where there is no connection: nothing is kept for later.
+   * Sends what must arrive. Returns false without a connection: nothing is kept for later.
    */
   sendState(message: StateIn): boolean {
     return this.#peer?.send("state", JSON.stringify(message)) ?? false;
   }
 
-  /** Takes anything that has come from the server, a picture too, for a sign of life. */
+  /** Counts anything from the server, including a picture, as a sign of life. */
   heard(): void {
     this.#silence.heard(now());
     if (this.#state.is === "silent") this.#change({ is: "connected" });
@@ -132,7 +132,7 @@ export class Link {
     }
     this.sendDrive(this.#heartbeat.beat(now()));
     clearTimeout(this.#timer);
-    // Over a thin way the set-points already say that this page is there.
+    // Over a slow link the set-points already show that this page is alive.
     const isKeen = (this.mayDrive || this.#silence.isDoubtful) && !this.isThin;
     this.#timer = setTimeout(() => this.#beat(), this.#heartbeat.pauseMs(now(), isKeen));
   }
@@ -144,7 +144,7 @@ export class Link {
       return;
     }
     const message = JSON.parse(text) as StateOut;
-    // Told first: who learns of the connection no longer finds the room of the one before.
+    // First, so that listeners to the new connection do not see the previous one's room.
     this.events.received(message);
     if (message.type === "hello") {
       this.#connectedMs = now();

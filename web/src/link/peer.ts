@@ -1,20 +1,20 @@
 import type { Channel } from "../messages";
 import { askIceServers, gathered, postOffer } from "./signalling";
 
-/** What a peer tells; nothing comes after `lost`, nor after `close` was called. */
+/** A peer's events; there are none after `lost` or `close`. */
 export interface PeerEvents {
   /** Both data channels are open. */
   opened(): void;
   received(channel: Channel, text: string): void;
-  /** `reason` is a sentence for a person. */
+  /** `reason` is a sentence for people. */
   lost(reason: string): void;
-  /** The receivers are made; what stands between them and the tracks must be put there now. */
+  /** The receivers exist; transforms must be attached now. */
   receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
 }
 
 /**
- * More than this waiting to be sent: a set-point would arrive late, so it is not sent at all. Two of
- * them; whatever lies before a release delays it, on a modem's uplink by 40 ms each.
+ * With more than this queued a set-point would arrive late, so it is not sent at all. It is the size
+ * of two; each one queued before a release delays it by 40 ms on a modem's uplink.
  */
 const MAX_WAITING_BYTES = 256;
 
@@ -46,17 +46,17 @@ export class Peer {
     });
   }
 
-  /** Offers and takes the answer; a failure is told as `lost`. */
+  /** Sends the offer and applies the answer; a failure is reported as `lost`. */
   async connect(client: string): Promise<void> {
     const pc = this.#pc;
     try {
-      // Asked for every peer: an answer that failed or grew old is not kept.
+      // Requested for every peer, so that a failed or stale answer is not reused.
       const [servers, offer] = await Promise.all([askIceServers(), pc.createOffer()]);
       if (servers.length > 0) {
         pc.setConfiguration({ ...pc.getConfiguration(), iceServers: servers });
       }
       await pc.setLocalDescription(offer);
-      // Without servers there is nothing worth waiting for: ours learns our address from us.
+      // Without ICE servers there is nothing to wait for: the server learns our address from us.
       if (servers.length > 0) await gathered(pc);
       const text = pc.localDescription?.sdp ?? "";
       const sdp = await postOffer(text, client, this.#aborting.signal);
@@ -66,13 +66,13 @@ export class Peer {
     }
   }
 
-  /** What still waits to be sent over the drive channel. */
+  /** The bytes queued on the drive channel. */
   get waitingBytes(): number {
     return this.#channels.drive.bufferedAmount;
   }
 
   /**
-   * Sends at once or not at all, which is told; `urgent` goes even when others wait before it.
+   * Sends at once or not at all, and returns which; `urgent` is sent even behind a backlog.
    */
   send(channel: Channel, text: string, urgent = false): boolean {
     const to = this.#channels[channel];
@@ -82,7 +82,7 @@ export class Peer {
       to.send(text);
       return true;
     } catch {
-      // A full buffer; a state message that cannot go leaves nothing to hold on to.
+      // The buffer is full; without its state messages the connection is useless.
       if (channel === "state") this.#lose(LOST);
       return false;
     }

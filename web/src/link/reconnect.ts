@@ -1,4 +1,4 @@
-/** When to try again after a connection was lost: soon, then ever less eagerly. */
+/** When to try again after losing a connection: soon, then less and less often. */
 
 const DELAYS_MS = [0, 300, 1200, 2700, 4800, 7000] as const;
 const LAST_MS = 7000;
@@ -6,10 +6,10 @@ const MAX_JITTER_MS = 1000;
 const FIRST_WITH_JITTER = 2;
 
 /**
- * The pause before the next attempt, after `failures` attempts in a row that came to nothing.
+ * Returns the pause before the next attempt, after `failures` failed attempts in a row.
  *
- * From the third attempt on a random part of a second is added (`random` is in 0…1), so that
- * everybody whom a restart of the server threw out does not come back at the same instant.
+ * From the third attempt on it adds a random part of a second (`random` is in 0…1), so that not
+ * everybody reconnects at the same instant after the server restarts.
  */
 export function retryDelayMs(failures: number, random: number): number {
   const delayMs = DELAYS_MS[failures] ?? LAST_MS;

@@ -2,7 +2,7 @@ import { DRIVE_COLUMNS, type DriveIn, type DriveOut } from "../messages";
 
 /**
  * Messages of the drive channel as rows: JSON arrays of the fields in the server's order, rows
- * within rows. A modem's uplink must carry twenty set-points a second.
+ * within rows, because a modem's uplink must carry twenty set-points a second.
  */
 
 interface Columns {
@@ -11,12 +11,12 @@ interface Columns {
 
 const COLUMNS: Readonly<Record<string, Columns>> = DRIVE_COLUMNS;
 
-/** A message as its row: times to 0.1 ms, all else to a thousandth. */
+/** Returns a message as a row: times to 0.1 ms, other numbers to a thousandth. */
 export function writeRow(message: DriveIn): string {
   return JSON.stringify(row(message, COLUMNS[message.type] ?? {}));
 }
 
-/** The message that the server wrote as this row. */
+/** Returns the message in a row from the server. */
 export function readRow(text: string): DriveOut {
   const cells = JSON.parse(text);
   return named(cells, COLUMNS[cells[0]] ?? {}) as unknown as DriveOut;

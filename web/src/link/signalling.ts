@@ -1,11 +1,11 @@
-/** What goes over HTTP before there is a connection. */
+/** The HTTP requests before there is a connection. */
 
 import { post, RequestError } from "./http";
 
 const ASKING_MS = 2000;
 const GATHERING_MS = 2000;
 
-/** The ICE servers to use: none unless configured, nor when there is no answer in two seconds. */
+/** The ICE servers: none unless configured, or without an answer within two seconds. */
 export async function askIceServers(): Promise<RTCIceServer[]> {
   try {
     const response = await fetch("/api/ice", { signal: AbortSignal.timeout(ASKING_MS) });
@@ -22,7 +22,7 @@ export async function postOffer(sdp: string, client: string, signal: AbortSignal
   throw new RequestError("The server answered with no session description.", true);
 }
 
-/** Waits until all candidates are known, two seconds at most: the rest would not help. */
+/** Waits until all candidates are known, but at most two seconds. */
 export function gathered(pc: RTCPeerConnection): Promise<void> {
   return new Promise((resolve) => {
     const timer = setTimeout(resolve, GATHERING_MS);

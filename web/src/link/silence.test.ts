@@ -30,7 +30,7 @@ it("is silence after 700 ms, where a ping had the time to be answered", () => {
   expect(silence.isSilent(320, RTT_MS, false)).toBe(true);
 });
 
-it("is silence later over a thin way, which stalls for a second", () => {
+it("is silence later over a slow link, which stalls for a second", () => {
   const silence = new Silence(0);
   lookOn(silence, 0, 1490, 10);
   expect(silence.isSilent(1e6, RTT_MS, true)).toBe(false);

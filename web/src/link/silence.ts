@@ -1,18 +1,18 @@
-/** Without a word for so long, a ping asks whether anybody is there. */
+/** After this long without a message, a ping checks whether the server answers. */
 const ASK_AFTER_MS = 300;
-/** How long such a ping may take beyond the round trips of late. */
+/** How much longer than recent round trips such a ping may take. */
 const PATIENCE_MS = 300;
 const SILENT_AFTER_MS = 700;
-/** A modem stalls for a second now and then; that is no news. */
+/** A modem stalls for a second now and then, which does not matter. */
 const THIN_SILENT_AFTER_MS = 1500;
-/** A page that was not asked for longer than this did not run; it could not have heard anything. */
+/** A longer gap between calls means that the page did not run and could not receive anything. */
 const LONGEST_STEP_MS = 200;
 
 /**
- * For how long nothing has been heard of the server: neither a message nor a picture. Pure.
+ * How long nothing has arrived from the server, neither a message nor a picture. Pure.
  *
  * Only time in which the page runs counts. A tab in the background, or one that was frozen, runs
- * its timers before it takes what has arrived meanwhile.
+ * its timers before it handles what has arrived meanwhile.
  */
 export class Silence {
   #heardMs: number;
@@ -24,32 +24,32 @@ export class Silence {
     this.#lookedMs = nowMs;
   }
 
-  /** When something was heard last. */
+  /** When something last arrived. */
   get sinceMs(): number {
     return this.#heardMs;
   }
 
-  /** Whatever has come shows that the server is there. */
+  /** Records that something has arrived. */
   heard(nowMs: number): void {
     this.#heardMs = nowMs;
     this.#lookedMs = nowMs;
     this.#quietMs = 0;
   }
 
-  /** Lets the time pass; call a few times a second. */
+  /** Updates the time; call a few times a second. */
   look(nowMs: number): void {
     this.#quietMs += Math.min(nowMs - this.#lookedMs, LONGEST_STEP_MS);
     this.#lookedMs = nowMs;
   }
 
-  /** It is time to ask. */
+  /** Whether to send a ping now. */
   get isDoubtful(): boolean {
     return this.#quietMs >= ASK_AFTER_MS;
   }
 
   /**
-   * The server does not answer: `unansweredMs` is for how long the oldest ping is without an
-   * answer, `slowestMs` the longest round trip of late.
+   * Whether the server does not answer: `unansweredMs` is how long the oldest ping has had no
+   * answer, `slowestMs` the longest recent round trip.
    */
   isSilent(unansweredMs: number, slowestMs: number, isThin: boolean): boolean {
     const afterMs = isThin ? THIN_SILENT_AFTER_MS : SILENT_AFTER_MS;

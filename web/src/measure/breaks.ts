@@ -1,4 +1,4 @@
-/** How often something broke in the last minute, and the longest of it; null where unknown. */
+/** The number of interruptions in the last minute, and the longest; null if unknown. */
 export interface Breaks {
   count: number;
   longestMs: number;
@@ -6,16 +6,16 @@ export interface Breaks {
 
 const WINDOW_MS = 60_000;
 
-/** Pauses of the sound or freezes of the picture, as counters tell of them look by look. */
+/** Gaps in the sound or freezes of the picture, from samples of counters. */
 export class LastMinute {
   #breaks: { atMs: number; lengthMs: number }[] = [];
 
-  /** What is shorter than `leastMs` is none. */
+  /** Interruptions shorter than `leastMs` do not count. */
   constructor(private readonly leastMs: number) {}
 
   /**
-   * Since the last look `count` breaks began and all together lasted `lengthMs`: several within
-   * one look are taken for equally long, and none that began for one that went on.
+   * Since the last sample `count` interruptions began and together lasted `lengthMs`. Several in one
+   * sample are assumed to be equally long; with none begun, an earlier one continued.
    */
   add(atMs: number, count: number, lengthMs: number): void {
     if (lengthMs <= 0) return;

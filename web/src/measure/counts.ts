@@ -5,10 +5,10 @@ import type { Freezes } from "./freezes";
 import type { ReceiverStats } from "./stats";
 import { Tally } from "./tally";
 
-/** Less than this is hardly heard. */
+/** Shorter gaps are hardly audible. */
 const PAUSE_MS = 30;
 
-/** What the receiver's counters tell of the sound. */
+/** The sound's figures from the receiver's counters. */
 export class SoundCounts {
   readonly pauses = new LastMinute(PAUSE_MS);
   readonly #buffer = new DelayMeter();
@@ -21,9 +21,9 @@ export class SoundCounts {
   }
 
   /**
-   * All but the age. All that was made up counts as concealed, the silent part too: silence is
-   * what a browser makes up where a gap is long, so it is the worst of it. What the device adds
-   * (`output_ms`) is null where the browser has no `media-playout`.
+   * Everything but the age. Concealed samples include silent ones, which browsers insert in long
+   * gaps and which are the worst of them. The device's delay (`output_ms`) is null in browsers
+   * without `media-playout`.
    */
   next({ inbound, playout, clockHz }: ReceiverStats, nowMs: number): Omit<SoundReport, "age_ms"> {
     const toMs = 1000 / clockHz;
@@ -47,13 +47,13 @@ export class SoundCounts {
   }
 }
 
-/** What the receiver's counters tell of the picture; `seen` counts where the browser does not. */
+/** The picture's figures from the receiver's counters; `seen` counts if the browser does not. */
 export class PictureCounts {
   readonly freezes = new LastMinute(0);
   readonly #buffer = new DelayMeter();
   readonly #tally = new Tally("freezes", "frozenMs");
 
-  /** The picture is off, or nobody looks at it. */
+  /** The picture is off or not visible. */
   rest(): void {
     this.#tally.rest();
   }

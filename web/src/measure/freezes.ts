@@ -4,8 +4,8 @@ const TIMES_LONGER = 3;
 
 /**
  * Freezes of the picture by the rule of webrtc-stats (`freezeCount`), for browsers that do not
- * count them: a picture that stands longer than three times the mean of the last thirty, and than
- * that mean and 150 ms.
+ * count them: a frame shown for longer than three times the mean of the last thirty, and for longer
+ * than that mean plus 150 ms.
  */
 export class Freezes {
   count = 0;
@@ -13,7 +13,7 @@ export class Freezes {
   #lastMs: number | null = null;
   #gapsMs: number[] = [];
 
-  /** A picture is presented; of two told out of order the earlier is none. */
+  /** Records a presented frame; one reported out of order is ignored. */
   presented(atMs: number): void {
     const gapMs = atMs - (this.#lastMs ?? atMs);
     if (gapMs < 0) return;
@@ -21,7 +21,7 @@ export class Freezes {
     this.#lastMs = atMs;
   }
 
-  /** The pictures stop for a good reason: what they have stood until the next does not count. */
+  /** Pauses: the time until the next frame does not count as a freeze. */
   rest(): void {
     this.#lastMs = null;
   }

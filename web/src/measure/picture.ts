@@ -2,19 +2,19 @@ import { Freezes } from "./freezes";
 import type { RtpTimeline } from "./rtp";
 
 const RATE_WINDOW_MS = 1000;
-/** Without a frame for this long, the picture's age is that of the one that still stands there. */
+/** Without a frame for this long, the age is that of the frame still on screen. */
 const STANDING_MS = 500;
-/** No picture is seen before it was taken; beyond the error of the clocks it is another stream's. */
+/** A frame from further in the future than the clocks' error belongs to another stream. */
 const MAX_AHEAD_MS = 500;
 
 export interface PictureFacts {
-  /** Capture to presentation in ms, of the last frames; null where the browser does not tell. */
+  /** Capture to presentation in ms, over the last frames; null if the browser does not report it. */
   ageMs: number | null;
   /** Frames presented in the last second. */
   rateHz: number;
 }
 
-/** How old the presented frames are. All times but those named so are on the page's clock. */
+/** The age of the presented frames. Times are on the page's clock unless their name says otherwise. */
 export class PictureMeter {
   /** Capture time of the newest presented frame, on the server's clock; null while unknown. */
   newestServerMs: number | null = null;
@@ -27,7 +27,7 @@ export class PictureMeter {
     private readonly toServerMs: (pageMs: number) => number | null,
   ) {}
 
-  /** Notes that the frame with this RTP time is seen at `atMs`. */
+  /** Records that the frame with this RTP time is presented at `atMs`. */
   presented(rtp: number | undefined, atMs: number): void {
     this.#shown.push(atMs);
     this.freezes.presented(atMs);
@@ -39,7 +39,7 @@ export class PictureMeter {
     this.#ages.push(serverMs - capturedMs);
   }
 
-  /** What was measured since the last call. */
+  /** Returns the measurements since the last call. */
   take(nowMs: number): PictureFacts {
     this.#shown = this.#shown.filter((atMs) => atMs > nowMs - RATE_WINDOW_MS);
     const ages = this.#ages.splice(0);
@@ -50,12 +50,12 @@ export class PictureMeter {
     };
   }
 
-  /** The picture is switched off or on: what was seen before tells nothing of now. */
+  /** The picture was switched off or on: earlier frames no longer count. */
   unsee(): void {
     this.newestServerMs = null;
   }
 
-  /** Forgets everything; a fresh peer's frames are other frames. */
+  /** Forgets everything, for a new peer. */
   reset(): void {
     this.newestServerMs = null;
     this.freezes = new Freezes();
@@ -71,18 +71,18 @@ export class PictureMeter {
   }
 }
 
-/** Whether this browser tells of the frames that it presents; else nobody knows what is seen. */
+/** Whether this browser reports presented frames; otherwise nobody knows what is on screen. */
 export function tellsFrames(): boolean {
   return "requestVideoFrameCallback" in HTMLVideoElement.prototype;
 }
 
 /**
- * Tells the meter of every frame that this element presents; returns what ends it.
+ * Passes every frame that this element presents to the meter; returns a function that ends it.
  *
- * Chromium, Firefox and Safari name a frame's RTP time (video-rvfc, `rtpTimestamp`). Where a
- * browser does not, the receiver's newest counts (webrtc-pc 5.3.1: of the frame last delivered to
- * the track) as it was at the frame *before*: delivered then, it is on the screen by now. That is
- * a picture too old, never one too new.
+ * Chromium, Firefox and Safari report a frame's RTP time (video-rvfc, `rtpTimestamp`). For other
+ * browsers the receiver's newest counts (webrtc-pc 5.3.1: of the frame last delivered to the
+ * track) as it was at the *previous* frame: delivered then, it is on screen by now. The error is one
+ * frame too old, never too new.
  */
 export function watchFrames(
   video: HTMLVideoElement,

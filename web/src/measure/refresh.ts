@@ -1,8 +1,8 @@
 const FRAMES = 20;
 
 /**
- * The screen's refresh interval in ms: the median gap between frames, once so many were drawn.
- * A screen draws its picture within this time, so that is how far "shown" is blurred.
+ * The screen's refresh interval in ms: the median gap between frames, once there are enough. A
+ * screen draws a frame within this time, which is the uncertainty of "shown".
  */
 export function measureRefresh(): Promise<number> {
   return new Promise((resolve) => {

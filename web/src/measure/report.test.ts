@@ -101,7 +101,7 @@ it("looks at each receiver once a report, and not at one that is off", async () 
   expect(sent.at(-1)?.sound).toBeNull();
 });
 
-it("reports often until it has settled, and to a thin way once a second from the start", async () => {
+it("reports often until it has settled, and to a slow link once a second from the start", async () => {
   await vi.advanceTimersByTimeAsync(10_000);
   expect(sent).toHaveLength(40);
   await vi.advanceTimersByTimeAsync(10_000);

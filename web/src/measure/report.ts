@@ -9,11 +9,11 @@ import { SoundMeter } from "./sound";
 import { look } from "./stats";
 
 const REPORT_EVERY_MS = 250;
-/** Often enough for a median of each report, seldom enough to cost nothing. */
+/** Often enough for a median in each report, at hardly any cost. */
 const SAMPLES_PER_REPORT = 5;
-/** Figures that change faster than this cannot be read. */
+/** People cannot read figures that change faster than this. */
 const REPORTS_PER_FACTS = 4;
-/** So many reports are all sent after a stream has begun, until both have settled. */
+/** This many reports are all sent after a stream has begun, until the figures have settled. */
 const UNSETTLED_REPORTS = 40;
 
 export interface ReporterOptions {
@@ -23,7 +23,7 @@ export interface ReporterOptions {
   onFacts: (facts: Facts) => void;
 }
 
-/** Measures both streams while there is a peer, tells the server, and now and then a person. */
+/** Measures both streams while there is a peer, reports to the server, and updates the figures. */
 export class Reporter {
   readonly picture: PictureMeter;
   /** The screen's refresh interval, null while unknown. */
@@ -43,7 +43,7 @@ export class Reporter {
     setInterval(() => this.#tick(), REPORT_EVERY_MS / SAMPLES_PER_REPORT);
   }
 
-  /** A fresh peer: nothing that was measured before holds. */
+  /** A new peer: earlier measurements no longer count. */
   reset(): void {
     this.#timelines.audio.set(null);
     this.#timelines.video.set(null);
@@ -79,7 +79,7 @@ export class Reporter {
     if (peer !== link.peer) return;
     const nowMs = performance.now();
     const counts = this.#counts;
-    // A hidden page presents nothing: how old that is tells nothing of the way.
+    // A hidden page presents no frames, so their age says nothing about the link.
     const isSeen = picture && !document.hidden;
     if (!isSeen) this.picture.freezes.rest();
     if (!ofSound) counts.sound.rest();
@@ -90,7 +90,7 @@ export class Reporter {
     const report: Report = {
       type: "report",
       sound: played && {
-        // The receiver hands the sound to the device, which adds its own delay.
+        // After the receiver the audio device adds its own delay.
         age_ms: heardMs === null ? null : heardMs + (played.output_ms ?? 0),
         ...played,
       },
@@ -102,7 +102,7 @@ export class Reporter {
       clock_error_ms: link.clock.errorMs(nowMs),
     };
     const isFact = this.#reports++ % REPORTS_PER_FACTS === 0;
-    // Those who only watch are many, and a thin way has little room: one a second is enough there.
+    // There may be many observers, and a slow link has little room: they send one a second.
     const isEager = link.mayDrive || this.#reports <= UNSETTLED_REPORTS;
     if (isFact || (isEager && !link.isThin)) link.sendDrive(report);
     if (isFact) onFacts(this.#facts(report, nowMs));
@@ -121,8 +121,8 @@ export class Reporter {
   }
 
   /**
-   * How wrong the picture's age can be: by the clocks, and by half the time in which a screen
-   * draws one picture. RTP time counts 90 kHz, which adds nothing that could be seen.
+   * The possible error of the picture's age: that of the clocks plus half the screen's refresh
+   * interval. RTP time at 90 kHz adds nothing significant.
    */
   #pictureErrorMs(clockErrorMs: number | null): number | null {
     if (clockErrorMs === null || this.refreshMs === null) return null;

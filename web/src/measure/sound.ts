@@ -1,11 +1,11 @@
 import type { RtpTimeline } from "./rtp";
 
-/** What is older than this is no longer being heard. */
+/** A source older than this is no longer playing. */
 const CURRENT_MS = 1000;
-/** A time above this counts from 1970, one below from the opening of the page: browsers differ. */
+/** A larger time counts from 1970, a smaller one from the page's start: browsers differ. */
 const EPOCH_MS = 1e11;
 
-/** How old the sound is when it is played; polled, since no browser tells of each packet. */
+/** The age of the sound when it plays; polled, since no browser reports each packet. */
 export class SoundMeter {
   #ages: number[] = [];
 
@@ -15,7 +15,7 @@ export class SoundMeter {
     private readonly timeOriginMs: number,
   ) {}
 
-  /** Takes what the receiver tells of the packet that plays; undefined where it tells nothing. */
+  /** Adds the receiver's data on the packet that is playing; undefined if there is none. */
   sample(source: RTCRtpSynchronizationSource | undefined, nowMs: number): void {
     if (!source) return;
     const { timestamp, rtpTimestamp } = source;
@@ -27,7 +27,7 @@ export class SoundMeter {
     this.#ages.push(serverMs - capturedMs);
   }
 
-  /** The median age since the last call in ms, null where nothing could be measured. */
+  /** The median age since the last call in ms, null without measurements. */
   take(): number | null {
     const sorted = this.#ages.splice(0).sort((a, b) => a - b);
     return sorted[sorted.length >> 1] ?? null;

@@ -1,4 +1,4 @@
-/** What a receiver counts (W3C webrtc-stats): each field is missing where a browser has it not. */
+/** A receiver's counters (W3C webrtc-stats); browsers lack some of them. */
 
 export interface InboundStats {
   codecId?: string;
@@ -24,10 +24,10 @@ export interface ReceiverStats {
   clockHz: number;
 }
 
-/** Of Opus, in whatever form (RFC 7587). */
+/** The RTP clock rate of Opus (RFC 7587). */
 const OPUS_HZ = 48_000;
 
-/** One look at the one stream that this receiver receives. */
+/** Reads the counters of this receiver's stream. */
 export async function look(receiver: RTCRtpReceiver): Promise<ReceiverStats> {
   const stats = await receiver.getStats();
   const all = [...stats.values()];

@@ -1,6 +1,6 @@
 /**
- * What counters rise by while a stream is on. Browsers go on counting when nothing is sent to them:
- * the time in which a stream was switched off would be one long concealment or freeze.
+ * How much counters rise while a stream is on. Browsers keep counting when nothing is sent: the time
+ * in which a stream was off would look like one long concealment or freeze.
  */
 export class Tally<Name extends string> {
   /** Sums since the beginning of this peer. */
@@ -14,15 +14,15 @@ export class Tally<Name extends string> {
     this.total = this.#each(() => 0);
   }
 
-  /** The stream is off; once on again, it counts from when something has come. */
+  /** The stream is off; once on again, counting resumes when something arrives. */
   rest(): void {
     this.#last = null;
     this.#idleAt = null;
   }
 
   /**
-   * Takes a look at the counters; returns by how much they have risen since the one before.
-   * `come` counts what has come: packets or pictures.
+   * Adds a sample of the counters; returns how much they have risen since the previous one. `come`
+   * counts the packets or pictures received.
    */
   add(come: number, counts: Readonly<Record<Name, number>>): Readonly<Record<Name, number>> {
     const last = this.#last;

@@ -8,19 +8,19 @@ interface Transformable {
 
 type TransformConstructor = new (worker: Worker, options: Arrival["kind"]) => unknown;
 
-/** Tells the server of every media unit that has come whole, where it asks for that. */
+/** Acknowledges every complete media unit, if the server asks for it. */
 export class Acknowledger {
   readonly #units = new SoundUnits();
   #worker: Worker | null = null;
 
   constructor(private readonly send: (received: Received) => void) {}
 
-  /** Whether `watch` may be called: it is wanted, and this browser can. */
+  /** Whether to call `watch`: the server wants it, and this browser can. */
   get isReady(): boolean {
     return this.#worker !== null;
   }
 
-  /** Gets ready; resolves to false where the browser cannot tell what has come. */
+  /** Gets ready; resolves to false if the browser does not report received frames. */
   start(): Promise<boolean> {
     if (!("RTCRtpScriptTransform" in globalThis)) return Promise.resolve(false);
     const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
@@ -37,7 +37,7 @@ export class Acknowledger {
     });
   }
 
-  /** Watches a fresh peer's streams; only in the moment in which their receivers are made. */
+  /** Watches a new peer's streams; call it only at the moment when their receivers are created. */
   watch(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void {
     if (!this.#worker) return;
     this.#units.reset();
@@ -46,7 +46,7 @@ export class Acknowledger {
     (picture as Transformable).transform = new Transform(this.#worker, "video");
   }
 
-  /** Learns which packets end a unit of the sound. */
+  /** Sets which packets end a unit of the sound. */
   units(units: Units): void {
     for (const rtp of this.#units.set(units)) this.#acknowledge("audio", rtp);
   }

@@ -1,14 +1,14 @@
 import type { Units } from "../messages";
 
-/** So many packets are remembered while it is not yet known which of them end a unit. */
+/** How many packets to remember until it is known which of them end a unit. */
 const MAX_REMEMBERED = 256;
 
-/** Tells the media units of the sound by their last packets. Pure. */
+/** Finds the packets that end a media unit of the sound. Pure. */
 export class SoundUnits {
   #units: Units | null = null;
   #early: number[] = [];
 
-  /** Learns which packets are last ones; returns those among what has come before. */
+  /** Sets which packets end a unit; returns those already received. */
   set(units: Units): number[] {
     this.#units = units;
     const early = this.#early.filter((rtp) => this.#isLast(rtp, units));
@@ -16,13 +16,13 @@ export class SoundUnits {
     return early;
   }
 
-  /** Forgets the peer before. */
+  /** Forgets the previous peer. */
   reset(): void {
     this.#units = null;
     this.#early = [];
   }
 
-  /** Whether the packet with this RTP time ends a unit; not before that can be known. */
+  /** Whether the packet with this RTP time ends a unit; false while that is unknown. */
   isLast(rtp: number): boolean {
     if (this.#units) return this.#isLast(rtp, this.#units);
     this.#early.push(rtp);
@@ -30,7 +30,7 @@ export class SoundUnits {
     return false;
   }
 
-  /** RTP time wraps at 2³² (RFC 3550 5.1), and late packets lie before the one that was named. */
+  /** RTP time wraps at 2³² (RFC 3550 5.1), and late packets lie before the named one. */
   #isLast(rtp: number, units: Units): boolean {
     return ((rtp - units.last_rtp) | 0) % units.length === 0;
   }

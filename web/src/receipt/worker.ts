@@ -1,6 +1,6 @@
 /**
- * Stands in the way of a stream and says of each frame that it has come whole: an encoded picture
- * is handed on when its last packet is here, sound packet by packet (W3C, WebRTC Encoded Transform).
+ * A transform that reports each complete frame: a picture is passed on when its last packet has
+ * arrived, sound packet by packet (W3C, WebRTC Encoded Transform).
  */
 
 interface Transformer {
@@ -9,7 +9,7 @@ interface Transformer {
   options: "audio" | "video";
 }
 
-/** What the page is told; `rtp` is the frame's RTP time. */
+/** The report to the page; `rtp` is the frame's RTP time. */
 export interface Arrival {
   kind: "audio" | "video";
   rtp: number;
@@ -32,5 +32,5 @@ addEventListener("rtctransform", (event) => {
     .catch(() => {});
 });
 
-// A transform that is made before this line has run would never hear of its streams.
+// A transform created before this line has run would never get its streams.
 postMessage("ready");

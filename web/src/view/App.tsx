@@ -9,7 +9,7 @@ import { Stage } from "./Stage";
 import { Toast } from "./Toast";
 import { TurnCard } from "./TurnCard";
 
-/** The page. `cockpit` is what must be in view without scrolling. */
+/** The page. `cockpit` is what must be visible without scrolling. */
 export function App({ session }: { session: Session }) {
   const isDriving = session.state.drivingTurn.value !== null;
   return (

@@ -14,8 +14,8 @@ interface Props {
 }
 
 /**
- * A button that drives for as long as it is pressed: by a finger (each on its own), the mouse, or
- * Space and Enter while it has the focus.
+ * A button that drives while it is pressed: by one or more fingers, the mouse, or Space and Enter
+ * while it has the focus.
  */
 export function DriveButton({ direction, name, children }: Props) {
   const { held, mayMove } = useState();
@@ -27,12 +27,12 @@ export function DriveButton({ direction, name, children }: Props) {
 
   const onPointerDown = (event: Pointer) => {
     if (event.button !== 0) return;
-    // Neither the focus, which would give Space to this button, nor a text selection.
+    // Prevent the focus, which would give Space to this button, and a text selection.
     event.preventDefault();
     event.currentTarget.setPointerCapture(event.pointerId);
     press(finger(event), direction);
   };
-  // After an ordinary release nothing is held any more; whoever still holds was robbed of it.
+  // After an ordinary release nothing is held; anything still held was cancelled by the system.
   const onLost = (event: Pointer) => {
     if (release(finger(event))) letGo();
   };
@@ -57,7 +57,7 @@ export function DriveButton({ direction, name, children }: Props) {
       onPointerUp={(event) => release(finger(event))}
       onPointerCancel={onLost}
       onLostPointerCapture={onLost}
-      // A long touch opens a menu on some phones; here it is a long drive.
+      // A long touch would open a menu on some phones.
       onContextMenu={(event) => {
         event.preventDefault();
         event.stopPropagation();

@@ -7,7 +7,7 @@ import { joinWords, RELEASED } from "./words";
 
 const AXIS_STEP = 0.05;
 
-/** The controls: Stop for whoever watches, all else for whoever drives. */
+/** The controls: Stop for every viewer, the rest for the operator. */
 export function DrivePanel() {
   const { hello } = useState();
   const axes = hello.value?.robot.axes ?? [];
@@ -65,8 +65,7 @@ function Speed() {
 }
 
 /**
- * A slider that is held is held like any other control. Its axis moves by each change of it,
- * however that is made.
+ * Holding a slider counts as holding a control. Its axis follows each change, however it is made.
  */
 function Axis({ axis }: { axis: string }) {
   const { axes, mayMove } = useState();
@@ -82,7 +81,7 @@ function Axis({ axis }: { axis: string }) {
         step={AXIS_STEP}
         value={axes.value[axis] ?? 0}
         disabled={!mayMove.value}
-        // Wherever the pointer comes up, the window hears of it.
+        // The window gets the pointerup wherever it happens.
         onPointerDown={(event) => press(fingerHolder(event.pointerId), null)}
         onKeyDown={() => press(focusHolder, null)}
         onKeyUp={() => release(focusHolder)}
@@ -93,7 +92,7 @@ function Axis({ axis }: { axis: string }) {
   );
 }
 
-/** Beside the controls: why the robot stands or is slow, or how to drive it. */
+/** Beside the controls: why the robot stands or is slow, or how to drive. */
 function Hint() {
   const { drivingTurn, driveReason, isConnected, isFreshlyReleased, me } = useState();
   if (drivingTurn.value === null) {

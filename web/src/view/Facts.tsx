@@ -12,10 +12,10 @@ import {
 } from "./figures";
 import { batteryWords } from "./words";
 
-/** The age of a picture runs from when the server has the frame to when the browser presents it. */
+/** The picture age runs from when the server receives the frame to when the browser presents it. */
 const NOT_IN_PICTURE_AGE = "the camera's own 20–60 ms, your screen's refresh";
 
-/** How late everything is, and for whoever opens it: how well it plays, what is sent, and why. */
+/** The delays, and when opened: how well it plays, what is sent, and why. */
 export function Facts() {
   const { facts, served, playout, isConnected, isSilent, room } = useState();
   const { pictureMs, pictureErrorMs, soundMs, roundTripMs, fps, pauses, freezes } = facts.value;

@@ -2,19 +2,19 @@ import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect } from "preact/hooks";
 
-/** Longer than any press that was not meant; the style sheet fills the button in this time. */
+/** Longer than an accidental press; the style sheet fills the button in this time. */
 const HOLD_MS = 800;
 const HOLDING = new Set(["Enter", "NumpadEnter"]);
 
 interface Props {
-  /** Called when it was held long enough. */
+  /** Called when it has been held long enough. */
   onHeld: () => void;
   children: ComponentChildren;
 }
 
 /**
- * A button that acts when it is held for a while: with the mouse, a finger, or Enter. Never with
- * Space, which stops the robot and whose repetition may still come.
+ * A button that acts after being held, with the mouse, a finger or Enter. Never with Space, which
+ * stops the robot and may still be repeating.
  */
 export function HoldButton({ onHeld, children }: Props) {
   const isHeld = useSignal(false);
@@ -62,7 +62,7 @@ export function HoldButton({ onHeld, children }: Props) {
         end();
       }}
       onContextMenu={(event) => {
-        // What a long touch opens on some phones.
+        // A long touch would open a menu on some phones.
         event.preventDefault();
         event.stopPropagation();
       }}

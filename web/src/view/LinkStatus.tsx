@@ -3,7 +3,7 @@ import { connectionWords } from "./words";
 
 export function LinkStatus() {
   const { link, pageMs } = useState();
-  // Only while the server is awaited does this change with the time.
+  // Only these states change with time.
   const isTimed = link.value.is === "waiting" || link.value.is === "silent";
   const nowMs = isTimed ? pageMs.value : 0;
   return (

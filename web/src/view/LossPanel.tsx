@@ -1,7 +1,7 @@
 import { useState } from "./context";
 import { lossSentences } from "./rules";
 
-/** What the robot does when something fails: told by the server, and nothing to be changed. */
+/** What the robot does when something fails: the server's rules, which no page can change. */
 export function LossPanel() {
   const { hello } = useState();
   if (!hello.value) return null;

@@ -1,7 +1,7 @@
 import { useSignal } from "@preact/signals";
 import { useActions, useState } from "./context";
 
-/** For the host: proves on this very robot how soon it stops. */
+/** For the host: measures on the real robot how fast it stops. */
 export function ProofPanel() {
   const { hello, proof } = useState();
   const { lookAtProof, prove } = useActions();

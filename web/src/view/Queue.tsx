@@ -4,7 +4,7 @@ import { MAX_NAME_CHARS } from "../messages";
 import { useActions, useState } from "./context";
 import { inOrder, placeWords } from "./words";
 
-/** Everybody who is here, and one's own name. */
+/** Everybody who is here, and your name. */
 export function Queue() {
   const { room, hello } = useState();
   return (
@@ -28,14 +28,14 @@ export function Queue() {
 function NameField() {
   const { preferences, me } = useState();
   const { setName } = useActions();
-  // What is typed and not yet sent, which every news of the room would else overwrite.
+  // Text not yet sent, which each room update would otherwise overwrite.
   const draft = useSignal<string | null>(null);
   const onChange = (event: TargetedEvent<HTMLInputElement>) => {
     setName(event.currentTarget.value);
     draft.value = null;
   };
   const onKeyDown = (event: TargetedKeyboardEvent<HTMLInputElement>) => {
-    // The keys belong to the robot again.
+    // Return the keyboard to driving.
     if (event.key === "Enter") event.currentTarget.blur();
   };
   return (

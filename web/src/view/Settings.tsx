@@ -4,7 +4,7 @@ import { sizeWords } from "./figures";
 import { LossPanel } from "./LossPanel";
 import { ProofPanel } from "./ProofPanel";
 
-/** What is sent to this page, how large at most, and what matters more; and what is disclosed. */
+/** The user's choices of streams, size and policy; and the panels about the robot. */
 export function Settings() {
   const { isSoundOn, preferences } = useState();
   const { setSound, setPicture } = useActions();
@@ -20,7 +20,7 @@ export function Settings() {
   );
 }
 
-/** The largest size that may be sent; how large it is now is up to the link. */
+/** The largest size to send; the link decides the actual one. */
 function Size() {
   const { preferences, hello } = useState();
   const { setSize } = useActions();
@@ -46,7 +46,7 @@ function Size() {
 
 const POLICY_NAMES = { "audio-master": "In step", "video-first": "Picture first" };
 
-/** How picture and sound are kept together; where one policy holds for everybody, no choice. */
+/** The synchronisation policy; no choice if the server has one for everybody. */
 function Policy() {
   const { preferences, playout } = useState();
   const { setPolicy } = useActions();

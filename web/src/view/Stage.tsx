@@ -7,7 +7,7 @@ import { EarIcon, PlayIcon } from "./icons";
 import { StopBanner } from "./StopBanner";
 import { problemWords } from "./words";
 
-/** A picture older than this is not what the robot sees now. */
+/** A picture older than this no longer shows what the robot sees. */
 const STALE_MS = 1500;
 
 const SILENT = "Not live: the server is not answering.";
@@ -17,7 +17,7 @@ const BLIND =
 
 const SLOW = "Your connection is slow: picture and sound play as soon as they arrive.";
 
-/** The picture, and what is said over it. */
+/** The picture, and the messages over it. */
 export function Stage() {
   const session = useSession();
   const { preferences, isConnected, isSilent } = session.state;
@@ -47,7 +47,7 @@ export function Stage() {
   );
 }
 
-/** The newest picture that was seen is long past, whatever still stands there. */
+/** Whether the newest picture is too old to be live. */
 function isStale({ facts }: State): boolean {
   return (facts.value.pictureMs ?? 0) > STALE_MS;
 }

@@ -2,7 +2,7 @@ import { useActions, useState } from "./context";
 import { HoldButton } from "./HoldButton";
 import { stoppedWords } from "./words";
 
-/** Over the picture, for everybody: who stopped the robot, and what ends it. */
+/** Over the picture, for everybody: who stopped the robot, and who can release the stop. */
 export function StopBanner() {
   const { room, me, mayRelease } = useState();
   const { releaseStop } = useActions();

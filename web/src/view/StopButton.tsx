@@ -2,13 +2,13 @@ import type { TargetedKeyboardEvent, TargetedMouseEvent, TargetedPointerEvent } 
 import { useActions, useState } from "./context";
 import { PRESSING } from "./keys";
 
-/** Stop for everybody: it acts when it is touched, not when the touch ends. */
+/** Stop for everybody: it acts when touched, not when the touch ends. */
 export function StopButton() {
   const { mayStop } = useState();
   const { stop } = useActions();
   const onPointerDown = (event: TargetedPointerEvent<HTMLButtonElement>) => {
     stop();
-    // Neither the focus, which would give Space to this button, nor a text selection.
+    // Prevent the focus, which would give Space to this button, and a text selection.
     event.preventDefault();
   };
   const onKeyDown = (event: TargetedKeyboardEvent<HTMLButtonElement>) => {
@@ -16,7 +16,7 @@ export function StopButton() {
     if (!event.repeat) stop();
     event.preventDefault();
   };
-  // Of a press that neither a pointer nor a key has made: that of a screen reader.
+  // For presses without pointer or key, such as a screen reader's.
   const onClick = (event: TargetedMouseEvent<HTMLButtonElement>) => {
     if (event.detail === 0) stop();
   };

@@ -5,7 +5,7 @@ import { lostWords, turnWords } from "./words";
 
 const ENDING_S = 10;
 
-/** Whose turn it is, how long it lasts, and the way into and out of the queue. */
+/** Whose turn it is, the time left, and the buttons to join and leave the queue. */
 export function TurnCard() {
   const state = useState();
   const me = state.me.value;
@@ -45,7 +45,7 @@ function QueueButton({ me }: { me: ViewerInfo | null }) {
   const { isConnected } = useState();
   const { join, leave } = useActions();
   const common = { type: "button", disabled: !me || !isConnected.value } as const;
-  // Keys: a button that became the other one would keep the focus, and Space would leave.
+  // Keys, or a reused button would keep the focus, and Space would leave.
   if (!me || me.role === "observer") {
     return (
       <button key="join" class="queue-button" {...common} onClick={join}>
@@ -53,7 +53,7 @@ function QueueButton({ me }: { me: ViewerInfo | null }) {
       </button>
     );
   }
-  // The second click of a double click on Join is not meant for this one.
+  // Ignore the second click of a double click on Join.
   const onClick = (event: MouseEvent) => {
     if (event.detail < 2) leave();
   };

@@ -1,22 +1,22 @@
-/** What is measured and sent, in words and figures. */
+/** Measurements and streams in words and figures. */
 
 import type { Breaks } from "../measure/breaks";
 import type { Playout, Served } from "../messages";
 
 const UNKNOWN = "–";
 
-/** A figure in ms, or a dash where nothing could be measured. */
+/** A figure in ms, or a dash without a measurement. */
 export function msWords(ms: number | null): string {
   if (ms === null) return UNKNOWN;
   return ms < 10_000 ? `${Math.round(ms)} ms` : `${Math.round(ms / 1000)} s`;
 }
 
-/** An age and how wrong it can be at most, rounded up: `46 ms ± 3`. */
+/** An age and its largest possible error, rounded up: `46 ms ± 3`. */
 export function ageWords(ms: number | null, errorMs: number | null): string {
   return ms === null || errorMs === null ? msWords(ms) : `${msWords(ms)} ± ${Math.ceil(errorMs)}`;
 }
 
-/** How much later than the picture the sound is heard. */
+/** How much later than the picture the sound plays. */
 export function skewWords(soundMs: number | null, pictureMs: number | null): string {
   if (soundMs === null || pictureMs === null) return UNKNOWN;
   const skewMs = Math.round(soundMs - pictureMs);
@@ -24,7 +24,7 @@ export function skewWords(soundMs: number | null, pictureMs: number | null): str
   return `sound ${Math.abs(skewMs)} ms ${skewMs > 0 ? "later" : "earlier"}`;
 }
 
-/** What broke in the last minute: `2, longest 120 ms`. */
+/** The interruptions of the last minute: `2, longest 120 ms`. */
 export function breakWords(breaks: Breaks | null): string {
   if (!breaks) return UNKNOWN;
   return breaks.count === 0 ? "none" : `${breaks.count}, longest ${msWords(breaks.longestMs)}`;
@@ -55,14 +55,14 @@ export function sentSoundWords(served: Served | null): string {
   return `${sound_mu_ms} ms packets, ${rateWords(sound_bps)}${again}`;
 }
 
-/** What the link can carry and how much of it is used. */
+/** The link's estimated rate, and how much of it is used. */
 export function linkWords(served: Served | null): string {
   if (!served) return UNKNOWN;
   const { link_bps, used_bps, queue_ms } = served;
   return `${rateWords(link_bps)}, ${rateWords(used_bps)} used, ${msWords(queue_ms)} queue`;
 }
 
-/** Why this is sent and not more, why it is played so: sentences of the server's. */
+/** Why no more is sent, and why it plays with this delay: sentences from the server. */
 export function reasons(playout: Playout | null, served: Served | null): string[] {
   return [...new Set([served?.reason, playout?.reason])].flatMap((one) => one || []);
 }

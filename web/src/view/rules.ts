@@ -1,4 +1,4 @@
-/** What the robot does when something fails, in sentences; the server's rules, not the page's. */
+/** The server's rules for when something fails, in sentences. */
 
 import type { Hello, LossRules } from "../messages";
 

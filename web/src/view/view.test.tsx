@@ -16,7 +16,7 @@ let actions: Actions;
 let input: InputState;
 let body: HTMLElement;
 
-/** The page with a real state and real hands, but no connection. */
+/** The page with a real state and real input, but no connection. */
 beforeEach(() => {
   state = createState(loadPreferences(null));
   input = new InputState(() => {

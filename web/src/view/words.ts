@@ -1,4 +1,4 @@
-/** What the page says, as pure functions. */
+/** The page's sentences, as pure functions. */
 
 import type { LinkState } from "../link/link";
 import type { RobotStatus, RoomState, StopInfo, ViewerInfo } from "../messages";
@@ -23,7 +23,7 @@ export function connectionWords(link: LinkState, nowMs: number): string {
   }
 }
 
-/** A wait that nobody should set a watch by: `about 40 s`, `about 2 min`. */
+/** A rough waiting time: `about 40 s`, `about 2 min`. */
 export function waitWords(waitS: number | null): string {
   if (waitS === null) return "";
   if (waitS <= 10) return "any moment now";
@@ -31,7 +31,7 @@ export function waitWords(waitS: number | null): string {
   return `about ${Math.max(1, Math.round(waitS / 60))} min`;
 }
 
-/** What one line of the queue says beside the name. */
+/** The text beside a name in the queue. */
 export function placeWords(viewer: ViewerInfo): string {
   const lost = viewer.lost ? ["connection lost"] : [];
   switch (viewer.role) {
@@ -53,13 +53,13 @@ export function inOrder(viewers: readonly ViewerInfo[]): ViewerInfo[] {
   return viewers.toSorted((a, b) => (rank(a) === rank(b) ? a.id - b.id : rank(a) - rank(b)));
 }
 
-/** The turn as this viewer has it: a headline, and what comes next. */
+/** The turn from this viewer's point of view: a headline, and what comes next. */
 export interface TurnWords {
   headline: string;
   next: string;
 }
 
-/** What is left of the turn or place of a viewer whose connection is lost. */
+/** For a viewer whose connection is lost: how long their turn or place is kept. */
 export function lostWords(me: ViewerInfo | null, graceS: number): TurnWords {
   if (!me) return { headline: "One moment…", next: "" };
   const what = { operator: "turn", queued: "place", observer: null }[me.role];
@@ -92,12 +92,12 @@ function waitingWords(count: number): string {
   return count === 1 ? "One person is waiting." : `${count} people are waiting.`;
 }
 
-/** How one comes to drive, below controls that do not work yet. */
+/** How to get to drive, below controls that do not work yet. */
 export function joinWords(me: ViewerInfo | null): string {
   return me?.role === "queued" ? "You drive when it is your turn." : "Join the queue to drive.";
 }
 
-/** Who stopped the robot, and who can end that. */
+/** Who stopped the robot, and who can release the stop. */
 export function stoppedWords(
   room: RoomState | null,
   stop: StopInfo,
@@ -112,10 +112,10 @@ export function stoppedWords(
   };
 }
 
-/** For whoever held something while the stop was released. */
+/** For an operator who held a control while the stop was released. */
 export const RELEASED = "Released. Let go of everything, then press again to drive.";
 
-/** How full the robot's battery is, as far as it tells; null where it does not. */
+/** The battery's charge and voltage, as far as the robot reports them; null if it does not. */
 export function batteryWords({ battery_v, battery_fraction }: RobotStatus): string | null {
   const words = [
     ...(battery_fraction === null ? [] : [`${Math.round(battery_fraction * 100)} %`]),
@@ -124,7 +124,7 @@ export function batteryWords({ battery_v, battery_fraction }: RobotStatus): stri
   return words.length === 0 ? null : words.join(", ");
 }
 
-/** Why there is no picture, no sound or no moving robot: sentences of the server's. */
+/** Why there is no picture, no sound or no moving robot: sentences from the server. */
 export function problemWords(room: RoomState | null): string[] {
   if (!room) return [];
   const robot = room.robot.problem ?? (room.robot.connected ? null : "it is not connected");

@@ -1,4 +1,4 @@
-"""Open a media file or a stream address, and say in a sentence why it cannot be opened."""
+"""Open a media file or stream address, or explain in a sentence why that failed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Kind = Literal["video", "audio"]
 
 _TIMEOUT_S: Final = (5.0, 2.0)
-"""To connect, and from one packet to the next: a stream that pauses longer is opened again."""
+"""For connecting, and between packets: a stream that pauses for longer is opened again."""
 
 _LIVE_SCHEMES: Final = frozenset({"rtsp", "rtsps", "rtp", "rtmp", "rtmps", "udp", "srt", "tcp"})
 _SEGMENTED: Final = frozenset({"hls", "dash"})
@@ -30,10 +30,10 @@ _DEFAULT_PERIOD_S: Final = {"video": 0.04, "audio": 0.02}
 
 @dataclass(slots=True)
 class Track:
-    """One stream of an open container that can be decoded.
+    """One decodable stream of an open container.
 
-    `pixel_aspect` is a pixel's width by its height, `period_s` how long a packet lasts that does
-    not say it itself.
+    `pixel_aspect` is a pixel's width divided by its height, `period_s` the length of packets that
+    do not specify it.
     """
 
     index: int
@@ -44,12 +44,12 @@ class Track:
 
 
 def is_network(address: str) -> bool:
-    """Tell ``scheme://…`` from a path."""
+    """Whether this is ``scheme://…``, not a path."""
     return "://" in address
 
 
 def shown_name(address: str) -> str:
-    """Return the address without user name, password and query: sentences are seen by everybody."""
+    """Return the address without user name, password and query, since everybody sees messages."""
     if not is_network(address):
         return Path(address).name
     parts = urlsplit(address)
@@ -61,23 +61,23 @@ def open_container(address: str) -> InputContainer:
     name = shown_name(address)
     try:
         if is_network(address):
-            # RTSP over UDP would lose packets of a keyframe silently; TCP is one round trip more.
+            # RTSP over UDP would lose packets of keyframes silently; TCP costs one round trip.
             return av.open(address, timeout=_TIMEOUT_S, options={"rtsp_flags": "prefer_tcp"})
         return av.open(f"file:{address}")
     except InvalidDataError as error:
         raise SourceError(
-            f"{name} is no video or sound that can be played, or its beginning or its index is "
-            "missing; name another file."
+            f"{name} is not a playable video or sound, or its beginning or index is missing; use "
+            "another file."
         ) from error
     except FileNotFoundError as error:
-        raise SourceError(f"{name} does not exist; correct its name or put it there.") from error
+        raise SourceError(f"{name} does not exist; correct its name or create it.") from error
     except (FFmpegError, OSError) as error:
         reason = error.strerror or str(error)
-        raise SourceError(f"{name} cannot be opened ({reason}); check that it is there.") from error
+        raise SourceError(f"{name} cannot be opened ({reason}); check that it exists.") from error
 
 
 def is_live(address: str, container: InputContainer) -> bool:
-    """Tell whether the far end sets the pace: then nothing may be kept waiting here."""
+    """Whether the remote end sets the pace, so that nothing may be queued here."""
     if not is_network(address):
         return False
     if urlsplit(address).scheme in _LIVE_SCHEMES:
@@ -87,7 +87,7 @@ def is_live(address: str, container: InputContainer) -> bool:
 
 
 def find_tracks(container: InputContainer) -> dict[Kind, Track]:
-    """Return the first picture and the first sound that can be decoded; no cover pictures."""
+    """Return the first decodable video and audio streams, without cover pictures."""
     tracks: dict[Kind, Track] = {}
     for stream in container.streams.video:
         if "video" in tracks or stream.disposition & Disposition.attached_pic:

@@ -1,13 +1,13 @@
-"""One demuxer for the picture and the sound of a file or stream address, in a thread of its own.
+"""One demuxer for the picture and the sound of a file or stream address, in its own thread.
 
-It reads packets a little ahead, puts each on one time line of the monotonic clock and hands it to
-the queue of its stream; decoding is left to whoever takes it out, so an unused stream costs
-nothing. Two kinds of address are told apart:
+It reads packets a little ahead, maps them to a timeline on the monotonic clock and puts each into
+the queue of its stream. The reader of a queue decodes, so an unused stream costs nothing. There are
+two kinds of address:
 
-* **paced** (files, HLS, DASH): played at their own speed by their own time stamps; at the end
-  opened again, so that every pass is like the first, and played on without a gap;
-* **live** (RTSP, RTP, RTMP, SRT, endless HTTP, …): handed on as it comes; the time line is the
-  fastest way from time stamp to arrival that was seen, so delay cannot build up.
+* **paced** (files, HLS, DASH): played at their own speed by their timestamps; reopened at the end,
+  so that every pass is like the first, and continued without a gap;
+* **live** (RTSP, RTP, RTMP, SRT, endless HTTP, …): passed on as they arrive; the timeline follows
+  the shortest time from timestamp to arrival, so delay cannot build up.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ _START_S: Final = 0.2
 
 _AHEAD_S: Final = 0.5
 _AHEAD_STARVED_S: Final = 10.0
-"""How far packets are read ahead, and how far while one stream lies behind the other in a file."""
+"""How far to read ahead, normally and while one stream lags behind the other in a file."""
 
 _KEPT_S: Final = 2.0
-"""A queue that nobody empties starts anew when it holds this much more than is read ahead."""
+"""An unread queue is cleared when it holds this much more than the read-ahead."""
 
 _PATIENCE_S: Final = 2.0
 _REBUFFER_S: Final = 0.5
@@ -61,9 +61,9 @@ _LIVE_RELAX: Final = 0.002
 
 @dataclass(frozen=True, slots=True)
 class Coded:
-    """A packet on its way to its decoder, due at `due_s`; `zero_s` is the stream's time 0.
+    """A packet for its decoder, due at `due_s`; `zero_s` is the stream's time 0.
 
-    Another track than that of the packet before means that a new pass has begun.
+    A track other than the previous packet's means that a new pass has begun.
     """
 
     packet: Packet[Any]
@@ -76,9 +76,9 @@ class Coded:
 class _Queue:
     items: deque[Coded] = field(default_factory=deque)
     needed_s: float | None = None
-    """While somebody waits: once reading is this far they can be told that there is nothing."""
+    """While a reader waits: the position at which it can be told that nothing is due."""
     resume_s: float | None = float("-inf")
-    """While not None, everything before a keyframe that is due then or later is dropped."""
+    """While not None, everything before a keyframe due at or after this time is dropped."""
 
     def put(self, item: Coded, longest_s: float) -> None:
         if self.items and item.due_s - self.items[0].due_s > longest_s:
@@ -92,9 +92,9 @@ class _Queue:
 
 
 class Demuxer:
-    """Reads `address` until `stop` or a failure; whoever wants to go on makes a new one.
+    """Reads `address` until `stop` or a failure; to continue, make a new one.
 
-    `wanted` are the streams that anybody will ask for.
+    `wanted` are the streams that will be read.
     """
 
     def __init__(self, address: str, clock: Clock, wanted: frozenset[Kind]) -> None:
@@ -120,14 +120,14 @@ class Demuxer:
         self._thread.start()
 
     def stop(self) -> None:
-        """End the thread; one that waits for the network ends by itself within seconds."""
+        """End the thread; one that waits for the network takes a few seconds."""
         with self._condition:
             self._stopping = True
             self._condition.notify_all()
         self._thread.join(timeout=0.5)
 
     def kinds(self) -> frozenset[Kind]:
-        """Wait until the address is open and say what is in it; raises `SourceError`."""
+        """Wait until the address is open and return its tracks; raises `SourceError`."""
         with self._condition:
             self._condition.wait_for(lambda: self._found is not None or self.failed, timeout=8)
             if self._found is not None:
@@ -135,7 +135,7 @@ class Demuxer:
             raise self._failure or SourceError(f"{self.name} does not open; is it reachable?")
 
     def take(self, kind: Kind, until_s: float) -> Coded | None:
-        """Return the next packet; None if the stream has none that is due before `until_s`.
+        """Return the next packet; None if none is due before `until_s`.
 
         Blocks at most 2 s; raises `SourceError`.
         """
@@ -163,7 +163,7 @@ class Demuxer:
             return len(self._queues[kind].items)
 
     def skip_to_keyframe(self, kind: Kind, due_s: float) -> None:
-        """Drop everything before a keyframe that is due at `due_s` or later."""
+        """Drop everything before a keyframe due at or after `due_s`."""
         with self._condition:
             waiting = self._queues[kind].items
             queue = self._queues[kind] = _Queue(resume_s=due_s)
@@ -189,7 +189,7 @@ class Demuxer:
             self._condition.notify_all()
 
     def _play(self, start_s: float | None) -> float:
-        """Go through the address once; return the moment at which the next pass begins."""
+        """Play the address once; return when the next pass begins."""
         with open_container(self._address) as container:
             found = find_tracks(container)
             self.live = is_live(self._address, container)
@@ -208,12 +208,12 @@ class Demuxer:
             for packet in self._packets(container, list(tracks)):
                 self._put(packet, tracks[packet.stream_index], ends_s, container.duration)
             length_s = max(ends_s.values()) - origin_s
-            # In a segmented stream the network may have moved the time line meanwhile.
+            # In a segmented stream the network may have shifted the timeline meanwhile.
             start_s = start_s if self._zero_s is None else self._zero_s + origin_s
             return start_s + _pass_length_s(length_s, container.duration)
 
     def _packets(self, container: InputContainer, indices: list[int]) -> Iterator[Packet[Any]]:
-        """Yield packets no faster than they are needed; a file cut off in the middle just ends."""
+        """Yield packets no faster than needed; a truncated file just ends."""
         count = 0
         try:
             for packet in container.demux([container.streams[index] for index in indices]):
@@ -225,11 +225,11 @@ class Demuxer:
         except FFmpegError as error:
             if self._network or not count:
                 raise
-            _LOG.warning("file is damaged, played as far as it goes", file=self.name, why=error)
+            _LOG.warning("file is damaged; played as far as possible", file=self.name, why=error)
         if self.live:
             raise SourceError(f"{self.name} has ended; waiting for it to come back.")
         if not count:
-            raise SourceError(f"{self.name} has nothing in it that can be played.")
+            raise SourceError(f"{self.name} contains nothing playable.")
 
     def _wait_until_needed(self) -> bool:
         with self._condition:
@@ -248,15 +248,15 @@ class Demuxer:
         ends_s: dict[int, float],
         duration_us: int | None,
     ) -> None:
-        """Place a packet on the time line and queue it."""
+        """Map a packet to the timeline and queue it."""
         time_base = packet.time_base
         stamp = packet.pts if packet.pts is not None else packet.dts
         if stamp is None:
-            # A bare elementary stream has no time stamps: count.
+            # A bare elementary stream has no timestamps: count.
             stamp = packet.dts = round(ends_s[track.index] / time_base)
         time_s = float(stamp * time_base)
         if duration_us and time_s > ends_s[track.index] + duration_us / 1e6 + 1:
-            return  # a damaged time stamp: waiting for it would be waiting for ever
+            return  # a damaged timestamp: it would never be due
         length_s = float((packet.duration or 0) * time_base) or track.period_s
         ends_s[track.index] = max(ends_s[track.index], time_s + length_s)
         now_s = self._clock.now_s()
@@ -269,7 +269,7 @@ class Demuxer:
             self._condition.notify_all()
 
     def _follow(self, time_s: float, now_s: float) -> float:
-        """Return the moment of stream time 0, moved where the network demands it."""
+        """Return the time of stream time 0, shifted if the network requires it."""
         arrived_s = now_s - time_s
         if self._zero_s is None:
             self._zero_s = arrived_s
@@ -278,7 +278,7 @@ class Demuxer:
             if late_s < 0 or late_s > _LIVE_JUMP_S:
                 self._zero_s = arrived_s
             else:
-                # Upwards only slowly: one late packet says little, a drifting clock says it often.
+                # Upwards only slowly: one late packet means little, a drifting clock makes many.
                 self._zero_s += late_s * _LIVE_RELAX
         elif self._network and late_s > _REBUFFER_S:
             self._zero_s += late_s + _REBUFFER_S
@@ -286,11 +286,10 @@ class Demuxer:
 
 
 def _pass_length_s(length_s: float, duration_us: int | None) -> float:
-    """Return how long a pass lasts that read packets for `length_s`.
+    """Return the length of a pass that read packets for `length_s`.
 
-    The container's own duration is more exact, because the decoder cuts the last packet's padding
-    off, but believed only when it is near: it may be a guess, and a file that was cut off in the
-    middle claims what it no longer has.
+    The container's duration is more exact, because the decoder removes the last packet's padding,
+    but counts only if it is close: it may be a guess, and a truncated file claims too much.
     """
     if duration_us and 0 <= length_s - duration_us / 1e6 < 0.1:
         length_s = duration_us / 1e6

@@ -1,4 +1,4 @@
-"""A media file or stream address as picture and sound that stay in step, from one demuxer."""
+"""A media file or stream address as a video and an audio source in sync, from one demuxer."""
 
 from __future__ import annotations
 
@@ -29,25 +29,25 @@ if TYPE_CHECKING:
 
 
 _PAUSE_S: Final = 0.25
-"""In a longer pause of the file the last picture is shown again and silence is played."""
+"""In longer pauses of the file the last picture is repeated and silence is played."""
 
 _LATE_S: Final = 0.1
-"""What is later than this is left out."""
+"""Anything later than this is skipped."""
 
 _CATCH_UP_S: Final = 0.5
-"""After trying so long to catch up, a late picture is shown and the next is a keyframe."""
+"""After trying to catch up for this long, a late picture is shown and the next is a keyframe."""
 
 _GAPLESS_S: Final = 0.002
 _LIVE_LATE_S: Final = 0.5
 _AHEAD_S: Final = 0.1
-"""Sound is decoded this far ahead, so that the end of a pass is known before it is played."""
+"""Sound is decoded this far ahead, so that the end of a pass is known before it plays."""
 
 
 class MediaFile:
-    """The file or address, with two faces; each is decoded only if it was asked for.
+    """The file or address, with a video and an audio source, each decoded only if used.
 
-    Both faces may be opened and closed at any time, each from its own thread; they share a demuxer
-    and a time line while both are open.
+    Both sources may be opened and closed at any time, each from its own thread; while both are open
+    they share a demuxer and a timeline.
     """
 
     def __init__(
@@ -62,18 +62,18 @@ class MediaFile:
         self._users: list[Demuxer] = []
 
     def video(self, settings: VideoSettings) -> FileVideo:
-        """Make the picture's source; to be called before anything is opened."""
+        """Make the video source; call it before opening anything."""
         self._wanted.add("video")
         size = (settings.width, settings.height)
         return FileVideo(size, self._join, self._leave, self._clock, self._sleep)
 
     def audio(self) -> FileAudio:
-        """Make the sound's source; to be called before anything is opened."""
+        """Make the audio source; call it before opening anything."""
         self._wanted.add("audio")
         return FileAudio(self._join, self._leave, self._clock, self._sleep)
 
     def _join(self) -> Demuxer:
-        """Return the running demuxer, or a new one if there is none that works."""
+        """Return the running demuxer, or a new one if none works."""
         with self._lock:
             if self._demuxer is None or self._demuxer.failed:
                 self._demuxer = Demuxer(self._address, self._clock, frozenset(self._wanted))
@@ -82,7 +82,7 @@ class MediaFile:
             return self._demuxer
 
     def _leave(self, demuxer: Demuxer) -> None:
-        """Give a demuxer back; the last one to do so stops it."""
+        """Release a demuxer; the last release stops it."""
         with self._lock:
             self._users.remove(demuxer)
             unused = demuxer not in self._users
@@ -93,14 +93,14 @@ class MediaFile:
 
 
 class FileVideo(StreamDecoder):
-    """The file's pictures, scaled into the wanted size.
+    """The file's pictures, scaled to the configured size.
 
-    `captured_s` is when a picture is due on the file's time line. In a long pause the last picture
-    is repeated; on a machine that is too slow, what is late is left out.
+    `captured_s` is when a picture is due on the file's timeline. In a long pause the last picture
+    is repeated; a machine that is too slow skips late ones.
     """
 
     kind: Kind = "video"
-    missing = '{} has no picture in it; set [video] source = "none" or name another file.'
+    missing = '{} contains no picture; set [video] source = "none" or use another file.'
 
     def __init__(
         self,
@@ -124,7 +124,7 @@ class FileVideo(StreamDecoder):
         return self._read_newest() if self.demuxer.live else self._read_due()
 
     def _read_newest(self) -> Picture:
-        """Decode everything that has come and show the last of it: nothing piles up here."""
+        """Decode everything that has arrived and return the last picture, to avoid a backlog."""
         while not self._frames or self.demuxer.waiting(self.kind):
             self._frames.extend(self.decode_next(float("inf")) or ())
         frame, item = self._frames.pop()
@@ -173,11 +173,11 @@ class FileVideo(StreamDecoder):
 class FileAudio(StreamDecoder):
     """The file's sound in pieces of at most 10 ms, delivered when the last sample is due.
 
-    A paced file's sound has no gap: where the file has none, silence is played.
+    A paced file's sound has no gaps: missing sound is replaced by silence.
     """
 
     kind: Kind = "audio"
-    missing = '{} has no sound in it; set [audio] source = "none" or name another file.'
+    missing = '{} contains no sound; set [audio] source = "none" or use another file.'
 
     def __init__(
         self,
@@ -231,7 +231,7 @@ class FileAudio(StreamDecoder):
                 return Sound(samples=samples, captured_s=captured_s)
 
     def _peek(self, until_s: float) -> tuple[NDArray[np.int16], float] | None:
-        """Return the next piece without taking it; None if none is due before `until_s`."""
+        """Return the next piece without consuming it; None if none is due before `until_s`."""
         while not self._pieces or self._pieces[-1][1] - self._pieces[0][1] < _AHEAD_S:
             more = self.decode_next(until_s)
             if more is None:
@@ -254,7 +254,7 @@ class FileAudio(StreamDecoder):
                     self._pieces.append((samples[begin : begin + BLOCK_SAMPLES], due_s))
 
     def _end_before(self, moment_s: float) -> None:
-        """Cut off what would still sound when the next pass begins: the encoder's padding."""
+        """Cut off the encoder's padding, which would overlap the next pass."""
         while self._pieces:
             samples, due_s = self._pieces.pop()
             kept = round((moment_s - due_s) * SAMPLE_RATE_HZ)

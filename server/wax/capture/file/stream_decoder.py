@@ -1,4 +1,4 @@
-"""One stream of a media file, decoded packet by packet in the thread of whoever reads it."""
+"""One stream of a media file, decoded packet by packet in its reader's thread."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _FRUITLESS: Final = 100
-"""So many packets in a row without a picture or sound: this decoder will never make any."""
+"""After this many packets without a picture or sound the decoder has failed."""
 
 
 class StreamDecoder:
-    """Decodes one stream; a source of picture or sound is made of it by a `read`.
+    """Decodes one stream; subclasses add `read` to make it a source.
 
-    `join` gives a running demuxer, `leave` takes it back.
+    `join` returns a running demuxer, `leave` releases it.
     """
 
     kind: Kind
     missing: str
-    """What to say, with {} for the name, where the address has no such stream."""
+    """The message, with {} for the name, if the address has no such stream."""
 
     def __init__(
         self,
@@ -73,7 +73,7 @@ class StreamDecoder:
     def decode_next(self, until_s: float) -> list[tuple[Any, Coded]] | None:
         """Decode one packet into frames; None if none is due before `until_s`.
 
-        What the decoder still held at the end of a pass comes before the next pass.
+        Frames left in the decoder at the end of a pass come before the next pass.
         """
         item = self.demuxer.take(self.kind, until_s)
         if item is None:
@@ -85,19 +85,19 @@ class StreamDecoder:
         frames += self._decode(item)
         self._fruitless = 0 if frames else self._fruitless + 1
         if self._fruitless > _FRUITLESS:
-            raise SourceError(f"{self.demuxer.name} cannot be decoded; name another file.")
+            raise SourceError(f"{self.demuxer.name} cannot be decoded; use another file.")
         return frames
 
     def _decode(self, item: Coded, *, flush: bool = False) -> list[tuple[Any, Coded]]:
-        """Feed a packet, or the end after it; a damaged packet gives nothing."""
+        """Feed a packet, or the end of the stream; a damaged packet yields nothing."""
         try:
             frames = item.track.decoder.decode(None if flush else item.packet)
         except FFmpegError as error:
             _LOG.debug("packet cannot be decoded", kind=self.kind, why=str(error))
             return []
         for frame in frames:
-            frame.time_base = item.packet.time_base  # which frames of a flush lack
-            if frame.pts is None:  # in a bare elementary stream, where packets were counted
+            frame.time_base = item.packet.time_base  # flushed frames lack it
+            if frame.pts is None:  # a bare elementary stream, whose packets were counted
                 frame.pts = self._next_pts if frame.dts is None else frame.dts
             self._next_pts = frame.pts + round(item.track.period_s / frame.time_base)
         return [(frame, item) for frame in frames]

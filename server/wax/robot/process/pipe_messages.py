@@ -119,7 +119,7 @@ def sendable(state: object) -> RobotState:
 
 def _decode(adapter: TypeAdapter[_T], line: bytes) -> _T:
     if len(line) > MAX_LINE_BYTES:
-        raise ProtocolError("a line is too long")
+        raise ProtocolError("invalid message: the line is too long")
     try:
         return adapter.validate_json(line)
     except ValidationError as error:
