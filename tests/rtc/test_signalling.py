@@ -84,8 +84,8 @@ def _with(video: str) -> str:
     [
         ("a=rtpmap:96 x/90000\r\n" * 200, "payload type 96 twice"),
         ("a=rtpmap:96 x/90000\r\na=rtpmap:096 x/90000\r\n", "payload type 96 twice"),
-        ("a=rtpmap:٩٦ x/90000\r\n", "payload type that is no number"),
-        ("a=rtpmap: 96 x/90000\r\n", "payload type that is no number"),
+        ("a=rtpmap:٩٦ x/90000\r\n", "payload type that is not a number"),
+        ("a=rtpmap: 96 x/90000\r\n", "payload type that is not a number"),
         ("".join(f"a=rtpmap:{n} x/90000\r\n" for n in range(129)), "more than 128 codecs"),
         ("a=rtcp-fb:* nack\r\n" * 17, "more than 16 lines of feedback"),
         ("a=x\u2028" * 600, "more than 512 lines"),
@@ -121,7 +121,7 @@ def test_a_page_that_takes_messages_is_not(size: str) -> None:
 @pytest.mark.parametrize("size", ["", "-1", "1e9", " 560", "5_60", "٥٦٠"])
 def test_a_message_size_that_is_no_number_is_refused(size: str) -> None:
     """Nothing is left for aiortc to read in another way."""
-    with pytest.raises(SignallingError, match="max-message-size that is no number"):
+    with pytest.raises(SignallingError, match="max-message-size that is not a number"):
         clean_offer(GOOD + f"a=max-message-size:{size}\r\n")
 
 

@@ -68,16 +68,16 @@ class Camera:
     problem: str | None = None
 
 
-class FakeChannel:
+class FakePeer:
     """Stands for a peer: opens at once, notes what is sent."""
 
-    made: list[FakeChannel]
+    made: list[FakePeer]
 
     def __init__(self, *, events: PeerEvents, **_: Any) -> None:
         self.events = events
         self.sent: list[dict[str, Any]] = []
         self.is_alive = True
-        FakeChannel.made.append(self)
+        FakePeer.made.append(self)
 
     async def answer(self, offer: str) -> str:
         return f"answer to {offer}"
@@ -107,8 +107,8 @@ class FakeChannel:
         return next(m for m in reversed(self.sent) if m["type"] == kind)
 
 
-class FakeRoom:
-    """A room with everything real but peers, robot and time."""
+class Testbed:
+    """A server with everything real but peers, robot and time."""
 
     def __init__(self, tree: dict[str, Any]) -> None:
         settings = Settings.model_validate(tree)
@@ -153,36 +153,36 @@ class FakeRoom:
             ),
         )
 
-    async def enter(self, client: str, *, is_host: bool = False) -> FakeChannel:
+    async def enter(self, client: str, *, is_host: bool = False) -> FakePeer:
         await self.room.answer(client, OFFER, is_host=is_host)
-        FakeChannel.made[-1].open()
-        return FakeChannel.made[-1]
+        FakePeer.made[-1].open()
+        return FakePeer.made[-1]
 
-    def wait(self, seconds: float, *alive: FakeChannel) -> None:
+    def wait(self, seconds: float, *alive: FakePeer) -> None:
         """Let time pass in steps; those who are alive are heard."""
         for _ in range(round(seconds * 10)):
             self.clock.time_s += 0.1
-            for channel in alive:
-                channel.events.received("drive", "x")
+            for peer in alive:
+                peer.events.received("drive", "x")
             self.loop.step(self.clock.time_s)
             self.room.round(self.clock.time_s)
 
-    def drive(self, channel: FakeChannel, seq: int, *, linear: float) -> None:
+    def drive(self, peer: FakePeer, seq: int, *, linear: float) -> None:
         """Let a page send a set-point at this moment, in the turn that runs."""
         turn = self.room.snapshot(self.clock.time_s).turn.number
         now_ms = self.clock.time_s * 1000
         row = ["drive", seq, turn, now_ms, linear, 0.0, linear != 0, "fast", now_ms, {}]
-        channel.events.received("drive", json.dumps(row))
+        peer.events.received("drive", json.dumps(row))
 
     def names(self) -> list[str]:
         return [line.name for line in self.room.snapshot(self.clock.time_s).viewers]
 
 
 @pytest.fixture
-def room(monkeypatch: pytest.MonkeyPatch) -> FakeRoom:
-    FakeChannel.made = []
-    monkeypatch.setattr(room_module, "Peer", FakeChannel)
-    return FakeRoom(
+def testbed(monkeypatch: pytest.MonkeyPatch) -> Testbed:
+    FakePeer.made = []
+    monkeypatch.setattr(room_module, "Peer", FakePeer)
+    return Testbed(
         {
             "turns": {"turn_s": 5.0},
             "server": {"max_viewers": 2},
@@ -191,10 +191,10 @@ def room(monkeypatch: pytest.MonkeyPatch) -> FakeRoom:
     )
 
 
-async def test_who_enters_is_greeted_and_told_the_room(room: FakeRoom) -> None:
+async def test_who_enters_is_greeted_and_told_the_room(testbed: Testbed) -> None:
     """The first message says who one is and what the robot can do; then comes the room."""
-    ada = await room.enter("ada-1111")
-    room.wait(0.1, ada)
+    ada = await testbed.enter("ada-1111")
+    testbed.wait(0.1, ada)
     hello, told = ada.last("hello"), ada.last("room")
     assert hello["robot"]["axes"] == ["pan"]
     assert hello["on_loss"]["silence_ms"] is None  # this driver has no process of its own
@@ -204,174 +204,174 @@ async def test_who_enters_is_greeted_and_told_the_room(room: FakeRoom) -> None:
     assert told["video"]["problem"] is None
 
 
-@pytest.mark.usefixtures("room")
+@pytest.mark.usefixtures("testbed")
 @pytest.mark.parametrize("soft", [False, True])
 async def test_who_enters_is_told_whether_the_robot_brakes_softly(soft: bool) -> None:
     """It is told as it is configured."""
-    room = FakeRoom({"robot": {"soft_braking": soft}})
-    ada = await room.enter("ada-1111")
+    testbed = Testbed({"robot": {"soft_braking": soft}})
+    ada = await testbed.enter("ada-1111")
     assert ada.last("hello")["on_loss"]["soft_braking"] is soft
 
 
 @pytest.mark.parametrize(("beyond_s", "moves"), [(-0.2, True), (0.2, False)])
 async def test_what_is_held_drives_on_after_a_lapse_as_short_as_was_told(
-    room: FakeRoom, beyond_s: float, moves: bool
+    testbed: Testbed, beyond_s: float, moves: bool
 ) -> None:
     """Commands that come back sooner move the robot by themselves, later ones do not."""
-    ada = await room.enter("ada-1111")
+    ada = await testbed.enter("ada-1111")
     ada.says(type="join")
-    room.wait(0.3, ada)
+    testbed.wait(0.3, ada)
     for seq, linear in enumerate((0.0, 0.5), 1):
-        room.drive(ada, seq, linear=linear)
-        room.wait(0.1, ada)
-    room.wait(ada.last("hello")["on_loss"]["resume_within_ms"] / 1000 + beyond_s, ada)
+        testbed.drive(ada, seq, linear=linear)
+        testbed.wait(0.1, ada)
+    testbed.wait(ada.last("hello")["on_loss"]["resume_within_ms"] / 1000 + beyond_s, ada)
     assert not ada.last("drive_status")["moving"]
-    room.drive(ada, 3, linear=0.5)
-    room.wait(0.1, ada)
+    testbed.drive(ada, 3, linear=0.5)
+    testbed.wait(0.1, ada)
     assert ada.last("drive_status")["moving"] is moves
 
 
-async def test_the_same_page_gets_its_place_back(room: FakeRoom) -> None:
+async def test_the_same_page_gets_its_place_back(testbed: Testbed) -> None:
     """A page that reloads is the same viewer: they keep name, place and turn."""
-    ada = await room.enter("ada-1111")
+    ada = await testbed.enter("ada-1111")
     ada.says(type="name", name="Ada")
     ada.says(type="join")
-    room.wait(0.2, ada)
-    again = await room.enter("ada-1111")
-    room.wait(0.2, again)
+    testbed.wait(0.2, ada)
+    again = await testbed.enter("ada-1111")
+    testbed.wait(0.2, again)
     (line,) = again.last("room")["viewers"]
     assert (line["name"], line["role"], line["lost"]) == ("Ada", "operator", False)
     assert not ada.is_alive
     assert again.last("room")["turn"]["number"] == 1
 
 
-async def test_an_old_peer_that_ends_late_takes_nothing_with_it(room: FakeRoom) -> None:
+async def test_an_old_peer_that_ends_late_takes_nothing_with_it(testbed: Testbed) -> None:
     """A reload whose old connection is still closing when the new one opens loses nothing."""
-    ada = await room.enter("ada-1111")
+    ada = await testbed.enter("ada-1111")
     ada.says(type="join")
     ada.is_alive = False  # it closes by itself, and has not told yet
-    again = await room.enter("ada-1111")
+    again = await testbed.enter("ada-1111")
     ada.events.closed(cast("Peer", ada))
-    room.wait(4.0, again)
+    testbed.wait(4.0, again)
     assert again.is_alive
     assert [line["role"] for line in again.last("room")["viewers"]] == ["operator"]
 
 
-async def test_a_full_house_says_so(room: FakeRoom) -> None:
+async def test_a_full_house_says_so(testbed: Testbed) -> None:
     """One more than the configured number is refused with a sentence, and nobody is harmed."""
-    await room.enter("ada-1111")
-    await room.enter("bob-1111")
+    await testbed.enter("ada-1111")
+    await testbed.enter("bob-1111")
     with pytest.raises(FullError, match="2 places"):
-        await room.room.answer("eve-1111", OFFER, is_host=False)
-    assert len(room.names()) == 2
+        await testbed.room.answer("eve-1111", OFFER, is_host=False)
+    assert len(testbed.names()) == 2
 
 
-async def test_silence_stops_the_robot_and_keeps_the_turn(room: FakeRoom) -> None:
+async def test_silence_stops_the_robot_and_keeps_the_turn(testbed: Testbed) -> None:
     """An operator silent for the announced time is lost: the robot stops, their turn is kept."""
-    ada, bob = await room.enter("ada-1111"), await room.enter("bob-1111")
+    ada, bob = await testbed.enter("ada-1111"), await testbed.enter("bob-1111")
     ada.says(type="join")
-    room.wait(0.2, ada, bob)
-    room.robot.told.clear()
+    testbed.wait(0.2, ada, bob)
+    testbed.robot.told.clear()
     lost_after_s = ada.last("hello")["on_loss"]["lost_after_ms"] / 1000
     assert lost_after_s == 1.0
-    room.wait(lost_after_s - 0.1, bob)
+    testbed.wait(lost_after_s - 0.1, bob)
     assert not any(line["lost"] for line in bob.last("room")["viewers"])
-    room.wait(0.3, bob)
+    testbed.wait(0.3, bob)
     lines = {line["id"]: line for line in bob.last("room")["viewers"]}
     assert lines[1]["lost"]
     assert lines[1]["role"] == "operator"
-    assert "stop" in room.robot.told
-    room.wait(0.2, ada, bob)
+    assert "stop" in testbed.robot.told
+    testbed.wait(0.2, ada, bob)
     assert not bob.last("room")["viewers"][0]["lost"]
 
 
-async def test_who_only_watches_may_be_silent_for_longer(room: FakeRoom) -> None:
+async def test_who_only_watches_may_be_silent_for_longer(testbed: Testbed) -> None:
     """An observer sends a heartbeat once a second, so they are lost after 3.5 s and not before."""
-    ada, bob = await room.enter("ada-1111"), await room.enter("bob-1111")
-    room.wait(3.4, ada)
+    ada, bob = await testbed.enter("ada-1111"), await testbed.enter("bob-1111")
+    testbed.wait(3.4, ada)
     assert not any(line["lost"] for line in ada.last("room")["viewers"])
-    room.wait(0.3, ada)
+    testbed.wait(0.3, ada)
     lost = {line["id"]: line["lost"] for line in ada.last("room")["viewers"]}
     assert lost == {1: False, 2: True}
     assert bob.is_alive
 
 
-async def test_who_is_gone_is_forgotten_after_the_grace(room: FakeRoom) -> None:
+async def test_who_is_gone_is_forgotten_after_the_grace(testbed: Testbed) -> None:
     """A closed page keeps its place for the time of grace, then it is free."""
-    ada, bob = await room.enter("ada-1111"), await room.enter("bob-1111")
+    ada, bob = await testbed.enter("ada-1111"), await testbed.enter("bob-1111")
     ada.says(type="join")
     bob.says(type="join")
-    room.wait(0.2, ada, bob)
+    testbed.wait(0.2, ada, bob)
     ada.abandon()
-    room.wait(2.5, bob)
+    testbed.wait(2.5, bob)
     assert bob.last("room")["turn"]["operator"] == 1
-    room.wait(1.0, bob)
+    testbed.wait(1.0, bob)
     assert bob.last("room")["turn"]["operator"] == 2
     assert len(bob.last("room")["viewers"]) == 1
 
 
-async def test_half_open_and_dead_peers_are_closed(room: FakeRoom) -> None:
+async def test_half_open_and_dead_peers_are_closed(testbed: Testbed) -> None:
     """A page that never opens its channels, and one that falls silent, are closed in 10 s."""
-    await room.room.answer("ada-1111", OFFER, is_host=False)
-    half = FakeChannel.made[-1]
-    bob = await room.enter("bob-1111")
-    room.wait(10.3)
+    await testbed.room.answer("ada-1111", OFFER, is_host=False)
+    half = FakePeer.made[-1]
+    bob = await testbed.enter("bob-1111")
+    testbed.wait(10.3)
     assert not half.is_alive
     assert not bob.is_alive
-    room.wait(4.0)
-    assert not list(room.viewers)
+    testbed.wait(4.0)
+    assert not list(testbed.viewers)
 
 
-async def test_a_turn_changes_hands_with_a_stop_between(room: FakeRoom) -> None:
+async def test_a_turn_changes_hands_with_a_stop_between(testbed: Testbed) -> None:
     """At the end of a turn the robot stops before the next operator is told of theirs."""
-    ada, bob = await room.enter("ada-1111"), await room.enter("bob-1111")
+    ada, bob = await testbed.enter("ada-1111"), await testbed.enter("bob-1111")
     ada.says(type="join")
     bob.says(type="join")
-    room.wait(0.2, ada, bob)
-    room.robot.told.clear()
-    room.wait(5.0, ada, bob)
-    assert "stop" in room.robot.told
+    testbed.wait(0.2, ada, bob)
+    testbed.robot.told.clear()
+    testbed.wait(5.0, ada, bob)
+    assert "stop" in testbed.robot.told
     told = bob.last("room")
     assert (told["turn"]["operator"], told["turn"]["number"]) == (2, 2)
     assert {line["id"]: line["place"] for line in told["viewers"]} == {1: 1, 2: 0}
 
 
-async def test_only_the_operator_drives(room: FakeRoom) -> None:
+async def test_only_the_operator_drives(testbed: Testbed) -> None:
     """Another's command moves nothing."""
-    ada, bob = await room.enter("ada-1111"), await room.enter("bob-1111")
+    ada, bob = await testbed.enter("ada-1111"), await testbed.enter("bob-1111")
     ada.says(type="join")
-    room.wait(0.2, ada, bob)
-    room.drive(bob, 1, linear=1.0)
-    room.wait(0.2, ada, bob)
-    twists = [told for told in room.robot.told if isinstance(told, Twist)]
+    testbed.wait(0.2, ada, bob)
+    testbed.drive(bob, 1, linear=1.0)
+    testbed.wait(0.2, ada, bob)
+    twists = [told for told in testbed.robot.told if isinstance(told, Twist)]
     assert all(twist.is_zero for twist in twists)
-    assert room.loop.counts()["commands.refused.not_your_turn"] == 1
+    assert testbed.loop.counts()["commands.refused.not_your_turn"] == 1
 
 
-async def test_everybody_stops_and_all_hear_who(room: FakeRoom) -> None:
+async def test_everybody_stops_and_all_hear_who(testbed: Testbed) -> None:
     """An observer's stop reaches the robot at once, latches, and everybody sees their name."""
-    ada, bob = await room.enter("ada-1111"), await room.enter("bob-1111")
+    ada, bob = await testbed.enter("ada-1111"), await testbed.enter("bob-1111")
     ada.says(type="join")
     bob.says(type="name", name="Bob")
-    room.wait(0.2, ada, bob)
-    room.robot.told.clear()
+    testbed.wait(0.2, ada, bob)
+    testbed.robot.told.clear()
     bob.says(type="stop")
-    assert room.robot.told == ["stop"]
-    room.wait(0.1, ada, bob)
+    assert testbed.robot.told == ["stop"]
+    testbed.wait(0.1, ada, bob)
     assert ada.last("room")["stop"] == {"number": 1, "by": "Bob"}
     assert bob.last("room")["stop"] == {"number": 1, "by": "Bob"}
 
 
-async def test_only_operator_and_host_release(room: FakeRoom) -> None:
+async def test_only_operator_and_host_release(testbed: Testbed) -> None:
     """An observer's release is answered with a sentence; the operator's and the host's count."""
-    ada = await room.enter("ada-1111")
-    bob = await room.enter("bob-1111", is_host=False)
+    ada = await testbed.enter("ada-1111")
+    bob = await testbed.enter("bob-1111", is_host=False)
     ada.says(type="join")
-    room.wait(0.2, ada, bob)
+    testbed.wait(0.2, ada, bob)
 
-    def release(channel: FakeChannel, stop: int) -> None:
-        channel.says(type="release", stop=stop, sent_server_ms=room.clock.time_s * 1000)
-        room.wait(0.1, ada, bob)
+    def release(peer: FakePeer, stop: int) -> None:
+        peer.says(type="release", stop=stop, sent_server_ms=testbed.clock.time_s * 1000)
+        testbed.wait(0.1, ada, bob)
 
     bob.says(type="stop")
     release(bob, 1)
@@ -380,39 +380,39 @@ async def test_only_operator_and_host_release(room: FakeRoom) -> None:
     release(ada, 1)
     assert ada.last("room")["stop"] is None
     bob.says(type="stop")
-    list(room.viewers)[1].is_host = True
+    list(testbed.viewers)[1].is_host = True
     release(bob, 2)
     assert ada.last("room")["stop"] is None
 
 
-async def test_stop_and_release_by_the_second_way(room: FakeRoom) -> None:
+async def test_stop_and_release_by_the_second_way(testbed: Testbed) -> None:
     """By HTTP anybody stops, and a release needs the operator's secret or the host's machine."""
-    ada = await room.enter("ada-1111")
+    ada = await testbed.enter("ada-1111")
     ada.says(type="join")
-    room.wait(0.2, ada)
-    room.robot.told.clear()
-    number = room.room.stop_by(None, is_host=False)
-    assert room.robot.told == ["stop"]
+    testbed.wait(0.2, ada)
+    testbed.robot.told.clear()
+    number = testbed.room.stop_by(None, is_host=False)
+    assert testbed.robot.told == ["stop"]
     for client in (None, "eve-1111"):
         with pytest.raises(ForbiddenError):
-            room.room.release_by(client, number, is_host=False)
+            testbed.room.release_by(client, number, is_host=False)
     with pytest.raises(ForbiddenError):
-        room.room.release_by("ada-1111", number + 1, is_host=False)
-    room.wait(0.1, ada)
+        testbed.room.release_by("ada-1111", number + 1, is_host=False)
+    testbed.wait(0.1, ada)
     assert ada.last("room")["stop"] == {"number": number, "by": "somebody"}
-    room.room.release_by("ada-1111", number, is_host=False)
-    room.wait(0.1, ada)
+    testbed.room.release_by("ada-1111", number, is_host=False)
+    testbed.wait(0.1, ada)
     assert ada.last("room")["stop"] is None
-    number = room.room.stop_by("ada-1111", is_host=False)
-    room.room.release_by(None, number, is_host=True)
-    room.wait(0.1, ada)
+    number = testbed.room.stop_by("ada-1111", is_host=False)
+    testbed.room.release_by(None, number, is_host=True)
+    testbed.wait(0.1, ada)
     assert ada.last("room")["stop"] is None
 
 
-@pytest.mark.usefixtures("room")
+@pytest.mark.usefixtures("testbed")
 async def test_where_only_the_operator_may_stop(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where it is so configured an observer's stop is refused by both ways, the host's is not."""
-    closed = FakeRoom({"stop": {"by": "operator"}})
+    closed = Testbed({"stop": {"by": "operator"}})
     ada, bob = await closed.enter("ada-1111"), await closed.enter("bob-1111")
     ada.says(type="join")
     closed.wait(0.2, ada, bob)
@@ -426,99 +426,99 @@ async def test_where_only_the_operator_may_stop(monkeypatch: pytest.MonkeyPatch)
     assert closed.room.stop_by(None, is_host=True) == 2
 
 
-async def test_who_means_to_see(room: FakeRoom) -> None:
+async def test_who_means_to_see(testbed: Testbed) -> None:
     """A viewer with the picture off does not see, and nobody does without a camera."""
-    ada = await room.enter("ada-1111")
-    assert room.viewers.sees(1)
-    assert not room.viewers.sees(9)
+    ada = await testbed.enter("ada-1111")
+    assert testbed.viewers.sees(1)
+    assert not testbed.viewers.sees(9)
     ada.says(type="want", sound=True, picture=False, size="640x480", policy=None)
-    assert not room.viewers.sees(1)
+    assert not testbed.viewers.sees(1)
 
 
-async def test_a_driver_that_raises_is_a_problem_of_the_robot(room: FakeRoom) -> None:
+async def test_a_driver_that_raises_is_a_problem_of_the_robot(testbed: Testbed) -> None:
     """When somebody's driver raises at every question, the room says so and goes on."""
-    ada = await room.enter("ada-1111")
-    room.wait(0.2, ada)
-    room.robot.is_broken = True
-    room.wait(0.2, ada)
+    ada = await testbed.enter("ada-1111")
+    testbed.wait(0.2, ada)
+    testbed.robot.is_broken = True
+    testbed.wait(0.2, ada)
     assert ada.last("room")["robot"]["problem"] == NO_ANSWER
-    room.robot.is_broken = False
-    room.wait(0.2, ada)
+    testbed.robot.is_broken = False
+    testbed.wait(0.2, ada)
     assert ada.last("room")["robot"]["problem"] is None
 
 
-async def test_a_problem_of_the_robot_is_told_at_once(room: FakeRoom) -> None:
+async def test_a_problem_of_the_robot_is_told_at_once(testbed: Testbed) -> None:
     """Everybody reads within one sweep that the robot cannot be reached."""
-    ada = await room.enter("ada-1111")
-    room.wait(0.2, ada)
-    room.robot.problem = "the line is unplugged"
-    room.wait(0.1, ada)
+    ada = await testbed.enter("ada-1111")
+    testbed.wait(0.2, ada)
+    testbed.robot.problem = "the line is unplugged"
+    testbed.wait(0.1, ada)
     assert ada.last("room")["robot"]["problem"] == "the line is unplugged"
 
 
-async def test_a_camera_that_fails_is_told_and_its_recovery_too(room: FakeRoom) -> None:
+async def test_a_camera_that_fails_is_told_and_its_recovery_too(testbed: Testbed) -> None:
     """The page says that the camera is gone, and that it is back."""
-    ada = await room.enter("ada-1111")
-    room.camera.problem = "The camera was unplugged."
-    room.wait(0.3, ada)
+    ada = await testbed.enter("ada-1111")
+    testbed.camera.problem = "The camera was unplugged."
+    testbed.wait(0.3, ada)
     assert ada.last("room")["video"]["problem"] == "The camera was unplugged."
-    room.camera.problem = None
-    room.wait(0.3, ada)
+    testbed.camera.problem = None
+    testbed.wait(0.3, ada)
     assert ada.last("room")["video"]["problem"] is None
 
 
-async def test_who_talks_without_end_hides_nobodys_silence(room: FakeRoom) -> None:
+async def test_who_talks_without_end_hides_nobodys_silence(testbed: Testbed) -> None:
     """While one viewer keeps changing their name, a silent operator is still lost in time."""
-    ada, bob = await room.enter("ada-1111"), await room.enter("bob-1111")
+    ada, bob = await testbed.enter("ada-1111"), await testbed.enter("bob-1111")
     ada.says(type="join")
-    room.wait(0.2, ada, bob)
+    testbed.wait(0.2, ada, bob)
     bob.sent.clear()
     for step in range(120):
         bob.says(type="name", name=f"Bob {step}")
-        room.wait(0.1, bob)
+        testbed.wait(0.1, bob)
         if step == 11:
-            assert room.room.snapshot(room.clock.time_s).viewers[0].lost
+            assert testbed.room.snapshot(testbed.clock.time_s).viewers[0].lost
     assert len(bob.sent) <= 121
 
 
-async def test_a_flood_is_not_read(room: FakeRoom) -> None:
+async def test_a_flood_is_not_read(testbed: Testbed) -> None:
     """Messages beyond the rate are counted and dropped before they cost anything."""
-    ada = await room.enter("ada-1111")
+    ada = await testbed.enter("ada-1111")
     for step in range(500):
         ada.says(type="name", name=f"Ada {step}")
-    assert room.counters.snapshot()["messages over the rate"] == 440
-    room.wait(1.0, ada)
+    assert testbed.counters.snapshot()["messages over the rate"] == 440
+    testbed.wait(1.0, ada)
     ada.says(type="name", name="Ada")
-    assert room.names() == ["Ada"]
+    assert testbed.names() == ["Ada"]
 
 
-async def test_bad_offers_take_no_place(room: FakeRoom) -> None:
+async def test_bad_offers_take_no_place(testbed: Testbed) -> None:
     """However many bad offers come, the room is not full and nobody's peer is closed."""
-    ada = await room.enter("ada-1111")
+    ada = await testbed.enter("ada-1111")
     for number in range(50):
         with pytest.raises(SignallingError):
-            await room.room.answer(f"eve-{number:04}", "nonsense", is_host=False)
+            await testbed.room.answer(f"eve-{number:04}", "nonsense", is_host=False)
         with pytest.raises(SignallingError):
-            await room.room.answer("ada-1111", "nonsense", is_host=False)
+            await testbed.room.answer("ada-1111", "nonsense", is_host=False)
     assert ada.is_alive
-    await room.enter("bob-1111")
-    assert len(room.names()) == 2
+    await testbed.enter("bob-1111")
+    assert len(testbed.names()) == 2
 
 
-async def test_a_peer_that_never_opened_frees_its_place_at_once(room: FakeRoom) -> None:
+async def test_a_peer_that_never_opened_frees_its_place_at_once(testbed: Testbed) -> None:
     """A viewer who failed to connect has no place to keep, so they get no grace time."""
-    await room.enter("ada-1111")
-    await room.room.answer("eve-1111", OFFER, is_host=False)
-    FakeChannel.made[-1].abandon()
-    await room.enter("bob-1111")
-    assert len(room.names()) == 2
+    await testbed.enter("ada-1111")
+    await testbed.room.answer("eve-1111", OFFER, is_host=False)
+    FakePeer.made[-1].abandon()
+    await testbed.enter("bob-1111")
+    assert len(testbed.names()) == 2
 
 
-async def test_of_two_offers_at_once_the_later_wins(room: FakeRoom) -> None:
+async def test_of_two_offers_at_once_the_later_wins(testbed: Testbed) -> None:
     """A page that offers twice at once ends with one living peer, the one of its later offer."""
-    await asyncio.gather(*(room.room.answer("ada-1111", OFFER, is_host=False) for _ in range(3)))
-    assert [channel.is_alive for channel in FakeChannel.made] == [False, False, True]
-    assert len(room.viewers) == 1
+    await asyncio.gather(*(testbed.room.answer("ada-1111", OFFER, is_host=False) for _ in range(3)))
+    assert [peer.is_alive for peer in FakePeer.made] == [False, False, True]
+    assert len(testbed.viewers) == 1
 
 
 async def test_a_timer_is_served_between_two_offers(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -533,15 +533,15 @@ async def test_a_timer_is_served_between_two_offers(monkeypatch: pytest.MonkeyPa
         passes += 1
         counting[0] = loop.call_soon(count)
 
-    class Noted(FakeChannel):
+    class Noted(FakePeer):
         async def answer(self, offer: str) -> str:
             answered.append(passes)
             return await super().answer(offer)
 
-    FakeChannel.made = []
+    FakePeer.made = []
     monkeypatch.setattr(room_module, "Peer", Noted)
     counting[0] = loop.call_soon(count)
-    room = FakeRoom({}).room
+    room = Testbed({}).room
     await asyncio.gather(
         *(room.answer(f"ada-{number:04}", OFFER, is_host=False) for number in range(20))
     )
@@ -549,63 +549,63 @@ async def test_a_timer_is_served_between_two_offers(monkeypatch: pytest.MonkeyPa
     assert len(set(answered)) == 20
 
 
-@pytest.mark.usefixtures("room")
+@pytest.mark.usefixtures("testbed")
 async def test_everybody_queues_where_it_is_so_configured() -> None:
     """With `join = "auto"` the first who enters drives and the next waits (thesis 4.3)."""
-    everybody = FakeRoom({"turns": {"join": "auto"}})
+    everybody = Testbed({"turns": {"join": "auto"}})
     ada, bob = await everybody.enter("ada-1111"), await everybody.enter("bob-1111")
     everybody.wait(0.3, ada, bob)
     roles = [line["role"] for line in bob.last("room")["viewers"]]
     assert roles == ["operator", "queued"]
 
 
-async def test_nothing_new_is_not_told_again(room: FakeRoom) -> None:
+async def test_nothing_new_is_not_told_again(testbed: Testbed) -> None:
     """While nothing changes the room is told every 5 s, not with every sweep."""
-    ada = await room.enter("ada-1111")
-    room.wait(0.2, ada)
+    ada = await testbed.enter("ada-1111")
+    testbed.wait(0.2, ada)
     ada.sent.clear()
-    room.wait(4.0, ada)
+    testbed.wait(4.0, ada)
     assert ada.sent == []
-    room.wait(1.2, ada)
+    testbed.wait(1.2, ada)
     assert [m["type"] for m in ada.sent] == ["room"]
 
 
-async def test_the_role_brings_its_policy(room: FakeRoom) -> None:
+async def test_the_role_brings_its_policy(testbed: Testbed) -> None:
     """At hand-over the playout policy changes with the role, live."""
-    ada = await room.enter("ada-1111")
+    ada = await testbed.enter("ada-1111")
     ada.says(type="join")
-    room.wait(0.2, ada)
+    testbed.wait(0.2, ada)
     assert ada.last("playout")["policy"] == "video-first"
     ada.says(type="leave")
-    room.wait(0.2, ada)
+    testbed.wait(0.2, ada)
     assert ada.last("playout")["policy"] == "audio-master"
 
 
-async def test_who_drives_is_told_what_becomes_of_his_commands(room: FakeRoom) -> None:
+async def test_who_drives_is_told_what_becomes_of_his_commands(testbed: Testbed) -> None:
     """The rounds tell the operator that the robot moves, and why it does not; nobody else."""
-    ada, bob = await room.enter("ada-1111"), await room.enter("bob-1111")
+    ada, bob = await testbed.enter("ada-1111"), await testbed.enter("bob-1111")
     ada.says(type="join")
-    room.wait(0.3, ada, bob)
+    testbed.wait(0.3, ada, bob)
     for seq in range(1, 8):
-        room.drive(ada, seq, linear=0.0 if seq < 3 else 0.5)
-        room.wait(0.1, ada, bob)
+        testbed.drive(ada, seq, linear=0.0 if seq < 3 else 0.5)
+        testbed.wait(0.1, ada, bob)
     assert ada.last("drive_status") == {"type": "drive_status", "moving": True, "reason": None}
-    room.wait(1.5, ada, bob)
+    testbed.wait(1.5, ada, bob)
     told = [message for message in ada.sent if message["type"] == "drive_status"]
     assert not told[-1]["moving"]
     assert told[-1]["reason"]
     assert not [message for message in bob.sent if message["type"] == "drive_status"]
-    room.wait(2.0, ada, bob)
+    testbed.wait(2.0, ada, bob)
     assert [message for message in ada.sent if message["type"] == "drive_status"] == told
 
 
-async def test_a_fresh_page_is_told_what_becomes_of_its_commands(room: FakeRoom) -> None:
+async def test_a_fresh_page_is_told_what_becomes_of_its_commands(testbed: Testbed) -> None:
     """An operator who reloads is told again why the robot stands, though that has not changed."""
-    ada = await room.enter("ada-1111")
+    ada = await testbed.enter("ada-1111")
     ada.says(type="join")
-    room.robot.problem = "the line is unplugged"
-    room.wait(0.5, ada)
+    testbed.robot.problem = "the line is unplugged"
+    testbed.wait(0.5, ada)
     assert ada.last("drive_status")["reason"]
-    again = await room.enter("ada-1111")
-    room.wait(0.5, again)
+    again = await testbed.enter("ada-1111")
+    testbed.wait(0.5, again)
     assert again.last("drive_status")["reason"]

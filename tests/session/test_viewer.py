@@ -64,7 +64,7 @@ class FakeRoom:
 
 
 @dataclass
-class Connection:
+class Connected:
     viewer: Viewer
     room: FakeRoom
     clock: TurnedClock
@@ -76,7 +76,7 @@ class Connection:
 SMALLEST = VideoSettings().renditions[-1].name
 
 
-def _scene(sync: SyncSettings | None = None) -> Connection:
+def _scene(sync: SyncSettings | None = None) -> Connected:
     clock, room, counters = TurnedClock(100.0), FakeRoom(), Counters()
     video = VideoHub(settings=VideoSettings(), clock=clock)
     audio = SoundHub()
@@ -99,7 +99,7 @@ def _scene(sync: SyncSettings | None = None) -> Connection:
     viewer.peer = cast("Peer", room)
     viewer.connected()
     viewer.ready()
-    return Connection(viewer, room, clock, counters, video, audio)
+    return Connected(viewer, room, clock, counters, video, audio)
 
 
 def _drive(**changes: object) -> str:
@@ -124,9 +124,9 @@ def _want(size: str) -> dict[str, Any]:
 
 def test_a_command_becomes_a_value() -> None:
     """A well-formed set-point reaches the room, times in seconds."""
-    scene = _scene()
-    scene.viewer.received("drive", _drive(seen_server_ms=99_900.0))
-    name, command = scene.room.calls[-1]
+    connected = _scene()
+    connected.viewer.received("drive", _drive(seen_server_ms=99_900.0))
+    name, command = connected.room.calls[-1]
     assert name == "drive"
     assert (command.seq, command.turn, command.sent_s) == (1, 2, 99.99)
     assert (command.linear, command.angular, command.speed) == (0.5, -1.0, "slow")
@@ -160,157 +160,157 @@ def test_a_command_becomes_a_value() -> None:
 )
 def test_a_malformed_command_is_refused_and_counted(text: str) -> None:
     """What is no command moves nothing, is counted, and raises nothing."""
-    scene = _scene()
-    before = list(scene.room.calls)
-    scene.viewer.received("drive", text)
-    assert scene.room.calls == before
-    assert scene.counters.snapshot() == {"messages refused": 1}
+    connected = _scene()
+    before = list(connected.room.calls)
+    connected.viewer.received("drive", text)
+    assert connected.room.calls == before
+    assert connected.counters.snapshot() == {"messages refused": 1}
 
 
 @given(st.sampled_from(["drive", "state"]), st.text() | st.binary())
 def test_no_bytes_raise(channel: Any, data: str | bytes) -> None:
     """Whatever arrives, the handler returns: an exception would close the peer."""
-    scene = _scene()
-    scene.viewer.received(channel, data)
-    assert sum(scene.counters.snapshot().values()) == 1
+    connected = _scene()
+    connected.viewer.received(channel, data)
+    assert sum(connected.counters.snapshot().values()) == 1
 
 
 def test_a_failing_room_does_not_close_the_peer() -> None:
     """An error of our own is logged and counted, and the peer lives on."""
-    scene = _scene()
-    scene.room.calls = cast("Any", None)
-    scene.viewer.received("state", '{"type":"stop"}')
-    assert scene.counters.snapshot() == {"messages failed": 1}
+    connected = _scene()
+    connected.room.calls = cast("Any", None)
+    connected.viewer.received("state", '{"type":"stop"}')
+    assert connected.counters.snapshot() == {"messages failed": 1}
 
 
 def test_a_ping_is_answered_with_both_clocks() -> None:
     """The pong returns the page's stamp and adds the server's, on the lossy channel."""
-    scene = _scene()
-    scene.viewer.received("drive", '["ping",3,12.5,null,null]')
-    assert scene.room.sent[-1] == ("drive", ["pong", 3, 12.5, 100_000.0])
+    connected = _scene()
+    connected.viewer.received("drive", '["ping",3,12.5,null,null]')
+    assert connected.room.sent[-1] == ("drive", ["pong", 3, 12.5, 100_000.0])
 
 
 def test_a_stop_passes_in_a_flood() -> None:
     """However many messages came before, a stop is heard; nothing else is."""
-    scene = _scene()
+    connected = _scene()
     for _ in range(500):
-        scene.viewer.received("state", '{"type":"name","name":"x"}')
-    scene.room.calls.clear()
-    scene.viewer.received("state", '{"type":"join"}')
-    scene.viewer.received("state", "{" * 20)
-    scene.viewer.received("drive", '{"type":"stop"}')
-    scene.viewer.received("state", '{"type":"stop"}')
-    assert scene.room.calls == [("stop", 7)]
+        connected.viewer.received("state", '{"type":"name","name":"x"}')
+    connected.room.calls.clear()
+    connected.viewer.received("state", '{"type":"join"}')
+    connected.viewer.received("state", "{" * 20)
+    connected.viewer.received("drive", '{"type":"stop"}')
+    connected.viewer.received("state", '{"type":"stop"}')
+    assert connected.room.calls == [("stop", 7)]
 
 
 def test_a_release_names_its_stop() -> None:
     """The room learns which stop is meant."""
-    scene = _scene()
-    scene.viewer.received("state", '{"type":"release","stop":3,"sent_server_ms":99990.0}')
-    assert scene.room.calls[-1] == ("release", 3)
+    connected = _scene()
+    connected.viewer.received("state", '{"type":"release","stop":3,"sent_server_ms":99990.0}')
+    assert connected.room.calls[-1] == ("release", 3)
 
 
 def test_a_picture_switched_off_is_known() -> None:
     """Whether a viewer wants the picture is what they last asked for."""
-    scene = _scene()
-    assert scene.viewer.wants_picture
+    connected = _scene()
+    assert connected.viewer.wants_picture
     size = VideoSettings().renditions[0].size
-    scene.viewer.received("state", json.dumps(_want(size) | {"picture": False}))
-    assert not scene.viewer.wants_picture
+    connected.viewer.received("state", json.dumps(_want(size) | {"picture": False}))
+    assert not connected.viewer.wants_picture
 
 
 @pytest.mark.parametrize("request_type", ["join", "leave", "stop"])
 def test_requests_reach_the_room(request_type: str) -> None:
     """Join, leave and stop are told to the room with the viewer's number."""
-    scene = _scene()
-    scene.viewer.received("state", json.dumps({"type": request_type}))
-    assert scene.room.calls[-1] == (request_type, 7)
+    connected = _scene()
+    connected.viewer.received("state", json.dumps({"type": request_type}))
+    assert connected.room.calls[-1] == (request_type, 7)
 
 
 def test_the_picture_comes_unasked_and_the_sound_when_wanted() -> None:
     """A small picture plays on load; nothing else is sent before it is wanted."""
-    scene = _scene()
-    assert scene.video.wanted == [SMALLEST]
-    assert scene.audio.wanted == []
+    connected = _scene()
+    assert connected.video.wanted == [SMALLEST]
+    assert connected.audio.wanted == []
     want = _want("160x120")
-    scene.viewer.received("state", json.dumps(want))
-    assert scene.video.wanted == [SMALLEST]
-    assert len(scene.audio.wanted) == 1
-    scene.viewer.received("state", json.dumps(want | {"picture": False, "sound": False}))
-    assert scene.video.wanted == []
-    assert scene.audio.wanted == []
+    connected.viewer.received("state", json.dumps(want))
+    assert connected.video.wanted == [SMALLEST]
+    assert len(connected.audio.wanted) == 1
+    connected.viewer.received("state", json.dumps(want | {"picture": False, "sound": False}))
+    assert connected.video.wanted == []
+    assert connected.audio.wanted == []
 
 
 def test_an_unknown_size_is_refused_with_a_sentence() -> None:
     """A size that does not exist changes nothing and says which do."""
-    scene = _scene()
+    connected = _scene()
     want = _want("9x9") | {"sound": False}
-    scene.viewer.received("state", json.dumps(want))
-    assert scene.video.wanted == [SMALLEST]
-    channel, notice = scene.room.sent[-1]
+    connected.viewer.received("state", json.dumps(want))
+    assert connected.video.wanted == [SMALLEST]
+    channel, notice = connected.room.sent[-1]
     assert (channel, notice["type"]) == ("state", "notice")
     assert "640x480" in notice["text"]
 
 
 def test_leaving_ends_what_nobody_else_wants() -> None:
     """When the last viewer's peer is gone nothing is encoded."""
-    scene = _scene()
+    connected = _scene()
     want = _want("640x480")
-    scene.viewer.received("state", json.dumps(want))
-    scene.viewer.release()
-    scene.viewer.release()
-    assert (scene.video.wanted, scene.audio.wanted) == ([], [])
+    connected.viewer.received("state", json.dumps(want))
+    connected.viewer.release()
+    connected.viewer.release()
+    assert (connected.video.wanted, connected.audio.wanted) == ([], [])
 
 
 def test_what_the_page_has_received_reaches_its_streams(monkeypatch: pytest.MonkeyPatch) -> None:
     """An acknowledgement is told by the media time of the unit's last packet."""
-    scene = _scene()
+    connected = _scene()
     got: list[tuple[str, int]] = []
-    monkeypatch.setattr(scene.viewer.streams, "received", lambda *what: got.append(what))
+    monkeypatch.setattr(connected.viewer.streams, "received", lambda *what: got.append(what))
     message = {"type": "received", "kind": "audio", "rtp": 5000}
-    scene.viewer.received("state", json.dumps(message))
+    connected.viewer.received("state", json.dumps(message))
     assert got == [("audio", 4000)]
 
 
 def test_the_policy_follows_reports_and_role() -> None:
     """Reports move the picture's hold-back; a new role brings its own policy and media unit."""
-    scene = _scene(SyncSettings(audio_delay_ms=200.0))
+    connected = _scene(SyncSettings(audio_delay_ms=200.0))
     want = _want("640x480")
-    scene.viewer.received("state", json.dumps(want))
-    playout = [m for _, m in scene.room.sent if m["type"] == "playout"]
+    connected.viewer.received("state", json.dumps(want))
+    playout = [m for _, m in connected.room.sent if m["type"] == "playout"]
     assert (playout[-1]["sound_target_ms"], playout[-1]["picture_target_ms"]) == (200.0, 200.0)
     report = '["report",[260,200,null,0,1000],[215,200,30,0],1]'
     for _ in range(4):
-        scene.clock.time_s += 0.25
-        scene.viewer.received("drive", report)
-    playout = [m for _, m in scene.room.sent if m["type"] == "playout"]
+        connected.clock.time_s += 0.25
+        connected.viewer.received("drive", report)
+    playout = [m for _, m in connected.room.sent if m["type"] == "playout"]
     assert playout[-1]["picture_target_ms"] > 220
-    scene.viewer.follow(SyncSettings(policy="video-first", audio_mu_ms=60), drives=False)
-    playout = [m for _, m in scene.room.sent if m["type"] == "playout"]
+    connected.viewer.follow(SyncSettings(policy="video-first", audio_mu_ms=60), drives=False)
+    playout = [m for _, m in connected.room.sent if m["type"] == "playout"]
     assert (playout[-1]["policy"], playout[-1]["picture_target_ms"]) == ("video-first", 0.0)
-    assert scene.viewer.streams.status()["sound_mu_ms"] == 60
+    assert connected.viewer.streams.status()["sound_mu_ms"] == 60
 
 
 def test_the_viewers_own_choice_of_policy_is_taken() -> None:
     """A page may ask for a policy, and leave it to the role again."""
-    scene = _scene()
+    connected = _scene()
     for asked, policy in (("video-first", "video-first"), (None, "audio-master")):
         want = _want("640x480") | {"policy": asked}
-        scene.viewer.received("state", json.dumps(want))
-        playout = [m for _, m in scene.room.sent if m["type"] == "playout"]
+        connected.viewer.received("state", json.dumps(want))
+        playout = [m for _, m in connected.room.sent if m["type"] == "playout"]
         assert playout[-1]["policy"] == policy
 
 
 def test_what_becomes_of_commands_is_told_a_few_times_a_second() -> None:
     """Reasons that change with each command are told three times a second, the last one surely."""
-    scene = _scene()
+    connected = _scene()
     for tick in range(40):
-        scene.clock.time_s += 0.025
+        connected.clock.time_s += 0.025
         reason = "too old" if tick % 2 else None
-        scene.viewer.drive_status = messages.DriveStatus(moving=not tick % 2, reason=reason)
-        scene.viewer.tell_drive_status(scene.clock.now_s())
-    scene.viewer.tell_drive_status(scene.clock.now_s() + 1)
-    told = [m for _, m in scene.room.sent if m["type"] == "drive_status"]
+        connected.viewer.drive_status = messages.DriveStatus(moving=not tick % 2, reason=reason)
+        connected.viewer.tell_drive_status(connected.clock.now_s())
+    connected.viewer.tell_drive_status(connected.clock.now_s() + 1)
+    told = [m for _, m in connected.room.sent if m["type"] == "drive_status"]
     assert 3 <= len(told) <= 5
     assert told[-1]["reason"] == "too old"
 
@@ -328,10 +328,10 @@ def test_what_becomes_of_commands_is_told_a_few_times_a_second() -> None:
 )
 def test_names_are_one_short_visible_line(given_name: str, shown: str) -> None:
     """A name is trimmed, bounded and free of control characters; markup stays plain text."""
-    scene = _scene()
-    scene.viewer.received("state", json.dumps({"type": "name", "name": given_name}))
-    assert scene.viewer.name == shown
-    assert scene.room.calls[-1] == ("renamed", None)
+    connected = _scene()
+    connected.viewer.received("state", json.dumps({"type": "name", "name": given_name}))
+    assert connected.viewer.name == shown
+    assert connected.room.calls[-1] == ("renamed", None)
 
 
 @given(st.text())

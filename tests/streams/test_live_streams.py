@@ -35,7 +35,7 @@ OPERATOR = SyncSettings(max_holdback_ms=50.0, max_skew_ms=100.0, least_audio_mu_
 
 
 @dataclass
-class Scene:
+class Testbed:
     """A viewer behind a link of `rate_bps`, everything real but time, encoders and the wire."""
 
     rate_bps: float = 20e6
@@ -150,21 +150,21 @@ TOP, *_, BOTTOM = (one.name for one in SIZES.renditions)
 
 async def test_a_picture_starts_small_and_grows_at_once() -> None:
     """Before anything is known the smallest rendition goes; a fast link has the largest soon."""
-    scene = Scene()
-    scene.begin()
-    assert scene.video.wanted == [BOTTOM]
-    await scene.run(2.0)
-    assert scene.video.wanted == [TOP]
-    assert scene.sizes[0] == BOTTOM
-    assert scene.sizes[-1] == TOP
+    testbed = Testbed()
+    testbed.begin()
+    assert testbed.video.wanted == [BOTTOM]
+    await testbed.run(2.0)
+    assert testbed.video.wanted == [TOP]
+    assert testbed.sizes[0] == BOTTOM
+    assert testbed.sizes[-1] == TOP
 
 
 async def test_a_thin_link_stays_with_what_it_carries() -> None:
     """A modem line gets the smallest rendition and long units of sound, without a queue."""
-    scene = Scene(rate_bps=50e3)
-    scene.begin()
-    await scene.run(12.0)
-    served = scene.streams.status()
+    testbed = Testbed(rate_bps=50e3)
+    testbed.begin()
+    await testbed.run(12.0)
+    served = testbed.streams.status()
     assert served["rendition"] == BOTTOM
     assert served["sound_mu_ms"] == 60
     assert float(str(served["queue_ms"])) < 400
@@ -172,39 +172,39 @@ async def test_a_thin_link_stays_with_what_it_carries() -> None:
 
 async def test_a_link_that_narrows_gets_a_fresh_start_with_less() -> None:
     """What the old link carried is given up at once; the new rendition begins by a keyframe."""
-    scene = Scene(rate_bps=8e6)
-    scene.begin()
-    await scene.run(4.0)
-    assert scene.sizes[-1] == TOP
-    scene.rate_bps = 300e3
-    scene.sizes.clear()
-    await scene.run(4.0)
-    later = [name for name in scene.sizes if name != TOP]
+    testbed = Testbed(rate_bps=8e6)
+    testbed.begin()
+    await testbed.run(4.0)
+    assert testbed.sizes[-1] == TOP
+    testbed.rate_bps = 300e3
+    testbed.sizes.clear()
+    await testbed.run(4.0)
+    later = [name for name in testbed.sizes if name != TOP]
     assert later
-    assert scene.sizes[-1] != TOP
-    assert scene.sizes == sorted(scene.sizes, key=lambda name: name != TOP)
+    assert testbed.sizes[-1] != TOP
+    assert testbed.sizes == sorted(testbed.sizes, key=lambda name: name != TOP)
 
 
 async def test_a_picture_that_lost_its_thread_is_helped_when_there_is_room() -> None:
     """After a way was closed for long one keyframe is asked for, not one a picture."""
-    scene = Scene()
-    scene.begin()
-    await scene.run(3.0)
-    scene.lane._shed()
-    scene.lane._cut_layer = 0
-    scene.asked.clear()
-    await scene.run(1.5)
-    assert 1 <= len(scene.asked) <= 2
-    assert not scene.lane.is_cut
+    testbed = Testbed()
+    testbed.begin()
+    await testbed.run(3.0)
+    testbed.lane._shed()
+    testbed.lane._cut_layer = 0
+    testbed.asked.clear()
+    await testbed.run(1.5)
+    assert 1 <= len(testbed.asked) <= 2
+    assert not testbed.lane.is_cut
 
 
 async def test_the_page_is_told_what_it_gets_when_that_changes() -> None:
     """Nothing is told before anything is known, news at once, and figures once a second at most."""
-    scene = Scene()
-    scene.begin()
-    assert not scene.all(messages.Served)
-    await scene.run(10.0)
-    told = scene.all(messages.Served)
+    testbed = Testbed()
+    testbed.begin()
+    assert not testbed.all(messages.Served)
+    await testbed.run(10.0)
+    told = testbed.all(messages.Served)
     assert told[-1].rendition == TOP
     assert told[-1].picture_hz == 30.0
     assert (told[-1].layers, told[-1].layers_made) == (3, 3)
@@ -214,105 +214,105 @@ async def test_the_page_is_told_what_it_gets_when_that_changes() -> None:
 
 async def test_the_picture_is_held_back_by_the_server_where_the_browser_takes_it() -> None:
     """The hold-back goes with the packets; the page's own buffer is then left alone."""
-    scene = Scene()
-    scene.begin()
+    testbed = Testbed()
+    testbed.begin()
     for _ in range(8):
-        scene.report(sound_ms=120.0, picture_ms=40.0)
-    assert scene.held_ms[0] == 0.0
-    assert max(scene.held_ms) >= 70.0
-    assert {one.picture_target_ms for one in scene.all(messages.Playout)} == {None}
+        testbed.report(sound_ms=120.0, picture_ms=40.0)
+    assert testbed.held_ms[0] == 0.0
+    assert max(testbed.held_ms) >= 70.0
+    assert {one.picture_target_ms for one in testbed.all(messages.Playout)} == {None}
 
 
 async def test_the_page_holds_the_picture_back_where_its_browser_does_not() -> None:
     """A browser without the header extension gets the hold-back as its buffer's target."""
-    scene = Scene(takes_hold_back=False)
-    scene.begin()
+    testbed = Testbed(takes_hold_back=False)
+    testbed.begin()
     for _ in range(8):
-        scene.report(sound_ms=120.0, picture_ms=40.0)
-    assert scene.all(messages.Playout)[-1].picture_target_ms >= 70.0
+        testbed.report(sound_ms=120.0, picture_ms=40.0)
+    assert testbed.all(messages.Playout)[-1].picture_target_ms >= 70.0
 
 
 async def test_nothing_to_hold_back_is_zero() -> None:
     """The operator sees the picture at once while the sound is at most 80 ms behind it."""
-    scene = Scene()
-    scene.begin()
-    scene.streams.follow(OPERATOR, drives=True)
+    testbed = Testbed()
+    testbed.begin()
+    testbed.streams.follow(OPERATOR, drives=True)
     for _ in range(8):
-        scene.report(sound_ms=85.0, picture_ms=10.0)
-    assert set(scene.held_ms) == {0.0}
+        testbed.report(sound_ms=85.0, picture_ms=10.0)
+    assert set(testbed.held_ms) == {0.0}
 
 
 @pytest.mark.parametrize("how", ["asked", "role"])
 async def test_the_policy_changes_without_a_black_picture(how: str) -> None:
     """Asked for or with the role, a change of policy touches neither lanes nor renditions."""
-    scene = Scene()
-    scene.begin()
-    await scene.run(2.0)
+    testbed = Testbed()
+    testbed.begin()
+    await testbed.run(2.0)
     for _ in range(6):
-        scene.report(sound_ms=160.0, picture_ms=60.0)
-    lane, left = scene.lane, scene.left
-    scene.asked.clear()
+        testbed.report(sound_ms=160.0, picture_ms=60.0)
+    lane, left = testbed.lane, testbed.left
+    testbed.asked.clear()
     if how == "asked":
-        scene.streams.want(sound=True, picture=True, size="640x480", policy="video-first")
+        testbed.streams.want(sound=True, picture=True, size="640x480", policy="video-first")
     else:
-        scene.streams.follow(SyncSettings(policy="video-first"), drives=False)
-    assert scene.all(messages.Playout)[-1].policy == "video-first"
-    assert scene.held_ms[-1] == 0.0
-    await scene.run(1.0)
-    assert scene.lane is lane
-    assert scene.left > left + 15
-    assert not scene.asked
+        testbed.streams.follow(SyncSettings(policy="video-first"), drives=False)
+    assert testbed.all(messages.Playout)[-1].policy == "video-first"
+    assert testbed.held_ms[-1] == 0.0
+    await testbed.run(1.0)
+    assert testbed.lane is lane
+    assert testbed.left > left + 15
+    assert not testbed.asked
 
 
 async def test_who_drives_may_have_a_rendition_of_his_own() -> None:
     """In their turn an operator gets an own step between two others; after it nothing is left."""
-    scene = Scene(rate_bps=0.75e6)
-    shared = scene.video.names
-    scene.video.start()
+    testbed = Testbed(rate_bps=0.75e6)
+    shared = testbed.video.names
+    testbed.video.start()
     try:
-        scene.begin()
-        scene.streams.follow(OPERATOR.model_copy(update={"own_rendition": True}), drives=True)
-        await scene.run(20.0)
-        assert scene.sizes[-1] not in shared
-        assert scene.video.wanted == [scene.sizes[-1]]
-        scene.streams.follow(SyncSettings(), drives=False)
-        await scene.run(20.0)
-        assert scene.sizes[-1] in shared
-        assert scene.video.names == shared
+        testbed.begin()
+        testbed.streams.follow(OPERATOR.model_copy(update={"own_rendition": True}), drives=True)
+        await testbed.run(20.0)
+        assert testbed.sizes[-1] not in shared
+        assert testbed.video.wanted == [testbed.sizes[-1]]
+        testbed.streams.follow(SyncSettings(), drives=False)
+        await testbed.run(20.0)
+        assert testbed.sizes[-1] in shared
+        assert testbed.video.names == shared
     finally:
-        scene.video.stop()
+        testbed.video.stop()
 
 
 async def test_a_wish_outlives_a_change_of_role() -> None:
     """A viewer who chose a policy keeps it in their turn, with the role's limits."""
-    scene = Scene()
-    scene.begin()
-    scene.streams.want(sound=True, picture=True, size="640x480", policy="video-first")
-    scene.streams.follow(OPERATOR, drives=True)
-    assert scene.all(messages.Playout)[-1].policy == "video-first"
-    scene.streams.want(sound=True, picture=True, size="640x480", policy=None)
-    assert scene.all(messages.Playout)[-1].policy == "audio-master"
+    testbed = Testbed()
+    testbed.begin()
+    testbed.streams.want(sound=True, picture=True, size="640x480", policy="video-first")
+    testbed.streams.follow(OPERATOR, drives=True)
+    assert testbed.all(messages.Playout)[-1].policy == "video-first"
+    testbed.streams.want(sound=True, picture=True, size="640x480", policy=None)
+    assert testbed.all(messages.Playout)[-1].policy == "audio-master"
 
 
 async def test_a_fixed_media_unit_is_kept() -> None:
     """A unit that the configuration fixes is not the link's to choose."""
-    scene = Scene()
-    scene.begin()
-    scene.streams.follow(SyncSettings(audio_mu_ms=120), drives=False)
-    await scene.run(1.0)
-    assert scene.streams.status()["sound_mu_ms"] == 120
+    testbed = Testbed()
+    testbed.begin()
+    testbed.streams.follow(SyncSettings(audio_mu_ms=120), drives=False)
+    await testbed.run(1.0)
+    assert testbed.streams.status()["sound_mu_ms"] == 120
 
 
 async def test_what_is_not_wanted_is_not_sent() -> None:
     """Without picture and sound the encoders rest; a smaller size is the largest that is sent."""
-    scene = Scene()
-    scene.begin()
-    await scene.run(2.0)
-    scene.streams.want(sound=True, picture=True, size="320x240", policy=None)
-    await scene.run(2.0)
-    assert all(name.startswith("320x240") for name in scene.video.wanted)
-    scene.streams.want(sound=False, picture=False, size="320x240", policy=None)
-    await scene.run(0.5)
-    assert (scene.video.wanted, scene.audio.wanted) == ([], [])
-    scene.streams.release()
-    scene.streams.release()
+    testbed = Testbed()
+    testbed.begin()
+    await testbed.run(2.0)
+    testbed.streams.want(sound=True, picture=True, size="320x240", policy=None)
+    await testbed.run(2.0)
+    assert all(name.startswith("320x240") for name in testbed.video.wanted)
+    testbed.streams.want(sound=False, picture=False, size="320x240", policy=None)
+    await testbed.run(0.5)
+    assert (testbed.video.wanted, testbed.audio.wanted) == ([], [])
+    testbed.streams.release()
+    testbed.streams.release()

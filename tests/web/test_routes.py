@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 GOOD = {"sdp": "v=0", "client": "12345678-abcd"}
 
 
-class Door:
+class FakeRoom:
     """A room that answers every offer in the same way."""
 
     def __init__(self) -> None:
@@ -75,8 +75,8 @@ class Lent:
 
 
 @pytest.fixture
-def door() -> Door:
-    return Door()
+def room() -> FakeRoom:
+    return FakeRoom()
 
 
 @pytest.fixture
@@ -91,7 +91,7 @@ def lent() -> Lent:
 
 @pytest.fixture
 async def client(
-    door: Door, lent: Lent, clock: TurnedClock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    room: FakeRoom, lent: Lent, clock: TurnedClock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> AsyncIterator[Client]:
     page = tmp_path / "dist"
     (page / "assets").mkdir(parents=True)
@@ -102,7 +102,7 @@ async def client(
     (tmp_path / "secret").write_text("2")
     monkeypatch.setattr(routes, "PAGE", page)
     made = Routes(
-        room=cast("Room", door),
+        room=cast("Room", room),
         clock=clock,
         ice=IceSettings(servers=[IceServer(urls="stun:stun.example:3478")]),
         status=lambda: {"version": "x"},
@@ -115,13 +115,13 @@ async def client(
 
 @pytest.mark.parametrize("acknowledged", [True, False])
 async def test_the_page_knows_whether_to_acknowledge(
-    door: Door, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, acknowledged: bool
+    room: FakeRoom, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, acknowledged: bool
 ) -> None:
     """Before it connects: a page that learns it later has to connect twice."""
     (tmp_path / "index.html").write_text('<!doctype html><html lang="en"></html>')
     monkeypatch.setattr(routes, "PAGE", tmp_path)
     made = Routes(
-        room=cast("Room", door),
+        room=cast("Room", room),
         clock=TurnedClock(),
         ice=IceSettings(),
         status=dict,
@@ -163,11 +163,11 @@ async def test_small_questions(client: Client) -> None:
     }
 
 
-async def test_an_offer_is_answered(client: Client, door: Door) -> None:
+async def test_an_offer_is_answered(client: Client, room: FakeRoom) -> None:
     """The answer to a good offer comes back, and the room learns whose it is."""
     response = await client.post("/api/offer", json=GOOD)
     assert await response.json() == {"sdp": "v=0 answer"}
-    assert door.offers == [("12345678-abcd", "v=0")]
+    assert room.offers == [("12345678-abcd", "v=0")]
 
 
 @pytest.mark.parametrize(
@@ -185,13 +185,13 @@ async def test_an_offer_is_answered(client: Client, door: Door) -> None:
     ],
 )
 async def test_bad_offers_get_a_sentence(
-    client: Client, door: Door, body: bytes, status: int
+    client: Client, room: FakeRoom, body: bytes, status: int
 ) -> None:
     """A bad body is refused as JSON with a sentence and never reaches the room."""
     response = await client.post("/api/offer", data=body)
     assert response.status == status
     assert len((await response.json())["error"]) > 5
-    assert not door.offers
+    assert not room.offers
 
 
 @pytest.mark.parametrize(
@@ -203,17 +203,17 @@ async def test_bad_offers_get_a_sentence(
     ],
 )
 async def test_errors_become_a_status_and_a_sentence(
-    client: Client, door: Door, error: Exception, status: int, says: str
+    client: Client, room: FakeRoom, error: Exception, status: int, says: str
 ) -> None:
     """Our errors tell their sentence; anything else tells nothing of the inside."""
-    door.error = error
+    room.error = error
     response = await client.post("/api/offer", json=GOOD)
     assert response.status == status
     assert says in (await response.json())["error"]
 
 
 async def test_one_address_does_not_take_the_servers_time(
-    client: Client, door: Door, clock: TurnedClock
+    client: Client, room: FakeRoom, clock: TurnedClock
 ) -> None:
     """Beyond a burst an address gets two offers a second, unread 429s else; others are served."""
 
@@ -225,7 +225,7 @@ async def test_one_address_does_not_take_the_servers_time(
         ]
 
     assert await offers("192.0.2.7", 45) == [200] * 40 + [429] * 5
-    assert len(door.offers) == 40
+    assert len(room.offers) == 40
     refused = await client.post(
         "/api/offer", data=b"not even JSON", headers={"X-Forwarded-For": "8.8.8.8, 192.0.2.7"}
     )
@@ -248,11 +248,11 @@ async def test_one_address_does_not_take_the_servers_time(
         "http://[",
     ],
 )
-async def test_another_sites_page_is_refused(client: Client, door: Door, origin: str) -> None:
+async def test_another_sites_page_is_refused(client: Client, room: FakeRoom, origin: str) -> None:
     """Another page in the same browser cannot take a place here."""
     response = await client.post("/api/offer", json=GOOD, headers={"Origin": origin})
     assert response.status == 403
-    assert not door.offers
+    assert not room.offers
 
 
 async def test_our_own_page_is_not(client: Client) -> None:
@@ -271,12 +271,12 @@ async def test_unknown_paths_and_methods(client: Client) -> None:
 
 
 def test_a_page_that_was_not_built_is_a_sentence(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, door: Door
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, room: FakeRoom
 ) -> None:
     """Without the built page the server does not start, and says what to type."""
     monkeypatch.setattr(routes, "PAGE", tmp_path)
     made = Routes(
-        room=cast("Room", door),
+        room=cast("Room", room),
         clock=TurnedClock(),
         ice=IceSettings(),
         status=dict,
@@ -287,14 +287,14 @@ def test_a_page_that_was_not_built_is_a_sentence(
         made.application()
 
 
-async def test_stop_and_release_have_a_way_of_their_own(client: Client, door: Door) -> None:
+async def test_stop_and_release_have_a_way_of_their_own(client: Client, room: FakeRoom) -> None:
     """Any viewer can stop without saying who they are; a release says which stop."""
     response = await client.post("/api/stop", json={})
     assert (response.status, await response.json()) == (200, {"stop": 7})
     await client.post("/api/stop", json={"client": "12345678-abcd"})
     await client.post("/api/release", json={"client": "12345678-abcd", "stop": 7})
-    assert door.stops == [(None, True), ("12345678-abcd", True), ("12345678-abcd", 7, True)]
-    door.error = ForbiddenError("not you")
+    assert room.stops == [(None, True), ("12345678-abcd", True), ("12345678-abcd", 7, True)]
+    room.error = ForbiddenError("not you")
     refused = await client.post("/api/release", json={"stop": 7})
     assert (refused.status, await refused.json()) == (403, {"error": "not you"})
     assert (await client.post("/api/release", json={"client": "12345678-abcd"})).status == 400
@@ -314,14 +314,14 @@ ELSEWHERE = [
 
 @pytest.mark.parametrize("headers", ELSEWHERE)
 async def test_the_host_is_who_sits_at_this_machine(
-    client: Client, door: Door, lent: Lent, headers: dict[str, str]
+    client: Client, room: FakeRoom, lent: Lent, headers: dict[str, str]
 ) -> None:
     """What came through a proxy, or by another name, is not the host's."""
     await client.post("/api/offer", json=GOOD)
     await client.post("/api/offer", json=GOOD, headers=headers)
-    assert door.hosts == [True, False]
+    assert room.hosts == [True, False]
     await client.post("/api/stop", json={}, headers=headers)
-    assert door.stops == [(None, False)]
+    assert room.stops == [(None, False)]
     for method, path in (
         ("POST", "/api/proof"),
         ("GET", "/api/proof"),

@@ -38,7 +38,7 @@ it.each([
   "[]",
   "7",
   "null",
-  '{"name": 7, "sound": "yes", "speed": "fast", "policy": "thesis"}',
+  '{"name": 7, "sound": "yes", "speed": "warp", "policy": "thesis"}',
 ])("starts with the defaults when it finds %j", (kept) => {
   expect(loadPreferences(store(kept))).toEqual({
     name: "",

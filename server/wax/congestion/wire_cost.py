@@ -1,4 +1,4 @@
-"""What sound and picture take on the wire, headers and all."""
+"""The bit rates of sound and picture on the wire, with headers."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ if TYPE_CHECKING:
     from wax.congestion.allocation import SoundForm, Step
 
 _LAYER_SHARE: Final = 0.6
-"""What is left of the bit rate without the uppermost layer (as the encoders are told)."""
+"""The fraction of the bit rate left without the highest layer (as the encoders are configured)."""
 _BLOCK_BYTES: Final = 4
-"""The header of each earlier unit in a packet; that of the last has one byte (RFC 2198, 3)."""
+"""The header of each earlier unit in a packet; that of the newest is one byte (RFC 2198, 3)."""
 
 
 def sound_bps(form: SoundForm, redundancy: int) -> float:
-    """Return what a form takes with so many earlier units in each packet."""
+    """Return the rate of a form with this many earlier units in each packet."""
     again_bytes = _BLOCK_BYTES * redundancy + 1 if redundancy else 0
     packets_per_s = 1000 / form.mu_ms
     return form.bitrate_bps * (1 + redundancy) + packets_per_s * (HEADER_BYTES + again_bytes) * 8
 
 
 def picture_bps(step: Step, cut: int, rate_bps: float) -> float:
-    """Return what a step takes without its `cut` uppermost layers, on a link of `rate_bps`."""
+    """Return the rate of a step without its `cut` highest layers, on a link of `rate_bps`."""
     fps = step.fps * 0.5**cut
     bitrate_bps = step.bitrate_bps * math.pow(_LAYER_SHARE, cut)
     packets = math.ceil(bitrate_bps / fps / 8 / payload_bytes(rate_bps))

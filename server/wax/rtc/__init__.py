@@ -1,5 +1,5 @@
-"""One browser is one peer: signalling, ICE, tracks and data channels, over aiortc.
+"""One peer per browser: signalling, ICE, tracks and data channels, over aiortc.
 
-Private parts of aiortc are touched in `private` only. What is sent, and when, is asked of lanes
-and congestion control; no policy lives here.
+Only `private` touches private parts of aiortc. Lanes and congestion control decide what is sent,
+and when; there is no policy here.
 """

@@ -11,10 +11,10 @@ from typing import Final
 from wax.errors import ProtocolError
 
 TICK_S: Final = 250e-6
-"""How finely arrivals are told."""
+"""The resolution of arrival times."""
 
 PERIOD_S: Final = 2**24 * 0.064
-"""After this, 12 days and 10 hours, the browser's clock starts again."""
+"""The browser's clock wraps after this, 12 days and 10 hours."""
 
 _RTPFB: Final = 205
 _FORMAT: Final = 15
@@ -29,10 +29,10 @@ _TWO_BIT_SHIFTS: Final = tuple(range(12, -1, -2))
 
 @dataclass(frozen=True, slots=True)
 class Feedback:
-    """What the browser tells of consecutive packets, from `sequence_number` (16 bits) on.
+    """Feedback on consecutive packets from `sequence_number` (16 bits) on.
 
-    One of `arrivals` for each packet: s on the browser's clock, which starts again after
-    `PERIOD_S` and may be below zero; None where it had not arrived.
+    `arrivals` has one entry per packet: seconds on the browser's clock, which wraps after
+    `PERIOD_S` and may be negative; None if the packet had not arrived.
     """
 
     sequence_number: int
@@ -40,9 +40,9 @@ class Feedback:
 
 
 def find(compound: bytes) -> list[bytes]:
-    """Return the feedback in what one datagram of RTCP brought (RFC 3550, 6.1); never raises.
+    """Return the feedback in one datagram of RTCP (RFC 3550, 6.1); never raises.
 
-    What stands behind a wrong header or length is not looked at.
+    Everything after a wrong header or length is ignored.
     """
     found: list[bytes] = []
     at, end = 0, len(compound)
@@ -57,7 +57,7 @@ def find(compound: bytes) -> list[bytes]:
 
 
 def parse(packet: bytes) -> Feedback:
-    """Read one RTCP packet, header and all; raises `ProtocolError` for anything but feedback."""
+    """Parse one RTCP packet with its header; raises `ProtocolError` for anything but feedback."""
     end = _checked_end(packet)
     count = packet[14] << 8 | packet[15]
     symbols, at = _symbols(packet, end, count)

@@ -1,4 +1,4 @@
-"""What was sent to one viewer, until their browser has told what became of it. Pure."""
+"""The packets in flight to one viewer: sent, but without feedback yet. Pure."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ if TYPE_CHECKING:
     from wax.rtc.feedback import Feedback
 
 FORGOTTEN_S: Final = 5.0
-"""A packet of which nothing was told for this long is forgotten."""
+"""A packet without feedback for this long is forgotten."""
 
 _MOST: Final = 2**15
-"""Half of the 16-bit numbers: with more under way at once they would say nothing."""
+"""Half of the 16-bit numbers: with more in flight they would be ambiguous."""
 
 _Kind = Literal["audio", "video", "repeat"]
 
@@ -22,8 +22,8 @@ _Kind = Literal["audio", "video", "repeat"]
 class InFlight:
     """Numbers packets for transport-wide feedback and matches the feedback with them.
 
-    Inside, numbers and the browser's clock go on without end. Memory is bounded by what is sent
-    in 5 s; each call costs what it tells or forgets and no more.
+    Internally, numbers and the browser's clock are unwrapped. Memory is bounded by what is sent in
+    5 s; the cost of a call is proportional to what it reports or forgets.
     """
 
     def __init__(self) -> None:
@@ -36,7 +36,7 @@ class InFlight:
         self._newest_arrived_s: float | None = None
 
     def sent(self, now_s: float, *, size_bytes: int, kind: _Kind, train: int | None) -> int:
-        """Note a packet that leaves now; returns its transport-wide number, 16 bits."""
+        """Record a packet that leaves now; returns its transport-wide number, 16 bits."""
         self._forget(now_s)
         number = self._next
         self._sent[number] = (now_s, size_bytes, kind, train)
@@ -44,11 +44,11 @@ class InFlight:
         return number & 0xFFFF
 
     def reported(self, feedback: Feedback, now_s: float) -> tuple[Delivery, ...]:
-        """Return what this feedback tells that was not known, in the order of sending.
+        """Return what is new in this feedback, in the order of sending.
 
-        An arrival is told once. A loss is told once a later packet has arrived, and may be taken
-        back by an arrival, as packets overtake each other. `arrived_s` goes on for ever, though
-        the browser's clock starts again.
+        An arrival is reported once. A loss is reported when a later packet has arrived, and may be
+        followed by an arrival, because packets overtake each other. `arrived_s` never wraps, though
+        the browser's clock does.
         """
         self._forget(now_s)
         arrivals = feedback.arrivals
@@ -86,13 +86,13 @@ class InFlight:
         return now_s - self._sent[self._ahead][0]
 
     def _shift_s(self, arrived_s: float) -> float:
-        """Return the whole periods that put this time next to those that came before."""
+        """Return the offset in whole periods that puts this time next to earlier ones."""
         if self._newest_arrived_s is None:
             return 0.0
         return round((self._newest_arrived_s - arrived_s) / PERIOD_S) * PERIOD_S
 
     def _pass(self, arrived: int) -> None:
-        """Take all up to this number out of flight: it has come, is lost, or was never told."""
+        """Remove all up to this number: they arrived, are lost, or had no feedback."""
         self._ahead = max(self._ahead, arrived + 1)
 
     def _delivery(self, number: int, arrived_s: float | None) -> Delivery:

@@ -1,4 +1,4 @@
-"""Where a sender's packets come from: the lane of one viewer."""
+"""The source of a sender's packets: one viewer's lane."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Encoded(Protocol):
-    """A packet and the moment its content was captured, on the server's clock."""
+    """A packet and the capture time of its content, on the server's clock."""
 
     @property
     def packet(self) -> Packet[Any]: ...
@@ -23,7 +23,7 @@ class Encoded(Protocol):
 
 
 class Picture(Encoded, Protocol):
-    """`sync` is true where it depends on layer 0 only, `droppable` where nothing depends on it."""
+    """A picture: `sync` if it depends only on layer 0, `droppable` if nothing depends on it."""
 
     @property
     def keyframe(self) -> bool: ...
@@ -39,7 +39,7 @@ class Picture(Encoded, Protocol):
 
 
 class SoundLane(Protocol):
-    """Gives sound in the order of its capture."""
+    """Returns sound in the order of capture."""
 
     async def get(self) -> EncodedSound:
         """Wait for the next packet to send."""
@@ -50,17 +50,17 @@ class SoundLane(Protocol):
         ...
 
     def earlier(self, sound: EncodedSound) -> Sequence[EncodedSound]:
-        """Return those just before this one that go with it once more, the oldest first."""
+        """Return the preceding packets to repeat with this one, the oldest first."""
         ...
 
 
 class PictureLane(Protocol):
-    """Gives the picture that is best sent now, when it is asked."""
+    """Returns the best picture to send now."""
 
     def listen(self, on_news: Callable[[], None]) -> None:
-        """Call back whenever there is something to take; replaces whoever listened before."""
+        """Set the callback for when there is something to take, replacing the previous one."""
         ...
 
     def take(self) -> Picture | None:
-        """Return the picture to send now, None where there is none."""
+        """Return the picture to send now, None if there is none."""
         ...

@@ -1,4 +1,4 @@
-"""How a viewer's link is: when it was last heard, and how long the way takes. Pure."""
+"""A viewer's link: when anything last arrived, and the round trip. Pure."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ _PONGS: Final = 64
 class LinkMonitor:
     """Heartbeat and round trip of one viewer, from their pings.
 
-    Each ping says which pong came last and how long ago, so one exchange tells both ends the
-    round trip; the least of the last 10 s is the one that did not wait in a queue.
+    Each ping names the last pong received and how long ago, so one exchange gives both ends the
+    round trip; the least of the last 10 s is the one without queueing.
     """
 
     def __init__(self, now_s: float) -> None:
@@ -21,10 +21,10 @@ class LinkMonitor:
         self._pongs: dict[int, float] = {}
         self._round_trips: deque[tuple[float, float]] = deque()
         self.newest_s: float | None = None
-        """The newest round trip, with whatever waits in queues now; None before the first."""
+        """The newest round trip, with any queueing; None before the first."""
 
     def heard(self, now_s: float) -> None:
-        """Note that anything at all has come."""
+        """Record that anything has arrived."""
         self.heard_s = max(self.heard_s, now_s)
 
     def silence_s(self, now_s: float) -> float:
@@ -33,7 +33,7 @@ class LinkMonitor:
     def pinged(
         self, ping: int, pong: int | None, held_ms: float | None, now_s: float
     ) -> float | None:
-        """Take a ping that is answered now; the round trip in s if it closes one, else None."""
+        """Handle a ping that is answered now; return the round trip in s if it completes one."""
         round_trip_s = None
         sent_s = self._pongs.get(pong) if pong is not None else None
         if sent_s is not None and held_ms is not None and held_ms >= 0:

@@ -40,7 +40,7 @@ _ANSWER_S: Final = 10.0
 _CLOSE_S: Final = 2.0
 _CLOCK_EVERY_S: Final = 10.0
 _MAX_BUFFERED_BYTES: Final = 262_144
-"""A page that reads nothing for this long will not catch up; it reconnects and starts anew."""
+"""A page this far behind will not catch up; its peer is closed, and it reconnects."""
 
 _ACKNOWLEDGE_S: Final = 0.2
 _EXTENSIONS: Final = (rtp.TRANSPORT_SEQUENCE, rtp.PLAYOUT_DELAY)
@@ -51,7 +51,7 @@ Channel = Literal["drive", "state"]
 
 
 class PeerEvents(Protocol):
-    """What a peer tells its viewer; none of these may raise."""
+    """A peer's events for its viewer; none of these may raise."""
 
     def connected(self) -> None: ...
 
@@ -64,20 +64,20 @@ class PeerEvents(Protocol):
     def keyframe_wanted(self) -> None: ...
 
     def feedback_refused(self) -> None:
-        """Learn that the browser told of packets in a way that cannot be read."""
+        """Handle invalid feedback from the browser."""
         ...
 
     def rtp_clock(self, kind: Kind, rtp: int, captured_s: float) -> None:
-        """Learn that a packet with this RTP time carried what was captured at this moment."""
+        """Handle the RTP time of a packet whose content was captured at `captured_s`."""
         ...
 
     def closed(self, peer: Peer) -> None:
-        """Learn that this peer is closed, which may be after the next one has taken its place."""
+        """Handle the end of this peer, possibly after the next one has replaced it."""
         ...
 
 
 class Peer:
-    """Built for one offer, answered once, closed once; a reconnect is a new peer."""
+    """A peer for one offer, answered once and closed once; a reconnect is a new peer."""
 
     def __init__(
         self,
@@ -101,7 +101,7 @@ class Peer:
         self._closed = False
         self._closing: asyncio.Task[None] | None = None
         servers = [RTCIceServer(s.urls, s.username, s.credential) for s in ice_servers]
-        # None would mean a public STUN server; nothing outside is contacted unless configured.
+        # None would mean a public STUN server; outside hosts are contacted only if configured.
         self._pc = RTCPeerConnection(RTCConfiguration(iceServers=servers))
         sound, picture = self._transceiver("audio"), self._transceiver("video")
         self._picture = PictureSender(
@@ -119,7 +119,7 @@ class Peer:
         self._pc.on("datachannel", self._channel_opened)
 
     async def answer(self, offer: str) -> str:
-        """Answer a clean offer; raises `SignallingError`, and the peer is closed then."""
+        """Answer a checked offer; raises `SignallingError` and closes the peer on failure."""
         try:
             description = RTCSessionDescription(offer, "offer")
             self._picture.shows_at_once = not is_firefox(offer)
@@ -132,7 +132,7 @@ class Peer:
                     private.bound_association(self._pc.sctp, self._exceeded)
                 await self._pc.setLocalDescription(await self._pc.createAnswer())
         except Exception as error:
-            # aiortc raises whatever its parser stumbles over; to the page it is one thing.
+            # aiortc's parser raises all sorts of errors; the page needs only one.
             _LOG.info("offer refused", error=repr(error))
             await self.close()
             raise SignallingError(
@@ -142,27 +142,27 @@ class Peer:
 
     @property
     def is_alive(self) -> bool:
-        """False once closed, or when a sender died."""
+        """False once closed, or if a sender failed."""
         return not self._closed and not any(one.failed for one in self._senders.values())
 
     def hold_back(self, least_ms: float) -> bool:
-        """Let the browser show pictures this late; False where it does not take that from us."""
+        """Make the browser hold pictures back at least this long; False if it cannot."""
         return self._picture.hold_back(least_ms)
 
     def send(self, channel: Channel, text: str) -> None:
-        """Send at once, or not at all where the channel is not open or far behind."""
+        """Send at once, or not at all if the channel is not open or far behind."""
         found = self._channels.get(channel)
         if found is None or found.readyState != "open":
             return
         if found.bufferedAmount > _MAX_BUFFERED_BYTES:
             if channel == "state":
-                _LOG.info("a viewer reads nothing, closing")
+                _LOG.info("a viewer has fallen too far behind; closing the peer")
                 self.abandon()
             return
         found.send(text)
 
     def abandon(self) -> None:
-        """Close from a place that cannot wait."""
+        """Close from code that cannot await."""
         if not self._closed:
             self._closing = asyncio.create_task(self.close(), name="close peer")
 
@@ -175,13 +175,13 @@ class Peer:
             async with asyncio.timeout(_CLOSE_S):
                 await self._pc.close()
         except Exception:
-            # Half closed is closed: what is left of it must not keep the viewer's place.
+            # Half closed counts as closed: the rest must not keep the viewer's place.
             _LOG.exception("a peer did not close cleanly")
         finally:
             self._events.closed(self)
 
     def rtp_time(self, kind: Kind, pts: int) -> int:
-        """Return the RTP time of what has this media time."""
+        """Return the RTP time of this media time."""
         return (self._senders[kind].origin + pts) % _UINT32
 
     def media_time(self, kind: Kind, rtp_time: int) -> int:
@@ -191,7 +191,7 @@ class Peer:
     def _transceiver(self, kind: Kind) -> RTCRtpTransceiver:
         transceiver = self._pc.addTransceiver(kind, direction="sendonly")
         codec = self._codecs.audio if kind == "audio" else self._codecs.video
-        # Without this aiortc takes the browser's first codec, whatever our packets are.
+        # Otherwise aiortc uses the browser's first codec, whatever our packets are.
         transceiver.setCodecPreferences(
             [
                 one
@@ -227,7 +227,7 @@ class Peer:
             self.abandon()
 
     def _exceeded(self, why: str) -> None:
-        _LOG.warning("an association is misused, closing", why=why)
+        _LOG.warning("SCTP limits exceeded; closing the peer", why=why)
         self.abandon()
 
     def _channel_opened(self, channel: RTCDataChannel) -> None:

@@ -1,4 +1,4 @@
-"""The picture to one browser: what is best sent when the way is free, and lost packets again."""
+"""The picture to one browser: the best one when the link is free, and lost packets again."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
     from wax.rtc.lane import Picture, PictureLane
 
 _TICK_S: Final = 0.001
-"""An event loop wakes no more finely than this."""
+"""An event loop's timer resolution."""
 _NOT_AT_ONCE_10MS: Final = 51
-"""Just beyond the 500 ms below which libwebrtc shows pictures at once where the least is 0."""
+"""Just above the 500 ms below which libwebrtc shows pictures at once if the least is 0."""
 _NACK: Final = 1
 _PLI: Final = 1
 _FIR: Final = 4
 
 
 class PictureSender(Sender):
-    """Sends the picture that is best sent when the way is free, and lost packets again."""
+    """Sends the best picture when the link is free, and lost packets again."""
 
     kind = "video"
     _extra_name = "rtx"
@@ -64,9 +64,9 @@ class PictureSender(Sender):
         lane.listen(self._news.set)
 
     def hold_back(self, least_ms: float) -> bool:
-        """Hold pictures back this long in the browser; False where it cannot be told."""
-        # Zero for both makes Chromium show a picture at once (its low-latency renderer);
-        # a range would let it choose by itself, so it is one value.
+        """Hold pictures back this long in the browser; False if it does not support that."""
+        # Zero for both makes Chromium show a picture at once (its low-latency renderer). Equal
+        # values, since within a range it would choose.
         steps = min(max(round(least_ms / 10), 0), 4095)
         is_at_once = steps == 0 and not self.shows_at_once
         self._playout_delay = rtp.PlayoutDelay(steps, _NOT_AT_ONCE_10MS if is_at_once else steps)

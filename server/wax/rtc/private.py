@@ -1,7 +1,7 @@
-"""The server's only place that touches private parts of aiortc and aioice, and why each is needed.
+"""The server's only module that touches private parts of aiortc and aioice, and why it needs each.
 
-Pinned in pyproject.toml to the minor versions that this was read against; `check` fails with a
-readable sentence when a new version has moved something.
+pyproject.toml pins the minor versions that this was written for; `check` fails with a readable
+sentence if a new version has moved something.
 """
 
 from __future__ import annotations
@@ -46,13 +46,13 @@ _FEEDBACK: Final = RTCRtcpFeedback(type="transport-cc")
 _RED: Final = "audio/red"
 _BURST: Final = 4
 _BURST_S: Final = 0.05
-"""So many packets within this time belong to one message, whose sender may send no more before
-they are acknowledged. Set-points are farther apart."""
+"""This many packets within this time belong to one message, whose sender may be waiting for the
+acknowledgement. Set-points are further apart."""
 _MAX_WAITING_BYTES: Final = 65_536
 _MAX_FRAGMENTS: Final = 64
-"""Of messages that are not whole: as many as the longest message has, 64 KiB, and a few."""
+"""Fragments of incomplete messages: those of the longest message, 64 KiB, and a few more."""
 _MAX_AHEAD: Final = 256
-"""Chunks beyond one that is missing: as many gaps as one datagram tells in an acknowledgement."""
+"""Chunks beyond a missing one: as many gaps as fit into an acknowledgement of one datagram."""
 _MAX_STREAMS: Final = 8
 """A page has two data channels."""
 _WHOLE: Final = 0b11
@@ -61,7 +61,7 @@ _UINT32: Final = 2**32
 
 
 def check() -> None:
-    """Raise `StartError` naming each private part that this version no longer has."""
+    """Raise `StartError` with each private part that this version lacks."""
 
     def sets(owner: type, name: str) -> bool:
         return name in owner.__init__.__code__.co_names  # type: ignore[misc]  # of that very class
@@ -120,23 +120,20 @@ def check() -> None:
 
 
 def install() -> None:
-    """Mend aioice and aiortc for the whole process; call once, before the first peer.
-
-    Safe to repeat.
-    """
+    """Patch aioice and aiortc for the whole process, before the first peer; safe to repeat."""
     check()
     # Consent (RFC 7675) waits 0.5 s for an answer and closes a working connection whose round
-    # trips take longer, yet notices a vanished browser after half a minute. Liveness is our
-    # own heartbeat (rtc/link.py); consent must only never give up.
+    # trips take longer, yet notices a vanished browser only after half a minute. Our own heartbeat
+    # (`link_monitor`) checks liveness, so consent must never give up.
     aioice.ice.CONSENT_FAILURES = _FOR_EVER
     aioice.ice.get_host_addresses = _host_addresses
     rtcsctptransport.decode_params = _decoded_params
-    # Told to the browser, which then sends nothing longer by mistake.
+    # The limit in our answer, so that the browser sends nothing longer.
     rtcsctptransport.LOCAL_MAX_MESSAGE_SIZE = _MAX_WAITING_BYTES
 
 
 def _host_addresses(use_ipv4: bool, use_ipv6: bool) -> list[str]:
-    """Offer 127.0.0.1 where there is nothing else: a machine with only a loopback interface."""
+    """Offer 127.0.0.1 on a machine with only a loopback interface."""
     return _found_addresses(use_ipv4, use_ipv6) or (["127.0.0.1"] if use_ipv4 else [])
 
 
@@ -144,7 +141,7 @@ _found_addresses = aioice.ice.get_host_addresses
 
 
 def _decoded_params(body: bytes) -> list[tuple[int, bytes]]:
-    """Refuse a parameter of no length (RFC 9260, 3.2.1), at which aiortc goes round for ever."""
+    """Refuse a parameter of length zero (RFC 9260, 3.2.1), on which aiortc loops for ever."""
     at = 0
     while at <= len(body) - 4:
         length = int.from_bytes(body[at + 2 : at + 4])
@@ -158,11 +155,10 @@ _decode_params = rtcsctptransport.decode_params
 
 
 class SenderInPlace(ABC):
-    """Stands in a transceiver where aiortc has put `stock`, whose identity it takes over.
+    """Replaces aiortc's sender `stock` in a transceiver and takes over its identity.
 
-    It has what aiortc's peers read and call on a sender, under their names; a subclass does the
-    work under names of its own. `stream` is the media stream that the track belongs to (`a=msid`,
-    RFC 8830).
+    It has the attributes and methods that aiortc uses on a sender; subclasses do the work under
+    other names. `stream` is the media stream of the track (`a=msid`, RFC 8830).
     """
 
     def __init__(self, stock: RTCRtpSender, stream: str) -> None:
@@ -181,7 +177,7 @@ class SenderInPlace(ABC):
 
     @property
     def rtx_ssrc(self) -> int:
-        """The SSRC of repeats (RFC 4588)."""
+        """The SSRC of retransmissions (RFC 4588)."""
         return self._rtx_ssrc
 
     @property
@@ -192,7 +188,7 @@ class SenderInPlace(ABC):
         self._transport = transport
 
     async def send(self, parameters: RTCRtpSendParameters) -> None:
-        """Begin; `parameters` is what was negotiated. Safe to repeat."""
+        """Start with the negotiated `parameters`; safe to repeat."""
         if not self._is_sending:
             self._is_sending = True
             self._transport._register_rtp_sender(self, parameters)
@@ -209,32 +205,32 @@ class SenderInPlace(ABC):
         self.heard(packet)
 
     async def put(self, data: bytes) -> None:
-        """Put one RTP or RTCP packet on the wire; raises ConnectionError once that is closed."""
+        """Send one RTP or RTCP packet; raises ConnectionError once the transport is closed."""
         await self._transport._send_rtp(data)
 
     @abstractmethod
     def begin(self, parameters: RTCRtpSendParameters) -> None:
-        """Begin to send as was negotiated."""
+        """Start sending as negotiated."""
 
     @abstractmethod
     async def end(self) -> None:
-        """Send no more."""
+        """Stop sending."""
 
     @abstractmethod
     def heard(self, packet: AnyRtcpPacket) -> None:
-        """Take what the browser tells of this stream or asks for it."""
+        """Handle the browser's RTCP for this stream."""
 
 
 def put_sender(transceiver: RTCRtpTransceiver, sender: SenderInPlace) -> None:
-    """Let this transceiver send by our sender: aiortc has no way to bring one's own."""
+    """Use our sender in this transceiver; aiortc has no public way to do that."""
     setattr(transceiver, _SENDER, sender)
 
 
 def widen(pc: RTCPeerConnection, extensions: Collection[str]) -> None:
-    """Agree to what the browser offers and aiortc does not know; between offer and answer.
+    """Accept what the browser offers and aiortc does not know; call between offer and answer.
 
-    The header extensions with these URIs, feedback for the whole transport, and redundant sound
-    (RFC 2198) of the codec that was chosen. The offer is not parsed a second time for it.
+    That is the header extensions with these URIs, transport-wide feedback, and redundant audio
+    (RFC 2198) for the chosen codec. The offer is not parsed again.
     """
     offer: SessionDescription = getattr(pc, _OFFER)
     for media in offer.media:
@@ -272,7 +268,7 @@ def _is_red_of(offered: RTCRtpCodecParameters, chosen: RTCRtpCodecParameters) ->
 
 
 def on_datagram(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) -> None:
-    """Call back with each datagram that leaves, the data channels' and RTCP's too."""
+    """Call back with each outgoing datagram, including data channels and RTCP."""
     ice = transport.transport
     send = ice._send
 
@@ -284,7 +280,7 @@ def on_datagram(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) 
 
 
 def on_rtcp(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) -> None:
-    """Call back with all RTCP that comes: aiortc misreads transport-wide feedback."""
+    """Call back with all incoming RTCP: aiortc misreads transport-wide feedback."""
     handle = transport._handle_rtcp_data
 
     async def heard(data: bytes) -> None:
@@ -295,10 +291,10 @@ def on_rtcp(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) -> N
 
 
 def delay_acknowledgements(sctp: RTCSctpTransport, delay_s: float) -> None:
-    """Acknowledge together what comes within `delay_s` (RFC 9260, 6.2; 200 ms at most).
+    """Acknowledge everything within `delay_s` together (RFC 9260, 6.2; at most 200 ms).
 
     aiortc acknowledges each message at once, in a datagram of 93 bytes: at twenty set-points a
-    second that is a third of a modem line. A message of many packets is acknowledged as it comes.
+    second, a third of a modem's rate. Messages of many packets are acknowledged immediately.
     """
     acknowledge = sctp._send_sack
     waiting: list[asyncio.TimerHandle] = []
@@ -309,7 +305,7 @@ def delay_acknowledgements(sctp: RTCSctpTransport, delay_s: float) -> None:
         came_s.clear()
         while waiting:
             waiting.pop().cancel()
-        with contextlib.suppress(ConnectionError):  # closed in between: nobody is left to tell
+        with contextlib.suppress(ConnectionError):  # closed meanwhile
             await acknowledge()
 
     def due() -> None:
@@ -329,11 +325,11 @@ def delay_acknowledgements(sctp: RTCSctpTransport, delay_s: float) -> None:
 
 
 def bound_association(sctp: RTCSctpTransport, on_excess: Callable[[str], None]) -> None:
-    """Bound what a page makes aiortc keep and search; `on_excess` is called once with the reason.
+    """Bound what a page can make aiortc store and search; `on_excess` gets the reason, once.
 
-    aiortc keeps fragments without bound and searches all of them for each that comes. Beyond the
-    bounds the page is heard no more. What comes far ahead of a missing chunk is not taken yet,
-    which is a receiver's right without room for it (RFC 9260, 6.2).
+    aiortc keeps fragments without bound and searches all of them for each new one. Beyond the
+    bounds the page's data is ignored. Chunks far ahead of a missing one are not accepted yet, as a
+    receiver without buffer space may do (RFC 9260, 6.2).
     """
     receive = sctp._receive_chunk
     is_over = False
@@ -367,14 +363,14 @@ def _is_too_far_ahead(sctp: RTCSctpTransport, chunk: rtcsctptransport.DataChunk)
 
 
 def _acknowledges_unsent(sctp: RTCSctpTransport, sack: rtcsctptransport.SackChunk) -> bool:
-    """Tell whether gaps name more than is under way: aiortc goes through each number of them."""
+    """Whether gaps cover more than is in flight: aiortc loops over every number in them."""
     under_way: int = (sctp._local_tsn - 1 - sack.cumulative_tsn) % _UINT32
     told: int = sum(max(end - begin + 1, 0) for begin, end in sack.gaps)
     return under_way >= _UINT32 // 2 or told > under_way
 
 
 def _excess(sctp: RTCSctpTransport) -> str | None:
-    """Say which bound is passed, None if none is."""
+    """Return which bound is exceeded, None if none is."""
     if max(len(sctp._inbound_streams), len(sctp._data_channels)) > _MAX_STREAMS:
         return f"it has more than {_MAX_STREAMS} streams"
     waiting = [chunk for stream in sctp._inbound_streams.values() for chunk in stream.reassembly]

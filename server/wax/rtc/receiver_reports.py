@@ -1,4 +1,4 @@
-"""The round trip from receiver reports (RFC 3550, 6.4.1), however long it is. Pure."""
+"""The round trip from receiver reports (RFC 3550, 6.4.1), of any length. Pure."""
 
 from __future__ import annotations
 
@@ -6,27 +6,27 @@ from collections import OrderedDict
 from typing import Final
 
 _KEPT: Final = 16
-"""Sender reports; at one a second a round trip may take that many seconds."""
+"""Sender reports to remember; at one a second a round trip may take that many seconds."""
 
 
 class SenderReportTimes:
-    """When the last sender reports went: an answer to any of them tells a round trip.
+    """The times of the last sender reports: an answer to any of them gives a round trip.
 
-    Remembering only the last one, as is common, leaves a link whose round trip exceeds the
-    interval of the reports without any.
+    Remembering only the last one, as is common, fails on links whose round trip exceeds the report
+    interval.
     """
 
     def __init__(self) -> None:
         self._sent_s: OrderedDict[int, float] = OrderedDict()
 
     def sent(self, ntp: int, now_s: float) -> None:
-        """Note a sender report with this NTP time."""
+        """Record a sender report with this NTP time."""
         self._sent_s[ntp >> 16 & 0xFFFFFFFF] = now_s
         if len(self._sent_s) > _KEPT:
             self._sent_s.popitem(last=False)
 
     def round_trip_s(self, last_report: int, delay: int, now_s: float) -> float | None:
-        """Return the round trip for LSR and DLSR (1/65536 s) of a report; None where unknown."""
+        """Return the round trip for LSR and DLSR (1/65536 s) of a report; None if unknown."""
         sent_s = self._sent_s.get(last_report)
         if sent_s is None:
             return None

@@ -1,6 +1,6 @@
-"""RTP packets and sender reports as bytes (RFC 3550), with the few extensions that are sent. Pure.
+"""RTP packets and sender reports as bytes (RFC 3550), with the few extensions we send. Pure.
 
-Built by hand and not by aiortc's classes, since this is done for each packet of each viewer.
+Built by hand instead of with aiortc's classes, because it runs for each packet of each viewer.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _CNAME: Final = 1
 
 @dataclass(frozen=True, slots=True)
 class ExtensionIds:
-    """The numbers that the browser gave to the extensions; None is one that it does not take."""
+    """The ids that the browser gave to the extensions; None for one that it does not support."""
 
     transport_sequence: int | None = None
     playout_delay: int | None = None
@@ -37,7 +37,7 @@ class ExtensionIds:
 
 @dataclass(frozen=True, slots=True)
 class PlayoutDelay:
-    """The least and the most that a picture is held back, in steps of 10 ms (12 bits each)."""
+    """The least and the most hold-back of a picture, in steps of 10 ms (12 bits each)."""
 
     least_10ms: int
     most_10ms: int
@@ -67,10 +67,10 @@ def rtp_packet(
 def extension_block(
     ids: ExtensionIds, *, transport_sequence: int | None, playout_delay: PlayoutDelay | None
 ) -> bytes:
-    """Return the header extensions (RFC 8285, one-byte form), empty where there are none."""
+    """Return the header extensions (RFC 8285, one-byte form), empty if there are none."""
     number = ids.transport_sequence
     if playout_delay is None and number is not None and transport_sequence is not None:
-        # What nearly every packet has, in one step.
+        # The common case, in one step.
         return _SEQUENCE_ALONE.pack(_ONE_BYTE_EXTENSIONS, 1, number << 4 | 1, transport_sequence, 0)
     elements = b""
     if ids.transport_sequence is not None and transport_sequence is not None:

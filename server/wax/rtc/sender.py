@@ -1,9 +1,8 @@
-"""One stream to one browser: what aiortc has an RTCRtpSender for, made for lanes.
+"""One stream to one browser: a replacement for aiortc's RTCRtpSender that reads from a lane.
 
-aiortc's own encodes for each viewer, sends without pause or mark, repeats without limit, tells
-the time of sending as that of capture and loses every keyframe request. This one takes what
-was encoded for all, asks the viewer's `CongestionControl` before a picture leaves, and does none
-of that.
+aiortc's own encodes for each viewer, has no pacing and no transport-wide numbers, retransmits
+without limit, reports the time of sending as that of capture, and loses keyframe requests. This one
+sends what was encoded for everybody, and asks congestion control before a picture leaves.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ _LOG = structlog.get_logger(__name__)
 UINT16: Final = 2**16
 UINT32: Final = 2**32
 _REPORT_S: Final = 1.0
-"""Between two sender reports, on average (RFC 3550, 6.2 lets it vary by half)."""
+"""The mean time between sender reports (RFC 3550, 6.2 lets it vary by half)."""
 _SRTP_BYTES: Final = 10
 """Authentication tag of the profile that Chromium negotiates (RFC 3711)."""
 _RTP_BYTES: Final = 20
@@ -47,9 +46,9 @@ _RTP_BYTES: Final = 20
 
 @dataclass(frozen=True, slots=True)
 class SenderContext:
-    """Where a sender sits: in the place of `stock`, whose identity it takes over.
+    """What a sender needs; it replaces `stock` and takes over its identity.
 
-    `rate_hz` is the stream's RTP clock. `on_sent` is called with each item once it has left whole.
+    `rate_hz` is the stream's RTP clock. `on_sent` is called with each item once it is fully sent.
     """
 
     stock: RTCRtpSender
@@ -60,16 +59,16 @@ class SenderContext:
 
 
 class Sender(private.SenderInPlace):
-    """What both kinds have in common."""
+    """The common part of both senders."""
 
     kind: ClassVar[Literal["audio", "video"]]
 
     def __init__(self, seat: SenderContext) -> None:
-        # A browser delays the sound of a common stream for a late picture; here sound is the
-        # master and sync/ is the only coupling.
+        # A browser delays sound in the same stream for a late picture; here the sound is the master
+        # and only sync/ couples them.
         super().__init__(seat.stock, f"wax-{self.kind}")
         self.origin = random.getrandbits(32)
-        """The RTP time of media time zero (RFC 3550, 5.1: it shall be random)."""
+        """The RTP time of media time zero, random by RFC 3550, 5.1."""
         self.failed = False
         self._tap = seat.outlet
         self._now_s = seat.clock.now_s
@@ -87,7 +86,7 @@ class Sender(private.SenderInPlace):
         self._reported = SenderReportTimes()
         self._tasks: list[asyncio.Task[None]] = []
 
-    # --- as its transceiver wants it -------------------------------------------------------
+    # --- the transceiver's interface -------------------------------------------------------
 
     def begin(self, parameters: RTCRtpSendParameters) -> None:
         self._tap.join(self.transport)
@@ -129,24 +128,24 @@ class Sender(private.SenderInPlace):
     # --- what the two kinds do differently -------------------------------------------------
 
     _extra_name: ClassVar[str]
-    """The codec that goes with the stream's own."""
+    """The companion of the stream's codec."""
 
     @abstractmethod
     async def _run_lane(self) -> None:
-        """Send what the lane gives, for ever."""
+        """Send the lane's items, for ever."""
 
     @abstractmethod
     def _asked(self, packet: AnyRtcpPacket) -> None:
-        """Do what the browser asks for."""
+        """Handle the browser's requests."""
 
     # --- sending ---------------------------------------------------------------------------
 
     async def _guard(self, work: Coroutine[None, None, None]) -> None:
-        """Let the peer end with either of its tasks: neither returns by itself."""
+        """Close the peer when either of its tasks ends."""
         try:
             await work
         except ConnectionError:
-            pass  # the transport is closed, and the peer is about to be
+            pass  # the transport is closed, and the peer will be
         except Exception:
             _LOG.exception("a sender failed", kind=self.kind)
         self.failed = True
@@ -216,7 +215,7 @@ class Sender(private.SenderInPlace):
         self._on_sent(item)
 
     async def _report(self) -> None:
-        """Tell what RTP time it is now in capture time, so that encoding hides no skew."""
+        """Report the RTP time of now in capture time, so that encoding delay causes no skew."""
         while True:
             await asyncio.sleep(_REPORT_S * (0.5 + random.random()))
             if self._newest is None:

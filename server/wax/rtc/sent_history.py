@@ -1,4 +1,4 @@
-"""What was sent, so that it can be sent again: as much as a browser may still ask for. Pure."""
+"""Sent packets for retransmission, as many as a browser may still request. Pure."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections import OrderedDict
 from typing import Final, NamedTuple
 
 _KEPT: Final = 1024
-"""Chromium asks for packets that are at most this far back (its NACK module, 1000)."""
+"""Chromium requests packets up to about this far back (its NACK module: 1000)."""
 
 
 class SentPacket(NamedTuple):
-    """One packet as it first went; `timestamp` is its RTP time."""
+    """One packet as first sent; `timestamp` is its RTP time."""
 
     timestamp: int
     marker: bool
@@ -30,5 +30,5 @@ class SentHistory:
             self._sent.popitem(last=False)
 
     def get(self, sequence_number: int) -> SentPacket | None:
-        """Return a packet, None where it is too old or was never sent."""
+        """Return a packet, None if it is too old or was never sent."""
         return self._sent.get(sequence_number)

@@ -1,4 +1,4 @@
-"""An offer's text becomes one that aiortc can answer, or a sentence why not. Pure."""
+"""Check an offer's SDP and adapt it for aiortc, or raise a sentence that says why not. Pure."""
 
 from __future__ import annotations
 
@@ -10,34 +10,34 @@ from wax.errors import SignallingError
 MAX_SDP_CHARS: Final = 32_768
 
 _MAX_LINES: Final = 512
-"""Browsers of today write 100 to 300, with every codec that they have."""
+"""Current browsers write 100 to 300, with all their codecs."""
 _MAX_CODECS: Final = 128
-"""Of one section: a payload type has 7 bits (RFC 3550, 5.1)."""
+"""Per section: a payload type has 7 bits (RFC 3550, 5.1)."""
 _MAX_FEEDBACK_FOR_ALL: Final = 16
-"""Lines of one section; aiortc copies each to every codec, so that few lines are much work."""
+"""Lines per section; aiortc copies each to every codec, so a few lines cause much work."""
 _MIN_MESSAGE_BYTES: Final = 65_536
-"""What a page takes that says nothing (RFC 8841, 6.1), and the least that any browser tells; the
-room with all its viewers is one message."""
+"""The default limit (RFC 8841, 6.1), and the least of any browser; the room with all its viewers is
+one message."""
 
 _SECTIONS: Final = {"m=audio": "sound", "m=video": "picture", "m=application": "data channel"}
 _NUMBER: Final = re.compile(r"[0-9]{1,10}")
 
 
 def clean_offer(sdp: str) -> str:
-    """Check an offer and leave out what would delay or block the answer.
+    """Check an offer and remove what would delay or block the answer.
 
     mDNS candidates cannot be resolved without multicast and cost a second each; the browser's
-    checks reveal its address anyway (peer-reflexive, RFC 8445 7.3.1.3). `end-of-candidates` with
-    nothing left would end the search before it began. Raises `SignallingError`.
+    checks reveal its address anyway (peer-reflexive, RFC 8445 7.3.1.3). `end-of-candidates` without
+    candidates would end ICE before it began. Raises `SignallingError`.
 
-    The work of aiortc's parser grows with codecs times lines; what no browser sends is refused
-    before it begins.
+    The work of aiortc's parser grows with codecs times lines, so offers that no browser sends are
+    refused before parsing.
     """
     if len(sdp) > MAX_SDP_CHARS:
         raise SignallingError(f"the offer is longer than {MAX_SDP_CHARS} characters")
     lines = [line for line in sdp.splitlines() if line]  # at the very places where aiortc does
     if not lines or not lines[0].startswith("v=0"):
-        raise SignallingError("the offer is no session description: it does not begin with v=0")
+        raise SignallingError("the offer is not a session description: it does not begin with v=0")
     if len(lines) > _MAX_LINES:
         raise SignallingError(f"the offer has more than {_MAX_LINES} lines")
     for section, what in _SECTIONS.items():
@@ -50,12 +50,12 @@ def clean_offer(sdp: str) -> str:
 
 
 def is_firefox(offer: str) -> bool:
-    """Tell whether Firefox made an offer; its origin says so (RFC 8866 5.2)."""
+    """Whether Firefox made the offer, by its origin line (RFC 8866 5.2)."""
     return "\no=mozilla" in offer
 
 
 def _check_codecs(lines: list[str]) -> None:
-    """Let each section have each payload type once."""
+    """Require each payload type at most once per section."""
     types: set[int] = set()
     for_all = 0
     for line in lines:
@@ -83,16 +83,16 @@ def _check_message_size(lines: list[str]) -> None:
         if not line.startswith("a=max-message-size:"):
             continue
         size = _number(line[len("a=max-message-size:") :], "max-message-size")
-        if 0 < size < _MIN_MESSAGE_BYTES:  # 0 is without limit
+        if 0 < size < _MIN_MESSAGE_BYTES:  # 0 means no limit
             raise SignallingError(
-                f"the offer takes messages of {size} bytes only (max-message-size);"
+                f"the offer limits messages to {size} bytes (max-message-size);"
                 f" {_MIN_MESSAGE_BYTES} are needed"
             )
 
 
 def _number(text: str, what: str) -> int:
     if _NUMBER.fullmatch(text) is None:
-        raise SignallingError(f"the offer has a {what} that is no number")
+        raise SignallingError(f"the offer has a {what} that is not a number")
     return int(text)
 
 

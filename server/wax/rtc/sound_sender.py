@@ -1,4 +1,4 @@
-"""The sound to one browser: each packet the moment that it is there."""
+"""The sound to one browser: each packet as soon as it is ready."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MAX_BYTES: Final = 1200
 
 
 class SoundSender(Sender):
-    """Sends sound the moment that it is there, with earlier sound again where links lose it."""
+    """Sends sound as soon as it is ready, and repeats earlier sound on lossy links."""
 
     kind = "audio"
     _extra_name = "red"
@@ -50,4 +50,4 @@ class SoundSender(Sender):
             self._left(sound, pts)
 
     def _asked(self, packet: AnyRtcpPacket) -> None:
-        """Do nothing: sound that was lost is late already, and goes with the next packets."""
+        """Do nothing: lost sound would be late, and the next packets repeat it."""

@@ -1,4 +1,4 @@
-"""Where all that one peer sends is counted and marked, and matched with what is told of it."""
+"""Counts and numbers everything that one peer sends, and matches it with the feedback."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ _LOG = structlog.get_logger(__name__)
 
 
 class TransportTap:
-    """Between the two senders of a peer and the transport that they share."""
+    """Sits between the two senders of a peer and their common transport."""
 
     def __init__(
         self, way: CongestionControl, now_s: Callable[[], float], on_refused: Callable[[], None]
     ) -> None:
-        """`on_refused` is called for feedback that is none."""
+        """`on_refused` is called for invalid feedback."""
         self.way = way
         self._on_refused = on_refused
         self._now_s = now_s
@@ -37,7 +37,7 @@ class TransportTap:
         self._is_told = False
 
     def join(self, transport: RTCDtlsTransport) -> None:
-        """Count whatever leaves by this transport and hear what comes back; safe to repeat."""
+        """Count what this transport sends and handle the feedback; safe to repeat."""
         if transport not in self._transports:
             self._transports.append(transport)
             private.on_datagram(transport, self._sent)
@@ -58,7 +58,7 @@ class TransportTap:
         return self._transmissions.sent(now_s, size_bytes=size_bytes, kind=kind, train=train)
 
     def free_in_s(self, now_s: float) -> float:
-        """Return how long a picture has to wait; 0 lets one go."""
+        """Return how long a picture has to wait in s; 0 to send it now."""
         return self.way.free_in_s(self._transmissions.oldest_unreported_s(now_s), now_s)
 
     def _sent(self, datagram: bytes) -> None:

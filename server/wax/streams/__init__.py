@@ -1,4 +1,4 @@
-"""What one viewer is sent: joins their lanes, congestion control, ladder and playout policy.
+"""What one viewer is sent: connects lanes, congestion control, ladder and playout policy.
 
-`interface` is what the session knows of it; `live` is today's service, `wax.baseline` that of 2004.
+The session uses `interface`; `live` is the default service, `wax.baseline` that of 2004.
 """

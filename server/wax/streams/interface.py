@@ -108,35 +108,35 @@ class Streams(Protocol):
         ...
 
     def follow(self, sync: SyncSettings, *, drives: bool) -> None:
-        """Change the policy with the role, while the streams go on."""
+        """Change the policy with the role, without interrupting the streams."""
         ...
 
     def reported(self, report: PlayoutReport) -> None:
-        """Learn how both play."""
+        """Handle a report on how both streams play."""
         ...
 
     def round_trip(self, round_trip_s: float) -> None:
-        """Learn how long the way there and back took just now."""
+        """Handle a measured round trip."""
         ...
 
     def received(self, kind: Kind, pts: int) -> None:
-        """Learn that the page has a media unit's last packet; `pts` modulo 2³²."""
+        """Handle the page's acknowledgement of a media unit's last packet; `pts` modulo 2³²."""
         ...
 
     def keyframe_wanted(self) -> None: ...
 
     @property
     def units(self) -> Units | None:
-        """What the page needs in order to acknowledge, None where it shall not or not yet."""
+        """What the page needs in order to acknowledge, None if it should not, or not yet."""
         ...
 
     def status(self) -> dict[str, object]:
-        """How this viewer is served, for `GET /api/status`."""
+        """Return the viewer's entry in `GET /api/status`."""
         ...
 
 
 class Service(Protocol):
-    """What makes streams: chosen once, when the server starts."""
+    """Makes the viewers' streams; chosen once, when the server starts."""
 
     codecs: Codecs
     acknowledged: bool
@@ -150,5 +150,5 @@ class Service(Protocol):
         ...
 
     def streams(self, page: Page, sync: SyncSettings) -> Streams:
-        """Make one viewer's."""
+        """Make one viewer's streams."""
         ...

@@ -1,6 +1,6 @@
-"""`audio-master` and `video-first`: each viewer's own policy, one encoder for everybody.
+"""`audio-master` and `video-first`: a policy for each viewer, shared encoders for everybody.
 
-Three decisions are made for each viewer, each by something pure: what their link carries
+Three decisions are made for each viewer, each by pure code: what their link carries
 (`congestion/estimator`), what they are sent over it (`congestion/allocator`), and when it plays
 (`sync/policies`).
 """
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
     from wax.sync.playout import PlayoutReport
 
 _RESUME_S: Final = 0.5
-"""Between two keyframes that are asked for because a lane has lost its thread."""
+"""The least time between two keyframe requests for a lane that cannot decode."""
 
 
 class LiveStreams:
-    """One viewer's lanes and way, and what is decided for them."""
+    """One viewer's lanes, congestion control and decisions."""
 
     units: Units | None = None
 
@@ -65,7 +65,7 @@ class LiveStreams:
         self._begin()
 
     def _begin(self) -> None:
-        """Know nothing of the link and have decided nothing."""
+        """Start without knowledge of the link."""
         self._playout = PlayoutController(self._page, self._sync)
         self._notifier = ServedNotifier(self._page)
         self._way = SenderSideControl(self._decide)
@@ -98,7 +98,7 @@ class LiveStreams:
         return Lanes(self._picture_lane, self._sound_lane, self._way)
 
     def _favour(self) -> None:
-        """Let who drives be served first."""
+        """Serve the operator first."""
         if self._drives and self._picture_lane is not None and self._sound_lane is not None:
             self._video.favour(self._picture_lane)
             self._audio.favour(self._sound_lane)
@@ -112,7 +112,7 @@ class LiveStreams:
         self._is_ready = False
 
     def connected(self) -> None:
-        """Start the picture before the page can ask for it: it plays on load."""
+        """Start the picture before the page can request it: it plays on load."""
         self._playout.connected()
         self._decide_now()
 
@@ -161,7 +161,7 @@ class LiveStreams:
         return known
 
     def _follow(self) -> None:
-        """Begin with another policy, while the streams go on."""
+        """Start another policy, without interrupting the streams."""
         self._ladder = self._make_ladder()
         self._playout.follow(self._sync)
 
@@ -207,11 +207,11 @@ class LiveStreams:
             self._video.choose(lane, name)
             self._asked_s = now_s
             if old is not None and allocation.step is not None and _falls(old, allocation.step):
-                # The link is full of the old one: each more of its pictures is one too late.
+                # The link is full of the old rendition: any more pictures of it would be late.
                 lane.give_up()
         elif (lane.is_cut or lane.is_waiting) and self._may_resume(estimate, now_s):
-            # It was let go while the link was full, and now there is room for a beginning; or the
-            # beginning came too late.
+            # The old rendition was given up while the link was full, and now a keyframe fits; or
+            # the keyframe came too late.
             self._asked_s = now_s
             self._video.request_keyframe(lane)
 
@@ -234,7 +234,7 @@ class LiveStreams:
 
 
 class LiveService:
-    """Makes the streams of a server whose viewers each have a policy of their own."""
+    """Makes the streams for viewers who each have their own policy."""
 
     acknowledged = False
     state_messages = MessageRate(rate_hz=20.0, burst=60)

@@ -1,4 +1,4 @@
-"""When one viewer's sound and picture play: the policy, and how its decisions reach the page."""
+"""When one viewer's sound and picture play: runs the policy and applies its targets."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from wax.sync.playout import PlayoutReport, PlayoutTargets
 
 _RETARGET_MS: Final = 4.0
-"""A buffer is not retargeted for less: each change of the picture's is a small jump."""
+"""Smaller changes of a target are skipped: each one makes the picture jump a little."""
 
 
 class PlayoutController:
-    """Holds the picture back with its packets where the browser takes that, else by its buffer."""
+    """Holds the picture back by RTP's playout delay if the browser supports it, else by buffer."""
 
     def __init__(self, page: Page, sync: SyncSettings) -> None:
         self._page = page
@@ -30,7 +30,7 @@ class PlayoutController:
 
     @property
     def preroll_ms(self) -> float:
-        """How much past sound to begin with."""
+        """The pre-roll of the sound in ms."""
         return self._policy.preroll_ms
 
     @property
@@ -39,18 +39,18 @@ class PlayoutController:
         return self._targets is None or self._targets.in_step
 
     def connected(self) -> None:
-        """Show pictures at once until something is known of the sound."""
+        """Show pictures at once until the sound has been measured."""
         self._hold_back(0.0)
 
     def ready(self) -> None:
-        """Tell the page: the data channels are open."""
+        """Send the targets to the page, once the data channels are open."""
         self._is_ready = True
         self._retarget(self._policy.start())
 
     def follow(self, sync: SyncSettings) -> None:
-        """Change the policy while all goes on; what is known of the link stays known."""
+        """Change the policy; keep what is known about the link."""
         self._policy = make_policy(sync, self._policy.state)
-        self._targets = None  # its name and reason are news even where its targets are not
+        self._targets = None  # send the new name and reason even if the targets are the same
         if self._is_ready:
             self._retarget(self._policy.start())
 
@@ -97,7 +97,7 @@ def _moved(old: PlayoutTargets, new: PlayoutTargets) -> bool:
     def differ(a: float | None, b: float | None) -> bool:
         if a is None or b is None:
             return a is not b
-        # A little is let be, but zero is always reached: nothing to hold back means none.
+        # Skip small changes, but always reach zero.
         return abs(a - b) >= _RETARGET_MS or (b == 0 and a != 0)
 
     return (

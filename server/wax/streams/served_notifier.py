@@ -1,4 +1,4 @@
-"""What one viewer's page is told of what they are sent: news at once, figures now and then."""
+"""Notifies a page of what it is sent: changes at once, figures now and then."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 
 _EVERY_S: Final = 1.0
 _THIN_EVERY_S: Final = 5.0
-"""Between two messages over a link that has not much to spare."""
+"""The time between messages on a slow link."""
 _THIN_BPS: Final = 150_000
 
 
 class ServedNotifier:
-    """Tells nothing while the link's rate is a mere guess."""
+    """Sends nothing while the link's rate is only a guess."""
 
     def __init__(self, page: Page) -> None:
         self._page = page
@@ -28,7 +28,7 @@ class ServedNotifier:
     def tell(
         self, estimate: LinkEstimate, allocation: Allocation, *, in_step: bool, now_s: float
     ) -> None:
-        """Tell the page if there is news, or figures have moved and some time has passed."""
+        """Notify the page of changes, or of new figures after some time."""
         if estimate.assumed:
             return
         told = self._told
@@ -44,7 +44,7 @@ class ServedNotifier:
 
 
 def served(estimate: LinkEstimate, allocation: Allocation, *, in_step: bool) -> messages.Served:
-    """Return what is sent, and what is known of the link, as the page and the status have it."""
+    """Return what is sent, and the link's estimate, for the page and the status."""
     step, sound = allocation.step, allocation.sound
     left_out = 0 if step is None else step.layers - allocation.top_layer
     return messages.Served(
@@ -64,5 +64,5 @@ def served(estimate: LinkEstimate, allocation: Allocation, *, in_step: bool) -> 
 
 
 def _rounded(rate_bps: float) -> int:
-    """Two digits are what is known of a rate, and what is worth telling."""
+    """Round a rate to two digits, which is its accuracy."""
     return int(float(f"{rate_bps:.2g}"))

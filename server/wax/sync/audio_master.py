@@ -1,8 +1,8 @@
-"""`audio-master`: the sound plays at its own delay, the picture is held back to meet it.
+"""`audio-master`: the sound plays at its own delay, and the picture is held back to match it.
 
-Thesis 3.3: people do not forgive gaps in sound, so it is the master and is never delayed for a
-late picture; the picture rolls back to it, and where it would have to wait longer than
-`max_holdback_ms` delivery comes before synchronisation.
+Thesis 3.3: people notice gaps in sound, so it is the master and never waits for a late picture; the
+picture is held back to match it. If that would take longer than `max_holdback_ms`, delivery comes
+before synchronisation.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ Half: no change to speak of; double: the same."""
 
 
 class AudioMaster:
-    """Holds the picture by the *measured* ages of both streams, not by a browser's own coupling.
+    """Holds the picture back by the *measured* ages of both streams, not by the browser's lip sync.
 
-    Ages are to the eye and to the ear, so that the delay of a headset rolls the picture back, too
-    (thesis 5.3.1). Where a browser cannot tell them, the delays of the buffers are compared.
+    Ages are up to the screen and the ear, so that a headset's delay holds the picture back too
+    (thesis 5.3.1). If a browser cannot report them, the buffers' delays are compared.
     """
 
     def __init__(self, settings: SyncSettings, state: PlayoutState | None = None) -> None:
@@ -89,7 +89,7 @@ class AudioMaster:
         return self._targets(self._meet(report.sound, report.picture, _round_trip_s(estimate)))
 
     def _meet(self, sound: StreamPlayout, picture: StreamPlayout, round_trip_s: float) -> str:
-        """Hold the picture back by what the measurement says; return the reason."""
+        """Update the hold-back from the measurement; return the reason."""
         early_ms = _early_ms(sound, picture)
         if early_ms is None:
             return "waiting for the first measurement"
@@ -109,7 +109,7 @@ class AudioMaster:
 
 
 def _early_ms(sound: StreamPlayout, picture: StreamPlayout) -> float | None:
-    """Return how much younger than the sound the picture is shown, None where unknown."""
+    """Return how much younger the picture is than the sound, None if unknown."""
     ages = _difference(sound.age_ms, picture.age_ms)
     return _difference(sound.delay_ms, picture.delay_ms) if ages is None else ages
 

@@ -2,7 +2,7 @@
 
 The thesis enters it when a picture takes as long as an audio media unit (3.4), when too few
 pictures get through, or when the sound is too late. Here the link's estimate, the ladder and the
-sound's own delay say the same of a link that is adapted to all the time.
+sound's delay are the equivalent signals.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _LEAVE_S: Final = 4.0
 def insufficient(
     estimate: LinkEstimate | None, allocation: Allocation | None, sound: SoundDelay
 ) -> str | None:
-    """Say why a link cannot carry the sound and the picture, both wanted; None when it can."""
+    """Return why a link cannot carry both sound and picture; None if it can."""
     if sound.is_useless:
         return "the sound breaks however long it waits"
     if allocation is not None and allocation.step is None:
@@ -32,7 +32,7 @@ def insufficient(
 
 
 class FailSafe:
-    """Entered after 1 s of trouble, left after 4 s of peace."""
+    """Begins after 1 s with a reason, ends after 4 s without one."""
 
     def __init__(self) -> None:
         self._trouble_since_s: float | None = None
@@ -44,7 +44,7 @@ class FailSafe:
         return self.reason is not None
 
     def update(self, trouble: str | None, now_s: float) -> None:
-        """Take what is insufficient now, None for nothing; `now_s` never falls."""
+        """Update with the current reason, None for none; `now_s` never falls."""
         if trouble is None:
             self._trouble_since_s = None
             if self._peace_since_s is None:
@@ -59,5 +59,5 @@ class FailSafe:
             self.reason = trouble
 
     def leave(self) -> None:
-        """Leave it whatever the link, as when only one stream is asked for any more."""
+        """End it regardless of the link, as when only one stream is wanted."""
         self.reason = self._trouble_since_s = self._peace_since_s = None

@@ -1,4 +1,4 @@
-"""How long the picture is held back, so that it is shown when its sound is heard."""
+"""How long to hold the picture back, so that it is shown when its sound is heard."""
 
 from __future__ import annotations
 
@@ -50,15 +50,15 @@ _FARTHEST_MS: Final = 10_000.0
 
 
 class HoldBack:
-    """Follows the skew that there would be without it: what was measured, plus what it held then.
+    """Tracks the skew without hold-back: the measured skew plus the hold-back at that time.
 
-    So its own changes are no news to it, although a report tells of a change only in part and a
-    round trip later. The first report is believed at once, a jump when a second one says the same.
-    Of the reports as many count as tell the same: browsers stretch sound by up to 75 ms a second.
+    So its own changes do not affect it, although reports show them only partly and a round trip
+    later. The first report counts at once, a jump only after a second one confirms it. The mean
+    covers as many reports as agree: browsers stretch sound by up to 75 ms a second.
     """
 
     def __init__(self, *, late_ms: float, max_ms: float, held_ms: float) -> None:
-        """Let the sound be `late_ms` late, hold by `max_ms` at most and by `held_ms` at first."""
+        """Tolerate sound `late_ms` late; hold back by at most `max_ms`, at first by `held_ms`."""
         self._late_ms = late_ms
         self._max_ms = max_ms
         self._in_vain = False
@@ -68,27 +68,27 @@ class HoldBack:
 
     @property
     def held_ms(self) -> float:
-        """By how much the picture is held back, from 0 to the bound."""
+        """The hold-back in ms, from 0 to the bound."""
         return self._history[-1][1]
 
     @property
     def is_short(self) -> bool:
-        """Whether more would be held, were it allowed."""
+        """Whether the bound limits the hold-back."""
         return self.held_ms >= self._max_ms and self._wanted_ms - self._max_ms >= _SURE_MS
 
     @property
     def is_in_vain(self) -> bool:
-        """Whether nothing is held because as much as is allowed would not be enough."""
+        """Whether there is no hold-back because even the largest allowed would not be enough."""
         return self._in_vain
 
     def forget(self, held_ms: float, now_s: float) -> None:
-        """Hold by this from now on, and begin to measure anew."""
+        """Hold back by this from now on, and restart the measurement."""
         self._hold(held_ms, now_s)
         self._free.clear()
         self._doubted_ms = None
 
     def update(self, early_ms: float, round_trip_s: float, now_s: float) -> None:
-        """Take how much younger than the sound the picture was shown lately."""
+        """Add a measurement of how much younger the picture is than the sound."""
         early_ms = min(max(early_ms, -_FARTHEST_MS), _FARTHEST_MS)
         end_s = now_s - round_trip_s - _NEXT_PICTURE_S
         if not self._believes(early_ms + self._held_between(end_s - _REPORT_S, end_s)):
@@ -98,8 +98,8 @@ class HoldBack:
             was_ms = self.held_ms
             self._hold(self._wanted_ms, now_s)
             if was_ms == 0 != self.held_ms:
-                # A buffer that is held back by nothing keeps a few ms of its own, which are part
-                # of what it is held back by.
+                # Without hold-back a buffer keeps a few ms of its own, which count as part of a
+                # hold-back.
                 self._free.clear()
 
     @property
@@ -112,7 +112,7 @@ class HoldBack:
             self._history.append((now_s, held_ms))
 
     def _held_between(self, begin_s: float, end_s: float) -> float:
-        """Return what was held on the average; what is before that is forgotten."""
+        """Return the mean hold-back; forget what was before."""
         while len(self._history) > 1 and self._history[1][0] <= begin_s:
             self._history.popleft()
         total = 0.0
@@ -121,7 +121,7 @@ class HoldBack:
         return total / (end_s - begin_s) if end_s > begin_s else self.held_ms
 
     def _believes(self, free_ms: float) -> bool:
-        """Take a measurement, unless it is the first one far from those before."""
+        """Add a measurement, unless it is the first one far from the others."""
         doubted_ms, self._doubted_ms = self._doubted_ms, None
         free = self._free
         if free and abs(free_ms - free[-1]) > _JUMP_MS:
@@ -143,7 +143,7 @@ class HoldBack:
 
 
 def _drifts(samples: list[float]) -> bool:
-    """Whether the newer half tells something else than the older one."""
+    """Whether the newer half of the samples differs from the older half."""
     half = len(samples) // 2
     if half == 0:
         return False

@@ -1,4 +1,4 @@
-"""The values between a page's measurements and what a policy makes of them."""
+"""The input and output of a policy: playout reports and buffer targets."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class StreamPlayout:
-    """How one stream plays at a viewer's; None where the browser does not tell.
+    """How one stream plays on a viewer's page; None where the browser does not report it.
 
-    `age_ms` is from capture to eye or ear, `delay_ms` the part of it in the jitter buffer and
-    `output_ms` that in the device. `concealed_ms` of `played_ms` of the sound, since the peer
-    began, were made up.
+    `age_ms` is from capture to screen or ear, `delay_ms` the part of it in the jitter buffer and
+    `output_ms` that in the device. `concealed_ms` and `played_ms` are totals of the sound since the
+    peer began.
     """
 
     age_ms: float | None = None
@@ -23,7 +23,7 @@ class StreamPlayout:
 
 @dataclass(frozen=True, slots=True)
 class PlayoutReport:
-    """What a viewer measured last; a stream that is switched off is None."""
+    """A viewer's latest report; a stream that is switched off is None."""
 
     sound: StreamPlayout | None
     picture: StreamPlayout | None
@@ -31,9 +31,9 @@ class PlayoutReport:
 
 @dataclass(frozen=True, slots=True)
 class PlayoutTargets:
-    """The least delay that each jitter buffer shall keep, in ms; None leaves it to the browser.
+    """The minimum delay of each jitter buffer, in ms; None leaves it to the browser.
 
-    `reason` says in plain words why. `in_step` False is fail-safe mode: the link cannot carry both,
+    `reason` says why, for people. `in_step` False is fail-safe mode: the link cannot carry both,
     and each plays as soon as it can.
     """
 

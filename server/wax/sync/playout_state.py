@@ -1,4 +1,4 @@
-"""What the live policies know of one viewer's link; it stays when their policy changes."""
+"""What the live policies know about one viewer's link, kept when the policy changes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _USUAL_MU_MS = 20
 
 
 class PlayoutState:
-    """The sound's delay, and whether the link carries both streams in step."""
+    """The sound's delay, and whether the link carries both streams in sync."""
 
     def __init__(self) -> None:
         self.sound = SoundDelay(None)
@@ -27,7 +27,7 @@ class PlayoutState:
         self.now_s = float("-inf")
 
     def follow(self, settings: SyncSettings) -> None:
-        """Take over the delay that is set; one that was found stays."""
+        """Adopt a configured delay; keep an adapted one."""
         delay = settings.audio_delay_ms
         fixed_ms = None if delay == "auto" else float(delay)
         if fixed_ms != self.sound.fixed_ms:
@@ -40,7 +40,7 @@ class PlayoutState:
         estimate: LinkEstimate | None,
         allocation: Allocation | None,
     ) -> None:
-        """Learn from a report and from what was known of the link when it came."""
+        """Update from a report and the state of the link at that time."""
         self.now_s = max(now_s, self.now_s) if isfinite(now_s) else self.now_s
         heard = report.sound or StreamPlayout()
         form = None if allocation is None else allocation.sound

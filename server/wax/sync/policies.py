@@ -1,4 +1,4 @@
-"""What a synchronisation policy is, and which one the configuration names."""
+"""The interface of a synchronisation policy, and the one that the configuration names."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ class PlayoutPolicy(Protocol):
 
     @property
     def state(self) -> PlayoutState:
-        """What it knows of the viewer's link, for the policy that follows it."""
+        """What is known about the viewer's link, for the next policy."""
         ...
 
     @property
     def preroll_ms(self) -> float:
-        """How much past sound to begin with, so that its buffer is full at once."""
+        """The pre-roll of the sound in ms, which fills its buffer at once."""
         ...
 
     def start(self) -> PlayoutTargets:
-        """Return the targets before anything has been measured."""
+        """Return the targets before any measurement."""
         ...
 
     def decide(
@@ -44,15 +44,15 @@ class PlayoutPolicy(Protocol):
     ) -> PlayoutTargets:
         """Return the targets after a report, with the newest estimate of the link and what is sent.
 
-        A `now_s` that falls counts as one that stands still.
+        A falling `now_s` counts as unchanged.
         """
         ...
 
 
 def make_policy(settings: SyncSettings, state: PlayoutState | None = None) -> PlayoutPolicy:
-    """Make a fresh policy for one viewer in one role.
+    """Make a policy for one viewer in one role.
 
-    `state` is that of the policy before, if there was one: what it knows of the link stays true.
+    `state` is the previous policy's, if any: its knowledge of the link stays valid.
     """
     if settings.policy == "video-first":
         return VideoFirst(settings, state)

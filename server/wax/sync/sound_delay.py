@@ -1,8 +1,8 @@
-"""The smallest delay of the sound at which it does not break on one viewer's link.
+"""The smallest delay at which the sound plays without gaps on one viewer's link.
 
-A browser finds a delay of its own (NetEq: about what 97 of 100 packets need, and it stretches the
-sound by 75 ms a second to get there). That is left alone until this viewer's packets, or what they
-heard, show that it is too little; then it is given a minimum.
+A browser adapts its own delay (NetEq: about what 97 of 100 packets need, and it stretches the sound
+by 75 ms a second to get there). That is left alone until this viewer's packets, or concealed sound,
+show that it is too short; then it gets a minimum.
 """
 
 from __future__ import annotations
@@ -69,11 +69,11 @@ Half: the same; double: the same."""
 
 
 class SoundDelay:
-    """Rises at once, falls by 10 ms in 5 s after half a minute without a break.
+    """Rises at once, falls by 10 ms in 5 s after half a minute without a gap.
 
-    A fall that ends in a break makes the next one wait four times as long, so that on a steady
-    link the breaks that this costs become rare. A delay that is set (`fixed_ms`) stays: it is how
-    long the sound waits until it is heard, so what waits in the device is taken off the buffer.
+    A fall that ends in a gap makes the next one wait four times as long, so that on a steady link
+    such gaps become rare. A configured delay (`fixed_ms`) stays: it is the total until the sound is
+    heard, so the device's delay is subtracted from the buffer's.
     """
 
     def __init__(self, fixed_ms: float | None, *, bound_ms: float = BOUND_MS) -> None:
@@ -90,24 +90,24 @@ class SoundDelay:
 
     @property
     def target_ms(self) -> float | None:
-        """The least that the browser shall buffer, None to leave it to it."""
+        """The minimum for the browser's buffer, None to leave it to the browser."""
         if self.fixed_ms is not None:
             return max(self.fixed_ms - self._device.output_ms, _LEAST_MS)
         return self._level_ms if self._level_ms > _LEAST_MS else None
 
     @property
     def is_breaking(self) -> bool:
-        """Whether the sound broke within the last two seconds."""
+        """Whether the sound had gaps within the last two seconds."""
         return self._heard.made_up_ms > _BRIDGED_MS
 
     @property
     def is_useless(self) -> bool:
-        """Whether the sound breaks although it waits as long as allowed."""
+        """Whether the sound has gaps even at the longest delay allowed."""
         at_bound = self.fixed_ms is None and self._level_ms >= self._bound_ms
         return at_bound and self._heard.made_up_ms > _USELESS_MS
 
     def restart(self) -> None:
-        """Leave the delay to the browser, and find it anew."""
+        """Leave the delay to the browser, and start over."""
         self._level_ms = 0.0
 
     def decide(
@@ -127,13 +127,13 @@ class SoundDelay:
     ) -> float | None:
         """Return the target after a report.
 
-        99.x % of the packets of sound come within `jitter_ms` of the fastest. A unit that is lost
-        comes again with the `redundancy` next ones, so that it helps only who waits for them.
-        `concealed_ms` and `played_ms` are the page's counters; they may begin anew, and None is
-        unknown. Of what is made up, the share that is `lost`, at most `burst` packets in a row, is
-        brought back by no delay. While the link `is_congested` its queue is no jitter: it is
-        drained elsewhere, and nothing rises here, as little as without `learns`. Of the sound that
-        is heard `output_ms` are in the device.
+        99.x % of the packets of sound arrive within `jitter_ms` of the fastest. A lost unit is
+        repeated in the next `redundancy` ones, which helps only if the buffer waits for them.
+        `concealed_ms` and `played_ms` are the page's counters; they may restart, and None is
+        unknown. No delay can restore the `lost` fraction of concealed sound, at most `burst`
+        packets in a row. While the link `is_congested` its queue does not count as jitter:
+        congestion control drains it, and the delay does not rise, nor does it without `learns`.
+        `output_ms` of the delay are in the device.
         """
         self._device.update(output_ms)
         self._now_s = now_s = max(now_s, self._now_s) if isfinite(now_s) else self._now_s
@@ -183,14 +183,14 @@ class SoundDelay:
 
 
 class _Device:
-    """How long the sound waits in the viewer's device, in steps that a buffer can follow."""
+    """The delay in the viewer's audio device, in steps that a buffer can follow."""
 
     def __init__(self) -> None:
         self.output_ms = 0.0
         self._mean_ms: float | None = None
 
     def update(self, output_ms: float | None) -> None:
-        """Take a measurement; single ones differ by about 10 ms, as the device asks for blocks."""
+        """Add a measurement; they vary by about 10 ms, because the device reads in blocks."""
         if output_ms is None or not isfinite(output_ms):
             return
         output_ms = min(max(output_ms, 0.0), BOUND_MS)
@@ -201,7 +201,7 @@ class _Device:
 
 
 class _Heard:
-    """How much of the sound was made up within the window."""
+    """How much of the sound was concealed within the window."""
 
     def __init__(self) -> None:
         self._last: tuple[float, float] | None = None
@@ -227,7 +227,7 @@ class _Heard:
         if last is None or concealed_ms < last[0] or played_ms < last[1]:
             self.ignore(now_s + _GRACE_S)
         elif now_s >= self._ignored_until_s:
-            # No more can be made up than was played.
+            # No more can be concealed than was played.
             made_up_ms = min(concealed_ms - last[0], played_ms - last[1])
             if made_up_ms > 0:
                 self._made_up.append((now_s, made_up_ms))

@@ -1,4 +1,4 @@
-"""`video-first`: neither stream waits for the other; the skew is shown, not enforced."""
+"""`video-first`: neither stream waits for the other; the skew is shown, not corrected."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class VideoFirst:
-    """The sound keeps its own delay, the picture is shown as soon as it is there."""
+    """The sound keeps its own delay; the picture is shown as soon as it arrives."""
 
     def __init__(self, settings: SyncSettings, state: PlayoutState | None = None) -> None:
         self.state = state or PlayoutState()

@@ -21,6 +21,7 @@ from wax.robot.process.pipe_messages import (
     Halt,
     LineBuffer,
     Move,
+    Ready,
     StateReport,
     decode_answer,
     encode,
@@ -210,13 +211,18 @@ class ProcessDriver:
                     continue
                 if isinstance(answer, StateReport):
                     self._take(answer)
-                elif (answer.kind, answer.limits) != (self._kind, self._limits):
+                elif not self._is_same(answer):
                     return _CHANGED
                 deadline_s = self._clock.now_s() + HUNG_S
             if not data and self._clock.now_s() >= deadline_s:
                 child.kill()
                 return "The driver process does not answer; restarting it."
         return None
+
+    def _is_same(self, ready: Ready) -> bool:
+        # The process does not know the silence after which it stops the robot as one of its limits.
+        limits = replace(ready.limits, silence_s=self._limits.silence_s)
+        return (ready.kind, limits) == (self._kind, self._limits)
 
     def _take(self, told: StateReport) -> None:
         with self._lock:

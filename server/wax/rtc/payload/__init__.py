@@ -1,4 +1,4 @@
-"""How encoded picture and sound become the payloads of RTP packets: pure, a module a format.
+"""RTP payload formats for picture and sound, one module each. Pure.
 
-Sending and numbering packets is up to `wax.rtc`.
+`wax.rtc` numbers and sends the packets.
 """

@@ -22,9 +22,9 @@ _FU_LAST: Final = 0x40
 def packets(data: bytes, *, max_bytes: int) -> list[bytes]:
     """Return one picture's payloads of at most `max_bytes` each; `data` is an Annex B stream.
 
-    Small NAL units that follow each other share a packet (STAP-A), large ones are cut into parts
-    of one size (FU-A). What stands before the first start code is no NAL unit and is left out.
-    Raises `ValueError` for `max_bytes` below 32.
+    Consecutive small NAL units share a packet (STAP-A), large ones are split into equal parts
+    (FU-A). Data before the first start code is dropped. Raises `ValueError` for `max_bytes` below
+    32.
     """
     if max_bytes < MIN_PACKET_BYTES:
         raise ValueError(f"a payload needs room for {MIN_PACKET_BYTES} bytes")

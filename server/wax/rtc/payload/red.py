@@ -1,4 +1,4 @@
-"""Sound that is carried again by the packets that follow it (RFC 2198). Pure."""
+"""Redundant audio: packets that repeat earlier sound (RFC 2198). Pure."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 HEADER_BYTES: Final = 4
-"""What each earlier unit costs besides itself; the newest one costs a single byte."""
+"""The header of each earlier unit; that of the newest is a single byte."""
 
 _MAX_TICKS: Final = (1 << 14) - 1
 _MAX_BLOCK_BYTES: Final = (1 << 10) - 1
@@ -18,11 +18,11 @@ _MORE: Final = 0x80
 def red_payload(
     primary: bytes, earlier: Sequence[tuple[int, bytes]], payload_type: int, max_bytes: int
 ) -> bytes:
-    """Return the newest unit of sound with as many `earlier` ones as `max_bytes` has room for.
+    """Return the newest unit of sound with as many `earlier` ones as fit into `max_bytes`.
 
-    Each of these is how many ticks of the RTP clock it was before the newest, and the unit, in any
-    order. Left out is what is empty, above 1023 bytes or not within 1 to 16383 ticks (341 ms at
-    48 kHz), and where room is short the oldest first. The newest is always in, even where it alone
+    Each earlier one is its age in ticks of the RTP clock before the newest, and the unit, in any
+    order. Units that are empty, above 1023 bytes or not within 1 to 16383 ticks (341 ms at 48 kHz)
+    are dropped, then the oldest if space is short. The newest is always included, even if it alone
     is too long. `payload_type` is that of the sound itself, Opus in Chromium's ``111/111``.
     """
     room = max_bytes - 1 - len(primary)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Final
 
 MIN_PACKET_BYTES: Final = 32
-"""The least that a payload may be held to; below it descriptors would be most of what is sent."""
+"""The smallest payload limit; below it descriptors would dominate."""
 
 
 def split_evenly(data: bytes, max_bytes: int) -> list[bytes]:
     """Cut into the fewest pieces of at most `max_bytes`, sizes differing by one byte at most.
 
-    A small last packet costs the link a whole header and tells the estimator less. `max_bytes`
-    is at least 1; no data, no pieces.
+    A small last packet costs a whole header and tells the estimator less. `max_bytes` is at least
+    1; no data gives no pieces.
     """
     count = -(-len(data) // max_bytes)
     if count <= 1:

@@ -1,11 +1,11 @@
 """VP8 pictures as RTP payloads (RFC 7741), numbered for one viewer. Pure.
 
-What the browser decodes hangs on these numbers. libwebrtc takes a picture of layer 0 to depend on
-the one whose TL0PICIDX is one less; a picture with the layer sync bit on the layer 0 with the same
-TL0PICIDX and on nothing else; any other on the newest picture of every layer up to its own, and
-it keeps that one back while a PictureID after its layer 0 is missing. So PictureIDs count what was
-*sent*: pictures left out on purpose leave no gap, pictures lost on the way do, and a picture that
-is kept back for one holds up no later one.
+The browser decodes by these numbers. libwebrtc assumes that a picture of layer 0 depends on the one
+whose TL0PICIDX is one less; a picture with the layer sync bit only on the layer 0 with the same
+TL0PICIDX; any other on the newest picture of every layer up to its own, and it holds that one back
+while a PictureID after its layer 0 is missing. So PictureIDs count what was *sent*: pictures
+dropped on purpose leave no gap, lost pictures do, and a picture held back for one delays no later
+one.
 """
 
 from __future__ import annotations
