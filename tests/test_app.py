@@ -130,7 +130,7 @@ async def test_a_taken_port_is_a_sentence() -> None:
         }
     )
     second = App(settings=settings, clock=SystemClock())
-    with pytest.raises(StartError, match=f"port {port} is taken.*--port"):
+    with pytest.raises(StartError, match=f"port {port} is used.*--port"):
         await second.run(lambda _port: None)
     first.stop()
     await asyncio.wait_for(running, 5)

@@ -36,7 +36,7 @@ NAME = thesis_video(VideoSettings(), SETTINGS).renditions[0].name
 
 
 @dataclass
-class Testbed:
+class Rig:
     """A viewer with everything real but time, the encoders' threads and the wire."""
 
     clock: TurnedClock = field(default_factory=TurnedClock)
@@ -108,121 +108,121 @@ def _waiting(lane: UnitLane[Any]) -> list[Any]:
 
 
 @pytest.fixture
-async def testbed() -> Any:
-    made = Testbed()
+async def rig() -> Any:
+    made = Rig()
     made.audio.start()
     yield made
     made.streams.release()
 
 
-async def test_nothing_leaves_before_the_page_wants_it(testbed: Testbed) -> None:
+async def test_nothing_leaves_before_the_page_wants_it(rig: Rig) -> None:
     """What nobody can acknowledge yet is not sent: it would count as lost."""
-    testbed.streams.connected()
-    testbed.streams.ready()
-    assert await testbed.capture(2.0) == []
-    assert testbed.audio.wanted == []
+    rig.streams.connected()
+    rig.streams.ready()
+    assert await rig.capture(2.0) == []
+    assert rig.audio.wanted == []
 
 
-async def test_sound_leaves_as_whole_units_and_the_picture_is_rolled_back(testbed: Testbed) -> None:
+async def test_sound_leaves_as_whole_units_and_the_picture_is_rolled_back(rig: Rig) -> None:
     """A unit of half a second leaves at once; in step, the picture leaves half a second old."""
-    testbed.streams.want(sound=True, picture=True, size=SIZE, policy=None)
-    left = await testbed.capture(8.0)
+    rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
+    left = await rig.capture(8.0)
     sounds = [one for one in left if not isinstance(one, EncodedPicture)]
     assert len(sounds) % 5 == 0
     assert set(np.diff([one.pts for one in sounds])) == {800}
-    assert testbed.status["mode"] == "synchronised"
-    assert testbed.status["pictures_cached"] == 4
-    began_s = testbed.clock.time_s
-    (picture, *_) = [p for p in await testbed.capture(0.2) if isinstance(p, EncodedPicture)]
+    assert rig.status["mode"] == "synchronised"
+    assert rig.status["pictures_cached"] == 4
+    began_s = rig.clock.time_s
+    (picture, *_) = [p for p in await rig.capture(0.2) if isinstance(p, EncodedPicture)]
     assert began_s - picture.captured_s == pytest.approx(0.4, abs=0.11)
-    assert testbed.streams._payloads.keys() <= {
-        (unit.stream, unit.number) for unit in testbed.streams._sender._cache.pictures
+    assert rig.streams._payloads.keys() <= {
+        (unit.stream, unit.number) for unit in rig.streams._sender._cache.pictures
     }
 
 
-async def test_nothing_newer_leaves_before_the_page_acknowledges(testbed: Testbed) -> None:
+async def test_nothing_newer_leaves_before_the_page_acknowledges(rig: Rig) -> None:
     """To send means to be received: one unit of each stream is under way, and no more."""
-    testbed.streams.want(sound=True, picture=True, size=SIZE, policy=None)
-    left = await testbed.capture(0.9, acknowledge=False)
+    rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
+    left = await rig.capture(0.9, acknowledge=False)
     assert sum(isinstance(one, EncodedPicture) for one in left) == 1
     assert len(left) == 6
-    assert testbed.status["sent"] == 2
+    assert rig.status["sent"] == 2
 
 
-async def test_a_link_that_never_answers_ends_in_fail_safe(testbed: Testbed) -> None:
+async def test_a_link_that_never_answers_ends_in_fail_safe(rig: Rig) -> None:
     """It is told to the page, counted in seconds, and what was skipped is not kept."""
-    testbed.streams.want(sound=True, picture=True, size=SIZE, policy=None)
-    await testbed.capture(12.0, acknowledge=False)
-    assert testbed.status["mode"] == "fail-safe"
-    assert testbed.status["fail_safe_s"] > 8
-    assert testbed.status["lost"] >= 2
-    assert testbed.audio.dropped > 0
-    assert testbed.video.dropped > 50
-    assert len(testbed.streams._payloads) <= 6
-    (*_, last) = testbed.told
+    rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
+    await rig.capture(12.0, acknowledge=False)
+    assert rig.status["mode"] == "fail-safe"
+    assert rig.status["fail_safe_s"] > 8
+    assert rig.status["lost"] >= 2
+    assert rig.audio.dropped > 0
+    assert rig.video.dropped > 50
+    assert len(rig.streams._payloads) <= 6
+    (*_, last) = rig.told
     assert isinstance(last, messages.Playout)
     assert (last.policy, last.sound_target_ms, last.picture_target_ms) == ("thesis", None, 0.0)
     assert last.reason.startswith("fail-safe: ")
 
 
-async def test_only_the_packet_that_ends_a_unit_acknowledges_it(testbed: Testbed) -> None:
+async def test_only_the_packet_that_ends_a_unit_acknowledges_it(rig: Rig) -> None:
     """Any other time that a page may send changes nothing."""
-    testbed.streams.want(sound=True, picture=False, size=SIZE, policy=None)
-    (*_, last) = await testbed.capture(0.7, acknowledge=False)
+    rig.streams.want(sound=True, picture=False, size=SIZE, policy=None)
+    (*_, last) = await rig.capture(0.7, acknowledge=False)
     for pts in (0, -1, last.pts - 800, last.pts + 800, last.pts + 1):
-        testbed.streams.received("audio", pts % 2**32)
-        testbed.streams.received("video", pts % 2**32)
-    assert await testbed.capture(0.4, acknowledge=False) == []
-    testbed.streams.received("audio", last.pts % 2**32)
-    assert len(await testbed.leave(acknowledge=False)) == 5
+        rig.streams.received("audio", pts % 2**32)
+        rig.streams.received("video", pts % 2**32)
+    assert await rig.capture(0.4, acknowledge=False) == []
+    rig.streams.received("audio", last.pts % 2**32)
+    assert len(await rig.leave(acknowledge=False)) == 5
 
 
-async def test_the_page_is_told_which_packets_end_a_unit(testbed: Testbed) -> None:
+async def test_the_page_is_told_which_packets_end_a_unit(rig: Rig) -> None:
     """From the first unit on; every other ends a whole number of lengths away."""
-    testbed.streams.want(sound=True, picture=False, size=SIZE, policy=None)
-    assert testbed.streams.units is None
-    left = await testbed.capture(2.0)
-    units = testbed.streams.units
+    rig.streams.want(sound=True, picture=False, size=SIZE, policy=None)
+    assert rig.streams.units is None
+    left = await rig.capture(2.0)
+    units = rig.streams.units
     assert units is not None
     assert {(units.last_pts - one.pts) % units.length for one in left[4::5]} == {0}
 
 
-async def test_a_fresh_peer_begins_anew(testbed: Testbed) -> None:
+async def test_a_fresh_peer_begins_anew(rig: Rig) -> None:
     """After a reconnect nothing is known of the link, and nothing of the old peer is waited for."""
-    testbed.streams.want(sound=True, picture=True, size=SIZE, policy=None)
-    await testbed.capture(2.0, acknowledge=False)
-    testbed._take(testbed.streams.lanes())
-    assert await testbed.capture(1.0) == []
-    testbed.streams.want(sound=True, picture=True, size=SIZE, policy=None)
-    assert len(await testbed.capture(2.0)) > 20
-    assert testbed.status["lost"] == 0
+    rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
+    await rig.capture(2.0, acknowledge=False)
+    rig._take(rig.streams.lanes())
+    assert await rig.capture(1.0) == []
+    rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
+    assert len(await rig.capture(2.0)) > 20
+    assert rig.status["lost"] == 0
 
 
-async def test_a_client_that_buffers_more_sound_gets_an_older_picture(testbed: Testbed) -> None:
+async def test_a_client_that_buffers_more_sound_gets_an_older_picture(rig: Rig) -> None:
     """Sound reported 200 ms after the picture rolls the picture back by as much (5.3.1)."""
-    testbed.streams.want(sound=True, picture=True, size=SIZE, policy=None)
-    await testbed.capture(4.0)
-    before_ms = testbed.status["rollback_ms"]
+    rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
+    await rig.capture(4.0)
+    before_ms = rig.status["rollback_ms"]
     report = PlayoutReport(sound=StreamPlayout(age_ms=800.0), picture=StreamPlayout(age_ms=600.0))
     for _ in range(5):
-        testbed.streams.reported(report)
-    assert testbed.status["rollback_ms"] == before_ms + 200
+        rig.streams.reported(report)
+    assert rig.status["rollback_ms"] == before_ms + 200
 
 
-async def test_release_ends_it_all(testbed: Testbed) -> None:
+async def test_release_ends_it_all(rig: Rig) -> None:
     """Nothing is listened to, timed or told after a viewer has parted, however often that is."""
-    testbed.streams.want(sound=True, picture=True, size=SIZE, policy=None)
-    (*_, last) = await testbed.capture(0.6, acknowledge=False)
-    testbed.streams.release()
-    testbed.streams.release()
-    told = len(testbed.told)
-    testbed.streams.want(sound=True, picture=True, size=SIZE, policy=None)
+    rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
+    (*_, last) = await rig.capture(0.6, acknowledge=False)
+    rig.streams.release()
+    rig.streams.release()
+    told = len(rig.told)
+    rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     for kind in ("audio", "video"):
-        testbed.streams.received(kind, (last.packet.pts or 0) % 2**32)
-    testbed.streams.round_trip(0.1)
-    testbed.streams.reported(PlayoutReport(sound=None, picture=None))
-    assert await testbed.capture(1.0) == []
-    assert testbed.audio.wanted == []
-    assert testbed.video.wanted == []
-    assert len(testbed.told) == told
-    assert testbed.streams._timer is None
+        rig.streams.received(kind, (last.packet.pts or 0) % 2**32)
+    rig.streams.round_trip(0.1)
+    rig.streams.reported(PlayoutReport(sound=None, picture=None))
+    assert await rig.capture(1.0) == []
+    assert rig.audio.wanted == []
+    assert rig.video.wanted == []
+    assert len(rig.told) == told
+    assert rig.streams._timer is None

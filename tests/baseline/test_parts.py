@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from wax.baseline.fail_safe import BaselineFailSafe, Signs, insufficient
+from wax.baseline.fail_safe import BaselineFailSafe, LinkMeasurements, insufficient
 from wax.baseline.media_units import MediaUnit, SourceSlot
 from wax.baseline.picture_cache import PictureCache
 from wax.baseline.transfer_time import LeastRoundTrip, TransferTime
@@ -213,33 +213,33 @@ def test_what_is_never_acknowledged_is_lost_in_the_end() -> None:
 
 
 @pytest.mark.parametrize(
-    ("signs", "enough"),
+    ("measured", "enough"),
     [
-        (Signs(), True),
-        (Signs(transfer_s=0.499), True),
-        (Signs(transfer_s=0.5), False),  # T_r = A, under (3.4)
-        (Signs(interval_s=1.0), True),  # one a second is not less than one
-        (Signs(interval_s=1.001), False),
-        (Signs(sound_delay_s=0.5), True),  # "longer than the audio MU"
-        (Signs(sound_delay_s=0.501), False),
+        (LinkMeasurements(), True),
+        (LinkMeasurements(transfer_s=0.499), True),
+        (LinkMeasurements(transfer_s=0.5), False),  # T_r = A, under (3.4)
+        (LinkMeasurements(interval_s=1.0), True),  # one a second is not less than one
+        (LinkMeasurements(interval_s=1.001), False),
+        (LinkMeasurements(sound_delay_s=0.5), True),  # "longer than the audio MU"
+        (LinkMeasurements(sound_delay_s=0.501), False),
     ],
 )
-def test_each_condition_at_its_boundary(signs: Signs, enough: bool) -> None:
+def test_each_condition_at_its_boundary(measured: LinkMeasurements, enough: bool) -> None:
     """T_r >= A, less than one picture a second, sound later than one MU: each alone suffices."""
-    assert (insufficient(signs, SETTINGS) is None) == enough
+    assert (insufficient(measured, SETTINGS) is None) == enough
 
 
 def test_fail_safe_is_entered_at_once_and_left_after_a_good_second() -> None:
     """A relapse within the second begins it anew."""
     fail_safe = BaselineFailSafe(SETTINGS)
-    fail_safe.update(Signs(transfer_s=0.6), 1.0)
+    fail_safe.update(LinkMeasurements(transfer_s=0.6), 1.0)
     assert fail_safe.is_active
-    fail_safe.update(Signs(transfer_s=0.1), 2.0)
-    fail_safe.update(Signs(transfer_s=0.6), 2.9)
-    fail_safe.update(Signs(transfer_s=0.1), 3.0)
-    fail_safe.update(Signs(transfer_s=0.1), 3.99)
+    fail_safe.update(LinkMeasurements(transfer_s=0.1), 2.0)
+    fail_safe.update(LinkMeasurements(transfer_s=0.6), 2.9)
+    fail_safe.update(LinkMeasurements(transfer_s=0.1), 3.0)
+    fail_safe.update(LinkMeasurements(transfer_s=0.1), 3.99)
     assert fail_safe.is_active
-    fail_safe.update(Signs(transfer_s=0.1), 4.0)
+    fail_safe.update(LinkMeasurements(transfer_s=0.1), 4.0)
     assert not fail_safe.is_active
 
 

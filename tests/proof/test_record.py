@@ -100,9 +100,9 @@ def test_the_page_stands_alone() -> None:
         "Signature",
         "0.6 m/s",
         "200 ms after the newest frame",
-        "150 ms beyond",
+        "150 ms plus",
         "340",
-        "250 ms and the time in which the robot brakes",
+        "250 ms plus the time to brake",
         "2026-11-21",
     ],
 )

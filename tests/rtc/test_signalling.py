@@ -107,7 +107,7 @@ def test_each_section_has_its_own_payload_types() -> None:
 @pytest.mark.parametrize("end", ["\r\n", "\n", "\u2028", "\r"])
 def test_a_page_that_takes_no_messages_is_refused(size: str, end: str) -> None:
     """An offer with too small a message size is refused, whatever its line endings."""
-    with pytest.raises(SignallingError, match=f"messages of {size} bytes"):
+    with pytest.raises(SignallingError, match=f"messages to {size} bytes"):
         clean_offer(GOOD + f"a=x{end}a=max-message-size:{size}\r\n")
 
 

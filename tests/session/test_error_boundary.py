@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from av.packet import Packet
 from structlog.testing import capture_logs
-from tests.session.test_room import FakePeer, Testbed
+from tests.session.test_room import FakePeer, Rig
 from tests.turned_clock import TurnedClock
 
 from wax.baseline.streams import BaselineService, thesis_video
@@ -105,10 +105,10 @@ class Later(FakePeer):
 
 
 @pytest.fixture
-def testbed(monkeypatch: pytest.MonkeyPatch) -> Testbed:
+def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
     FakePeer.made = []
     monkeypatch.setattr(room_module, "Peer", Later)
-    return Testbed({"turns": {"turn_s": 5.0}, "sync": {"operator": {"policy": "video-first"}}})
+    return Rig({"turns": {"turn_s": 5.0}, "sync": {"operator": {"policy": "video-first"}}})
 
 
 def _broken(**parts: Callable[..., object]) -> Any:
@@ -164,90 +164,88 @@ BREAKS = {
 
 @pytest.mark.parametrize("breaks", BREAKS.values(), ids=BREAKS.keys())
 async def test_a_fault_in_one_viewer_ends_only_that_peer(
-    testbed: Testbed,
+    rig: Rig,
     breaks: Callable[[Viewer, pytest.MonkeyPatch], None],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Rounds, messages and turns of all others go on, whatever one viewer's part raises."""
-    eve, ada, bob = [await testbed.enter(f"{who}-1111") for who in ("eve", "ada", "bob")]
-    testbed.wait(0.2, eve, ada, bob)
-    breaks(next(iter(testbed.viewers)), monkeypatch)
+    eve, ada, bob = [await rig.enter(f"{who}-1111") for who in ("eve", "ada", "bob")]
+    rig.wait(0.2, eve, ada, bob)
+    breaks(next(iter(rig.viewers)), monkeypatch)
     ada.sent.clear()
     bob.sent.clear()
     eve.says(type="join")  # eve drives, so that the loop asks for eve's link; ada is next
     ada.says(type="join")
-    testbed.wait(0.3, eve, ada, bob)
+    rig.wait(0.3, eve, ada, bob)
     await asyncio.sleep(0)
-    testbed.wait(0.3, ada, bob)
+    rig.wait(0.3, ada, bob)
     assert [peer.is_alive for peer in (eve, ada, bob)] == [False, True, True]
-    assert testbed.counters.snapshot()["viewer faults"] >= 1
+    assert rig.counters.snapshot()["viewer faults"] >= 1
     for peer in (ada, bob):
         lines = {line["id"]: line for line in peer.last("room")["viewers"]}
         assert lines[2]["place"] is not None
-    testbed.wait(4.0, ada, bob)
+    rig.wait(4.0, ada, bob)
     assert bob.last("room")["turn"]["operator"] == 2
     assert ada.last("playout")["policy"] == "video-first"
     assert "drive_status" in [message["type"] for message in ada.sent]
 
 
 async def test_a_peer_that_cannot_be_abandoned_stops_no_round(
-    testbed: Testbed, monkeypatch: pytest.MonkeyPatch
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The sweep closes whoever else is dead, and all others are told."""
-    eve, bob, ada = [await testbed.enter(f"{who}-1111") for who in ("eve", "bob", "ada")]
+    eve, bob, ada = [await rig.enter(f"{who}-1111") for who in ("eve", "bob", "ada")]
     monkeypatch.setattr(eve, "abandon", fail)
-    testbed.wait(10.3, ada)
+    rig.wait(10.3, ada)
     await asyncio.sleep(0)
     assert not bob.is_alive
     ada.says(type="name", name="Ada")
-    testbed.wait(0.1, ada)
+    rig.wait(0.1, ada)
     assert "Ada" in [line["name"] for line in ada.last("room")["viewers"]]
 
 
 async def test_the_robot_stops_though_the_streams_of_its_operator_cannot_be_given_up(
-    testbed: Testbed, monkeypatch: pytest.MonkeyPatch
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The operator is lost at once, even if ending the streams raises."""
-    eve = await testbed.enter("eve-1111")
+    eve = await rig.enter("eve-1111")
     eve.says(type="join")
-    testbed.wait(0.3, eve)
-    testbed.robot.told.clear()
+    rig.wait(0.3, eve)
+    rig.robot.told.clear()
     with monkeypatch.context() as patch:
-        patch.setattr(next(iter(testbed.viewers)).streams, "release", fail)
+        patch.setattr(next(iter(rig.viewers)).streams, "release", fail)
         await eve.close()
-    assert "stop" in testbed.robot.told
-    assert testbed.room.snapshot(testbed.clock.time_s).viewers[0].lost
+    assert "stop" in rig.robot.told
+    assert rig.room.snapshot(rig.clock.time_s).viewers[0].lost
 
 
 async def test_one_peer_that_does_not_close_keeps_no_other_open(
-    testbed: Testbed, monkeypatch: pytest.MonkeyPatch
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """At the end of the server every peer is closed, whatever one of them raises."""
-    eve, ada = await testbed.enter("eve-1111"), await testbed.enter("ada-1111")
+    eve, ada = await rig.enter("eve-1111"), await rig.enter("ada-1111")
     monkeypatch.setattr(eve, "close", fail)
-    await testbed.room.close()
+    await rig.room.close()
     assert not ada.is_alive
 
 
-async def test_the_status_tells_of_all_others(
-    testbed: Testbed, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_the_status_tells_of_all_others(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a viewer whose streams cannot tell how they are, only name and place are told."""
-    await testbed.enter("eve-1111")
-    await testbed.enter("ada-1111")
-    monkeypatch.setattr(next(iter(testbed.viewers)).streams, "status", fail)
+    await rig.enter("eve-1111")
+    await rig.enter("ada-1111")
+    monkeypatch.setattr(next(iter(rig.viewers)).streams, "status", fail)
     status = Status(
-        clock=testbed.clock,
-        room=testbed.room,
-        viewers=testbed.viewers,
-        control=testbed.loop,
-        turns=Turns(testbed.room._settings.turns),
-        driver=testbed.robot,
-        video=VideoHub(settings=VideoSettings(), clock=testbed.clock),
+        clock=rig.clock,
+        room=rig.room,
+        viewers=rig.viewers,
+        control=rig.loop,
+        turns=Turns(rig.room._settings.turns),
+        driver=rig.robot,
+        video=VideoHub(settings=VideoSettings(), clock=rig.clock),
         audio=SoundHub(),
         captures={},
         blocks=cast("Any", SimpleNamespace(filled_ms=0.0, dropped_ms=0.0)),
-        counters=testbed.counters,
+        counters=rig.counters,
         rates=Rates(),
     )
     broken, whole = cast("list[dict[str, Any]]", status()["viewers"])

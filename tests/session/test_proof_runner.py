@@ -153,7 +153,7 @@ async def test_a_server_that_ends_keeps_the_robot_shut(
     await proving.stop()
     assert robot.told[:2] == [LENT, "close"]
     assert "open" not in robot.told
-    with pytest.raises(ForbiddenError, match="ends"):
+    with pytest.raises(ForbiddenError, match="shutting down"):
         await proving.start()
 
 
@@ -184,7 +184,7 @@ async def test_a_stop_breaks_the_proof_off(
     assert await asyncio.wait_for(process.wait(), 5) == -signal.SIGTERM
     told = await _ended(proving)
     assert (told["state"], told["line"]) == ("failed", STOPPED)
-    with pytest.raises(ForbiddenError, match="release it first"):
+    with pytest.raises(ForbiddenError, match="release the stop first"):
         await proving.start()
     robot.latched = None
     await proving.start()

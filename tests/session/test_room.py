@@ -107,7 +107,7 @@ class FakePeer:
         return next(m for m in reversed(self.sent) if m["type"] == kind)
 
 
-class Testbed:
+class Rig:
     """A server with everything real but peers, robot and time."""
 
     def __init__(self, tree: dict[str, Any]) -> None:
@@ -179,10 +179,10 @@ class Testbed:
 
 
 @pytest.fixture
-def testbed(monkeypatch: pytest.MonkeyPatch) -> Testbed:
+def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
     FakePeer.made = []
     monkeypatch.setattr(room_module, "Peer", FakePeer)
-    return Testbed(
+    return Rig(
         {
             "turns": {"turn_s": 5.0},
             "server": {"max_viewers": 2},
@@ -191,10 +191,10 @@ def testbed(monkeypatch: pytest.MonkeyPatch) -> Testbed:
     )
 
 
-async def test_who_enters_is_greeted_and_told_the_room(testbed: Testbed) -> None:
+async def test_who_enters_is_greeted_and_told_the_room(rig: Rig) -> None:
     """The first message says who one is and what the robot can do; then comes the room."""
-    ada = await testbed.enter("ada-1111")
-    testbed.wait(0.1, ada)
+    ada = await rig.enter("ada-1111")
+    rig.wait(0.1, ada)
     hello, told = ada.last("hello"), ada.last("room")
     assert hello["robot"]["axes"] == ["pan"]
     assert hello["on_loss"]["silence_ms"] is None  # this driver has no process of its own
@@ -204,174 +204,174 @@ async def test_who_enters_is_greeted_and_told_the_room(testbed: Testbed) -> None
     assert told["video"]["problem"] is None
 
 
-@pytest.mark.usefixtures("testbed")
+@pytest.mark.usefixtures("rig")
 @pytest.mark.parametrize("soft", [False, True])
 async def test_who_enters_is_told_whether_the_robot_brakes_softly(soft: bool) -> None:
     """It is told as it is configured."""
-    testbed = Testbed({"robot": {"soft_braking": soft}})
-    ada = await testbed.enter("ada-1111")
+    rig = Rig({"robot": {"soft_braking": soft}})
+    ada = await rig.enter("ada-1111")
     assert ada.last("hello")["on_loss"]["soft_braking"] is soft
 
 
 @pytest.mark.parametrize(("beyond_s", "moves"), [(-0.2, True), (0.2, False)])
 async def test_what_is_held_drives_on_after_a_lapse_as_short_as_was_told(
-    testbed: Testbed, beyond_s: float, moves: bool
+    rig: Rig, beyond_s: float, moves: bool
 ) -> None:
     """Commands that come back sooner move the robot by themselves, later ones do not."""
-    ada = await testbed.enter("ada-1111")
+    ada = await rig.enter("ada-1111")
     ada.says(type="join")
-    testbed.wait(0.3, ada)
+    rig.wait(0.3, ada)
     for seq, linear in enumerate((0.0, 0.5), 1):
-        testbed.drive(ada, seq, linear=linear)
-        testbed.wait(0.1, ada)
-    testbed.wait(ada.last("hello")["on_loss"]["resume_within_ms"] / 1000 + beyond_s, ada)
+        rig.drive(ada, seq, linear=linear)
+        rig.wait(0.1, ada)
+    rig.wait(ada.last("hello")["on_loss"]["resume_within_ms"] / 1000 + beyond_s, ada)
     assert not ada.last("drive_status")["moving"]
-    testbed.drive(ada, 3, linear=0.5)
-    testbed.wait(0.1, ada)
+    rig.drive(ada, 3, linear=0.5)
+    rig.wait(0.1, ada)
     assert ada.last("drive_status")["moving"] is moves
 
 
-async def test_the_same_page_gets_its_place_back(testbed: Testbed) -> None:
+async def test_the_same_page_gets_its_place_back(rig: Rig) -> None:
     """A page that reloads is the same viewer: they keep name, place and turn."""
-    ada = await testbed.enter("ada-1111")
+    ada = await rig.enter("ada-1111")
     ada.says(type="name", name="Ada")
     ada.says(type="join")
-    testbed.wait(0.2, ada)
-    again = await testbed.enter("ada-1111")
-    testbed.wait(0.2, again)
+    rig.wait(0.2, ada)
+    again = await rig.enter("ada-1111")
+    rig.wait(0.2, again)
     (line,) = again.last("room")["viewers"]
     assert (line["name"], line["role"], line["lost"]) == ("Ada", "operator", False)
     assert not ada.is_alive
     assert again.last("room")["turn"]["number"] == 1
 
 
-async def test_an_old_peer_that_ends_late_takes_nothing_with_it(testbed: Testbed) -> None:
+async def test_an_old_peer_that_ends_late_takes_nothing_with_it(rig: Rig) -> None:
     """A reload whose old connection is still closing when the new one opens loses nothing."""
-    ada = await testbed.enter("ada-1111")
+    ada = await rig.enter("ada-1111")
     ada.says(type="join")
     ada.is_alive = False  # it closes by itself, and has not told yet
-    again = await testbed.enter("ada-1111")
+    again = await rig.enter("ada-1111")
     ada.events.closed(cast("Peer", ada))
-    testbed.wait(4.0, again)
+    rig.wait(4.0, again)
     assert again.is_alive
     assert [line["role"] for line in again.last("room")["viewers"]] == ["operator"]
 
 
-async def test_a_full_house_says_so(testbed: Testbed) -> None:
+async def test_a_full_house_says_so(rig: Rig) -> None:
     """One more than the configured number is refused with a sentence, and nobody is harmed."""
-    await testbed.enter("ada-1111")
-    await testbed.enter("bob-1111")
+    await rig.enter("ada-1111")
+    await rig.enter("bob-1111")
     with pytest.raises(FullError, match="2 places"):
-        await testbed.room.answer("eve-1111", OFFER, is_host=False)
-    assert len(testbed.names()) == 2
+        await rig.room.answer("eve-1111", OFFER, is_host=False)
+    assert len(rig.names()) == 2
 
 
-async def test_silence_stops_the_robot_and_keeps_the_turn(testbed: Testbed) -> None:
+async def test_silence_stops_the_robot_and_keeps_the_turn(rig: Rig) -> None:
     """An operator silent for the announced time is lost: the robot stops, their turn is kept."""
-    ada, bob = await testbed.enter("ada-1111"), await testbed.enter("bob-1111")
+    ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     ada.says(type="join")
-    testbed.wait(0.2, ada, bob)
-    testbed.robot.told.clear()
+    rig.wait(0.2, ada, bob)
+    rig.robot.told.clear()
     lost_after_s = ada.last("hello")["on_loss"]["lost_after_ms"] / 1000
     assert lost_after_s == 1.0
-    testbed.wait(lost_after_s - 0.1, bob)
+    rig.wait(lost_after_s - 0.1, bob)
     assert not any(line["lost"] for line in bob.last("room")["viewers"])
-    testbed.wait(0.3, bob)
+    rig.wait(0.3, bob)
     lines = {line["id"]: line for line in bob.last("room")["viewers"]}
     assert lines[1]["lost"]
     assert lines[1]["role"] == "operator"
-    assert "stop" in testbed.robot.told
-    testbed.wait(0.2, ada, bob)
+    assert "stop" in rig.robot.told
+    rig.wait(0.2, ada, bob)
     assert not bob.last("room")["viewers"][0]["lost"]
 
 
-async def test_who_only_watches_may_be_silent_for_longer(testbed: Testbed) -> None:
+async def test_who_only_watches_may_be_silent_for_longer(rig: Rig) -> None:
     """An observer sends a heartbeat once a second, so they are lost after 3.5 s and not before."""
-    ada, bob = await testbed.enter("ada-1111"), await testbed.enter("bob-1111")
-    testbed.wait(3.4, ada)
+    ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
+    rig.wait(3.4, ada)
     assert not any(line["lost"] for line in ada.last("room")["viewers"])
-    testbed.wait(0.3, ada)
+    rig.wait(0.3, ada)
     lost = {line["id"]: line["lost"] for line in ada.last("room")["viewers"]}
     assert lost == {1: False, 2: True}
     assert bob.is_alive
 
 
-async def test_who_is_gone_is_forgotten_after_the_grace(testbed: Testbed) -> None:
+async def test_who_is_gone_is_forgotten_after_the_grace(rig: Rig) -> None:
     """A closed page keeps its place for the time of grace, then it is free."""
-    ada, bob = await testbed.enter("ada-1111"), await testbed.enter("bob-1111")
+    ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     ada.says(type="join")
     bob.says(type="join")
-    testbed.wait(0.2, ada, bob)
+    rig.wait(0.2, ada, bob)
     ada.abandon()
-    testbed.wait(2.5, bob)
+    rig.wait(2.5, bob)
     assert bob.last("room")["turn"]["operator"] == 1
-    testbed.wait(1.0, bob)
+    rig.wait(1.0, bob)
     assert bob.last("room")["turn"]["operator"] == 2
     assert len(bob.last("room")["viewers"]) == 1
 
 
-async def test_half_open_and_dead_peers_are_closed(testbed: Testbed) -> None:
+async def test_half_open_and_dead_peers_are_closed(rig: Rig) -> None:
     """A page that never opens its channels, and one that falls silent, are closed in 10 s."""
-    await testbed.room.answer("ada-1111", OFFER, is_host=False)
+    await rig.room.answer("ada-1111", OFFER, is_host=False)
     half = FakePeer.made[-1]
-    bob = await testbed.enter("bob-1111")
-    testbed.wait(10.3)
+    bob = await rig.enter("bob-1111")
+    rig.wait(10.3)
     assert not half.is_alive
     assert not bob.is_alive
-    testbed.wait(4.0)
-    assert not list(testbed.viewers)
+    rig.wait(4.0)
+    assert not list(rig.viewers)
 
 
-async def test_a_turn_changes_hands_with_a_stop_between(testbed: Testbed) -> None:
+async def test_a_turn_changes_hands_with_a_stop_between(rig: Rig) -> None:
     """At the end of a turn the robot stops before the next operator is told of theirs."""
-    ada, bob = await testbed.enter("ada-1111"), await testbed.enter("bob-1111")
+    ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     ada.says(type="join")
     bob.says(type="join")
-    testbed.wait(0.2, ada, bob)
-    testbed.robot.told.clear()
-    testbed.wait(5.0, ada, bob)
-    assert "stop" in testbed.robot.told
+    rig.wait(0.2, ada, bob)
+    rig.robot.told.clear()
+    rig.wait(5.0, ada, bob)
+    assert "stop" in rig.robot.told
     told = bob.last("room")
     assert (told["turn"]["operator"], told["turn"]["number"]) == (2, 2)
     assert {line["id"]: line["place"] for line in told["viewers"]} == {1: 1, 2: 0}
 
 
-async def test_only_the_operator_drives(testbed: Testbed) -> None:
+async def test_only_the_operator_drives(rig: Rig) -> None:
     """Another's command moves nothing."""
-    ada, bob = await testbed.enter("ada-1111"), await testbed.enter("bob-1111")
+    ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     ada.says(type="join")
-    testbed.wait(0.2, ada, bob)
-    testbed.drive(bob, 1, linear=1.0)
-    testbed.wait(0.2, ada, bob)
-    twists = [told for told in testbed.robot.told if isinstance(told, Twist)]
+    rig.wait(0.2, ada, bob)
+    rig.drive(bob, 1, linear=1.0)
+    rig.wait(0.2, ada, bob)
+    twists = [told for told in rig.robot.told if isinstance(told, Twist)]
     assert all(twist.is_zero for twist in twists)
-    assert testbed.loop.counts()["commands.refused.not_your_turn"] == 1
+    assert rig.loop.counts()["commands.refused.not_your_turn"] == 1
 
 
-async def test_everybody_stops_and_all_hear_who(testbed: Testbed) -> None:
+async def test_everybody_stops_and_all_hear_who(rig: Rig) -> None:
     """An observer's stop reaches the robot at once, latches, and everybody sees their name."""
-    ada, bob = await testbed.enter("ada-1111"), await testbed.enter("bob-1111")
+    ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     ada.says(type="join")
     bob.says(type="name", name="Bob")
-    testbed.wait(0.2, ada, bob)
-    testbed.robot.told.clear()
+    rig.wait(0.2, ada, bob)
+    rig.robot.told.clear()
     bob.says(type="stop")
-    assert testbed.robot.told == ["stop"]
-    testbed.wait(0.1, ada, bob)
+    assert rig.robot.told == ["stop"]
+    rig.wait(0.1, ada, bob)
     assert ada.last("room")["stop"] == {"number": 1, "by": "Bob"}
     assert bob.last("room")["stop"] == {"number": 1, "by": "Bob"}
 
 
-async def test_only_operator_and_host_release(testbed: Testbed) -> None:
+async def test_only_operator_and_host_release(rig: Rig) -> None:
     """An observer's release is answered with a sentence; the operator's and the host's count."""
-    ada = await testbed.enter("ada-1111")
-    bob = await testbed.enter("bob-1111", is_host=False)
+    ada = await rig.enter("ada-1111")
+    bob = await rig.enter("bob-1111", is_host=False)
     ada.says(type="join")
-    testbed.wait(0.2, ada, bob)
+    rig.wait(0.2, ada, bob)
 
     def release(peer: FakePeer, stop: int) -> None:
-        peer.says(type="release", stop=stop, sent_server_ms=testbed.clock.time_s * 1000)
-        testbed.wait(0.1, ada, bob)
+        peer.says(type="release", stop=stop, sent_server_ms=rig.clock.time_s * 1000)
+        rig.wait(0.1, ada, bob)
 
     bob.says(type="stop")
     release(bob, 1)
@@ -380,145 +380,145 @@ async def test_only_operator_and_host_release(testbed: Testbed) -> None:
     release(ada, 1)
     assert ada.last("room")["stop"] is None
     bob.says(type="stop")
-    list(testbed.viewers)[1].is_host = True
+    list(rig.viewers)[1].is_host = True
     release(bob, 2)
     assert ada.last("room")["stop"] is None
 
 
-async def test_stop_and_release_by_the_second_way(testbed: Testbed) -> None:
+async def test_stop_and_release_by_the_second_way(rig: Rig) -> None:
     """By HTTP anybody stops, and a release needs the operator's secret or the host's machine."""
-    ada = await testbed.enter("ada-1111")
+    ada = await rig.enter("ada-1111")
     ada.says(type="join")
-    testbed.wait(0.2, ada)
-    testbed.robot.told.clear()
-    number = testbed.room.stop_by(None, is_host=False)
-    assert testbed.robot.told == ["stop"]
+    rig.wait(0.2, ada)
+    rig.robot.told.clear()
+    number = rig.room.stop_by(None, is_host=False)
+    assert rig.robot.told == ["stop"]
     for client in (None, "eve-1111"):
         with pytest.raises(ForbiddenError):
-            testbed.room.release_by(client, number, is_host=False)
+            rig.room.release_by(client, number, is_host=False)
     with pytest.raises(ForbiddenError):
-        testbed.room.release_by("ada-1111", number + 1, is_host=False)
-    testbed.wait(0.1, ada)
+        rig.room.release_by("ada-1111", number + 1, is_host=False)
+    rig.wait(0.1, ada)
     assert ada.last("room")["stop"] == {"number": number, "by": "somebody"}
-    testbed.room.release_by("ada-1111", number, is_host=False)
-    testbed.wait(0.1, ada)
+    rig.room.release_by("ada-1111", number, is_host=False)
+    rig.wait(0.1, ada)
     assert ada.last("room")["stop"] is None
-    number = testbed.room.stop_by("ada-1111", is_host=False)
-    testbed.room.release_by(None, number, is_host=True)
-    testbed.wait(0.1, ada)
+    number = rig.room.stop_by("ada-1111", is_host=False)
+    rig.room.release_by(None, number, is_host=True)
+    rig.wait(0.1, ada)
     assert ada.last("room")["stop"] is None
 
 
-@pytest.mark.usefixtures("testbed")
+@pytest.mark.usefixtures("rig")
 async def test_where_only_the_operator_may_stop(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where it is so configured an observer's stop is refused by both ways, the host's is not."""
-    closed = Testbed({"stop": {"by": "operator"}})
+    closed = Rig({"stop": {"by": "operator"}})
     ada, bob = await closed.enter("ada-1111"), await closed.enter("bob-1111")
     ada.says(type="join")
     closed.wait(0.2, ada, bob)
     bob.says(type="stop")
-    assert "whoever drives" in bob.last("notice")["text"]
+    assert "operator or the host" in bob.last("notice")["text"]
     for client in (None, "bob-1111"):
-        with pytest.raises(ForbiddenError, match="whoever drives"):
+        with pytest.raises(ForbiddenError, match="operator or the host"):
             closed.room.stop_by(client, is_host=False)
     assert closed.room.stop_by("ada-1111", is_host=False) == 1
     closed.room.release_by("ada-1111", 1, is_host=False)
     assert closed.room.stop_by(None, is_host=True) == 2
 
 
-async def test_who_means_to_see(testbed: Testbed) -> None:
+async def test_who_means_to_see(rig: Rig) -> None:
     """A viewer with the picture off does not see, and nobody does without a camera."""
-    ada = await testbed.enter("ada-1111")
-    assert testbed.viewers.sees(1)
-    assert not testbed.viewers.sees(9)
+    ada = await rig.enter("ada-1111")
+    assert rig.viewers.sees(1)
+    assert not rig.viewers.sees(9)
     ada.says(type="want", sound=True, picture=False, size="640x480", policy=None)
-    assert not testbed.viewers.sees(1)
+    assert not rig.viewers.sees(1)
 
 
-async def test_a_driver_that_raises_is_a_problem_of_the_robot(testbed: Testbed) -> None:
+async def test_a_driver_that_raises_is_a_problem_of_the_robot(rig: Rig) -> None:
     """When somebody's driver raises at every question, the room says so and goes on."""
-    ada = await testbed.enter("ada-1111")
-    testbed.wait(0.2, ada)
-    testbed.robot.is_broken = True
-    testbed.wait(0.2, ada)
+    ada = await rig.enter("ada-1111")
+    rig.wait(0.2, ada)
+    rig.robot.is_broken = True
+    rig.wait(0.2, ada)
     assert ada.last("room")["robot"]["problem"] == NO_ANSWER
-    testbed.robot.is_broken = False
-    testbed.wait(0.2, ada)
+    rig.robot.is_broken = False
+    rig.wait(0.2, ada)
     assert ada.last("room")["robot"]["problem"] is None
 
 
-async def test_a_problem_of_the_robot_is_told_at_once(testbed: Testbed) -> None:
+async def test_a_problem_of_the_robot_is_told_at_once(rig: Rig) -> None:
     """Everybody reads within one sweep that the robot cannot be reached."""
-    ada = await testbed.enter("ada-1111")
-    testbed.wait(0.2, ada)
-    testbed.robot.problem = "the line is unplugged"
-    testbed.wait(0.1, ada)
+    ada = await rig.enter("ada-1111")
+    rig.wait(0.2, ada)
+    rig.robot.problem = "the line is unplugged"
+    rig.wait(0.1, ada)
     assert ada.last("room")["robot"]["problem"] == "the line is unplugged"
 
 
-async def test_a_camera_that_fails_is_told_and_its_recovery_too(testbed: Testbed) -> None:
+async def test_a_camera_that_fails_is_told_and_its_recovery_too(rig: Rig) -> None:
     """The page says that the camera is gone, and that it is back."""
-    ada = await testbed.enter("ada-1111")
-    testbed.camera.problem = "The camera was unplugged."
-    testbed.wait(0.3, ada)
+    ada = await rig.enter("ada-1111")
+    rig.camera.problem = "The camera was unplugged."
+    rig.wait(0.3, ada)
     assert ada.last("room")["video"]["problem"] == "The camera was unplugged."
-    testbed.camera.problem = None
-    testbed.wait(0.3, ada)
+    rig.camera.problem = None
+    rig.wait(0.3, ada)
     assert ada.last("room")["video"]["problem"] is None
 
 
-async def test_who_talks_without_end_hides_nobodys_silence(testbed: Testbed) -> None:
+async def test_who_talks_without_end_hides_nobodys_silence(rig: Rig) -> None:
     """While one viewer keeps changing their name, a silent operator is still lost in time."""
-    ada, bob = await testbed.enter("ada-1111"), await testbed.enter("bob-1111")
+    ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     ada.says(type="join")
-    testbed.wait(0.2, ada, bob)
+    rig.wait(0.2, ada, bob)
     bob.sent.clear()
     for step in range(120):
         bob.says(type="name", name=f"Bob {step}")
-        testbed.wait(0.1, bob)
+        rig.wait(0.1, bob)
         if step == 11:
-            assert testbed.room.snapshot(testbed.clock.time_s).viewers[0].lost
+            assert rig.room.snapshot(rig.clock.time_s).viewers[0].lost
     assert len(bob.sent) <= 121
 
 
-async def test_a_flood_is_not_read(testbed: Testbed) -> None:
+async def test_a_flood_is_not_read(rig: Rig) -> None:
     """Messages beyond the rate are counted and dropped before they cost anything."""
-    ada = await testbed.enter("ada-1111")
+    ada = await rig.enter("ada-1111")
     for step in range(500):
         ada.says(type="name", name=f"Ada {step}")
-    assert testbed.counters.snapshot()["messages over the rate"] == 440
-    testbed.wait(1.0, ada)
+    assert rig.counters.snapshot()["messages over the rate"] == 440
+    rig.wait(1.0, ada)
     ada.says(type="name", name="Ada")
-    assert testbed.names() == ["Ada"]
+    assert rig.names() == ["Ada"]
 
 
-async def test_bad_offers_take_no_place(testbed: Testbed) -> None:
+async def test_bad_offers_take_no_place(rig: Rig) -> None:
     """However many bad offers come, the room is not full and nobody's peer is closed."""
-    ada = await testbed.enter("ada-1111")
+    ada = await rig.enter("ada-1111")
     for number in range(50):
         with pytest.raises(SignallingError):
-            await testbed.room.answer(f"eve-{number:04}", "nonsense", is_host=False)
+            await rig.room.answer(f"eve-{number:04}", "nonsense", is_host=False)
         with pytest.raises(SignallingError):
-            await testbed.room.answer("ada-1111", "nonsense", is_host=False)
+            await rig.room.answer("ada-1111", "nonsense", is_host=False)
     assert ada.is_alive
-    await testbed.enter("bob-1111")
-    assert len(testbed.names()) == 2
+    await rig.enter("bob-1111")
+    assert len(rig.names()) == 2
 
 
-async def test_a_peer_that_never_opened_frees_its_place_at_once(testbed: Testbed) -> None:
+async def test_a_peer_that_never_opened_frees_its_place_at_once(rig: Rig) -> None:
     """A viewer who failed to connect has no place to keep, so they get no grace time."""
-    await testbed.enter("ada-1111")
-    await testbed.room.answer("eve-1111", OFFER, is_host=False)
+    await rig.enter("ada-1111")
+    await rig.room.answer("eve-1111", OFFER, is_host=False)
     FakePeer.made[-1].abandon()
-    await testbed.enter("bob-1111")
-    assert len(testbed.names()) == 2
+    await rig.enter("bob-1111")
+    assert len(rig.names()) == 2
 
 
-async def test_of_two_offers_at_once_the_later_wins(testbed: Testbed) -> None:
+async def test_of_two_offers_at_once_the_later_wins(rig: Rig) -> None:
     """A page that offers twice at once ends with one living peer, the one of its later offer."""
-    await asyncio.gather(*(testbed.room.answer("ada-1111", OFFER, is_host=False) for _ in range(3)))
+    await asyncio.gather(*(rig.room.answer("ada-1111", OFFER, is_host=False) for _ in range(3)))
     assert [peer.is_alive for peer in FakePeer.made] == [False, False, True]
-    assert len(testbed.viewers) == 1
+    assert len(rig.viewers) == 1
 
 
 async def test_a_timer_is_served_between_two_offers(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -541,7 +541,7 @@ async def test_a_timer_is_served_between_two_offers(monkeypatch: pytest.MonkeyPa
     FakePeer.made = []
     monkeypatch.setattr(room_module, "Peer", Noted)
     counting[0] = loop.call_soon(count)
-    room = Testbed({}).room
+    room = Rig({}).room
     await asyncio.gather(
         *(room.answer(f"ada-{number:04}", OFFER, is_host=False) for number in range(20))
     )
@@ -549,63 +549,63 @@ async def test_a_timer_is_served_between_two_offers(monkeypatch: pytest.MonkeyPa
     assert len(set(answered)) == 20
 
 
-@pytest.mark.usefixtures("testbed")
+@pytest.mark.usefixtures("rig")
 async def test_everybody_queues_where_it_is_so_configured() -> None:
     """With `join = "auto"` the first who enters drives and the next waits (thesis 4.3)."""
-    everybody = Testbed({"turns": {"join": "auto"}})
+    everybody = Rig({"turns": {"join": "auto"}})
     ada, bob = await everybody.enter("ada-1111"), await everybody.enter("bob-1111")
     everybody.wait(0.3, ada, bob)
     roles = [line["role"] for line in bob.last("room")["viewers"]]
     assert roles == ["operator", "queued"]
 
 
-async def test_nothing_new_is_not_told_again(testbed: Testbed) -> None:
+async def test_nothing_new_is_not_told_again(rig: Rig) -> None:
     """While nothing changes the room is told every 5 s, not with every sweep."""
-    ada = await testbed.enter("ada-1111")
-    testbed.wait(0.2, ada)
+    ada = await rig.enter("ada-1111")
+    rig.wait(0.2, ada)
     ada.sent.clear()
-    testbed.wait(4.0, ada)
+    rig.wait(4.0, ada)
     assert ada.sent == []
-    testbed.wait(1.2, ada)
+    rig.wait(1.2, ada)
     assert [m["type"] for m in ada.sent] == ["room"]
 
 
-async def test_the_role_brings_its_policy(testbed: Testbed) -> None:
+async def test_the_role_brings_its_policy(rig: Rig) -> None:
     """At hand-over the playout policy changes with the role, live."""
-    ada = await testbed.enter("ada-1111")
+    ada = await rig.enter("ada-1111")
     ada.says(type="join")
-    testbed.wait(0.2, ada)
+    rig.wait(0.2, ada)
     assert ada.last("playout")["policy"] == "video-first"
     ada.says(type="leave")
-    testbed.wait(0.2, ada)
+    rig.wait(0.2, ada)
     assert ada.last("playout")["policy"] == "audio-master"
 
 
-async def test_who_drives_is_told_what_becomes_of_his_commands(testbed: Testbed) -> None:
+async def test_who_drives_is_told_what_becomes_of_his_commands(rig: Rig) -> None:
     """The rounds tell the operator that the robot moves, and why it does not; nobody else."""
-    ada, bob = await testbed.enter("ada-1111"), await testbed.enter("bob-1111")
+    ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     ada.says(type="join")
-    testbed.wait(0.3, ada, bob)
+    rig.wait(0.3, ada, bob)
     for seq in range(1, 8):
-        testbed.drive(ada, seq, linear=0.0 if seq < 3 else 0.5)
-        testbed.wait(0.1, ada, bob)
+        rig.drive(ada, seq, linear=0.0 if seq < 3 else 0.5)
+        rig.wait(0.1, ada, bob)
     assert ada.last("drive_status") == {"type": "drive_status", "moving": True, "reason": None}
-    testbed.wait(1.5, ada, bob)
+    rig.wait(1.5, ada, bob)
     told = [message for message in ada.sent if message["type"] == "drive_status"]
     assert not told[-1]["moving"]
     assert told[-1]["reason"]
     assert not [message for message in bob.sent if message["type"] == "drive_status"]
-    testbed.wait(2.0, ada, bob)
+    rig.wait(2.0, ada, bob)
     assert [message for message in ada.sent if message["type"] == "drive_status"] == told
 
 
-async def test_a_fresh_page_is_told_what_becomes_of_its_commands(testbed: Testbed) -> None:
+async def test_a_fresh_page_is_told_what_becomes_of_its_commands(rig: Rig) -> None:
     """An operator who reloads is told again why the robot stands, though that has not changed."""
-    ada = await testbed.enter("ada-1111")
+    ada = await rig.enter("ada-1111")
     ada.says(type="join")
-    testbed.robot.problem = "the line is unplugged"
-    testbed.wait(0.5, ada)
+    rig.robot.problem = "the line is unplugged"
+    rig.wait(0.5, ada)
     assert ada.last("drive_status")["reason"]
-    again = await testbed.enter("ada-1111")
-    testbed.wait(0.5, again)
+    again = await rig.enter("ada-1111")
+    rig.wait(0.5, again)
     assert again.last("drive_status")["reason"]

@@ -35,7 +35,7 @@ OPERATOR = SyncSettings(max_holdback_ms=50.0, max_skew_ms=100.0, least_audio_mu_
 
 
 @dataclass
-class Testbed:
+class Rig:
     """A viewer behind a link of `rate_bps`, everything real but time, encoders and the wire."""
 
     rate_bps: float = 20e6
@@ -150,21 +150,21 @@ TOP, *_, BOTTOM = (one.name for one in SIZES.renditions)
 
 async def test_a_picture_starts_small_and_grows_at_once() -> None:
     """Before anything is known the smallest rendition goes; a fast link has the largest soon."""
-    testbed = Testbed()
-    testbed.begin()
-    assert testbed.video.wanted == [BOTTOM]
-    await testbed.run(2.0)
-    assert testbed.video.wanted == [TOP]
-    assert testbed.sizes[0] == BOTTOM
-    assert testbed.sizes[-1] == TOP
+    rig = Rig()
+    rig.begin()
+    assert rig.video.wanted == [BOTTOM]
+    await rig.run(2.0)
+    assert rig.video.wanted == [TOP]
+    assert rig.sizes[0] == BOTTOM
+    assert rig.sizes[-1] == TOP
 
 
 async def test_a_thin_link_stays_with_what_it_carries() -> None:
     """A modem line gets the smallest rendition and long units of sound, without a queue."""
-    testbed = Testbed(rate_bps=50e3)
-    testbed.begin()
-    await testbed.run(12.0)
-    served = testbed.streams.status()
+    rig = Rig(rate_bps=50e3)
+    rig.begin()
+    await rig.run(12.0)
+    served = rig.streams.status()
     assert served["rendition"] == BOTTOM
     assert served["sound_mu_ms"] == 60
     assert float(str(served["queue_ms"])) < 400
@@ -172,39 +172,39 @@ async def test_a_thin_link_stays_with_what_it_carries() -> None:
 
 async def test_a_link_that_narrows_gets_a_fresh_start_with_less() -> None:
     """What the old link carried is given up at once; the new rendition begins by a keyframe."""
-    testbed = Testbed(rate_bps=8e6)
-    testbed.begin()
-    await testbed.run(4.0)
-    assert testbed.sizes[-1] == TOP
-    testbed.rate_bps = 300e3
-    testbed.sizes.clear()
-    await testbed.run(4.0)
-    later = [name for name in testbed.sizes if name != TOP]
+    rig = Rig(rate_bps=8e6)
+    rig.begin()
+    await rig.run(4.0)
+    assert rig.sizes[-1] == TOP
+    rig.rate_bps = 300e3
+    rig.sizes.clear()
+    await rig.run(4.0)
+    later = [name for name in rig.sizes if name != TOP]
     assert later
-    assert testbed.sizes[-1] != TOP
-    assert testbed.sizes == sorted(testbed.sizes, key=lambda name: name != TOP)
+    assert rig.sizes[-1] != TOP
+    assert rig.sizes == sorted(rig.sizes, key=lambda name: name != TOP)
 
 
 async def test_a_picture_that_lost_its_thread_is_helped_when_there_is_room() -> None:
     """After a way was closed for long one keyframe is asked for, not one a picture."""
-    testbed = Testbed()
-    testbed.begin()
-    await testbed.run(3.0)
-    testbed.lane._shed()
-    testbed.lane._cut_layer = 0
-    testbed.asked.clear()
-    await testbed.run(1.5)
-    assert 1 <= len(testbed.asked) <= 2
-    assert not testbed.lane.is_cut
+    rig = Rig()
+    rig.begin()
+    await rig.run(3.0)
+    rig.lane._shed()
+    rig.lane._cut_layer = 0
+    rig.asked.clear()
+    await rig.run(1.5)
+    assert 1 <= len(rig.asked) <= 2
+    assert not rig.lane.is_cut
 
 
 async def test_the_page_is_told_what_it_gets_when_that_changes() -> None:
     """Nothing is told before anything is known, news at once, and figures once a second at most."""
-    testbed = Testbed()
-    testbed.begin()
-    assert not testbed.all(messages.Served)
-    await testbed.run(10.0)
-    told = testbed.all(messages.Served)
+    rig = Rig()
+    rig.begin()
+    assert not rig.all(messages.Served)
+    await rig.run(10.0)
+    told = rig.all(messages.Served)
     assert told[-1].rendition == TOP
     assert told[-1].picture_hz == 30.0
     assert (told[-1].layers, told[-1].layers_made) == (3, 3)
@@ -214,105 +214,105 @@ async def test_the_page_is_told_what_it_gets_when_that_changes() -> None:
 
 async def test_the_picture_is_held_back_by_the_server_where_the_browser_takes_it() -> None:
     """The hold-back goes with the packets; the page's own buffer is then left alone."""
-    testbed = Testbed()
-    testbed.begin()
+    rig = Rig()
+    rig.begin()
     for _ in range(8):
-        testbed.report(sound_ms=120.0, picture_ms=40.0)
-    assert testbed.held_ms[0] == 0.0
-    assert max(testbed.held_ms) >= 70.0
-    assert {one.picture_target_ms for one in testbed.all(messages.Playout)} == {None}
+        rig.report(sound_ms=120.0, picture_ms=40.0)
+    assert rig.held_ms[0] == 0.0
+    assert max(rig.held_ms) >= 70.0
+    assert {one.picture_target_ms for one in rig.all(messages.Playout)} == {None}
 
 
 async def test_the_page_holds_the_picture_back_where_its_browser_does_not() -> None:
     """A browser without the header extension gets the hold-back as its buffer's target."""
-    testbed = Testbed(takes_hold_back=False)
-    testbed.begin()
+    rig = Rig(takes_hold_back=False)
+    rig.begin()
     for _ in range(8):
-        testbed.report(sound_ms=120.0, picture_ms=40.0)
-    assert testbed.all(messages.Playout)[-1].picture_target_ms >= 70.0
+        rig.report(sound_ms=120.0, picture_ms=40.0)
+    assert rig.all(messages.Playout)[-1].picture_target_ms >= 70.0
 
 
 async def test_nothing_to_hold_back_is_zero() -> None:
     """The operator sees the picture at once while the sound is at most 80 ms behind it."""
-    testbed = Testbed()
-    testbed.begin()
-    testbed.streams.follow(OPERATOR, drives=True)
+    rig = Rig()
+    rig.begin()
+    rig.streams.follow(OPERATOR, drives=True)
     for _ in range(8):
-        testbed.report(sound_ms=85.0, picture_ms=10.0)
-    assert set(testbed.held_ms) == {0.0}
+        rig.report(sound_ms=85.0, picture_ms=10.0)
+    assert set(rig.held_ms) == {0.0}
 
 
 @pytest.mark.parametrize("how", ["asked", "role"])
 async def test_the_policy_changes_without_a_black_picture(how: str) -> None:
     """Asked for or with the role, a change of policy touches neither lanes nor renditions."""
-    testbed = Testbed()
-    testbed.begin()
-    await testbed.run(2.0)
+    rig = Rig()
+    rig.begin()
+    await rig.run(2.0)
     for _ in range(6):
-        testbed.report(sound_ms=160.0, picture_ms=60.0)
-    lane, left = testbed.lane, testbed.left
-    testbed.asked.clear()
+        rig.report(sound_ms=160.0, picture_ms=60.0)
+    lane, left = rig.lane, rig.left
+    rig.asked.clear()
     if how == "asked":
-        testbed.streams.want(sound=True, picture=True, size="640x480", policy="video-first")
+        rig.streams.want(sound=True, picture=True, size="640x480", policy="video-first")
     else:
-        testbed.streams.follow(SyncSettings(policy="video-first"), drives=False)
-    assert testbed.all(messages.Playout)[-1].policy == "video-first"
-    assert testbed.held_ms[-1] == 0.0
-    await testbed.run(1.0)
-    assert testbed.lane is lane
-    assert testbed.left > left + 15
-    assert not testbed.asked
+        rig.streams.follow(SyncSettings(policy="video-first"), drives=False)
+    assert rig.all(messages.Playout)[-1].policy == "video-first"
+    assert rig.held_ms[-1] == 0.0
+    await rig.run(1.0)
+    assert rig.lane is lane
+    assert rig.left > left + 15
+    assert not rig.asked
 
 
 async def test_who_drives_may_have_a_rendition_of_his_own() -> None:
     """In their turn an operator gets an own step between two others; after it nothing is left."""
-    testbed = Testbed(rate_bps=0.75e6)
-    shared = testbed.video.names
-    testbed.video.start()
+    rig = Rig(rate_bps=0.75e6)
+    shared = rig.video.names
+    rig.video.start()
     try:
-        testbed.begin()
-        testbed.streams.follow(OPERATOR.model_copy(update={"own_rendition": True}), drives=True)
-        await testbed.run(20.0)
-        assert testbed.sizes[-1] not in shared
-        assert testbed.video.wanted == [testbed.sizes[-1]]
-        testbed.streams.follow(SyncSettings(), drives=False)
-        await testbed.run(20.0)
-        assert testbed.sizes[-1] in shared
-        assert testbed.video.names == shared
+        rig.begin()
+        rig.streams.follow(OPERATOR.model_copy(update={"own_rendition": True}), drives=True)
+        await rig.run(20.0)
+        assert rig.sizes[-1] not in shared
+        assert rig.video.wanted == [rig.sizes[-1]]
+        rig.streams.follow(SyncSettings(), drives=False)
+        await rig.run(20.0)
+        assert rig.sizes[-1] in shared
+        assert rig.video.names == shared
     finally:
-        testbed.video.stop()
+        rig.video.stop()
 
 
 async def test_a_wish_outlives_a_change_of_role() -> None:
     """A viewer who chose a policy keeps it in their turn, with the role's limits."""
-    testbed = Testbed()
-    testbed.begin()
-    testbed.streams.want(sound=True, picture=True, size="640x480", policy="video-first")
-    testbed.streams.follow(OPERATOR, drives=True)
-    assert testbed.all(messages.Playout)[-1].policy == "video-first"
-    testbed.streams.want(sound=True, picture=True, size="640x480", policy=None)
-    assert testbed.all(messages.Playout)[-1].policy == "audio-master"
+    rig = Rig()
+    rig.begin()
+    rig.streams.want(sound=True, picture=True, size="640x480", policy="video-first")
+    rig.streams.follow(OPERATOR, drives=True)
+    assert rig.all(messages.Playout)[-1].policy == "video-first"
+    rig.streams.want(sound=True, picture=True, size="640x480", policy=None)
+    assert rig.all(messages.Playout)[-1].policy == "audio-master"
 
 
 async def test_a_fixed_media_unit_is_kept() -> None:
     """A unit that the configuration fixes is not the link's to choose."""
-    testbed = Testbed()
-    testbed.begin()
-    testbed.streams.follow(SyncSettings(audio_mu_ms=120), drives=False)
-    await testbed.run(1.0)
-    assert testbed.streams.status()["sound_mu_ms"] == 120
+    rig = Rig()
+    rig.begin()
+    rig.streams.follow(SyncSettings(audio_mu_ms=120), drives=False)
+    await rig.run(1.0)
+    assert rig.streams.status()["sound_mu_ms"] == 120
 
 
 async def test_what_is_not_wanted_is_not_sent() -> None:
     """Without picture and sound the encoders rest; a smaller size is the largest that is sent."""
-    testbed = Testbed()
-    testbed.begin()
-    await testbed.run(2.0)
-    testbed.streams.want(sound=True, picture=True, size="320x240", policy=None)
-    await testbed.run(2.0)
-    assert all(name.startswith("320x240") for name in testbed.video.wanted)
-    testbed.streams.want(sound=False, picture=False, size="320x240", policy=None)
-    await testbed.run(0.5)
-    assert (testbed.video.wanted, testbed.audio.wanted) == ([], [])
-    testbed.streams.release()
-    testbed.streams.release()
+    rig = Rig()
+    rig.begin()
+    await rig.run(2.0)
+    rig.streams.want(sound=True, picture=True, size="320x240", policy=None)
+    await rig.run(2.0)
+    assert all(name.startswith("320x240") for name in rig.video.wanted)
+    rig.streams.want(sound=False, picture=False, size="320x240", policy=None)
+    await rig.run(0.5)
+    assert (rig.video.wanted, rig.audio.wanted) == ([], [])
+    rig.streams.release()
+    rig.streams.release()

@@ -1,7 +1,7 @@
-// WAX on an Arduino Uno, Nano or the like: serial frames in, two motors out. What is particular to
-// a robot is in config.h; what decides about motion is in src/core and runs in WAX's tests too.
+// WAX on an Arduino Uno, Nano or similar: serial frames in, two motors out. Settings of a robot are
+// in config.h; everything that decides about motion is in src/core, which WAX's tests also run.
 //
-// Axes have no motor here: `robot.axis(0)` to `robot.axis(3)` say where yours shall be.
+// Axes have no motor here: `robot.axis(0)` to `robot.axis(3)` return the targets for yours.
 
 #if defined(__AVR__)
 #include <avr/wdt.h>
@@ -33,7 +33,7 @@ uint32_t now_ms() {
     return millis() + origin_ms;
 }
 
-// The clock starts anywhere, so that what was sent before a restart is not in time after it.
+// The clock starts at a random time, so that frames from before a restart are stale after it.
 uint32_t somewhere() {
     uint8_t noise[32];
     for (uint8_t &octet : noise)
@@ -42,7 +42,7 @@ uint32_t somewhere() {
            wax::crc16(noise, sizeof noise / 2, 0);
 }
 
-// At 0 both outputs of the bridge are the same, which brakes.
+// At 0 both outputs of the bridge are equal, which brakes.
 void drive(uint8_t pwm, uint8_t a, uint8_t b, int16_t mmps) {
     const int32_t size = mmps < 0 ? -static_cast<int32_t>(mmps) : mmps;
     const int32_t share = (255 - config::LEAST_PWM) * size / config::FULL_SPEED_MMPS;
@@ -81,8 +81,8 @@ wax::Inputs inputs() {
 
 void setup() {
 #if defined(__AVR__)
-    // A program that hangs restarts, and a restart ends with motors off. The bootloader of Nanos from
-    // before 2018 restarts for ever after that: give such a board Optiboot.
+    // A program that hangs restarts, with the motors off. The bootloader of Nanos from before 2018
+    // then restarts for ever: install Optiboot on such a board.
     wdt_enable(WDTO_60MS);
 #endif
     const uint8_t outputs[] = {config::LEFT_PWM,  config::LEFT_A,  config::LEFT_B,

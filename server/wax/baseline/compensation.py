@@ -1,8 +1,7 @@
-"""The roll-back that a client with a longer audio buffer needs besides (thesis 5.3.1).
+"""The extra roll-back for a client with a longer audio buffer (thesis 5.3.1).
 
-Java 1.1 buffered 50 ms of sound, Java 2 256 ms: there the sound came 200 ms after the picture,
-and the thesis would have the server roll the video back by as much. A browser is no Java version,
-but it reports; so the same is done from what it reports.
+Java 1.1 buffered 50 ms of sound, Java 2 256 ms: there the sound played 200 ms after the picture,
+and the thesis rolls the video back by as much. Here the same is done from the browser's reports.
 """
 
 from __future__ import annotations
@@ -18,14 +17,14 @@ if TYPE_CHECKING:
 Measure = Literal["ages", "buffers"]
 
 _REPORTS: Final = 5
-"""The median of so many is believed; a page reports four times a second."""
+"""The number of reports in the median; a page sends four a second."""
 
 _SETTLE_S: Final = 1.0
-"""What changes is seen at the earliest when the pictures so held back have been reported on."""
+"""The earliest time at which reports show the effect of a change."""
 
 
 class Compensation:
-    """Turns reports into the extra roll-back; moves it only when the last move is to be seen."""
+    """Turns reports into the extra roll-back; changes it only once the last change shows."""
 
     def __init__(self, settings: ThesisSettings) -> None:
         self._settings = settings

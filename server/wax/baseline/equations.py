@@ -6,15 +6,15 @@ import math
 
 
 def hold_back_s(first_sound_captured_s: float, newest_picture_captured_s: float) -> float:
-    """Return T_p, how long the newest picture is held back to meet the first sound (3.1).
+    """Return T_p, how long the newest picture is held back to match the first sound (3.1).
 
-    Never negative: sound that is younger than the picture has nothing to wait for.
+    Never negative: sound younger than the picture needs no hold-back.
     """
     return max(0.0, newest_picture_captured_s - first_sound_captured_s)
 
 
 def pictures_to_cache(transfer_ms: float, *, audio_mu_ms: int, video_mu_ms: int) -> int:
-    """Return N_v, how many pictures a viewer's cache holds, rounded down.
+    """Return N_v, the capacity of a viewer's picture cache, rounded down.
 
     With A and V the lengths of the media units and T_r the time that a picture takes:
     T_r < V gives A / V - 1 (3.2); V <= T_r < A gives A / T_r - 1 (3.3), where T_r = V belongs,
@@ -29,7 +29,7 @@ def pictures_to_cache(transfer_ms: float, *, audio_mu_ms: int, video_mu_ms: int)
     if video_mu_ms <= 0 or audio_mu_ms <= 0 or audio_mu_ms % video_mu_ms:
         raise ValueError("the audio MU must be a whole multiple of the video MU")
     if math.isnan(transfer_ms) or transfer_ms < 0:
-        raise ValueError("a picture cannot take less than no time")
+        raise ValueError("the time that a picture takes must not be negative")
     if transfer_ms < video_mu_ms:
         return audio_mu_ms // video_mu_ms - 1
     if transfer_ms < audio_mu_ms:

@@ -10,11 +10,11 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Signs:
-    """What says whether the link is sufficient; None where nothing is known yet.
+class LinkMeasurements:
+    """Measurements that show whether the link is sufficient; None if not known yet.
 
-    `interval_s` is how long one picture keeps the next from leaving, `sound_delay_s` the sound's
-    end-to-end delay: from when an MU could have been sent until it is there.
+    `interval_s` is how long one picture blocks the next, `sound_delay_s` the sound's end-to-end
+    delay: from when an MU could have been sent until it has arrived.
     """
 
     transfer_s: float | None = None
@@ -22,24 +22,24 @@ class Signs:
     sound_delay_s: float | None = None
 
 
-def insufficient(signs: Signs, settings: ThesisSettings) -> str | None:
-    """Say why the link is insufficient, None when it is not.
+def insufficient(measured: LinkMeasurements, settings: ThesisSettings) -> str | None:
+    """Return why the link is insufficient, None if it is sufficient.
 
     T_r >= A (3.4); less than one picture a second gets through, or the sound's end-to-end delay
     is longer than an audio MU (3.5). One picture a second, and a delay of just one MU, will do.
     """
     audio_mu_s = settings.audio_mu_ms / 1000
-    if signs.transfer_s is not None and signs.transfer_s >= audio_mu_s:
+    if measured.transfer_s is not None and measured.transfer_s >= audio_mu_s:
         return "a picture takes as long as an audio media unit, or longer"
-    if signs.interval_s is not None and signs.interval_s * settings.fail_safe_fps > 1:
+    if measured.interval_s is not None and measured.interval_s * settings.fail_safe_fps > 1:
         return "too few pictures a second get through"
-    if signs.sound_delay_s is not None and signs.sound_delay_s > audio_mu_s:
+    if measured.sound_delay_s is not None and measured.sound_delay_s > audio_mu_s:
         return "the sound is later than one audio media unit"
     return None
 
 
 class BaselineFailSafe:
-    """Entered at once, left when there was no reason for it for `recover_ms`."""
+    """Begins at once, ends after `recover_ms` without a reason for it."""
 
     def __init__(self, settings: ThesisSettings) -> None:
         self._settings = settings
@@ -50,9 +50,9 @@ class BaselineFailSafe:
     def is_active(self) -> bool:
         return self.reason is not None
 
-    def update(self, signs: Signs, now_s: float) -> None:
-        """Judge anew; `now_s` never falls."""
-        reason = insufficient(signs, self._settings)
+    def update(self, measured: LinkMeasurements, now_s: float) -> None:
+        """Update; `now_s` never falls."""
+        reason = insufficient(measured, self._settings)
         if reason is not None:
             self.reason = reason
             self._sufficient_since_s = None
@@ -63,6 +63,6 @@ class BaselineFailSafe:
                 self.leave()
 
     def leave(self) -> None:
-        """Leave it whatever the link, as when only one stream is asked for any more."""
+        """End it regardless of the link, as when only one stream is wanted."""
         self.reason = None
         self._sufficient_since_s = None

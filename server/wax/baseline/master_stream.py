@@ -1,4 +1,4 @@
-"""The master stream of one viewer: one MU under way, at most one waiting (thesis 3.3)."""
+"""The master stream of one viewer: one MU in flight, at most one waiting (thesis 3.3)."""
 
 from __future__ import annotations
 
@@ -24,32 +24,32 @@ class MasterStream:
         self._delay_s = 0.0
 
     def put(self, mu: MediaUnit, now_s: float) -> MediaUnit | None:
-        """Let an MU wait; return the one that it replaces."""
+        """Queue an MU; return the one that it replaces."""
         self._put_s[mu.number] = now_s
         return self._skipped(self._slot.put(mu, now_s))
 
     def expire(self, now_s: float) -> MediaUnit | None:
-        """Drop what has waited for longer than an MU length; return it."""
+        """Drop and return an MU that has waited longer than an MU length."""
         return self._skipped(self._slot.expire(now_s))
 
     def clear(self) -> MediaUnit | None:
-        """Drop what waits; return it."""
+        """Drop and return the waiting MU."""
         return self._skipped(self._slot.take())
 
     def leave(self, now_s: float) -> MediaUnit | None:
-        """Return the MU that leaves now, None when there is none or one is still under way."""
+        """Return the MU that leaves now, None if there is none or one is still in flight."""
         if self._transfer.under_way is not None or (mu := self._slot.take()) is None:
             return None
         self._transfer.left(mu, now_s)
         return mu
 
     def acknowledged(self, number: int, now_s: float) -> None:
-        """Let the next leave, if this is the one under way."""
+        """Allow the next to leave, if this is the one in flight."""
         if (mu := self._transfer.acknowledged(number, now_s)) is not None:
             self._delay_s = self._since_put_s(self._put_s.pop(mu.number), now_s)
 
     def give_up(self, now_s: float) -> MediaUnit | None:
-        """Return the one under way if it counts as lost; the next may then leave."""
+        """Return the MU in flight if it counts as lost; the next may then leave."""
         if (mu := self._transfer.give_up(now_s)) is not None:
             self._delay_s = self._since_put_s(self._put_s.pop(mu.number), now_s)
         return mu

@@ -1,4 +1,4 @@
-"""The fan-out of the sound under the thesis's policy: blocks in, whole media units to everybody."""
+"""The fan-out of the baseline's sound: blocks in, whole media units to everybody."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _BITRATE_BPS: Final = 64_000
 
 
 class UnitHub:
-    """Encodes the sound once, in media units of one length, and hands them to who listens.
+    """Encodes the sound once, in media units of one length, and passes them to all listeners.
 
-    `push` is called from the capture's thread, the rest from the event loop.
+    `push` is called from the capture thread, the rest from the event loop.
     """
 
     def __init__(self, *, mu_ms: int) -> None:
@@ -32,13 +32,13 @@ class UnitHub:
         self._captured = 0
         self._encoded = 0
         self.dropped = 0
-        """Units that did not reach somebody who listened, since the start."""
+        """Units that did not reach a listener, since the start."""
 
     def start(self) -> None:
         self._loop = asyncio.get_running_loop()
 
     def push(self, block: Sound) -> None:
-        """Take the next block from the microphone's thread."""
+        """Handle the next block, in the microphone's thread."""
         self._captured += 1
         unit = self._encoder.encode(block)
         if unit is None:
@@ -52,7 +52,7 @@ class UnitHub:
         self._takers[take] = boundary.around(take)
 
     def leave(self, take: Callable[[SoundUnit], None]) -> None:
-        """End that; safe to call twice."""
+        """Remove a listener; safe to call twice."""
         self._takers.pop(take, None)
 
     @property
@@ -62,7 +62,7 @@ class UnitHub:
 
     @property
     def wanted(self) -> list[str]:
-        """The one form that there is, as long as somebody listens."""
+        """The only form, while anybody listens."""
         return [f"{self._mu_ms} ms at {_BITRATE_BPS / 1000:g} kbit/s"] if self._takers else []
 
     def counts(self) -> dict[str, int]:

@@ -1,4 +1,4 @@
-"""The two ends of a viewer who is served in media units: pictures come in, units go out."""
+"""The input and output of a viewer served in media units: pictures in, units out."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ ItemT = TypeVar("ItemT", "EncodedPicture", "EncodedSound")
 
 
 class UnitLane(Generic[ItemT]):
-    """Hands out one media unit's packets without a pause, then waits for the next unit.
+    """Returns one media unit's packets without pauses, then waits for the next unit.
 
-    It needs no bound: nothing is put into it before what went before was acknowledged or lost.
+    It needs no bound: a unit is added only after the previous one was acknowledged or lost.
     """
 
     def __init__(self) -> None:
@@ -27,7 +27,7 @@ class UnitLane(Generic[ItemT]):
         self._on_news: Callable[[], None] = self._ready.set
 
     def listen(self, on_news: Callable[[], None]) -> None:
-        """Call back whenever there is something to take."""
+        """Set the callback for when there is something to take."""
         self._on_news = on_news
 
     def put(self, packets: Iterable[ItemT]) -> None:
@@ -35,7 +35,7 @@ class UnitLane(Generic[ItemT]):
         self._on_news()
 
     def take(self) -> ItemT | None:
-        """Return the next packet to send, None where there is none."""
+        """Return the next packet to send, None if there is none."""
         return self._queue.popleft() if self._queue else None
 
     async def get(self) -> ItemT:
@@ -48,7 +48,7 @@ class UnitLane(Generic[ItemT]):
     def offered(self, *, redundancy: bool) -> None: ...  # none is sent
 
     def earlier(self, sound: object) -> Sequence[EncodedSound]:  # noqa: ARG002  # as lanes have it
-        """Repeat nothing: a lost unit is the page's to skip."""
+        """Repeat nothing: the page skips a lost unit."""
         return ()
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from wax.baseline.equations import pictures_to_cache
-from wax.baseline.fail_safe import BaselineFailSafe, Signs
+from wax.baseline.fail_safe import BaselineFailSafe, LinkMeasurements
 from wax.baseline.master_stream import MasterStream
 from wax.baseline.picture_cache import PictureCache
 from wax.baseline.transfer_time import LeastRoundTrip, TransferTime
@@ -192,18 +192,18 @@ class UnitSender:
         if not self._both:
             return
         was_active = self._fail_safe.is_active
-        self._fail_safe.update(self._signs(now_s), now_s)
+        self._fail_safe.update(self._measured(now_s), now_s)
         if self._fail_safe.is_active != was_active:
             self._restart()
         if self._heard_s is not None and now_s - self._heard_s > 2 * self._audio_mu_s:
             self._heard_s = None
             self._restart()
 
-    def _signs(self, now_s: float) -> Signs:
+    def _measured(self, now_s: float) -> LinkMeasurements:
         interval_s = self._picture.last_interval_s
         if self._picture.under_way is not None:
             interval_s = max(interval_s or 0.0, now_s - self._picture.under_way.left_s)
-        return Signs(
+        return LinkMeasurements(
             transfer_s=self._picture.at_least_s(now_s),
             interval_s=interval_s,
             sound_delay_s=self._sound.delay_s(now_s),

@@ -257,12 +257,12 @@ class Room:
                 if silence_s > _DEAD_S or not viewer.peer.is_alive:
                     viewer.peer.abandon()
                     continue
-            if viewer.is_ready and silence_s > self._patience_s(viewer):
+            if viewer.is_ready and silence_s > self._lost_after_s(viewer):
                 self._control.lost(viewer.number)
             elif viewer.is_ready and self._turns.is_lost(viewer.number):
                 self._control.returned(viewer.number)
 
-    def _patience_s(self, viewer: Viewer) -> float:
+    def _lost_after_s(self, viewer: Viewer) -> float:
         return _LOST_S if viewer.number == self._turns.operator else _OTHERS_LOST_S
 
     def _forget(self, viewer: Viewer) -> None:

@@ -250,7 +250,7 @@ def test_another_robot_than_was_asked_is_not_driven(log: Log) -> None:
     )
     robot.open()
     until(lambda: robot.state().problem is not None)
-    assert "start WAX again" in (robot.state().problem or "")
+    assert "restart WAX" in (robot.state().problem or "")
     assert not robot.state().connected
     robot.close()
 

@@ -9,14 +9,15 @@ namespace wax {
 
 class Decoder {
 public:
-    // Take a byte. After each, ask `next` until it says no: a byte may end several frames.
+    // Add a byte. After each, call `next` until it returns false: a byte may complete several
+    // frames.
     void push(uint8_t byte);
 
-    // Give the next whole frame of this session, if there is one. After garbage it goes on with
-    // the next start that holds.
+    // Return the next complete frame of this session, if any. After garbage, continue with the next
+    // valid start.
     bool next(uint16_t session, Frame &frame);
 
-    // What began like a frame and was none, or none of the server's; wraps to 0.
+    // Counts what began like a frame but was none, or none of the server's; wraps to 0.
     uint16_t damaged() const { return damaged_; }
 
 private:

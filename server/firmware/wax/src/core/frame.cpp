@@ -24,13 +24,13 @@ uint8_t *put32(uint8_t *bytes, uint32_t value) {
     return put16(put16(bytes, static_cast<uint16_t>(value)), static_cast<uint16_t>(value >> 16));
 }
 
-// The CRC covers all between the start and itself.
+// The CRC covers everything between the start and itself.
 uint16_t crc_of(const uint8_t *bytes, uint8_t payload_size, uint16_t session) {
     const uint8_t size = static_cast<uint8_t>(HEADER_SIZE - START_SIZE + payload_size);
     return crc16(bytes + START_SIZE, size, session);
 }
 
-// The high byte first, unlike all other numbers: then the CRC finds any 16 disturbed bits in a row.
+// High byte first, unlike all other numbers, so that the CRC detects any 16 damaged bits in a row.
 bool crc_holds(const uint8_t *bytes, uint8_t payload_size, uint16_t session) {
     const uint8_t *at = bytes + HEADER_SIZE + payload_size;
     const uint16_t said = static_cast<uint16_t>(at[0] << 8 | at[1]);

@@ -1,4 +1,4 @@
-// The frames of server/wax/robot/serial/frames.py, which has them byte by byte.
+// The frames described byte by byte in server/wax/robot/serial/frames.py.
 #pragma once
 
 #include <stdint.h>
@@ -18,7 +18,7 @@ const int16_t FULL_POSITION = 10000;
 
 enum Type : uint8_t { HELLO = 0x00, DRIVE = 0x01, AXIS = 0x02, STOP = 0x03, REPORT = 0x81 };
 
-// A frame from the server. Of the last four only what its type has is set.
+// A frame from the server. Of the last four fields only those of its type are set.
 struct Frame {
     uint8_t type;
     uint16_t sequence;
@@ -31,7 +31,7 @@ struct Frame {
     int16_t position;
 };
 
-// How the robot says it is.
+// The robot's report.
 struct Report {
     uint16_t own_sequence;
     uint32_t turn;
@@ -43,8 +43,8 @@ struct Report {
     uint16_t sequence, damaged, refused;
 };
 
-// Read a whole frame, from its start to its CRC; false where it is none of the server's or its
-// CRC does not hold.
+// Parse a complete frame, from its start to its CRC; false if it is not one of the server's or its
+// CRC is wrong.
 bool read_frame(const uint8_t *bytes, uint16_t session, Frame &frame);
 
 // Write the REPORT_SIZE bytes of a report.

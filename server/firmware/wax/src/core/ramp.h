@@ -1,4 +1,4 @@
-// The speed of one wheel, which changes no faster than it may.
+// The speed of one wheel, with limited acceleration and braking.
 #pragma once
 
 #include <stdint.h>
@@ -7,11 +7,11 @@ namespace wax {
 
 class Ramp {
 public:
-    // Both in mm/s in a second.
+    // Both in mm/s per second.
     Ramp(uint16_t acceleration_mmps2, uint16_t braking_mmps2)
         : acceleration_(acceleration_mmps2), braking_(braking_mmps2) {}
 
-    // Come nearer to a speed. From ahead to back it goes through standstill.
+    // Approach a target speed. A reversal goes through standstill.
     void approach(int16_t target_mmps, uint8_t elapsed_ms);
 
     int16_t mmps() const { return static_cast<int16_t>(speed_ / 1000); }
@@ -19,7 +19,7 @@ public:
 
 private:
     uint16_t acceleration_, braking_;
-    int32_t speed_ = 0;  // micrometres a second, so that a millisecond's share is a whole number
+    int32_t speed_ = 0;  // micrometres a second, so that steps of a millisecond are whole numbers
 };
 
 }  // namespace wax

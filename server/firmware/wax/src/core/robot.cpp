@@ -4,10 +4,10 @@ namespace wax {
 
 namespace {
 
-// After a pause of the program the wheels go on from where they are, they do not jump.
+// After a pause of the program the speeds continue from where they were, without a jump.
 const uint8_t MAX_STEP_MS = 20;
 
-// Longer ago than any frame that is not late; kept from growing until it wraps.
+// Older than any frame that is not late; capped so that it never wraps.
 const uint32_t LONG_AGO_MS = 60000;
 
 uint16_t ttl_of(const Frame &frame) {
@@ -132,7 +132,7 @@ void Robot::watch_wheels(uint32_t now_ms, const Inputs &inputs) {
     inputs_ = inputs;
 }
 
-// Whether a bumper is pressed on the side where it wants to go. On the spot it may turn.
+// Whether a bumper is pressed on the side of the motion. Turning on the spot is allowed.
 bool Robot::is_blocked() const {
     const int32_t ahead = static_cast<int32_t>(wanted_left_) + wanted_right_;
     if (ahead > 0) return inputs_.bumpers & settings_.front_bumpers;

@@ -1,4 +1,4 @@
-// What the robot does with what it is told: the last of four watchdogs, ignorant of the others.
+// The robot's reaction to frames: the last of four watchdogs, independent of the others.
 //
 // Time is any clock of milliseconds that wraps at 2^32. No heap, no float, no Arduino.
 #pragma once
@@ -19,8 +19,8 @@ const uint8_t MAX_AHEAD_MS = 50;
 struct Settings {
     uint16_t acceleration_mmps2;
     uint16_t braking_mmps2;
-    uint8_t front_bumpers, back_bumpers;  // the bits that keep it from going ahead, and back
-    uint8_t still_ms;  // without an encoder's tick for so long a wheel stands
+    uint8_t front_bumpers, back_bumpers;  // the bits that block forward, and backward
+    uint8_t still_ms;  // a wheel without an encoder tick for this long stands
 };
 
 struct Inputs {
@@ -36,24 +36,24 @@ public:
     // Start without a session, at standstill.
     Robot(const Settings &settings, uint32_t now_ms);
 
-    // Take a byte from the line. After each, ask `next` until it gives NOTHING.
+    // Add a byte from the line. After each, call `next` until it returns NOTHING.
     void push(uint8_t byte) { decoder_.push(byte); }
 
-    // Judge the next whole frame and, where it is TAKEN, obey it.
+    // Check the next complete frame and, if it is TAKEN, apply it.
     Verdict next(uint32_t now_ms, Frame &frame);
 
-    // Let time pass: end what has expired, and move the wheels' speeds towards what is wanted.
+    // Advance time: stop what has expired, and move the wheels' speeds towards their targets.
     // Call it at least every few milliseconds, and after the frames.
     void tick(uint32_t now_ms, const Inputs &inputs);
 
-    // Write a report of REPORT_SIZE bytes, where one is due; else return false.
+    // Write a report of REPORT_SIZE bytes if one is due; else return false.
     bool report(uint32_t now_ms, uint8_t *bytes);
 
-    // What the motors shall do now.
+    // The motors' current set-points.
     int16_t left_mmps() const { return left_.mmps(); }
     int16_t right_mmps() const { return right_.mmps(); }
 
-    // Where an axis below AXES shall be, -FULL_POSITION to FULL_POSITION.
+    // The target of an axis below AXES, -FULL_POSITION to FULL_POSITION.
     int16_t axis(uint8_t number) const { return axes_[number]; }
 
     bool moving() const { return moving_; }
