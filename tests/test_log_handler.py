@@ -64,7 +64,11 @@ def test_nobody_waits_for_a_reader(pipe: Pipe) -> None:
     *lines, last = pipe.read("missing")
     told = re.match(r"(\d+) log lines are missing", last)
     assert told is not None
-    assert lines == [LONG, *map(str, range(len(lines) - 1))]
+    assert lines[0] == LONG
+    numbers = [int(line) for line in lines[1:]]
+    # The thread takes the long line at a moment of its own; one later line may fit in then.
+    assert numbers[: MAX_WAITING - 1] == list(range(MAX_WAITING - 1))
+    assert numbers == sorted(set(numbers))
     assert len(lines) - 1 + int(told[1]) == 3 * MAX_WAITING
     assert MAX_WAITING <= len(lines) <= MAX_WAITING + 1
     pipe.log("and on")

@@ -103,7 +103,13 @@ def test_only_what_is_between_markers_is_rendered() -> None:
         rendered(text + "<!-- figures: y -->\n", lambda _: "")
 
 
-@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.json")), ids=lambda path: path.stem)
+TOO_LONG = {"ablation"}
+"""A row for each constant of the congestion control: `make ablation` prints them."""
+
+PUBLISHED = sorted(path for path in FOLDER.glob("*.json") if path.stem not in TOO_LONG)
+
+
+@pytest.mark.parametrize("path", PUBLISHED, ids=lambda path: path.stem)
 def test_the_readme_says_what_is_published(path: Path) -> None:
     """Each published suite stands in the README as rendered; whether it is stale `make` decides."""
     published = load(path.stem)
@@ -112,5 +118,5 @@ def test_the_readme_says_what_is_published(path: Path) -> None:
 
 
 def test_every_table_of_the_readme_is_published() -> None:
-    """No table stands between markers that no file has figures for."""
-    assert {path.stem for path in FOLDER.glob("*.json")} == set(blocks(README))
+    """Each table has a file of figures, and each file a table."""
+    assert {path.stem for path in PUBLISHED} == set(blocks(README))
