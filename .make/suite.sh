@@ -16,10 +16,13 @@ faults)
     sh .make/firmware.sh board >/dev/null
     ;;
 lab) want_all && sh .make/livekit.sh ;;
-mutants) sh .make/firmware.sh library >/dev/null ;; # there is a compiler, or a sentence about it
+mutants)
+    sh .make/firmware.sh library >/dev/null # there is a compiler, or a sentence about it
+    exec python -m tests.mutants "$@"
+    ;;
 coverage)
     status=0
-    python -m e2e.mutants.branches || status=1
+    python -m tests.mutants.branches || status=1
     npm run --silent --prefix web coverage || status=1
     exit $status
     ;;

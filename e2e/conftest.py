@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 load_profiles()
 
-MEASURES = ("bench", "lab", "mutants", "peers")
+MEASURES = ("bench", "lab", "peers")
 """Folders of what measures, whose own tests `make test-all` runs."""
 
 SERVERS = pytest.StashKey[list[Server]]()

@@ -10,8 +10,9 @@ from fnmatch import fnmatchcase
 from itertools import chain, product
 from typing import TYPE_CHECKING, Any, Final
 
+from tests.baseline.client2004.table import MU_LENGTHS_MS
+
 from e2e.lab.cell import Cell, SystemName
-from e2e.lab.client2004.table import MU_LENGTHS_MS
 from e2e.lab.names import CHANGING, NARROW, PEERS, SYSTEMS, TODAY, WIRED, profile, profiles
 
 if TYPE_CHECKING:

@@ -6,11 +6,11 @@ from fnmatch import fnmatchcase
 from itertools import chain, pairwise, product
 
 import pytest
+from tests.baseline.client2004.table import MU_LENGTHS_MS
 
 from e2e.lab import plan
 from e2e.lab.__main__ import main
 from e2e.lab.cell import Cell
-from e2e.lab.client2004.table import MU_LENGTHS_MS
 from e2e.lab.link import load, names
 from e2e.lab.plan import EVERY_SYSTEM, estimate_s, full, matches, quick
 

@@ -368,7 +368,7 @@ def test_a_port_in_use_says_so(connect: Callable[..., SerialRobot], board: Board
     online(connect())
     second = connect()
     eventually(second, lambda state: state.problem is not None)
-    assert "another program" in (second.state().problem or "")
+    assert "Another program" in (second.state().problem or "")
 
 
 @pytest.mark.parametrize(

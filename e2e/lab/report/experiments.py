@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from tests.baseline.client2004 import table as model
+from tests.baseline.client2004.scenes import SCENES
+
 from e2e.lab import thesis
-from e2e.lab.client2004 import table as model
-from e2e.lab.client2004.scenes import SCENES
 from e2e.lab.found import median, on, profiles, systems, where
 from e2e.lab.measures import BRIDGED_MS, LATE_MS, MEASURES
 from e2e.lab.names import AGE, GIVEN, NARROW, SYSTEMS, loses

@@ -12,10 +12,10 @@ from urllib.parse import quote
 import matplotlib as mpl
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, ScalarFormatter
+from tests.baseline.client2004 import table as model
+from tests.baseline.client2004.scenes import SCENES
 
 from e2e.lab import series, thesis
-from e2e.lab.client2004 import table as model
-from e2e.lab.client2004.scenes import SCENES
 from e2e.lab.found import median, on, profiles, spread, systems, where
 from e2e.lab.names import COLOURS, PEERS, SYSTEMS, changes_s
 

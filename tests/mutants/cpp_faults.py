@@ -9,12 +9,12 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from e2e.mutants.mutant import splice
+from tests.mutants.mutant import splice
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from e2e.mutants.mutant import Mutant
+    from tests.mutants.mutant import Mutant
 
 _TOKEN: Final = re.compile(
     r"""(?P<skip>\s+|\w+_cast<[\w\s]+>|//[^\n]*|/\*.*?\*/|^\#[^\n]*|"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')

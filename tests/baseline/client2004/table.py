@@ -6,13 +6,13 @@ from functools import cache
 from random import Random
 from typing import TYPE_CHECKING, Final
 
-from e2e.lab.client2004.client import Heard, Listening
-from e2e.lab.client2004.scenes import RECORDER, SCENES
-from e2e.lab.client2004.source import Recorder, SharedMemory
+from tests.baseline.client2004.client import Heard, Listening
+from tests.baseline.client2004.scenes import RECORDER, SCENES
+from tests.baseline.client2004.source import Recorder, SharedMemory
 
 if TYPE_CHECKING:
-    from e2e.lab.client2004.client import Serve
-    from e2e.lab.client2004.scenes import Scene
+    from tests.baseline.client2004.client import Serve
+    from tests.baseline.client2004.scenes import Scene
 
 MU_LENGTHS_MS: Final = (100, 200, 300, 400, 500)
 CLEAN_PER_S: Final = 0.05

@@ -25,8 +25,7 @@ from typing import TYPE_CHECKING, Final, NoReturn
 
 import hypothesis
 import pytest
-
-from e2e.mutants.plan import ROOT
+from tests.mutants.plan import ROOT
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

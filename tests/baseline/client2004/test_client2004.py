@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from e2e.lab.client2004.client import Client, Heard, Listening
-from e2e.lab.client2004.path import SyntheticPath
-from e2e.lab.client2004.scenes import RECORDER, SCENES, Scene
-from e2e.lab.client2004.source import Recorder, SharedMemory
-from e2e.lab.client2004.table import (
+from tests.baseline.client2004.client import Client, Heard, Listening
+from tests.baseline.client2004.path import SyntheticPath
+from tests.baseline.client2004.scenes import RECORDER, SCENES, Scene
+from tests.baseline.client2004.source import Recorder, SharedMemory
+from tests.baseline.client2004.table import (
     CLEAN_PER_S,
     MU_LENGTHS_MS,
     WITHOUT_FRAGMENTS,
@@ -26,7 +25,7 @@ from e2e.lab.client2004.table import (
 )
 
 if TYPE_CHECKING:
-    from e2e.lab.client2004.path import Path
+    from tests.baseline.client2004.path import Path
 
 BY_NAME = {scene.name: scene for scene in SCENES}
 PLAIN = Client()

@@ -7,8 +7,8 @@ import subprocess
 from pathlib import Path
 from typing import Final
 
-from e2e.mutants.fork_server import NothingToTestError
-from e2e.mutants.plan import CORE
+from tests.mutants.fork_server import NothingToTestError
+from tests.mutants.plan import CORE
 
 _AS_SHIPPED: Final = ("-O2",)
 # What is undefined in C++ ends the program instead of going well by chance.

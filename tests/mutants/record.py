@@ -12,13 +12,18 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
 
-    from e2e.mutants.mutant import Mutant
-    from e2e.mutants.plan import Target
+    from tests.mutants.mutant import Mutant
+    from tests.mutants.plan import Target
 
 KILLED, NEVER_ENDED, SURVIVED, NONE = "killed", "never ended", "survived", "none"
 """The tests noticed it; it never ended; they did not; it is no fault, or no program."""
 
-_EVIDENCE: Final = ("server/wax/control", "server/wax/robot", "server/firmware")
+_EVIDENCE: Final = (
+    "server/wax/control",
+    "server/wax/driver",
+    "server/wax/robot",
+    "server/firmware",
+)
 _READ: Final = {".py", ".json", ".h", ".cpp"}
 
 

@@ -6,14 +6,14 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from e2e.lab.client2004.source import SharedMemory
+from tests.baseline.client2004.source import SharedMemory
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from random import Random
 
-    from e2e.lab.client2004.path import Path
-    from e2e.lab.client2004.source import Recorder, Server
+    from tests.baseline.client2004.path import Path
+    from tests.baseline.client2004.source import Recorder, Server
 
     Serve = Callable[[list[float]], Server]
     """Makes a server of the times at which its MUs are ready."""

@@ -1,4 +1,6 @@
-"""``python -m e2e.mutants``: what is noticed, file by file, and what is not.
+"""``python -m tests.mutants``: what is noticed, file by file, and what is not.
+
+`--publish` also counts the branches, and writes e2e/published/mutants.json.
 
 Exit status: 0 when enough is noticed and every survivor is listed with its reason; 1 when not;
 2 when the tests fail without any fault.
@@ -11,20 +13,29 @@ import os
 import sys
 import tempfile
 import time
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from e2e.mutants import cpp_faults, python_faults, survivors
-from e2e.mutants.fork_server import open_fork_server
-from e2e.mutants.plan import ACCEPTED, ROOT, TARGETS
-from e2e.mutants.record import KILLED, NEVER_ENDED, NONE, SURVIVED, Record, to_table
-from e2e.mutants.trial import Bench, TrialError
+from e2e.measure import machine
+from e2e.measure.published import FOLDER, Published
+from e2e.measure.row import Row, judged
+from e2e.measure.suite import digest
+from tests.mutants import branches, cpp_faults, python_faults, survivors
+from tests.mutants.fork_server import open_fork_server
+from tests.mutants.plan import ACCEPTED, ROOT, TARGETS
+from tests.mutants.record import KILLED, NEVER_ENDED, NONE, SURVIVED, Record, to_table
+from tests.mutants.trial import Bench, TrialError
 
 if TYPE_CHECKING:
-    from e2e.mutants.mutant import Mutant
-    from e2e.mutants.plan import Target
-    from e2e.mutants.record import Outcome
+    from tests.mutants.mutant import Mutant
+    from tests.mutants.plan import Target
+    from tests.mutants.record import Outcome
 
+_MEASURES: Final = (
+    *sorted({target.file for target in TARGETS}),
+    *sorted({test.partition("::")[0] for target in TARGETS for test in target.tests}),
+)
 _KEPT: Final = ROOT / "e2e/out/mutants.jsonl"
 
 
@@ -54,7 +65,44 @@ def main() -> int:
                     print(f"  {one}", file=sys.stderr, flush=True)
             outcomes += found
     print(f"{to_table(outcomes)}\n{(time.monotonic() - start_s) / 60:.1f} min")
-    return _judge(outcomes)
+    status = _judge(outcomes)
+    if arguments.publish:
+        _publish(outcomes)
+    return status
+
+
+def _publish(outcomes: list[Outcome]) -> None:
+    noticed = sum(one.outcome in {KILLED, NEVER_ENDED} for one in outcomes)
+    faults = sum(one.outcome != NONE for one in outcomes)
+    python, cpp = branches.python()[1:], branches.cpp()[1:]
+    safe = "what keeps the robot standing"
+    rows = [
+        _share("mutants", f"small faults in {safe} that the tests notice", noticed, faults, 95.0),
+        _share(
+            "branches: Python",
+            "branches of it that the tests take, in Python",
+            *python,
+            100.0,
+        ),
+        _share("branches: C++", "… in C++", *cpp, 100.0),
+    ]
+    published = Published(
+        suite="mutants",
+        commit=machine.commit(),
+        date=f"{datetime.now(UTC):%Y-%m-%d}",
+        machine=str(machine.describe()),
+        load=None,
+        measures=list(_MEASURES),
+        measured=digest(_MEASURES),
+        columns=["share"],
+        rows=rows,
+    )
+    (FOLDER / "mutants.json").write_text(published.to_json(), encoding="utf-8")
+
+
+def _share(key: str, what: str, part: int, of: int, goal: float) -> Row:
+    share = {"share": 100 * part / of}
+    return judged(key, what, "%", share, goal, n=of, at_least=True, column="share")
 
 
 def _judge(outcomes: list[Outcome]) -> int:
@@ -77,7 +125,7 @@ def _judge(outcomes: list[Outcome]) -> int:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        prog="python -m e2e.mutants",
+        prog="python -m tests.mutants",
         description="Put small faults into what keeps the robot standing; the tests must notice.",
     )
     parser.add_argument("--only", nargs="+", metavar="PART", help="files with this in their path")
@@ -86,7 +134,11 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument(
         "--trust-kills", action="store_true", help="after tests were added: the survivors only"
     )
-    return parser.parse_args()
+    parser.add_argument("--publish", action="store_true", help="for the README's table")
+    arguments = parser.parse_args()
+    if arguments.publish and (arguments.only or machine.commit().endswith("-dirty")):
+        parser.error("only a whole run on what is committed is published")
+    return arguments
 
 
 if __name__ == "__main__":

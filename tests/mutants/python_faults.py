@@ -10,12 +10,12 @@ from __future__ import annotations
 import ast
 from typing import TYPE_CHECKING, Final
 
-from e2e.mutants.mutant import splice
+from tests.mutants.mutant import splice
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from e2e.mutants.mutant import Mutant
+    from tests.mutants.mutant import Mutant
 
 _COMPARISONS: Final[dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]]] = {
     ast.Lt: (ast.LtE, ast.GtE),

@@ -1,4 +1,4 @@
-"""``python -m e2e.mutants.branches``: both ways of each branch are taken, by examples alone.
+"""``python -m tests.mutants.branches``: both ways of each branch are taken, by examples alone.
 
 The same sources as for the mutants, without the tests that try many cases: what is reached only
 by chance counts as not reached. Exit status 1 where a line or branch is missed.
@@ -6,21 +6,23 @@ by chance counts as not reached. Exit status 1 where a line or branch is missed.
 
 from __future__ import annotations
 
+import json
+import re
 import subprocess
 import sys
+import tempfile
 from typing import Final
 
 import coverage
 import pytest
-
-from e2e.mutants.plan import ROOT, TARGETS
+from tests.mutants.plan import ROOT, TARGETS
 
 _FOR_TYPES: Final = "if TYPE_CHECKING:"
 _FULL: Final = "--hypothesis-profile=full"
 
 
 def main() -> int:
-    return max(_python(), _cpp())
+    return max(python()[0], cpp()[0])
 
 
 def _examples(*, is_cpp: bool) -> list[str]:
@@ -28,8 +30,8 @@ def _examples(*, is_cpp: bool) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def _python() -> int:
-    """Take the branches of the Python modules; say what is missed."""
+def python() -> tuple[int, int, int]:
+    """Take the branches of the Python modules: exit status, how many were taken, of how many."""
     files = [str(ROOT / one.file) for one in TARGETS if not one.is_cpp]
     taken = coverage.Coverage(data_file=None, branch=True, config_file=False, include=files)
     taken.exclude(_FOR_TYPES)
@@ -38,14 +40,22 @@ def _python() -> int:
             ["-q", "--no-header", "-p", "no:cacheprovider", _FULL, *_examples(is_cpp=False)]
         )
     share = taken.report(show_missing=True, skip_covered=True)
-    return 1 if failed or share < 100 else 0
+    with tempfile.NamedTemporaryFile(suffix=".json") as report:
+        taken.json_report(outfile=report.name)
+        totals = json.load(report)["totals"]
+    status = 1 if failed or share < 100 else 0
+    return status, totals["covered_branches"], totals["num_branches"]
 
 
-def _cpp() -> int:
-    """Take the branches of the firmware's core; say what is missed."""
+def cpp() -> tuple[int, int, int]:
+    """Take the branches of the firmware's core: as `python` does."""
     tests = [sys.executable, "-m", "pytest", "-q", "--no-header", _FULL, *_examples(is_cpp=True)]
     script = ["sh", ".make/firmware.sh", "coverage", *tests]
-    return 1 if subprocess.run(script, cwd=ROOT, check=False).returncode else 0
+    done = subprocess.run(script, cwd=ROOT, check=False, stdout=subprocess.PIPE, text=True)
+    print(done.stdout)
+    total = re.search(r"^TOTAL +(\d+) +(\d+) ", done.stdout, re.MULTILINE)
+    of, taken = (int(total[1]), int(total[2])) if total else (0, 0)
+    return (1 if done.returncode else 0), taken, of
 
 
 if __name__ == "__main__":

@@ -22,15 +22,14 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from e2e.lab.client2004.baseline import Baseline
-from e2e.lab.client2004.client import Client, Heard, Listening
-from e2e.lab.client2004.scenes import PAGE, RECORDER, SCENES, Scene
-from e2e.lab.client2004.source import Recorder, SharedMemory
-from e2e.lab.client2004.table import MU_LENGTHS_MS, WITHOUT_FRAGMENTS, hear, is_clean
+from tests.baseline.client2004.baseline import Baseline
+from tests.baseline.client2004.client import Client, Heard, Listening
+from tests.baseline.client2004.scenes import PAGE, RECORDER, SCENES, Scene
+from tests.baseline.client2004.source import Recorder, SharedMemory
+from tests.baseline.client2004.table import MU_LENGTHS_MS, WITHOUT_FRAGMENTS, hear, is_clean
 
 if TYPE_CHECKING:
-    from e2e.lab.client2004.client import Serve
+    from tests.baseline.client2004.client import Serve
 
 on_each_connection = pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
 mu_lengths = st.sampled_from(MU_LENGTHS_MS)

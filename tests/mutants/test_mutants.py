@@ -7,15 +7,16 @@ import sys
 from typing import TYPE_CHECKING
 
 import pytest
-
-from e2e.mutants import cpp_faults, python_faults, survivors
-from e2e.mutants.plan import ROOT, TARGETS
-from e2e.mutants.record import KILLED, NEVER_ENDED, SURVIVED, Outcome, Record, to_table
+from tests.mutants import cpp_faults, python_faults, survivors
+from tests.mutants.plan import ROOT, TARGETS
+from tests.mutants.record import KILLED, NEVER_ENDED, SURVIVED, Outcome, Record, to_table
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from e2e.mutants.mutant import Mutant
+    from tests.mutants.mutant import Mutant
+
+pytestmark = pytest.mark.full
 
 PYTHON = '''\
 """Text is left alone."""
@@ -156,7 +157,7 @@ def test_a_small_module_from_end_to_end(tmp_path: Path) -> None:
     before = target.read_bytes()
     record = tmp_path / "record.jsonl"
     done = subprocess.run(
-        [sys.executable, "-m", "e2e.mutants", "--only", "control/reach", "--record", str(record)],
+        [sys.executable, "-m", "tests.mutants", "--only", "control/reach", "--record", str(record)],
         cwd=ROOT,
         capture_output=True,
         text=True,

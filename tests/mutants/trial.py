@@ -10,17 +10,17 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Final
 
-from e2e.mutants import cpp_build
-from e2e.mutants.fork_server import BROKEN, FAILED, PASSED, TIMED_OUT, use_source
-from e2e.mutants.record import KILLED, NEVER_ENDED, NONE, SURVIVED, evidence_of
+from tests.mutants import cpp_build
+from tests.mutants.fork_server import BROKEN, FAILED, PASSED, TIMED_OUT, use_source
+from tests.mutants.record import KILLED, NEVER_ENDED, NONE, SURVIVED, evidence_of
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from e2e.mutants.fork_server import ForkServer
-    from e2e.mutants.mutant import Mutant
-    from e2e.mutants.plan import Target
-    from e2e.mutants.record import Outcome, Record
+    from tests.mutants.fork_server import ForkServer
+    from tests.mutants.mutant import Mutant
+    from tests.mutants.plan import Target
+    from tests.mutants.record import Outcome, Record
 
 _OUTCOMES: Final = {PASSED: SURVIVED, FAILED: KILLED, TIMED_OUT: NEVER_ENDED}
 _LIBRARY: Final = "WAX_FIRMWARE_LIBRARY"

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from e2e.lab.client2004.client import Client
-from e2e.lab.client2004.path import SyntheticPath
-from e2e.lab.client2004.source import Recorder
 from e2e.lab.thesis import AUDIO
+from tests.baseline.client2004.client import Client
+from tests.baseline.client2004.path import SyntheticPath
+from tests.baseline.client2004.source import Recorder
 
 if TYPE_CHECKING:
     from e2e.lab.thesis import Pauses

@@ -23,38 +23,38 @@ _LONG: Final = ("properties", "black_channel", "hand_over")
 _GATE: Final = ("test_gate", "test_gate_properties", "test_black_channel")
 _LOOP: Final = ("test_control_loop",)
 _CONTROL: Final[dict[str, tuple[str, ...]]] = {
-    "beat": ("test_beat", *_LOOP),
     "command": _GATE,
-    "freshness": ("test_freshness", *_GATE),
+    "command_freshness": ("test_command_freshness", *_GATE),
     "gate": _GATE,
-    "helm": ("test_helm", *_LOOP),
-    "latch": ("test_latch", *_LOOP),
-    "line": ("test_line", *_LOOP),
     "loop": _LOOP,
+    "loop_timer": ("test_loop_timer", *_LOOP),
+    "operator_delay": ("test_operator_delay", *_LOOP),
     "ramp": ("test_ramp", *_LOOP),
-    "reach": ("test_reach", "test_speed"),
     "reasons": (*_GATE, *_LOOP),
     "rules": ("test_rules", *_LOOP),
-    "sight": ("test_sight", *_GATE),
+    "safe_driver": ("test_safe_driver", *_LOOP),
     "speed": ("test_speed", *_GATE),
+    "stop_latch": ("test_stop_latch", *_LOOP),
+    "stopping_distance": ("test_stopping_distance", "test_speed"),
     "turns": ("test_turns", "test_turns_properties"),
+    "video_freshness": ("test_video_freshness", *_GATE),
 }
 _ROBOT: Final[dict[str, tuple[str, ...]]] = {
-    "guard": ("test_guard", "test_wheels", "test_setpoints"),
-    "process/warden": ("process/test_warden",),
-    "process/wire": ("process/test_wire",),
+    "process/driver_watchdog": ("process/test_driver_watchdog",),
+    "process/pipe_messages": ("process/test_pipe_messages",),
     "serial/frames": ("test_serial_frames", "test_dialects"),
-    "serial/framed": ("test_framed", "test_dialects"),
+    "serial/frames_dialect": ("test_frames_dialect", "test_dialects"),
     "serial/setpoints": ("test_setpoints",),
-    "serial/single_byte": ("test_dialects",),
+    "serial/bytes_dialect": ("test_dialects",),
     "serial/wheels": ("test_wheels",),
 }
-_OTHERS: Final[dict[str, str]] = {
-    "limiter": "test_limiter",
-    "proof/measure": "proof/test_measure",
-    "proof/verdict": "proof/test_verdict",
-    "rtc/link": "rtc/test_link",  # the line's own delay, which commands are granted
-    "stops": "test_stops",
+_OTHERS: Final[dict[str, tuple[str, ...]]] = {
+    "driver/checks": ("driver/test_checks", "robot/test_wheels", "robot/test_setpoints"),
+    "proof/measure": ("proof/test_measure",),
+    "proof/verdict": ("proof/test_verdict",),
+    "rtc/link_monitor": ("rtc/test_link_monitor",),  # the link's delay, which commands are granted
+    "session/stop_authority": ("session/test_stop_authority",),
+    "session/token_bucket": ("session/test_token_bucket",),
 }
 _CORE_FILES: Final = (
     "crc16.h",
@@ -109,6 +109,6 @@ _CORE_TESTS: Final = (
 TARGETS: Final = (
     *(Target(f"server/wax/control/{k}.py", _in("control", v)) for k, v in _CONTROL.items()),
     *(Target(f"server/wax/robot/{k}.py", _in("robot", v)) for k, v in _ROBOT.items()),
-    *(Target(f"server/wax/{k}.py", (f"tests/{v}.py",)) for k, v in _OTHERS.items()),
+    *(Target(f"server/wax/{k}.py", tuple(f"tests/{t}.py" for t in v)) for k, v in _OTHERS.items()),
     *(Target(f"{CORE}/{file}", _CORE_TESTS) for file in _CORE_FILES),
 )

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from e2e.mutants.record import Outcome
+    from tests.mutants.record import Outcome
 
 LIST: Final = Path(__file__).with_name("survivors.toml")
 
