@@ -14,6 +14,7 @@ from wax.capture.source import Picture
 from wax.clock import SystemClock
 from wax.config.settings import Settings
 from wax.driver.checks import NO_ANSWER
+from wax.driver.interface import RobotState
 from wax.errors import StartError
 from wax.robot.simulated.robot import SimulatedRobot
 from wax.session.status import Status
@@ -22,7 +23,6 @@ from wax.web import routes
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from wax.driver.interface import RobotState
 
 pytestmark = pytest.mark.system
 
@@ -92,6 +92,20 @@ async def test_a_driver_that_raises_takes_nothing_down(monkeypatch: pytest.Monke
         "battery_v": None,
         "battery_fraction": None,
     }
+
+
+async def test_no_driver_hides_the_status(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a driver tells beyond the fields is shown, and replaces none of them."""
+    extra = {"connected": 0.0, "kind": 7.0, "bumpers": 9.0, "wheel_slip": 0.5}
+    state = RobotState(connected=True, bumpers=2, extra=extra)
+    monkeypatch.setattr(SimulatedRobot, "state", lambda _: state)
+    app = _app()
+    app._control.step(SystemClock().now_s())
+    robot = app._status()["robot"]
+    app._control.stop()
+    assert isinstance(robot, dict)
+    shown = {name: robot[name] for name in ("connected", "kind", "bumpers", "wheel_slip")}
+    assert shown == {"connected": True, "kind": "simulated", "bumpers": 2, "wheel_slip": 0.5}
 
 
 async def test_a_part_that_dies_takes_the_server_down(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -34,6 +34,7 @@ class Camera:
 
     def __init__(self, settings: VideoSettings, clock: Clock) -> None:
         self._folder = Path(os.environ[CONTROL])
+        self._clock = clock
         self._card = TestCardVideo(settings, clock)
         self._newest: Picture | None = None
         self._loops: list[asyncio.AbstractEventLoop] = []
@@ -47,7 +48,9 @@ class Camera:
         self._block()
         since_s = time.monotonic()
         while (self._folder / "freeze").exists() and self._newest is not None:
-            self._note("frozen", self._newest.captured_s)
+            # Who reads it goes by CLOCK_MONOTONIC, which stands still while the machine sleeps.
+            asleep_s = self._clock.now_s() - time.monotonic()
+            self._note("frozen", self._newest.captured_s - asleep_s)
             self._block()
             time.sleep(_LOOK_S)
             if time.monotonic() - since_s > _LONGEST_READ_S:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
+import time
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final
 
@@ -111,9 +112,9 @@ class Chromium:
         newest = await self.viewer.page.evaluate("window.waxNewest")
         if newest is None:
             raise MeasureError("the page has shown no picture since it was looked at")
-        card, clock = Card(**newest), SystemClock()
+        card = Card(**newest)
         taken_ms = card.now_ms - card.age_ms
-        return clock.now_s() - (clock.wall_ms() - taken_ms) / 1000
+        return time.monotonic() - (SystemClock().wall_ms() - taken_ms) / 1000
 
     async def monotonic_s(self, page_ms: float) -> float:
         """Turn the page's `performance.now` into CLOCK_MONOTONIC."""

@@ -32,18 +32,18 @@ GATE: Final[tuple[Edit, ...]] = (
 NUMBERS: Final[tuple[Edit, ...]] = (
     (
         "control/loop.py",
-        "self._helm.steer(setpoint, turn.number)",
-        "self._helm.steer("
+        "self._safe_driver.steer(setpoint, turn.number)",
+        "self._safe_driver.steer("
         "setpoint, self._gate.command.turn if self._gate.command else turn.number)",
     ),
-    ("robot/process/warden.py", "if message.turn < self._turn:", "if False:"),
+    ("robot/process/driver_watchdog.py", "if message.turn < self._turn:", "if False:"),
     (
-        "robot/process/warden.py",
+        "robot/process/driver_watchdog.py",
         "if turn <= self._turn:\n            return ()\n        self._turn = turn\n"
         "        self._disarm()",
         "if turn == self._turn:\n            return ()\n        self._turn = turn",
     ),
-    ("robot/serial/setpoints.py", "if not self._boundary.admits(turn):", "if False:"),
+    ("robot/serial/setpoints.py", "if not self._fence.admits(turn):", "if False:"),
 )
 """An accepted command's own turn goes down the line, and the driver's process passes it on."""
 

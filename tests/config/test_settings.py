@@ -178,6 +178,7 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
             "video.timestamp_overlay: got 1; allowed is true or false",
         ),
         ("[video]\nimprint = true", "video.imprint: is now called video.timestamp_overlay"),
+        ("[drive]\nfine_fraction = 0.5", "drive.fine_fraction: is now called drive.slow_fraction"),
         (
             "[video]\nrenditions = []",
             "video.renditions: got []; allowed is a list of tables, 1 to 8 of them",

@@ -40,7 +40,7 @@ ORDERS: TypeAdapter[Order] = TypeAdapter(Order)
 class Seat:
     """What the server has told: whose turn it is, which stop is latched, what is in the way.
 
-    `ends_ms` is when the turn ends, ms of the server's `time.monotonic`.
+    `ends_ms` is when the turn ends, in ms of this machine's `time.monotonic`.
     """
 
     is_open: bool = False
@@ -121,11 +121,12 @@ class Puppeteered:
 
     def _tell(self) -> None:
         operator = self._operator
+        ends_server_ms = operator.ends_server_ms
         seat = Seat(
             is_open=operator.is_open,
             drives=operator.has_turn,
             turn=operator.turn,
-            ends_ms=operator.ends_server_ms,
+            ends_ms=None if ends_server_ms is None else ends_server_ms - operator.clock.ahead_ms,
             stop=operator.stopped,
             reason=operator.newest("drive_status").get("reason"),
         )

@@ -140,7 +140,8 @@ class Service(Protocol):
 
     codecs: Codecs
     acknowledged: bool
-    """Whether pages shall say what they have received."""
+    """Whether pages report what they have received. The HTML says so, since a page must know before
+    it connects; `Hello` repeats it for a page that was loaded from another server."""
     state_messages: MessageRate
     """How often a page may write on the state channel."""
 
