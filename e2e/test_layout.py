@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import pytest
@@ -52,7 +53,7 @@ async def test_the_delay_in_full_hides_no_turn_and_no_button(
     await viewer.join()
     await viewer.drives()
     page = viewer.page
-    await page.get_by_text("Delay").click()
+    await page.get_by_text(re.compile("^Delay")).click()
     details = page.get_by_role("definition").first.locator("..")
     for width, height in LAYOUTS:
         await page.set_viewport_size({"width": width, "height": height})
