@@ -44,7 +44,7 @@ async def test_a_proof_from_the_page_drives_until_somebody_stops_it(
         await other.button("Stop").click()
         await asyncio.sleep(0.5)
         assert not board.moves
-        await proof.filter(has_text="Somebody pressed Stop").wait_for(timeout=15_000)
+        await proof.filter(has_text="Someone pressed Stop").wait_for(timeout=15_000)
         assert not board.moves
         record = await host.page.get_by_text("Open the record").get_attribute("href")
         assert record is not None
