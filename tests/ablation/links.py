@@ -189,7 +189,7 @@ def _alone(
 
 
 def _by_loss_alone(seed: int) -> Measures:
-    loop = Loop(profile("wireless-1m", queue_ms=200.0), tells=False, seed=seed)
+    loop = Loop(profile("wireless-1m", queue_ms=200.0), has_feedback=False, seed=seed)
     loop.run(20)
     return measured(loop, 4.0, 20.0, 1e6)
 

@@ -182,7 +182,7 @@ def test_who_is_not_told_of_what_is_sent_is_not_blind() -> None:
     sound = Sound()
     sound.run(5.0)
     for tick in range(500):
-        sound.estimator.sent(140, sound.now_s + tick / 50, is_told=False)
+        sound.estimator.sent(140, sound.now_s + tick / 50, has_feedback=False)
         assert sound.estimator.estimate(sound.now_s + tick / 50).state == "steady"
 
 
@@ -225,7 +225,7 @@ def _climb(estimator: LinkEstimator, *, ends_alone: bool = False) -> float:
     """
     now_s = 1.0
     for _ in range(20):
-        train = estimator.train(4000, now_s)
+        train = estimator.plan_train(4000, now_s)
         deliveries = []
         for _ in range(math.ceil(4000 / train.payload_bytes)):
             size = train.payload_bytes + 60
@@ -234,7 +234,7 @@ def _climb(estimator: LinkEstimator, *, ends_alone: bool = False) -> float:
             now_s += size * 8 / train.pace_bps
         now_s += 0.05
         if ends_alone:
-            estimator.train(10, now_s)
+            estimator.plan_train(10, now_s)
             deliveries = [deliveries[0], deliveries[-1]]
         estimator.delivered(deliveries, now_s)
     return now_s
@@ -252,7 +252,7 @@ def test_a_picture_never_delays_sound_for_long(size_bytes: int, now_s: float) ->
     """If the link carries just the rate, a picture's pace puts it 50 ms behind at most."""
     estimator = LinkEstimator()
     rate_bps = estimator.estimate(now_s).rate_bps
-    train = estimator.train(size_bytes, now_s)
+    train = estimator.plan_train(size_bytes, now_s)
     assert train.pace_bps >= rate_bps
     assert size_bytes * 8 / rate_bps - size_bytes * 8 / train.pace_bps <= 0.050 + 1e-9
     assert 200 <= train.payload_bytes <= 1180
@@ -261,7 +261,7 @@ def test_a_picture_never_delays_sound_for_long(size_bytes: int, now_s: float) ->
 def test_trains_are_numbered() -> None:
     """Every picture has a number of its own, which rises."""
     estimator = LinkEstimator()
-    numbers = [estimator.train(1000, 1.0).number for _ in range(5)]
+    numbers = [estimator.plan_train(1000, 1.0).number for _ in range(5)]
     assert numbers == sorted(set(numbers))
 
 
@@ -272,7 +272,7 @@ def test_fruitless_probes_become_rare() -> None:
     probes = []
     now_s = 1.0
     while now_s < 90:
-        train = estimator.train(1500, now_s)
+        train = estimator.plan_train(1500, now_s)
         if train.pace_bps > 1.3 * estimator.estimate(now_s).rate_bps:
             probes.append(now_s)
         deliveries = []
@@ -322,7 +322,7 @@ def test_lies_are_bounded(trace: list[tuple[str, object, float]]) -> None:
         elif kind == "trip":
             estimator.round_trip(what, now_s)  # type: ignore[arg-type]
         else:
-            train = estimator.train(what, now_s)  # type: ignore[arg-type]
+            train = estimator.plan_train(what, now_s)  # type: ignore[arg-type]
             assert 200 <= train.payload_bytes <= 1180
             assert 8_000 <= train.pace_bps <= 2e8
         estimate = estimator.estimate(now_s)

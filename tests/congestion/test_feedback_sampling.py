@@ -35,19 +35,19 @@ def _marked(
     found, train, next_s = [], 0, 0.0
     for tick in range(round(seconds * 50)):
         now_s = 100 + tick / 50
-        if sampling.marks(None, now_s):
+        if sampling.requests_feedback(None, now_s):
             found.append("sound")
         if pictures_hz is not None and tick / 50 >= next_s:
             next_s += 1 / pictures_hz
             train += 1
-            kinds = {sampling.marks(train, now_s + part * 0.03) for part in range(3)}
+            kinds = {sampling.requests_feedback(train, now_s + part * 0.03) for part in range(3)}
             assert len(kinds) == 1, "a picture is marked whole or not at all"
             found += ["picture"] * kinds.pop()
     return found
 
 
 @pytest.mark.parametrize(
-    ("estimate", "thorough"),
+    ("estimate", "full_feedback"),
     [
         (_estimate("starting"), False),
         (_estimate("congested"), False),
@@ -58,10 +58,10 @@ def _marked(
         (_estimate(), True),
     ],
 )
-def test_all_is_marked_while_it_matters(estimate: LinkEstimate, thorough: bool) -> None:
+def test_all_is_marked_while_it_matters(estimate: LinkEstimate, full_feedback: bool) -> None:
     """While a link is found out, full, or used by who drives, each packet is told of."""
     sampling = FeedbackSampling()
-    sampling.follow(estimate, thorough=thorough)
+    sampling.follow(estimate, full_feedback=full_feedback)
     assert not sampling.is_sparse
     marked = _marked(sampling, 2.0)
     assert marked.count("sound") == 100
@@ -71,16 +71,16 @@ def test_all_is_marked_while_it_matters(estimate: LinkEstimate, thorough: bool) 
 def test_who_only_watches_tells_of_samples() -> None:
     """Over a settled link an observer's browser has two or three answers a second to give."""
     sampling = FeedbackSampling()
-    sampling.follow(_estimate(), thorough=False)
+    sampling.follow(_estimate(), full_feedback=False)
     assert sampling.is_sparse
     assert 9 <= _marked(sampling, 4.0).count("picture") <= 22
 
 
-@pytest.mark.parametrize("thorough", [True, False])
-def test_a_thin_uplink_is_spared(thorough: bool) -> None:
+@pytest.mark.parametrize("full_feedback", [True, False])
+def test_a_thin_uplink_is_spared(full_feedback: bool) -> None:
     """A modem line gives two answers a second, whoever is behind it."""
     sampling = FeedbackSampling()
-    sampling.follow(_estimate(rate_bps=48_000.0, used_bps=46_000.0), thorough=thorough)
+    sampling.follow(_estimate(rate_bps=48_000.0, used_bps=46_000.0), full_feedback=full_feedback)
     marked = _marked(sampling, 10.0, pictures_hz=10.0)
     assert 15 <= marked.count("picture") <= 22
     assert marked.count("sound") <= 40
@@ -89,5 +89,5 @@ def test_a_thin_uplink_is_spared(thorough: bool) -> None:
 def test_sound_alone_is_heard_of_too() -> None:
     """Without a picture the sound's packets tell how the link is."""
     sampling = FeedbackSampling()
-    sampling.follow(_estimate(rate_bps=48_000.0), thorough=False)
+    sampling.follow(_estimate(rate_bps=48_000.0), full_feedback=False)
     assert 8 <= _marked(sampling, 10.0, pictures_hz=None).count("sound") <= 25

@@ -9,12 +9,12 @@ KBIT = 1000 / 8
 
 
 class Line:
-    """Sends over a way and tells it what came, over a link of a rate with 20 ms each way."""
+    """Sends over a link of one rate, 20 ms each way, and reports what arrived."""
 
     def __init__(self, rate_bps: float) -> None:
         self.rate_bps = rate_bps
         self.looks = 0
-        self.way = SenderSideControl(self._looked)
+        self.control = SenderSideControl(self._looked)
         self.now_s = 100.0
         self._free_s = 0.0
         self._told: list[tuple[float, Delivery]] = []
@@ -23,7 +23,7 @@ class Line:
         self.looks += 1
 
     def packet(self, size: int, *, train: int | None = None) -> None:
-        self.way.sent(size, self.now_s, is_media=True)
+        self.control.sent(size, self.now_s, is_media=True)
         self._free_s = max(self._free_s, self.now_s) + size * 8 / self.rate_bps
         kind = "audio" if train is None else "video"
         delivery = Delivery(self.now_s, 7000 + self._free_s + 0.02, size, kind, train)  # type: ignore[arg-type]
@@ -37,12 +37,12 @@ class Line:
             due = [one for at_s, one in self._told if at_s <= self.now_s]
             self._told = [one for one in self._told if one[0] > self.now_s]
             if due:
-                self.way.delivered(due, self.now_s)
+                self.control.delivered(due, self.now_s)
             if tick % 10 == 0:
                 self.packet(120)
-            if tick % 16 == 0 and self.way.free_in_s(None, self.now_s) <= 0.001:
+            if tick % 16 == 0 and self.control.free_in_s(None, self.now_s) <= 0.001:
                 pictures += 1
-                train = self.way.train(picture_bytes, self.now_s)
+                train = self.control.plan_train(picture_bytes, self.now_s)
                 left = picture_bytes
                 while left > 0:
                     self.packet(min(left, train.payload_bytes) + 62, train=train.number)
@@ -63,67 +63,67 @@ def test_a_narrow_way_lets_as_many_go_as_it_carries() -> None:
     line.run(8.0, 1000)
     carried = line.run(8.0, 1000)
     assert 40 <= carried <= 180  # of 250; 200 kbit/s less the sound are 19 a second
-    assert line.way.estimate(line.now_s).queue_ms < 150
+    assert line.control.estimate(line.now_s).queue_ms < 150
     assert line.looks > 80
 
 
 def test_what_is_stuck_stops_pictures_but_for_a_try() -> None:
     """While nothing is heard of what was sent a picture goes three times a second, not thirty."""
     line = Line(20e6)
-    line.way.thorough = True
+    line.control.full_feedback = True
     line.run(3.0, 4000)
     gone = 0
     for _ in range(500):
         line.now_s += 0.002
-        line.way.sent(120, line.now_s, is_media=True)
-        if line.way.free_in_s(1.0, line.now_s) <= 0.001:
-            line.way.train(4000, line.now_s)
+        line.control.sent(120, line.now_s, is_media=True)
+        if line.control.free_in_s(1.0, line.now_s) <= 0.001:
+            line.control.plan_train(4000, line.now_s)
             gone += 1
     assert 2 <= gone <= 4
 
 
 def test_what_others_take_is_counted() -> None:
     """Data channels and their acknowledgements are told apart from sound and picture."""
-    way = SenderSideControl(lambda _estimate, _now_s: None)
+    control = SenderSideControl(lambda _estimate, _now_s: None)
     for tick in range(400):
-        way.sent(100, 100 + tick / 20, is_media=False)
-        way.sent(1000, 100 + tick / 20, is_media=True)
-    assert 12_000 < way.other_bps < 20_000  # 20 a second of 800 bit
+        control.sent(100, 100 + tick / 20, is_media=False)
+        control.sent(1000, 100 + tick / 20, is_media=True)
+    assert 12_000 < control.other_bps < 20_000  # 20 a second of 800 bit
 
 
 def test_repeats_are_a_share_and_have_a_deadline() -> None:
     """Lost packets take a quarter of the rate, and none that would come too late."""
     line = Line(1e6)
     line.run(3.0, 3000)
-    rate_bps = line.way.estimate(line.now_s).rate_bps
-    sent = sum(line.way.repeats(1000, 0.05, line.now_s + n / 1000) for n in range(1000))
+    rate_bps = line.control.estimate(line.now_s).rate_bps
+    sent = sum(line.control.may_retransmit(1000, 0.05, line.now_s + n / 1000) for n in range(1000))
     assert 0.15 * rate_bps < sent * 8000 < 0.6 * rate_bps
-    assert not line.way.repeats(100, 3.0, line.now_s + 60)
+    assert not line.control.may_retransmit(100, 3.0, line.now_s + 60)
 
 
 def test_a_full_way_gets_no_copies() -> None:
     """While a queue stands what was lost is not sent again: it would only be longer."""
     line = Line(5e6)
     line.run(3.0, 4000)
-    assert line.way.repeats(100, 0.05, line.now_s)
+    assert line.control.may_retransmit(100, 0.05, line.now_s)
     line.rate_bps = 100e3
     for _ in range(40):
-        line.packet(1200, train=line.way.train(1200, line.now_s).number)
+        line.packet(1200, train=line.control.plan_train(1200, line.now_s).number)
     line.run(0.6, 1000)
-    assert not line.way.repeats(100, 0.05, line.now_s)
+    assert not line.control.may_retransmit(100, 0.05, line.now_s)
 
 
 def test_a_browser_that_tells_of_no_arrivals_is_served_by_its_losses() -> None:
     """Without transport-wide feedback on either stream the rate follows what is lost."""
-    way = SenderSideControl(lambda _estimate, _now_s: None)
-    way.negotiated(tells=False)
-    before = way.estimate(100.0)
+    control = SenderSideControl(lambda _estimate, _now_s: None)
+    control.negotiated(has_feedback=False)
+    before = control.estimate(100.0)
     assert (before.state, before.assumed) == ("steady", False)
-    way.lost(0.5, 101.0)
-    after = way.estimate(101.0)
+    control.lost(0.5, 101.0)
+    after = control.estimate(101.0)
     assert after.rate_bps < 0.8 * before.rate_bps
     assert after.lost == 0.5
-    assert way.train(4000, 101.0).pace_bps == after.rate_bps
-    way.negotiated(tells=True)
-    way.lost(0.5, 102.0)
-    assert way.estimate(102.0).assumed
+    assert control.plan_train(4000, 101.0).pace_bps == after.rate_bps
+    control.negotiated(has_feedback=True)
+    control.lost(0.5, 102.0)
+    assert control.estimate(102.0).assumed

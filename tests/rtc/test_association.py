@@ -95,7 +95,7 @@ async def opened() -> AsyncIterator[Link]:
         codecs=Codecs(audio="opus", video="vp8"),
         video=Pictures(),
         audio=Sounds(),
-        way=Noted(),
+        congestion=Noted(),
         events=events,
         clock=SystemClock(),
         round_trip_s=lambda: 0.5,

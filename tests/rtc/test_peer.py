@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 class Noted(NoCongestionControl):
     """A way that is always open and notes what it is told."""
 
-    watched = True
+    uses_feedback = True
 
     def __init__(self) -> None:
         self.sent_bytes: list[tuple[int, bool]] = []
@@ -53,9 +53,11 @@ class Noted(NoCongestionControl):
         self.delivered_: list[Delivery] = []
         self.closed = False
 
-    def sent(self, size_bytes: int, now_s: float, *, is_media: bool, is_told: bool = True) -> None:
+    def sent(
+        self, size_bytes: int, now_s: float, *, is_media: bool, has_feedback: bool = True
+    ) -> None:
         self.sent_bytes.append((size_bytes, is_media))
-        if is_told:
+        if has_feedback:
             self.told_bytes.append(size_bytes)
 
     def lost(self, share: float, now_s: float, kind: Literal["audio", "video"] = "video") -> None:
@@ -170,7 +172,7 @@ class Pair:
     browser: RTCPeerConnection
     channels: dict[str, Any]
     lane: Pictures
-    way: Noted
+    congestion: Noted
 
 
 @pytest.fixture(params=["vp8", "h264"])
@@ -179,13 +181,13 @@ async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
     codec: Literal["vp8", "h264"] = request.param
     events = Events()
     lane = Pictures()
-    way = Noted()
+    congestion = Noted()
     peer = Peer(
         ice_servers=[],
         codecs=Codecs(audio="opus", video=codec),
         video=lane,
         audio=Sounds(),
-        way=way,
+        congestion=congestion,
         events=events,
         clock=SystemClock(),
         round_trip_s=lambda: 0.5,
@@ -201,7 +203,7 @@ async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
     answer = await peer.answer(browser.localDescription.sdp)
     await browser.setRemoteDescription(RTCSessionDescription(answer, "answer"))
     await events.wait("ready")
-    yield Pair(events, peer, browser, channels, lane, way)
+    yield Pair(events, peer, browser, channels, lane, congestion)
     await peer.close()
     await browser.close()
 
@@ -273,31 +275,31 @@ async def test_a_full_way_is_not_fed_with_copies(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where the way says no, a lost packet is not sent again."""
-    monkeypatch.setattr(pair.way, "repeats", lambda *_: False)
+    monkeypatch.setattr(pair.congestion, "may_retransmit", lambda *_: False)
     assert await _asked_ten_times(pair, monkeypatch) == []
 
 
 async def test_a_closed_way_holds_pictures_but_not_sound(pair: Pair) -> None:
     """While the way is not free no picture leaves; sound goes on."""
-    pair.way.closed = True
+    pair.congestion.closed = True
     await asyncio.sleep(0.05)
     pictures, sounds = pair.lane.number, pair.peer._sound._packets
     await asyncio.sleep(0.1)
     assert pair.lane.number == pictures
     assert pair.peer._sound._packets > sounds
-    pair.way.closed = False
+    pair.congestion.closed = False
     await asyncio.sleep(0.1)
     assert pair.lane.number > pictures
 
 
 async def test_every_datagram_is_counted(pair: Pair) -> None:
     """Sound, pictures, reports and messages all spend the viewer's budget, headers and all."""
-    pair.way.sent_bytes.clear()
+    pair.congestion.sent_bytes.clear()
     pair.peer.send("state", "x" * 500)
     await asyncio.sleep(0.1)
-    others = [size for size, is_media in pair.way.sent_bytes if not is_media]
+    others = [size for size, is_media in pair.congestion.sent_bytes if not is_media]
     assert max(others) > 500 + 28
-    media = [size for size, is_media in pair.way.sent_bytes if is_media]
+    media = [size for size, is_media in pair.congestion.sent_bytes if is_media]
     assert min(media) > 65 + 12 + 28
 
 
@@ -305,14 +307,14 @@ async def test_what_is_not_told_of_is_sent_as_such(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where the browser tells of the picture alone, sound and reports are not waited for."""
-    assert pair.way.told_bytes == []
+    assert pair.congestion.told_bytes == []
     monkeypatch.setattr(pair.peer._picture, "_ids", rtp.ExtensionIds(transport_sequence=7))
-    pair.way.sent_bytes.clear()
+    pair.congestion.sent_bytes.clear()
     await asyncio.sleep(0.1)
-    all_bytes = [size for size, _ in pair.way.sent_bytes]
-    assert 0 < len(pair.way.told_bytes) < len(all_bytes)
+    all_bytes = [size for size, _ in pair.congestion.sent_bytes]
+    assert 0 < len(pair.congestion.told_bytes) < len(all_bytes)
     # The extension of eight bytes makes them longer than sound that has the same payload.
-    assert min(pair.way.told_bytes) > min(all_bytes)
+    assert min(pair.congestion.told_bytes) > min(all_bytes)
 
 
 async def test_losses_are_told_with_their_stream(pair: Pair) -> None:
@@ -321,7 +323,7 @@ async def test_losses_are_told_with_their_stream(pair: Pair) -> None:
     for sender, fraction in ((peer._sound, 64), (peer._picture, 32)):
         about = RtcpReceiverInfo(sender._ssrc, fraction, 9, 1, 0, 0, 0)
         await sender._handle_rtcp_packet(RtcpRrPacket(ssrc=1, reports=[about]))
-    assert pair.way.lost_[-2:] == [("audio", 0.25), ("video", 0.125)]
+    assert pair.congestion.lost_[-2:] == [("audio", 0.25), ("video", 0.125)]
 
 
 async def test_sound_carries_what_may_be_lost_again(
@@ -375,13 +377,13 @@ async def test_a_report_tells_the_time_of_capture(
 
 async def test_feedback_reaches_the_way(pair: Pair) -> None:
     """What the browser tells of packets is matched with what was sent."""
-    outlet = pair.peer._tap
-    number = outlet.mark(100, "audio", None)
+    tap = pair.peer._tap
+    number = tap.mark(100, "audio", None)
     assert number is not None
     # One packet, received 0.25 ms after the reference time (draft-holmer-rmcat, 3.1).
     feedback = struct.pack("!BBHLLHHLHBB", 0x8F, 205, 5, 1, 2, number, 1, 1 << 8, 1 << 13 | 1, 1, 0)
     await pair.peer._sound.transport._handle_rtcp_data(feedback)
-    told = [one for one in pair.way.delivered_ if one.kind == "audio"]
+    told = [one for one in pair.congestion.delivered_ if one.kind == "audio"]
     assert told
     assert told[-1].arrived_s is not None
 
@@ -454,13 +456,13 @@ async def test_nothing_is_sent_after_the_end(pair: Pair) -> None:
     pair.peer.send("state", "late")
 
 
-def _peer(events: Events, way: CongestionControl) -> Peer:
+def _peer(events: Events, congestion: CongestionControl) -> Peer:
     private.install()
     return Peer(
         ice_servers=[],
         codecs=Codecs(audio="opus", video="vp8"),
         video=Pictures(),
-        way=way,
+        congestion=congestion,
         audio=Sounds(),
         events=events,
         clock=SystemClock(),

@@ -58,7 +58,7 @@ class Rig:
         self.streams = service.streams(self, SyncSettings())
         lanes = self.streams.lanes()
         assert isinstance(lanes.picture, VideoLane)
-        self.lane, self.way = lanes.picture, lanes.way
+        self.lane, self.congestion = lanes.picture, lanes.congestion
         self.asked: list[str] = []
         self.sizes: list[str] = []
         self.left = 0
@@ -86,7 +86,7 @@ class Rig:
         self.streams.want(sound=sound, picture=True, size="640x480", policy=None)
 
     async def run(self, seconds: float) -> None:
-        """Film, encode what is wanted, send what the way lets go, and tell what came."""
+        """Film, encode what is wanted, send what congestion control lets go, report what arrived."""
         for tick in range(round(seconds * 100)):
             self.clock.time_s += 0.01
             now_s = self.clock.now_s()
@@ -97,13 +97,16 @@ class Rig:
             if tick % 4 == 0:
                 for made in [self._picture(name, now_s) for name in self.video.wanted]:
                     self.video._fan_out(made)
-            if self.way.free_in_s(None, now_s) <= 0.001 and (one := self.lane.take()) is not None:
+            if (
+                self.congestion.free_in_s(None, now_s) <= 0.001
+                and (one := self.lane.take()) is not None
+            ):
                 self.sizes.append(one.rendition)
-                self._send(self.way, one)
+                self._send(self.congestion, one)
             due = [one for at_s, one in self._feedback if at_s <= now_s]
             self._feedback = [one for one in self._feedback if one[0] > now_s]
             if due and not self._silent:
-                self.way.delivered(due, now_s)
+                self.congestion.delivered(due, now_s)
 
     def _picture(self, name: str, now_s: float) -> EncodedPicture:
         rendition = self.video._renditions[name]
@@ -117,9 +120,9 @@ class Rig:
         packet.time_base = VIDEO_TIME_BASE
         return EncodedPicture(packet, name, keyframe, 0, now_s)
 
-    def _send(self, way: CongestionControl, picture: EncodedPicture) -> None:
+    def _send(self, congestion: CongestionControl, picture: EncodedPicture) -> None:
         size = picture.packet.size
-        train: Train = way.train(size, self.clock.now_s())
+        train: Train = congestion.plan_train(size, self.clock.now_s())
         while size > 0:
             self._wire(min(size, train.payload_bytes) + 62, "video", train.number)
             size -= train.payload_bytes
@@ -127,7 +130,7 @@ class Rig:
 
     def _wire(self, size: int, kind: Any, train: int | None) -> None:
         now_s = self.clock.now_s()
-        self.way.sent(size, now_s, is_media=True)
+        self.congestion.sent(size, now_s, is_media=True)
         self._free_s = max(self._free_s, now_s) + size * 8 / self.rate_bps
         came = Delivery(now_s, 5000 + self._free_s + 0.02, size, kind, train)
         self._feedback.append((self._free_s + 0.06, came))
@@ -186,7 +189,7 @@ async def test_a_link_that_narrows_gets_a_fresh_start_with_less() -> None:
 
 
 async def test_a_picture_that_lost_its_thread_is_helped_when_there_is_room() -> None:
-    """After a way was closed for long one keyframe is asked for, not one a picture."""
+    """After the link was closed for long, one keyframe is requested, not one a picture."""
     rig = Rig()
     rig.begin()
     await rig.run(3.0)

@@ -158,7 +158,7 @@ class Loop:
         seed: int = 1,
         size: str | None = "640x480",
         drives: bool = True,
-        tells: bool = True,
+        has_feedback: bool = True,
         changes: bool = True,
         start_s: float = 100.0,
     ) -> None:
@@ -166,8 +166,8 @@ class Loop:
         self.start_s = self.now_s = start_s
         self.allocation: Allocation | None = None
         self.control = SenderSideControl(self._decide)
-        self.control.negotiated(tells=tells)
-        self.control.thorough = drives
+        self.control.negotiated(has_feedback=has_feedback)
+        self.control.full_feedback = drives
         self.browser = Browser()
         self._policy = AudioMaster(SyncSettings())
         self._allocator = Allocator(default_steps(), default_sounds())
@@ -209,7 +209,7 @@ class Loop:
         for first in (
             self._sound,
             self._capture,
-            self._feedback if tells else self._receiver_report,
+            self._feedback if has_feedback else self._receiver_report,
             self._ping,
             self._report,
             self._ask_again,
@@ -312,7 +312,7 @@ class Loop:
             self._at(self.now_s + max(wait_s, 0.0005), self._go)
             return
         picture = self._lane.popleft()
-        train = self.control.train(picture.size_bytes, self.now_s)
+        train = self.control.plan_train(picture.size_bytes, self.now_s)
         count = math.ceil(picture.size_bytes / train.payload_bytes)
         before = None if picture.keyframe else self._base
         self.browser.picture.sent(train.number, picture.captured_s, count, before)
@@ -342,13 +342,13 @@ class Loop:
         self._count += 1
         number = self._count
         train = packet.train if packet.kind == "video" else None
-        if media and self.control.marks(train, self.now_s):
+        if media and self.control.requests_feedback(train, self.now_s):
             self._unreported[number] = packet
         self._down_sent[number] = packet
         self._down_sent.pop(number - 20_000, None)
         self._count_sent += 1
         self._down.arrive(_named(number, packet.size_bytes), self.now_s)
-        self.control.sent(packet.size_bytes, self.now_s, is_media=media, is_told=media)
+        self.control.sent(packet.size_bytes, self.now_s, is_media=media, has_feedback=media)
         return packet
 
     def _arrivals(self) -> None:
@@ -413,7 +413,7 @@ class Loop:
         if not self._repeats.is_due(number, round_trip_s, self.now_s):
             return
         age_s = self.now_s - packet.sent_s
-        if self.control.repeats(packet.size_bytes, age_s, self.now_s):
+        if self.control.may_retransmit(packet.size_bytes, age_s, self.now_s):
             self._repeats.sent(number, self.now_s)
             self._send(
                 Packet(self.now_s, packet.size_bytes + 2, "repeat", packet.train, number=number)

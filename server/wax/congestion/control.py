@@ -21,18 +21,20 @@ class CongestionControl(Protocol):
     """Of all that goes to one browser. Nothing here raises; `now_s` never falls by much."""
 
     @property
-    def watched(self) -> bool:
+    def uses_feedback(self) -> bool:
         """Whether the browser shall tell when each packet has arrived."""
         ...
 
-    def negotiated(self, *, tells: bool, kind: Kind = "video") -> None:
+    def negotiated(self, *, has_feedback: bool, kind: Kind = "video") -> None:
         """Learn whether the browser tells when each packet of this stream has arrived."""
         ...
 
-    def sent(self, size_bytes: int, now_s: float, *, is_media: bool, is_told: bool = True) -> None:
+    def sent(
+        self, size_bytes: int, now_s: float, *, is_media: bool, has_feedback: bool = True
+    ) -> None:
         """Learn that a datagram of this size, headers and all, has left.
 
-        `is_told` is one of a stream whose packets the browser tells of, be it marked or not.
+        `has_feedback` is one of a stream whose packets the browser tells of, be it marked or not.
         """
         ...
 
@@ -48,7 +50,7 @@ class CongestionControl(Protocol):
         """Learn how long the way there and back took just now."""
         ...
 
-    def marks(self, train: int | None, now_s: float) -> bool:
+    def requests_feedback(self, train: int | None, now_s: float) -> bool:
         """Tell whether the browser shall say when this packet of a picture, or of sound, came."""
         ...
 
@@ -59,11 +61,11 @@ class CongestionControl(Protocol):
         """
         ...
 
-    def train(self, size_bytes: int, now_s: float) -> Train:
+    def plan_train(self, size_bytes: int, now_s: float) -> Train:
         """Return how the packets of a picture of this size shall leave."""
         ...
 
-    def repeats(self, size_bytes: int, age_s: float, now_s: float) -> bool:
+    def may_retransmit(self, size_bytes: int, age_s: float, now_s: float) -> bool:
         """Tell whether to send a lost packet again that was first sent `age_s` ago."""
         ...
 
@@ -71,28 +73,28 @@ class CongestionControl(Protocol):
 class NoCongestionControl:
     """None: everything goes at once, in packets of ordinary size."""
 
-    watched = False
+    uses_feedback = False
 
-    def negotiated(self, *, tells: bool, kind: Kind = "video") -> None: ...
+    def negotiated(self, *, has_feedback: bool, kind: Kind = "video") -> None: ...
 
     def lost(self, share: float, now_s: float, kind: Kind = "video") -> None: ...
 
     def sent(
-        self, size_bytes: int, now_s: float, *, is_media: bool, is_told: bool = True
+        self, size_bytes: int, now_s: float, *, is_media: bool, has_feedback: bool = True
     ) -> None: ...
 
     def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None: ...
 
     def round_trip(self, round_trip_s: float, now_s: float) -> None: ...
 
-    def marks(self, train: int | None, now_s: float) -> bool:  # noqa: ARG002  # all or none
-        return self.watched
+    def requests_feedback(self, train: int | None, now_s: float) -> bool:  # noqa: ARG002  # all or none
+        return self.uses_feedback
 
     def free_in_s(self, unreported_s: float | None, now_s: float) -> float:  # noqa: ARG002  # never full
         return 0.0
 
-    def train(self, size_bytes: int, now_s: float) -> Train:  # noqa: ARG002  # all are alike
+    def plan_train(self, size_bytes: int, now_s: float) -> Train:  # noqa: ARG002  # all are alike
         return Train(number=0, pace_bps=float("inf"), payload_bytes=_PAYLOAD_BYTES)
 
-    def repeats(self, size_bytes: int, age_s: float, now_s: float) -> bool:  # noqa: ARG002  # all
+    def may_retransmit(self, size_bytes: int, age_s: float, now_s: float) -> bool:  # noqa: ARG002  # all
         return True

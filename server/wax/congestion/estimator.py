@@ -152,7 +152,7 @@ class LinkEstimator:
     """
 
     def __init__(self) -> None:
-        self.is_sound_told = True
+        self.sound_has_feedback = True
         """Whether the browser tells of the sound's packets, too."""
         self._sound_reports = SoundReports()
         self._jitter_train: int | None = None
@@ -180,15 +180,15 @@ class LinkEstimator:
         self._ceiling_bps = math.inf
         self._newest: tuple[float, float] | None = None  # when it was sent, how long it was queued
 
-    def sent(self, size_bytes: int, now_s: float, *, is_told: bool = True) -> None:
+    def sent(self, size_bytes: int, now_s: float, *, has_feedback: bool = True) -> None:
         """Count a datagram that leaves, headers and all; `now_s` as in its `Delivery.sent_s`.
 
-        `is_told` is false for one of a stream whose packets the browser does not tell of.
+        `has_feedback` is false for one of a stream whose packets the browser does not tell of.
         """
         now_s = self._pass(now_s)
         if 0 < size_bytes <= _MAX_DATAGRAM_BYTES:
             self._history.add(size_bytes, now_s)
-            if is_told:
+            if has_feedback:
                 self._timeout.sent(now_s)
 
     def round_trip(self, round_trip_s: float, now_s: float) -> None:
@@ -206,7 +206,7 @@ class LinkEstimator:
             used_bps = self._history.used_bps(now_s)
             self._set(self._sound_reports.rate_bps(used_bps, self._rate_bps, now_s))
 
-    def train(self, size_bytes: int, now_s: float) -> Train:
+    def plan_train(self, size_bytes: int, now_s: float) -> Train:
         """Decide how a picture of `size_bytes` leaves that is about to be sent."""
         now_s = self._pass(now_s)
         self._number += 1
@@ -330,13 +330,13 @@ class LinkEstimator:
             size_bytes = self._history.between(self._counted_s, delivery.sent_s) - self._lost_bytes
             self._delivery_rate.add(unqueued_s, arrived_s, max(size_bytes, delivery.size_bytes))
             self._counted_s, self._lost_bytes = max(self._counted_s, delivery.sent_s), 0
-            if self._tells_jitter(delivery) and self._queue.since_s is None:
+            if self._is_jitter_sample(delivery) and self._queue.since_s is None:
                 self._jitter.add(arrived_s - delivery.sent_s, self._now_s)
         for train in self._trains.add(delivery):
             self._judge_train(train)
 
-    def _tells_jitter(self, delivery: Delivery) -> bool:
-        if self.is_sound_told:
+    def _is_jitter_sample(self, delivery: Delivery) -> bool:
+        if self.sound_has_feedback:
             return delivery.kind == "audio"
         before = self._jitter_train
         self._jitter_train = before if delivery.train is None else delivery.train

@@ -55,14 +55,14 @@ class FeedbackSampling:
         """Whether only samples are marked, so that answers may be long in coming."""
         return self._every_s > 0
 
-    def follow(self, estimate: LinkEstimate, *, thorough: bool) -> None:
-        """Learn how the link is; a `thorough` one is settled only where it is thin."""
+    def follow(self, estimate: LinkEstimate, *, full_feedback: bool) -> None:
+        """Learn how the link is; a `full_feedback` one is settled only where it is thin."""
         if estimate.state != "steady":
             self._every_s = 0.0  # how much comes through must be known to the packet
         elif estimate.rate_bps < _THIN_BPS:
             self._every_s = _THIN_EVERY_S
         elif (
-            not thorough
+            not full_feedback
             and estimate.queue_ms < _SETTLED_QUEUE_MS
             and estimate.rate_bps > _SPARE_FACTOR * estimate.used_bps
         ):
@@ -70,7 +70,7 @@ class FeedbackSampling:
         else:
             self._every_s = 0.0
 
-    def marks(self, train: int | None, now_s: float) -> bool:
+    def requests_feedback(self, train: int | None, now_s: float) -> bool:
         """Tell whether to mark a packet of this picture, or of sound (None)."""
         if train is not None and self._train is not None and train == self._train[0]:
             return self._train[1]

@@ -63,16 +63,16 @@ Half: modem: picture 266 ms → 306 ms; double: no change to speak of."""
 class SenderSideControl:
     """Joins estimator, pacer and sampling; `on_news` is called when allocations may change."""
 
-    watched = True
+    uses_feedback = True
 
     def __init__(self, on_news: Callable[[LinkEstimate, float], None]) -> None:
-        self.thorough = False
+        self.full_feedback = False
         """Whether the browser tells of each packet all the time: of who drives, all is known."""
         self._on_news = on_news
         self._sampling = FeedbackSampling()
         self._trained_s = float("-inf")
         self._estimator = LinkEstimator()
-        self._tells = False
+        self._has_feedback = False
         self._loss_based: LossBasedControl | None = None
         """In the estimator's place for a browser that tells of no arrivals."""
         self._pacer = Pacer(STARTING_RATE_BPS)
@@ -107,21 +107,23 @@ class SenderSideControl:
 
     # --- as CongestionControl has it -------------------------------------------------------
 
-    def negotiated(self, *, tells: bool, kind: Kind = "video") -> None:
+    def negotiated(self, *, has_feedback: bool, kind: Kind = "video") -> None:
         # Told once for each stream; what one of them tells is enough.
-        self._tells = self._tells or tells
-        self._loss_based = None if self._tells else LossBasedControl()
+        self._has_feedback = self._has_feedback or has_feedback
+        self._loss_based = None if self._has_feedback else LossBasedControl()
         if kind == "audio":
-            self._estimator.is_sound_told = tells
+            self._estimator.sound_has_feedback = has_feedback
 
     def lost(self, share: float, now_s: float, kind: Kind = "video") -> None:
         if self._loss_based is not None:
             self._loss_based.reported(share, now_s)
-        elif kind == "audio" and not self._estimator.is_sound_told:
+        elif kind == "audio" and not self._estimator.sound_has_feedback:
             self._estimator.reported(share, now_s)
 
-    def sent(self, size_bytes: int, now_s: float, *, is_media: bool, is_told: bool = True) -> None:
-        self._estimator.sent(size_bytes, now_s, is_told=is_told)
+    def sent(
+        self, size_bytes: int, now_s: float, *, is_media: bool, has_feedback: bool = True
+    ) -> None:
+        self._estimator.sent(size_bytes, now_s, has_feedback=has_feedback)
         self._pacer.spend(size_bytes, now_s)
         if not is_media:
             self._count_other(size_bytes, now_s)
@@ -135,8 +137,8 @@ class SenderSideControl:
     def round_trip(self, round_trip_s: float, now_s: float) -> None:
         self._estimator.round_trip(round_trip_s, now_s)
 
-    def marks(self, train: int | None, now_s: float) -> bool:
-        return self._sampling.marks(train, now_s)
+    def requests_feedback(self, train: int | None, now_s: float) -> bool:
+        return self._sampling.requests_feedback(train, now_s)
 
     def free_in_s(self, unreported_s: float | None, now_s: float) -> float:
         wait_s = self._pacer.free_in_s(now_s)
@@ -145,15 +147,15 @@ class SenderSideControl:
             return max(wait_s, min(self._trained_s + _PROBE_EVERY_S - now_s, _RETRY_S))
         return wait_s
 
-    def train(self, size_bytes: int, now_s: float) -> Train:
+    def plan_train(self, size_bytes: int, now_s: float) -> Train:
         self._trained_s = now_s
-        train = self._estimator.train(size_bytes, now_s)
+        train = self._estimator.plan_train(size_bytes, now_s)
         if self._loss_based is not None:
             rate_bps = self._loss_based.rate_bps
             train = replace(train, pace_bps=rate_bps, payload_bytes=payload_bytes(rate_bps))
         return train
 
-    def repeats(self, size_bytes: int, age_s: float, now_s: float) -> bool:
+    def may_retransmit(self, size_bytes: int, age_s: float, now_s: float) -> bool:
         known = self._estimate or self.estimate(now_s)
         if known.state == "blind" or known.queue_ms > _FULL_QUEUE_MS:
             return False
@@ -182,7 +184,7 @@ class SenderSideControl:
         estimate = self.estimate(now_s)
         self._pacer.rate_bps = estimate.rate_bps
         self._pacer.drain(estimate.queue_ms, now_s)
-        self._sampling.follow(estimate, thorough=self.thorough)
+        self._sampling.follow(estimate, full_feedback=self.full_feedback)
         settled = self._sampling.is_sparse or self._loss_based is not None
         self._update_every_s = _SETTLED_UPDATE_S if settled else _UPDATE_S
         self._on_news(estimate, now_s)

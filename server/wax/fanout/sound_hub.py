@@ -86,7 +86,7 @@ class SoundHub:
         self._lanes[lane] = boundary.around(lane.put)
         return lane
 
-    def favour(self, lane: SoundLane) -> None:
+    def prioritise(self, lane: SoundLane) -> None:
         """Serve this lane first: the operator does not wait for a crowd."""
         if lane in self._lanes:
             self._lanes = {lane: self._lanes[lane], **self._lanes}

@@ -117,7 +117,7 @@ class VideoHub:
         loads = [one.load for one in self._renditions.values()]
         return sum(loads) + max(loads) <= _CORES_SHARE * (os.cpu_count() or 1)
 
-    def favour(self, lane: PictureLane) -> None:
+    def prioritise(self, lane: PictureLane) -> None:
         """Serve this lane first: the operator does not wait for a crowd."""
         if lane in self._lanes:
             self._lanes = {lane: self._lanes[lane], **self._lanes}

@@ -86,7 +86,7 @@ class Peer:
         codecs: Codecs,
         video: PictureLane,
         audio: SoundLane,
-        way: CongestionControl,
+        congestion: CongestionControl,
         events: PeerEvents,
         clock: Clock,
         round_trip_s: Callable[[], float | None],
@@ -94,8 +94,8 @@ class Peer:
         self._events = events
         self._codecs = codecs
         self._clock = clock
-        self._way = way
-        self._tap = TransportTap(way, clock.now_s, events.feedback_refused)
+        self._congestion = congestion
+        self._tap = TransportTap(congestion, clock.now_s, events.feedback_refused)
         self._channels: dict[str, RTCDataChannel] = {}
         self._clock_told_s: dict[Kind, float] = {}
         self._closed = False
@@ -125,7 +125,7 @@ class Peer:
             self._picture.shows_at_once = not is_firefox(offer)
             async with asyncio.timeout(_ANSWER_S):
                 await self._pc.setRemoteDescription(description)
-                if self._way.watched:
+                if self._congestion.uses_feedback:
                     private.widen(self._pc, _EXTENSIONS)
                 if self._pc.sctp is not None:
                     private.delay_acknowledgements(self._pc.sctp, _ACKNOWLEDGE_S)
@@ -205,7 +205,7 @@ class Peer:
         return SenderContext(
             stock=transceiver.sender,
             rate_hz=self._codecs.rates_hz[kind],
-            outlet=self._tap,
+            tap=self._tap,
             clock=self._clock,
             on_sent=lambda sent: self._sent(kind, sent),
         )

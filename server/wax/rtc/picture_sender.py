@@ -41,14 +41,14 @@ class PictureSender(Sender):
 
     def __init__(
         self,
-        seat: SenderContext,
+        context: SenderContext,
         *,
         lane: PictureLane,
         codec: Literal["vp8", "h264"],
         round_trip_s: Callable[[], float | None],
         on_keyframe_wanted: Callable[[], None],
     ) -> None:
-        super().__init__(seat)
+        super().__init__(context)
         self._lane = lane
         self._packetizer = _packetizer(codec)
         self._round_trip_s = round_trip_s
@@ -95,7 +95,7 @@ class PictureSender(Sender):
         data = bytes(picture.packet)
         pts = picture.packet.pts or 0
         now_s = self._now_s()
-        train = self._tap.way.train(len(data), now_s)
+        train = self._tap.congestion.plan_train(len(data), now_s)
         payloads = self._packetizer(picture, data, train.payload_bytes)
         timestamp = (self.origin + pts) % UINT32
         due_s = now_s
@@ -119,7 +119,7 @@ class PictureSender(Sender):
         lost = self._history.get(number)
         if lost is None or not self._repeats.is_due(number, self._round_trip_s(), now_s):
             return
-        if not self._tap.way.repeats(len(lost.payload), now_s - lost.sent_s, now_s):
+        if not self._tap.congestion.may_retransmit(len(lost.payload), now_s - lost.sent_s, now_s):
             return
         self._repeats.sent(number, now_s)
         if self._extra_payload_type is None:

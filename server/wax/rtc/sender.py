@@ -53,7 +53,7 @@ class SenderContext:
 
     stock: RTCRtpSender
     rate_hz: int
-    outlet: TransportTap
+    tap: TransportTap
     clock: Clock
     on_sent: Callable[[Encoded], None]
 
@@ -63,18 +63,18 @@ class Sender(private.SenderInPlace):
 
     kind: ClassVar[Literal["audio", "video"]]
 
-    def __init__(self, seat: SenderContext) -> None:
+    def __init__(self, context: SenderContext) -> None:
         # A browser delays sound in the same stream for a late picture; here the sound is the master
         # and only sync/ couples them.
-        super().__init__(seat.stock, f"wax-{self.kind}")
+        super().__init__(context.stock, f"wax-{self.kind}")
         self.origin = random.getrandbits(32)
         """The RTP time of media time zero, random by RFC 3550, 5.1."""
         self.failed = False
-        self._tap = seat.outlet
-        self._now_s = seat.clock.now_s
-        self._wall_ms = seat.clock.wall_ms
-        self._rate_hz = seat.rate_hz
-        self._on_sent = seat.on_sent
+        self._tap = context.tap
+        self._now_s = context.clock.now_s
+        self._wall_ms = context.clock.wall_ms
+        self._rate_hz = context.rate_hz
+        self._on_sent = context.on_sent
         self._sequence_number = random.getrandbits(15)
         self._ids = rtp.ExtensionIds()
         self._cname = ""
@@ -95,8 +95,8 @@ class Sender(private.SenderInPlace):
             transport_sequence=numbers.get(rtp.TRANSPORT_SEQUENCE),
             playout_delay=numbers.get(rtp.PLAYOUT_DELAY),
         )
-        tells = self._ids.transport_sequence is not None
-        self._tap.way.negotiated(tells=tells, kind=self.kind)
+        has_feedback = self._ids.transport_sequence is not None
+        self._tap.congestion.negotiated(has_feedback=has_feedback, kind=self.kind)
         self._cname = parameters.rtcp.cname or ""
         self._payload_type = parameters.codecs[0].payloadType or 0
         extra = next((c for c in parameters.codecs if c.name.lower() == self._extra_name), None)
@@ -120,10 +120,10 @@ class Sender(private.SenderInPlace):
             self._asked(packet)
 
     def _told(self, report: RtcpReceiverInfo, now_s: float) -> None:
-        self._tap.way.lost(report.fraction_lost / 256, now_s, self.kind)
+        self._tap.congestion.lost(report.fraction_lost / 256, now_s, self.kind)
         trip_s = self._reported.round_trip_s(report.lsr, report.dlsr, now_s)
         if trip_s is not None:
-            self._tap.way.round_trip(trip_s, now_s)
+            self._tap.congestion.round_trip(trip_s, now_s)
 
     # --- what the two kinds do differently -------------------------------------------------
 

@@ -23,8 +23,8 @@ class SoundSender(Sender):
     kind = "audio"
     _extra_name = "red"
 
-    def __init__(self, seat: SenderContext, *, lane: SoundLane) -> None:
-        super().__init__(seat)
+    def __init__(self, context: SenderContext, *, lane: SoundLane) -> None:
+        super().__init__(context)
         self._lane = lane
 
     def begin(self, parameters: RTCRtpSendParameters) -> None:

@@ -25,16 +25,19 @@ class TransportTap:
     """Sits between the two senders of a peer and their common transport."""
 
     def __init__(
-        self, way: CongestionControl, now_s: Callable[[], float], on_refused: Callable[[], None]
+        self,
+        congestion: CongestionControl,
+        now_s: Callable[[], float],
+        on_refused: Callable[[], None],
     ) -> None:
         """`on_refused` is called for invalid feedback."""
-        self.way = way
+        self.congestion = congestion
         self._on_refused = on_refused
         self._now_s = now_s
         self._transmissions = InFlight()
         self._transports: list[RTCDtlsTransport] = []
         self._marked_s: float | None = None
-        self._is_told = False
+        self._has_feedback = False
 
     def join(self, transport: RTCDtlsTransport) -> None:
         """Count what this transport sends and handle the feedback; safe to repeat."""
@@ -50,32 +53,32 @@ class TransportTap:
 
         To be asked just before each packet of a stream that the browser tells of is sent.
         """
-        self._is_told = True
+        self._has_feedback = True
         now_s = self._now_s()
-        if not self.way.marks(train, now_s):
+        if not self.congestion.requests_feedback(train, now_s):
             return None
         self._marked_s = now_s
         return self._transmissions.sent(now_s, size_bytes=size_bytes, kind=kind, train=train)
 
     def free_in_s(self, now_s: float) -> float:
         """Return how long a picture has to wait in s; 0 to send it now."""
-        return self.way.free_in_s(self._transmissions.oldest_unreported_s(now_s), now_s)
+        return self.congestion.free_in_s(self._transmissions.oldest_unreported_s(now_s), now_s)
 
     def _sent(self, datagram: bytes) -> None:
         # DTLS, and with it the data channels, has first bytes 20 to 63, RTP 128 to 191 (RFC 7983).
         is_media = datagram[0] > 127
         # A packet that was marked leaves before anything else can: it has one time, not two.
         now_s, self._marked_s = self._marked_s, None
-        is_told, self._is_told = self._is_told, False
-        self.way.sent(
+        has_feedback, self._has_feedback = self._has_feedback, False
+        self.congestion.sent(
             len(datagram) + UDP_IP_BYTES,
             self._now_s() if now_s is None else now_s,
             is_media=is_media,
-            is_told=is_told,
+            has_feedback=has_feedback,
         )
 
     def _told(self, rtcp: bytes) -> None:
-        if not self.way.watched:
+        if not self.congestion.uses_feedback:
             return
         now_s = self._now_s()
         for one in feedback.find(rtcp):
@@ -85,4 +88,4 @@ class TransportTap:
                 _LOG.debug("feedback refused", error=str(error))
                 self._on_refused()
                 continue
-            self.way.delivered(deliveries, now_s)
+            self.congestion.delivered(deliveries, now_s)

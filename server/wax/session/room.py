@@ -113,7 +113,7 @@ class Room:
             codecs=self._service.codecs,
             video=lanes.picture,
             audio=lanes.sound,
-            way=lanes.way,
+            congestion=lanes.congestion,
             events=viewer,
             clock=self._clock,
             round_trip_s=lambda: viewer.link.newest_s,

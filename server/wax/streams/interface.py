@@ -58,7 +58,7 @@ class Lanes:
 
     picture: PictureLane
     sound: SoundLane
-    way: CongestionControl
+    congestion: CongestionControl
 
 
 class Page(Protocol):

@@ -45,14 +45,14 @@ class LiveStreams:
         clock: Clock,
         video: VideoHub,
         audio: SoundHub,
-        offer: RenditionLadder,
+        ladder: RenditionLadder,
         page: Page,
         sync: SyncSettings,
     ) -> None:
         self._clock = clock
         self._video = video
         self._audio = audio
-        self._offer = offer
+        self._ladder = ladder
         self._page = page
         self._role_sync = sync
         self._wanted_policy: Policy | None = None
@@ -68,9 +68,9 @@ class LiveStreams:
         """Start without knowledge of the link."""
         self._playout = PlayoutController(self._page, self._sync)
         self._notifier = ServedNotifier(self._page)
-        self._way = SenderSideControl(self._decide)
-        self._way.thorough = self._drives
-        self._ladder = self._make_ladder()
+        self._congestion = SenderSideControl(self._decide)
+        self._congestion.full_feedback = self._drives
+        self._allocator = self._make_allocator()
         self._allocation: Allocation | None = None
         self._asked_s = float("-inf")
 
@@ -81,10 +81,10 @@ class LiveStreams:
             return self._role_sync
         return self._role_sync.model_copy(update={"policy": self._wanted_policy})
 
-    def _make_ladder(self) -> Allocator:
+    def _make_allocator(self) -> Allocator:
         is_own = self._sync.own_rendition and self._video.has_room
         return Allocator(
-            self._offer.steps(is_own=is_own), self._offer.forms(self._sync.least_audio_mu_ms)
+            self._ladder.steps(is_own=is_own), self._ladder.forms(self._sync.least_audio_mu_ms)
         )
 
     # --- the peer's life -------------------------------------------------------------------
@@ -94,14 +94,14 @@ class LiveStreams:
         self._begin()
         self._picture_lane = self._video.add(self._page.boundary)
         self._sound_lane = self._audio.add(self._page.boundary)
-        self._favour()
-        return Lanes(self._picture_lane, self._sound_lane, self._way)
+        self._prioritise()
+        return Lanes(self._picture_lane, self._sound_lane, self._congestion)
 
-    def _favour(self) -> None:
+    def _prioritise(self) -> None:
         """Serve the operator first."""
         if self._drives and self._picture_lane is not None and self._sound_lane is not None:
-            self._video.favour(self._picture_lane)
-            self._audio.favour(self._sound_lane)
+            self._video.prioritise(self._picture_lane)
+            self._audio.prioritise(self._sound_lane)
 
     def release(self) -> None:
         if self._picture_lane is not None and self._sound_lane is not None:
@@ -129,8 +129,8 @@ class LiveStreams:
         self._decide_now()
 
     def follow(self, sync: SyncSettings, *, drives: bool) -> None:
-        self._drives = self._way.thorough = drives
-        self._favour()
+        self._drives = self._congestion.full_feedback = drives
+        self._prioritise()
         if sync is self._role_sync:
             return
         self._role_sync = sync
@@ -139,10 +139,10 @@ class LiveStreams:
 
     def reported(self, report: PlayoutReport) -> None:
         now_s = self._clock.now_s()
-        self._playout.reported(report, now_s, self._way.estimate(now_s), self._allocation)
+        self._playout.reported(report, now_s, self._congestion.estimate(now_s), self._allocation)
 
     def round_trip(self, round_trip_s: float) -> None:
-        self._way.round_trip(round_trip_s, self._clock.now_s())
+        self._congestion.round_trip(round_trip_s, self._clock.now_s())
 
     def received(self, kind: Kind, pts: int) -> None: ...
 
@@ -155,31 +155,31 @@ class LiveStreams:
         known = self._playout.status()
         if self._allocation is not None:
             now = served(
-                self._way.estimate(now_s), self._allocation, in_step=self._playout.is_in_step
+                self._congestion.estimate(now_s), self._allocation, in_step=self._playout.is_in_step
             )
             known |= now.model_dump(exclude={"type"})
         return known
 
     def _follow(self) -> None:
         """Start another policy, without interrupting the streams."""
-        self._ladder = self._make_ladder()
+        self._allocator = self._make_allocator()
         self._playout.follow(self._sync)
 
     # --- what is sent ----------------------------------------------------------------------
 
     def _decide_now(self) -> None:
         now_s = self._clock.now_s()
-        self._decide(self._way.estimate(now_s), now_s)
+        self._decide(self._congestion.estimate(now_s), now_s)
 
     def _decide(self, estimate: LinkEstimate, now_s: float) -> None:
         if self._picture_lane is None or self._sound_lane is None:
             return
-        allocation = self._ladder.decide(
+        allocation = self._allocator.decide(
             estimate,
             size=self._size,
             sound=self._sound_wanted,
             sound_form=self._fixed_form(),
-            other_bps=self._way.other_bps,
+            other_bps=self._congestion.other_bps,
             now_s=now_s,
             takes_redundancy=self._sound_lane.takes_redundancy,
         )
@@ -203,7 +203,7 @@ class LiveStreams:
         if allocation.step != old or before is None:
             name = None if allocation.step is None else allocation.step.name
             if name is not None:
-                self._video.provide(self._offer.settings(name))
+                self._video.provide(self._ladder.settings(name))
             self._video.choose(lane, name)
             self._asked_s = now_s
             if old is not None and allocation.step is not None and _falls(old, allocation.step):
@@ -219,7 +219,7 @@ class LiveStreams:
         return (
             estimate.state in ("starting", "steady")
             and now_s - self._asked_s >= _RESUME_S
-            and self._way.free_in_s(None, now_s) <= 0
+            and self._congestion.free_in_s(None, now_s) <= 0
         )
 
     def _send_sound(self, lane: SoundLane, allocation: Allocation) -> None:
@@ -230,7 +230,7 @@ class LiveStreams:
         mu_ms = self._sync.audio_mu_ms
         if mu_ms == "auto":
             return None
-        return self._offer.form(mu_ms)
+        return self._ladder.form(mu_ms)
 
 
 class LiveService:
@@ -252,7 +252,7 @@ class LiveService:
         self._clock = clock
         self._video = video
         self._audio = audio
-        self._offer = RenditionLadder(video_settings, audio_settings)
+        self._ladder = RenditionLadder(video_settings, audio_settings)
 
     @property
     def sizes(self) -> Sequence[str]:
@@ -263,7 +263,7 @@ class LiveService:
             clock=self._clock,
             video=self._video,
             audio=self._audio,
-            offer=self._offer,
+            ladder=self._ladder,
             page=page,
             sync=sync,
         )

@@ -34,15 +34,15 @@ REPORT_S = 5.0
 class Viewer:
     """Sound at once, pictures when the pacer lets them; feedback is never late, only untold."""
 
-    def __init__(self, network: Profile, *, tells_of_sound: bool) -> None:
+    def __init__(self, network: Profile, *, sound_has_feedback: bool) -> None:
         self.control = SenderSideControl(self._decide)
-        self.control.negotiated(tells=True, kind="video")
-        self.control.negotiated(tells=tells_of_sound, kind="audio")
+        self.control.negotiated(has_feedback=True, kind="video")
+        self.control.negotiated(has_feedback=sound_has_feedback, kind="audio")
         settings = Settings()
         steps = [Step(o.name, o.size, o.fps, o.bitrate_bps, 0) for o in settings.video.renditions]
         forms = [SoundForm(one.mu_ms, one.bitrate_bps) for one in settings.audio.forms]
         self._allocator = Allocator(steps, forms)
-        self._tells_of_sound = tells_of_sound
+        self._sound_has_feedback = sound_has_feedback
         self._link = Direction(network.down, seed=1, way="down", start_s=0.0)
         self._link.start_changes(0.0)
         self.now_s = 0.0
@@ -119,7 +119,7 @@ class Viewer:
             self._at(self.now_s + max(wait_s, 0.001), self._picture)
         else:
             size = round(step.bitrate_bps / step.fps / 8)
-            train = self.control.train(size, self.now_s)
+            train = self.control.plan_train(size, self.now_s)
             count = math.ceil(size / train.payload_bytes)
             self._train(train.number, math.ceil(size / count), count, train.pace_bps)
             self._at(self.now_s + 1 / step.fps, self._picture)
@@ -131,18 +131,18 @@ class Viewer:
             self._at(after_s, lambda: self._train(number, size, left - 1, pace_bps))
 
     def _ping(self) -> None:
-        self.control.sent(90, self.now_s, is_media=False, is_told=False)
+        self.control.sent(90, self.now_s, is_media=False, has_feedback=False)
         self.control.round_trip(0.1, self.now_s)
         self._at(self.now_s + 0.5, self._ping)
 
     def _send(self, size: int, kind: Literal["audio", "video"], train: int | None) -> None:
         self._number += 1
-        is_told = kind == "video" or self._tells_of_sound
+        has_feedback = kind == "video" or self._sound_has_feedback
         self._packets[self._number] = (self.now_s, size, kind, train)
-        if is_told and self.control.marks(train, self.now_s):
+        if has_feedback and self.control.requests_feedback(train, self.now_s):
             self._marked.append(self._number)
         self._link.arrive(self._number.to_bytes(8, "big").ljust(size, b"\0"), self.now_s)
-        self.control.sent(size, self.now_s, is_media=True, is_told=is_told)
+        self.control.sent(size, self.now_s, is_media=True, has_feedback=has_feedback)
 
     def _came(self, number: int, came_s: float) -> None:
         self._arrived[number] = came_s
@@ -188,8 +188,8 @@ def network(rate_bps: int, *changes: tuple[float, int], **down: object) -> Profi
 def test_the_rate_is_that_of_a_browser_that_tells_all(rate_bps: int) -> None:
     """With sound as a known load the same picture is chosen, and the sound waits no longer."""
     found = []
-    for tells_of_sound in (True, False):
-        viewer = Viewer(network(rate_bps), tells_of_sound=tells_of_sound)
+    for sound_has_feedback in (True, False):
+        viewer = Viewer(network(rate_bps), sound_has_feedback=sound_has_feedback)
         viewer.run(40)
         late_ms = sorted(age_ms for at_s, age_ms in viewer.sound_ages_ms if at_s > 8)
         found.append((viewer.width, late_ms[int(0.95 * len(late_ms))]))
@@ -201,7 +201,7 @@ def test_the_rate_is_that_of_a_browser_that_tells_all(rate_bps: int) -> None:
 
 def test_a_fall_of_the_rate_is_answered() -> None:
     """From 5 Mbit/s to 300 kbit/s: 2 s later sound is 150 ms late at most."""
-    viewer = Viewer(network(5_000_000, (10, 300_000)), tells_of_sound=False)
+    viewer = Viewer(network(5_000_000, (10, 300_000)), sound_has_feedback=False)
     viewer.run(20)
     assert max(age_ms for at_s, age_ms in viewer.sound_ages_ms if at_s > 12) <= 150
     assert viewer.estimate.rate_bps <= 330_000
@@ -210,7 +210,7 @@ def test_a_fall_of_the_rate_is_answered() -> None:
 def test_lost_sound_is_told_by_reports() -> None:
     """Of sound that is lost the share is known, and that it is one in a row at least."""
     loss = load("wifi-bad").down.loss
-    viewer = Viewer(network(8_000_000, loss=loss), tells_of_sound=False)
+    viewer = Viewer(network(8_000_000, loss=loss), sound_has_feedback=False)
     viewer.run(40)
     assert viewer.estimate.lost == pytest.approx(0.05, abs=0.03)
     assert viewer.estimate.burst >= 1
@@ -220,14 +220,14 @@ def test_lost_sound_is_told_by_reports() -> None:
 def test_jitter_is_known_from_the_pictures() -> None:
     """Where packets vary by up to 30 ms the first ones of pictures show it."""
     jitter = Jitter(distribution="uniform", ms=15)
-    viewer = Viewer(network(8_000_000, jitter=jitter), tells_of_sound=False)
+    viewer = Viewer(network(8_000_000, jitter=jitter), sound_has_feedback=False)
     viewer.run(30)
     assert 20 <= viewer.estimate.jitter_ms <= 45
 
 
 def test_sound_alone_is_not_blind() -> None:
     """With the picture switched off nothing is awaited; it comes back in full within 3 s."""
-    viewer = Viewer(network(5_000_000), tells_of_sound=False)
+    viewer = Viewer(network(5_000_000), sound_has_feedback=False)
     viewer.run(10)
     viewer.size = None
     off_s = viewer.now_s
@@ -242,7 +242,7 @@ def test_sound_alone_is_not_blind() -> None:
 
 def test_sound_alone_falls_with_what_is_lost_of_it_and_rises_again() -> None:
     """On 30 kbit/s it takes a smaller form because of its losses alone, and later the best."""
-    viewer = Viewer(network(500_000, (20, 30_000), (60, 500_000)), tells_of_sound=False)
+    viewer = Viewer(network(500_000, (20, 30_000), (60, 500_000)), sound_has_feedback=False)
     viewer.run(10)
     best_bps = viewer.sound_bps
     viewer.size = None
@@ -254,7 +254,7 @@ def test_sound_alone_falls_with_what_is_lost_of_it_and_rises_again() -> None:
 
 def test_a_picture_that_is_gone_is_tried_again() -> None:
     """On 24 kbit/s, which carry sound alone, a picture is tried now and then, ever more seldom."""
-    viewer = Viewer(network(24_000), tells_of_sound=False)
+    viewer = Viewer(network(24_000), sound_has_feedback=False)
     viewer.run(120)
     seconds = {int(at_s) for at_s in viewer.pictures if at_s > 10}
     begins = [second for second in seconds if second - 1 not in seconds]
