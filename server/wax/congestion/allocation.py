@@ -1,4 +1,4 @@
-"""The values between the allocator and the lanes: what one viewer is sent, and why."""
+"""The allocator's results: what one viewer is sent, and why."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ class Step:
     fps: float
     bitrate_bps: int
     layers: int
-    """Temporal layers that can be left out from the top, each halving the rate of pictures."""
+    """Temporal layers that can be dropped from the top; each drop halves the picture rate."""
 
 
 @dataclass(frozen=True, slots=True)
 class Allocation:
     """What one viewer is sent from now on.
 
-    Pictures above `top_layer` are left out. `redundancy` is how many earlier units each packet of
-    sound carries again (RFC 2198). `reason` says in plain words why it is not more.
+    Pictures above `top_layer` are dropped. `redundancy` is the number of earlier units that each
+    packet of sound repeats (RFC 2198). `reason` explains to the viewer why it is not more.
     """
 
     step: Step | None

@@ -1,6 +1,6 @@
-"""What one viewer is sent: the best rendition that their link carries, changed seldom.
+"""Chooses the best rendition that one viewer's link carries, and changes it seldom.
 
-What adaptive streaming calls the choice of a step of the bitrate ladder; the hysteresis and the
+Adaptive streaming calls it the choice of a step of the bitrate ladder; the hysteresis and the
 backoff of failed rises are ours.
 """
 
@@ -20,82 +20,82 @@ if TYPE_CHECKING:
     from wax.congestion.delivery import LinkEstimate
 
 _FIT_SHARE: Final = 0.85
-"""What of the rate a step may take to be chosen; the rest is for keyframes and jitter. Ours.
+"""Share of the rate that a chosen step may take; the rest is for keyframes and jitter. Ours.
 Half: wireless: use 69 % → 19 %; double: outages: use 35 % → 69 %."""
 
 _KEEP_SHARE: Final = 0.95
-"""What it may take to be kept whole: hysteresis. Ours.
+"""Share that a step may take and keep all its layers: hysteresis. Ours.
 Half: wireless: use 69 % → 43 %; double: cellular: picture 248 ms → 1407 ms."""
 
 _LAST_SHARE: Final = 1.1
-"""The smallest step may take more: it is thinned picture by picture, upper layers first. Ours.
+"""Share for the smallest step: the pacer then drops single pictures, upper layers first. Ours.
 Half: modem: use 87 % → 43 %; double: the same."""
 
 _STARTUP_S: Final = 3.0
-"""So long after the beginning every change is made at once. As long as the estimator's startup.
+"""Every change is immediate for this time after the start. As long as the estimator's startup.
 Half: the same; double: cellular: sound 127 ms → 79 ms."""
 
 _BETWEEN_S: Final = 5.0
-"""Steps change no more often: a keyframe costs as much as several pictures. Ours.
+"""Minimum time between steps: a keyframe costs as much as several pictures. Ours.
 Half: no change to speak of; double: outages: recovery 23.0 s → 14.9 s."""
 
 _RISE_HOLD_S: Final = 1.0
-"""A better step must have fitted for so long. Ours.
+"""A better step must have fitted for this long. Ours.
 Half: step-down: picture 174 ms → 144 ms; double: no change to speak of."""
 
 _TRIAL_S: Final = 8.0
-"""A rise that is taken back within so long has failed. Ours.
+"""A rise that is taken back within this time has failed. Ours.
 Half: the same; double: the same."""
 
 _FAILED_HOLD_S: Final = 5.0
-"""After a failed rise the next step must have fitted for so long. Ours.
+"""After a failed rise, the next step must have fitted for this long. Ours.
 Half: the same; double: the same."""
 
 _MAX_HOLD_S: Final = 60.0
-"""And for no longer than this after many. Ours.
+"""Maximum of that time, after many failures. Ours.
 Half: the same; double: the same."""
 
 _BACKOFF_FACTOR: Final = 2.0
-"""Each failure makes the wait so many times as long: binary exponential backoff.
+"""Each failure multiplies the wait by this: binary exponential backoff.
 Half: the same; double: the same."""
 
 _PROVEN_S: Final = 30.0
-"""A step that was kept for so long was right, and the wait is short again. Ours.
+"""A step kept for this long was right, and the wait is short again. Ours.
 Half: the same; double: the same."""
 
 _FALL_HOLD_S: Final = 1.0
-"""A step whose layers are cut is left after so long. Ours.
+"""A step with dropped layers is given up after this time. Ours.
 Half: route: recovery 0.0 s → 8.0 s; double: cellular: use 44 % → 39 %."""
 
 _LAYER_HOLD_S: Final = 1.0
-"""A layer comes back after it fitted for so long. Ours.
+"""A layer returns after it has fitted for this long. Ours.
 Half: no change to speak of; double: cellular: use 44 % → 49 %."""
 
 _FULL_QUEUE_MS: Final = 100.0
-"""Behind a longer queue no keyframe is sent: it would be old when it came. Ours.
+"""No keyframe is sent behind a longer queue: it would be old on arrival. Ours.
 Half: step-down: picture 174 ms → 134 ms; double: no change to speak of."""
 
 _RETURN_S: Final = 5.0
-"""A picture that was given up comes back after it fitted for so long. Ours.
+"""A picture that was given up returns after it has fitted for this long. Ours.
 Half: the same; double: the same."""
 
 _FIRST_PAUSE_S: Final = 5.0
-"""Or is tried after so long, for without it nothing probes the link. Ours.
+"""Or is tried after this time, because nothing else probes the link. Ours.
 Half: the same; double: the same."""
 
 _TRY_S: Final = 5.0
-"""Such a try lasts so long. Ours.
+"""Duration of such a try. Ours.
 Half: the same; double: the same."""
 
 
 class Since:
-    """For how long something has been so without a break."""
+    """How long a condition has held without a break."""
 
     def __init__(self) -> None:
         self._from_s: float | None = None
 
     def lasts(self, so: bool, seconds: float, now_s: float) -> bool:
-        """Count one more look; return whether it has been so for that long."""
+        """Take one observation; return whether the condition has held for `seconds`."""
         if not so:
             self._from_s = None
             return False
@@ -107,13 +107,13 @@ class Since:
 class Allocator:
     """Chooses sound, step and layers for one viewer.
 
-    Down at once: upper layers are cut in the same decision, and the step follows. Up after it
-    fitted for a while, longer after each try that failed, and at most one step in 5 s; at the
-    beginning at once.
+    Down is immediate: the same decision drops upper layers, and the step follows. Up takes until
+    the better step has fitted for a while, longer after each failed rise, and at most one step in
+    5 s; during startup it is immediate too.
     """
 
     def __init__(self, steps: Sequence[Step], sounds: Sequence[SoundForm]) -> None:
-        """Raise ValueError where there is no step, no sound or a size that is none."""
+        """Raise ValueError if there is no step, no sound, or an invalid size."""
         if not steps or not sounds:
             raise ValueError("a ladder needs at least one step and one form of the sound")
         self._steps = tuple(sorted(steps, key=lambda step: -step.bitrate_bps))
@@ -145,10 +145,10 @@ class Allocator:
     ) -> Allocation:
         """Decide what is sent from now on.
 
-        `size` is the largest picture that is wanted ("640x480"), None for none; `sound_form` the
-        one that the configuration fixes, None to choose. `other_bps` is what data channel and
-        acknowledgements take. Without `takes_redundancy` no sound is sent again: the browser would
-        not take it. Raises ValueError where `size` is no size.
+        `size` is the largest picture wanted ("640x480"), None for none; `sound_form` is the
+        configured form, None to choose one. `other_bps` is the rate of data channels and
+        acknowledgements. Without `takes_redundancy` no sound is repeated: the browser does not
+        accept it. Raises ValueError if `size` is invalid.
         """
         if self._now_s < now_s < math.inf:
             self._now_s = now_s
@@ -195,7 +195,7 @@ class Allocator:
         if cut is None and self._at != last:
             self._failed()
             if estimate.queue_ms > _FULL_QUEUE_MS:
-                # A keyframe would be old before it could leave; what comes later is newer.
+                # A keyframe would be old before it could leave; a later one is newer.
                 self._cut = self._steps[self._at].layers
                 return
             self._move(max(target, self._at + 1))
@@ -218,7 +218,7 @@ class Allocator:
 
     def _target(self, estimate: LinkEstimate, budget: Budget, allowed: Sequence[int]) -> int:
         if estimate.assumed:
-            return allowed[-1]  # what is assumed would fill a modem line
+            return allowed[-1]  # the assumed rate would overload a modem line
         left_bps = self._sound.left_bps(budget, _FIT_SHARE)
         fitting = (
             at for at in allowed if picture_bps(self._steps[at], 0, estimate.rate_bps) <= left_bps
@@ -229,7 +229,7 @@ class Allocator:
         return _LAST_SHARE if self._at == last else _KEEP_SHARE
 
     def _needed_cut(self, at: int, budget: Budget, share: float) -> int | None:
-        """Return how many layers have to go, None where not even the lowest fits."""
+        """Return how many layers to drop, None if not even the lowest fits."""
         left_bps = self._sound.left_bps(budget, share)
         step = self._steps[at]
         return next(
@@ -249,7 +249,7 @@ class Allocator:
         self._cut = cut
 
     def _comes_back(self, budget: Budget, last: int, *, calm: bool) -> bool:
-        """Return whether the picture that was given up is sent again, or tried."""
+        """Return whether the picture that was given up returns, or is tried."""
         assert self._gone_s is not None
         fits = self._needed_cut(last, budget, _KEEP_SHARE) is not None
         if self._whole.lasts(fits, _RETURN_S, self._now_s):
@@ -265,7 +265,7 @@ class Allocator:
         return True
 
     def _failed(self) -> None:
-        """Put the next try off where this was one."""
+        """If this was a trial, delay the next one."""
         if self._now_s - self._rose_s < _TRIAL_S:
             self._hold_s = min(max(_BACKOFF_FACTOR * self._hold_s, _FAILED_HOLD_S), _MAX_HOLD_S)
         self._rose_s = -math.inf
@@ -305,7 +305,7 @@ def _area(size: str) -> int:
 
 
 def _rate(bps: float) -> str:
-    """Say a rate in two digits, as no estimate is better."""
+    """Format a rate with two digits; no estimate is more precise."""
     digits = 10 ** max(0, math.floor(math.log10(max(bps, 10))) - 1)
     rounded = round(bps / digits) * digits
     return f"{rounded / 1e6:g} Mbit/s" if rounded >= 1e6 else f"{rounded / 1e3:g} kbit/s"

@@ -1,4 +1,4 @@
-"""What a peer asks before it sends, and tells when it has: congestion control as it sees it."""
+"""The interface between a peer and its congestion control."""
 
 from __future__ import annotations
 
@@ -14,64 +14,64 @@ if TYPE_CHECKING:
 Kind = Literal["audio", "video"]
 
 _PAYLOAD_BYTES: Final = 1200
-"""Fits any tunnel (WireGuard's IPv6 has 1280) with all headers."""
+"""Fits any tunnel with all headers (WireGuard over IPv6: 1280)."""
 
 
 class CongestionControl(Protocol):
-    """Of all that goes to one browser. Nothing here raises; `now_s` never falls by much."""
+    """Controls everything that one browser is sent; never raises. `now_s` never falls by much."""
 
     @property
     def uses_feedback(self) -> bool:
-        """Whether the browser shall tell when each packet has arrived."""
+        """Whether it uses transport-wide feedback."""
         ...
 
     def negotiated(self, *, has_feedback: bool, kind: Kind = "video") -> None:
-        """Learn whether the browser tells when each packet of this stream has arrived."""
+        """Handle whether this stream has transport-wide feedback."""
         ...
 
     def sent(
         self, size_bytes: int, now_s: float, *, is_media: bool, has_feedback: bool = True
     ) -> None:
-        """Learn that a datagram of this size, headers and all, has left.
+        """Count a datagram that has left; `size_bytes` includes all headers.
 
-        `has_feedback` is one of a stream whose packets the browser tells of, be it marked or not.
+        `has_feedback`: its stream has feedback, whether or not this packet requests it.
         """
         ...
 
     def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
-        """Learn what became of packets."""
+        """Handle feedback about packets."""
         ...
 
     def lost(self, share: float, now_s: float, kind: Kind = "video") -> None:
-        """Learn which share of a stream's packets did not arrive lately, from 0 to 1."""
+        """Handle the share of a stream's packets that was lost lately, from 0 to 1."""
         ...
 
     def round_trip(self, round_trip_s: float, now_s: float) -> None:
-        """Learn how long the way there and back took just now."""
+        """Handle a measured round trip."""
         ...
 
     def requests_feedback(self, train: int | None, now_s: float) -> bool:
-        """Tell whether the browser shall say when this packet of a picture, or of sound, came."""
+        """Return whether to request feedback for this packet; `train` is None for sound."""
         ...
 
     def free_in_s(self, unreported_s: float | None, now_s: float) -> float:
-        """Return how long a picture has to wait; 0 lets one go.
+        """Return how long a picture has to wait; 0 if it may leave now.
 
-        `unreported_s` is the age of the oldest packet of which should have been heard, or None.
+        `unreported_s` is the age of the oldest packet whose feedback is missing, or None.
         """
         ...
 
     def plan_train(self, size_bytes: int, now_s: float) -> Train:
-        """Return how the packets of a picture of this size shall leave."""
+        """Return how to send the packets of a picture of this size."""
         ...
 
     def may_retransmit(self, size_bytes: int, age_s: float, now_s: float) -> bool:
-        """Tell whether to send a lost packet again that was first sent `age_s` ago."""
+        """Return whether to retransmit a lost packet that was first sent `age_s` ago."""
         ...
 
 
 class NoCongestionControl:
-    """None: everything goes at once, in packets of ordinary size."""
+    """Sends everything at once, in packets of ordinary size."""
 
     uses_feedback = False
 

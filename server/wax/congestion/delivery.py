@@ -1,4 +1,4 @@
-"""The values between the sender and the estimator of one viewer's link."""
+"""What the sender and the estimator of one viewer's link exchange."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ UDP_IP_BYTES: Final = 28
 
 @dataclass(frozen=True, slots=True)
 class Delivery:
-    """What became of one packet, as the browser told (transport-wide feedback).
+    """One packet's fate, as reported by the browser (transport-wide feedback).
 
-    `sent_s` is on the server's clock. `arrived_s` is on the browser's own, whose origin is
-    unknown and which drifts; None where the packet was lost. `size_bytes` is the whole datagram.
-    `train` is the number of the picture that it belongs to, None for sound and repeats.
+    `sent_s` is on the server's clock. `arrived_s` is on the browser's clock, which has an unknown
+    origin and drifts; None if the packet was lost. `size_bytes` is the whole datagram. `train` is
+    the number of the packet's picture, None for sound and retransmissions.
     """
 
     sent_s: float
@@ -29,9 +29,9 @@ class Delivery:
 
 @dataclass(frozen=True, slots=True)
 class Train:
-    """How one picture's packets shall leave: spread at `pace_bps`, none larger than told.
+    """How to send one picture: its packets paced at `pace_bps`, with at most `payload_bytes` each.
 
-    A picture that is paced faster than the link is known to be is what probes it.
+    A picture paced faster than the estimated rate probes the link.
     """
 
     number: int
@@ -41,13 +41,13 @@ class Train:
 
 @dataclass(frozen=True, slots=True)
 class LinkEstimate:
-    """What is known of the way to one browser.
+    """The state of the link to one browser.
 
-    `rate_bps` is what it can carry, headers and all, as far as that was ever seen; `used_bps` what
-    was sent in the last second. `queue_ms` is how long a packet waits in the way now, beyond the
-    least that was seen; `jitter_ms` how much single packets of sound differ (99 of 100 are within).
-    `lost` is the share of packets lost lately, and `burst` how many in a row at most (95 %), of
-    sound where there is any. `assumed` while no picture came through, so that the rate is a guess.
+    `rate_bps` is the highest rate shown to get through, headers included; `used_bps` is the rate
+    of the last second. `queue_ms` is the queuing delay now; `jitter_ms` is the delay variation of
+    the sound (99th percentile). `lost` is the share of packets lost lately, and `burst` the number
+    lost in a row (95th percentile), both of the sound if it is sent. `assumed`: no picture has come
+    through yet, so the rate is a guess.
     """
 
     state: LinkState

@@ -1,7 +1,7 @@
-"""The delivery rate of a busy link: what leaves a queue that never empties leaves at capacity.
+"""The delivery rate of a busy link: a queue that never empties drains at the link's capacity.
 
-The delivery rate sample of draft-cheng-iccrg-delivery-rate-estimation, taken over a busy period
-alone, so that it is never limited by the application.
+The delivery rate sample of draft-cheng-iccrg-delivery-rate-estimation, taken over busy periods
+only, so that the application never limits it.
 """
 
 from __future__ import annotations
@@ -12,24 +12,25 @@ from itertools import pairwise
 from typing import Final
 
 _WINDOW_S: Final = 0.8
-"""How much of a busy period counts. GCC measures over 0.5 to 1 s (T in 5.6).
+"""Measured over at most this much of a busy period. GCC: 0.5 to 1 s (T in 5.6).
 Half: download: picture 877 ms → 214 ms; double: download: picture 877 ms → 1327 ms."""
 
 _MIN_BUSY_S: Final = 0.06
-"""A shorter busy period tells no rate: arrivals of one feedback come with jitter. Ours.
+"""Minimum busy period: the arrivals within one feedback packet have jitter. Ours.
 Half: route: recovery 0.0 s → 8.0 s; double: no change to speak of."""
 
 _MIN_PACKETS: Final = 3
-"""So does one of fewer packets: without the longest gap there is one gap left. Ours.
+"""Minimum packets: without the longest gap, three leave one gap. Ours.
 Half: the same; double: the same."""
 
 _BACK_TO_BACK_S: Final = 0.005
-"""A packet that came this much later than alone still counts as queued. As GCC's burst_time (5.6).
+"""How much later than this packet would have come alone the one before must arrive, for both to
+count as queued. As GCC's burst_time (5.6).
 Half: no change to speak of; double: no change to speak of."""
 
 
 class DeliveryRate:
-    """Told of every packet that arrived, in the order of their sending; times in seconds."""
+    """Takes every packet that arrived, in the order of sending; times in seconds."""
 
     def __init__(self) -> None:
         self._busy: deque[tuple[float, float]] = deque()  # arrival, bytes that came until then
@@ -37,10 +38,10 @@ class DeliveryRate:
         self._arrived_s = -math.inf
 
     def add(self, unqueued_s: float, arrived_s: float, size_bytes: float) -> None:
-        """Count `size_bytes` that came by `arrived_s`.
+        """Count `size_bytes` that arrived by `arrived_s`.
 
-        `unqueued_s` is when the packet would have come without a queue. Where that is not after
-        the arrival of the one before, the two have left the queue back to back.
+        `unqueued_s` is when the packet would have arrived without a queue. If the packet before
+        arrived no earlier than that, both left the queue back to back.
         """
         if not self._arrived_s > unqueued_s + _BACK_TO_BACK_S or arrived_s < self._arrived_s:
             self.clear()
@@ -51,11 +52,11 @@ class DeliveryRate:
             self._busy.popleft()
 
     def rate_bps(self) -> float | None:
-        """Return the rate of the busy period that lasts; None where it is too short."""
+        """Return the rate of the current busy period; None if it is too short."""
         if len(self._busy) < _MIN_PACKETS:
             return None
         gaps = [(b - a, later - total) for (a, total), (b, later) in pairwise(self._busy)]
-        # A stall is a pause of the link, but none of its rate.
+        # A stall pauses the link, but does not change its rate.
         longest = max(gaps)
         took_s = sum(gap_s for gap_s, _ in gaps) - longest[0]
         size_bytes = sum(size for _, size in gaps) - longest[1]

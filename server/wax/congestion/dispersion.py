@@ -1,10 +1,9 @@
-"""Packet-train dispersion: what trains that left faster than the rate say about the bottleneck.
+"""Packet-train dispersion: the bottleneck's rate, from trains that left faster than it.
 
-A train that is sent faster than the bottleneck serves comes out spread at its rate (Keshav's packet
-pair, SIGCOMM 1991; trains: Dovrolis, Ramanathan, Moore, INFOCOM 2001). With cross traffic that is
-their asymptotic dispersion rate, between available bandwidth and capacity. One train says little
-through jitter, so the times of several are summed over the sum of their bits, with a confidence
-interval of so many standard errors.
+The bottleneck spreads such a train to its own rate (Keshav's packet pair, SIGCOMM 1991; trains:
+Dovrolis, Ramanathan, Moore, INFOCOM 2001). With cross traffic the result is the asymptotic
+dispersion rate, between available bandwidth and capacity. Jitter hides most of what one train
+shows, so several are summed, times and bits, with a confidence interval in standard errors.
 """
 
 from __future__ import annotations
@@ -14,23 +13,23 @@ from collections import deque
 from typing import Final, NamedTuple
 
 _MEMORY_S: Final = 10.0
-"""Trains of the last while count. BBR's bandwidth filter spans about as long (10 round trips).
+"""Older trains do not count. BBR's bandwidth filter is about as long (10 round trips).
 Half: step-down: picture 174 ms → 144 ms; double: outages: use 35 % → 45 %."""
 
 _MAX_TRAINS: Final = 128
-"""More are not kept; at 30 pictures a second that is 4 s. Ours.
+"""Trains kept at most; at 30 pictures a second that is 4 s. Ours.
 Half: step-down: picture 174 ms → 144 ms; double: the same."""
 
 _ERRORS: Final = 2.0
-"""Standard errors of a bound that is to be sure: 95 % of a normal distribution lie within.
+"""Standard errors of a safe bound: 95 % of a normal distribution lie within.
 Half: cellular: use 44 % → 49 %; double: route: use 89 % → 34 %."""
 
 _STARTUP_ERRORS: Final = 0.7
-"""Standard errors at startup, when to be soon matters more than to be sure. Ours.
+"""Standard errors at startup, when speed matters more than certainty. Ours.
 Half: cellular: sound 127 ms → 79 ms; double: cellular: sound 127 ms → 79 ms."""
 
 _STARTUP_ERRORS_PER_TRAIN: Final = 0.1
-"""By so much each train of the startup makes the bound more careful, up to `_ERRORS`. Ours.
+"""Each train of the startup adds this to them, up to `_ERRORS`. Ours.
 Half: wireless: concealed 0.5 % → 1.3 %; double: route: picture 137 ms → 273 ms."""
 
 _LIKELY_ERRORS: Final = 1.5
@@ -38,24 +37,24 @@ _LIKELY_ERRORS: Final = 1.5
 Half: outages: use 35 % → 44 %; double: outages: sound 41 ms → 51 ms."""
 
 _LIKELY_MIN_TRAINS: Final = 16
-"""Fewer trains say nothing of what is likely. Ours.
+"""Minimum trains for a likely rate. Ours.
 Half: route: picture 137 ms → 273 ms; double: route: picture 137 ms → 273 ms."""
 
 _MAX_RATE_MIN_TRAINS: Final = 32
-"""Fewer trains set no upper limit: cross traffic in one of them would. Ours.
+"""Minimum trains for an upper limit, so that cross traffic in one does not set it. Ours.
 Half: cellular: use 44 % → 49 %; double: step-down: picture 174 ms → 144 ms."""
 
 _PRIOR_TRAINS: Final = 3
-"""So many trains the jitter of single packets is worth as a prior of their variance. Ours.
+"""Weight, in trains, of the single packets' jitter as a prior of the trains' variance. Ours.
 Half: no change to speak of; double: step-down: picture 174 ms → 144 ms."""
 
 _COMPRESSED_SHARE: Final = 0.9
-"""A train that came in less of the time it was sent in was held and let go together: ACK
-compression in TCP, no dispersion. Ours.
+"""A train that arrives in less than this share of its sending time was held and released at once
+(TCP: ACK compression); that is no dispersion. Ours.
 Half: no change to speak of; double: bursts: use 105 % → 68 %."""
 
 _COMPRESSED_NOISES: Final = 2.0
-"""So many times the delay noise it may be shorter still, for jitter does that too. Ours.
+"""Multiple of the delay noise by which it may be shorter still, because of jitter. Ours.
 Half: no change to speak of; double: no change to speak of."""
 
 
@@ -69,7 +68,7 @@ class TrainDispersion(NamedTuple):
 
 
 class _Sums(NamedTuple):
-    """Of all trains until one of them, itself among them; bits in thousands, times in ms."""
+    """Sums over all trains up to and including one; bits in thousands, times in ms."""
 
     judged_s: float
     bits: float
@@ -83,7 +82,7 @@ _NONE: Final = _Sums(-math.inf, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class DispersionEstimator:
-    """Trains that were paced faster than the rate that was known; each question is cheap."""
+    """Estimates from trains paced faster than the estimated rate; every query is cheap."""
 
     def __init__(self) -> None:
         self._sums: deque[_Sums] = deque([_NONE])
@@ -118,7 +117,7 @@ class DispersionEstimator:
         self._sums = deque([_NONE])
 
     def min_bps(self, noise_s: float, *, startup: bool) -> float:
-        """Return what the link carries at least: the best that the last 1, 2, 4… trains show."""
+        """Return a lower bound of the rate: the best that the last 1, 2, 4… trains show."""
         errors = _ERRORS
         if startup:
             errors = min(_STARTUP_ERRORS + _STARTUP_ERRORS_PER_TRAIN * len(self), _ERRORS)
@@ -129,23 +128,23 @@ class DispersionEstimator:
         return min_bps
 
     def likely_bps(self, noise_s: float) -> float:
-        """Return what the link may well carry; of few trains nothing."""
+        """Return the rate that the link probably carries; 0 if there are too few trains."""
         if len(self) < _LIKELY_MIN_TRAINS:
             return 0.0
         return self._bound_bps(len(self), noise_s, -_LIKELY_ERRORS)
 
     def max_bps(self, noise_s: float) -> float:
-        """Return what the link carries at most; only many trains limit it."""
+        """Return an upper bound of the rate; infinite if there are too few trains."""
         if len(self) < _MAX_RATE_MIN_TRAINS:
             return math.inf
         return self._bound_bps(len(self), noise_s, -_ERRORS)
 
     def _bound_bps(self, count: int, noise_s: float, errors: float) -> float:
-        """Return the rate of the last `count` trains, so many standard errors below it."""
+        """Return the rate of the last `count` trains, less `errors` standard errors."""
         last, first = self._sums[-1], self._sums[-1 - count]
         bits, ms = last.bits - first.bits, last.ms - first.ms
         ms_per_bit = ms / bits
-        # A few trains say little about how much they differ, so what single packets say counts too.
+        # Few trains show little of their variance, so the single packets' variance counts too.
         squares = _PRIOR_TRAINS * 2 * (noise_s * 1000) ** 2
         squares += max(
             0.0,

@@ -1,4 +1,4 @@
-"""What one viewer's link carries, from what comes back of what was sent."""
+"""Estimates the rate, queue, jitter and loss of one viewer's link from its feedback."""
 
 from __future__ import annotations
 
@@ -25,115 +25,115 @@ if TYPE_CHECKING:
     from wax.congestion.delivery import Delivery, LinkState
 
 _MIN_RATE_BPS: Final = 8_000.0
-"""The rate never falls below: the smallest form of the sound takes 13 kbit/s. Ours.
+"""Lowest rate; the smallest form of the sound takes 13 kbit/s. Ours.
 Half: the same; double: the same."""
 
 _MAX_RATE_BPS: Final = 50_000_000.0
-"""Nor rises above; a bound against what cannot be."""
+"""Highest rate, against invalid feedback."""
 
 _DECREASE_FACTOR: Final = 0.9
-"""What of a rate that was measured at its limit is used, so that the queue drains. GCC's beta is
+"""Share of a full link's measured rate that is used, so that the queue drains. GCC's beta is
 0.85 (5.5).
 Half: modem: picture 266 ms → 4137 ms; double: cellular: use 44 % → 65 %."""
 
 _MIN_RISE_FACTOR: Final = 1.03
-"""A probe that shows less above the rate is no rise: hysteresis. Ours.
+"""A probe must show at least this multiple of the rate to raise it: hysteresis. Ours.
 Half: wireless: use 69 % → 41 %; double: wireless: use 69 % → 36 %."""
 
 _STARTUP_S: Final = 3.0
-"""The startup ends so long after the first feedback. Ours; BBR's ends when the rate stays.
+"""Startup ends this long after the first feedback. Ours; BBR's ends when the rate stays level.
 Half: long-outage: recovery 8.0 s → 1.0 s; double: route: use 89 % → 29 %."""
 
 _PROBE_PACKETS: Final = 4
-"""A probing picture leaves in at least so many packets. libwebrtc's probe clusters have 5.
+"""A probing picture has at least this many packets. libwebrtc's probe clusters have 5.
 Half: modem: use 87 % → 79 %; double: cellular: sound 127 ms → 85 ms."""
 
 _STARTUP_TRAINS: Final = 3
-"""So many first trains may lower the rate that is assumed. Ours.
+"""Number of first trains that may lower the assumed rate. Ours.
 Half: the same; double: no change to speak of."""
 
 _STARTUP_SLOW_S: Final = 0.010
-"""One of them that was spread by so much shows a link slower than assumed. Ours.
+"""One of them spread by this much shows a link slower than assumed. Ours.
 Half: short-queue: sound 70 ms → 50 ms; double: the same."""
 
 _STARTUP_SLOW_NOISES: Final = 3.0
-"""And by so many times the delay noise (99.7 % of a normal distribution).
+"""And by this multiple of the delay noise (99.7 % of a normal distribution).
 Half: short-queue: sound 70 ms → 50 ms; double: the same."""
 
 _INCREASE_PER_S: Final = 0.15
-"""What is likely is approached by so much a second. GCC's multiplicative increase: 8 % (5.5).
+"""Increase per second towards the likely rate. GCC's multiplicative increase: 8 % (5.5).
 Half: no change to speak of; double: wireless: concealed 0.5 % → 1.5 %."""
 
 _MAX_INCREASE_S: Final = 1.0
-"""One feedback raises by no more than so long would. As GCC (5.5).
+"""One feedback packet counts for at most this long. As GCC (5.5).
 Half: the same; double: the same."""
 
 _MAX_USE_FACTOR: Final = 4.0
-"""Never to more than so many times what is in use, for nothing has shown more. GCC: 1.5 times what
-was received (5.5).
+"""Maximum multiple of the rate in use, because nothing has shown more. GCC: 1.5 times the received
+rate (5.5).
 Half: route: use 89 % → 34 %; double: step-down: picture 174 ms → 144 ms."""
 
 _REFUTED_SHARE: Final = 0.85
-"""Where the trains bound the link below this share of the rate, the rate was wrong. Ours.
+"""If the trains bound the link below this share of the rate, the rate was wrong. Ours.
 Half: no change to speak of; double: route: picture 137 ms → 301 ms."""
 
 _HOLD_S: Final = 2.0
-"""So long after a fall nothing rises but by a train that shows it. Ours; GCC holds until the queue
-has drained (5.5).
+"""For this long after a fall only a train can raise the rate. Ours; GCC holds until the queue has
+drained (5.5).
 Half: cellular: sound 127 ms → 102 ms; double: the same."""
 
 _CEILING_FACTOR: Final = 1.05
-"""What was seen to fill the link, and this much more, is not passed step by step. Ours; GCC slows
-down near its average of such rates (5.5).
+"""Stepwise increase ends at this multiple of the rate that filled the link. Ours; GCC slows down
+near its average of such rates (5.5).
 Half: step-down: picture 174 ms → 144 ms; double: the same."""
 
 _CEILING_MEMORY_S: Final = 20.0
-"""For so long. Ours.
+"""Time for which that ceiling holds. Ours.
 Half: the same; double: the same."""
 
 _CARRIED_FROM_S: Final = 2.0
-"""What left between so long ago and `_CARRIED_UNTIL_S` has come through where no queue stands, so
-the link carries it. Ours.
+"""Without a standing queue, whatever left between this long ago and `_CARRIED_UNTIL_S` has come
+through, so the link carries it. Ours.
 Half: makes no sense; double: step-down: picture 174 ms → 144 ms."""
 
 _CARRIED_UNTIL_S: Final = 1.0
-"""What left later may still be under way. Ours.
+"""Later packets may still be in flight. Ours.
 Half: the same; double: makes no sense."""
 
 _PROBE_MAX_LOSS_SHARE: Final = 0.1
-"""With more loss only rare probes leave faster: the queue may be too short for them. Ours.
+"""With more loss, fast probes are rare: the link's queue may be too short for them. Ours.
 Half: the same; double: the same."""
 
 _LOW_LOSS_SHARE: Final = 0.02
-"""Less is no sign of congestion. GCC: 2 % (6).
+"""Less loss does not count as congestion. GCC: 2 % (6).
 Half: the same; double: the same."""
 
 _JITTER_HINDSIGHT_S: Final = 1.0
-"""When a queue is found, what it delayed in the last second is no jitter. Ours: it takes two
-feedbacks to find one.
+"""When a queue is found, delays of the last second are no jitter. Ours: finding one takes two
+feedback packets.
 Half: the same; double: the same."""
 
 _ROUTE_CHANGE_S: Final = 3.0
-"""A standing delay that stays level for so long is a longer route. Ours; LEDBAT waits until its
-base delay is forgotten, BBR drains the queue to see (ProbeRTT).
+"""A standing delay that stays level for this long is a longer route. Ours; LEDBAT waits until its
+base delay expires, BBR drains the queue to check (ProbeRTT).
 Half: no change to speak of; double: route: recovery 0.0 s → 8.0 s."""
 
 _RESTART_AFTER_S: Final = 3.0
-"""After so long a silence the link is probed anew. Ours.
+"""After this long without feedback the estimate starts over. Ours.
 Half: outages: use 35 % → 26 %; double: long-outage: use 34 % → 43 %."""
 
 _JITTER_QUANTILE: Final = 0.99
-"""Of the sound so much is to come in time. Ours; NetEq follows 95 to 97 %.
+"""Share of the sound that must arrive in time. Ours; NetEq follows 95 to 97 %.
 Half: no change to speak of; double: no change to speak of."""
 
 _MAX_QUEUE_MS: Final = 10_000.0
-"""A longer queue is told as this; a bound against what cannot be."""
+"""A longer queue counts as this, against invalid feedback."""
 
 _MAX_DELIVERY_AGE_S: Final = 60.0
-"""Feedback of older packets is ignored; a bound against what cannot be."""
+"""Feedback about older packets is ignored as invalid."""
 
 _MAX_CLOCK_S: Final = 1e11
-"""Nor is a later time of arrival taken: floats are finer than a tick below it."""
+"""Later arrival times are ignored too: below this, floats are finer than a tick."""
 
 _MAX_DATAGRAM_BYTES: Final = 65_535
 """No datagram is longer (RFC 768)."""
@@ -142,18 +142,19 @@ _MAX_DATAGRAM_BYTES: Final = 65_535
 class LinkEstimator:
     """Follows the rate by packet trains, and the queue by one-way delays.
 
-    Falls at once, to what comes out of a full queue; rises by pictures that leave faster than the
-    rate. Loss alone is no sign, unless it is much and more than usual. Whatever is reported, the
-    rate stays between 8 kbit/s and 50 Mbit/s and nothing is raised; time that runs back stands.
+    It falls at once, to the rate at which a full queue drains, and rises by pictures that leave
+    faster than the rate. Loss alone counts only if it is high and unusual. Whatever is reported,
+    the rate stays between 8 kbit/s and 50 Mbit/s, and nothing raises; time that runs back is
+    ignored.
 
-    Not every browser tells of the sound's packets, too; Firefox 140 does not. There sound is a
-    known load between the pictures, receiver reports tell its loss, and the first packet of each
-    picture, which waits behind no other of it, tells its jitter.
+    Some browsers, such as Firefox 140, send no feedback on the sound's packets. Then sound is a
+    known load between the pictures, receiver reports give its loss, and the first packet of each
+    picture, which queues behind no other, gives its jitter.
     """
 
     def __init__(self) -> None:
         self.sound_has_feedback = True
-        """Whether the browser tells of the sound's packets, too."""
+        """Whether the sound has transport-wide feedback too."""
         self._sound_reports = SoundReports()
         self._jitter_train: int | None = None
         self._now_s = 0.0
@@ -178,12 +179,12 @@ class LinkEstimator:
         self._counted_s = -math.inf
         self._lost_bytes = 0
         self._ceiling_bps = math.inf
-        self._newest: tuple[float, float] | None = None  # when it was sent, how long it was queued
+        self._newest: tuple[float, float] | None = None  # time sent, time queued
 
     def sent(self, size_bytes: int, now_s: float, *, has_feedback: bool = True) -> None:
-        """Count a datagram that leaves, headers and all; `now_s` as in its `Delivery.sent_s`.
+        """Count a datagram that leaves, headers included; `now_s` is its `Delivery.sent_s`.
 
-        `has_feedback` is false for one of a stream whose packets the browser does not tell of.
+        `has_feedback` is false if the browser sends no feedback on its stream.
         """
         now_s = self._pass(now_s)
         if 0 < size_bytes <= _MAX_DATAGRAM_BYTES:
@@ -192,12 +193,12 @@ class LinkEstimator:
                 self._timeout.sent(now_s)
 
     def round_trip(self, round_trip_s: float, now_s: float) -> None:
-        """Count a round trip that was measured, of any length."""
+        """Handle a measured round trip of any length."""
         self._pass(now_s)
         self._timeout.round_trip(round_trip_s)
 
     def reported(self, lost: float, now_s: float) -> None:
-        """Count the share that a receiver report tells as lost of sound that is not told of."""
+        """Handle the loss in a receiver report, for sound without transport-wide feedback."""
         now_s = self._pass(now_s)
         if not 0 <= lost <= 1:
             return
@@ -207,7 +208,7 @@ class LinkEstimator:
             self._set(self._sound_reports.rate_bps(used_bps, self._rate_bps, now_s))
 
     def plan_train(self, size_bytes: int, now_s: float) -> Train:
-        """Decide how a picture of `size_bytes` leaves that is about to be sent."""
+        """Decide how to send the next picture, of `size_bytes`."""
         now_s = self._pass(now_s)
         self._number += 1
         pace_bps, many = self._rate_bps, False
@@ -228,7 +229,7 @@ class LinkEstimator:
         return Train(self._number, pace_bps, payload)
 
     def delivered(self, deliveries: Sequence[Delivery], now_s: float) -> None:
-        """Count what a feedback told of."""
+        """Handle one feedback packet."""
         now_s = self._pass(now_s)
         known = sorted((one for one in deliveries if self._sane(one)), key=lambda one: one.sent_s)
         if not known:
@@ -251,7 +252,7 @@ class LinkEstimator:
             self._increase()
 
     def estimate(self, now_s: float) -> LinkEstimate:
-        """Return what is known now."""
+        """Return the current estimate."""
         now_s = self._pass(now_s)
         lost, burst = self._lost_and_burst()
         round_trip_s = self._timeout.round_trip_s
@@ -274,15 +275,15 @@ class LinkEstimator:
     @property
     def _congested(self) -> bool:
         if self._timeout.is_idle(self._now_s):
-            return False  # whatever was seen last: nobody would tell of its end
+            return False  # whatever was seen last: no feedback would report its end
         return self._queue.since_s is not None or self._loss.congested
 
     def _lost_and_burst(self) -> tuple[float, int]:
-        """Return the share that is lost, and how many in a row, of sound where it is known."""
+        """Return the lost share and burst length, of the sound if they are known."""
         lost = self._sound_reports.lost
         if lost is None:
             return self._loss.share, self._loss.burst()
-        # No report tells how many in a row, but the pictures' packets met the same link.
+        # Reports do not give burst lengths, but the pictures' packets crossed the same link.
         return lost, max(self._loss.burst(), 1) if lost > 0 else 0
 
     def _state(self, now_s: float) -> LinkState:
@@ -326,7 +327,7 @@ class LinkEstimator:
             )
             self._newest = (delivery.sent_s, queued_s)
             unqueued_s = delivery.sent_s + self._delay.base_s
-            # With it came what left before it and was not marked, the data channels' and RTCP's.
+            # Unmarked packets that left before it came with it: data channels and RTCP.
             size_bytes = self._history.between(self._counted_s, delivery.sent_s) - self._lost_bytes
             self._delivery_rate.add(unqueued_s, arrived_s, max(size_bytes, delivery.size_bytes))
             self._counted_s, self._lost_bytes = max(self._counted_s, delivery.sent_s), 0
@@ -350,7 +351,7 @@ class LinkEstimator:
         self._dispersion.add(dispersion, noise_s)
         if not self._startup or len(self._dispersion) > _STARTUP_TRAINS:
             return
-        # What the rate was is a mere assumption, so one train that is clearly slow is enough.
+        # The rate was only assumed, so one train that is clearly slow is enough.
         spread_s = dispersion.came_in_s - dispersion.sent_in_s
         if spread_s <= _STARTUP_SLOW_NOISES * noise_s + _STARTUP_SLOW_S:
             self._assumed = False
@@ -377,7 +378,7 @@ class LinkEstimator:
             self._queue.level_for_s(self._now_s) > _ROUTE_CHANGE_S
             and self._loss.share < _LOW_LOSS_SHARE
         ):
-            # A queue would have grown or shrunk by now: it is the route that has become longer.
+            # A queue would have grown or shrunk by now, so the route has become longer.
             self._delay.relearn()
             self._queue.clear()
             self._set(max(self._rate_bps, self._before_queue_bps))
@@ -391,7 +392,7 @@ class LinkEstimator:
         elif self._dispersion.max_bps(noise_s) < _REFUTED_SHARE * self._rate_bps:
             self._set(self._dispersion.max_bps(noise_s))
         elif now_s - self._fell_s > _HOLD_S:
-            # Jitter hides some of what is carried: what is likely is tried, step by step.
+            # Jitter hides part of the rate, so the likely rate is tried step by step.
             likely_bps = self._dispersion.likely_bps(noise_s)
             if now_s - self._fell_s < _CEILING_MEMORY_S:
                 likely_bps = min(likely_bps, self._ceiling_bps)
@@ -420,7 +421,7 @@ class LinkEstimator:
         self._prober.fallen(self._now_s)
 
     def _restart(self) -> None:
-        """After a long silence nothing is known any more, but how little it was before."""
+        """Start over after a long silence, at no more than the rate before."""
         self._set(min(self._rate_bps, STARTING_RATE_BPS))
         self._startup_until_s = math.inf
         self._delay.relearn()

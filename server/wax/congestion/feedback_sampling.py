@@ -1,9 +1,9 @@
-"""For which packets a browser shall send transport-wide feedback: all, or a sample.
+"""Chooses the packets that request transport-wide feedback: all, or a sample. Pure.
 
-A packet without a transport-wide sequence number is not told of
-(draft-holmer-rmcat-transport-wide-cc-extensions-01). Each feedback costs the browser's uplink about
-75 bytes, up to twenty times a second (a tenth of a modem line), and the server as much as sending
-four packets; a hundred settled observers need neither. Pure.
+A packet without a transport-wide sequence number gets none
+(draft-holmer-rmcat-transport-wide-cc-extensions-01). Each feedback packet costs the browser's
+uplink about 75 bytes, up to twenty times a second (a tenth of a modem line), and the server as much
+as sending four packets; a hundred settled observers need neither.
 """
 
 from __future__ import annotations
@@ -14,36 +14,36 @@ if TYPE_CHECKING:
     from wax.congestion.delivery import LinkEstimate
 
 _WINDOW_S: Final = 0.03
-"""A sample lasts so long: a picture and the sound beside it. Ours.
+"""Length of a sample: a picture and the sound beside it. Ours.
 Half: no change to speak of; double: route: use 89 % → 32 %."""
 
 _SETTLED_EVERY_S: Final = 0.4
-"""A settled link is sampled so often: a queue is found in two samples. Ours.
+"""Interval of samples on a settled link: two of them find a queue. Ours.
 Half: long-outage: use 34 % → 48 %; double: long-outage: recovery 8.0 s → 1.0 s."""
 
 _THIN_EVERY_S: Final = 0.5
-"""A thin one so often, as feedback takes a part of it. Ours.
+"""Interval on a thin link, of which feedback takes a part. Ours.
 Half: no change to speak of; double: outages: recovery 23.0 s → 17.6 s."""
 
 _THIN_BPS: Final = 150_000.0
-"""Below this rate a link is thin: feedback for all would take 8 % of as thin an uplink. Ours.
+"""A link below this rate is thin: full feedback would take 8 % of an equally thin uplink. Ours.
 Half: no change to speak of; double: cellular: concealed 2.3 % → 5.8 %."""
 
 _SETTLED_QUEUE_MS: Final = 30.0
-"""A settled link has no longer queue: what a standing queue begins with.
+"""Longest queue of a settled link: the threshold of a standing queue.
 Half: route: picture 137 ms → 255 ms; double: the same."""
 
 _SPARE_FACTOR: Final = 1.5
-"""A settled link carries so many times what is sent over it. Ours.
+"""A settled link carries this multiple of the rate in use. Ours.
 Half: the same; double: long-outage: use 34 % → 51 %."""
 
 _SOUND_EVERY_FACTOR: Final = 2.0
-"""Sound begins a sample only where no picture did for so many times as long. Ours.
+"""Sound begins a sample only if no picture did for this multiple of the interval. Ours.
 Half: long-outage: recovery 8.0 s → 1.0 s; double: the same."""
 
 
 class FeedbackSampling:
-    """Opens a window now and then; a picture that begins in one is marked to its end."""
+    """Opens sample windows; a picture that begins in one is marked to its end."""
 
     def __init__(self) -> None:
         self._every_s = 0.0
@@ -52,13 +52,13 @@ class FeedbackSampling:
 
     @property
     def is_sparse(self) -> bool:
-        """Whether only samples are marked, so that answers may be long in coming."""
+        """Whether only samples are marked, so that feedback may take long."""
         return self._every_s > 0
 
     def follow(self, estimate: LinkEstimate, *, full_feedback: bool) -> None:
-        """Learn how the link is; a `full_feedback` one is settled only where it is thin."""
+        """Choose the interval for this link; with `full_feedback`, only a thin link is sampled."""
         if estimate.state != "steady":
-            self._every_s = 0.0  # how much comes through must be known to the packet
+            self._every_s = 0.0  # the fate of every packet must be known
         elif estimate.rate_bps < _THIN_BPS:
             self._every_s = _THIN_EVERY_S
         elif (
@@ -71,10 +71,10 @@ class FeedbackSampling:
             self._every_s = 0.0
 
     def requests_feedback(self, train: int | None, now_s: float) -> bool:
-        """Tell whether to mark a packet of this picture, or of sound (None)."""
+        """Return whether to mark a packet of this picture, or of sound (None)."""
         if train is not None and self._train is not None and train == self._train[0]:
             return self._train[1]
-        # Pictures are what probes a link; sound opens a window only where none come.
+        # Pictures probe the link; sound opens a window only if there are none.
         every_s = self._every_s if train is not None else _SOUND_EVERY_FACTOR * self._every_s
         if now_s - self._opened_s >= every_s:
             self._opened_s = now_s

@@ -7,12 +7,12 @@ from collections import deque
 from typing import Final
 
 _MIN_TIMEOUT_S: Final = 0.5
-"""Feedback that is no later is not overdue; browsers send it each 50 to 100 ms. RFC 8083 waits for
-three RTCP intervals, which takes seconds; a robot drives meanwhile. Ours.
+"""Shortest timeout; browsers send feedback every 50 to 100 ms. RFC 8083 waits for three RTCP
+intervals, which takes seconds; a robot drives meanwhile. Ours.
 Half: long-outage: picture 3883 ms → 3157 ms; double: outages: recovery 23.0 s → 17.9 s."""
 
 _FIRST_TIMEOUT_S: Final = 2.0
-"""The first feedback may take so long: no round trip is known before it. Ours.
+"""Timeout of the first feedback: no round trip is known before it. Ours.
 Half: the same; double: the same."""
 
 _ROUND_TRIPS: Final = 2.0
@@ -20,16 +20,16 @@ _ROUND_TRIPS: Final = 2.0
 Half: no change to speak of; double: no change to speak of."""
 
 _IDLE_S: Final = 3.0
-"""Where nothing that the browser tells of was sent for so long, nothing is overdue: what was told
-last may have been followed by packets that were lost, or that nobody asked about. Ours.
+"""Nothing is overdue if no packet with feedback was sent for this long: the last packets may have
+been lost, or unmarked. Ours.
 Half: the same; double: the same."""
 
 _KEPT_ROUND_TRIPS: Final = 5
-"""The middle of so many is told: one that a queue made longer does not count. Ours.
+"""The median of this many counts, so that one lengthened by a queue does not. Ours.
 Half: no change to speak of; double: cellular: use 44 % → 49 %."""
 
 _MAX_ROUND_TRIP_S: Final = 10.0
-"""A longer one counts as this; a bound against what cannot be."""
+"""A longer one counts as this, against invalid measurements."""
 
 
 class FeedbackTimeout:
@@ -62,7 +62,7 @@ class FeedbackTimeout:
         self._heard_s = now_s
 
     def is_idle(self, now_s: float) -> bool:
-        """Tell whether nothing was sent for so long that nothing is awaited any more."""
+        """Return whether nothing was sent for so long that no feedback is due."""
         return now_s - self._sent_s > _IDLE_S
 
     def since_heard_s(self, now_s: float) -> float:
@@ -70,13 +70,13 @@ class FeedbackTimeout:
         return 0.0 if self._heard_s is None else now_s - self._heard_s
 
     def silent_s(self, now_s: float) -> float:
-        """Return how long nothing has come although something was sent."""
+        """Return how long feedback has been missing since a packet was sent."""
         if self._unanswered_s is None or self.is_idle(now_s):
             return 0.0
         return max(0.0, now_s - self._unanswered_s)
 
     def is_over(self, now_s: float) -> bool:
-        """Tell whether that is longer than two round trips, half a second at least."""
+        """Return whether that exceeds two round trips, and at least half a second."""
         longest_s = max(self._round_trips_s, default=0.0)
         least_s = _FIRST_TIMEOUT_S if self._heard_s is None else _MIN_TIMEOUT_S
         return self.silent_s(now_s) > max(least_s, _ROUND_TRIPS * longest_s)

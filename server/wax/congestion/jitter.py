@@ -1,4 +1,4 @@
-"""Packet delay variation of the sound (RFC 5481, 4.2): what a jitter buffer has to bridge."""
+"""Packet delay variation of the sound (RFC 5481, 4.2), which a jitter buffer must bridge."""
 
 from __future__ import annotations
 
@@ -8,46 +8,46 @@ from collections import deque
 from typing import Final
 
 _MEMORY_S: Final = 20.0
-"""How long a delay counts: long enough that 99 of 100 of 50 packets a second are 1,000. Ours.
+"""How long a delay counts: at 50 packets a second, 1,000 packets for the 99th percentile. Ours.
 Half: the same; double: the same."""
 
 _MAX_PACKETS: Final = 4000
-"""More are not kept: 20 s of sound are 2,000 at most. A bound of memory."""
+"""Packets kept at most; 20 s of sound are 2,000. Bounds the memory."""
 
 _MAX_MS: Final = 10_000.0
-"""More is never told; a bound against what cannot be."""
+"""Highest value returned, against invalid feedback."""
 
 
 class Jitter:
-    """The delays of the last 20 s; told in the order of their sending, `now_s` never falls."""
+    """The delays of the last 20 s; packets come in the order of sending, `now_s` never falls."""
 
     def __init__(self) -> None:
-        self._told: deque[tuple[float, float]] = deque()
+        self._delays: deque[tuple[float, float]] = deque()  # time reported, delay
         self._ordered: list[float] = []
 
     def add(self, delay_s: float, now_s: float) -> None:
         """Count a packet that took `delay_s` between two clocks whose offset is unknown."""
-        self._told.append((now_s, delay_s))
+        self._delays.append((now_s, delay_s))
         insort(self._ordered, delay_s)
-        while self._told[0][0] < now_s - _MEMORY_S or len(self._told) > _MAX_PACKETS:
-            self._drop(self._told.popleft()[1])
+        while self._delays[0][0] < now_s - _MEMORY_S or len(self._delays) > _MAX_PACKETS:
+            self._drop(self._delays.popleft()[1])
 
     def forget_since(self, from_s: float, above_s: float) -> None:
-        """Leave out what was told since `from_s` and took longer than `above_s`.
+        """Drop the delays reported since `from_s` that are longer than `above_s`.
 
-        A queue is answered by sending less, not by a longer buffer.
+        The answer to a queue is to send less, not a longer buffer.
         """
         kept = []
-        while self._told and self._told[-1][0] >= from_s:
-            told = self._told.pop()
-            if told[1] > above_s:
-                self._drop(told[1])
+        while self._delays and self._delays[-1][0] >= from_s:
+            reported = self._delays.pop()
+            if reported[1] > above_s:
+                self._drop(reported[1])
             else:
-                kept.append(told)
-        self._told.extend(reversed(kept))
+                kept.append(reported)
+        self._delays.extend(reversed(kept))
 
     def quantile_ms(self, share: float) -> float:
-        """Return within how many ms above the least `share` (0…1) of the packets came."""
+        """Return the quantile `share` (0…1) of the delays, in ms above the shortest one."""
         if not self._ordered:
             return 0.0
         last = len(self._ordered) - 1

@@ -1,7 +1,7 @@
-"""Loss-based control beside the delay-based one (GCC, section 6), and how long losses last.
+"""Loss-based control beside the delay-based one (GCC, section 6), and the length of loss bursts.
 
-Loss alone lowers the rate only where it is much more than usual: a radio link that always loses
-5 % is not congested. GCC's bounds are fixed (2 and 10 %); ours learn what is usual.
+Loss alone lowers the rate only if it is much higher than usual: a radio link that always loses
+5 % is not congested. GCC's bounds are fixed (2 and 10 %); ours learn the usual loss.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from collections import deque
 from typing import Final, NamedTuple
 
 _BUCKET_S: Final = 0.25
-"""Packets are counted in stretches of so long. Ours.
+"""Packets are counted in intervals of this length. Ours.
 Half: no change to speak of; double: no change to speak of."""
 
 _MEMORY_S: Final = 10.0
-"""The loss that is told is that of so long; RTCP reports one of about 5 s (RFC 3550, 6.2). Ours.
+"""Loss is averaged over this time; RTCP reports cover about 5 s (RFC 3550, 6.2). Ours.
 Half: no change to speak of; double: no change to speak of."""
 
 _HIGH_LOSS_SHARE: Final = 0.12
@@ -23,32 +23,32 @@ _HIGH_LOSS_SHARE: Final = 0.12
 Half: short-queue: picture 226 ms → 71 ms; double: the same."""
 
 _USUAL_FACTOR: Final = 2.0
-"""The usual loss counts so many times before `_HIGH_LOSS_SHARE` is added. Ours.
+"""The usual loss times this, plus `_HIGH_LOSS_SHARE`, is high loss. Ours.
 Half: the same; double: the same."""
 
 _HIGH_LOSS_S: Final = 2.0
-"""Over which high loss is judged, and how long the rate stays after a fall. Ours.
+"""High loss is judged over this time, and the rate stays for as long after a fall. Ours.
 Half: no change to speak of; double: no change to speak of."""
 
 _SEVERE_LOSS_SHARE: Final = 0.4
-"""Loss that lowers the rate at once, whatever is usual. Ours.
+"""Loss that lowers the rate at once, however high the usual loss is. Ours.
 Half: the same; double: the same."""
 
 _SEVERE_LOSS_S: Final = 1.0
-"""Over which severe loss is judged. Ours.
+"""Severe loss is judged over this time. Ours.
 Half: no change to speak of; double: the same."""
 
 _MIN_PACKETS: Final = 40
-"""Fewer packets say nothing: the standard error of 12 % of 40 is 5 %. Ours.
+"""Minimum packets to judge by: the standard error of 12 % of 40 is 5 %. Ours.
 Half: the same; double: outages: use 35 % → 49 %."""
 
 _DECREASE_FACTOR: Final = 0.9
-"""What of the rate that still came is used after a fall, so that the queue drains. GCC's beta is
+"""Share of the arriving rate that is used after a fall, so that the queue drains. GCC's beta is
 0.85.
 Half: the same; double: no change to speak of."""
 
 _MAX_DECREASE_FACTOR: Final = 0.5
-"""No fall leaves less of the rate; GCC's 1 - 0.5 p leaves as much where everything is lost.
+"""A fall leaves at least this share of the rate, as GCC's 1 - 0.5 p does if everything is lost.
 Half: outages: use 35 % → 25 %; double: outages: recovery 23.0 s → 0.0 s."""
 
 _USUAL_GAIN: Final = _BUCKET_S / 20
@@ -56,23 +56,23 @@ _USUAL_GAIN: Final = _BUCKET_S / 20
 Half: the same; double: the same."""
 
 _USUAL_MIN_BUCKETS: Final = 8
-"""The first 2 s count as if so many buckets without a loss had been before. Ours.
+"""The average starts as if this many buckets without loss came before. Ours.
 Half: the same; double: the same."""
 
 _BURSTS: Final = 200
-"""So many bursts of loss are remembered. A bound of memory."""
+"""Loss bursts kept at most. Bounds the memory."""
 
 _BURSTS_S: Final = 30.0
-"""For so long. Ours.
+"""How long they are kept. Ours.
 Half: the same; double: the same."""
 
 _BURST_QUANTILE: Final = 0.95
-"""Of the bursts this share is to be repaired by redundancy (RFC 2198). Ours.
+"""Share of the bursts that redundancy must repair (RFC 2198). Ours.
 Half: no change to speak of; double: the same."""
 
 
 class _LossCounts(NamedTuple):
-    """What became of the packets that were told of in a stretch of time."""
+    """The packets reported over some time."""
 
     packets: int
     lost: int
@@ -92,7 +92,7 @@ class _Bucket:
 
 
 class LossControl:
-    """Told of every packet in the order of their sending; `now_s` never falls."""
+    """Takes every packet in the order of sending; `now_s` never falls."""
 
     def __init__(self) -> None:
         self._buckets: deque[_Bucket] = deque()
@@ -105,12 +105,12 @@ class LossControl:
 
     @property
     def share(self) -> float:
-        """What of the packets was lost in the last 10 s."""
+        """The share of packets lost in the last 10 s."""
         return self._since(-math.inf).lost_share
 
     @property
     def congested(self) -> bool:
-        """Whether the rate fell because of loss, and nothing yet shows that it was enough."""
+        """Whether loss has lowered the rate, and nothing yet shows that it fell far enough."""
         return self._congested
 
     def add(self, size_bytes: int, *, lost: bool, sound: bool, now_s: float) -> None:
@@ -128,10 +128,10 @@ class LossControl:
             self._sound_bursts.add(lost=lost, now_s=now_s)
 
     def judge(self, rate_bps: float, *, queue_stands: bool, now_s: float) -> float | None:
-        """Return to what the rate falls because much is lost, None where it stays.
+        """Return the rate after a fall because of loss, None if it stays.
 
-        High loss without a standing queue: the queue of the link is too short to be seen. Where
-        one stands it loses too, but its delay tells more.
+        High loss without a standing queue means that the link's queue is too short to measure. A
+        standing queue loses packets too, but its delay is the better signal.
         """
         if queue_stands:
             self._congested, self._judged_from_s = False, now_s
@@ -149,14 +149,16 @@ class LossControl:
         return self._fallen_bps(high.arrived_bytes * 8 / _HIGH_LOSS_S, rate_bps, now_s)
 
     def burst(self) -> int:
-        """Return how many are lost in a row at most (95 of 100 times), 0 when none are.
+        """Return the number of packets lost in a row (95th percentile), 0 without loss.
 
-        Of the sound, where sound is sent: its packets are fewer and so fewer of them in a row.
+        It counts the sound alone if sound is sent: its packets are sparser, so its bursts shorter.
         """
-        return self._sound_bursts.longest() if self._sound_bursts.told else self._bursts.longest()
+        return (
+            self._sound_bursts.longest() if self._sound_bursts.is_used else self._bursts.longest()
+        )
 
     def forget(self, now_s: float) -> None:
-        """Begin to count anew; how long bursts are stays known."""
+        """Reset the counts, but keep the burst lengths."""
         self._buckets.clear()
         self._congested, self._judged_from_s = False, now_s
 
@@ -190,10 +192,10 @@ class _Bursts:
     def __init__(self) -> None:
         self._ended: deque[tuple[float, int]] = deque(maxlen=_BURSTS)
         self._length = 0
-        self.told = False
+        self.is_used = False
 
     def add(self, *, lost: bool, now_s: float) -> None:
-        self.told = True
+        self.is_used = True
         if lost:
             self._length += 1
         elif self._length:

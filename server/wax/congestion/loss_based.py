@@ -1,7 +1,7 @@
-"""What a link carries, where a browser tells of nothing but how much it has lost. Pure.
+"""Rate control for a browser that reports loss alone. Pure.
 
-The loss-based half of Google's congestion control (draft-ietf-rmcat-gcc-02, section 6), for what
-has no transport-wide feedback. It notices a full link only when its queue overflows.
+The loss-based half of Google's congestion control (draft-ietf-rmcat-gcc-02, section 6), for streams
+without transport-wide feedback. It notices a full link only when its queue overflows.
 """
 
 from __future__ import annotations
@@ -10,51 +10,51 @@ from math import isfinite
 from typing import Final
 
 _STARTING_RATE_BPS: Final = 5_000_000.0
-"""Taken for the rate before the first report. Ours: no delay shows that it is too much.
+"""Rate before the first report. Ours: no delay would show that it is too high.
 Half: loss-only: picture 762 ms → 380 ms; double: loss-only: use 86 % → 93 %."""
 
 _MIN_RATE_BPS: Final = 30_000.0
-"""The rate never falls below: sound and the smallest picture now and then. Ours.
+"""Lowest rate: sound, and the smallest picture now and then. Ours.
 Half: the same; double: the same."""
 
 _MAX_RATE_BPS: Final = 20_000_000.0
-"""Nor rises above: ten times what the largest rendition takes."""
+"""Highest rate: ten times the largest rendition's."""
 
 _LOW_LOSS_SHARE: Final = 0.02
 """Below this share of lost packets the rate rises. GCC: 2 %.
 Half: the same; double: no change to speak of."""
 
 _HIGH_LOSS_SHARE: Final = 0.10
-"""Above this it falls. GCC: 10 %.
+"""Above this share it falls. GCC: 10 %.
 Half: the same; double: loss-only: use 86 % → 100 %."""
 
 _INCREASE_PER_S: Final = 0.08
-"""By so much it rises. GCC: 5 % a report.
+"""Increase per second. GCC: 5 % a report.
 Half: no change to speak of; double: no change to speak of."""
 
 _MAX_REPORT_S: Final = 2.0
-"""One report counts for no longer. Ours: twice a browser's interval.
+"""One report counts for at most this long. Ours: twice a browser's interval.
 Half: no change to speak of; double: the same."""
 
 _DECREASE_SHARE: Final = 0.5
-"""What of the lost share the rate falls by. GCC: 1 - 0.5 p.
+"""The rate falls by this fraction of the lost share. GCC: 1 - 0.5 p.
 Half: loss-only: use 86 % → 93 %; double: loss-only: use 86 % → 4 %."""
 
 
 class LossBasedControl:
-    """Follows the share of packets that each receiver report tells (RFC 3550, 6.4.1)."""
+    """Follows the lost share in each receiver report (RFC 3550, 6.4.1)."""
 
     def __init__(self, starting_bps: float | None = None, max_bps: float | None = None) -> None:
-        """Begin with a rate and a bound that are known, or with those of an unknown link."""
+        """Start with a known rate and bound, or with those of an unknown link."""
         self._max_bps = _MAX_RATE_BPS if max_bps is None else max_bps
         known_bps = _STARTING_RATE_BPS if starting_bps is None else starting_bps
         self.rate_bps = min(known_bps, self._max_bps)
         self.lost = 0.0
-        """The share that the newest report told."""
+        """The share in the newest report."""
         self._reported_s: float | None = None
 
     def reported(self, lost: float, now_s: float) -> None:
-        """Learn a share from 0 to 1; what is none, and time that runs back, changes nothing."""
+        """Handle a share from 0 to 1; an invalid one, or time that runs back, changes nothing."""
         if not (isfinite(lost) and 0 <= lost <= 1 and isfinite(now_s)):
             return
         before_s = now_s if self._reported_s is None else self._reported_s

@@ -1,7 +1,7 @@
-"""The pacer: a leaky bucket that pictures wait for, until what was sent has left the link.
+"""The pacer: a leaky bucket that makes pictures wait until the link has drained.
 
-Sound spends without asking, so a picture is what gives way. Counted in bits, so that what is
-owed takes longer when the rate falls.
+Sound is counted but never waits, so pictures give way. It counts bits, so that the debt takes
+longer to drain when the rate falls.
 """
 
 from __future__ import annotations
@@ -10,20 +10,20 @@ import math
 from typing import Final
 
 _MIN_RATE_BPS: Final = 1_000.0
-"""A bound against division by nothing: the estimator never goes below 8 kbit/s."""
+"""Prevents division by zero; the estimator never goes below 8 kbit/s."""
 
 _MAX_DEBT_S: Final = 10.0
-"""More is never owed: after that long everything that was sent has arrived or is lost.
+"""Maximum debt: after that long, every packet has arrived or is lost.
 Half: the same; double: the same."""
 
 
 def gap_s(size_bytes: int, pace_bps: float) -> float:
-    """Return how long after a datagram of `size_bytes` the next of its train shall leave."""
+    """Return the gap between a datagram of `size_bytes` and the next one of its train."""
     return size_bytes * 8 / max(pace_bps, _MIN_RATE_BPS)
 
 
 class Pacer:
-    """Tells when the link is free again. A `now_s` that falls frees nothing."""
+    """Knows when the link is free again; a `now_s` that falls frees nothing."""
 
     def __init__(self, rate_bps: float) -> None:
         self._rate_bps = max(rate_bps, _MIN_RATE_BPS)
@@ -42,7 +42,7 @@ class Pacer:
             self._rate_bps = max(rate_bps, _MIN_RATE_BPS)
 
     def spend(self, size_bytes: int, now_s: float) -> None:
-        """Count one datagram, headers and all."""
+        """Count one datagram, headers included."""
         self._pass(now_s)
         most_bits = _MAX_DEBT_S * self._rate_bps
         bits = max(size_bytes, 0) * 8
@@ -50,9 +50,9 @@ class Pacer:
         self._measured_bits = min(self._measured_bits + bits, most_bits)
 
     def drain(self, queue_ms: float, now_s: float) -> None:
-        """Count what is measured to wait in the link, instead of what was measured before.
+        """Replace the measured queue of the link.
 
-        It counts as far as it is more than what is owed: the same datagrams are in both.
+        The larger of debt and measured queue counts: the same datagrams are in both.
         """
         self._pass(now_s)
         if math.isfinite(queue_ms):
@@ -60,7 +60,7 @@ class Pacer:
             self._measured_bits = waiting_s * self._rate_bps
 
     def free_in_s(self, now_s: float) -> float:
-        """Return how long a picture has yet to wait, 0 when it may go."""
+        """Return how long a picture still has to wait; 0 if it may leave."""
         self._pass(now_s)
         return max(self._owed_bits, self._measured_bits) / self._rate_bps
 

@@ -1,4 +1,4 @@
-"""How large packets may be, so that sound does not wait long behind one."""
+"""Chooses the packet size, so that sound does not wait long behind a packet."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import Final
 from wax.congestion.delivery import UDP_IP_BYTES
 
 HEADER_BYTES: Final = UDP_IP_BYTES + 32
-"""Beside its payload: IP, UDP, 12 of RTP, about 10 of its extensions, 10 of the SRTP tag."""
+"""Added to the payload: IP, UDP, 12 of RTP, about 10 of its extensions, 10 of the SRTP tag."""
 
 _MAX_SERIALIZATION_S: Final = 0.030
-"""So long a packet may take to serialize: sound behind it waits for it. Ours, about one packet of
-sound.
+"""Longest serialization time of a packet, for which sound behind it waits. Ours, about one packet
+of sound.
 Half: step-down: picture 174 ms → 124 ms; double: outages: picture 262 ms → 312 ms."""
 
 _MIN_PAYLOAD_BYTES: Final = 200
-"""Smaller ones would be a third headers.
+"""A third of any smaller packet would be headers.
 Half: modem: use 87 % → 94 %; double: modem: use 87 % → 79 %."""
 
 _MAX_PAYLOAD_BYTES: Final = 1180
@@ -30,5 +30,5 @@ def payload_bytes(rate_bps: float) -> int:
 
 
 def train_payload_bytes(rate_bps: float, size_bytes: int, packets: int) -> int:
-    """Return a payload that makes so many packets of `size_bytes`, where they are not too small."""
+    """Return the payload size that splits `size_bytes` into `packets`, or the smallest allowed."""
     return max(min(payload_bytes(rate_bps), -(-size_bytes // packets)), _MIN_PAYLOAD_BYTES)

@@ -1,4 +1,4 @@
-"""Puts together what was told of the packets of each train: a picture that left as a probe."""
+"""Collects the feedback on each packet train, which is a picture sent as a probe."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ if TYPE_CHECKING:
     from wax.congestion.send_history import SendHistory
 
 _MAX_TRAINS: Final = 64
-"""So many may be under way: 2 s of pictures. A bound of memory."""
+"""Trains in flight at most: 2 s of pictures. Bounds the memory."""
 
 _MAX_DISPERSION_S: Final = 30.0
-"""A train that came over a longer time is none; a bound against what cannot be."""
+"""A train with a longer dispersion is ignored as invalid."""
 
 _MIN_TRIMMED_PACKETS: Final = 3
-"""Without its longest gap a train of fewer packets has none left.
+"""Minimum packets: without its longest gap, a shorter train has no gap left.
 Half: the same; double: no change to speak of."""
 
 
 class PacketTrain:
-    """A train that leaves faster than the link is known to be."""
+    """A train that leaves faster than the estimated rate."""
 
-    __slots__ = ("arrivals", "expected", "lost_bytes", "told")
+    __slots__ = ("arrivals", "expected", "lost_bytes", "reported")
 
     def __init__(self, packets: int) -> None:
         self.expected = packets
-        self.told = 0
+        self.reported = 0
         self.lost_bytes = 0
-        """What was lost since the last packet that came: it left, but took no time at the link."""
+        """Lost since the last arrival: sent, but without taking time at the bottleneck."""
         self.arrivals: list[tuple[float, float, float]] = []
-        """When each was sent, when it came, and the bits since the one before."""
+        """For each packet: time sent, time arrived, bits since the packet before."""
 
     def dispersion(self, now_s: float) -> TrainDispersion | None:
-        """Return how the train was spread, None where fewer than two packets came."""
+        """Return the train's dispersion, None if fewer than two packets arrived."""
         if len(self.arrivals) < 2:
             return None
         (first_sent_s, first_came_s, _), (sent_s, came_s, _) = self.arrivals[0], self.arrivals[-1]
@@ -47,7 +47,7 @@ class PacketTrain:
         return TrainDispersion(now_s, bits, sent_in_s, came_s - first_came_s)
 
     def trimmed_bps(self) -> float | None:
-        """Return the rate without the longest gap, None where fewer than three packets came.
+        """Return the rate without the longest gap, None if fewer than three packets arrived.
 
         A slow link spreads a train evenly; a stall makes one gap.
         """
@@ -61,7 +61,7 @@ class PacketTrain:
 
 
 class PacketTrains:
-    """The trains that are under way, a bounded number."""
+    """The trains in flight, a bounded number."""
 
     def __init__(self, history: SendHistory) -> None:
         self._history = history
@@ -73,7 +73,7 @@ class PacketTrains:
         self._trains[number] = PacketTrain(packets)
 
     def add(self, delivery: Delivery) -> list[PacketTrain]:
-        """Count a packet, in the order of sending; return the trains that are whole with it."""
+        """Count a packet, in the order of sending; return the trains that it completes."""
         older = [number for number in self._trains if number < (delivery.train or 0)]
         whole = [self._trains.pop(number) for number in older]
         train = None if delivery.train is None else self._trains.get(delivery.train)
@@ -89,8 +89,8 @@ class PacketTrains:
             train.arrivals.append((delivery.sent_s, delivery.arrived_s, bits))
             train.lost_bytes = 0
         if train is not None:
-            train.told += 1
-            if train.told >= train.expected:
+            train.reported += 1
+            if train.reported >= train.expected:
                 whole.append(self._trains.pop(delivery.train or 0))
         return whole
 

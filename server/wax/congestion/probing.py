@@ -1,8 +1,8 @@
-"""How fast pictures leave, so that they probe the link without delaying sound noticeably.
+"""Paces pictures so that they probe the link without delaying sound noticeably.
 
-Every picture is a probe: nothing is padded. GCC's implementation sends clusters of padding at 3 and
+Pictures are the probes; nothing is padded. GCC's implementation sends clusters of padding at 3 and
 6 times the first rate and then at twice the last result; BBR paces at 2.77 times its estimate at
-startup and at 1.25 in ProbeBW_UP. We bound what a probe may cost by the queue that it may build.
+startup and at 1.25 in ProbeBW_UP. Here the queue that a probe may build limits its cost.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ from __future__ import annotations
 from typing import Final
 
 STARTING_RATE_BPS: Final = 300_000.0
-"""What is taken for the rate while nothing is known. As libwebrtc.
+"""Assumed rate before any feedback. As libwebrtc.
 Half: modem: picture 266 ms → 199 ms; double: outages: picture 262 ms → 179 ms."""
 
 ENOUGH_BPS: Final = 20_000_000.0
-"""More is not looked for: ten times what the largest rendition takes.
+"""Highest rate that is probed for: ten times the largest rendition's.
 Half: step-down: picture 174 ms → 144 ms; double: the same."""
 
 _STARTUP_GAIN: Final = 4.0
@@ -26,42 +26,42 @@ _PROBE_GAIN: Final = 2.0
 Half: long-outage: use 34 % → 65 %; double: step-down: picture 174 ms → 144 ms."""
 
 _MIN_GAIN: Final = 1.15
-"""A probe that is no faster tells nothing through jitter. Ours.
+"""Lowest gain of a probe: jitter hides the result of a slower one. Ours.
 Half: no change to speak of; double: long-outage: use 34 % → 65 %."""
 
 _MAX_QUEUE_S: Final = 0.050
-"""The queue that a probe may build where the link carries no more. NADA's QTH (RFC 8698) is as
-much; below what a jitter buffer bridges unheard.
+"""The queue that a probe may build if the link carries no more. NADA's QTH (RFC 8698) is the same;
+a jitter buffer bridges it unheard.
 Half: cellular: sound 127 ms → 73 ms; double: short-queue: use 98 % → 47 %."""
 
 _UNFELT_QUEUE_S: Final = 0.010
-"""The queue that every picture may build, for it disturbs nothing. NADA's QEPS is as much.
+"""The queue that every picture may build, because it disturbs nothing. NADA's QEPS is the same.
 Half: outages: recovery 23.0 s → 17.8 s; double: no change to speak of."""
 
 _CLIMB_S: Final = 1.0
-"""So long after a rise every picture is a probe. Ours.
+"""For this long after a rise, every picture is a probe. Ours.
 Half: step-down: picture 174 ms → 144 ms; double: no change to speak of."""
 
 _FIRST_PAUSE_S: Final = 1.0
-"""Between the first two fruitless probes. Ours.
+"""Pause between the first two fruitless probes. Ours.
 Half: step-down: picture 174 ms → 144 ms; double: no change to speak of."""
 
 _MAX_PAUSE_S: Final = 30.0
-"""Between fruitless probes at most. libwebrtc probes each 5 s where the application limits, BBR
-each 2 to 3 s; ours cost sound a delay.
+"""Longest pause between fruitless probes. libwebrtc probes every 5 s if the application limits the
+rate, BBR every 2 to 3 s; ours delay sound.
 Half: the same; double: the same."""
 
 _BACKOFF_FACTOR: Final = 2.0
-"""The pause grows so with each fruitless probe: binary exponential backoff.
+"""Each fruitless probe multiplies the pause by this: binary exponential backoff.
 Half: step-down: picture 174 ms → 144 ms; double: step-down: picture 174 ms → 144 ms."""
 
 
 class Prober:
     """Paces each picture; `now_s` never falls.
 
-    If the link carries no more than is known, a picture that leaves faster delays the sound behind
-    it. By 10 ms every picture may; by up to 50 ms one in a while, which becomes longer while
-    nothing comes of it, and all of them while the rate is rising.
+    If the link carries no more than the estimate, a picture sent faster delays the sound behind it:
+    any picture by up to 10 ms; by up to 50 ms a rare one, rarer after each fruitless probe, or
+    every one while the rate is rising.
     """
 
     def __init__(self) -> None:
@@ -72,9 +72,9 @@ class Prober:
     def pace_bps(
         self, size_bytes: int, rate_bps: float, *, startup: bool, lossy: bool, now_s: float
     ) -> tuple[float, bool]:
-        """Return the pace, and whether it is worth more packets than the picture needs.
+        """Return the pace, and whether the picture should be split into extra packets.
 
-        Where the link is `lossy`, its queue may be too short for what leaves fast.
+        On a `lossy` link the queue may be too short for fast packets.
         """
         if rate_bps >= ENOUGH_BPS or size_bytes <= 0:
             return rate_bps, False
@@ -94,20 +94,20 @@ class Prober:
         return min(pace_bps, ENOUGH_BPS), True
 
     def risen(self, now_s: float) -> None:
-        """Go on: the rate has risen."""
+        """Keep probing: the rate has risen."""
         self._climbs_until_s = now_s + _CLIMB_S
         self._next_s = now_s + _CLIMB_S
         self._pause_s = _FIRST_PAUSE_S
 
     def fallen(self, now_s: float) -> None:
-        """Look soon whether the rate that fell comes back, but not at once."""
+        """Probe again soon, but not at once: the rate has fallen."""
         self._climbs_until_s = now_s
         self._next_s = now_s + _FIRST_PAUSE_S
         self._pause_s = _FIRST_PAUSE_S
 
 
 def _fastest_bps(rate_bps: float, bits: int, queue_s: float, gain: float) -> float:
-    """Return the pace that leaves a queue of `queue_s` on a link of just this rate."""
+    """Return the pace that leaves a queue of `queue_s` on a link of exactly this rate."""
     slack_s = bits / rate_bps - queue_s
     if slack_s <= bits / (gain * rate_bps):
         return gain * rate_bps

@@ -1,8 +1,8 @@
-"""Queuing delay from one-way delays between two clocks that were never set alike.
+"""Queuing delay from one-way delays between two unsynchronised clocks.
 
-As LEDBAT (RFC 6817), NADA and SCReAM do: the difference of arrival and sending holds the clocks'
-unknown offset; what it is above the least of the last half minute, the base delay, is queuing. So a
-drift of the clocks (100 ppm are 3 ms in that time) and a new route are forgotten.
+As in LEDBAT (RFC 6817), NADA and SCReAM: arrival minus sending time includes the clocks' unknown
+offset; the excess over the base delay, the minimum of the last half minute, is queuing. Clock drift
+(100 ppm: 3 ms in that time) and old routes expire with it.
 """
 
 from __future__ import annotations
@@ -13,55 +13,54 @@ from typing import Final
 
 _BASE_MEMORY_S: Final = 30.0
 """How long a base delay counts. LEDBAT: up to 10 minutes; BBR's min_rtt: 10 s. A drift of 100 ppm
-makes it 3 ms wrong; a queue that stands longer would be taken for the path.
+makes it 3 ms wrong; a queue that stands longer would count as the path.
 Half: no change to speak of; double: the same."""
 
 _BASE_BUCKET_S: Final = 0.5
-"""Base delays are kept for stretches of so long, to bound the memory. LEDBAT: a minute.
+"""One base delay is kept for each interval of this length, to bound the memory. LEDBAT: a minute.
 Half: the same; double: the same."""
 
 _RECENT_S: Final = 0.07
-"""The least delay of so long is what stands. CoDel's interval is 100 ms. Ours: less than two
-feedbacks, so that a queue is found within 200 ms.
+"""The standing delay is the minimum over this time. CoDel's interval is 100 ms. Ours: less than two
+feedback intervals, so that a queue is found within 200 ms.
 Half: cellular: sound 127 ms → 180 ms; double: cellular: concealed 2.3 % → 0.5 %."""
 
 _RECENT_PACKETS: Final = 3
-"""Of so many packets at least. Ours.
+"""And over at least this many packets. Ours.
 Half: no change to speak of; double: route: picture 137 ms → 307 ms."""
 
 _SMALL_PACKET_BYTES: Final = 100
-"""What a packet is longer takes longer to send, and is not queuing: of a packet of sound nothing is
-taken off.
+"""Bytes beyond this take extra time to send, which is not queuing; a packet of sound has none.
 Half: the same; double: the same."""
 
 _USUAL_GAIN: Final = 0.01
-"""By so much each feedback without congestion makes its delay the usual one. Ours.
+"""Weight of each uncongested feedback packet in the usual delay. Ours.
 Half: the same; double: cellular: use 44 % → 49 %."""
 
 _MAX_USUAL_S: Final = 0.015
-"""More is never usual: half of what a standing queue begins with.
+"""Maximum of the usual delay: half the threshold of a standing queue.
 Half: the same; double: the same."""
 
 _NOISE_GAIN: Final = 0.1
-"""Of a new difference in the mean square. RFC 3550's jitter (6.4.1) has 1/16. Ours.
+"""Weight of a new difference in the mean square. RFC 3550's jitter (6.4.1): 1/16. Ours.
 Half: no change to speak of; double: no change to speak of."""
 
 _FIRST_NOISE_S: Final = 0.002
-"""Taken for the noise before any packet. Ours.
+"""Noise before any packet. Ours.
 Half: cellular: sound 127 ms → 79 ms; double: cellular: sound 127 ms → 79 ms."""
 
 _NOISE_MAX_FACTOR: Final = 3.0
-"""A difference counts as at most so many times the noise, so that one stall does not make the path
-look noisy for long. GCC clips at 3 sigma, too (5.3).
+"""A difference counts as at most this multiple of the noise, so that one stall does not make the
+path look noisy for long. GCC clips at 3 sigma, too (5.3).
 Half: no change to speak of; double: step-down: picture 174 ms → 144 ms."""
 
 _NOISE_MAX_STEP_S: Final = 0.001
-"""And this much more, so that noise can begin from nothing. Ours.
+"""Plus this, so that the noise can grow from zero. Ours.
 Half: route: picture 137 ms → 273 ms; double: step-down: picture 174 ms → 144 ms."""
 
 
 class QueuingDelay:
-    """Times in seconds; told of every packet that arrived, in the order of their sending."""
+    """Takes every packet that arrived, in the order of sending; times in seconds."""
 
     def __init__(self) -> None:
         self._base: deque[tuple[float, float]] = deque()  # rising, from buckets of time
@@ -72,30 +71,30 @@ class QueuingDelay:
 
     @property
     def base_s(self) -> float:
-        """The least one-way delay, with the clocks' offset; of nothing it is infinite."""
+        """The minimum one-way delay, including the clocks' offset; infinite before any packet."""
         return self._base[0][1] if self._base else math.inf
 
     @property
     def noise_s(self) -> float:
-        """How much the delay differs from one packet to the next (root of the mean square)."""
+        """The root mean square of the delay's difference from one packet to the next."""
         return math.sqrt(self._noise_squared)
 
     @property
     def standing_s(self) -> float:
-        """How long everything that came lately was queued at least, beyond what is usual.
+        """The minimum queuing delay of recent packets, above the usual one.
 
-        The least of several: one packet that is late is none, and of those that a stall held and
-        let go together the last was not queued.
+        The minimum, because one late packet is no queue, and the last of the packets that a stall
+        held and released together was not queued.
         """
         return max(0.0, self._shortest_s() - self._usual_s)
 
     @property
     def span_s(self) -> float:
-        """The time over which came what `standing_s` is about."""
+        """The time over which the packets of `standing_s` arrived."""
         return self._recent[-1][0] - self._recent[0][0] if self._recent else 0.0
 
     def add(self, sent_s: float, arrived_s: float, size_bytes: int, rate_bps: float) -> float:
-        """Return how long this one was queued; its own length at the rate is no queuing."""
+        """Count a packet; return its delay above the base delay."""
         delay_s = arrived_s - sent_s
         self._follow(sent_s, delay_s)
         if self._before_s is not None:
@@ -113,7 +112,7 @@ class QueuingDelay:
         return max(0.0, delay_s - self.base_s)
 
     def settle(self) -> None:
-        """Take what everything waits now for usual, slowly; for a link that is not congested."""
+        """Let the usual delay slowly follow the current one, on a link without congestion."""
         self._usual_s += _USUAL_GAIN * (self._shortest_s() - self._usual_s)
         self._usual_s = min(self._usual_s, _MAX_USUAL_S)
 

@@ -1,4 +1,4 @@
-"""What left for one browser, and when: the bytes between any two moments of the last while."""
+"""Counts the bytes sent to one browser between any two recent moments."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from bisect import bisect_right
 from typing import Final
 
 _KEPT_PACKETS: Final = 4096
-"""At least so many datagrams are kept: 8 s at the 500 a second of the largest rendition. A bound
-of memory; `between` and `queue_s` look back 2 s and one round trip."""
+"""Datagrams kept at least: 8 s at the 500 a second of the largest rendition. Bounds the memory;
+`between` and `queue_s` look back 2 s and one round trip."""
 
 _USED_S: Final = 1.0
-"""Over which the rate in use is told. GCC's T is 0.5 to 1 s.
+"""The rate in use is averaged over this time. GCC's T is 0.5 to 1 s.
 Half: step-down: picture 174 ms → 144 ms; double: route: use 89 % → 34 %."""
 
 
@@ -39,10 +39,9 @@ class SendHistory:
         return 8.0 * self.between(now_s - _USED_S, now_s) / _USED_S
 
     def queue_s(self, queued_s: float, sent_s: float, now_s: float, rate_bps: float) -> float:
-        """Return how long the queue of a link of `rate_bps` is now.
+        """Return the queue of a link of `rate_bps` now, in seconds.
 
-        It was `queued_s` long when the packet of `sent_s` had joined it; what left since then
-        has joined it too.
+        It was `queued_s` when the packet sent at `sent_s` joined it; all later packets joined too.
         """
         at_s = sent_s
         first = bisect_right(self._times_s, sent_s)

@@ -1,4 +1,4 @@
-"""Congestion control at the sender: what may leave for one browser, how fast, and why."""
+"""Congestion control at the sender, for everything sent to one browser."""
 
 from __future__ import annotations
 
@@ -19,44 +19,44 @@ if TYPE_CHECKING:
     from wax.congestion.delivery import Delivery, LinkEstimate, Train
 
 _UPDATE_S: Final = 0.1
-"""So often the estimate is read where no feedback comes. Ours: about as often as feedback.
+"""Interval of updates without feedback. Ours: about that of feedback.
 Half: the same; double: no change to speak of."""
 
 _SETTLED_UPDATE_S: Final = 0.5
-"""So often on a settled link, which is only sampled. Ours.
+"""Interval on a settled link, which is only sampled. Ours.
 Half: long-outage: recovery 8.0 s → 1.2 s; double: no change to speak of."""
 
 _OTHER_S: Final = 2.0
-"""Over which the share of the data channels is averaged. Ours.
+"""The rate of the data channels is averaged over this time. Ours.
 Half: no change to speak of; double: the same."""
 
 _RETRANSMISSION_SHARE: Final = 0.25
-"""Of the rate, for retransmissions: a link that loses more needs a smaller picture. Ours.
+"""Share of the rate for retransmissions: a link that loses more needs a smaller picture. Ours.
 Half: loss-only: picture 762 ms → 363 ms; double: no change to speak of."""
 
 _RETRANSMISSION_BURST_S: Final = 0.25
-"""So much of that share may be spent at once. Ours.
+"""Burst of retransmissions, in seconds of that share. Ours.
 Half: no change to speak of; double: loss-only: concealed 5.5 % → 8.9 %."""
 
 _STALE_S: Final = 0.5
-"""A packet that was first sent so long ago, beyond a round trip, is of no use any more. Ours.
+"""A packet first sent this long ago, plus a round trip, is useless. Ours.
 Half: loss-only: picture 762 ms → 546 ms; double: step-down: use 50 % → 32 %."""
 
 _FULL_QUEUE_MS: Final = 150.0
-"""With so long a queue retransmissions would only make it longer. Ours.
+"""Behind a longer queue nothing is retransmitted: it would only grow. Ours.
 Half: no change to speak of; double: no change to speak of."""
 
 _FEEDBACK_S: Final = 0.1
-"""Within this and a round trip feedback comes: Chromium sends it each 50 ms.
+"""Feedback comes within this and a round trip: Chromium sends it every 50 ms.
 Half: download: concealed 18.9 % → 16.7 %; double: download: picture 877 ms → 379 ms."""
 
 _PROBE_EVERY_S: Final = 0.3
-"""While nothing is heard a picture goes this often, to find out whether the link is open again.
+"""Without feedback, one picture leaves in this interval, to test whether the link is open again.
 Ours.
 Half: cellular: sound 127 ms → 87 ms; double: download: picture 877 ms → 462 ms."""
 
 _RETRY_S: Final = 0.02
-"""And it is looked again after so long. Ours: less than a picture lasts.
+"""Longest wait before checking again. Ours: less than a picture's interval.
 Half: modem: picture 266 ms → 306 ms; double: no change to speak of."""
 
 
@@ -67,14 +67,14 @@ class SenderSideControl:
 
     def __init__(self, on_news: Callable[[LinkEstimate, float], None]) -> None:
         self.full_feedback = False
-        """Whether the browser tells of each packet all the time: of who drives, all is known."""
+        """Whether to request feedback for every packet, as for the operator."""
         self._on_news = on_news
         self._sampling = FeedbackSampling()
         self._trained_s = float("-inf")
         self._estimator = LinkEstimator()
         self._has_feedback = False
         self._loss_based: LossBasedControl | None = None
-        """In the estimator's place for a browser that tells of no arrivals."""
+        """Replaces the estimate for a browser without transport-wide feedback."""
         self._pacer = Pacer(STARTING_RATE_BPS)
         self._updated_s = float("-inf")
         self._update_every_s = _UPDATE_S
@@ -86,11 +86,11 @@ class SenderSideControl:
 
     @property
     def other_bps(self) -> float:
-        """What everything but sound and picture takes: data channels and their acknowledgements."""
+        """The rate of everything but sound and picture: data channels and acknowledgements."""
         return self._other_bps
 
     def estimate(self, now_s: float) -> LinkEstimate:
-        """Return what is known of the link now."""
+        """Return the current estimate of the link."""
         known = self._estimator.estimate(now_s)
         if self._loss_based is not None:
             known = replace(
@@ -105,10 +105,10 @@ class SenderSideControl:
         self._estimate = known
         return known
 
-    # --- as CongestionControl has it -------------------------------------------------------
+    # --- CongestionControl -----------------------------------------------------------------
 
     def negotiated(self, *, has_feedback: bool, kind: Kind = "video") -> None:
-        # Told once for each stream; what one of them tells is enough.
+        # Called once for each stream; feedback on one of them is enough.
         self._has_feedback = self._has_feedback or has_feedback
         self._loss_based = None if self._has_feedback else LossBasedControl()
         if kind == "audio":
@@ -143,7 +143,7 @@ class SenderSideControl:
     def free_in_s(self, unreported_s: float | None, now_s: float) -> float:
         wait_s = self._pacer.free_in_s(now_s)
         if self._is_stuck(unreported_s):
-            # What is sent behind it would only make the sound later.
+            # Anything sent behind it would only delay the sound.
             return max(wait_s, min(self._trained_s + _PROBE_EVERY_S - now_s, _RETRY_S))
         return wait_s
 
@@ -194,6 +194,6 @@ class SenderSideControl:
             self._other_s = now_s
         elapsed_s = max(now_s - self._other_s, 0.0)
         self._other_s = now_s
-        # An average that forgets: each datagram adds its share of the window.
+        # A decaying average: each datagram adds its share of the window.
         self._other_bps *= max(1.0 - elapsed_s / _OTHER_S, 0.0)
         self._other_bps += 8 * size_bytes / _OTHER_S

@@ -1,4 +1,4 @@
-"""Which form the sound has, how much of it is sent again, and what that leaves to the picture."""
+"""Chooses the sound's form and redundancy, and what that leaves to the picture."""
 
 from __future__ import annotations
 
@@ -13,34 +13,33 @@ if TYPE_CHECKING:
     from wax.congestion.allocation import SoundForm
 
 _PARTS: Final = 3
-"""Sound takes at most one part in so many; its smallest form stays whatever it takes. Ours.
+"""Sound takes at most one part in this many; its smallest form is always sent. Ours.
 Half: no change to speak of; double: step-down: picture 174 ms → 285 ms."""
 
 _RISE_HOLD_S: Final = 5.0
-"""A better form must have fitted for so long. Ours.
+"""A better form must have fitted for this long. Ours.
 Half: no change to speak of; double: no change to speak of."""
 
 _REDUNDANCY_LOSS_SHARE: Final = 0.005
-"""From so much loss on earlier units are sent again (RFC 2198): one packet in 200, of 20 ms each 4
-s, is heard. Ours.
+"""Redundancy (RFC 2198) starts at this loss: one packet in 200, 20 ms every 4 s, is audible. Ours.
 Half: the same; double: the same."""
 
 _REDUNDANCY_OVER_SHARE: Final = 0.0025
-"""Until there is less than this: hysteresis. Ours.
+"""And ends below this: hysteresis. Ours.
 Half: the same; double: the same."""
 
 _MAX_REDUNDANCY: Final = 3
-"""No more earlier units go with a packet: who waits for them waits 60 ms. Ours.
+"""Earlier units in a packet at most; waiting for them takes 60 ms. Ours.
 Half: no change to speak of; double: no change to speak of."""
 
 _REDUNDANCY_HOLD_S: Final = 10.0
-"""Fewer go after fewer were enough for so long. As long as the loss that is told.
+"""Redundancy falls after less has been enough for this long. As long as loss is averaged.
 Half: no change to speak of; double: the same."""
 
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """What a share of the link's rate leaves to sound and picture: it, less what others take."""
+    """A share of the link's rate for sound and picture, less the rate of everything else."""
 
     rate_bps: float
     share: float
@@ -52,7 +51,7 @@ class Budget:
 
 
 class SoundChoice:
-    """Told of the link at every decision; `now_s` never falls."""
+    """Chooses one viewer's sound at every decision; `now_s` never falls."""
 
     def __init__(self, forms: Sequence[SoundForm]) -> None:
         self._forms = tuple(forms)
@@ -74,9 +73,9 @@ class SoundChoice:
         quick: bool,
         now_s: float,
     ) -> tuple[SoundForm, int]:
-        """Return the form and how many earlier units go with each.
+        """Return the form, and the number of earlier units in each packet.
 
-        Down at once; up at once only where it is to be `quick`, else after it fitted for 5 s.
+        Down is immediate; up only if `quick`, otherwise after the better form has fitted for 5 s.
         `alone` is sound without a picture: it may take everything.
         """
         forms = (fixed,) if fixed is not None else self._forms
@@ -90,10 +89,10 @@ class SoundChoice:
         return form, self._affordable(form, third_bps)
 
     def left_bps(self, chosen_by: Budget, share: float) -> float:
-        """Return what is left to the picture of a `share` of the rate, after `choose`.
+        """Return what a `share` of the rate leaves to the picture, after `choose`.
 
-        A faster link never leaves less: shortly before the next better sound would fit, the
-        picture is given no more than it will keep then.
+        A faster link never leaves less: shortly before the next better sound fits, the picture
+        gets no more than it will keep afterwards.
         """
         if self._aim is None:
             return Budget(chosen_by.rate_bps, share, chosen_by.other_bps).bps
@@ -110,7 +109,7 @@ class SoundChoice:
         return left_bps
 
     def none(self) -> None:
-        """No sound is wanted now."""
+        """Choose no sound."""
         self._aim = None
         self._form = None
 

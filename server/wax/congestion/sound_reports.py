@@ -1,4 +1,4 @@
-"""Sound of whose packets a browser tells nothing but how many it lost (RFC 3550, 6.4.1). Pure."""
+"""Loss of the sound from receiver reports alone (RFC 3550, 6.4.1). Pure."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from typing import Final
 from wax.congestion.loss_based import LossBasedControl
 
 _REPORTS: Final = 2
-"""The loss is averaged over so many reports: about 10 s, as where each packet is told of. libwebrtc
-sends one each 5 s. Ours. Half: of 5 % between 2.6 and 8.2 % are told, with two 3.3 to 7.0; double:
-a burst at the beginning is told for 20 s."""
+"""Loss is averaged over this many reports: about 10 s, as with transport-wide feedback. libwebrtc
+sends one every 5 s. Ours. Half: 5 % loss is measured as 2.6 to 8.2 %, with two as 3.3 to 7.0;
+double: a burst at the beginning counts for 20 s."""
 
 _MAX_USE_FACTOR: Final = 4.0
-"""Where nothing else is told the link carries no more than so many times what is in use. As the
-estimator's. Half: on 24 kbit/s sound 265 ms → 488 ms; double: the same."""
+"""Without other feedback, the maximum multiple of the rate in use. As the estimator's. Half: on 24
+kbit/s sound 265 ms → 488 ms; double: the same."""
 
 
 class SoundReports:
-    """Told of each receiver report on the sound; times in seconds that never fall."""
+    """Takes each receiver report on the sound; times in seconds that never fall."""
 
     def __init__(self) -> None:
         self._lost: deque[float] = deque(maxlen=_REPORTS)
@@ -26,7 +26,7 @@ class SoundReports:
 
     @property
     def lost(self) -> float | None:
-        """The share that was lost lately, None where nothing was reported."""
+        """The share lost lately, None without reports."""
         return sum(self._lost) / len(self._lost) if self._lost else None
 
     def add(self, lost: float) -> None:
@@ -34,9 +34,9 @@ class SoundReports:
         self._lost.append(lost)
 
     def rate_bps(self, used_bps: float, known_bps: float, now_s: float) -> float:
-        """Return the rate after a report, while nothing else is told.
+        """Return the rate after a report, while there is no other feedback.
 
-        It follows the loss, from what is in use and to no more than was known when this began.
+        It follows the loss, starts at the rate in use, and is capped at the estimate of the start.
         """
         if self._control is None:
             start_bps = min(_MAX_USE_FACTOR * used_bps, known_bps)
@@ -45,5 +45,5 @@ class SoundReports:
         return self._control.rate_bps
 
     def heard(self) -> None:
-        """Leave the rate to what tells more: feedback has come."""
+        """Stop controlling the rate: feedback has come, which shows more."""
         self._control = None

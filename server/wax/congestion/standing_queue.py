@@ -1,8 +1,8 @@
-"""A standing queue, as CoDel knows it (RFC 8289): one that has not been empty for a while.
+"""Finds a standing queue, as in CoDel (RFC 8289): one that has not been empty for a while.
 
-CoDel takes the least sojourn time of an interval, as a burst is no congestion; we take the least
-queuing delay of the packets that came lately, end to end. CoDel's target of 5 ms needs the queue's
-own clock: over a path with jitter the threshold adapts to it, as GCC's does (5.4).
+CoDel takes the minimum sojourn time of an interval, because a burst is no congestion; this takes
+the minimum queuing delay of recent packets, end to end. CoDel's target of 5 ms needs a clock at the
+queue itself; over a path with jitter the threshold adapts to it, as GCC's does (5.4).
 """
 
 from __future__ import annotations
@@ -13,55 +13,55 @@ if TYPE_CHECKING:
     from wax.congestion.queuing_delay import QueuingDelay
 
 _TARGET_S: Final = 0.030
-"""A standing delay of no more is none. CoDel: 5 ms in the queue itself; GCC begins at 12.5 ms;
-NADA's QTH is 50 ms, SCReAM's least target 100 ms.
+"""Smallest delay of a standing queue. CoDel: 5 ms in the queue itself; GCC begins at 12.5 ms;
+NADA's QTH is 50 ms, SCReAM's lowest target 100 ms.
 Half: the same; double: cellular: concealed 2.3 % → 0.5 %."""
 
 _TARGET_PACKETS: Final = 1.5
-"""Nor is it where so many packets take longer than that on a thin link (CoDel: one MTU). Ours.
+"""On a thin link, it must also exceed the time of this many packets (CoDel: one MTU). Ours.
 Half: the same; double: no change to speak of."""
 
 _PACKET_BITS: Final = 8 * 250
-"""A packet of a thin link, at the least payload that `packet_size` allows.
+"""A packet on a thin link, at the smallest payload that `packet_size` allows.
 Half: the same; double: no change to speak of."""
 
 _NOISE_FACTOR: Final = 3.0
-"""Nor within so many times the delay noise (99.7 % of a normal distribution).
+"""And this multiple of the delay noise (99.7 % of a normal distribution).
 Half: no change to speak of; double: cellular: concealed 2.3 % → 0.5 %."""
 
 _MAX_NOISE_S: Final = 0.060
-"""But noise excuses no more than this. GCC bounds its threshold by 600 ms. Ours.
+"""Noise raises the threshold to at most this. GCC bounds its threshold by 600 ms. Ours.
 Half: no change to speak of; double: cellular: use 44 % → 49 %."""
 
 _MIN_SPAN_S: Final = 0.040
-"""The packets must have come over so long: those that a stall let go together say nothing. CoDel's
+"""The packets must span this time: those that a stall released together show nothing. CoDel's
 interval is 100 ms. Ours.
 Half: route: picture 137 ms → 252 ms; double: step-down: concealed 6.2 % → 33.3 %."""
 
 _FEEDBACKS: Final = 2
-"""So many feedbacks in a row must show it. GCC: overuse_time_th, 10 ms. Ours.
+"""Feedback packets in a row that must show it. GCC: overuse_time_th, 10 ms. Ours.
 Half: cellular: use 44 % → 33 %; double: cellular: concealed 2.3 % → 0.5 %."""
 
 _CERTAIN_FACTOR: Final = 2.5
-"""Beyond so many times the limit one feedback is enough. Ours.
+"""Beyond this multiple of the threshold one feedback packet is enough. Ours.
 Half: cellular: use 44 % → 33 %; double: no change to speak of."""
 
 _GONE_SHARE: Final = 0.6
-"""It is gone below this share of the limit: hysteresis. Ours.
+"""The queue is gone below this share of the threshold: hysteresis. Ours.
 Half: the same; double: no change to speak of."""
 
 _LEVEL_S: Final = 0.020
-"""A standing delay that has changed by no more is level. Ours.
+"""A standing delay that changes by no more is level. Ours.
 Half: route: recovery 0.0 s → 8.0 s; double: the same."""
 
 
 class StandingQueue:
-    """Entered when seen twice, or once where it is long; left when it is nearly gone."""
+    """Found when seen twice, or once if it is long; over when it is nearly gone."""
 
     def __init__(self) -> None:
         self._seen = 0
         self.since_s: float | None = None
-        """When it was found; None while there is none."""
+        """When the queue was found, None without one."""
         self._level_s = 0.0
         self._level_from_s = 0.0
 
@@ -84,11 +84,11 @@ class StandingQueue:
         return self.since_s is not None
 
     def level_for_s(self, now_s: float) -> float:
-        """Return for how long the delay has neither grown nor shrunk; a queue does one of both."""
+        """Return how long the delay has been level; a queue's delay grows or shrinks."""
         return now_s - self._level_from_s
 
     def limit_s(self, delay: QueuingDelay, rate_bps: float) -> float:
-        """Return what is still no queue: one packet before another, and what is jitter."""
+        """Return the threshold, which allows for jitter and for a packet queued behind another."""
         noise_s = min(_NOISE_FACTOR * delay.noise_s, _MAX_NOISE_S)
         return max(_TARGET_S, _TARGET_PACKETS * _PACKET_BITS / rate_bps, noise_s)
 
