@@ -190,7 +190,7 @@ def test_nothing_leaves_beside_the_one_under_way() -> None:
     """A second one raises."""
     transfer = _measured()
     transfer.left(_picture(0), 1.0)
-    with pytest.raises(RuntimeError, match="still under way"):
+    with pytest.raises(RuntimeError, match="still in flight"):
         transfer.left(_picture(1), 1.1)
 
 

@@ -23,7 +23,7 @@ class MediaUnit:
 
     @property
     def ready_s(self) -> float:
-        """When its capture was complete; not before it can be sent (thesis 3.3.3.2)."""
+        """When its capture is complete; it cannot be sent before (thesis 3.3.3.2)."""
         return self.captured_s + self.duration_s
 
 
@@ -45,22 +45,22 @@ class SourceSlot:
 
     @property
     def expires_s(self) -> float | None:
-        """When what is in it will be too old, None when there is nothing or no limit."""
+        """When the held MU will be too old, None if it is empty or has no limit."""
         if self._mu is None or self._longest_wait_s is None:
             return None
         return self._put_s + self._longest_wait_s
 
     def put(self, mu: MediaUnit, now_s: float) -> MediaUnit | None:
-        """Replace what is in it; return what was skipped by that."""
+        """Replace the held MU; return the one that this skips."""
         replaced, self._mu, self._put_s = self._mu, mu, now_s
         return replaced
 
     def take(self) -> MediaUnit | None:
-        """Take what is in it."""
+        """Take the held MU."""
         taken, self._mu = self._mu, None
         return taken
 
     def expire(self, now_s: float) -> MediaUnit | None:
-        """Drop what has waited too long; return it."""
+        """Drop and return an MU that has waited too long."""
         expires_s = self.expires_s
         return self.take() if expires_s is not None and now_s > expires_s else None

@@ -16,20 +16,20 @@ if TYPE_CHECKING:
 
 MULAW_RATE_HZ: Final = 8000
 _PACKET_MS: Final = (100, 80, 60, 40, 20)
-"""100 ms, 800 bytes, or the most that divides the unit: TCP's segments of 2004 were of that order.
-Packets of the usual 20 ms (RFC 3551, 4.2) are a quarter headers, which alone fills a modem line."""
+"""100 ms (800 bytes), or the longest that divides the unit, about a TCP segment of 2004. Packets of
+the usual 20 ms (RFC 3551, 4.2) are a quarter headers, which would overload a modem line."""
 
 _RESEAM_S: Final = 0.05
 _FILTER_SAMPLES: Final = 96
-"""How far the resampler's low-pass filter looks ahead, at 48 kHz. So much silence goes before the
-sound: a unit is complete with its last sample, and its content 2 ms late, which is told."""
+"""Look-ahead of the resampler's low-pass filter, at 48 kHz. As much silence precedes the sound, so
+a unit is complete with its last sample; its capture time accounts for the 2 ms."""
 
 
 class MuLawEncoder:
     """Encodes 48 kHz mono sound as bursts of PCMU packets, `mu_ms` (a multiple of 20) a unit.
 
-    RTP time counts samples, and every unit begins at a whole multiple of its length; where the
-    source has jumped by more than 50 ms, at the next one.
+    RTP time counts samples, and every unit begins at a whole multiple of its length: the next one,
+    if the source has jumped by more than 50 ms.
     """
 
     def __init__(self, *, mu_ms: int) -> None:
@@ -50,7 +50,7 @@ class MuLawEncoder:
         self._begin_source()
 
     def encode(self, block: Sound) -> SoundUnit | None:
-        """Take one block; a unit when it is full, else None."""
+        """Encode one block; return a unit when it is complete, else None."""
         assert len(block.samples) == BLOCK_SAMPLES
         if self._next_pts is None or abs(block.captured_s - self._due_s) > _RESEAM_S:
             self._begin_source()
@@ -70,13 +70,13 @@ class MuLawEncoder:
         return SoundUnit(self._number, packets, self._captured_s)
 
     def _begin_source(self) -> None:
-        """Begin a unit anew; what was collected of the one before is not sent."""
+        """Start a new unit and discard the incomplete one."""
         self._samples.clear()
         self._resampler = av.AudioResampler(format="s16", layout="mono", rate=MULAW_RATE_HZ)
         self._resample(np.zeros(_FILTER_SAMPLES, np.int16))
 
     def _aligned(self, captured_s: float) -> int:
-        """Return the first whole multiple of a unit that is not before this, nor used already."""
+        """Return the first multiple of a unit's length that is not earlier or already used."""
         captured = max(round(captured_s * MULAW_RATE_HZ), self._next_pts or 0)
         return -(-captured // self.unit_samples) * self.unit_samples
 

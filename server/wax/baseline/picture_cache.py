@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 class PictureCache:
-    """Up to `capacity` pictures in order, and beside them the slot with the newest.
+    """Up to `capacity` pictures in order, and a slot for the newest.
 
-    A picture comes into the cache only while a place in it is empty, so one that is in it is
-    replaced by the newest only when its place has been sent: the rate follows the link.
+    The newest enters the cache only when a place is free, that is when a picture has been sent: the
+    rate follows the link.
     """
 
     def __init__(self) -> None:
@@ -25,12 +25,12 @@ class PictureCache:
 
     @property
     def pictures(self) -> tuple[MediaUnit, ...]:
-        """What is in it, oldest first; the slot is not counted."""
+        """The cached pictures, oldest first, without the slot."""
         return tuple(self._pictures)
 
     @property
     def newest(self) -> MediaUnit | None:
-        """What is in the slot: the newest captured, unless it went into the cache."""
+        """The picture in the slot: the newest, unless it entered the cache."""
         return self._slot.held
 
     @property
@@ -42,20 +42,20 @@ class PictureCache:
         return len(self._pictures) >= self._capacity
 
     def put(self, picture: MediaUnit, now_s: float) -> list[MediaUnit]:
-        """Take a picture just captured; return what was skipped by that."""
+        """Add a captured picture; return what this skips."""
         replaced = self._slot.put(picture, now_s)
         self.fill()
         return [] if replaced is None else [replaced]
 
     def fill(self) -> None:
-        """Let the newest into an empty place, if there is one."""
+        """Move the newest into a free place, if there is one."""
         if not self.is_full and (newest := self._slot.take()) is not None:
             self._pictures.append(newest)
 
     def resize(self, capacity: int) -> list[MediaUnit]:
-        """Change the number of places; return the oldest, for which there is none any more.
+        """Change the number of places; return the oldest pictures, which no longer fit.
 
-        The last of them goes back to the slot rather than be lost, if that is empty.
+        The last of them goes back to the slot if that is empty.
         """
         self._capacity = capacity
         skipped = []
@@ -67,11 +67,11 @@ class PictureCache:
         return skipped
 
     def take_oldest(self) -> MediaUnit | None:
-        """Take the one whose turn it is; the newest when there is nothing in the cache."""
+        """Take the oldest cached picture, or the newest if the cache is empty."""
         return self._pictures.popleft() if self._pictures else self._slot.take()
 
     def skip_before(self, number: int) -> list[MediaUnit]:
-        """Drop what is older than that picture; return it."""
+        """Drop and return all pictures older than this one."""
         skipped = []
         while self._pictures and self._pictures[0].number < number:
             skipped.append(self._pictures.popleft())

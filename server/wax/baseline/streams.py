@@ -1,8 +1,7 @@
-"""`thesis`: every viewer is served as in 2004, by the sender of `wax.baseline`.
+"""`thesis`: serves every viewer as in 2004, with the sender of `wax.baseline`.
 
-Sound goes before the picture by the order in which they leave. Network priority by DSCP (thesis
-4.2: setsockopt, iptables) is not set: sound and picture share one bundled UDP socket (RFC 9143),
-whose mark would be the same for both.
+Sound has priority because it is sent first. DSCP is not set (thesis 4.2: setsockopt, iptables):
+sound and picture share one bundled UDP socket (RFC 9143) and would get the same mark.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ _STREAMS: Final[dict[Kind, Stream]] = {"audio": "sound", "video": "picture"}
 
 
 class BaselineStreams:
-    """Feeds one viewer's sender with what is captured, and puts on the wire what it decides."""
+    """Feeds one viewer's sender with captured units, and sends what it decides."""
 
     def __init__(
         self,
@@ -64,7 +63,7 @@ class BaselineStreams:
         self._begin()
 
     def _begin(self) -> None:
-        """Know nothing of the link and have nothing to send."""
+        """Start without knowledge of the link, and with nothing to send."""
         self._sender = UnitSender(self._settings, sound=False, picture=False)
         self._compensation = Compensation(self._settings)
         self._extra_s = 0.0
@@ -83,7 +82,7 @@ class BaselineStreams:
         self._lanes = {"picture": picture, "sound": sound}
         self._intake = PictureIntake(self._picture_captured)
         self._video.attach(self._intake, self._page.boundary)
-        # What may leave is the sender's decision; once it may, it goes at once.
+        # The sender decides what may leave; from then on nothing waits.
         return Lanes(picture, sound, NoCongestionControl())
 
     def release(self) -> None:
@@ -100,7 +99,7 @@ class BaselineStreams:
         self._note_mode(None)
 
     def connected(self) -> None:
-        """Nothing leaves before the page can acknowledge it, which it tells by what it wants."""
+        """Do nothing: the page can acknowledge units only once it has sent its wishes."""
 
     def ready(self) -> None:
         self._tell()
@@ -126,9 +125,9 @@ class BaselineStreams:
         """Do nothing: the baseline is the same for all roles."""
 
     def keyframe_wanted(self) -> None:
-        """Do nothing: each picture is one."""
+        """Do nothing: every picture is a keyframe."""
 
-    # --- what is captured ------------------------------------------------------------------
+    # --- captured units --------------------------------------------------------------------
 
     def _sound_captured(self, unit: SoundUnit) -> None:
         self._last_sound_pts = unit.packets[-1].pts
@@ -136,7 +135,7 @@ class BaselineStreams:
         self._captured(MediaUnit("sound", unit.number, unit.captured_s, length_s), unit.packets)
 
     def _picture_captured(self, number: int, picture: EncodedPicture) -> None:
-        # A picture shows the end of the interval that it stands for.
+        # A picture shows the end of its interval.
         length_s = self._settings.video_mu_ms / 1000
         began_s = picture.captured_s - length_s
         self._captured(MediaUnit("picture", number, began_s, length_s), (picture,))
@@ -147,7 +146,7 @@ class BaselineStreams:
         self._payloads[unit.stream, unit.number] = packets
         self._act(self._sender.captured(unit, self._clock.now_s()))
 
-    # --- what the page says ----------------------------------------------------------------
+    # --- messages of the page --------------------------------------------------------------
 
     def received(self, kind: Kind, pts: int) -> None:
         stream = _STREAMS[kind]
@@ -171,10 +170,10 @@ class BaselineStreams:
             self._extra_s = extra_s
             self._act(self._sender.roll_back_further(extra_s, now_s))
 
-    # --- what follows ----------------------------------------------------------------------
+    # --- decisions -------------------------------------------------------------------------
 
     def _act(self, decision: Decision) -> None:
-        """Do what was decided. The sound is first in it, and so first on the wire."""
+        """Carry out a decision; sound comes first in it, and so on the wire."""
         for unit in decision.send:
             packets = self._payloads.pop((unit.stream, unit.number))
             self._under_way[unit.stream] = (unit.number, packets[-1].packet.pts or 0)
@@ -206,14 +205,14 @@ class BaselineStreams:
             self._intake.dropped += 1
 
     def _tell(self) -> None:
-        """Tell the page how it is served, when that has changed."""
+        """Send the page its mode when that has changed."""
         state = self._sender.state()
         self._note_mode(state.mode)
         reason = state.mode if state.reason is None else f"{state.mode}: {state.reason}"
         if reason == self._told or not self._lanes:
             return
         self._told = reason
-        # The browser's buffers are to add nothing: the roll-back is the server's work.
+        # The browser's buffers should add nothing: the server rolls back.
         self._page.send(
             messages.Playout(
                 policy="thesis", sound_target_ms=None, picture_target_ms=0.0, reason=reason
@@ -249,7 +248,7 @@ class BaselineStreams:
 
 
 class BaselineService:
-    """Makes the streams of a server that serves everybody as in 2004."""
+    """Makes the streams of a server that serves every viewer as in 2004."""
 
     acknowledged = True
     state_messages = MessageRate(rate_hz=120.0, burst=200)
@@ -282,7 +281,7 @@ class BaselineService:
 
 
 def thesis_video(video: VideoSettings, thesis: ThesisSettings) -> VideoSettings:
-    """Return the settings with the thesis's one size, rate and codec in the place of their own."""
+    """Return the settings with the thesis's one size, rate and codec."""
     fps = 1000 / thesis.video_mu_ms
     rendition = RenditionSettings(
         width=thesis.width,

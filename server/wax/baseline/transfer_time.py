@@ -1,7 +1,7 @@
-"""How long things take to get through: T_r, and the one MU of a stream that is under way.
+"""Measures the transfer time T_r, and tracks the one MU of a stream in flight.
 
 In 2004 the client pulled over TCP, so "sent" meant received (thesis 3.2). Here an MU counts as
-sent when the page has acknowledged its last packet, and nothing newer of its stream leaves before.
+sent when the page has acknowledged its last packet; nothing newer of its stream leaves before.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from wax.baseline.media_units import MediaUnit
 
 _NEWEST: Final = 3
-"""T_r is the median of so many: one late picture is jitter (5.2.1.1), two of three are the link.
+"""T_r is the median of this many: one late picture is jitter (5.2.1.1), two of three are the link.
 The thesis measures V_2 alone, and so do we at start-up."""
 
 _LEAST_PATIENCE_S: Final = 1.0
-"""No MU is lost before; as TCP never retransmits sooner by its timer (RFC 6298, 2.4)."""
+"""Shortest wait before an MU counts as lost, as TCP's shortest timer (RFC 6298, 2.4)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class UnderWay:
 
 
 class LeastRoundTrip:
-    """The least round trip seen, 0 before any."""
+    """The shortest round trip seen, 0 before any."""
 
     def __init__(self) -> None:
         self._least_s: float | None = None
@@ -41,13 +41,13 @@ class LeastRoundTrip:
         return self._least_s or 0.0
 
     def seen(self, round_trip_s: float) -> None:
-        """Take a measurement; one that is not above 0 cannot be one and is left out."""
+        """Count a measurement; one that is not above 0 is ignored as invalid."""
         if round_trip_s > 0 and (self._least_s is None or round_trip_s < self._least_s):
             self._least_s = round_trip_s
 
 
 class TransferTime:
-    """T_r of one stream: first packet to acknowledgement, less the least round trip seen."""
+    """T_r of one stream: first packet to acknowledgement, less the shortest round trip seen."""
 
     def __init__(self, round_trip: LeastRoundTrip, *, lost_after_s: float) -> None:
         self._round_trip = round_trip
@@ -55,7 +55,7 @@ class TransferTime:
         self._newest_s: deque[float] = deque(maxlen=_NEWEST)
         self.under_way: UnderWay | None = None
         self.last_interval_s: float | None = None
-        """How long the last one kept the next from leaving: round trip and all."""
+        """How long the last MU delayed the next, round trip included."""
 
     @property
     def seconds(self) -> float | None:
@@ -63,7 +63,7 @@ class TransferTime:
         return median(self._newest_s) if self._newest_s else None
 
     def at_least_s(self, now_s: float) -> float | None:
-        """Return T_r, or more where the one under way already shows that it takes longer."""
+        """Return T_r, or more if the MU in flight already takes longer."""
         if self.under_way is None:
             return self.seconds
         so_far_s = self._less_round_trip(now_s - self.under_way.left_s)
@@ -75,33 +75,33 @@ class TransferTime:
     def left(self, mu: MediaUnit, now_s: float) -> None:
         """Note that an MU leaves; the one before must have been acknowledged or given up."""
         if self.under_way is not None:
-            raise RuntimeError(f"{self.under_way.mu} is still under way; acknowledge it first")
+            raise RuntimeError(f"{self.under_way.mu} is still in flight; acknowledge it first")
         self.under_way = UnderWay(mu, now_s)
 
     def acknowledged(self, number: int, now_s: float) -> MediaUnit | None:
-        """Note an acknowledgement; return its MU, None when it is not the one under way."""
+        """Note an acknowledgement; return its MU, None if it is not the one in flight."""
         if self.under_way is None or self.under_way.mu.number != number:
             return None
         return self._done(now_s)
 
     def give_up_s(self) -> float | None:
-        """Return when the one under way will count as lost, None when there is none."""
+        """Return when the MU in flight will count as lost, None without one."""
         if self.under_way is None:
             return None
         patience_s = self._lost_after_s
         if self._newest_s:
-            # TCP's own rule of thumb for a reply that is overdue, within fixed bounds.
+            # TCP's rule of thumb for an overdue reply, within fixed bounds.
             expected_s = 4 * median(self._newest_s) + 2 * self._round_trip.seconds
             patience_s = min(max(expected_s, _LEAST_PATIENCE_S), self._lost_after_s)
         return self.under_way.left_s + patience_s
 
     def give_up(self, now_s: float) -> MediaUnit | None:
-        """Give up the one under way if it counts as lost; T_r then was at least so long."""
+        """Give up the MU in flight if it counts as lost; the wait then counts as its T_r."""
         give_up_s = self.give_up_s()
         return self._done(now_s) if give_up_s is not None and now_s >= give_up_s else None
 
     def forget(self) -> None:
-        """Measure anew, as at start-up; what is under way stays under way."""
+        """Restart the measurement, as at start-up; the MU in flight stays in flight."""
         self._newest_s.clear()
         self.last_interval_s = None
 

@@ -1,7 +1,7 @@
-"""What leaves for one viewer, and when: chapter 3.3 of the thesis as a state machine.
+"""Decides what is sent to one viewer, and when: chapter 3.3 of the thesis as a state machine.
 
-Sound is the master and goes first; the picture is rolled back to it; what cannot be sent in time
-is skipped at the source; and where the link is insufficient both go as soon as possible.
+Sound is the master and goes first; the picture is rolled back to it. A unit that cannot be sent in
+time is skipped at the source. On an insufficient link both go as soon as possible.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ Mode = Literal["one stream", "start-up", "synchronised", "fail-safe"]
 class Decision:
     """What to do now.
 
-    `send`: to be put on the wire at once, sound first. `skipped`: will never be sent, `lost`: was
-    sent and is waited for no longer; nobody asks for either again. `wake_s`: call `tick` then.
+    `send` goes on the wire at once, sound first. `skipped` will never be sent; `lost` was sent and
+    is given up; neither comes back. `wake_s` is when to call `tick`.
     """
 
     send: tuple[MediaUnit, ...]
@@ -41,9 +41,9 @@ class Decision:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """How a viewer is served, to be shown; None where it has no meaning or is not yet known.
+    """The sender's state, for display; None is unknown or meaningless.
 
-    `hold_back_s` is T_p (3.1), `transfer_s` T_r, `pictures_cached` N_v (3.2 to 3.4), `reason`
+    `hold_back_s` is T_p (3.1), `transfer_s` T_r, `pictures_cached` N_v (3.2 to 3.4); `reason` says
     why fail-safe mode is on.
     """
 
@@ -56,7 +56,7 @@ class State:
 
 
 class UnitSender:
-    """One viewer's; every method takes the time, which never falls, and returns a `Decision`.
+    """One viewer's sender; methods take the time, which never falls, and return a `Decision`.
 
     Start-up (thesis 3.3.3.2): until the first audio MU leaves, pictures go as soon as possible.
     Then the newest picture goes at once and the next only T_p later; meanwhile T_r is measured.
@@ -84,10 +84,10 @@ class UnitSender:
         self._send: list[MediaUnit] = []
         self._skipped: list[MediaUnit] = []
 
-    # --- what happens ------------------------------------------------------------------------
+    # --- events ------------------------------------------------------------------------------
 
     def choose(self, *, sound: bool, picture: bool, now_s: float) -> Decision:
-        """Change which streams are wanted; begins with start-up again."""
+        """Change which streams are wanted; returns to start-up."""
         if (sound, picture) != (self._sound_wanted, self._picture_wanted):
             self._sound_wanted, self._picture_wanted = sound, picture
             self._fail_safe.leave()
@@ -100,7 +100,7 @@ class UnitSender:
         return self._decide(now_s)
 
     def captured(self, mu: MediaUnit, now_s: float) -> Decision:
-        """Take an MU that is complete; raises `ValueError` when it is not newer than the last."""
+        """Handle a complete MU; raises `ValueError` if it is not newer than the last."""
         if mu.number <= self._newest.get(mu.stream, mu.number - 1):
             raise ValueError(f"{mu} is not newer than number {self._newest[mu.stream]}")
         self._newest[mu.stream] = mu.number
@@ -112,17 +112,17 @@ class UnitSender:
         return self._decide(now_s)
 
     def acknowledged(self, stream: Stream, number: int, now_s: float) -> Decision:
-        """Take the page's word that it has an MU's last packet; only for the one under way."""
+        """Handle the page's acknowledgement of an MU; only the one in flight counts."""
         (self._sound if stream == "sound" else self._picture).acknowledged(number, now_s)
         return self._decide(now_s)
 
     def round_trip(self, round_trip_s: float, now_s: float) -> Decision:
-        """Take a measured round trip; only the least counts."""
+        """Handle a measured round trip; only the shortest counts."""
         self._round_trip.seen(round_trip_s)
         return self._decide(now_s)
 
     def roll_back_further(self, extra_s: float, now_s: float) -> Decision:
-        """Roll the picture back by so much more than the sound's own age (thesis 5.3.1)."""
+        """Roll the picture back by `extra_s` more than the sound's own age (thesis 5.3.1)."""
         longest_s = self._settings.max_extra_rollback_ms / 1000
         self._extra_s = min(max(extra_s, 0.0), longest_s)
         if self._clock is not None:
@@ -130,10 +130,10 @@ class UnitSender:
         return self._decide(now_s)
 
     def tick(self, now_s: float) -> Decision:
-        """Time has passed."""
+        """Decide again after time has passed."""
         return self._decide(now_s)
 
-    # --- what is to be seen ------------------------------------------------------------------
+    # --- state -------------------------------------------------------------------------------
 
     @property
     def mode(self) -> Mode:
@@ -161,7 +161,7 @@ class UnitSender:
             rollback_s=None if self._clock is None else self._clock.rollback_s,
         )
 
-    # --- what follows ------------------------------------------------------------------------
+    # --- decisions ---------------------------------------------------------------------------
 
     @property
     def _both(self) -> bool:
@@ -188,7 +188,7 @@ class UnitSender:
         return decision
 
     def _judge(self, now_s: float) -> None:
-        """Enter or leave fail-safe mode; begin anew where the sound has stopped at its source."""
+        """Enter or leave fail-safe mode; restart if the sound has stopped at its source."""
         if not self._both:
             return
         was_active = self._fail_safe.is_active
@@ -210,7 +210,7 @@ class UnitSender:
         )
 
     def _restart(self) -> None:
-        """Forget the alignment of the streams, not what is under way."""
+        """Forget the alignment of the streams, but keep the units in flight."""
         self._clock = self._hold_back_s = self._hold_until_s = None
         self._sound.forget_delay()
         if not self._fail_safe.is_active:
@@ -225,7 +225,7 @@ class UnitSender:
             self._clock.extra_s = self._extra_s
 
     def _send_picture(self, now_s: float) -> float:
-        """Send the picture that may leave now, if any; return when to look again."""
+        """Send the picture that may leave now, if any; return when to check again."""
         if not self._picture_wanted:
             return now_s + self._video_mu_s
         clock = self._clock
@@ -255,10 +255,10 @@ class UnitSender:
         return clock.due_s(self._cache.pictures[0])
 
     def _send_due(self, clock: VirtualClock, transfer_s: float, now_s: float) -> None:
-        """Send the newest picture that is due; those before it are too late.
+        """Send the newest picture that is due; earlier ones are too late.
 
-        Where pictures take V or longer the cache itself is the delay, N_v times T_r: the oldest
-        leaves as soon as the link is free and every place is taken. Timely delivery comes first.
+        If pictures take V or longer, the cache itself is the delay, N_v times T_r: the oldest
+        leaves as soon as the link is free and the cache is full. Timely delivery comes first.
         """
         due = [mu for mu in self._cache.pictures if clock.due_s(mu) <= now_s]
         if due:

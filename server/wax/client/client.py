@@ -1,4 +1,4 @@
-"""One viewer of a server: connects, watches, says what a page says."""
+"""A viewer without a browser: connects, watches, and sends what a page sends."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _CALM_PAUSE_S: Final = 1.0
 
 
 class Route(Protocol):
-    """A network between client and server that rewrites the descriptions to be on the way."""
+    """A network between client and server; rewrites the descriptions to route through it."""
 
     def offer(self, sdp: str) -> str: ...
 
@@ -56,13 +56,13 @@ class Route(Protocol):
 class Client:
     """One peer from `connect` to `close`; an async context manager does both.
 
-    `client_id` is what the server knows a page by after a reload. `headers` go with each request.
-    `sound`, `picture` and `size` are wanted at first; a size that the server has not is its
-    largest. `on_message` gets each message of the state channel, `on_socket` see `Media`.
+    The server recognises a reloaded page by its `client_id`. `headers` go with each request.
+    `sound`, `picture` and `size` are its first wishes; for a size that the server lacks, it is sent
+    the largest. `on_message` gets each message of the state channel; for `on_socket` see `Media`.
     """
 
     is_keen = False
-    """Whether it is heard several times a second, as a page that drives or waits to drive."""
+    """Whether it sends several heartbeats a second, as a page that drives or waits to drive."""
 
     def __init__(
         self,
@@ -165,7 +165,7 @@ class Client:
         return self._newest.get(kind, {})
 
     async def until(self, holds: Callable[[], bool], within_s: float | None = 5.0) -> bool:
-        """Wait for what a message or the end of a channel brings about; False if not in time.
+        """Wait for the effect of a message or of a channel's end; False if it is not in time.
 
         None waits for ever.
         """
@@ -183,11 +183,11 @@ class Client:
     # --- what it says -------------------------------------------------------------------------
 
     def say(self, **message: Any) -> None:
-        """Send one message on the state channel, whatever it is."""
+        """Send any message on the state channel."""
         self.state.send(json.dumps(message))
 
     async def post(self, path: str, body: Mapping[str, Any]) -> dict[str, Any]:
-        """Ask by HTTP, as this client; raises `SignallingError` where the server refuses."""
+        """Send an HTTP request as this client; raises `SignallingError` if the server refuses."""
         if self._http is None:
             timeout = aiohttp.ClientTimeout(total=_HTTP_S)
             self._http = aiohttp.ClientSession(timeout=timeout, headers=self._headers)
@@ -215,7 +215,7 @@ class Client:
         return self._pings
 
     async def pongs(self, within_s: float = 1.0) -> bool:
-        """Send a ping and tell whether it is answered in time."""
+        """Send a ping; return whether it is answered in time."""
         number = self.ping()
         return await self.until(lambda: number in self._answered, within_s)
 

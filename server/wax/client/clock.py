@@ -1,4 +1,4 @@
-"""The server's clock as a client knows it, by the quickest of its newest round trips (pure)."""
+"""Estimates the server's clock from the fastest of the newest round trips (pure)."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from collections import deque
 from typing import Final
 
 _REMEMBERED: Final = 32
-"""Round trips; 6 s of an operator's heartbeats."""
+"""Round trips kept: 6 s of an operator's heartbeats."""
 
 
 class ServerClock:
-    """Aligned by pings: the server read its clock half-way, give or take half the round trip."""
+    """Aligned by pings: the server's time is that of half the round trip, ± half of it."""
 
     def __init__(self) -> None:
         self._exchanges: deque[tuple[float, float]] = deque(maxlen=_REMEMBERED)
 
     def add(self, sent_ms: float, received_ms: float, server_ms: float) -> None:
-        """Take one answered ping; the first two times are this client's own."""
+        """Count one answered ping; the first two times are on this client's clock."""
         round_trip_ms = received_ms - sent_ms
         self._exchanges.append((round_trip_ms, server_ms - (sent_ms + received_ms) / 2))
 

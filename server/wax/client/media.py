@@ -1,8 +1,8 @@
-"""Media received without decoding, and answered as Chromium answers them.
+"""Receives media without decoding, and answers as Chromium does.
 
-The one module of the client that touches private parts of aiortc and aioice. RTP is read at the
-socket, before aiortc would decrypt, buffer and decode it; all else takes its usual way. The counts
-stand where aiortc keeps its own, so that its receiver reports go out as always.
+The one module of the client that uses private parts of aiortc and aioice. RTP is read at the
+socket, before aiortc would decrypt, buffer and decode it; everything else passes on to aiortc. Its
+own counters are replaced, so that it sends correct receiver reports.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _RETRY_LOOK_S: Final = 0.01
 
 @dataclass(slots=True)
 class StreamCounts:
-    """Sums over the streams of one kind since the connection was made; `octets` of payload."""
+    """Sums over the streams of one kind since the connection began; `octets` of payload."""
 
     packets: int = 0
     lost: int = 0
@@ -54,7 +54,7 @@ class StreamCounts:
 
 @dataclass(slots=True)
 class Answers:
-    """RTCP that went back: feedback packets, packets asked for again, keyframes asked for."""
+    """RTCP sent back: feedback packets, and requests for retransmissions and keyframes."""
 
     feedbacks: int = 0
     retransmissions: int = 0
@@ -77,7 +77,7 @@ class Arrival:
 
 
 class CountedStream(StreamStatistics):
-    """One SSRC, with what RFC 3550, A.3 counts, and its octets and frames."""
+    """One SSRC, with the counts of RFC 3550, A.3, and its octets and frames."""
 
     def __init__(self, clock_rate_hz: int) -> None:
         super().__init__(clock_rate_hz)
@@ -97,7 +97,7 @@ class Media:
     """Sound and picture of one peer connection, made before its offer, attached at its answer.
 
     `on_packet` is called with each packet of media but retransmissions; `on_socket` with aioice's
-    protocol at each socket, once it is tapped. What is due goes back when the next packet arrives.
+    protocol at each socket, once it is tapped. Due feedback is sent when the next packet arrives.
     """
 
     def __init__(
@@ -127,9 +127,9 @@ class Media:
         self._answering: asyncio.Task[None] | None = None
 
     def attach(self, answer: str) -> None:
-        """Tap the sockets; to be called in the step that set the answer, before ICE begins.
+        """Tap the sockets; call it in the same step as setting the answer, before ICE begins.
 
-        Raises `StartError` where this aiortc or aioice is built differently inside.
+        Raises `StartError` if the internals of this aiortc or aioice differ.
         """
         self._agreed = agreed(answer)
         for protocol in _protocols(self._receivers["video"]):
@@ -152,7 +152,7 @@ class Media:
         return max(found, key=lambda one: one.at_s, default=None)
 
     async def close(self) -> None:
-        """End what is still being sent."""
+        """Finish sending."""
         if self._answering is not None:
             await self._answering
 
@@ -188,7 +188,7 @@ class Media:
             self._on_packet(kind, packet)
 
     def _take_retransmission(self, data: bytes) -> None:
-        """Note which packet it repeats: the first two octets within (RFC 4588, 4)."""
+        """Count a retransmission; its first two octets name the original packet (RFC 4588, 4)."""
         with suppress(pylibsrtp.Error):
             clear = self._receivers["video"].transport._rx_srtp.unprotect(data)
             inside = rtp_header.read(clear, None)
@@ -238,7 +238,7 @@ class Media:
 
 
 def _statistics(receiver: RTCRtpReceiver) -> dict[int, CountedStream]:
-    """Return where aiortc keeps what its receiver reports are made of."""
+    """Return aiortc's storage for the counts in its receiver reports."""
     streams: dict[int, CountedStream] | None = getattr(
         receiver, "_RTCRtpReceiver__remote_streams", None
     )
@@ -249,7 +249,7 @@ def _statistics(receiver: RTCRtpReceiver) -> dict[int, CountedStream]:
 
 
 def _protocols(receiver: RTCRtpReceiver) -> list[Any]:
-    """Return what aioice has at each of its sockets."""
+    """Return aioice's protocol at each of its sockets."""
     connection = getattr(receiver.transport.transport, "_connection", None)
     protocols = list(getattr(connection, "_protocols", ()))
     wanted = ("datagram_received", "transport")

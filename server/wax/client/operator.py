@@ -1,4 +1,4 @@
-"""A client with hands: it drives as the page does, and can do what no page would."""
+"""A client that drives as the page does, and can also do what no page would."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ PERIOD_S: Final = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Sent:
-    """One command; `at_s` is s of this process's `time.monotonic`."""
+    """One command sent; `at_s` is this process's `time.monotonic` in seconds."""
 
     seq: int
     at_s: float
 
 
 class Operator(Client):
-    """Sends what its hands hold 50 times a second while it has the turn.
+    """Sends the state of its controls 50 times a second while it has the turn.
 
-    `sees` lets its commands say that the picture is as new as can be, else they say
-    `seen_server_ms`. With `persists` it goes on commanding after its turn, under that turn's
-    number. While `is_silent` it commands nothing, and stays connected.
+    With `sees` its commands claim the newest possible picture, otherwise `seen_server_ms`. With
+    `persists` it keeps sending commands after its turn, under that turn's number. While `is_silent`
+    it sends no commands, but stays connected.
     """
 
     is_keen = True
@@ -51,9 +51,9 @@ class Operator(Client):
         self.seen_server_ms: float | None = None
         self.is_silent = False
         self.sent_before: list[Sent] = []
-        """Every command since the start, or since somebody cleared it."""
+        """Every command since the start, or since the list was cleared."""
         self.worst_late_s = 0.0
-        """How late its own beat was at worst: what is not the server's fault."""
+        """The longest delay of its own timer, which is not the server's fault."""
         self._persists = persists
         self._own_turn = 0
         self._seq = 0
@@ -66,13 +66,13 @@ class Operator(Client):
 
     @property
     def viewer(self) -> int | None:
-        """Its number among the viewers, None before the server has greeted."""
+        """Its number among the viewers, None before the server's hello."""
         number: int | None = self.newest("hello").get("viewer")
         return number
 
     @property
     def turn(self) -> int:
-        """The number of the turn that runs, whoever has it."""
+        """The number of the current turn, whoever has it."""
         return int(self.newest("room").get("turn", {}).get("number", 0))
 
     @property
@@ -82,13 +82,13 @@ class Operator(Client):
 
     @property
     def ends_server_ms(self) -> float | None:
-        """When the turn that runs ends, on the server's clock."""
+        """When the current turn ends, on the server's clock."""
         ends_ms: float | None = self.newest("room").get("turn", {}).get("ends_server_ms")
         return ends_ms
 
     @property
     def stopped(self) -> int | None:
-        """The number of the stop that is latched."""
+        """The number of the latched stop, None if none is."""
         stop = self.newest("room").get("stop")
         return None if stop is None else int(stop["number"])
 
@@ -98,7 +98,7 @@ class Operator(Client):
         await self.gets_turn()
 
     async def leave(self) -> None:
-        """End the turn and wait for that; raises `TimeoutError`."""
+        """Leave the turn and wait for its end; raises `TimeoutError`."""
         self.say(type="leave")
         if not await self.until(lambda: not self.has_turn):
             raise TimeoutError("the turn does not end")
@@ -108,26 +108,26 @@ class Operator(Client):
         if not await self.until(lambda: self.has_turn, within_s):
             raise TimeoutError(f"no turn within {within_s:g} s")
 
-    # --- hands --------------------------------------------------------------------------------
+    # --- controls -----------------------------------------------------------------------------
 
     def steer(self, linear: float, angular: float = 0.0) -> None:
         """Hold a control down from now on; shares of the robot's limits in -1…1."""
         self.linear, self.angular, self.held = linear, angular, True
 
     def let_go(self) -> None:
-        """Say so at once, and go on saying it."""
+        """Release the control: send it at once, and keep sending it."""
         self.linear = self.angular = 0.0
         self.held = False
         if self._commands():
             self.command()
 
     def command(self) -> None:
-        """Send what the hands hold now, out of the beat."""
+        """Send the state of the controls now, outside the timer."""
         self.drive.send(self.row(self.next_seq()))
         self.sent_before.append(Sent(self._seq, time.monotonic()))
 
     def row(self, seq: int, **other: Any) -> str:
-        """Write a command; `other` replaces what the hands hold, by anything."""
+        """Write a command; `other` replaces any of its fields."""
         if self.has_turn:
             self._own_turn = self.turn
         said: dict[str, Any] = {
@@ -143,7 +143,7 @@ class Operator(Client):
         return json.dumps(["drive", seq, *said.values()], separators=(",", ":"))
 
     def next_seq(self) -> int:
-        """Take a sequence number that no command of the beat will have."""
+        """Take a sequence number that no other command will have."""
         self._seq += 1
         return self._seq
 
@@ -164,7 +164,7 @@ class Operator(Client):
         return may and not self.is_silent and self.drive.readyState == "open"
 
     async def _command_always(self) -> None:
-        """Keep the beat; a command that is late by more than a period is not made up for."""
+        """Send commands on time; after a delay of more than a period, none is made up for."""
         due_s = time.monotonic()
         while self.drive.readyState == "open":
             if self._commands():

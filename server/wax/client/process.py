@@ -1,9 +1,9 @@
-"""An operator in a process of its own: it does as it is told, and tells what the server tells it.
+"""An operator in a process of its own, which takes orders and reports the server's state.
 
-`python -m wax.client.process URL CLIENT_ID` can be frozen whole, as a network vanishes: no
-command, heartbeat or acknowledgement leaves it; or killed, as a browser crashes. A word a line on
-its standard input is an order; a line of JSON on its standard output tells each new `Seat`. It
-ends with its input, or when it loses the server.
+`python -m wax.client.process URL CLIENT_ID` can be frozen whole, like a vanished network: no
+command, heartbeat or acknowledgement leaves it. It can be killed, like a crashed browser. Each line
+on its standard input is an order; each line on its standard output is a new `Seat` in JSON. It ends
+with its input, or when it loses the server.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ ORDERS: TypeAdapter[Order] = TypeAdapter(Order)
 
 @dataclass(frozen=True, slots=True)
 class Seat:
-    """What the server has told: whose turn it is, which stop is latched, what is in the way.
+    """The server's state for this operator: its turn, the latched stop, and any obstacle.
 
     `ends_ms` is when the turn ends, in ms of this machine's `time.monotonic`.
     """
@@ -52,7 +52,7 @@ class Seat:
 
 
 class Puppeteered:
-    """Obeys orders; driving goes on through every stop and after the turn, as nobody should."""
+    """Obeys orders; keeps driving through every stop and after its turn, as no page would."""
 
     def __init__(self, url: str, client_id: str) -> None:
         self._url = url
@@ -75,7 +75,7 @@ class Puppeteered:
         await self._operator.close()
 
     def obey(self, order: Order) -> None:
-        """Do it; what would be said on a channel that is closed is not said, as in a page."""
+        """Carry out an order; like a page, it sends nothing on a closed channel."""
         operator = self._operator
         match order:
             case "join" | "leave" | "stop":
@@ -96,7 +96,7 @@ class Puppeteered:
                 self._begin(self._reconnect())
 
     async def _reconnect(self) -> None:
-        """Come back as a page that was reloaded, with the hands as they were."""
+        """Reconnect as a reloaded page, with its controls unchanged."""
         old, new = self._operator, self._new()
         await new.connect()
         new.linear, new.held = old.linear, old.held
@@ -146,7 +146,7 @@ async def _obey(operator: Puppeteered, orders: asyncio.StreamReader) -> None:
 
 
 async def _first(*works: Coroutine[Any, Any, None]) -> None:
-    """Run all until the first one ends: the link is lost, or nobody gives orders any more."""
+    """Run all until the first one ends: the link is lost, or the orders end."""
     tasks = [asyncio.create_task(work) for work in works]
     done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
     for task in tasks:

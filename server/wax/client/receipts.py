@@ -1,4 +1,4 @@
-"""Which media units have arrived whole, for a server that asks to be told (`Hello.acknowledge`)."""
+"""Finds the media units that have arrived whole, for `Hello.acknowledge`."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ if TYPE_CHECKING:
 
 _UINT32: Final = 2**32
 _REMEMBERED: Final = 256
-"""Packets of sound that arrived before it was known which of them end a unit."""
+"""Packets of sound kept until it is known which of them end a unit."""
 
 
 class Receipts:
-    """A picture is whole with the packet that bears the marker (RFC 3550, 5.1), sound as told."""
+    """A picture ends with the marker (RFC 3550, 5.1), a unit of sound where the server says."""
 
     def __init__(self) -> None:
         self._units: tuple[int, int] | None = None
         self._early: deque[int] = deque(maxlen=_REMEMBERED)
 
     def ends_unit(self, kind: Kind, packet: RtpHeader) -> bool:
-        """Tell whether this packet is the last of its media unit, as far as that is known."""
+        """Return whether this packet is known to be the last of its media unit."""
         if kind == "video":
             return packet.marker
         if self._units is None:
@@ -31,7 +31,7 @@ class Receipts:
         return _is_last(packet.timestamp, *self._units)
 
     def learn(self, last_rtp: int, length: int) -> list[int]:
-        """Learn which packets end a unit of sound; return those that arrived before."""
+        """Set which packets end a unit of sound; return those that have already arrived."""
         self._units = (last_rtp, length)
         early = [rtp for rtp in self._early if _is_last(rtp, last_rtp, length)]
         self._early.clear()

@@ -1,4 +1,4 @@
-"""What a client without screen and speaker can truly report, as the page reports it (pure)."""
+"""Makes the page's playout report for a client without screen and speaker (pure)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 INTERVAL_S: Final = 0.25
 _UNSETTLED: Final = 40
-"""So many reports are all sent after a stream has begun; a mere viewer then sends each fourth."""
+"""This many reports are all sent after a stream begins; then an observer sends every fourth."""
 _EVERY: Final = 4
 _RATE_OVER_S: Final = 1.0
 _UINT32: Final = 2**32
@@ -21,16 +21,16 @@ _UINT32: Final = 2**32
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """What has come of one stream: `newest` is None before the first frame."""
+    """What has arrived of one stream; `newest` is None before the first frame."""
 
     counts: StreamCounts
     newest: Arrival | None
 
 
 class Reporter:
-    """Makes a report of what has arrived, as if it played as soon as the server's target allows.
+    """Reports media as played as soon as the server's target allows.
 
-    The picture has no age: nothing is shown, as in a page that is hidden.
+    The picture has no age: nothing is shown, as in a hidden page.
     """
 
     def __init__(self) -> None:
@@ -41,7 +41,7 @@ class Reporter:
         self._count = 0
 
     def told(self, message: dict[str, Any]) -> None:
-        """Take a message of the state channel; all but two kinds are ignored."""
+        """Handle a message of the state channel; all but two kinds are ignored."""
         if message["type"] == "playout":
             self._sound_target_ms = message["sound_target_ms"] or 0.0
         elif message["type"] == "rtp_clock":
@@ -49,7 +49,7 @@ class Reporter:
             self._clocks[clock.kind] = clock
 
     def is_due(self, *, eager: bool) -> bool:
-        """Count one interval, and tell whether a report is sent at its end."""
+        """Count one interval; return whether a report is sent at its end."""
         self._count += 1
         return eager or self._count <= _UNSETTLED or self._count % _EVERY == 0
 
@@ -62,7 +62,7 @@ class Reporter:
         ahead_ms: float,
         clock_error_ms: float | None,
     ) -> messages.Report:
-        """Return the report of this moment; a stream that is off is None.
+        """Return the current report; a stream that is off is None.
 
         `ahead_ms` is how far the server's clock is ahead of the one of `now_s`.
         """
@@ -100,7 +100,7 @@ class Reporter:
         return messages.PictureReport(age_ms=None, delay_ms=None, rate_hz=rate_hz, frozen_ms=None)
 
     def _age_ms(self, newest: Arrival, ahead_ms: float) -> float | None:
-        """Return how old the sound was when it arrived; None before its clock is known."""
+        """Return the sound's age on arrival; None before its clock is known."""
         clock = self._clocks.get("audio")
         if clock is None:
             return None

@@ -1,4 +1,4 @@
-"""Which packets of a picture are asked for again, and when a keyframe is asked for (pure).
+"""Requests retransmissions of a picture's packets, and keyframes (pure).
 
 As in Chromium: a missing packet is asked for at once and again each round trip, ten times at
 most; a frame that cannot be completed ends in a request for a keyframe.
@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Final
 
 RETRY_S: Final = 0.1
-"""In place of the round trip, which this receiver does not know; Chromium too begins with it."""
+"""Replaces the round trip, which this receiver does not know; Chromium starts with it too."""
 MAX_RETRIES: Final = 10
 MAX_MISSING: Final = 1000
 KEYFRAME_INTERVAL_S: Final = 0.3
@@ -26,11 +26,11 @@ class RetransmissionRequests:
 
     @property
     def is_empty(self) -> bool:
-        """Nothing is missing, and no keyframe is wanted."""
+        """Forget missing packets and wanted keyframes."""
         return not self._asked and not self._wants_keyframe
 
     def arrived(self, sequence: int) -> None:
-        """Take a packet's 16-bit number, a retransmitted one's too."""
+        """Count a packet's 16-bit number, retransmitted or not."""
         if self._newest is None:
             self._newest = sequence
             return
@@ -47,7 +47,7 @@ class RetransmissionRequests:
         self._newest = sequence
 
     def due(self, now_s: float) -> tuple[list[int], bool]:
-        """Return the packets to ask for now, and whether to ask for a keyframe."""
+        """Return the packets to request now, and whether to request a keyframe."""
         found = []
         for sequence, (times, at_s) in list(self._asked.items()):
             if now_s - at_s < RETRY_S:

@@ -1,6 +1,6 @@
-"""The header of an SRTP packet, which is readable without its key (pure).
+"""Parses the header of an SRTP packet, which needs no key (pure).
 
-RFC 3550, 5.1; RFC 3711, 3.1; RFC 8285, 4.2. What is only counted need not be decrypted.
+RFC 3550, 5.1; RFC 3711, 3.1; RFC 8285, 4.2. Packets that are only counted are not decrypted.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ _ONE_BYTE_HEADERS: Final = 0xBEDE
 
 
 class RtpHeader(NamedTuple):
-    """The fields of one packet; `transport_sequence` is None where the packet bears none."""
+    """The fields of one packet; `transport_sequence` is None if the packet has none."""
 
     payload_type: int
     marker: bool
@@ -26,14 +26,14 @@ class RtpHeader(NamedTuple):
 
 
 def is_rtp(data: bytes) -> bool:
-    """Tell RTP from RTCP, DTLS and STUN on one port (RFC 7983, RFC 5761)."""
+    """Return whether it is RTP, not RTCP, DTLS or STUN on the same port (RFC 7983, RFC 5761)."""
     return len(data) >= _FIXED_BYTES and 127 < data[0] < 192 and not 192 <= data[1] <= 223
 
 
 def read(data: bytes, extension_id: int | None) -> RtpHeader | None:
-    """Read the header; None where the packet is cut off.
+    """Parse the header; None if the packet is truncated.
 
-    `extension_id` is the negotiated one of the transport-wide sequence number, if any.
+    `extension_id` is the negotiated ID of the transport-wide sequence number, if any.
     """
     sequence, timestamp, ssrc = unpack_from("!HLL", data, 2)
     size = _FIXED_BYTES + 4 * (data[0] & 0x0F)

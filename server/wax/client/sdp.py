@@ -1,4 +1,4 @@
-"""What an offer of this client must say to be a browser's, and what its answer agrees to (pure)."""
+"""Turns aiortc's offer into a browser's, and parses the answer (pure)."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ KINDS: Final[tuple[Kind, ...]] = ("audio", "video")
 
 _PLAYOUT_DELAY: Final = "http://www.webrtc.org/experiments/rtp-hdrext/playout-delay"
 _EXTENSIONS: Final = (f"a=extmap:5 {URI}", f"a=extmap:6 {_PLAYOUT_DELAY}")
-"""Under numbers that aiortc does not use."""
+"""Their IDs are ones that aiortc does not use."""
 
 
 @dataclass(frozen=True, slots=True)
 class Agreed:
-    """What an answer says of the packets to come."""
+    """What an answer negotiates about the packets."""
 
     kinds: dict[int, Kind]
     """By payload type, retransmissions left out."""
     retransmissions: frozenset[int]
     """Payload types of RTX (RFC 4588)."""
     extension_id: int | None
-    """Of the transport-wide sequence number; None where the server takes no such feedback."""
+    """ID of the transport-wide sequence number; None if the server takes no such feedback."""
 
 
 def as_browser(offer: str) -> str:
-    """Add to aiortc's offer what Chromium's has and aiortc's lacks (RFC 8285, 5; RFC 4585, 4.2)."""
+    """Add Chromium's extensions and feedback to aiortc's offer (RFC 8285, 5; RFC 4585, 4.2)."""
     lines: list[str] = []
     kind: Kind | None = None
     for line in offer.splitlines():
@@ -43,7 +43,7 @@ def as_browser(offer: str) -> str:
 
 
 def agreed(answer: str) -> Agreed:
-    """Read an answer (RFC 8866, 6.6; RFC 8285, 8)."""
+    """Parse an answer (RFC 8866, 6.6; RFC 8285, 8)."""
     kinds: dict[int, Kind] = {}
     retransmissions: set[int] = set()
     extension_id = None

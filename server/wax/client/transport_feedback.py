@@ -1,6 +1,6 @@
-"""Transport-wide feedback as Chromium sends it: when each packet arrived (pure).
+"""Writes transport-wide feedback as Chromium does: the arrival of each packet (pure).
 
-draft-holmer-rmcat-transport-wide-cc-extensions-01, 3.1. `wax.rtc.feedback` is what reads it.
+draft-holmer-rmcat-transport-wide-cc-extensions-01, 3.1. `wax.rtc.feedback` parses it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _MISSING, _SMALL_DELTA, _LARGE_DELTA = 0, 1, 2
 
 
 class TransportFeedback:
-    """Collects the arrivals of one transport; times are s of a monotonic clock."""
+    """Collects the arrivals of one transport; times in seconds of a monotonic clock."""
 
     def __init__(self) -> None:
         self._arrived: dict[int, float] = {}
@@ -35,7 +35,7 @@ class TransportFeedback:
         self._count = 0
 
     def arrived(self, sequence: int, at_s: float) -> None:
-        """Take a packet's 16-bit number; one behind those already reported is reported late."""
+        """Count a packet's 16-bit number; one older than those reported is reported late."""
         if self._next is None:
             self._newest = sequence
             self._next = sequence
@@ -46,7 +46,7 @@ class TransportFeedback:
         self._arrived.setdefault(sequence, at_s)
 
     def take(self, sender_ssrc: int, media_ssrc: int) -> bytes | None:
-        """Return the RTCP packet about all arrivals since the last one, None without any."""
+        """Return the RTCP packet for all arrivals since the last one, None without any."""
         if not self._arrived or self._next is None:
             return None
         last = max(self._arrived)
@@ -76,7 +76,7 @@ class TransportFeedback:
 
 
 def interval_s(rate_bps: float) -> float:
-    """Return how long Chromium waits between two packets at this received rate."""
+    """Return Chromium's interval between two feedback packets at this received rate."""
     share_bps = max(1.0, _SHARE * rate_bps)
     return min(MAX_INTERVAL_S, max(MIN_INTERVAL_S, _PACKET_BITS / share_bps))
 

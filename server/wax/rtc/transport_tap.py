@@ -51,7 +51,7 @@ class TransportTap:
     ) -> int | None:
         """Return the transport-wide sequence number for a packet of about this size, or None.
 
-        To be asked just before each packet of a stream that the browser tells of is sent.
+        To be called just before each packet of a stream with feedback is sent.
         """
         self._has_feedback = True
         now_s = self._now_s()

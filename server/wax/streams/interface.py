@@ -35,9 +35,9 @@ class Codecs:
 
 @dataclass(frozen=True, slots=True)
 class Units:
-    """How a page tells the last packet of each media unit of the sound.
+    """How a page recognises the last packet of each media unit of the sound.
 
-    `last_pts` is the media time of one such packet, and `length` the way to the next.
+    `last_pts` is the media time of one such packet, and `length` the distance to the next.
     """
 
     last_pts: int
@@ -46,7 +46,7 @@ class Units:
 
 @dataclass(frozen=True, slots=True)
 class MessageRate:
-    """What a token bucket lets through: twice what the liveliest page sends."""
+    """A token bucket's limits: twice what the busiest page sends."""
 
     rate_hz: float
     burst: int
@@ -54,7 +54,7 @@ class MessageRate:
 
 @dataclass(frozen=True, slots=True)
 class Lanes:
-    """What a peer sends, and the way by which it asks."""
+    """What a peer sends, and its congestion control."""
 
     picture: PictureLane
     sound: SoundLane
@@ -66,7 +66,7 @@ class Page(Protocol):
 
     @property
     def boundary(self) -> ErrorBoundary:
-        """Inside it whoever serves everybody calls into this viewer; each peer has a new one."""
+        """Wraps every call into this viewer from shared code; each peer has a new one."""
         ...
 
     def send(self, message: BaseModel) -> None:
@@ -74,34 +74,34 @@ class Page(Protocol):
         ...
 
     def hold_back(self, least_ms: float) -> bool:
-        """Let the browser show pictures this late; False where it does not take that from us."""
+        """Delay the pictures in the browser; False if it does not accept a delay from the server."""
         ...
 
 
 class Streams(Protocol):
-    """Lives as long as the viewer; for each peer it begins anew with fresh lanes.
+    """Lives as long as the viewer, and starts over with fresh lanes for each peer.
 
-    Nothing here raises for what a page does or leaves undone.
+    Nothing here raises for what a page does or omits.
     """
 
     def lanes(self) -> Lanes:
-        """Make lanes for a fresh peer; those of the one before are given up."""
+        """Make lanes for a fresh peer, and release those of the peer before."""
         ...
 
     def release(self) -> None:
-        """Give up the lanes; safe to call twice."""
+        """Release the lanes; safe to call twice."""
         ...
 
     def connected(self) -> None:
-        """Start what may start before the page has said what it wants."""
+        """Start what may start before the page has sent its wishes."""
         ...
 
     def ready(self) -> None:
-        """Tell the page what it must know: the data channels are open."""
+        """Send the page its initial state: the data channels are open."""
         ...
 
     def want(self, *, sound: bool, picture: bool, size: str, policy: Policy | None) -> None:
-        """Send these from now on, pictures of `size` at most, which is one of those on offer.
+        """Send these from now on, with pictures of at most `size`, which is one of `sizes`.
 
         `policy` None is the role's.
         """
@@ -112,7 +112,7 @@ class Streams(Protocol):
         ...
 
     def reported(self, report: PlayoutReport) -> None:
-        """Handle a report on how both streams play."""
+        """Handle a report on the playout of both streams."""
         ...
 
     def round_trip(self, round_trip_s: float) -> None:
@@ -127,7 +127,7 @@ class Streams(Protocol):
 
     @property
     def units(self) -> Units | None:
-        """What the page needs in order to acknowledge, None if it should not, or not yet."""
+        """What the page needs to acknowledge units, None if it should not, or not yet."""
         ...
 
     def status(self) -> dict[str, object]:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from wax.config.settings import AudioSettings, RenditionSettings, VideoSettings
 
 _WIDE: Final = 1.7
-"""Between two steps whose rates differ by more there is one more for who has his own."""
+"""A viewer with an encoder of their own gets a step between two whose rates differ by more."""
 _LAYERS: Final = 2
 """Temporal layers of VP8 that can be left out; H.264 has none here."""
 
@@ -31,9 +31,9 @@ class RenditionLadder:
         self._forms = [SoundForm(one.mu_ms, one.bitrate_bps) for one in audio.forms]
 
     def steps(self, *, is_own: bool) -> Sequence[Step]:
-        """Return the shared renditions, or the finer ladder of who has one of his own.
+        """Return the shared renditions, or the finer ladder of a viewer with their own encoder.
 
-        An encoder of VP8 does not follow a rate while it runs, so his follows the link in steps.
+        A running VP8 encoder does not change its rate, so their own follows the link in steps.
         """
         return self._own if is_own else self._shared
 
