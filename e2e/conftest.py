@@ -103,7 +103,7 @@ async def board(tmp_path: Path) -> AsyncIterator[Board]:
 
 @pytest_asyncio.fixture(loop_scope="session")
 async def open_viewer(chromium: Browser, pytestconfig: pytest.Config) -> AsyncIterator[OpenViewer]:
-    """Open a person's own browser on a server; he leaves at the end of the test."""
+    """Open a browser of one viewer's own on a server; it closes at the end of the test."""
     viewers = pytestconfig.stash[VIEWERS]
     async with AsyncExitStack() as leaving:
 

@@ -85,7 +85,7 @@ def is_a_sentence(answer: str) -> bool:
 
 @pytest.mark.parametrize("body", OFFERS.values(), ids=OFFERS.keys())
 async def test_a_bad_offer_is_refused_with_a_sentence(server: Server, body: bytes) -> None:
-    """An offer that is none gets a 4xx and one sentence as JSON."""
+    """An invalid offer gets a 4xx and one sentence as JSON."""
     code, answer = await server.post("/api/offer", body, "application/json")
     assert 400 <= code < 500, answer
     assert is_a_sentence(answer)

@@ -1,4 +1,4 @@
-"""Hands on the controls, and what the simulated robot makes of it."""
+"""The controls, and how the simulated robot responds."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import pytest
 import pytest_asyncio
 
 from e2e.harness import toml
-from e2e.harness.hands import Fingers
 from e2e.harness.robot import moves, pose, stands_still, turn_by_key, undisturbed
+from e2e.harness.touch_screen import TouchPoints
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -130,20 +130,20 @@ async def test_two_thumbs_drive_a_curve(server: Server, open_viewer: OpenViewer)
     viewer = await open_viewer(server, **PHONE)
     await viewer.join()
     await viewer.drives()
-    fingers = await Fingers.of(viewer)
+    points = await TouchPoints.of(viewer)
 
     async def attempt() -> tuple[Drive, Drive]:
         start = await pose(server)
-        await fingers.press(0, viewer.button("Back"))
-        await fingers.press(1, viewer.button("Left"))
+        await points.press(0, viewer.button("Back"))
+        await points.press(1, viewer.button("Left"))
         await asyncio.sleep(0.8)
         both = Drive(start, await pose(server))
-        await fingers.lift(0)
+        await points.lift(0)
         await asyncio.sleep(0.5)
         start = await pose(server)
         await asyncio.sleep(0.5)
         one = Drive(start, await pose(server))
-        await fingers.lift(1)
+        await points.lift(1)
         assert await stands_still(server)
         return both, one
 
@@ -175,7 +175,7 @@ async def test_stop_latches_until_it_is_released(server: Server, driver: Viewer)
 async def test_everybody_stops_the_robot(
     server: Server, driver: Viewer, open_viewer: OpenViewer
 ) -> None:
-    """One who only watches stops the robot, and all read his name."""
+    """An observer stops the robot, and every page shows their name."""
     watching = await open_viewer(server)
     await watching.name.fill("Wanda")
     await watching.name.press("Enter")
@@ -190,7 +190,7 @@ async def test_everybody_stops_the_robot(
 
 @pytest.mark.timeout(90)
 async def test_an_observers_keys_move_nothing(server: Server, open_viewer: OpenViewer) -> None:
-    """Keys of one who watches or waits do not reach the robot, whoever drives."""
+    """Keys of observers and waiting viewers do not reach the robot, whoever drives."""
     watching = await open_viewer(server)
     await watching.page.keyboard.down("ArrowLeft")
     assert not await moves(server, during_s=0.8)

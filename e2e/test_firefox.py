@@ -94,7 +94,7 @@ LARGEST = "640x480 at 1000 kbit/s"
 
 @pytest.mark.timeout(120)
 async def test_firefox_gets_the_largest_picture(serve: Serve, tmp_path: Path) -> None:
-    """By what Firefox tells of the picture's packets the picture climbs, with sound beside it."""
+    """With Firefox's feedback on the picture's packets, the picture improves while sound plays."""
     path = find_firefox()
     profile = tmp_path / "profile"
     profile.mkdir()

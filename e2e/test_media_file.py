@@ -12,7 +12,7 @@ import pytest
 
 from e2e.harness.server import Server
 from e2e.harness.speech import envelope, find_in_loop, voice, write_film
-from e2e.harness.viewer import EARS
+from e2e.harness.viewer import LISTENING
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ async def test_a_voice_is_heard_in_step_with_its_picture(
     film = tmp_path / "film.mp4"
     await asyncio.to_thread(write_film, film, sound, FILM_S)
     async with serve(tmp_path, settings(film)) as server:
-        viewer = await open_viewer(server, **EARS)
+        viewer = await open_viewer(server, **LISTENING)
         await viewer.listen()
         for _ in range(3):  # until the browser has settled on a delay, it stretches the sound
             await asyncio.sleep(3)

@@ -11,7 +11,7 @@ import pytest_asyncio
 
 from e2e.bench.servers import STOCK, serving
 from e2e.harness import toml
-from e2e.harness.eye import assert_live
+from e2e.harness.video_probe import assert_live
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:

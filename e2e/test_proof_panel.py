@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 async def test_a_proof_from_the_page_drives_until_somebody_stops_it(
     serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
 ) -> None:
-    """The page follows the proof, a watcher's Stop breaks it off, and his robot comes back."""
+    """The page follows the proof, an observer's Stop ends it, and the robot is available again."""
     robot = f'url = "{board.path}"'
     settings = toml.card_with(robot='driver = "serial"', robot__serial=robot)
     async with serve(tmp_path, settings) as server:

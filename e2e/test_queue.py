@@ -81,7 +81,7 @@ async def test_everyone_is_listed_with_his_place(server: Server, open_viewer: Op
 
 @pytest.mark.timeout(90)
 async def test_the_turn_passes_on_when_it_ends(server: Server, open_viewer: OpenViewer) -> None:
-    """At the end of his turn the operator goes to the end, the next one drives and is told so."""
+    """After their turn the operator goes to the end of the queue; the next viewer drives."""
     ada = await person(open_viewer, server, "Ada")
     bob = await person(open_viewer, server, "Bob")
     await ada.join()
@@ -99,7 +99,7 @@ async def test_the_turn_passes_on_when_it_ends(server: Server, open_viewer: Open
 
 @pytest.mark.timeout(90)
 async def test_the_timer_counts_down(server: Server, open_viewer: OpenViewer) -> None:
-    """The operator sees the seconds left of his turn, falling and never above the turn's length."""
+    """The operator sees the turn's remaining seconds, falling and never above its length."""
     ada = await person(open_viewer, server, "Ada")
     bob = await person(open_viewer, server, "Bob")
     await ada.join()

@@ -74,7 +74,7 @@ async def test_a_key_held_over_a_reload_moves_nothing(
 async def test_a_lost_operator_is_replaced_after_the_grace(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """Who does not come back within the grace loses the turn to the next one, not before."""
+    """A viewer who stays away loses the turn when the grace time ends, not before."""
     ada, bob = await open_viewer(server), await open_viewer(server)
     await bob.call_oneself("Bob")
     await ada.join()
@@ -91,7 +91,7 @@ async def test_a_lost_operator_is_replaced_after_the_grace(
 async def test_a_restarted_server_is_found_again(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
-    """When the server comes back the page connects by itself, with a fresh peer, and says so."""
+    """When the server is back, the page reconnects with a fresh peer and says so."""
     async with serve(tmp_path, toml.CARD) as server:
         viewer = await open_viewer(server)
         peers = await viewer.probe("peers()")
@@ -132,7 +132,7 @@ _IS_GREY = (
     """() => getComputedStyle(document.querySelector('video')).filter.includes('grayscale')"""
 )
 SAID_WITHIN_MS = 1000
-"""A safety deadline: who drives must not take a picture for live that is not."""
+"""A safety deadline: the operator must not mistake an old picture for a live one."""
 
 
 async def says_next(viewer: Viewer) -> tuple[float, str]:

@@ -1,4 +1,4 @@
-"""Whatever takes the hands off the page, the robot stands half a second later."""
+"""However a viewer loses the controls, the robot stands half a second later."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import pytest
 import pytest_asyncio
 
 from e2e.harness import toml
-from e2e.harness.hands import Fingers
 from e2e.harness.robot import moves, stands_still, turn_by_key
+from e2e.harness.touch_screen import TouchPoints
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -102,8 +102,8 @@ async def test_a_cancelled_touch_stops(server: Server, open_viewer: OpenViewer) 
     viewer = await open_viewer(server, has_touch=True)
     await viewer.join()
     await viewer.drives()
-    fingers = await Fingers.of(viewer)
-    await fingers.press(0, viewer.button("Left"))
+    points = await TouchPoints.of(viewer)
+    await points.press(0, viewer.button("Left"))
     assert await moves(server)
-    await fingers.cancel()
+    await points.cancel()
     assert await stands_still(server)

@@ -60,7 +60,7 @@ async def take_the_wheel(open_viewer: OpenViewer, server: Server) -> Viewer:
 
 
 async def hold_ahead(viewer: Viewer, drives: Callable[[], Awaitable[bool]]) -> None:
-    """Hold a key until the robot moves; press anew where a busy machine asked for that."""
+    """Hold a key until the robot moves; press again if a busy machine requires it."""
     for _ in range(3):
         await viewer.page.keyboard.down("ArrowUp")
         with contextlib.suppress(AssertionError):
@@ -148,7 +148,7 @@ async def loses_its_line(
 
 
 async def drives_again(viewer: Viewer, drives: Callable[[], Awaitable[bool]]) -> None:
-    """Let go and press anew."""
+    """Release and press again."""
     await viewer.page.keyboard.up("ArrowUp")
     await asyncio.sleep(0.2)
     await hold_ahead(viewer, drives)
@@ -159,7 +159,7 @@ async def drives_again(viewer: Viewer, drives: Callable[[], Awaitable[bool]]) ->
 async def test_a_pulled_plug_is_told_and_nothing_moves_until_a_new_press(
     serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
 ) -> None:
-    """Without the line the page says so; it comes back by itself, but motion needs a new press."""
+    """The page reports a lost line; it reconnects on its own, but motion needs a new press."""
 
     async def drives() -> bool:
         return board.moves
@@ -179,7 +179,7 @@ async def test_a_pulled_plug_is_told_and_nothing_moves_until_a_new_press(
 async def test_a_board_that_hears_nothing_is_told(
     serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
 ) -> None:
-    """A line that is there with nobody at its end is no robot, and the page says what to check."""
+    """A line without a robot at its end counts as no robot, and the page says what to check."""
     async with serve(tmp_path, settings(board.path, "frames")) as server:
         await eventually(lambda: mended(server), "the board answers", within_s=5)
         viewer = await open_viewer(server)
@@ -194,7 +194,7 @@ async def test_a_board_that_hears_nothing_is_told(
 async def test_a_board_that_stopped_by_itself_waits_for_a_new_press(
     serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
 ) -> None:
-    """A line that is bad for less than half a second stops it, and it does not go on by itself."""
+    """A line that fails for under half a second stops the robot until a new press."""
 
     async def drives() -> bool:
         return board.moves

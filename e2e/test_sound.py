@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import pytest
 import pytest_asyncio
 
-from e2e.harness import ear, toml
-from e2e.harness.viewer import EARS
+from e2e.harness import audio_probe, toml
+from e2e.harness.viewer import LISTENING
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -36,18 +36,18 @@ async def packets_stand_still(viewer: Viewer, kind: str) -> bool:
 @pytest.mark.timeout(90)
 async def test_silent_until_start(server: Server, open_viewer: OpenViewer) -> None:
     """Nothing is audible while the picture already plays; pressing Start makes it so."""
-    viewer = await open_viewer(server, **EARS)
+    viewer = await open_viewer(server, **LISTENING)
     await viewer.cards(15)
     assert not await viewer.probe("audible()")
     await viewer.listen()
     await asyncio.sleep(2)
-    assert ear.loudness(await viewer.heard()) > 0.02
+    assert audio_probe.loudness(await viewer.heard()) > 0.02
 
 
 @pytest.mark.timeout(90)
 async def test_both_tones_of_the_card_are_heard(server: Server, open_viewer: OpenViewer) -> None:
     """The quiet tone plays without a gap, and a burst follows each whole second at once."""
-    viewer = await open_viewer(server, **EARS)
+    viewer = await open_viewer(server, **LISTENING)
     await viewer.listen()
     await asyncio.sleep(3)
     await viewer.forget()
@@ -55,10 +55,10 @@ async def test_both_tones_of_the_card_are_heard(server: Server, open_viewer: Ope
     blocks = await viewer.heard()
     assert 0.02 < median(block.tone for block in blocks) < 0.1
     assert max(block.burst for block in blocks) > 0.2
-    ages_ms = ear.burst_ages_ms(blocks)
+    ages_ms = audio_probe.burst_ages_ms(blocks)
     assert 5 <= len(ages_ms) <= 7, ages_ms
     assert all(age < 500 for age in ages_ms), ages_ms
-    assert sum(ear.gaps_ms(blocks)) <= 60, ear.gaps_ms(blocks)
+    assert sum(audio_probe.gaps_ms(blocks)) <= 60, audio_probe.gaps_ms(blocks)
 
 
 @pytest.mark.timeout(90)
@@ -66,7 +66,7 @@ async def test_switching_the_sound_off_stops_its_packets(
     server: Server, open_viewer: OpenViewer
 ) -> None:
     """With Sound off none is sent nor encoded, the picture goes on; on again, it is heard again."""
-    viewer = await open_viewer(server, **EARS)
+    viewer = await open_viewer(server, **LISTENING)
     await viewer.listen()
     await viewer.switch("Sound").click()
     await eventually(
@@ -84,7 +84,7 @@ async def test_switching_the_sound_off_stops_its_packets(
     async def heard_again() -> bool:
         await viewer.forget()
         await asyncio.sleep(1)
-        return ear.loudness(await viewer.heard()) > 0.02
+        return audio_probe.loudness(await viewer.heard()) > 0.02
 
     await eventually(heard_again, "the sound is heard again", within_s=8)
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 async def refuses_to_start(server: Server) -> str:
-    """Return what it said; it must end by itself, with a failure and without a traceback."""
+    """Return its output; it must exit on its own, with a failure and without a traceback."""
     await server.launch()
     try:
         code = await server.exit_code(within_s=10)

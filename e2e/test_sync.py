@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from e2e.bench.servers import STOCK, serving
-from e2e.harness import ear, toml
-from e2e.harness.eye import assert_live
-from e2e.harness.viewer import EARS
+from e2e.harness import audio_probe, toml
+from e2e.harness.video_probe import assert_live
+from e2e.harness.viewer import LISTENING
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ TOLERANCE_MS = 40.0
 """A chosen delay is followed by both streams within it."""
 
 HELD_MS = 80.0
-"""More than any browser holds a picture back by itself, less than 200 ms of sound need."""
+"""Above any browser's own delay of the picture, below the delay that 200 ms of sound needs."""
 
 OF_STOCK = 1.5
 """The most that sound may be older than stock aiortc's in the same browser and minute; it is as
@@ -71,7 +71,7 @@ async def test_a_chosen_delay_is_followed_by_both_streams(
     """Sound and picture wait as long as `audio_delay_ms` says, ± 40 ms, and stay in step."""
     settings = toml.card_with(sync__observer=f"audio_delay_ms = {delay_ms}.0")
     async with serve(tmp_path, settings) as server:
-        viewer = await open_viewer(server, **EARS)
+        viewer = await open_viewer(server, **LISTENING)
         await viewer.listen()
         measured = ""
 
@@ -115,7 +115,7 @@ async def ages_of(viewer: Viewer) -> Ages:
     cards = await viewer.cards(120)
     await asyncio.sleep(2)
     return Ages(
-        sound_ms=median(ear.burst_ages_ms(await viewer.heard())) + await viewer.device_ms(),
+        sound_ms=median(audio_probe.burst_ages_ms(await viewer.heard())) + await viewer.device_ms(),
         picture_ms=median(card.age_ms for card in cards if card.valid),
     )
 
@@ -126,7 +126,7 @@ async def test_by_default_the_delay_is_small(
 ) -> None:
     """As shipped, an observer hears as soon as from a stock server, and sees in step with it."""
     async with serve(tmp_path, toml.CARD) as server, serving(STOCK) as stock:
-        ours, theirs = await open_viewer(server, **EARS), await open_viewer(stock, **EARS)
+        ours, theirs = await open_viewer(server, **LISTENING), await open_viewer(stock, **LISTENING)
         await ours.listen()
         await theirs.listen()
         ages, reference = await asyncio.gather(ages_of(ours), ages_of(theirs))
@@ -143,7 +143,7 @@ async def test_the_delay_follows_the_role(
     """At hand-over the operator's delay applies at once, without a new connection."""
     settings = toml.card_with(sync__observer="audio_delay_ms = 400.0")
     async with serve(tmp_path, settings) as server:
-        viewer = await open_viewer(server, **EARS)
+        viewer = await open_viewer(server, **LISTENING)
         await viewer.listen()
 
         async def waits() -> bool:
@@ -168,7 +168,7 @@ async def test_timing_is_switched_while_watching(
     """Timing changes policy and hold-back at once: no new peer, black picture or gap in sound."""
     settings = toml.card_with(sync__observer="audio_delay_ms = 200.0")
     async with serve(tmp_path, settings) as server:
-        viewer = await open_viewer(server, **EARS)
+        viewer = await open_viewer(server, **LISTENING)
         await viewer.listen()
         await held_back(server, viewer, "audio-master", HELD_MS)
         await asyncio.sleep(2)  # until the sound's buffer has grown to what was chosen
@@ -183,8 +183,8 @@ async def test_timing_is_switched_while_watching(
             await held_back(server, viewer, policy, held_ms)
         assert await viewer.probe("peers()") == peers
         blocks = await viewer.heard()
-        assert ear.loudness(blocks) > 0.02
-        assert sum(ear.gaps_ms(blocks)) <= 60, ear.gaps_ms(blocks)
+        assert audio_probe.loudness(blocks) > 0.02
+        assert sum(audio_probe.gaps_ms(blocks)) <= 60, audio_probe.gaps_ms(blocks)
 
 
 async def held_back(server: Server, viewer: Viewer, policy: str, least_ms: float) -> None:

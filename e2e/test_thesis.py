@@ -7,8 +7,8 @@ import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from e2e.harness import ear, toml
-from e2e.harness.viewer import EARS
+from e2e.harness import audio_probe, toml
+from e2e.harness.viewer import LISTENING
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ async def test_the_browser_plays_the_system_of_2004(
 ) -> None:
     """µ-law and keyframes alone, each unit acknowledged, in step and half a second old."""
     async with serve(tmp_path, thesis()) as server:
-        viewer = await open_viewer(server, **EARS)
+        viewer = await open_viewer(server, **LISTENING)
         await viewer.listen()
 
         async def in_step() -> bool:
@@ -75,7 +75,7 @@ async def test_the_browser_plays_the_system_of_2004(
             assert counts["keyFramesDecoded"] in (counts["framesReceived"], counts["framesDecoded"])
         assert after["framesDecoded"] - before["framesDecoded"] > 15
         assert [card for card in cards if card.valid]
-        assert ear.loudness(await viewer.heard()) > 0.02
+        assert audio_probe.loudness(await viewer.heard()) > 0.02
         streams = await _streams(server)
         assert streams["sent"] > 60
         assert streams["lost"] == 0
@@ -87,7 +87,7 @@ async def test_the_browser_plays_the_system_of_2004(
 async def test_everybody_is_in_the_queue(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
-    """Who opens the page drives or waits, without asking (thesis 3.1)."""
+    """A viewer who opens the page drives or waits, without asking (thesis 3.1)."""
     async with serve(tmp_path, thesis()) as server:
         first = await open_viewer(server)
         await first.drives()

@@ -1,1 +1,1 @@
-"""The benchmark: WAX and a stock aiortc server, the same work, the same machine, the same run."""
+"""Compares WAX with a stock aiortc server: same work, same machine, same run."""

@@ -1,4 +1,4 @@
-"""``python -m e2e.bench``: what `e2e.measure.command` offers, for the benchmarks."""
+"""``python -m e2e.bench``: the command line of `e2e.measure.command`, for the benchmarks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fan-out: what each further viewer costs the server's core."""
+"""Fan-out: the cost of each further viewer for the server's core."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ WINDOW_S: Final = 2.0
 FPS: Final = 30.0
 _SETTLE_S: Final = 4.0
 _GROW_S: Final = 30.0
-"""So long at most until each viewer's congestion control gives the whole picture."""
+"""Longest wait until each viewer's congestion control allows the full picture."""
 _SATURATED_CPU: Final = 0.90
 _LEAST_FPS_SHARE: Final = 0.95
 _OTHERS_CPU: Final = 0.05
@@ -60,7 +60,7 @@ async def fan_out(n: int) -> list[Row]:
     busy = {WAX: found[WAX].get(16), STOCK: found[STOCK].get(8)}
     fifty = found[WAX].get(50)
     cpu = {side: None if point is None else point.cpu for side, point in busy.items()}
-    # What another program or the viewers held up is told, and not judged.
+    # Points disturbed by another program or by the viewers are reported, not judged.
     fair = not any(point and point.flaw for point in busy.values())
     stock_cpu, stock_slope = cpu[STOCK], slopes[STOCK]
     return [
@@ -112,7 +112,7 @@ async def _points(side: str, n: int, server_core: int, viewers_core: int) -> lis
 
 
 async def _grown(crowd: Crowd) -> None:
-    """Wait until each viewer gets nearly every picture; the point tells where that never comes."""
+    """Wait until each viewer gets nearly every picture; the point reports if that never comes."""
     deadline_s = time.monotonic() + _GROW_S
     before = await asyncio.to_thread(crowd.count)
     while time.monotonic() < deadline_s:
@@ -162,7 +162,7 @@ async def _window(server: MeasuredServer) -> float:
 
 
 def received(first: Sample, last: Sample) -> tuple[float, int, int]:
-    """Return the pictures a second of who has the fewest, and everybody's packets and losses."""
+    """Return the lowest picture rate of any viewer, and the packets and losses of all."""
     span_s = last.at_s - first.at_s
     pairs = list(zip(first.viewers, last.viewers, strict=True))
     fps = [(new.video.frames - old.video.frames) / span_s for old, new in pairs]
@@ -176,7 +176,7 @@ def received(first: Sample, last: Sample) -> tuple[float, int, int]:
 
 
 async def _dropped(server: MeasuredServer) -> int:
-    """Ask our server what it has itself thrown away; stock does not tell."""
+    """Return what our server itself has dropped; stock does not report it."""
     if server.side == STOCK:
         return 0
     streams = (await server.status())["streams"]
@@ -184,7 +184,7 @@ async def _dropped(server: MeasuredServer) -> int:
 
 
 def slope(points: Sequence[Point]) -> float | None:
-    """Fit least squares to the points that nothing held up; None where they are too few."""
+    """Fit least squares to the undisturbed points; None if they are too few."""
     good = [point for point in points if point.flaw is None and not point.saturated]
     if len(good) < 2:
         return None

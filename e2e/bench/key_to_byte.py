@@ -1,4 +1,4 @@
-"""From a key that goes down in the browser to the first frame on the serial line that moves."""
+"""The time from a key press in the browser to the first moving frame on the serial line."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _KEYS: Final = """
   addEventListener("keyup", note, { capture: true });
 })();
 """
-"""Notes each key that goes down or up, and when the browser made the event."""
+"""Notes each key that goes down or up, with the time of the browser's event."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -86,7 +86,7 @@ async def _use(side: str, batch: int) -> Use:
 
 
 async def _is_empty(server: MeasuredServer) -> None:
-    """Wait until everybody is forgotten; our server keeps a place for its time of grace."""
+    """Wait until all viewers are forgotten; our server keeps a place for the grace time."""
 
     async def empty() -> bool:
         return server.side == STOCK or not (await server.status())["viewers"]

@@ -1,4 +1,4 @@
-"""What a process costs: processor time, memory, threads and descriptors; and on which core."""
+"""A process's cost in processor time, memory, threads and descriptors, and its core."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def core_busy_s(core: int) -> float:
 
 
 def two_cores() -> tuple[int, int] | None:
-    """Choose a core for the server and one for the viewers; None where that cannot be had."""
+    """Choose a core for the server and one for the viewers; None if that is impossible."""
     if not hasattr(os, "sched_getaffinity"):
         return None
     allowed = sorted(os.sched_getaffinity(0))

@@ -1,4 +1,4 @@
-"""The two that are compared, each a server in a process of its own."""
+"""The two servers that are compared, each in a process of its own."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ SIDES: Final = (WAX, STOCK)
 _SETTINGS: Final[dict[str, Any]] = {
     "video": {"source": "testcard"},
     "audio": {"source": "testcard"},
-    # Turns as long as the run; whoever has left is forgotten soon, so that waiting is short.
+    # Turns last as long as the run; viewers who left are forgotten soon, so that waits are short.
     "turns": {"turn_s": 3600.0, "grace_s": 0.5},
 }
 
 
 class MeasuredServer(Server):
-    """One side, held to one core where that is given."""
+    """One server, kept on `core` if one is given."""
 
     def __init__(self, side: str, folder: Path, settings: dict[str, Any], core: int | None) -> None:
         super().__init__(folder, toml.dumps(_SETTINGS | settings))
@@ -66,7 +66,7 @@ class MeasuredServer(Server):
 async def serving(
     side: str, core: int | None = None, **settings: Any
 ) -> AsyncIterator[MeasuredServer]:
-    """Serve inside the block; raises `MeasureError` where it does not start."""
+    """Serve inside the block; raises `MeasureError` if it does not start."""
     with TemporaryDirectory(prefix="wax-bench-") as folder:
         server = MeasuredServer(side, Path(folder), settings, core)
         try:

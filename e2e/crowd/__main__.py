@@ -55,7 +55,7 @@ class StockViewer:
 
 
 class Viewers:
-    """All that are here; `slow` of the first are behind a modem."""
+    """All viewers; the first `slow` of them are behind a modem."""
 
     def __init__(self, offering: Offering, slow: int) -> None:
         self._offering = offering
@@ -64,7 +64,7 @@ class Viewers:
         self._modems = AsyncExitStack()
 
     async def answer(self, request: Request) -> Sample:
-        """Do as asked; what fails is told."""
+        """Carry out a request; report a failure."""
         try:
             match request.verb:
                 case "hold":
@@ -105,7 +105,7 @@ class Viewers:
         try:
             async with asyncio.timeout(CONNECT_TIMEOUT_S):
                 await viewer.connect()
-                # What gets through a modem is the server's to see to.
+                # What gets through a modem is up to the server.
                 for arrived in () if is_slow else viewer.media.arrived.values():
                     await arrived.wait()
         except BaseException:

@@ -1,4 +1,4 @@
-"""The near end of a crowd on this machine."""
+"""Starts and controls a crowd on this machine."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LEAVE_TIMEOUT_S: Final = 10.0
 class Crowd:
     """`with Crowd(offering, core) as crowd: crowd.hold(8); crowd.count()`.
 
-    Every request raises `MeasureError` when the far end could not do it.
+    Every request raises `MeasureError` if the crowd's process could not carry it out.
     """
 
     def __init__(self, offering: Offering, core: int | None = None) -> None:
@@ -60,7 +60,7 @@ class Crowd:
         self._ask(Request(verb="hold", number=number))
 
     def cycle(self, number: int) -> None:
-        """Let `number` viewers join and, once they see and hear, leave."""
+        """Let `number` viewers join and leave once they receive picture and sound."""
         self._ask(Request(verb="cycle", number=number))
 
     def count(self) -> Sample:

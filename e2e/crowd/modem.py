@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 PROFILE: Final = "modem-56k"
 _HEADERS: Final = Struct("!I24x")
-"""In place of the headers of IP and UDP, 28 bytes, so that these count; says whose it is."""
+"""28 bytes in place of the IP and UDP headers, so that these count; identifies the packet."""
 
 
 def put_behind(protocol: Any, seed: int) -> Callable[[], None]:
-    """Put aioice's `protocol` behind a modem; returns what ends that."""
+    """Put aioice's `protocol` behind a modem; return a function that ends that."""
     down = Line("down", seed, protocol.datagram_received)
     up = Line("up", seed, partial(_send, protocol.transport))
     protocol.datagram_received = down.carry
@@ -34,7 +34,7 @@ def put_behind(protocol: Any, seed: int) -> Callable[[], None]:
 
 
 class Line:
-    """One direction; `hand_on` gets each datagram and its address when it has come through."""
+    """One direction; `hand_on` gets each datagram that came through, with its address."""
 
     def __init__(
         self, way: str, seed: int, hand_on: Callable[[bytes, Any], None], profile: str = PROFILE
@@ -53,7 +53,7 @@ class Line:
         self._arm()
 
     def close(self) -> None:
-        """Lose what is under way."""
+        """Drop the packets in flight."""
         if self._timer is not None:
             self._timer.cancel()
         self._hand_on = _nobody
@@ -76,7 +76,7 @@ class Line:
 
 
 class _Through:
-    """A socket's transport whose datagrams go by a line first."""
+    """A socket's transport whose datagrams first pass the modem."""
 
     def __init__(self, transport: Any, line: Line) -> None:
         self._transport = transport
@@ -95,4 +95,4 @@ def _send(transport: Any, data: bytes, address: Any) -> None:
 
 
 def _nobody(data: bytes, address: Any) -> None:
-    """Take what comes after the end."""
+    """Ignore whatever comes after the end."""

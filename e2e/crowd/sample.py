@@ -1,4 +1,4 @@
-"""What is asked of a crowd and what it answers; each a line of JSON."""
+"""Requests to a crowd and its answers; each is a line of JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A crowd is there, answers as browsers do, and says when it cannot be."""
+"""A crowd connects, answers as browsers do, and reports when it cannot."""
 
 from __future__ import annotations
 

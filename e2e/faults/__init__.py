@@ -1,1 +1,1 @@
-"""Each link from finger to wheel is broken while the robot drives, and the stop is timed."""
+"""Breaks each link from finger to wheel while the robot drives, and times the stop."""

@@ -1,4 +1,4 @@
-"""The channel as an enemy: the eight errors of IEC 61784-3 to drive, stop and release."""
+"""The black channel: the eight errors of IEC 61784-3, applied to drive, stop and release."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ CELLS: Final = tuple((error, kind) for error in ERRORS for kind in _ROOM_S)
 
 
 async def black_channel(n: int, *, cells: Sequence[Cell] = CELLS, **settings: Any) -> list[Row]:
-    """Do harm `n` times, to messages between right ones, over real data channels.
+    """Inject `n` errors among correct messages, over real data channels.
 
     Raises `MeasureError` where the server did not read all of them.
     """

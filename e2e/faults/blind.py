@@ -1,4 +1,4 @@
-"""The operator does not see what he does: his camera freezes, or his pictures do not come."""
+"""The operator drives blind: the camera freezes, or the pictures do not arrive."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
 GOAL_MS: Final = 200.0
 SLOW_S: Final = Settings().drive.slow_picture_age_ms / 1000
 STOP_S: Final = Settings().drive.stop_picture_age_ms / 1000
-"""The limits of the picture's age as shipped; what the line itself takes is added."""
+"""The shipped limits of the picture's age; the line's own delay is added."""
 _FINE_MMPS: Final = 0.3 * 600 + 2
-"""Slow speed of the shipped configuration, and what rounding makes of it."""
+"""Slow speed of the shipped configuration, with a margin for rounding."""
 _LOOK_S: Final = 1.4
 _FRESH_S: Final = 0.3
 
 
 @dataclass(frozen=True, slots=True)
 class Dimmed:
-    """From each limit of the picture's age to what the rule makes of it; None where it did not."""
+    """The time from each limit of the picture's age to the rule's effect; None without one."""
 
     slowed_ms: float | None
     stopped_ms: float | None
@@ -42,7 +42,7 @@ class Dimmed:
 
 
 async def camera_freezes(n: int, **settings: Any) -> list[Row]:
-    """Freeze the suite's own camera; a real page says what it shows."""
+    """Freeze the suite's own camera, with a real page."""
     with Control() as control:
         async with (
             staged(PLUG_IN, environment=control.environment, **settings) as stage,
@@ -69,7 +69,7 @@ async def camera_freezes(n: int, **settings: Any) -> list[Row]:
 
 
 async def video_starves(n: int, **settings: Any) -> list[Row]:
-    """Let a raw peer whose picture is on say truly that no newer one has come."""
+    """Let a raw peer whose picture is on report truthfully that no newer one has come."""
     async with (
         staged(**settings) as stage,
         RawOperator(stage.server, sees=True) as operator,
@@ -90,7 +90,7 @@ async def video_starves(n: int, **settings: Any) -> list[Row]:
 
 
 async def page_starves(n: int, **settings: Any) -> list[Row]:
-    """Lose the pictures on their way to a real page, while its commands and all else pass."""
+    """Lose the pictures to a real page, while everything else passes."""
     with closing(Relay()) as relay:
         async with staged(**settings) as stage, chromiums() as launch:
             page = await launch(stage.server.url, prepare=through(relay))
@@ -119,7 +119,7 @@ async def page_starves(n: int, **settings: Any) -> list[Row]:
 
 
 async def fast(stage: Stage) -> None:
-    """Wait until the robot is told to be clearly faster than slow speed."""
+    """Wait until the commanded speed is clearly above slow speed."""
 
     async def so() -> bool:
         stage.record.read()
@@ -129,7 +129,7 @@ async def fast(stage: Stage) -> None:
 
 
 def dimmed(stage: Stage, newest_s: float, until_s: float) -> Dimmed | None:
-    """Read what followed on the last picture; None where the robot stood before the first limit."""
+    """Return the effects after the last picture; None if the robot stood before the first limit."""
     record = stage.record
     record.read()
     if not record.moved_at(newest_s + SLOW_S - 0.05):

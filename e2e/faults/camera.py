@@ -1,4 +1,4 @@
-"""The suite's own camera, a plug-in like anybody's: it freezes, and hurts its server, when told.
+"""The suite's own camera, an ordinary plug-in that freezes, or blocks its server, on request.
 
 It is told by files in the folder that the environment names: ``freeze`` (as long as it exists no
 picture comes), ``block`` (its content: for how many seconds to block the event loop; once).
@@ -30,7 +30,7 @@ _LONGEST_READ_S: Final = 1.9
 
 
 class Camera:
-    """The test card, until it is told otherwise."""
+    """The test card, until it is frozen."""
 
     def __init__(self, settings: VideoSettings, clock: Clock) -> None:
         self._folder = Path(os.environ[CONTROL])
@@ -43,7 +43,7 @@ class Camera:
         self._card.open()
 
     def read(self) -> Picture:
-        """Return the next picture; while it is frozen the newest again, captured when it was."""
+        """Return the next picture; while frozen, the newest again, with its old capture time."""
         self._loops = self._loops or _running_loops()
         self._block()
         since_s = time.monotonic()
@@ -75,7 +75,7 @@ class Camera:
         time.sleep(seconds)
 
     def _note(self, name: str, at_s: float) -> None:
-        """Write a moment at once and whole."""
+        """Write a time atomically."""
         half = self._folder / f"{name}.half"
         half.write_text(repr(at_s), encoding="utf-8")
         half.rename(self._folder / name)
@@ -87,7 +87,7 @@ def _running_loops() -> list[asyncio.AbstractEventLoop]:
 
 
 class Control:
-    """The near end: `with Control() as control:`; `environment` is for the server."""
+    """Controls the camera: `with Control() as control:`; `environment` is for the server."""
 
     def __init__(self) -> None:
         self._temporary = TemporaryDirectory(prefix="wax-camera-")
@@ -101,14 +101,14 @@ class Control:
         self._temporary.cleanup()
 
     async def block(self, seconds: float) -> float:
-        """Block the event loop; returns when that began, on CLOCK_MONOTONIC."""
+        """Block the event loop; return when that began, on CLOCK_MONOTONIC."""
         order = self.folder / "block.half"
         order.write_text(str(seconds), encoding="utf-8")
         order.rename(self.folder / "block")
         return await self._moment("blocked")
 
     async def freeze(self) -> float:
-        """Freeze the camera; returns when its last picture was captured."""
+        """Freeze the camera; return when its last picture was captured."""
         (self.folder / "freeze").touch()
         return await self._moment("frozen")
 

@@ -1,4 +1,4 @@
-"""The line is suddenly fifty times longer: what was sent is late, and must move nothing."""
+"""The delay suddenly grows fiftyfold: late commands must move nothing."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ GOAL_MS: Final = 200.0
 SHORT: Final = Weather(delay_ms=20)
 LONG: Final = Weather(delay_ms=1000)
 _LATE_S: Final = 1.5
-"""So long late commands go on to arrive after the step: half a second of them."""
+"""How long late commands keep arriving after the step: half a second of them."""
 
 
 async def delay_step(n: int, **settings: Any) -> list[Row]:
-    """From the arrival of the last fresh command; the late ones keep coming, in step, for 0.5 s."""
+    """Time from the arrival of the last fresh command; late ones keep arriving for 0.5 s."""
     relay = Relay(SHORT)
     async with staged(**settings) as stage, RawOperator(stage.server, relay=relay) as operator:
         await operator.join()
-        # The way's own time is measured by heartbeats before a turn can rely on it.
+        # Heartbeats must measure the link's delay before a turn can rely on it.
         await asyncio.sleep(1.0)
         await operator.leave()
         await operator.join()
@@ -40,7 +40,7 @@ async def delay_step(n: int, **settings: Any) -> list[Row]:
             step_s = time.monotonic()
             last_s = relay.last_command_s
             await asyncio.sleep(_LATE_S)
-            # What is still under way is neutral, and the robot must not move by it either.
+            # Commands still in flight are neutral; the robot must not move because of them either.
             until_s = time.monotonic()
             operator.let_go()
             stage.record.read()

@@ -1,4 +1,4 @@
-"""Stop is pressed while a stranger floods the command channel, by others and by himself."""
+"""Somebody presses Stop while a viewer floods the command channel: others, or the flooder."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _LOOK_S: Final = 0.15
 
 
 async def stop_in_flood(n: int, *, rate_hz: float = RATE_HZ, **settings: Any) -> Row:
-    """From the press to the first frame that stops, each way alone, in turn."""
+    """Time from the press to the first stopping frame, for each way of pressing in turn."""
     async with (
         staged(**settings) as stage,
         RawOperator(stage.server, is_host=True) as operator,
@@ -109,7 +109,7 @@ async def _flooded(
 
 
 async def _press(way: str, who: RawOperator, flood: Flood) -> float:
-    """Press Stop by one way alone; returns when, in s of `time.monotonic`."""
+    """Press Stop in one way; return when, in s of `time.monotonic`."""
     since_s = time.monotonic()
     if way == _OWN:
         return await flood.press_stop()

@@ -1,4 +1,4 @@
-"""A stranger who sends commands as fast as they can, in a process of their own.
+"""A viewer without the turn who sends commands as fast as possible, in a process of its own.
 
 ``python -m e2e.faults.flooder URL RATE_HZ`` writes an empty line when it begins, floods until its
 standard input ends, and then writes as JSON how much it really sent. For each line that it reads
@@ -25,17 +25,17 @@ if TYPE_CHECKING:
 
 _TICK_S: Final = 0.005
 _MAX_WAITING_BYTES: Final = 256
-"""As in a page (`link/peer.ts`): what waits in the channel beyond this would only wait longer."""
+"""As in a page (`link/peer.ts`): more in the channel's buffer would only wait longer."""
 
 
 class Flood:
-    """The near end; `end` tells what was sent."""
+    """Controls the flooder's process; `end` returns what was sent."""
 
     def __init__(self, process: Process) -> None:
         self._process = process
 
     async def press_stop(self) -> float:
-        """Let the flooder press Stop; returns when, in s of `time.monotonic`."""
+        """Let the flooder press Stop; return when, in s of `time.monotonic`."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.write(b"stop\n")
@@ -56,7 +56,7 @@ class Flood:
 
 @asynccontextmanager
 async def flooding(url: str, rate_hz: float) -> AsyncIterator[Flood]:
-    """Let a stranger flood the server's command channel for the time of the block."""
+    """Flood the server's command channel during the block."""
     process = await asyncio.create_subprocess_exec(
         sys.executable,
         "-m",
@@ -112,7 +112,7 @@ def _press(peer: Operator) -> None:
 
 
 def _listen(loop: asyncio.AbstractEventLoop, press: Callable[[], None]) -> None:
-    """Press for each line of the standard input, until it ends; in a thread of its own."""
+    """Press Stop for each line of standard input, until it ends; in a thread of its own."""
     for _ in sys.stdin:
         loop.call_soon_threadsafe(press)
 

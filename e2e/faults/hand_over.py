@@ -1,8 +1,8 @@
-"""From one operator to the next, again and again: nothing of the old turn after the switch.
+"""Hands over from one operator to the next, repeatedly: nothing of the old turn may follow.
 
 What is counted is what was on the wire, whether the board took it or not: it refuses an old turn
 itself. Each of the two operators drives in a direction of its own, so that a frame tells by its
-number which turn it is for, and by its wheels whose hands are in it.
+number which turn it is for, and by its wheels which operator drives.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ TURN_S: Final = 60.0
 TURN_ERROR_MS: Final = 100.0
 _SHORT_TURN_S: Final = 1.0
 _LOST_S: Final = 1.0
-"""After so long without a word the server takes an operator for lost."""
+"""The server considers an operator lost after this long without a message."""
 _WAIT_S: Final = 15.0
 _ASKS: Final = 15
 _ASK_EVERY_S: Final = 1.5
@@ -52,10 +52,10 @@ _SLOW: Final = ("vanish", "crash", "reconnect")
 
 @dataclass(frozen=True, slots=True)
 class Switches:
-    """What the board's log says about all switches from one turn to the next.
+    """All switches from one turn to the next, from the board's log.
 
-    `old` counts motion under the number of a turn that is over, `foreign` motion that the turn's
-    own operator never asked for.
+    `old` counts motion under the number of a finished turn; `foreign` counts motion that the turn's
+    own operator never requested.
     """
 
     n: int
@@ -68,9 +68,9 @@ class Switches:
 def switches(
     frames: Sequence[Seen], directions: Mapping[int, int], slow: Container[int] = ()
 ) -> Switches:
-    """Read them off all frames on the wire.
+    """Find the switches in all frames on the wire.
 
-    `directions` is 1 or -1 for each turn, by its operator; turns of `slow` hands are left out of
+    `directions` is 1 or -1 for each turn, by its operator; turns of `slow` ones are left out of
     the gaps.
     """
     old = foreign = without_stop = n = 0
@@ -159,14 +159,14 @@ async def hand_over(n: int, **settings: Any) -> list[Row]:
 
 
 def _endings(n: int, random: Random) -> Iterator[Ending]:
-    """Give each once, so that a short run has all, and then as often as it is weighted."""
+    """Yield each once, so that a short run has all, and then as often as its weight."""
     once: tuple[Ending, ...] = get_args(Ending)
     yield from once[:n]
     yield from random.choices(list(_WEIGHTS), weights=list(_WEIGHTS.values()), k=max(0, n - 5))
 
 
 class Player:
-    """One of the two, who drives ahead (1) or back (-1), and what can become of the turn."""
+    """One of the two, who drives ahead (1) or back (-1), and the ends of a turn."""
 
     def __init__(self, stage: Stage, direction: int) -> None:
         self.direction = direction
@@ -179,7 +179,7 @@ class Player:
         await self.remote.start(self._stage.server.url)
 
     async def gets_turn(self) -> None:
-        """Wait for the turn, and ask again: whoever was lost has perhaps no place any more."""
+        """Wait for the turn, and keep joining: a lost viewer may have lost their place."""
         for _ in range(_ASKS):
             if await self.remote.until(lambda: self.remote.seat.drives, _ASK_EVERY_S):
                 return
@@ -187,7 +187,7 @@ class Player:
         raise MeasureError(f"hand-over: no turn within {_ASKS * _ASK_EVERY_S:g} s")
 
     async def begins(self) -> None:
-        """Let go and press at once, as whoever waits for their turn does."""
+        """Release and press at once, as a viewer who waits for their turn does."""
         press: Order = "drive" if self.direction > 0 else "reverse"
         self.remote.tell("neutral")
         self.remote.tell(press)
@@ -203,7 +203,7 @@ class Player:
             case "expire":
                 await self.remote.until(lambda: not self.remote.seat.drives, _WAIT_S)
             case "vanish":
-                # The loss is noticed in about the instant in which the turn ends.
+                # The server notices the loss at about the moment when the turn ends.
                 await self._until_end(_LOST_S * random.uniform(0.9, 1.1))
                 self.remote.freeze()
                 await asyncio.sleep(_LOST_S * 1.3)
@@ -216,7 +216,7 @@ class Player:
                 self.remote.tell("reconnect")
 
     async def is_there(self) -> None:
-        """Be connected, whatever became of the connection; a crashed page is opened anew."""
+        """Make sure that it is connected; reopen a crashed page."""
         if not self.remote.runs:
             await self.come()
         if not await self.remote.until(lambda: self.remote.seat.is_open, _WAIT_S):
@@ -233,7 +233,7 @@ class Player:
 
 
 async def one_turn(n: int, *, turn_s: float = TURN_S, **settings: Any) -> Row:
-    """Measure how long a whole turn lasts, by its first and last frame."""
+    """Return the length of a whole turn, from its first to its last frame."""
     errors_ms: list[float | None] = []
     async with (
         staged({"turns": {"turn_s": turn_s}}, **settings) as stage,
@@ -259,7 +259,7 @@ async def one_turn(n: int, *, turn_s: float = TURN_S, **settings: Any) -> Row:
 
 
 def _first_frames(frames: Sequence[Seen]) -> list[tuple[int, float]]:
-    """Give when each turn's first frame came."""
+    """Return when each turn's first frame came."""
     changes = [(frames[0].turn, frames[0].at_s)] if frames else []
     changes += [(b.turn, b.at_s) for a, b in pairwise(frames) if b.turn > a.turn]
     return changes

@@ -1,4 +1,4 @@
-"""Whatever takes the operator's hands off the page, zero is on the wire before they notice."""
+"""Whatever makes the operator lose the controls, a zero command is sent before they notice."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Final
 from e2e.faults.page import KEY, chromiums
 from e2e.faults.stage import random_phase, staged
 from e2e.faults.trials import repeat, told
-from e2e.harness.hands import Fingers
 from e2e.harness.page_clock import page_clock
 from e2e.harness.tab import Tab
+from e2e.harness.touch_screen import TouchPoints
 from e2e.harness.wait import eventually
 from e2e.measure.errors import MeasureError
 
@@ -35,8 +35,8 @@ ACTS: Final[dict[str, tuple[Act, Act]]] = {
     "minimised window": (Tab.minimise, Tab.restore),
     "navigation": (Tab.leave, Tab.come_back),
 }
-"""What a person does, and how it is undone. Blur and hidden follow on the first two, and
-beforeunload and pagehide on the third, from the browser itself."""
+"""What a person does, and how it is undone. The first two make the browser send blur and hidden,
+the third beforeunload and pagehide."""
 
 _NOTE: Final = """
 for (const [target, type] of [
@@ -46,10 +46,10 @@ for (const [target, type] of [
     [window, "pagehide"],
 ]) target.addEventListener(type, () => { sessionStorage.waxLost ??= performance.now(); }, true);
 """
-"""Notes when the page was first told of anything; the note outlives the page."""
+"""Notes when the page got its first event; the note outlives the page."""
 
 _PATIENT: Final = {"turns": {"grace_s": 10.0}}
-"""A page that was left has closed its connection; it comes back to its own turn."""
+"""A page that was left has closed its connection; it returns to its own turn."""
 
 _JOIN: Final = """
 [...document.querySelectorAll("button")].find((one) => one.innerText === "Join the queue")?.click()
@@ -64,7 +64,7 @@ async def hands_off(
     script: str = "",
     **settings: Any,
 ) -> list[Row]:
-    """From the event to the first frame that stops; `n` times each, and for a cancelled touch.
+    """Time from the event to the first stopping frame, `n` times each, and for a cancelled touch.
 
     `script` runs in the page before its own.
     """
@@ -73,15 +73,15 @@ async def hands_off(
         browser = page.viewer.page.context.browser
         assert browser is not None
         tab = await Tab.open(browser, stage.server.url, _NOTE + script)
-        hands = _Hands(stage, tab)
-        await hands.drive()
+        held_key = _HeldKey(stage, tab)
+        await held_key.drive()
         found = {
-            name: await repeat(f"hands-off: {name}", n, partial(hands.lose, *ACTS[name]))
+            name: await repeat(f"hands-off: {name}", n, partial(held_key.lose, *ACTS[name]))
             for name in acts
         }
         await tab.close()
         await page.take_the_wheel()
-        touch = _Touch(stage, page, await Fingers.of(page.viewer))
+        touch = _Touch(stage, page, await TouchPoints.of(page.viewer))
         found["pointercancel"] = await repeat("hands-off: pointercancel", n, touch.cancel)
     return [
         told(f"hands-off: {name}", f"{name}: first event in the page → zero", trials, GOAL_MS)
@@ -89,7 +89,7 @@ async def hands_off(
     ]
 
 
-class _Hands:
+class _HeldKey:
     """Hold a key in a tab, and lose it."""
 
     def __init__(self, stage: Stage, tab: Tab) -> None:
@@ -97,7 +97,7 @@ class _Hands:
         self._tab = tab
 
     async def drive(self) -> None:
-        """Wait until the page drives; it joins where it has no turn."""
+        """Wait until the page drives; join if it has no turn."""
 
         async def drives() -> bool:
             await self._tab.evaluate(_JOIN)
@@ -129,26 +129,26 @@ class _Hands:
 
 
 class _Touch:
-    """Hold a button with a finger, which the system takes away."""
+    """Hold a button with a touch that the system cancels."""
 
-    def __init__(self, stage: Stage, page: Chromium, fingers: Fingers) -> None:
+    def __init__(self, stage: Stage, page: Chromium, points: TouchPoints) -> None:
         self._stage = stage
         self._page = page
-        self._fingers = fingers
+        self._points = points
         self._is_down = False
 
     async def cancel(self) -> Stopping | None:
         await self._stage.moving(self._press)
         await random_phase()
         since_s = time.monotonic()
-        await self._fingers.cancel()
+        await self._points.cancel()
         self._is_down = False
         await asyncio.sleep(_LOOK_S)
         return self._stage.outcome(since_s)
 
     async def _press(self) -> None:
         if self._is_down:
-            await self._fingers.lift(0)
+            await self._points.lift(0)
         await asyncio.sleep(0.08)
         self._is_down = True
-        await self._fingers.press(0, self._page.viewer.button("Forward"))
+        await self._points.press(0, self._page.viewer.button("Forward"))

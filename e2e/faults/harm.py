@@ -1,4 +1,4 @@
-"""What a bad channel carries: who is on it, texts that are damaged, and texts that nobody means."""
+"""The senders on a bad channel, damaged texts, and invalid texts."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ NO_COMMANDS: Final[tuple[dict[str, Any], ...]] = (
     {"axes": {"pan": -2.0}},
     {"one column too many": 0},
 )
-"""Each, put into a right command, makes it none."""
+"""Each of these fields makes a correct command invalid."""
 
 
 def no_releases(right: dict[str, Any]) -> tuple[dict[str, Any], ...]:
-    """Return what each, put into this right release, makes it none."""
+    """Return fields, each of which makes this correct release invalid."""
     stop, sent_ms = right["stop"], right["sent_server_ms"]
     return (
         {"really": True},
@@ -54,7 +54,7 @@ def no_releases(right: dict[str, Any]) -> tuple[dict[str, Any], ...]:
 
 
 def corrupted(text: str, random: Random) -> str:
-    """Damage a text so that it cannot be meant: it is cut, torn, doubled, or a bit of it fell."""
+    """Damage a text so that it is invalid: truncated, split, doubled, or with a bit flipped."""
     at = random.randrange(len(text))
     match random.randrange(4):
         case 0:
@@ -69,7 +69,7 @@ def corrupted(text: str, random: Random) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """Between `operator`, a `stranger` and the server of the `stage`; what happens is `random`."""
+    """The channel between `operator`, a `stranger` and the stage's server; `random` chooses."""
 
     stage: Stage
     operator: RawOperator
@@ -77,10 +77,10 @@ class Channel:
     random: Random
 
     def damaged(self, text: str) -> str | bytes:
-        """Corrupt a text, and carry every other as binary."""
+        """Corrupt a text, and send every second one as binary."""
         found = corrupted(text, self.random)
         return self.random.choice((found, found.encode()))
 
     def some_ms(self, least: float, most: float) -> float:
-        """Draw a time: as many short ones as long ones."""
+        """Draw a time, short or long with equal chance."""
         return math.exp(self.random.uniform(math.log(least), math.log(most)))

@@ -1,4 +1,4 @@
-"""The eight errors, done to commands.
+"""The eight errors, applied to commands.
 
 Right ones go ahead and wrong ones back, so a frame that goes back is a wrong execution; so is one
 that moves though commands have been lost for longer than one lasts.
@@ -23,11 +23,11 @@ _AHEAD: Final = 1.0
 _BACK: Final = -1.0
 _SOON_S: Final = 0.03
 _LASTS_S: Final = 0.2
-"""A command lasts for 150 ms; the wheels are told not much later, as after every other fault."""
+"""A command is valid for 150 ms; the stop follows soon after, as with every other fault."""
 
 
 class DriveHarm:
-    """Each error while the robot goes ahead; `pressed_anew` counts how often it stood before."""
+    """Injects errors while the robot drives ahead; `pressed_anew` counts earlier standstills."""
 
     def __init__(self, channel: Channel) -> None:
         self.pressed_anew = 0
@@ -37,7 +37,7 @@ class DriveHarm:
         self._judged = 0
 
     async def drive(self, error: str) -> int:
-        """Send what must not be obeyed; counts what is, but for what `went_back` counts."""
+        """Send what must not be obeyed; count what is, except for what `went_back` counts."""
         operator = self._operator
         await self._go_ahead()
         match error:
@@ -62,7 +62,7 @@ class DriveHarm:
         return 0
 
     def went_back(self) -> int:
-        """Count the frames that went back since they were last counted."""
+        """Count the frames that drove back since the last count."""
         frames = self._frames()
         found = sum(_goes_back(frame) for frame in frames[self._judged :])
         self._judged = len(frames)
@@ -74,7 +74,7 @@ class DriveHarm:
             self.pressed_anew += 1
 
     async def _repeat(self) -> None:
-        """Let what was rightly obeyed come again, after the hands have changed their mind."""
+        """Repeat a command that was rightly obeyed, after the operator has changed direction."""
         operator = self._operator
 
         async def press_back() -> None:
@@ -105,7 +105,7 @@ class DriveHarm:
         self._operator.drive.send(row)
 
     async def _lose(self) -> int:
-        """Lose commands for a while; one of them was only held up, and comes after newer ones."""
+        """Lose commands for a while; one is only delayed, and arrives after newer ones."""
         operator = self._operator
         operator.is_silent = True
         last_s = operator.sent_before[-1].at_s
@@ -120,7 +120,7 @@ class DriveHarm:
         return sum(frame.moves for frame in self._record.between(last_s + _LASTS_S, again_s))
 
     def _misaddress(self) -> None:
-        """Send a command by the wrong channel, or in another turn."""
+        """Send a command on the wrong channel, or for another turn."""
         operator, random = self._operator, self._channel.random
         if random.random() < 0.5:
             operator.state.send(self._row())
@@ -129,7 +129,7 @@ class DriveHarm:
             operator.drive.send(self._row(turn=turn))
 
     def _inserted(self) -> Iterator[str | bytes]:
-        """Make noise, a command without the dead-man, one of a clock ahead, and what is none."""
+        """Send noise, a command without dead-man, one from a fast clock, and an invalid one."""
         random = self._channel.random
         yield random.randbytes(60)
         yield self._row(held=False)
@@ -137,7 +137,7 @@ class DriveHarm:
         yield self._row(**random.choice(NO_COMMANDS))
 
     def _row(self, **other: Any) -> str:
-        """Write the next command, which goes back and would be right but for `other`."""
+        """Write the next command, which drives back and would be correct except for `other`."""
         said = {"linear": _BACK, "held": True} | other
         return self._operator.row(self._operator.next_seq(), **said)
 

@@ -1,4 +1,4 @@
-"""The eight errors, done to stop and release, while the operator holds on as if nothing were.
+"""The eight errors, applied to stop and release, while the operator keeps holding the control.
 
 Of stop it is wrong that one latches nothing, that what is none latches, or that a release which is
 not its own ends it; one that comes late or twice may stop. Of release, that a wrong one ends the
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from e2e.faults.harm import Channel
 
 _TOO_LATE_S: Final = 2.2
-"""A release counts for two seconds, where it was sent after the stop."""
+"""A release sent after the stop is valid for two seconds."""
 _BEATS_S: Final = 0.2
 
 
 class LatchHarm:
-    """Each error to one stop, or to one release; afterwards none is latched."""
+    """Injects each error into one stop or one release; afterwards no stop is latched."""
 
     def __init__(self, channel: Channel) -> None:
         self._channel = channel
@@ -35,7 +35,7 @@ class LatchHarm:
         self._since_s: float | None = None
 
     async def stop(self, error: str) -> int:
-        """Harm a stop, then release the one before it; counts what is wrong."""
+        """Damage a stop, then release the one before it; count what is wrong."""
         operator, random = self._operator, self._channel.random
         wrong = 0
         self._since_s = None
@@ -74,7 +74,7 @@ class LatchHarm:
         return wrong + await self._moved()
 
     async def release(self, error: str) -> int:
-        """Press Stop and harm its release; counts what is wrong."""
+        """Press Stop and damage its release; count what is wrong."""
         operator, random = self._operator, self._channel.random
         self._since_s = None
         before_ms = operator.server_ms()
@@ -134,7 +134,7 @@ class LatchHarm:
         self._operator.state.send(text)
 
     async def _press(self) -> int:
-        """Press Stop rightly; returns its number."""
+        """Press Stop correctly; return its number."""
         self._operator.state.send(STOP)
         stop = await self._latched()
         if stop is None:
@@ -142,7 +142,7 @@ class LatchHarm:
         return stop
 
     async def _free(self) -> None:
-        """Release rightly whatever is latched."""
+        """Release correctly whatever is latched."""
 
         async def free() -> bool:
             stop = await self._latched()
@@ -153,7 +153,7 @@ class LatchHarm:
         await eventually(free, "the stop is released", every_s=0.01)
 
     async def _latched(self) -> int | None:
-        """Ask which stop is latched, once all that was sent before has arrived."""
+        """Return which stop is latched, once everything sent before has arrived."""
         if not all(await asyncio.gather(self._operator.pongs(), self._stranger.pongs())):
             raise MeasureError("the server does not answer a peer")
         stop = (await self._channel.stage.server.status())["stop"]
@@ -166,8 +166,8 @@ class LatchHarm:
     async def _moved(self) -> int:
         """Count the frames that move although a stop has been latched.
 
-        What was under way to the board then came before a frame that stops; that none does within
-        some beats is wrong as well.
+        Frames already in flight to the board come before a stopping frame; it is also wrong if none
+        stops within some periods.
         """
         assert self._since_s is not None
         record, end_s = self._channel.stage.record, time.monotonic() + _BEATS_S

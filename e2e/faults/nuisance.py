@@ -1,4 +1,4 @@
-"""How often the robot stops for no reason over a link that is bad but good enough."""
+"""Nuisance stops: how often the robot stops for no reason on a bad but sufficient link."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ async def nuisance(n: int, **settings: Any) -> Row:
     """Drive for `n` seconds over a bad link, and count the stops."""
     relay = Relay(BAD)
     async with staged(**settings) as stage, RawOperator(stage.server, relay=relay) as operator:
-        # The way's own time must be known at the turn's start.
+        # The link's delay must be known at the turn's start.
         await asyncio.sleep(2.0)
         await operator.join()
         await stage.drive(operator)
@@ -58,7 +58,7 @@ async def nuisance(n: int, **settings: Any) -> Row:
         while time.monotonic() < since_s + n:
             await asyncio.sleep(0.5)
             stage.record.read()
-            # A longer lapse wants a new press; a person would give it.
+            # A longer lapse needs a new press, as a person would give it.
             frames = stage.record.frames
             if frames and not frames[-1].moves:
                 await stage.drive(operator)
@@ -94,7 +94,7 @@ def halts(frames: Sequence[Seen]) -> int:
 
 
 def arrivals(sent: Iterable[Sent], packets: Iterable[Packet]) -> list[Arrival]:
-    """Find out which command each packet carried: the newest that was sent when it came.
+    """Find the command that each packet carried: the newest sent before it came.
 
     What was sent between that and the one before went with it, or not at all; either way the
     newer one counts.
@@ -117,7 +117,7 @@ def arrivals(sent: Iterable[Sent], packets: Iterable[Packet]) -> list[Arrival]:
 
 
 def replayed(found: Sequence[Arrival], one_way_s: float, max_age_ms: float) -> int:
-    """Count the stops that the real gate makes of these arrivals with another time to live."""
+    """Count the stops of the real gate for these arrivals with another time-to-live."""
     if not found:
         return 0
     limits = Limits(linear_mps=1.0, angular_rps=1.0)
@@ -144,7 +144,7 @@ def replayed(found: Sequence[Arrival], one_way_s: float, max_age_ms: float) -> i
         state, setpoint = gate.decide(state, turn, None, now_s, rules)
         moves = not setpoint.twist.is_zero
         stops += moved and not moves
-        # Whoever must let go does so; the next command that arrives is neutral.
+        # An operator who must release does so: the next command that arrives is neutral.
         neutral = neutral or state.command is None
         moved = moves
         now_s += _BEAT_S

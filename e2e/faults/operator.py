@@ -1,4 +1,4 @@
-"""The operator of this suite: the client of the protocol, as fast as it may, maybe far away."""
+"""The suite's operator: the protocol's client, at full speed, optionally through a relay."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["PERIOD_S", "RawOperator", "Sent"]
 
 _ELSEWHERE: Final = {"X-Forwarded-For": "192.0.2.1"}
-"""Only whoever is not on the server's machine is refused a release (documentation address)."""
+"""Only a viewer on another machine can be refused a release (documentation address)."""
 
 
 class RawOperator(Operator):

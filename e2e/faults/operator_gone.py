@@ -1,4 +1,4 @@
-"""The operator is gone: his network vanishes, his browser freezes or is killed."""
+"""The operator is gone: their network vanishes, or their browser freezes or is killed."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 GOAL_MS: Final = 200.0
 GOAL_MM: Final = Settings().drive.max_stop_distance_m * 1000
 _LOOK_S: Final = 0.4
-"""Shorter than the second after which a server takes an operator for lost."""
+"""Shorter than the second after which the server considers an operator lost."""
 _A_CONNECTION: Final = 5
-"""So many trials over each."""
+"""Trials over each."""
 
 
 async def network_vanishes(n: int, **settings: Any) -> list[Row]:
-    """From the last command that left the operator's network; nothing says goodbye.
+    """Time from the last command that left the operator's network, without a goodbye.
 
     The robot runs as fast as it may, since its operator sees: how far it goes on is the other
     figure. A peer's own congestion control is slow to trust a network that has vanished a few
@@ -85,7 +85,7 @@ async def _vanish(stage: Stage, operator: RawOperator, relay: Relay) -> Stopping
 
 
 async def browser_frozen(n: int, **settings: Any) -> Row:
-    """From SIGSTOP to all processes of a browser whose key is held down."""
+    """Time from SIGSTOP to all processes of a browser with a key held down."""
     async with staged(**settings) as stage, chromiums() as launch:
         page = await launch(stage.server.url)
         await page.take_the_wheel()
@@ -107,7 +107,7 @@ async def browser_frozen(n: int, **settings: Any) -> Row:
 
 
 async def browser_killed(n: int, **settings: Any) -> Row:
-    """From SIGKILL to all processes of a browser; the next in the queue is already there."""
+    """Time from SIGKILL to all processes of a browser; the next in the queue is connected."""
     short = {"turns": {"grace_s": 0.0}}
     async with staged(short, **settings) as stage, chromiums() as launch:
         page = await launch(stage.server.url)

@@ -1,4 +1,4 @@
-"""A person at a Chromium of his own, whose processes can be frozen and killed."""
+"""A viewer in a Chromium of their own, whose processes can be frozen and killed."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _NOTES: Final = """() => {
     }
     window.waxNotes = [];
 }"""
-"""Notes what can be read on the page, each time that something of it changes."""
+"""Notes the page's text whenever it changes."""
 
 _LOOK: Final = """() => {
     const look = async () => {
@@ -52,7 +52,7 @@ _LOOK: Final = """() => {
     window.waxNewest = null;
     void look();
 }"""
-"""Notes the test card of each picture that is presented."""
+"""Notes the test card of each presented picture."""
 
 
 class Chromium:
@@ -69,7 +69,7 @@ class Chromium:
         await self.viewer.drives(15)
 
     async def press(self) -> None:
-        """Let go and press anew, as is asked for after every fault."""
+        """Release and press again, as required after every fault."""
         await self.let_go()
         await asyncio.sleep(0.08)
         self.find()
@@ -79,7 +79,7 @@ class Chromium:
         await self.viewer.page.keyboard.up(KEY)
 
     def freeze(self) -> None:
-        """SIGSTOP to all of its processes, the one that has the network among them."""
+        """SIGSTOP to all of its processes, including the network's."""
         self._signal(signal.SIGSTOP)
 
     def thaw(self) -> None:
@@ -90,11 +90,11 @@ class Chromium:
         self._signal(signal.SIGKILL)
 
     async def take_notes(self) -> None:
-        """Note from now on what the page shows, and forget what it showed before."""
+        """Start noting the page's text, and forget earlier text."""
         await self.viewer.page.evaluate(_NOTES)
 
     async def reads(self, text: str, within_s: float = 5.0) -> float:
-        """Return when the text came onto the page, on CLOCK_MONOTONIC."""
+        """Return when the text appeared on the page, on CLOCK_MONOTONIC."""
         page = self.viewer.page
         await page.get_by_text(text).first.wait_for(state="visible", timeout=within_s * 1000)
         notes = await page.evaluate("window.waxNotes")
@@ -104,11 +104,11 @@ class Chromium:
         return await self.monotonic_s(at_ms)
 
     async def look(self) -> None:
-        """Note from now on which pictures the page shows."""
+        """Start noting the pictures that the page shows."""
         await self.viewer.page.evaluate(_LOOK)
 
     async def newest_s(self) -> float:
-        """Return when the newest picture was taken that the page has shown, on CLOCK_MONOTONIC."""
+        """Return the capture time of the newest picture shown, on CLOCK_MONOTONIC."""
         newest = await self.viewer.page.evaluate("window.waxNewest")
         if newest is None:
             raise MeasureError("the page has shown no picture since it was looked at")
@@ -121,13 +121,13 @@ class Chromium:
         return (await page_clock(self.viewer.page.evaluate)).monotonic_s(page_ms)
 
     async def close(self) -> None:
-        """Release what is left of it; safe after `kill`."""
+        """Close whatever is left of it; safe after `kill`."""
         with suppress(PlaywrightError, TimeoutError):
             async with asyncio.timeout(_CLOSE_S):
                 await self._browser.close()
 
     def find(self) -> None:
-        """Note its processes before they are signalled, since looking for them takes a while."""
+        """Find its processes before they are signalled, because that takes a while."""
         children = psutil.Process(self._pid).children(recursive=True)
         self._pids = [self._pid, *(child.pid for child in children)]
 
@@ -156,7 +156,7 @@ def through(relay: Relay) -> Prepare:
 
 @asynccontextmanager
 async def chromiums() -> AsyncIterator[Launch]:
-    """Give a function that opens a page in a browser of its own; all are closed at the end.
+    """Yield a function that opens a page in a browser of its own; all are closed at the end.
 
     Its `prepare` is done to the page before that is loaded.
     """

@@ -1,4 +1,4 @@
-"""What the board saw and did, from its own log; pure but for reading the file.
+"""The board's frames and motion, from its own log; pure except for reading the file.
 
 Times are CLOCK_MONOTONIC, which is `time.monotonic` of every process of this machine.
 """
@@ -28,7 +28,7 @@ class Seen:
 
     @property
     def moves(self) -> bool:
-        """Tell whether the board turns its wheels for it."""
+        """Return whether the board turns its wheels for it."""
         return self.is_motion and self.taken
 
     @property
@@ -38,7 +38,7 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class Wheels:
-    """How fast they really turn from now on."""
+    """Their actual speed from now on."""
 
     at_s: float
     left_mmps: int
@@ -50,13 +50,13 @@ class Wheels:
 
     @property
     def faster_mmps(self) -> int:
-        """The speed of the faster wheel, whichever way."""
+        """The speed of the faster wheel, in either direction."""
         return max(abs(self.left_mmps), abs(self.right_mmps))
 
 
 @dataclass(frozen=True, slots=True)
 class Stopping:
-    """What followed on a fault, in ms from it; None where it never came.
+    """The effects of a fault, in ms from it; None if it never came.
 
     `told_ms` ends with the first frame that stops, `by_itself_ms` with the board's own watchdog,
     `stands_ms` when both wheels stand, `travelled_mm` is the way until then. `moved_again` counts
@@ -72,13 +72,13 @@ class Stopping:
 
     @property
     def ends_ms(self) -> float | None:
-        """The end of the motion, whoever ended it."""
+        """The end of the motion, whatever ended it."""
         ends = [end for end in (self.told_ms, self.by_itself_ms) if end is not None]
         return min(ends, default=None)
 
 
 class Record:
-    """All that a board has logged so far; `read` takes what is new."""
+    """All that a board has logged so far; `read` adds new lines."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -89,7 +89,7 @@ class Record:
         self.expiries_s: list[float] = []
 
     def read(self) -> None:
-        """Take the lines that were added since."""
+        """Add the new lines."""
         with self._path.open("rb") as log:
             log.seek(self._offset)
             data = log.read()
@@ -98,7 +98,7 @@ class Record:
         self.take(json.loads(line) for line in lines if line)
 
     def take(self, events: Iterable[dict[str, Any]]) -> None:
-        """Take events in the order in which they happened."""
+        """Add events in the order in which they happened."""
         for event in events:
             at_s = float(event["t_s"])
             match event["event"]:
@@ -119,14 +119,14 @@ class Record:
                     self.expiries_s.append(at_s)
 
     def is_moving(self, now_s: float, within_s: float = 0.06) -> bool:
-        """Tell whether the robot turns its wheels and was told so just now."""
+        """Return whether the robot turns its wheels because of a recent frame."""
         if not self.frames or not self.wheels:
             return False
         newest = self.frames[-1]
         return newest.moves and now_s - newest.at_s < within_s and not self.wheels[-1].stand
 
     def moved_at(self, at_s: float, within_s: float = 0.06) -> bool:
-        """Tell whether the robot was driving at that moment."""
+        """Return whether the robot was driving at that moment."""
         index = bisect_right(self.frames, at_s, key=lambda frame: frame.at_s) - 1
         if index < 0 or not self.frames[index].moves:
             return False
@@ -141,7 +141,7 @@ class Record:
         return self.frames[begin:end]
 
     def stopping(self, since_s: float, until_s: float) -> Stopping:
-        """Say how the motion of `since_s` ended, looking no further than `until_s`."""
+        """Return how the motion at `since_s` ended, up to `until_s`."""
         frames = self.between(since_s, until_s)
         told_s = next((frame.at_s for frame in frames if not frame.is_motion), None)
         expiry_s = next((at_s for at_s in self.expiries_s if since_s < at_s <= until_s), None)
@@ -162,7 +162,7 @@ class Record:
         )
 
     def _travelled_mm(self, since_s: float, until_s: float) -> float | None:
-        """Sum up the way of the faster wheel until both stand; None where they do not.
+        """Return the distance of the faster wheel until both stand; None if they do not.
 
         The board tells when its wheels begin to change their speed and when they have: between two
         lines the higher speed counts, so that it is never too little.

@@ -1,4 +1,4 @@
-"""The network between one peer and the server: it can be cut, made late, and lose packets.
+"""The network between one peer and the server: it can be cut, delay packets and lose them.
 
 Real UDP sockets on the server's own address: the peer is told of the relay in the server's place,
 and the server learns where its peer is from whoever calls, as it does with every page.
@@ -37,7 +37,7 @@ Way = Literal["up", "down"]
 
 @dataclass(frozen=True, slots=True)
 class Weather:
-    """What happens to each packet by itself: a delay, uniform about `delay_ms`, and its loss."""
+    """Each packet's independent delay, uniform about `delay_ms`, and loss."""
 
     delay_ms: float = 0.0
     jitter_ms: float = 0.0
@@ -49,7 +49,7 @@ CALM: Final = Weather()
 
 @dataclass(frozen=True, slots=True)
 class Packet:
-    """One of the data channels on its way up; `leaves_s` is None where it is lost."""
+    """A packet of the data channels to the server; `leaves_s` is None if it is lost."""
 
     came_s: float
     size: int
@@ -67,7 +67,7 @@ class Relay:
         self.starves = False
         self.up: list[Packet] = []
         self.worst_late_s = 0.0
-        """How much later than its time the latest packet was passed on, by this machine's fault."""
+        """The longest delay of a packet past its time, which is this machine's fault."""
         self._is_cut = False
         self._random = Random(2004)
         self._near = _Socket(self._from_peer)
@@ -77,7 +77,7 @@ class Relay:
 
     @property
     def last_command_s(self) -> float:
-        """When the last command that came through goes on to the server."""
+        """When the last command that came through is forwarded to the server."""
         ways = (one.leaves_s for one in self.up if one.size >= COMMAND_BYTES)
         return max(leaves_s for leaves_s in ways if leaves_s is not None)
 
@@ -99,7 +99,7 @@ class Relay:
         self._far.close()
 
     def cut(self) -> None:
-        """Let nothing through any more, in either direction, nor what is under way."""
+        """Drop everything from now on, in both directions, including packets in flight."""
         self._is_cut = True
 
     def mend(self) -> None:
@@ -160,17 +160,17 @@ class _Socket(asyncio.DatagramProtocol):
         self._take(data, addr)
 
     def error_received(self, exc: Exception) -> None:
-        """Bear a closed port: so looks a network without its other end."""
+        """Ignore a closed port, as with a network whose other end is gone."""
 
 
 def without_candidates(offer: str) -> str:
-    """Let a peer be found through the relay only."""
+    """Make a peer reachable through the relay only."""
     lines = [line for line in offer.splitlines() if not line.startswith("a=candidate:")]
     return "\r\n".join(lines) + "\r\n"
 
 
 def _is_picture(data: bytes) -> bool:
-    """Tell pictures from the channels by the first byte, from sound and reports by their size."""
+    """Recognise pictures: by the first byte, and by a size above that of sound and reports."""
     return data[0] in _MEDIA and len(data) > _SMALL_BYTES
 
 

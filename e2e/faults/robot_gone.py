@@ -1,4 +1,4 @@
-"""What lies next to the robot is gone: the process that speaks with it, its serial line."""
+"""A neighbour of the robot is gone: the driver's process, or the serial line."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ SAID_MS: Final = 500.0
 BACK_MS: Final = 2000.0
 _LOOK_S: Final = 0.4
 _HELD_ON_S: Final = 0.5
-"""So long a key is held on after the line has come back: nothing may move by it."""
+"""How long a key stays held after the line has come back: nothing may move because of it."""
 
 
 async def driver_killed(n: int, **settings: Any) -> Row:
-    """From SIGKILL to the process that speaks with the robot: only the board can stop it."""
+    """Time from SIGKILL to the driver's process: only the board can stop the robot."""
     async with staged(**settings) as stage, RawOperator(stage.server) as operator:
         await operator.join()
 
@@ -43,7 +43,7 @@ async def driver_killed(n: int, **settings: Any) -> Row:
             os.kill(pid, signal.SIGKILL)
             await asyncio.sleep(_LOOK_S)
             until_s = time.monotonic()
-            # The new process starts from neutral: the control is held down all the time.
+            # The new process starts from neutral, although the control is still held down.
             return stage.outcome(since_s, until_s)
 
         trials = await repeat("driver-killed", n, trial)
@@ -52,7 +52,7 @@ async def driver_killed(n: int, **settings: Any) -> Row:
 
 
 async def _problem(stage: Stage) -> str:
-    """Wait for the server's own sentence about the robot."""
+    """Wait for the server's message about the robot."""
 
     async def problem() -> str:
         return str((await stage.server.status())["robot"]["problem"] or "")
@@ -71,7 +71,7 @@ class Unplugged:
 
 
 async def serial_unplugged(n: int, **settings: Any) -> list[Row]:
-    """From the pulled plug; the key is held until after the line has come back."""
+    """Time from pulling the plug; the key is held until after the line has come back."""
     async with staged(**settings) as stage, chromiums() as launch:
         page = await launch(stage.server.url)
         await page.take_the_wheel()

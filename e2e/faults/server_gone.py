@@ -1,4 +1,4 @@
-"""The server is gone, or does nothing: killed, stopped, its event loop blocked."""
+"""The server is gone or hangs: killed, stopped, or with its event loop blocked."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ GOAL_MS: Final = 200.0
 _LOOK_S: Final = 0.4
 _BLOCKED_S: Final = 5.0
 _AFTER_S: Final = 0.3
-"""So long nothing may move after a server that did nothing goes on, unless newly told."""
+"""How long nothing may move after a hanging server resumes, without a new command."""
 
 
 async def server_killed(n: int, **settings: Any) -> Row:
-    """From SIGKILL to the server's process; the one that speaks with the robot is not signalled."""
+    """Time from SIGKILL to the server's process; the driver's process is not signalled."""
     async with staged(**settings) as stage:
 
         async def trial() -> Stopping | None:
@@ -45,7 +45,7 @@ async def server_killed(n: int, **settings: Any) -> Row:
 
 
 async def server_stopped(n: int, **settings: Any) -> Row:
-    """From SIGSTOP to the server's process; when it goes on, nothing late may move the robot."""
+    """Time from SIGSTOP to the server's process; after it resumes, nothing late may move."""
     async with staged(**settings) as stage, RawOperator(stage.server) as operator:
         await operator.join()
 
@@ -56,8 +56,8 @@ async def server_stopped(n: int, **settings: Any) -> Row:
             try:
                 await asyncio.sleep(_LOOK_S)
             finally:
-                # What is sent now waits in the sockets of the stopped server, together with what
-                # came before: none of it may move anything.
+                # Commands sent now wait in the sockets of the stopped server, behind earlier ones:
+                # none of them may move anything.
                 operator.is_silent = True
                 await asyncio.sleep(0.02)
                 os.kill(stage.server.pid, signal.SIGCONT)
@@ -70,7 +70,7 @@ async def server_stopped(n: int, **settings: Any) -> Row:
 
 
 async def loop_blocked(n: int, **settings: Any) -> Row:
-    """From the moment at which the event loop is blocked for 5 s, everything else running.
+    """Time from blocking the event loop for 5 s, with everything else running.
 
     The suite's own camera does it, a plug-in like anybody's: it asks the loop that runs in its
     process to sleep. That server's other threads and processes go on.

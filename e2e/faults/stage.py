@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """What the server serves while the robot is driven: its media, and so many who only watch."""
+    """What the server serves while the robot drives: its media, and a number of observers."""
 
     what: str
     media: Mapping[str, Any]
@@ -57,13 +57,13 @@ LIGHT: Final = Load(
     },
     0,
 )
-"""For tests, which share the machine with others."""
+"""For tests, which share the machine."""
 
 _PRESSES: Final = 6
 _PRESS_S: Final = 1.5
 
 _STEADY_FRAMES: Final = 5
-"""So many alike in a row: two may come within one beat, but not five on the way up."""
+"""This many equal speeds in a row: two may fall in one period, but not five while it rises."""
 _RAMP_S: Final = 1.5
 
 _LONG_TURNS: Final = {"turns": {"turn_s": 3600.0, "grace_s": 0.5}}
@@ -84,7 +84,7 @@ class Stage:
         robot = {"driver": "serial", "serial": {"url": str(self.board.path)}}
         tree = merged(_LONG_TURNS, load.media, {"robot": robot}, *settings)
         self.server = Server(folder, toml.dumps(tree))
-        # It finds the suite's own camera by its name, as anybody's plug-in.
+        # It finds the suite's own camera by name, like any plug-in.
         self.server.environment = {"PYTHONPATH": str(ROOT), **(environment or {})}
         self.record = Record(self.board.log_path)
         self.crowd: Crowd | None = None
@@ -110,13 +110,13 @@ class Stage:
                 await self._is_loaded()
 
     async def _fill(self) -> None:
-        """Let the observers come, anew where the server is another one."""
+        """Connect the observers, again after a server restart."""
         if self.crowd is not None:
             await asyncio.to_thread(self.crowd.hold, 0)
             await asyncio.to_thread(self.crowd.hold, self.load.observers)
 
     async def _is_loaded(self) -> None:
-        """Raise `MeasureError` where observers were lost: then the load was not what is said."""
+        """Raise `MeasureError` if observers were lost: the load was not as stated."""
         here = len((await self.server.status())["viewers"])
         if here < self.load.observers:
             raise MeasureError(f"of {self.load.observers} observers {here} were left at the end")
@@ -130,7 +130,7 @@ class Stage:
         await eventually(connected, "the board is found", within_s=within_s, every_s=0.05)
 
     async def again(self) -> None:
-        """Start the server anew after it was killed, on the same port."""
+        """Restart the killed server on the same port."""
         await self.server.kill()
         await self.server.start()
         await self.answers()
@@ -138,7 +138,7 @@ class Stage:
 
     @property
     def driver_pid(self) -> int:
-        """The process that speaks with the robot."""
+        """The driver's process."""
         for child in psutil.Process(self.server.pid).children(recursive=True):
             if "wax.robot.process" in child.cmdline():
                 return int(child.pid)
@@ -147,7 +147,7 @@ class Stage:
     # --- what the robot does -------------------------------------------------------------------
 
     async def moves(self, within_s: float) -> bool:
-        """Tell whether the wheels turn within that time because somebody says so now."""
+        """Return whether the wheels turn within that time because of a current command."""
         deadline_s = time.monotonic() + within_s
         while True:
             self.record.read()
@@ -158,7 +158,7 @@ class Stage:
             await asyncio.sleep(0.005)
 
     async def moving(self, press: Callable[[], Awaitable[None]]) -> None:
-        """Press, and anew where a hold of the server's asks for that, until the robot moves."""
+        """Press, again if the server requires it, until the robot moves."""
         for _ in range(_PRESSES):
             await press()
             if await self.moves(_PRESS_S):
@@ -167,7 +167,7 @@ class Stage:
         raise MeasureError(f"the robot does not move, pressed {_PRESSES} times: {state['robot']}")
 
     async def at_full_speed(self) -> bool:
-        """Wait until the robot is told to go no faster; False where it stands before that."""
+        """Wait until the commanded speed stays level; False if the robot stands before that."""
         deadline_s = time.monotonic() + _RAMP_S
         while time.monotonic() < deadline_s:
             self.record.read()
@@ -180,13 +180,13 @@ class Stage:
         return False
 
     def outcome(self, since_s: float, until_s: float | None = None) -> Stopping | None:
-        """Read how the motion of `since_s` ended, by now; None where there was none."""
+        """Return how the motion at `since_s` has ended; None if there was none."""
         until_s = time.monotonic() if until_s is None else until_s
         self.record.read()
         return self.record.stopping(since_s, until_s) if self.record.moved_at(since_s) else None
 
     async def drive(self, operator: RawOperator) -> None:
-        """Let go, press anew, and return at random phase while the robot moves."""
+        """Release, press again, and return at random phase while the robot moves."""
 
         async def press() -> None:
             operator.let_go()
@@ -198,12 +198,12 @@ class Stage:
 
 
 async def random_phase() -> None:
-    """Wait for longer than any beat of the system, and nobody knows how long."""
+    """Wait for a random time, longer than any period of the system."""
     await asyncio.sleep(random.uniform(0.06, 0.16))
 
 
 def merged(*trees: Mapping[str, Any]) -> dict[str, Any]:
-    """Put later tables over earlier ones, key by key."""
+    """Merge tables key by key; later ones win."""
     result: dict[str, Any] = {}
     for tree in trees:
         for key, value in tree.items():
@@ -220,7 +220,7 @@ async def staged(
     environment: Mapping[str, str] | None = None,
     **settings: Mapping[str, Any],
 ) -> AsyncIterator[Stage]:
-    """Set up a stage in a folder that is gone afterwards; `settings` outrank `tables`."""
+    """Set up a stage in a temporary folder; `settings` override `tables`."""
     with TemporaryDirectory(prefix="wax-faults-") as folder:
         stage = Stage(Path(folder), *tables, settings, load=load, environment=environment)
         async with stage:

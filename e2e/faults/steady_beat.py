@@ -1,4 +1,4 @@
-"""The beat of the frames while others watch and hear, and the encoder works for them."""
+"""Jitter of the frames while observers watch and listen, and the encoders work for them."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ async def steady_beat(n: int, **settings: Any) -> list[Row]:
         stage.record.read()
         frames = stage.record.between(since_s, until_s)
     gaps_ms: list[float | None] = [(b.at_s - a.at_s) * 1000 for a, b in pairwise(frames)]
-    # Where another frame goes out between two beats the next beat comes in time all the same.
+    # An extra frame between two periods does not delay the next one.
     jitter_ms: list[float | None] = [
         max(0.0, gap_ms - PERIOD_MS) for gap_ms in gaps_ms if gap_ms is not None
     ]
@@ -59,7 +59,7 @@ async def steady_beat(n: int, **settings: Any) -> list[Row]:
 
 
 def own_beat(counters: Mapping[str, float], n: int) -> list[Row]:
-    """Judge what the loop counted of the last `n` of its beats."""
+    """Judge the loop's own count of its last `n` periods."""
     jitter_ms, latest_ms = counters["control.jitter_p99_ms"], counters["control.latest_ms"]
     late = {"p99": jitter_ms, "max": latest_ms}
     gap = {"max": latest_ms + PERIOD_MS}

@@ -1,4 +1,4 @@
-"""The faults: each link from finger to wheel broken while the robot drives, the stop timed."""
+"""The suite: breaks each link from finger to wheel while the robot drives, and times the stop."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 
 
 def staged_case(key: str, n: int, measure: Measure, title: str, quick: int = 2) -> Case:
-    """Make a case of what is measured on the stage under the default load."""
+    """Make a case of a measurement on the stage under the default load."""
 
     def run(n: int) -> list[Row]:
-        # A loop for each: what one leaves behind must not disturb the next.
+        # A loop for each, so that leftovers of one do not disturb the next.
         found = asyncio.run(measure(n))
         rows = [found] if isinstance(found, Row) else found
         return [row.model_copy(update={"load": str(DEFAULT)}) for row in rows]

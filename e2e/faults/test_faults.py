@@ -1,4 +1,4 @@
-"""The faults suite, short: the stop comes in time, and does not where a watchdog is slow."""
+"""The faults suite, short: the stop comes in time, and is late if a watchdog is slow."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ pytestmark = pytest.mark.timeout(90)
 
 
 class Lateness:
-    """How late this machine was for a timer of 10 ms, at worst: none of the robot's fault."""
+    """The longest delay of a 10 ms timer on this machine, which is not the robot's fault."""
 
     worst_s = 0.0
 
@@ -89,7 +89,7 @@ async def test_a_dead_browser_stops_the_robot(measure: Callable[..., Awaitable[R
 
 
 async def test_a_line_that_becomes_long_stops_the_robot() -> None:
-    """Commands that were under way for too long move nothing, though they go on coming."""
+    """Late commands move nothing, although they keep arriving."""
     await keeps(delay_step(TRIALS, load=LIGHT))
 
 
@@ -166,15 +166,15 @@ async def test_a_dead_process_stops_the_robot(measure: Callable[..., Awaitable[R
 
 
 async def test_an_unplugged_line_stops_the_robot() -> None:
-    """The board stops by itself, the page says so, and what comes back needs a new press."""
+    """The board stops on its own, the page says so, and driving again needs a new press."""
     await keeps(serial_unplugged(1, load=LIGHT))
 
 
 async def test_stop_is_heard_in_a_flood() -> None:
-    """Stop passes a flood by each way, pressed by operator, observer and the flooder himself.
+    """Stop gets through a flood in each way, pressed by operator, observer or the flooder.
 
-    It is one that a shared machine can carry; in what no server keeps up with, the flooder's own
-    Stop waits behind what he himself has sent.
+    The flood is one that a shared machine can carry; in one that no server can, the flooder's own
+    Stop waits behind their other messages.
     """
     await keeps(stop_in_flood(len(WAYS), rate_hz=3000.0, load=LIGHT))
 
@@ -193,7 +193,7 @@ async def test_who_does_not_see_does_not_drive() -> None:
 
 @pytest.mark.full
 async def test_a_page_that_holds_on_does_not_stop() -> None:
-    """Where it does not hear of the event, the measure of the page can fail."""
+    """The page's measurement fails if the page does not get the event."""
     deaf, touch = await hands_off(1, acts=["another tab"], script=_DEAF, load=LIGHT)
     assert (deaf.met, touch.met) == (False, True)
 
@@ -207,7 +207,7 @@ async def test_without_the_watchdog_of_silence_the_stop_is_late() -> None:
 
 @pytest.mark.full
 async def test_without_the_driver_process_s_silence_the_stop_is_late() -> None:
-    """With a quick board still there: each of the two watchdogs is noticed by itself."""
+    """With a quick board still there, each of the two watchdogs is noticed separately."""
     assert not (await server_stopped(1, robot={"silence_ms": 1000}, load=LIGHT)).met
 
 

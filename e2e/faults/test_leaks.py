@@ -1,4 +1,4 @@
-"""The measure of the hand-over can fail: leaks are planted on the way of an old turn's command."""
+"""The hand-over's measurement can fail: the server is made to leak an old turn's command."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ GATE: Final[tuple[Edit, ...]] = (
         "refusal = None",
     ),
 )
-"""The gate takes commands whoever sends them, for whatever turn, in whatever order."""
+"""The gate accepts commands from every viewer, for every turn, in any order."""
 
 NUMBERS: Final[tuple[Edit, ...]] = (
     (
@@ -61,7 +61,7 @@ def leaky(folder: Path, edits: Iterable[Edit]) -> dict[str, str]:
 
 @pytest.mark.timeout(180)
 async def test_a_leak_in_the_gate_is_seen_by_the_hands(tmp_path: Path) -> None:
-    """What the operator before still asks for is counted, though it bears the new number."""
+    """The previous operator's motion is counted, although it has the new turn's number."""
     found, _, _ = await hand_over(4, load=LIGHT, environment=leaky(tmp_path, GATE))
     assert not found.met
     assert found.detail["of_the_operator_before"] > 0

@@ -1,4 +1,4 @@
-"""The suite's own sense: what it makes of a board's log."""
+"""The suite's own arithmetic on a board's log."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def test_motion_after_a_stop_is_counted() -> None:
 
 
 def test_a_stop_that_never_comes_misses_every_goal() -> None:
-    """A robot that moves on is no missing figure but a missed one."""
+    """A robot that keeps moving misses the goal; its figure is not left out."""
     seen = record(frame(1.0), wheels(1.0, 100), frame(1.1), frame(1.2))
     stopping = seen.stopping(1.05, 2.0)
     assert stopping.told_ms is None
@@ -101,7 +101,7 @@ def test_rows_say_under_which_load() -> None:
 
 
 def test_a_robot_that_stood_before_was_not_moving() -> None:
-    """A trial in which the machine had stopped the robot by itself does not count."""
+    """A trial in which the robot had already stopped does not count."""
     seen = record(frame(1.0), wheels(1.0, 100), frame(1.1, "stop"), wheels(1.12, 0))
     assert seen.moved_at(1.05)
     assert not seen.moved_at(1.11)
@@ -130,7 +130,7 @@ def test_a_late_frame_is_found_though_the_board_refuses_it() -> None:
 
 
 def test_the_hands_of_the_operator_before_are_found_under_the_new_number() -> None:
-    """Motion is foreign where the turn's operator drives the other way, or was never told of it."""
+    """Motion is foreign if the turn's operator drives the other way, or never had the turn."""
     frames = record(frame(1.0), frame(1.1, "stop"), frame(1.2, turn=2), frame(1.3, turn=3)).frames
     assert switches(frames, DIRECTIONS).foreign == 2
 
@@ -203,7 +203,7 @@ def test_what_is_corrupted_cannot_be_meant(parse: Callable[[str], object], text:
 
 
 def test_what_nobody_means_is_refused() -> None:
-    """What nearly says a command, a stop or a release is none to the codec."""
+    """The codec rejects every near miss of a command, a stop or a release."""
     for text in (row(COMMAND | other) for other in NO_COMMANDS):
         with pytest.raises(ProtocolError):
             parse_drive(text)

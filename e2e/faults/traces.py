@@ -17,11 +17,11 @@ _TESTS: Final = {
     "firmware": "tests/firmware/test_line_black_channel.py::test_no_wrong_execution",
 }
 _FAILED: Final = 1
-"""What pytest ends with when a test has failed."""
+"""pytest's exit status when a test has failed."""
 
 
 async def traces(n: int) -> list[Row]:
-    """Run each `n` traces long; a test that fails is one wrong execution, for it ends there."""
+    """Run each for `n` traces; a failing test counts once, because it ends there."""
     return [await _traces(what, test, n) for what, test in _TESTS.items()]
 
 

@@ -1,4 +1,4 @@
-"""One fault again and again, until it was measured often enough."""
+"""Repeats one fault until it has been measured often enough."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ T = TypeVar("T")
 
 
 class Trials(Generic[T]):
-    """Results, and how many trials were void: the robot had stopped before the fault."""
+    """Results, and the number of void trials, in which the robot had stopped before the fault."""
 
     def __init__(self) -> None:
         self.results: list[T] = []
@@ -59,7 +59,7 @@ def told(
     by_board: bool = False,
     **detail: Any,
 ) -> Row:
-    """Judge the first frame that stops; with `by_board` its own watchdog may have been first."""
+    """Judge the first stopping frame; with `by_board` the board's watchdog may come first."""
     found = trials.results
     stands_ms = [one.stands_ms for one in found if one.stands_ms is not None]
     return timed(

@@ -1,1 +1,1 @@
-"""What the end-to-end tests stand on: a server process, browsers, instruments."""
+"""The end-to-end tests' server process, browsers and instruments."""

@@ -33,7 +33,7 @@ IFF_UP_RUNNING = 0x41
 
 
 def bring_loopback_up() -> None:
-    """Do what ``ip link set lo up`` does, which need not be installed (netdevice(7))."""
+    """Do the same as ``ip link set lo up``, without needing it installed (netdevice(7))."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
         request = struct.pack("16sH14x", b"lo", IFF_UP_RUNNING)
         fcntl.ioctl(any_socket, SIOCSIFFLAGS, request)

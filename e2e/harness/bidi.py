@@ -39,7 +39,7 @@ ANSWER_WITHIN_S = 30
 
 
 class Session:
-    """One websocket; any number of commands may be under way at once."""
+    """One websocket; any number of commands may be pending at once."""
 
     def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
         self._socket = socket
@@ -47,7 +47,7 @@ class Session:
         self._asked: dict[int, asyncio.Future[Any]] = {}
 
     async def send(self, method: str, *, within_s: float = ANSWER_WITHIN_S, **params: Any) -> Any:
-        """One command and its result; raises `AssertionError` with the browser's own words."""
+        """Send a command, return its result; raises `AssertionError` with the browser's message."""
         number = next(self._ids)
         answered = self._asked[number] = asyncio.get_running_loop().create_future()
         try:
@@ -64,7 +64,7 @@ class Session:
         return answer["result"]
 
     async def listen(self) -> None:
-        """Give each answer to who waits for it, until the browser ends."""
+        """Pass each answer to its caller, until the browser ends."""
         async for message in self._socket:
             answer = message.json()
             waits = self._asked.get(answer.get("id"))
@@ -84,7 +84,7 @@ class Firefox:
 
     @classmethod
     async def first(cls, session: Session, preload: str) -> Firefox:
-        """Return the window that is there; `preload` runs before each page's own script."""
+        """Return the open window; `preload` runs before each page's own script."""
         tree = await session.send("browsingContext.getTree")
         await session.send("script.addPreloadScript", functionDeclaration=f"() => {{ {preload} }}")
         return cls(session, tree["contexts"][0]["context"])
@@ -99,7 +99,7 @@ class Firefox:
         )
 
     async def evaluate(self, expression: str) -> Any:
-        """Value of the (awaited) expression, by way of JSON; raises `AssertionError`."""
+        """Return the (awaited) expression's value, through JSON; raises `AssertionError`."""
         done = await self._session.send(
             "script.evaluate",
             expression=f"(async () => JSON.stringify(await ({expression})))()",
@@ -147,7 +147,7 @@ def arguments(profile: Path, preferences: Mapping[str, bool | int | str]) -> lis
 
 
 async def listens(profile: Path, process: Process) -> str:
-    """Wait until it can be talked to and return where; its log is `LOG` in the profile.
+    """Wait until it accepts connections and return its URL; its log is `LOG` in the profile.
 
     Raises `AssertionError` with the log when it has ended or takes too long.
     """
@@ -164,7 +164,7 @@ async def listens(profile: Path, process: Process) -> str:
 
 @asynccontextmanager
 async def talking(http: aiohttp.ClientSession, url: str) -> AsyncIterator[Session]:
-    """Have a session with the Firefox that listens at `url`."""
+    """Open a session with the Firefox that listens at `url`."""
     async with http.ws_connect(f"{url}/session", max_msg_size=0) as socket:
         session = Session(socket)
         listening = asyncio.create_task(session.listen(), name="bidi")

@@ -35,7 +35,7 @@ class Board:
         self._events: list[dict[str, Any]] = []
 
     async def start(self) -> None:
-        """Build the firmware where that is due, and plug the board in."""
+        """Build the firmware if it has changed, and plug the board in."""
         program = await _build()
         self._process = await asyncio.create_subprocess_exec(
             program,
@@ -55,7 +55,7 @@ class Board:
         await asyncio.wait_for(process.wait(), 5)
 
     async def unplug(self) -> float:
-        """Pull the cable, while the board lives on; return when it was out."""
+        """Pull the cable, while the board keeps running; return when it was out."""
         return await self._do("unplug", "unplugged")
 
     async def plug(self) -> float:
@@ -74,15 +74,15 @@ class Board:
         self._command(f"battery {battery_mv}")
 
     def mute(self, *, on: bool) -> None:
-        """Let it say nothing, as if its wire to the server were loose."""
+        """Send nothing to the server, as with a loose wire."""
         self._command(f"mute {'on' if on else 'off'}")
 
     def deafen(self, *, on: bool) -> None:
-        """Let it hear nothing, as if the wire from the server were loose."""
+        """Receive nothing from the server, as with a loose wire."""
         self._command(f"deaf {'on' if on else 'off'}")
 
     def events(self, since_s: float = 0.0) -> list[dict[str, Any]]:
-        """Give what happened after that moment of `time.monotonic`, the oldest first."""
+        """Return the events after that moment of `time.monotonic`, oldest first."""
         with self.log_path.open("rb") as log:
             log.seek(self._offset)
             whole, _, _ = log.read().rpartition(b"\n")
@@ -93,7 +93,7 @@ class Board:
 
     @property
     def moves(self) -> bool:
-        """Whether a wheel turns, by the newest word about them."""
+        """Whether a wheel turns, by the newest event about them."""
         wheels = [event for event in self.events() if event["event"] == "wheels"]
         return bool(wheels) and (wheels[-1]["left"], wheels[-1]["right"]) != (0, 0)
 

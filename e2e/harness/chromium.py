@@ -35,7 +35,7 @@ def find_chromium() -> str:
 
 
 async def launch_chromium(playwright: Playwright, *more_flags: str) -> Browser:
-    """Launch it headless; it may play sound without a touch, for the instruments' sake."""
+    """Launch it headless, with sound allowed before any touch, for the instruments."""
     root = hasattr(os, "geteuid") and os.geteuid() == 0
     return await playwright.chromium.launch(
         executable_path=find_chromium(),

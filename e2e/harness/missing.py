@@ -1,4 +1,4 @@
-"""What to do where this machine lacks something: a line in a person's run, a failure in CI."""
+"""Handles missing tools: a skipped test in a person's run, a failure in CI."""
 
 from __future__ import annotations
 

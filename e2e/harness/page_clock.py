@@ -1,4 +1,4 @@
-"""A page's clock beside that of this machine's processes."""
+"""Aligns a page's clock with that of this machine's processes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class PageClock:
 
 
 async def page_clock(evaluate: Callable[[str], Awaitable[Any]]) -> PageClock:
-    """Ask the page for its time; the quickest answer bounds the error by half its round trip."""
+    """Ask the page for its time; half the shortest round trip bounds the error."""
     clocks = []
     for _ in range(_TRIES):
         before_s = time.monotonic()

@@ -1,4 +1,4 @@
-"""Where the robot is, by the server's own account, and whether it moves."""
+"""The robot's pose as the server reports it, and whether it moves."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Pose:
     heading_rad: float
 
     def moved(self, since: Pose) -> bool:
-        """Tell a motion from the noise of reading it."""
+        """Return whether it differs by more than the noise of reading it."""
         return self.distance_m(since) > STILL_M or abs(self.turned_rad(since)) > STILL_RAD
 
     def distance_m(self, since: Pose) -> float:
@@ -44,14 +44,14 @@ async def pose(server: Server) -> Pose:
 
 
 async def moves(server: Server, during_s: float = 0.5) -> bool:
-    """Tell whether the pose changes during the next `during_s`."""
+    """Return whether the pose changes during the next `during_s`."""
     before = await pose(server)
     await asyncio.sleep(during_s)
     return (await pose(server)).moved(before)
 
 
 async def lateness(server: Server) -> int:
-    """Count how often the server was too late, itself or in hearing, and asked for a new press."""
+    """Count how often the server was late, or got commands late, and required a new press."""
     counters = (await server.status())["counters"]
     return sum(
         count
@@ -61,7 +61,7 @@ async def lateness(server: Server) -> int:
 
 
 async def undisturbed(server: Server, attempt: Callable[[], Awaitable[T]]) -> T:
-    """Do `attempt`, and again where the server was too late meanwhile, at most three times."""
+    """Do `attempt`, up to three times while the server is too late."""
     before = await lateness(server)
     result = await attempt()
     for _ in range(2):
@@ -74,7 +74,7 @@ async def undisturbed(server: Server, attempt: Callable[[], Awaitable[T]]) -> T:
 
 
 async def turn_by_key(server: Server, viewer: Viewer, key: str = "ArrowLeft") -> None:
-    """Hold a key until the robot moves; press anew where a busy machine asked for that."""
+    """Hold a key until the robot moves; press again if a busy machine requires it."""
     for _ in range(3):
         before = await lateness(server)
         await viewer.page.keyboard.down(key)
@@ -87,6 +87,6 @@ async def turn_by_key(server: Server, viewer: Viewer, key: str = "ArrowLeft") ->
 
 
 async def stands_still(server: Server, after_s: float = 0.5) -> bool:
-    """Tell whether the robot stands `after_s` from now and stays so for a while."""
+    """Return whether the robot stands `after_s` from now and stays so for a while."""
     await asyncio.sleep(after_s)
     return not await moves(server, during_s=0.6)

@@ -1,4 +1,4 @@
-"""One real server: its own process, started as a person starts it and stopped the same way."""
+"""A real server in a process of its own, started and stopped as a person does."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 COMMAND = Path(sys.executable).with_name("wax")
 STOP_WITHIN_S = 3.0
-"""What is promised: Ctrl-C and SIGTERM exit within it."""
+"""Ctrl-C and SIGTERM must exit within this time."""
 
 
 def free_port() -> int:
@@ -48,7 +48,7 @@ class Server:
         self._config_path.write_text(toml, encoding="utf-8")
         self._stderr = stderr
         self.environment: dict[str, str] = {}
-        """What its process has beside this one's environment."""
+        """Added to this process's environment."""
         self._process: Process | None = None
 
     @property
@@ -58,7 +58,7 @@ class Server:
         return self.log_path.read_text(encoding="utf-8", errors="replace")
 
     def account(self) -> str:
-        """Give the end of its log and its status, for the report of a failed test."""
+        """Return the end of its log and its status, for the report of a failed test."""
         try:
             with urllib.request.urlopen(f"{self.url}/api/status", timeout=1) as answer:
                 status = answer.read().decode()
@@ -93,12 +93,12 @@ class Server:
         assert code is None, f"the server ended with {code} at start:\n{self.log}"
 
     async def exit_code(self, within_s: float) -> int:
-        """Wait for the process to end by itself."""
+        """Wait for the process to exit on its own."""
         assert self._process is not None, "the server was not started"
         return await asyncio.wait_for(self._process.wait(), within_s)
 
     async def stop(self, how: signal.Signals = signal.SIGTERM) -> None:
-        """Ask it to end; raises `AssertionError` when it is late, fails or complained."""
+        """Ask it to exit; raises `AssertionError` if it is late, fails or has logged an error."""
         if self._process is None or self._process.returncode is not None:
             return
         asked_s = time.monotonic()
@@ -115,13 +115,13 @@ class Server:
         assert "Traceback" not in self.log, "the server's log holds a traceback"
 
     async def kill(self) -> None:
-        """End it without a chance to say goodbye."""
+        """Kill it without a goodbye to its viewers."""
         if self._process is not None and self._process.returncode is None:
             self._process.kill()
             await self._process.wait()
 
     async def get(self, path: str) -> tuple[int, Any]:
-        """HTTP status and parsed JSON (text where it is none)."""
+        """Return the HTTP status and the parsed JSON, or the text if it is not JSON."""
         async with aiohttp.ClientSession() as http, http.get(self.url + path) as response:
             if response.content_type == "application/json":
                 return response.status, await response.json()

@@ -1,4 +1,4 @@
-"""A tab that is hidden, minimised and left as a person does it; the page hears of it by itself.
+"""A tab that is hidden, minimised and left as a person does it; the browser informs the page.
 
 Playwright tells each of its own pages that it is in front and in focus, whatever is. This tab is
 beside them in the same browser, over the Chrome DevTools Protocol alone.
@@ -50,13 +50,13 @@ class Tab:
         return answer["result"].get("value")
 
     async def key(self, what: str, name: str) -> None:
-        """Press a key (``keyDown``) or let go of it (``keyUp``)."""
+        """Press a key (``keyDown``) or release it (``keyUp``)."""
         code = _KEY_CODES[name]
         await self._send(
             "Input.dispatchKeyEvent", type=what, key=name, code=name, windowsVirtualKeyCode=code
         )
 
-    # --- how a page loses its person ----------------------------------------------------------
+    # --- how a person leaves a page -----------------------------------------------------------
 
     async def open_another(self) -> None:
         """Open another tab in front of this one."""
@@ -73,7 +73,7 @@ class Tab:
         await self._set_window("normal")
 
     async def leave(self) -> None:
-        """Follow a link to elsewhere."""
+        """Follow a link to another page."""
         await self._send("Page.navigate", url="about:blank")
 
     async def come_back(self) -> None:

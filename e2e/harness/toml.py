@@ -17,7 +17,7 @@ source = "testcard"
 """Picture and sound that can be read back; everything else as shipped."""
 
 BRIEF_GRACE = "grace_s = 0.5"
-"""Who closes his page is forgotten soon, so that the next test need not wait for his turn."""
+"""A viewer who closes their page is forgotten soon, so the next test need not wait their turn."""
 
 
 def card(codec: str) -> str:
@@ -40,7 +40,7 @@ def dumps(tree: Mapping[str, Any]) -> str:
 
 
 def _table(tree: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
-    """Return a table's own keys first: after another's header they would be that one's."""
+    """Return a table's own keys first: after another's header they would belong to that one."""
     tables = {name: value for name, value in tree.items() if isinstance(value, dict)}
     lines = [f"[{'.'.join(map(_text, path))}]\n"] if path else []
     lines += [
@@ -68,5 +68,5 @@ def _value(value: Any) -> str:
 
 
 def _text(text: str) -> str:
-    # JSON's escapes are TOML's, but for one character that TOML does not let stand.
+    # JSON's escapes are TOML's, except for one character that TOML forbids unescaped.
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

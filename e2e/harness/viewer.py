@@ -1,4 +1,4 @@
-"""One person at one browser window: eyes, ears and hands."""
+"""One viewer at one browser window, with its video probe, audio probe and controls."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
 HERE = Path(__file__).parent
 
-EARS: Final = {"bypass_csp": True}
-"""Options of a context that listens: the page's own policy rightly refuses our meter's script."""
+LISTENING: Final = {"bypass_csp": True}
+"""Options of a context with the audio probe, whose script the page's own policy rightly refuses."""
 
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """What one presented frame of the test card says; `age_ms` by the wall clock."""
+    """One presented frame of the test card; `age_ms` is by the wall clock."""
 
     stamp_ms: int
     valid: bool
@@ -31,7 +31,7 @@ class Card:
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """10 ms of sound as heard: when (Unix ms), how loud, and the card's two tones' amplitudes."""
+    """10 ms of played sound: Unix time in ms, loudness, amplitudes of the card's two tones."""
 
     start_ms: float
     rms: float
@@ -40,7 +40,7 @@ class Block:
 
 
 class Viewer:
-    """A page with the probe in it; controls are found by role and accessible name only."""
+    """A page with the probes in it; controls are found by role and accessible name only."""
 
     def __init__(self, page: Page, url: str) -> None:
         self.page = page
@@ -101,7 +101,7 @@ class Viewer:
         await self.button("Leave the queue").click()
 
     async def release_stop(self) -> None:
-        """Hold the button that releases the stop for as long as it asks for."""
+        """Hold the button that releases the stop for the time that it requires."""
         release = self.button("Hold to release")
         await release.hover()
         await self.page.mouse.down()
@@ -115,11 +115,11 @@ class Viewer:
         )
 
     async def says_connected(self) -> bool:
-        """Tell what the page's status says of the connection."""
+        """Return the page's status of the connection."""
         text = await self.page.get_by_role("status").first.inner_text()
         return text.strip().lower().startswith("connected")
 
-    # --- the eyes -------------------------------------------------------------------------
+    # --- the video probe ------------------------------------------------------------------
 
     async def probe(self, expression: str) -> Any:
         return await self.page.evaluate(f"window.waxProbe.{expression}")
@@ -135,16 +135,16 @@ class Viewer:
         return [Card(**card) for card in await self.probe(f"cards({count})")]
 
     async def inbound(self, kind: str) -> dict[str, Any]:
-        """Return the browser's own count of one incoming stream, empty when there is none."""
+        """Return the browser's statistics of one incoming stream, empty without one."""
         return await self.probe(f"inbound('{kind}')") or {}
 
     async def packets(self, kind: str) -> int:
         return int((await self.inbound(kind)).get("packetsReceived", 0))
 
-    # --- the ears -------------------------------------------------------------------------
+    # --- the audio probe ------------------------------------------------------------------
 
     async def listen(self) -> None:
-        """Press Start where it is offered and put the meter on what is heard; needs `EARS`."""
+        """Press Start if it is offered, and attach the audio probe; needs `LISTENING`."""
         if await self.button("Start").is_visible():
             await self.button("Start").click()
 
@@ -156,11 +156,11 @@ class Viewer:
         await eventually(hears, "the page plays sound", within_s=10)
 
     async def heard(self) -> list[Block]:
-        """Everything that was heard since `listen` or `forget`, at most a minute."""
+        """Everything heard since `listen` or `forget`, at most a minute."""
         return [Block(**block) for block in await self.probe("heard()")]
 
     async def device_ms(self) -> float:
-        """How long sound waits between the meter and the ear, by the browser's own count."""
+        """Return the browser's own estimate of the delay from audio probe to loudspeaker."""
         playout = await self.probe("playout()")
         return float(playout["totalPlayoutDelay"] / playout["totalSamplesCount"] * 1000)
 

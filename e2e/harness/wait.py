@@ -1,4 +1,4 @@
-"""Wait for what another process or a page will do, bounded, and say what did not happen."""
+"""Waits, with a limit, for another process or a page, and reports what did not happen."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ async def eventually(
     within_s: float = 10.0,
     every_s: float = 0.1,
 ) -> T:
-    """Ask again and again until the answer is true, and return it.
+    """Ask repeatedly until the answer is true, and return it.
 
     Raises `AssertionError` with `what` and the last answer when `within_s` have passed.
     """

@@ -136,7 +136,7 @@ class Apparatus:
         return await own_error(self._stage.link, self._stage.browser, folder)
 
     async def _clear(self) -> None:
-        """Begin anew; how the old stage ends is of no interest to the next cell."""
+        """Start over; the next cell ignores how the old stage ends."""
         with suppress(Exception):  # a browser that failed may fail at its end as well
             await self._stage.clear()
 

@@ -32,7 +32,7 @@ STEADY_S: Final = 60.0
 LONG_S: Final = 300.0
 LONGEST_S: Final = 600.0
 SLOW_IN: Final = 10
-"""One of so many observers is behind a modem."""
+"""One in this many observers is behind a modem."""
 CORES_FOR_ALL: Final = 4
 """With fewer the server, its crowd, the browser and the link would measure each other."""
 NO_DRIFT_MS: Final = 20.0

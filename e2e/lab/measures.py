@@ -31,7 +31,7 @@ LATE_MS: Final = 100.0
 JOINED_MS: Final = 3000.0
 """So long after the first picture the goal's skew counts."""
 ENDED_MS: Final = 5000.0
-"""With no picture for so long at the end of a cell nobody is connected."""
+"""Without a picture for this long at the end of a cell, nobody is connected."""
 
 
 @dataclass(frozen=True, slots=True)

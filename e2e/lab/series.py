@@ -22,7 +22,7 @@ RECOVERED_MS: Final = 100.0
 RECOVERED_FOR_MS: Final = 900.0
 """About a second; the bursts that tell the sound's age come a second apart, not exactly."""
 SILENCE_MS: Final = 1500.0
-"""What comes after so long without anything is judged anew."""
+"""After a gap of this length, judgement restarts."""
 FRESH_MS: Final = 300.0
 FULL_RATE: Final = 27.0
 """Nine tenths of the 30 pictures a second that every system is asked for."""

@@ -52,7 +52,7 @@ def test_a_perfect_cell_has_its_numbers() -> None:
 
 
 def test_skew_counts_from_three_seconds_after_joining() -> None:
-    """What is out of step in the first 3 s is let be, and all that comes later counts."""
+    """Skew in the first 3 s is ignored, and any later skew counts."""
     found = readings(20, picture_age_ms=80, sound_age_ms=120)
     assert value("joined_skew_p95_ms", result(found)) == pytest.approx(40, abs=2)
     late = found.model_copy(update={"first_picture_ms": OPENED_MS + 60_000})
@@ -112,7 +112,7 @@ def test_a_break_is_seen() -> None:
 
 
 def test_driving_is_seen() -> None:
-    """The rate of the set-points is of the measured time; none were sent by who only watches."""
+    """The rate of set-points is over the measured time; an observer sends none."""
     read = readings(10)
     assert set_points_per_s(read, span(10)) is None
     sent = [OPENED_MS + 50 * number for number in range(400)]

@@ -123,7 +123,7 @@ def test_every_experiment_is_there_and_says_what_is_not(tmp_path: Path) -> None:
 
 
 def test_the_page_is_one_file_without_script(tmp_path: Path) -> None:
-    """Nothing is fetched, nothing runs, plots are in the page with words for who cannot see."""
+    """The page fetches and runs nothing; its plots are inline, with text for screen readers."""
     cells = [
         *(cell("E1", system="thesis", audio_mu_ms=mu_ms) for mu_ms in (100, 500)),
         *(cell("E5", "same-machine", "operator", viewers=viewers) for viewers in (1, 8)),

@@ -40,7 +40,7 @@ def _ages(*parts: tuple[float, float, float]) -> list[tuple[float, float]]:
 
 
 def test_recovered_is_good_again_and_for_a_second() -> None:
-    """A short good moment between bad ones is none; the good second's begin is what counts."""
+    """A short good moment between bad ones does not count; a good second counts from its start."""
     ages = _ages((0, 5000, 50), (5000, 6000, 900), (6000, 6400, 60), (6400, 7000, 900))
     ages += _ages((7000, 9000, 80))
     assert series.recovery_ms(ages, 5000.0, 5000.0, math.inf) == 2000.0

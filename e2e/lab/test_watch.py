@@ -137,7 +137,7 @@ async def test_no_picture_is_a_failure_with_figures(
 
 
 def test_counts_are_of_the_cells_own_time() -> None:
-    """What rose before is taken off; a viewer that joined anew was counted from 0 again."""
+    """Earlier counts are subtracted; a viewer that rejoined starts from 0."""
     before: dict[str, float | str] = {"viewer.id": 1.0, "viewer.streams.fail_safe_s": 4.0}
     after: dict[str, float | str] = {"viewer.id": 1.0, "viewer.streams.fail_safe_s": 4.5}
     assert watching.since(before, after)["viewer.streams.fail_safe_s"] == 0.5

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 OUT: Final = ROOT / "e2e/out"
 NOT_RUN: Final = 77
-"""What automake takes for a test that was skipped."""
+"""automake's exit status for a skipped test."""
 
 
 def main(
@@ -42,7 +42,7 @@ def main(
     out: Path = OUT,
     published: Path = FOLDER,
 ) -> int:
-    """Do what the command line says; results go to a folder of the suite's own in `out`."""
+    """Carry out the command line; results go to the suite's own folder in `out`."""
     parser = parser_of(suite)
     arguments = parser.parse_args(words)
     if arguments.n is not None and arguments.n < 1:
@@ -59,7 +59,7 @@ def main(
 
 
 def parser_of(suite: Suite) -> argparse.ArgumentParser:
-    """Give the parser, to which a suite may add options of its own."""
+    """Return the parser, to which a suite may add options of its own."""
     parser = argparse.ArgumentParser(prog=f"python -m e2e.{suite.name}", description=suite.about)
     parser.add_argument(
         "--only", nargs="+", action="extend", metavar="CASE", help="these; * and ? as in a shell"

@@ -1,4 +1,4 @@
-"""What a suite says when it cannot measure."""
+"""Errors of a suite that cannot measure."""
 
 from __future__ import annotations
 

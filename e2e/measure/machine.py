@@ -1,4 +1,4 @@
-"""Which machine, commit and versions figures belong to."""
+"""The machine, commit and versions of measured figures."""
 
 from __future__ import annotations
 

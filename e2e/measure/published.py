@@ -1,4 +1,4 @@
-"""One small JSON a suite, which the README's tables are made of."""
+"""One small JSON file per suite, the source of the README's tables."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Published(BaseModel):
 
     @property
     def is_stale(self) -> bool:
-        """Whether what was measured has changed since."""
+        """Whether the measured files have changed since."""
         return self.measured is None or self.measured != digest(self.measures)
 
 
@@ -91,7 +91,7 @@ def publish(suite: Suite, results: Sequence[Result], folder: Path = FOLDER) -> P
 
 
 def _small(row: Row) -> Row:
-    """Round, and leave out what only the run's own reader wants."""
+    """Round the values, and drop what is of interest only during the run."""
     spread = row.spread and row.spread.model_copy(
         update={name: round(value, _DIGITS) for name, value in row.spread if name != "n"}
     )

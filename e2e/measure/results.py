@@ -1,4 +1,4 @@
-"""Results as they come, a line each: a run that was ended loses one case, and goes on later."""
+"""Results as they come, a line each: an interrupted run loses one case and can be resumed."""
 
 from __future__ import annotations
 
@@ -48,11 +48,11 @@ class Results:
 
     def add(self, result: Result) -> None:
         with self.path.open("a", encoding="utf-8") as file:
-            # The line's end comes first: one that a crash has torn does not spoil the next.
+            # The newline comes first, so that a line torn by a crash does not spoil the next.
             file.write(f"\n{result.model_dump_json()}")
 
     def of(self, origin: Origin) -> dict[tuple[str, int], Result]:
-        """Give what was measured on this origin, the newest of each case and n."""
+        """Return the results of this origin, the newest of each case and n."""
         found: dict[tuple[str, int], Result] = {}
         lines = self.path.read_text(encoding="utf-8").splitlines() if self.path.exists() else []
         for line in lines:

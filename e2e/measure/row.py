@@ -1,4 +1,4 @@
-"""One row of a table: a figure, how often it was measured, its goal, and whether that is met."""
+"""One row of a table: a figure, its number of measurements, its goal, and whether it is met."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def summed(
 
 
 def counted(key: str, what: str, wrong: int, of: int, **detail: Any) -> Row:
-    """Count what must never happen, `wrong` of so many."""
+    """Count what must never happen: `wrong` cases of `n`."""
     return Row(
         key=key,
         what=what,

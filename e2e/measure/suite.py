@@ -1,4 +1,4 @@
-"""What a suite is: its cases, and the files of the product that they judge."""
+"""A suite: its cases, and the product's files that they judge."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Suite:
     cases: tuple[Case, ...]
     derive: Callable[[list[Row]], list[Row]] = list
     notes: tuple[str, ...] = ()
-    """What a reader must know beside the table, a sentence each."""
+    """Notes for the table's reader, a sentence each."""
 
 
 def digest(measures: Sequence[str], root: Path = ROOT) -> str:

@@ -1,4 +1,4 @@
-"""Summary statistics: what a median alone would hide."""
+"""Summary statistics, because a median alone hides the tail."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Summary(BaseModel):
 
 
 def summarize(values: Sequence[float]) -> Summary:
-    """Sum up; raises `MeasureError` where there is nothing to."""
+    """Summarise the values; raises `MeasureError` if there are none."""
     if not values:
         raise MeasureError("nothing was measured")
     ordered = sorted(values)

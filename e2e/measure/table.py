@@ -1,4 +1,4 @@
-"""Rows as a person reads them: in the terminal, and as a table of Markdown."""
+"""Formats rows for the terminal, and as a table of Markdown."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def verdict(row: Row) -> str:
 
 
 def number(value: float | None) -> str:
-    """Three digits that count, and no exponent."""
+    """Format with three significant digits and no exponent."""
     if value is None:
         return "–"
     if value and abs(value) < 100:
@@ -69,7 +69,7 @@ def _with_unit(value: float, unit: str) -> str:
 
 
 def _origin(published: Published, *, is_stale: bool) -> str:
-    """Say where the figures come from, in sentences."""
+    """Return the figures' origin in sentences."""
     load = "" if published.load is None else f", load {published.load:g} before"
     what = f"{published.date}, commit {published.commit}, {published.machine}{load}."
     meanwhile = "; ".join({row.load: None for row in published.rows if row.load})

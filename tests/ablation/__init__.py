@@ -1,1 +1,1 @@
-"""What each constant of the congestion control is worth: half and double of it, in simulation."""
+"""The effect of half and double of each constant of congestion control, in simulation."""

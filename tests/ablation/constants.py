@@ -1,4 +1,4 @@
-"""The numeric constants of the congestion control and of playout, and how one is changed."""
+"""Lists the numeric constants of congestion control and playout, and changes one."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Constant:
 
     @contextmanager
     def set(self, value: Value) -> Iterator[None]:
-        """Let it have another value, wherever a module has imported it."""
+        """Give it another value, wherever a module has imported it."""
         homes = [
             module
             for name, module in list(sys.modules.items())
@@ -65,7 +65,7 @@ class Constant:
 
 
 def modules() -> list[str]:
-    """Return the modules whose constants are looked at."""
+    """Return the modules whose constants are examined."""
     found = [f"wax.congestion.{one.name}" for one in pkgutil.iter_modules(wax.congestion.__path__)]
     return [*found, *_PLAYOUT]
 
@@ -76,7 +76,7 @@ def constants() -> list[Constant]:
 
 
 def code(names: list[str]) -> str:
-    """Return the code of modules without docstrings and notes, which change no figure."""
+    """Return the modules' code without docstrings and notes, which change no figure."""
     out = []
     for name in names:
         tree = ast.parse(_source(importlib.import_module(name)))

@@ -1,4 +1,4 @@
-"""The links of the ablation, and what is measured on each."""
+"""The links of the ablation, and the measures on each."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _START_S: Final = 100.0
 _BURST: Final = {"in_bad": 0.8, "good_to_bad": 0.0133, "bad_to_good": 0.3333}
 _TOP_BPS: Final = 1_120_000
-"""What the largest rendition takes with its sound; more of a link is never used."""
+"""Rate of the largest rendition with its sound; no link is ever used beyond it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ class Case:
 
 
 def network(about: str, **down: Any) -> Profile:
-    """Return a link whose way back is wide and has the same delay."""
+    """Return a link whose return path is fast and has the same delay."""
     up = {"rate_bps": 5_000_000, "queue_ms": 500.0, "delay_ms": down["delay_ms"]}
     if outages := [change for change in down.get("changes", ()) if "outage" in change]:
         up["changes"] = outages
@@ -72,7 +72,7 @@ def cellular(seed: int = 7, seconds: int = 60) -> Profile:
 
 
 def carried_bps(cell: Profile, seconds: float) -> float:
-    """Return what a cell carries of the best rendition on the average."""
+    """Return the average share of the best rendition that a cell carries."""
     rates = [change.rate_bps or 0 for change in cell.down.changes if change.at_s < seconds]
     return sum(min(rate_bps, _TOP_BPS) for rate_bps in rates) / len(rates)
 

@@ -1,4 +1,4 @@
-"""Runs the links with each constant halved and doubled, and says what that changes."""
+"""Runs the links with each constant halved and doubled, and reports the changes."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FACTS: Final = {
     "wire_cost._BLOCK_BYTES",
     "wire_cost._LAYER_SHARE",
 }
-"""What is so on the wire, in the codec or in a float, and is not ours to choose."""
+"""Fixed by the wire, the codec or floats, and so not ours to choose."""
 BOUNDS: Final = {
     "estimator._MAX_DELIVERY_AGE_S",
     "estimator._MAX_QUEUE_MS",
@@ -47,9 +47,9 @@ BOUNDS: Final = {
     "packet_trains._MAX_TRAINS",
     "send_history._KEPT_PACKETS",
 }
-"""What only bounds memory, or what cannot be: no link reaches it."""
+"""Bounds of memory, or against invalid input, that no link reaches."""
 ELSEWHERE: Final = {"sound_reports._MAX_USE_FACTOR", "sound_reports._REPORTS"}
-"""What counts only for a browser that tells nothing of the sound's packets; all of these do."""
+"""Used only without feedback on the sound's packets, which all links here have."""
 
 _HARNESS: Final = (
     "tests.ablation.links",
@@ -60,7 +60,7 @@ _HARNESS: Final = (
     "wax.sync.playout_state",
 )
 _SEEDS: Final = 6
-"""So many runs tell how much chance alone changes a measure."""
+"""Runs that show how much chance alone changes a measure."""
 _NOTICEABLE: Final = {
     "use": (0.04, 0.0),
     "picture_ms": (15.0, 0.10),
@@ -68,7 +68,7 @@ _NOTICEABLE: Final = {
     "concealed": (0.005, 0.0),
     "recovery_s": (1.0, 0.10),
 }
-"""Of each measure how much of a change is worth a word, absolute and relative: the larger."""
+"""The smallest change of each measure to mention: the larger of absolute and relative."""
 
 
 def digest() -> str:
@@ -87,7 +87,7 @@ def run(seed: int = 1) -> Result:
 
 
 def run_with(key: str, factor: float) -> Result:
-    """Measure every link with one constant changed; nothing where that makes no sense."""
+    """Measure every link with one constant changed; nothing if the value makes no sense."""
     (constant,) = [one for one in constants() if one.key == key]
     with constant.set(constant.scaled(factor)), suppress(ArithmeticError):
         return run()
@@ -95,7 +95,7 @@ def run_with(key: str, factor: float) -> Result:
 
 
 def sweep(path: Path, jobs: int) -> dict[str, Result]:
-    """Measure what has no result in `path` on this code; return all, by key and factor."""
+    """Measure whatever lacks a result in `path` for this code; return all, by key and factor."""
     mine = digest()
     found = _read(path, mine)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -111,7 +111,7 @@ def sweep(path: Path, jobs: int) -> dict[str, Result]:
 
 
 def effect(before: Result, after: Result, spread: Result) -> str:
-    """Say in a few words what changes most, of all links and measures."""
+    """Describe the largest change over all links and measures."""
     if not after:
         return "makes no sense"
     worst, said = 1.0, ""

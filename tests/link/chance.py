@@ -1,4 +1,4 @@
-"""What happens by chance on the way: jitter, stalls, losses; all from seeded numbers."""
+"""Random jitter, stalls and losses of a link, all from seeded numbers."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def jitter_quantile_ms(jitter: Jitter | None, share: float) -> float:
 
 
 class StallClock:
-    """Tells when stalls come; their times do not depend on who asks."""
+    """Draws the stalls; their times do not depend on the calls."""
 
     def __init__(self, random: Random, start_s: float) -> None:
         self._random = random
@@ -58,7 +58,7 @@ class LossChain:
         self._bad = False
 
     def loses(self, loss: Loss) -> bool:
-        """Decide over the next packet, which moves the chain by one."""
+        """Decide the next packet's loss, and move the chain by one."""
         chance = self._random.random
         if self._bad:
             self._bad = chance() >= loss.bad_to_good
@@ -68,5 +68,5 @@ class LossChain:
 
 
 def seeded(seed: int, way: str, purpose: str) -> Random:
-    """Return numbers of their own for each direction and purpose, so that none disturbs another."""
+    """Return a separate generator for each direction and purpose, so that none affects another."""
     return Random(f"{seed} {way} {purpose}")

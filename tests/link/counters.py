@@ -1,4 +1,4 @@
-"""What one direction of a link has counted."""
+"""The counters of one direction of a link."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ class Rig:
         self.streams.want(sound=sound, picture=True, size="640x480", policy=None)
 
     async def run(self, seconds: float) -> None:
-        """Film, encode what is wanted, send what congestion control lets go, report what arrived."""
+        """Film, encode, send what congestion control lets go, and report what arrived."""
         for tick in range(round(seconds * 100)):
             self.clock.time_s += 0.01
             now_s = self.clock.now_s()

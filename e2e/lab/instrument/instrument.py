@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 STAMP_MODULUS: Final = 1 << 40
 _PLAUSIBLE_MS: Final = 600_000.0
-"""A card farther from now is none: one picture in 256 has the right check by chance."""
+"""A card farther from now is invalid: one picture in 256 has the right check by chance."""
 
 
 class InstrumentError(MeasureError):
@@ -50,7 +50,7 @@ class Instrument:
         return bool(await self._evaluate(f"{self._at}?.sees() ?? false"))
 
     async def listen(self) -> bool:
-        """Put the ear on the remote sound; True once it hears. Safe to call again and again.
+        """Attach the audio probe to the remote sound; True once it hears. Safe to repeat.
 
         In Chromium the ear is on by itself, and this only tells. It hears what an element of the
         page plays, unmuted.

@@ -100,7 +100,7 @@ def test_the_same_picture_again_is_no_other() -> None:
 
 
 def test_a_freeze_at_the_end_counts_to_the_end() -> None:
-    """Where the picture stands for the last 4 of 12 s and the sound goes on, that is a freeze."""
+    """A picture that stands for the last 4 of 12 s while the sound plays counts as a freeze."""
     page = readings(12)
     page.pictures = pictures(8, 80)
     found = figures(page)

@@ -1,4 +1,4 @@
-"""What the emulator says where it cannot run."""
+"""Errors of an emulator that cannot run."""
 
 from __future__ import annotations
 

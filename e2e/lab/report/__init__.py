@@ -1,4 +1,4 @@
-"""The report: from the suite's results to one page that says chapter 5 anew."""
+"""The report: turns the suite's results into one page that repeats chapter 5."""
 
 from e2e.lab.report.page import write
 

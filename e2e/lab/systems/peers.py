@@ -36,7 +36,7 @@ _PLAY_THE_SOUND: Final = """(() => {
 
 
 class Stock:
-    """The page plays by itself, and the server tells nothing."""
+    """The page plays without a press, and the server has no status."""
 
     def __init__(self, served: Served) -> None:
         self.url = served.url

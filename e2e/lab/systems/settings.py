@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 THESIS: Final = Path(__file__).parents[3] / "config" / "thesis.toml"
 
 TURN_S: Final = 3600.0
-"""Nobody's turn ends within a cell: who drives is not what is measured."""
+"""No turn ends within a cell, because turns are not measured here."""
 
 DRIVES_HZ: Final = 20.0
 """Set-points a second where a cell drives: what the goal of the modem line says."""

@@ -53,7 +53,7 @@ class Wax:
         return flat(status) | flat({"viewer": first})
 
     async def _drive(self, window: Window, before: float) -> None:
-        """Hold a key; press it anew where the server asks for that.
+        """Hold a key; press it again if the server requires it.
 
         It does while the page sees no picture yet, and after it was late itself: a key that is
         held through that moves nothing (`wax.control.gate`).

@@ -1,4 +1,4 @@
-"""What this peer says when it cannot do something."""
+"""Errors of this peer."""
 
 from __future__ import annotations
 

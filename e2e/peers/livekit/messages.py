@@ -1,4 +1,4 @@
-"""What this peer says on standard output, one JSON object a line."""
+"""The peer's messages on standard output, one JSON object a line."""
 
 from __future__ import annotations
 

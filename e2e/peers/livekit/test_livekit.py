@@ -52,7 +52,7 @@ def test_a_viewer_may_only_watch() -> None:
 
 
 def test_each_key_is_another_and_long_enough() -> None:
-    """Keys are made anew, with the 32 characters of secret that LiveKit wants."""
+    """Keys are new each time, with the 32 characters of secret that LiveKit requires."""
     first, second = Key.make(), Key.make()
     assert first.secret != second.secret
     assert len(first.secret) >= 32

@@ -106,7 +106,7 @@ async def test_a_port_that_is_taken_is_one_sentence() -> None:
 @pytest.mark.usefixtures("_livekit")
 @pytest.mark.parametrize("how", ["sdk", "whip"])
 async def test_the_publisher_comes_back(how: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A publisher that LiveKit puts out publishes anew, without being told."""
+    """A publisher that LiveKit removes publishes again on its own."""
     monkeypatch.setenv("LIVEKIT_API_KEY", KEY.name)
     monkeypatch.setenv("LIVEKIT_API_SECRET", KEY.secret)
     signal_port = free_port()

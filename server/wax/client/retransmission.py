@@ -26,7 +26,7 @@ class RetransmissionRequests:
 
     @property
     def is_empty(self) -> bool:
-        """Forget missing packets and wanted keyframes."""
+        """Whether nothing is missing and no keyframe is wanted."""
         return not self._asked and not self._wants_keyframe
 
     def arrived(self, sequence: int) -> None:

@@ -74,7 +74,7 @@ class Page(Protocol):
         ...
 
     def hold_back(self, least_ms: float) -> bool:
-        """Delay the pictures in the browser; False if it does not accept a delay from the server."""
+        """Delay pictures in the browser; False if it does not accept a delay from the server."""
         ...
 
 

@@ -1,4 +1,4 @@
-"""Sense out of what was heard, pure: loudness, and when the test card's bursts began."""
+"""The audio probe's arithmetic: loudness, and the start of the test card's bursts (pure)."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def burst_ages_ms(blocks: Sequence[Block]) -> list[float]:
 
 
 def gaps_ms(blocks: Sequence[Block]) -> list[float]:
-    """Lengths of the pauses in the quiet 300 Hz tone that never pauses by itself."""
+    """Return the pauses in the quiet 300 Hz tone, which has none at its source."""
     gaps: list[float] = []
     silent = 0
     for block in blocks:

@@ -1,4 +1,4 @@
-"""Fingers on a touch screen, several at once, through the browser's own input."""
+"""Several touch points at once, through the browser's own input."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from e2e.harness.viewer import Viewer
 
 
-class Fingers:
+class TouchPoints:
     """Each finger rests on one element until it is lifted."""
 
     def __init__(self, session: CDPSession) -> None:
@@ -18,7 +18,7 @@ class Fingers:
         self._points: dict[int, tuple[float, float]] = {}
 
     @classmethod
-    async def of(cls, viewer: Viewer) -> Fingers:
+    async def of(cls, viewer: Viewer) -> TouchPoints:
         return cls(await viewer.page.context.new_cdp_session(viewer.page))
 
     async def press(self, finger: int, on: Locator) -> None:
@@ -32,7 +32,7 @@ class Fingers:
         await self._send("touchEnd", {finger: self._points.pop(finger)})
 
     async def cancel(self) -> None:
-        """Let the system take the touch away, as it does for its own gestures."""
+        """Cancel all touches, as the system does for its own gestures."""
         self._points.clear()
         await self._send("touchCancel", {})
 

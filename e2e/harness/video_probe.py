@@ -1,4 +1,4 @@
-"""Sense out of what was seen, pure: whether the test card is live."""
+"""The video probe's arithmetic: whether the test card is live (pure)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def assert_live(cards: Sequence[Card]) -> None:
-    """Nearly every frame is whole and newer than the one before, none is older or old."""
+    """Assert that nearly all frames are whole and newer than the one before, and none is old."""
     valid = [card for card in cards if card.valid]
     assert len(valid) >= 0.9 * len(cards), f"{len(cards) - len(valid)} unreadable of {len(cards)}"
     stamps = [card.stamp_ms for card in valid]
