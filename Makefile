@@ -1,4 +1,4 @@
-# The work is in .make/; every target installs what it needs first.
+# The scripts are in .make/; every target first installs what it needs.
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /make \1	/p' Makefile | expand -t 18
@@ -13,10 +13,10 @@ unit: ## the inner loop: unit tests of both languages, in less than a minute
 test: ## all checks and tests, browsers included, in ten minutes
 	@sh .make/test.sh test
 
-test-all: ## the same at full length, and the tests of all that measures
+test-all: ## the same at full length, and the tests of the measuring suites
 	@sh .make/test.sh all
 
-check: ## lint, format, strict types and import rules of both languages
+check: ## lint, format, strict types and import rules, for both languages
 	@sh .make/install.sh check
 	@sh .make/check.sh
 
@@ -24,31 +24,31 @@ bench: ## the benchmarks, as JSON
 	@sh .make/install.sh test
 	@sh .make/suite.sh bench $(ARGS)
 
-lab: ## the thesis's chapter 5 over shaped networks, with a report: make lab ARGS="--only E3"
+lab: ## the thesis's chapter 5 over emulated networks, with a report: make lab ARGS="--only E3"
 	@sh .make/install.sh test
 	@sh .make/suite.sh lab $(ARGS)
 
-goals: ## what is promised, beside stock aiortc and LiveKit: make goals ARGS="--only modem"
+goals: ## the goals, compared with stock aiortc and LiveKit: make goals ARGS="--only modem"
 	@sh .make/install.sh test
 	@sh .make/suite.sh lab --goals $(ARGS)
 
-faults: ## each link from finger to wheel broken while the robot drives: make faults ARGS="--only server-killed"
+faults: ## break each link from finger to wheel while the robot drives: make faults ARGS="--only server-killed"
 	@sh .make/install.sh test
 	@sh .make/suite.sh faults $(ARGS)
 
-figures: ## the tables of README.md, from e2e/published
+figures: ## render the tables of README.md from e2e/published
 	@sh .make/install.sh test
 	@.venv/bin/python -m e2e.measure
 
-mutants: ## small faults in what keeps the robot standing, which the tests must notice
+mutants: ## mutation testing of the safety code
 	@sh .make/install.sh test
 	@sh .make/suite.sh mutants $(ARGS)
 
-ablation: ## half and double of each constant of the congestion control, in simulation
+ablation: ## half and double of each constant of congestion control, in simulation
 	@sh .make/install.sh test
 	@.venv/bin/python -m tests.ablation $(ARGS)
 
-coverage: ## the branches of the same, which the tests must all take
+coverage: ## branch coverage of the safety code, which must be complete
 	@sh .make/install.sh test
 	@sh .make/suite.sh coverage
 
@@ -56,7 +56,7 @@ lock: ## renew the locked versions of the Python packages
 	@sh .make/install.sh run
 	@sh .make/lock.sh
 
-clean: ## remove all that was installed or built here
+clean: ## remove everything installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 

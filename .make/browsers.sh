@@ -25,7 +25,7 @@ _firefox() {
     _browser firefox-esr firefox /Applications/Firefox.app/Contents/MacOS/firefox
 }
 
-# Where no package is to be had, Playwright brings a build of its own into the home directory.
+# If there is no package, Playwright installs a build of its own into the home directory.
 _playwright_chromium() {
     if may_apt; then deps=--with-deps; else deps=; fi
     say "fetching Chromium by Playwright; its log is .cache/playwright.log"
@@ -35,7 +35,7 @@ _playwright_chromium() {
 with sync_playwright() as playwright: print(playwright.chromium.executable_path)')"
 }
 
-# Without a browser its tests say so and are left out; in CI nothing is.
+# Without a browser its tests are skipped with a message; CI skips nothing.
 _missing() {
     if in_ci; then die "$*"; else say "$*"; fi
 }
@@ -72,7 +72,7 @@ want_link() {
         _missing "the lab's link cannot be tested; type: sudo apt-get install -y iproute2"
 }
 
-# The lab's film of a talking head needs a voice; without one its cells say that they were not run.
+# The lab's film of a talking head needs a voice; without one its cells report that they did not run.
 want_voice() {
     [ "$(uname)" = Linux ] || return 0
     command -v espeak-ng >/dev/null || apt_install espeak-ng ||
@@ -80,7 +80,7 @@ want_voice() {
             "(Debian: sudo apt-get install -y espeak-ng)"
 }
 
-# All that tests and lab drive.
+# Everything that tests and lab drive.
 want_all() {
     want_playwright
     want_chromium

@@ -86,7 +86,7 @@ avr() {
             -I$core/cores/arduino -I$core/variants/standard"
         # shellcheck disable=SC2086
         {
-            # Neither its authors nor we promise anything about warnings in Arduino's own code.
+            # Arduino's own code may have warnings.
             (cd "$folder" && avr-gcc $common -w -c $core/cores/arduino/*.c &&
                 avr-g++ $common -w -std=gnu++11 -fno-threadsafe-statics -c $core/cores/arduino/*.cpp &&
                 avr-gcc $common -w -x assembler-with-cpp -c $core/cores/arduino/*.S)

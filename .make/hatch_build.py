@@ -1,6 +1,6 @@
-"""Hatchling's build hook: the page is in every wheel and source archive.
+"""Hatchling's build hook: the page goes into every wheel and source archive.
 
-Who installs from a source archive finds it built, and needs no Node.
+A source archive includes the built page, so installing from it needs no Node.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class PageHook(BuildHookInterface[Any]):
     PLUGIN_NAME = "custom"
 
     def dependencies(self) -> list[str]:
-        """Ask for nothing when the page is built already, else for what building it takes."""
+        """Require nothing if the page is already built, otherwise what building it needs."""
         if page.is_built():
             return []
         project = tomllib.loads((page.ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -29,7 +29,7 @@ class PageHook(BuildHookInterface[Any]):
         return schema + ([] if page.has_node() else project["dependency-groups"]["node"])
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Build the page, but not for editable installs: there make does, or who works on it."""
+        """Build the page, except for editable installs, where make or the developer builds it."""
         if version == "editable" or page.is_built():
             return
         with tempfile.TemporaryDirectory() as folder:

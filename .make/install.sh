@@ -1,4 +1,4 @@
-# Install what is missing: Python packages into .venv, then Node where there is none, then the page.
+# Install what is missing: Python packages into .venv, Node, then the page.
 # usage: install.sh run|check|test
 # A stamp holds the checksum of its inputs, so that the next call has nothing to do.
 set -eu
@@ -33,7 +33,7 @@ want_portaudio() {
         say "microphones need PortAudio; to have them type: sudo apt-get install -y libportaudio2"
 }
 
-# uv comes by pip and installs the rest, all of it by its hashes. Stale packages are taken away.
+# pip installs uv, and uv the rest, all of it by hash. Stale packages are removed.
 install_packages() {
     say "installing Python packages into .venv"
     [ -x .venv/bin/python ] && .venv/bin/python -m pip --version 2>/dev/null | grep -qF "$(pwd -P)/.venv/" ||

@@ -1,6 +1,6 @@
 # Shared by the scripts beside it, which make starts in the root of the repository.
 
-# Packages from elsewhere (ROS sets this for everybody) are none of .venv's.
+# Keep packages from elsewhere out of .venv; ROS sets this variable for every user.
 unset PYTHONPATH
 
 say() { printf 'wax: %s\n' "$*" >&2; }
@@ -14,12 +14,12 @@ in_ci() {
     case ${CI:-} in 1 | true | yes) return 0 ;; *) return 1 ;; esac
 }
 
-# True where apt may install without asking anybody.
+# True if apt may install without asking.
 may_apt() {
     command -v apt-get >/dev/null && { [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; }
 }
 
-# One apt-get call that waits neither for a person nor for a mirror that hangs.
+# One apt-get call that never waits for input or a hanging mirror.
 _apt() {
     limit_s=$1
     shift
@@ -53,12 +53,12 @@ apt_install() {
     return 1
 }
 
-# The same checksum as long as the given files, and where they stand, are the same.
+# A checksum of the given files and their paths.
 checksum() { { pwd -P && cat "$@"; } | cksum; }
 
 # uv with .venv's Python and without the project's settings, which are for `make lock`. It gives a
-# mirror 30 s and three more tries by itself, and knows nothing of pip's settings: who has a mirror
-# there has it here too.
+# mirror 30 s and three more tries of its own, and ignores pip's settings: a mirror set there is
+# passed on here.
 uv() {
     UV_DEFAULT_INDEX=${UV_DEFAULT_INDEX:-$(_pip_index)} UV_SYSTEM_CERTS=${UV_SYSTEM_CERTS:-1} \
         .venv/bin/uv --no-config "$@" --python .venv/bin/python
@@ -69,8 +69,8 @@ _pip_index() {
     echo "${found:-https://pypi.org/simple}"
 }
 
-# usage: patiently SECONDS COMMAND…   runs what talks to a mirror: three times if need be, each time
-# bounded where the system has timeout(1), which macOS has not.
+# usage: patiently SECONDS COMMAND…   runs a command that uses a mirror, up to three times, each with
+# a time limit if the system has timeout(1), which macOS lacks.
 patiently() {
     limit_s=$1
     shift

@@ -29,7 +29,7 @@ command -v go >/dev/null ||
         "livekit-server $version"
 
 mkdir -p .cache
-# A mirror that does not answer shall not hold up the lab for as long as a build may take.
+# A mirror that does not answer must not delay the lab by the time limit of a build.
 patiently 60 go list -m "${package%%/cmd/*}@v$version" >"$log" 2>&1 ||
     without "Go does not get the module ($(last_words)); type make again when its mirror answers"
 say "building LiveKit $version with Go (once, a minute or two); its log is $log"

@@ -1,4 +1,4 @@
-"""Build the page from web/ into server/wax/web/dist, when what it is made of has changed.
+"""Build the page from web/ into server/wax/web/dist, when its sources have changed.
 
 Two callers: make, for which `page.py run` leaves a built page, `page.py check` the packages that
 the checks of web/ need, and `page.py test` both; and the hook beside it, for wheels and source
@@ -39,11 +39,11 @@ MIRROR_PATIENCE: Final = {
 
 
 class PageError(Exception):
-    """A sentence for a person: why there is no page and what to do."""
+    """Says why there is no page and what to do."""
 
 
 def sources() -> Iterator[Path]:
-    """Every file that the page is made from."""
+    """Return every source file of the page."""
     for name in ("protocol/messages.py", "protocol/compact.py", "web/schema.py"):
         yield ROOT / "server/wax" / name
     for folder, folders, files in os.walk(WEB):
@@ -52,7 +52,7 @@ def sources() -> Iterator[Path]:
 
 
 def fingerprint(paths: Iterator[Path]) -> str:
-    """Return the same text as long as the files, their names and their content are the same."""
+    """Return a hash of the files' names and contents."""
     digest = hashlib.sha256()
     for path in sorted(paths):
         content = hashlib.sha256(path.read_bytes()).hexdigest()
@@ -74,7 +74,7 @@ def is_suitable(node_version: str) -> bool:
 
 
 def has_node(path: str | None = None) -> bool:
-    """Are a suitable node and npm on `path`, or on this process's search path?"""
+    """Return whether `path`, or this process's search path, has a suitable node and npm."""
     node, npm = shutil.which("node", path=path), shutil.which("npm", path=path)
     if node is None or npm is None:
         return False
@@ -123,7 +123,7 @@ def run(command: list[str], env: dict[str, str], *, limit_s: float | None = None
 def insist(
     command: list[str], env: dict[str, str], *, limit_s: float = 1800, tries: int = 3
 ) -> None:
-    """Run a command that talks to a mirror, which may fail or hang; raises the last `PageError`."""
+    """Run a command that uses a mirror, which may fail or hang; raises the last `PageError`."""
     for left in reversed(range(tries)):
         try:
             run(command, env, limit_s=limit_s)
@@ -156,7 +156,7 @@ def install_tools(env: dict[str, str]) -> None:
 
 
 def build(env: dict[str, str]) -> None:
-    """Build the page; an older one is replaced."""
+    """Build the page, replacing an older one."""
     before = fingerprint(sources())
     install_tools(env)
     print("wax: building the page", file=sys.stderr)
@@ -166,7 +166,7 @@ def build(env: dict[str, str]) -> None:
 
 
 def compress(folder: Path) -> None:
-    """Lay beside each text a smaller one, which the server sends to whoever understands gzip.
+    """Write a gzip copy beside each text file, for browsers that accept gzip.
 
     On a modem line the page's weight is most of the time to the first picture.
     """
@@ -181,7 +181,7 @@ def is_built() -> bool:
 
 
 def main(kind: str) -> None:
-    """For make, in .venv: get Node where there is none, then what `kind` needs."""
+    """For make, in .venv: install Node if it is missing, then what `kind` needs."""
     if kind == "run" and is_built():
         return
     scripts = Path(sys.executable).parent

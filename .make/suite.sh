@@ -1,4 +1,4 @@
-# What measures, or tests the tests: see that what it drives is there, then run it.
+# Run a suite that measures, or tests the tests, after installing what it drives.
 # usage: suite.sh bench | faults | lab | mutants | coverage   ARGUMENTS…
 set -eu
 . .make/lib.sh

@@ -1,9 +1,9 @@
 # The tests of both languages, cheapest first, and pytest last so that its summary closes the output.
 # Every stage runs, one failure fails, and each says how long it took.
 # usage: test.sh unit | test | all
-#   unit   what computes: no browser, no other process
-#   test   the checks, unit, what starts processes, one cell of the lab, the browsers
-#   all    the same at full length, the branches, the quick lab whole and the tests of all that measures
+#   unit   pure code: no browser, no other process
+#   test   the checks, unit, tests that start processes, one cell of the lab, the browsers
+#   all    the same at full length, branch coverage, the whole quick lab, the tests of the suites
 set -eu
 . .make/lib.sh
 what=$1
@@ -30,7 +30,7 @@ python_tests() {
     pytest -q "$folder" -m "$markers" --hypothesis-profile="$profile" "$@"
 }
 
-# Where no link can be made the lab says why and ends with 77; only CI insists.
+# If no link can be made, the lab says why and exits with 77; only CI treats that as a failure.
 lab() {
     rm -rf e2e/out/quick
     code=0

@@ -1,4 +1,4 @@
-"""The ladder by itself: the best that fits, changed seldom, less for nobody who has more."""
+"""The allocator alone: the best that fits, changed seldom, never less on a faster link."""
 
 from __future__ import annotations
 
@@ -268,7 +268,7 @@ def test_a_form_that_is_fixed_stays() -> None:
 
 
 def test_without_sound_the_picture_has_it_all() -> None:
-    """Who wants no sound is sent none, and a larger picture where that made the difference."""
+    """A viewer without sound is sent none, and a larger picture if that makes room for one."""
     viewer = Viewer()
     viewer.sound = False
     allocation = viewer.run(10, 770e3)[-1]
@@ -309,7 +309,7 @@ def test_redundancy_stays_a_while() -> None:
 
 
 def test_a_smaller_picture_is_given_where_asked_for() -> None:
-    """Who asks for 320×240 gets its best step and none above, at once and in words."""
+    """A viewer who requests 320×240 gets its best step at once and none above, with a reason."""
     viewer = Viewer()
     viewer.run(10, 5e6)
     viewer.size = "320x240"
@@ -333,7 +333,7 @@ def test_steps_without_layers_are_changed_whole() -> None:
 
 
 def test_a_ladder_needs_something_to_choose_from() -> None:
-    """No step, no sound or a size that is none is refused in words."""
+    """No step, no sound or an invalid size is refused with a message."""
     with pytest.raises(ValueError, match="at least one step"):
         Allocator([], SOUNDS)
     with pytest.raises(ValueError, match="at least one step"):

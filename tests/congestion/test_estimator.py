@@ -1,4 +1,4 @@
-"""The estimator by itself: what it makes of arrivals, losses, silence and lies."""
+"""The estimator alone, with arrivals, losses, silence and false feedback."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The way to one browser: when a picture may go, and what is sent again."""
+"""Sender-side control: when a picture may leave, and what is retransmitted."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Line:
         self._told.append((self._free_s + 0.04, delivery))
 
     def run(self, seconds: float, picture_bytes: int) -> int:
-        """Send sound each 20 ms and pictures of this size whenever the way is free."""
+        """Send sound each 20 ms and pictures of this size whenever the link is free."""
         pictures = 0
         for tick in range(round(seconds * 500)):
             self.now_s += 0.002
@@ -50,14 +50,14 @@ class Line:
         return pictures
 
 
-def test_a_wide_way_lets_every_picture_go() -> None:
+def test_a_fast_link_lets_every_picture_go() -> None:
     """Over a link with room no picture waits."""
     line = Line(20e6)
     line.run(2.0, 4000)
     assert line.run(2.0, 4000) >= 58
 
 
-def test_a_narrow_way_lets_as_many_go_as_it_carries() -> None:
+def test_a_slow_link_lets_as_many_go_as_it_carries() -> None:
     """Over a thin link pictures wait for what was sent, and the queue stays short."""
     line = Line(200e3)
     line.run(8.0, 1000)
@@ -101,7 +101,7 @@ def test_repeats_are_a_share_and_have_a_deadline() -> None:
     assert not line.control.may_retransmit(100, 3.0, line.now_s + 60)
 
 
-def test_a_full_way_gets_no_copies() -> None:
+def test_a_full_link_gets_no_retransmissions() -> None:
     """While a queue stands what was lost is not sent again: it would only be longer."""
     line = Line(5e6)
     line.run(3.0, 4000)

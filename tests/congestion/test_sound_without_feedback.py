@@ -1,4 +1,4 @@
-"""A browser that tells of the picture's packets alone, as Firefox 140, over the lab's links."""
+"""A browser with feedback on the picture's packets only, as Firefox 140, over the lab's links."""
 
 from __future__ import annotations
 

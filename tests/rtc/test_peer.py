@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 
 class Noted(NoCongestionControl):
-    """A way that is always open and notes what it is told."""
+    """Congestion control that is always open and records its calls."""
 
     uses_feedback = True
 
@@ -271,16 +271,16 @@ async def test_a_lost_packet_is_sent_again_once_a_round_trip(
     assert len(await _asked_ten_times(pair, monkeypatch)) == 1
 
 
-async def test_a_full_way_is_not_fed_with_copies(
+async def test_a_full_link_gets_no_retransmissions(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where the way says no, a lost packet is not sent again."""
+    """If congestion control refuses, a lost packet is not retransmitted."""
     monkeypatch.setattr(pair.congestion, "may_retransmit", lambda *_: False)
     assert await _asked_ten_times(pair, monkeypatch) == []
 
 
-async def test_a_closed_way_holds_pictures_but_not_sound(pair: Pair) -> None:
-    """While the way is not free no picture leaves; sound goes on."""
+async def test_a_closed_link_holds_pictures_but_not_sound(pair: Pair) -> None:
+    """While the link is not free, no picture leaves; sound continues."""
     pair.congestion.closed = True
     await asyncio.sleep(0.05)
     pictures, sounds = pair.lane.number, pair.peer._sound._packets
@@ -375,7 +375,7 @@ async def test_a_report_tells_the_time_of_capture(
     assert 1.0 <= elapsed_s < 6.0
 
 
-async def test_feedback_reaches_the_way(pair: Pair) -> None:
+async def test_feedback_reaches_congestion_control(pair: Pair) -> None:
     """What the browser tells of packets is matched with what was sent."""
     tap = pair.peer._tap
     number = tap.mark(100, "audio", None)
