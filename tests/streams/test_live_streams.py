@@ -267,7 +267,7 @@ async def test_the_policy_changes_without_a_black_picture(how: str) -> None:
     assert not rig.asked
 
 
-async def test_who_drives_may_have_a_rendition_of_his_own() -> None:
+async def test_the_operator_may_have_a_rendition_of_their_own() -> None:
     """In their turn an operator gets an own step between two others; after it nothing is left."""
     rig = Rig(rate_bps=0.75e6)
     shared = rig.video.names

@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from wax.sync.playout import PlayoutReport, StreamPlayout
 
 _AUTO_PREROLL_MS: Final = 40.0
-"""What a browser's buffer settles at by itself on a good link.
+"""A browser's buffer settles at this on a good link.
 Half: the same; double: the same."""
 
 _SPREAD_MS: Final = 20.0
 """How much single measurements differ: the screen shows a picture each 17 ms, and it is held back
-in steps of 10. The skew is kept so much inside of what is let be.
+in steps of 10. The skew stays this far inside the tolerance.
 Half: no change to speak of; double: the same."""
 
 _USUAL_ROUND_TRIP_S: Final = 0.1

@@ -71,7 +71,7 @@ class Offer(BaseModel):
 
 
 class StopPress(BaseModel):
-    """Who presses Stop, if they say so."""
+    """The viewer who presses Stop, if the request names one."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
