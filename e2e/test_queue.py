@@ -57,7 +57,7 @@ async def is_driven_by(server: Server, name: str, within_s: float) -> None:
 
 
 @pytest.mark.timeout(90)
-async def test_everyone_is_listed_with_his_place(server: Server, open_viewer: OpenViewer) -> None:
+async def test_everyone_is_listed_with_their_place(server: Server, open_viewer: OpenViewer) -> None:
     """The list shows who drives, who waits at which place and for how long, and who watches."""
     ada = await person(open_viewer, server, "Ada")
     bob = await person(open_viewer, server, "Bob")

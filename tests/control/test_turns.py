@@ -146,7 +146,7 @@ def test_losing_twice_does_not_prolong_grace() -> None:
     assert turns.ends_s == 73.0
 
 
-def test_waiting_viewer_keeps_his_place_for_grace() -> None:
+def test_waiting_viewer_keeps_their_place_for_grace() -> None:
     """A waiting viewer who is lost keeps their place for grace_s, then it is given up."""
     turns = make(A, B, C)
     turns.lost(B, 10.0)
@@ -182,7 +182,7 @@ def test_turn_renews_if_only_lost_viewers_wait() -> None:
     assert list(turns.queue) == [B]
 
 
-def test_lost_operator_at_the_end_of_his_turn() -> None:
+def test_lost_operator_at_the_end_of_their_turn() -> None:
     """A turn that ends while its operator is lost is handed over; they wait at the end."""
     turns = make(A, B)
     turns.lost(A, 59.0)

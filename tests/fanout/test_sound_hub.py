@@ -87,7 +87,7 @@ async def test_a_second_joiner_hears_of_the_past_what_is_encoded() -> None:
 
 @pytest.mark.parametrize("mu_ms", FORMS)
 @pytest.mark.parametrize("preroll_ms", [0, 1, 100, 500])
-async def test_the_first_listener_costs_no_more_than_his_preroll(
+async def test_the_first_listener_costs_no_more_than_their_preroll(
     monkeypatch: pytest.MonkeyPatch, mu_ms: int, preroll_ms: float
 ) -> None:
     """Of the past as many units are encoded as the pre-roll has, and the one under way."""

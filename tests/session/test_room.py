@@ -581,7 +581,7 @@ async def test_the_role_brings_its_policy(rig: Rig) -> None:
     assert ada.last("playout")["policy"] == "audio-master"
 
 
-async def test_who_drives_is_told_what_becomes_of_his_commands(rig: Rig) -> None:
+async def test_the_operator_gets_the_status_of_their_commands(rig: Rig) -> None:
     """The rounds tell the operator that the robot moves, and why it does not; nobody else."""
     ada, bob = await rig.enter("ada-1111"), await rig.enter("bob-1111")
     ada.says(type="join")

@@ -26,7 +26,7 @@ def test_the_shared_ladder_is_the_configurations() -> None:
     } == {0}
 
 
-def test_who_has_his_own_has_more_to_choose_from() -> None:
+def test_an_own_encoder_has_a_finer_ladder() -> None:
     """A finer ladder has all of the shared one, and every step can be made."""
     own = LADDER.steps(is_own=True)
     assert set(LADDER.steps(is_own=False)) < set(own)
