@@ -93,6 +93,7 @@ LARGEST = "640x480 at 1000 kbit/s"
 
 
 @pytest.mark.timeout(120)
+@pytest.mark.full
 async def test_firefox_gets_the_largest_picture(serve: Serve, tmp_path: Path) -> None:
     """With Firefox's feedback on the picture's packets, the picture improves while sound plays."""
     path = find_firefox()

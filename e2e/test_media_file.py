@@ -30,6 +30,7 @@ def settings(film: Path) -> str:
 
 
 @pytest.mark.timeout(120)
+@pytest.mark.full
 async def test_a_voice_is_heard_in_step_with_its_picture(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
@@ -84,6 +85,7 @@ async def test_a_film_without_sound_plays(
 
 
 @pytest.mark.timeout(90)
+@pytest.mark.full
 async def test_a_film_cut_in_the_middle_plays_as_far_as_it_goes(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:

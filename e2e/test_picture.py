@@ -62,6 +62,7 @@ async def test_the_operators_picture_is_fresher_than_stocks(
 
 
 @pytest.mark.timeout(90)
+@pytest.mark.full
 async def test_rate_is_that_of_the_rendition(server: Server, open_viewer: OpenViewer) -> None:
     """About thirty different pictures a second are presented at the default size."""
     viewer = await open_viewer(server)

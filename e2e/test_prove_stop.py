@@ -86,6 +86,7 @@ async def sheets(chromium: Browser, record: str) -> int:
 
 
 @pytest.mark.timeout(180)
+@pytest.mark.full
 async def test_a_stop_that_is_in_time_is_proved(
     tmp_path: Path, board: Board, chromium: Browser
 ) -> None:

@@ -133,6 +133,7 @@ async def test_the_robot_stops_when_the_operator_changes(
 
 
 @pytest.mark.timeout(90)
+@pytest.mark.full
 async def test_alone_the_turn_renews_without_a_break(
     server: Server, open_viewer: OpenViewer
 ) -> None:

@@ -88,6 +88,7 @@ async def test_a_lost_operator_is_replaced_after_the_grace(
 
 
 @pytest.mark.timeout(120)
+@pytest.mark.full
 async def test_a_restarted_server_is_found_again(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
@@ -142,7 +143,7 @@ async def says_next(viewer: Viewer) -> tuple[float, str]:
 
 
 @pytest.mark.timeout(90)
-@pytest.mark.parametrize("role", ["operator", "observer"])
+@pytest.mark.parametrize("role", ["operator", pytest.param("observer", marks=pytest.mark.full)])
 async def test_a_killed_server_is_told_within_a_second(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer, role: str
 ) -> None:

@@ -14,6 +14,7 @@ from e2e.harness import toml
 from e2e.harness.line import SerialLine
 from e2e.harness.robot import turn_by_key
 from e2e.harness.server import Server
+from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -80,9 +81,15 @@ async def test_the_robot_is_stopped_before_the_end(
             viewer = await open_viewer(server)
             await viewer.join()
             await viewer.drives()
-            await viewer.page.keyboard.down("ArrowUp")
-            await asyncio.sleep(0.7)
-            assert line.received.endswith(b"F")
+
+            async def drives() -> bool:
+                """Press; what is pressed before the turn's first neutral command moves nothing."""
+                await viewer.page.keyboard.up("ArrowUp")
+                await viewer.page.keyboard.down("ArrowUp")
+                await asyncio.sleep(0.5)
+                return line.received.endswith(b"F")
+
+            await eventually(drives, "the robot drives")
             await server.stop(signal.SIGTERM)
             await asyncio.sleep(0.1)
             assert line.received.endswith(b"S")

@@ -162,6 +162,7 @@ async def test_the_delay_follows_the_role(
 
 
 @pytest.mark.timeout(90)
+@pytest.mark.full
 async def test_timing_is_switched_while_watching(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:

@@ -35,6 +35,7 @@ STATUS = "document.querySelector('[role=\"status\"]').innerText"
 
 
 @pytest.mark.timeout(120)
+@pytest.mark.full
 async def test_a_modem_line_carries_picture_and_sound(tmp_path: Path) -> None:
     """On 50 kbit/s both play within 20 s, as small as they get, and nothing is said as broken."""
     rooms = [tmp_path / "server", tmp_path / "browser"]

@@ -81,7 +81,9 @@ async def test_a_network_that_vanishes_stops_the_robot() -> None:
 
 
 @pytest.mark.parametrize(
-    "measure", [browser_frozen, browser_killed], ids=lambda one: str(one.__name__)
+    "measure",
+    [browser_frozen, pytest.param(browser_killed, marks=pytest.mark.full)],
+    ids=lambda one: str(one.__name__),
 )
 async def test_a_dead_browser_stops_the_robot(measure: Callable[..., Awaitable[Row]]) -> None:
     """The robot is told to stand 200 ms after its operator's browser died, key held down."""
@@ -105,11 +107,13 @@ async def test_nothing_of_an_old_turn_moves_the_robot() -> None:
     assert min(late.detail[ending] for ending in get_args(Ending)) >= 1
 
 
+@pytest.mark.full
 async def test_a_turn_lasts_as_long_as_is_said() -> None:
     """From the first frame of a turn to the first of the next, to a tenth of a second."""
     await keeps(one_turn(1, turn_s=3.0, load=LIGHT))
 
 
+@pytest.mark.full
 async def test_a_bad_link_is_measured() -> None:
     """The link is as bad as it shall be, and over it the robot drives nearly all the time."""
     found = await nuisance(10, load=LIGHT)
@@ -120,6 +124,7 @@ async def test_a_bad_link_is_measured() -> None:
     assert list(curve) == [f"{ttl_ms} ms" for ttl_ms in TTLS_MS]
 
 
+@pytest.mark.full
 async def test_the_beat_is_measured_where_it_is_made() -> None:
     """Of the frames and of the loop there is a row each for jitter and gap, under some load."""
     load = replace(DEFAULT, observers=4)
@@ -135,6 +140,7 @@ async def test_the_beat_is_measured_where_it_is_made() -> None:
     assert (found["steady-beat: loop's gap"].values["max"] or 0.0) >= 20
 
 
+@pytest.mark.full
 async def test_a_load_that_did_not_hold_is_no_result() -> None:
     """Where observers are gone at the end, nothing that was measured counts."""
 
@@ -158,7 +164,9 @@ async def test_no_harm_to_a_channel_is_executed() -> None:
 
 
 @pytest.mark.parametrize(
-    "measure", [server_killed, server_stopped, driver_killed], ids=lambda one: str(one.__name__)
+    "measure",
+    [pytest.param(server_killed, marks=pytest.mark.full), server_stopped, driver_killed],
+    ids=lambda one: str(one.__name__),
 )
 async def test_a_dead_process_stops_the_robot(measure: Callable[..., Awaitable[Row]]) -> None:
     """The robot stands soon after a process next to it is gone, and nothing late moves it."""
@@ -179,6 +187,7 @@ async def test_stop_is_heard_in_a_flood() -> None:
     await keeps(stop_in_flood(len(WAYS), rate_hz=3000.0, load=LIGHT))
 
 
+@pytest.mark.full
 async def test_hands_off_is_zero_on_the_wire() -> None:
     """Another tab, a minimised window, a navigation, a cancelled touch: zero within 120 ms."""
     await keeps(hands_off(1, load=LIGHT))

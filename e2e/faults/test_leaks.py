@@ -60,6 +60,7 @@ def leaky(folder: Path, edits: Iterable[Edit]) -> dict[str, str]:
 
 
 @pytest.mark.timeout(180)
+@pytest.mark.full
 async def test_a_leak_in_the_gate_is_seen_by_the_hands(tmp_path: Path) -> None:
     """The previous operator's motion is counted, although it has the new turn's number."""
     found, _, _ = await hand_over(4, load=LIGHT, environment=leaky(tmp_path, GATE))
