@@ -70,6 +70,7 @@ async def test_a_voice_is_heard_in_step_with_its_picture(
 
 
 @pytest.mark.timeout(90)
+@pytest.mark.full
 async def test_a_film_without_sound_plays(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:

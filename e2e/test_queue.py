@@ -98,6 +98,7 @@ async def test_the_turn_passes_on_when_it_ends(server: Server, open_viewer: Open
 
 
 @pytest.mark.timeout(90)
+@pytest.mark.full
 async def test_the_timer_counts_down(server: Server, open_viewer: OpenViewer) -> None:
     """The operator sees the turn's remaining seconds, falling and never above its length."""
     ada = await person(open_viewer, server, "Ada")

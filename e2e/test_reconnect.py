@@ -167,6 +167,7 @@ async def test_a_killed_server_is_told_within_a_second(
 
 
 @pytest.mark.timeout(90)
+@pytest.mark.full
 async def test_a_server_that_pauses_is_not_called_lost(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:

@@ -137,6 +137,7 @@ async def test_by_default_the_delay_is_small(
 
 
 @pytest.mark.timeout(90)
+@pytest.mark.full
 async def test_the_delay_follows_the_role(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:

@@ -193,6 +193,7 @@ async def test_hands_off_is_zero_on_the_wire() -> None:
     await keeps(hands_off(1, load=LIGHT))
 
 
+@pytest.mark.full
 async def test_who_does_not_see_does_not_drive() -> None:
     """A picture that does not come slows the robot and then stops it."""
     await keeps(video_starves(1, load=LIGHT))

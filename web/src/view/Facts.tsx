@@ -27,7 +27,7 @@ export function Facts() {
       </summary>
       <dl>
         <Fact name="Picture age">{ageWords(pictureMs, pictureErrorMs)}</Fact>
-        {pictureMs !== null && <Fact name="Not in it">{NOT_IN_PICTURE_AGE}</Fact>}
+        {pictureMs !== null && <Fact name="Not included">{NOT_IN_PICTURE_AGE}</Fact>}
         <Fact name="Sound age">{msWords(soundMs)}</Fact>
         <Fact name="Skew">{skewWords(soundMs, pictureMs)}</Fact>
         <Fact name="Round trip">{msWords(roundTripMs)}</Fact>

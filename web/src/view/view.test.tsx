@@ -630,7 +630,7 @@ it("shows how well it plays, what is sent and why", () => {
   const told = (name: string) => getByText(body, name).nextElementSibling?.textContent;
   expect(getByText(body, "Delay").textContent).toBe("Delay 46 ms");
   expect(told("Picture age")).toBe("46 ms ± 3");
-  expect(told("Not in it")).toContain("camera");
+  expect(told("Not included")).toContain("camera");
   expect(told("Sound age")).toBe("80 ms");
   expect(told("Skew")).toBe("sound 34 ms later");
   expect(told("Sound gaps, last minute")).toBe("none");
