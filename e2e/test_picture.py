@@ -46,6 +46,7 @@ async def test_card_moves_and_is_fresh(server: Server, codec: str, open_viewer: 
 
 
 @pytest.mark.timeout(120)
+@pytest.mark.full
 async def test_the_operators_picture_is_fresher_than_stocks(
     server: Server, open_viewer: OpenViewer
 ) -> None:

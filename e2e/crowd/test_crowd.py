@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from e2e.bench.servers import STOCK, WAX, serving
+from e2e.bench.servers import SIDES, WAX, serving
 from e2e.crowd import Crowd, Offering
 from e2e.crowd.modem import Line
 from e2e.measure.errors import MeasureError
@@ -16,7 +16,8 @@ WATCHED_S = 3.0
 
 
 @pytest.mark.timeout(120)
-@pytest.mark.parametrize("side", [WAX, pytest.param(STOCK, marks=pytest.mark.full)])
+@pytest.mark.full
+@pytest.mark.parametrize("side", SIDES)
 async def test_a_crowd_sees_hears_and_answers(side: str) -> None:
     """Each gets frames and sound; ours gets transport-wide feedback and reports of each."""
     async with serving(side) as server:
