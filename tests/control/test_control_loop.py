@@ -517,7 +517,7 @@ def test_stop_goes_out_although_nothing_can_be_noted() -> None:
 
 
 def test_stop_latches_although_the_driver_fails_badly(bench: Bench) -> None:
-    """What even the helm lets through does not keep the stop from being latched."""
+    """Even what the safe driver lets through does not keep the stop from being latched."""
 
     def interrupted(turn: int) -> None:
         raise KeyboardInterrupt

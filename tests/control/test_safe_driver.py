@@ -58,65 +58,67 @@ def robot() -> Robot:
 
 
 @pytest.fixture
-def helm(robot: Robot) -> SafeDriver:
-    """Give a helm whose robot is there, and was told nothing since."""
-    helm = SafeDriver(robot)
-    assert helm.check(1) is None
+def safe_driver(robot: Robot) -> SafeDriver:
+    """Make a safe driver whose robot is there, and was told nothing since."""
+    safe_driver = SafeDriver(robot)
+    assert safe_driver.check(1) is None
     robot.take()
-    return helm
+    return safe_driver
 
 
 def test_it_stands_from_the_start(robot: Robot) -> None:
     """Before anything was said nothing moves, and the robot counts as not there."""
-    helm = SafeDriver(robot)
-    assert not helm.is_moving
-    assert not helm.state.connected
-    assert helm.failures == 0
+    safe_driver = SafeDriver(robot)
+    assert not safe_driver.is_moving
+    assert not safe_driver.state.connected
+    assert safe_driver.failures == 0
 
 
-def test_a_robot_that_is_not_there_is_told_of(helm: SafeDriver, robot: Robot) -> None:
+def test_a_robot_that_is_not_there_is_told_of(safe_driver: SafeDriver, robot: Robot) -> None:
     """What the robot says is wrong with it comes first, then that it is not connected."""
     robot.now = RobotState(connected=False, epoch=1)
-    assert helm.check(1) == NOT_CONNECTED
+    assert safe_driver.check(1) == NOT_CONNECTED
     robot.now = RobotState(connected=False, epoch=1, problem="No port.")
-    assert helm.check(1) == "No port."
+    assert safe_driver.check(1) == "No port."
 
 
-def test_a_robot_that_was_connected_anew_is_stopped(helm: SafeDriver, robot: Robot) -> None:
+def test_a_robot_that_was_connected_anew_is_stopped(safe_driver: SafeDriver, robot: Robot) -> None:
     """It is stopped once, and where its axes stand is not known any more."""
-    helm.steer(Setpoint(axes={"pan": 0.5}), 1)
-    assert not helm.changes_axes({"pan": 0.5})
+    safe_driver.steer(Setpoint(axes={"pan": 0.5}), 1)
+    assert not safe_driver.changes_axes({"pan": 0.5})
     robot.now = RobotState(connected=True, epoch=2)
     robot.take()
-    helm.check(3)
-    helm.check(3)
+    safe_driver.check(3)
+    safe_driver.check(3)
     assert robot.take() == [("stop", 3)]
-    assert helm.changes_axes({"pan": 0.5})
+    assert safe_driver.changes_axes({"pan": 0.5})
 
 
-def test_only_axes_that_change_are_set(helm: SafeDriver, robot: Robot) -> None:
+def test_only_axes_that_change_are_set(safe_driver: SafeDriver, robot: Robot) -> None:
     """A position is said once; that it would be said anew can be asked."""
-    assert helm.changes_axes({"pan": 0.5}) is True
+    assert safe_driver.changes_axes({"pan": 0.5}) is True
     for _ in range(2):
-        helm.steer(Setpoint(axes={"pan": 0.5}), 1)
-    assert helm.changes_axes({"pan": 0.5}) is False
-    assert helm.changes_axes({"pan": 0.4}) is True
+        safe_driver.steer(Setpoint(axes={"pan": 0.5}), 1)
+    assert safe_driver.changes_axes({"pan": 0.5}) is False
+    assert safe_driver.changes_axes({"pan": 0.4}) is True
     stand = ("apply", STANDSTILL, 1)
     assert robot.take() == [stand, ("set_axis", "pan", 0.5, 1), stand]
 
 
-def test_letting_go_is_a_set_point_of_standstill(helm: SafeDriver, robot: Robot) -> None:
+def test_letting_go_is_a_set_point_of_standstill(safe_driver: SafeDriver, robot: Robot) -> None:
     """Motion that ends because the operator wants it to needs no stop."""
-    helm.steer(Setpoint(AHEAD), 1)
-    helm.steer(Setpoint(), 1)
+    safe_driver.steer(Setpoint(AHEAD), 1)
+    safe_driver.steer(Setpoint(), 1)
     assert robot.take() == [("apply", AHEAD, 1), ("apply", STANDSTILL, 1)]
 
 
-def test_motion_that_ends_with_a_reason_ends_with_a_stop(helm: SafeDriver, robot: Robot) -> None:
+def test_motion_that_ends_with_a_reason_ends_with_a_stop(
+    safe_driver: SafeDriver, robot: Robot
+) -> None:
     """At the end of a soft stop, not on the way, and once."""
     slow = Twist(0.1, 0.0)
     for twist in (AHEAD, slow, STANDSTILL, STANDSTILL):
-        helm.steer(Setpoint(twist, reason=None if twist is AHEAD else "Why."), 2)
+        safe_driver.steer(Setpoint(twist, reason=None if twist is AHEAD else "Why."), 2)
     assert robot.take() == [
         ("apply", AHEAD, 2),
         ("apply", slow, 2),
@@ -126,70 +128,70 @@ def test_motion_that_ends_with_a_reason_ends_with_a_stop(helm: SafeDriver, robot
     ]
 
 
-def test_lending_begins_with_one_stop(helm: SafeDriver, robot: Robot) -> None:
+def test_lending_begins_with_one_stop(safe_driver: SafeDriver, robot: Robot) -> None:
     """Another reason is no other loan, and what was not lent is not taken back."""
-    helm.lend(None, 1)
+    safe_driver.lend(None, 1)
     assert robot.take() == []
-    helm.lend("It is being proved.", 1)
-    helm.lend("It is being proved, still.", 1)
-    helm.stop(1)
-    helm.steer(Setpoint(AHEAD), 1)
+    safe_driver.lend("It is being proved.", 1)
+    safe_driver.lend("It is being proved, still.", 1)
+    safe_driver.stop(1)
+    safe_driver.steer(Setpoint(AHEAD), 1)
     assert robot.take() == [("stop", 1)]
-    assert helm.check(1) == "It is being proved, still."
-    helm.lend(None, 1)
-    assert helm.check(1) is None
+    assert safe_driver.check(1) == "It is being proved, still."
+    safe_driver.lend(None, 1)
+    assert safe_driver.check(1) is None
     assert robot.take() == [("stop", 1)]
 
 
-def test_whether_a_lent_robot_moves_is_not_known(helm: SafeDriver, robot: Robot) -> None:
+def test_whether_a_lent_robot_moves_is_not_known(safe_driver: SafeDriver, robot: Robot) -> None:
     """What it said before somebody else had it does not count any more."""
     robot.now = RobotState(connected=True, epoch=1, moving=True)
-    helm.check(1)
-    assert helm.state.moving is True
-    helm.lend("It is being proved.", 1)
-    helm.check(1)
-    assert helm.state.moving is None
+    safe_driver.check(1)
+    assert safe_driver.state.moving is True
+    safe_driver.lend("It is being proved.", 1)
+    safe_driver.check(1)
+    assert safe_driver.state.moving is None
 
 
-def test_a_robot_that_does_not_answer_is_stopped(helm: SafeDriver, robot: Robot) -> None:
+def test_a_robot_that_does_not_answer_is_stopped(safe_driver: SafeDriver, robot: Robot) -> None:
     """Whatever raises, the robot is stopped, counted, and not known to move."""
     robot.now = RobotState(connected=True, epoch=1, moving=True)
-    helm.check(1)
-    helm.steer(Setpoint(AHEAD), 1)
+    safe_driver.check(1)
+    safe_driver.steer(Setpoint(AHEAD), 1)
     robot.take()
     robot.broken = {"state"}
     with capture_logs():
-        assert helm.check(1) == NO_ANSWER
-    assert (helm.state.problem, helm.state.moving) == (NO_ANSWER, None)
+        assert safe_driver.check(1) == NO_ANSWER
+    assert (safe_driver.state.problem, safe_driver.state.moving) == (NO_ANSWER, None)
     assert robot.take() == [("stop", 1)]
-    assert not helm.is_moving
+    assert not safe_driver.is_moving
     robot.broken = {"apply"}
     with capture_logs():
-        assert helm.steer(Setpoint(AHEAD), 1) == NO_ANSWER
+        assert safe_driver.steer(Setpoint(AHEAD), 1) == NO_ANSWER
     assert robot.take() == [("stop", 1)]
-    assert helm.failures == 2
+    assert safe_driver.failures == 2
 
 
-def test_what_a_driver_may_not_return_is_no_state(helm: SafeDriver, robot: Robot) -> None:
+def test_what_a_driver_may_not_return_is_no_state(safe_driver: SafeDriver, robot: Robot) -> None:
     """A driver that returns something else does not answer."""
     robot.now = None  # type: ignore[assignment]  # somebody's driver
     with capture_logs():
-        assert helm.check(1) == NO_ANSWER
+        assert safe_driver.check(1) == NO_ANSWER
 
 
 def test_a_failure_is_logged_once_until_all_is_well(robot: Robot) -> None:
     """From the very first call on, and anew after the robot has answered."""
-    helm = SafeDriver(robot)
+    safe_driver = SafeDriver(robot)
     with capture_logs() as logs:
         robot.broken = {"state", "apply", "stop"}
         for _ in range(3):
-            helm.steer(Setpoint(reason=helm.check(1)), 1)
+            safe_driver.steer(Setpoint(reason=safe_driver.check(1)), 1)
         assert len(logs) == 1
         robot.broken = {"state"}
-        helm.steer(Setpoint(reason=helm.check(1)), 1)
+        safe_driver.steer(Setpoint(reason=safe_driver.check(1)), 1)
         assert len(logs) == 1
         robot.broken = set()
-        helm.steer(Setpoint(reason=helm.check(1)), 1)
+        safe_driver.steer(Setpoint(reason=safe_driver.check(1)), 1)
         robot.broken = {"stop"}
-        helm.stop(1)
+        safe_driver.stop(1)
         assert len(logs) == 2
