@@ -25,6 +25,7 @@ from wax.congestion.allocator import Allocator
 from wax.congestion.delivery import Delivery, LinkEstimate
 from wax.congestion.pacer import gap_s
 from wax.congestion.sender_side import SenderSideControl
+from wax.rtc.picture_sender import ASK_AGAIN_S
 from wax.rtc.retransmissions import Retransmissions
 from wax.sync.audio_master import AudioMaster
 
@@ -309,7 +310,7 @@ class Loop:
             unreported_s = self.now_s - next(iter(self._unreported.values())).sent_s
         wait_s = self.control.free_in_s(unreported_s, self.now_s)
         if wait_s > 0:
-            self._at(self.now_s + max(wait_s, 0.0005), self._go)
+            self._at(self.now_s + min(max(wait_s, 0.0005), ASK_AGAIN_S), self._go)
             return
         picture = self._lane.popleft()
         train = self.control.plan_train(picture.size_bytes, self.now_s)

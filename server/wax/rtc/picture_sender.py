@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 
 _TICK_S: Final = 0.001
 """An event loop's timer resolution."""
+ASK_AGAIN_S: Final = 0.05
+"""A wait is asked about again after this, for feedback may have shortened it: libwebrtc sends one
+at most this often (RemoteEstimatorProxy)."""
 _NOT_AT_ONCE_10MS: Final = 51
 """Just above the 500 ms below which libwebrtc shows pictures at once if the least is 0."""
 _NACK: Final = 1
@@ -82,7 +85,7 @@ class PictureSender(Sender):
     async def _run_lane(self) -> None:
         while True:
             if (wait_s := self._tap.free_in_s(self._now_s())) > _TICK_S:
-                await asyncio.sleep(wait_s)
+                await asyncio.sleep(min(wait_s, ASK_AGAIN_S))
             elif self._asked_for:
                 await self._repeat(self._asked_for.popleft())
             elif (picture := self._lane.take()) is not None:
