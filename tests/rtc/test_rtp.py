@@ -122,10 +122,15 @@ def test_a_round_trip_longer_than_the_interval_of_reports_is_found() -> None:
 
 
 def test_old_packets_are_forgotten() -> None:
-    """As many are kept as a browser may ask for, and no more."""
+    """As many are kept as a browser may ask for, of the last two seconds, and no more."""
     history = SentHistory()
     for number in range(1500):
         history.add(number, SentPacket(number, False, b"", 0.0))
     assert history.get(475) is None
     assert history.get(476) is not None
     assert history.get(1499) == SentPacket(1499, False, b"", 0.0)
+    history.add(1500, SentPacket(1500, False, b"", 2.0))
+    assert history.get(1499) is not None
+    history.add(1501, SentPacket(1501, False, b"", 2.001))
+    assert history.get(1499) is None
+    assert history.get(1500) is not None

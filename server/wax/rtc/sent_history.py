@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections import OrderedDict
 from typing import Final, NamedTuple
 
-_KEPT: Final = 1024
+_MOST: Final = 1024
 """Chromium requests packets up to about this far back (its NACK module: 1000)."""
+_KEPT_S: Final = 2.0
+"""Older packets are of no use to anybody: congestion control refuses them after 0.5 s and a round
+trip. A good rendition sends 150 packets/s, so time bounds the memory, and the number only a burst.
+"""
 
 
 class SentPacket(NamedTuple):
@@ -26,9 +30,12 @@ class SentHistory:
 
     def add(self, sequence_number: int, packet: SentPacket) -> None:
         self._sent[sequence_number] = packet
-        if len(self._sent) > _KEPT:
+        while len(self._sent) > _MOST or self._oldest_s() < packet.sent_s - _KEPT_S:
             self._sent.popitem(last=False)
 
     def get(self, sequence_number: int) -> SentPacket | None:
         """Return a packet, None if it is too old or was never sent."""
         return self._sent.get(sequence_number)
+
+    def _oldest_s(self) -> float:
+        return next(iter(self._sent.values())).sent_s
