@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from e2e.faults.record import Seen
     from e2e.faults.stage import Stage
     from e2e.measure.row import Row
-    from wax.client.process import Order, Seat
+    from wax.client.process import OperatorState, Order
 
 GAP_MS: Final = 300.0
 TURN_S: Final = 60.0
@@ -124,7 +124,7 @@ async def hand_over(n: int, **settings: Any) -> list[Row]:
                 await now.gets_turn()
                 after.remote.tell("join")
                 if before in _SLOW:
-                    slow.add(now.remote.seat.turn)
+                    slow.add(now.remote.state.turn)
                 await now.begins()
                 await now.ends(ending, random)
                 await after.gets_turn()
@@ -181,7 +181,7 @@ class Player:
     async def gets_turn(self) -> None:
         """Wait for the turn, and keep joining: a lost viewer may have lost their place."""
         for _ in range(_ASKS):
-            if await self.remote.until(lambda: self.remote.seat.drives, _ASK_EVERY_S):
+            if await self.remote.until(lambda: self.remote.state.drives, _ASK_EVERY_S):
                 return
             self.remote.tell("join")
         raise MeasureError(f"hand-over: no turn within {_ASKS * _ASK_EVERY_S:g} s")
@@ -201,7 +201,7 @@ class Player:
                 await asyncio.sleep(random.uniform(0.0, 0.1))
                 self.remote.tell("leave")
             case "expire":
-                await self.remote.until(lambda: not self.remote.seat.drives, _WAIT_S)
+                await self.remote.until(lambda: not self.remote.state.drives, _WAIT_S)
             case "vanish":
                 # The server notices the loss at about the moment when the turn ends.
                 await self._until_end(_LOST_S * random.uniform(0.9, 1.1))
@@ -219,17 +219,17 @@ class Player:
         """Make sure that it is connected; reopen a crashed page."""
         if not self.remote.runs:
             await self.come()
-        if not await self.remote.until(lambda: self.remote.seat.is_open, _WAIT_S):
+        if not await self.remote.until(lambda: self.remote.state.is_open, _WAIT_S):
             raise MeasureError(f"hand-over: an operator is not back: {self.remote.last_line()}")
 
     async def _until_end(self, before_s: float) -> None:
-        ends_ms = self.remote.seat.ends_ms
+        ends_ms = self.remote.state.ends_ms
         if ends_ms is not None:
             await asyncio.sleep(max(0.0, ends_ms / 1000 - before_s - monotonic()))
 
-    def _told(self, seat: Seat) -> None:
-        if seat.drives:
-            self.turns.add(seat.turn)
+    def _told(self, state: OperatorState) -> None:
+        if state.drives:
+            self.turns.add(state.turn)
 
 
 async def one_turn(n: int, *, turn_s: float = TURN_S, **settings: Any) -> Row:

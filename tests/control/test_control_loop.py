@@ -854,7 +854,7 @@ def test_a_long_line_is_a_slow_one() -> None:
         [(_, twist, _)] = [call for call in bench.step() if call[0] == "apply"]
         assert isinstance(twist, Twist)
         speeds.append(twist.linear_mps)
-        reason = Limit.LONG_LINE.value if delay_s else None
+        reason = Limit.LONG_DELAY.value if delay_s else None
         assert bench.statuses[-1] == (A, True, reason)
     assert speeds[1] < speeds[0] == 0.5
 

@@ -38,7 +38,7 @@ def test_every_rule_is_what_was_configured() -> None:
         stop_picture_age_s=0.7,
         max_stop_distance_m=0.7,
         slow_fraction=0.3,
-        beat_s=0.025,
+        period_s=0.025,
         silence_s=0.15,
         watchdog_s=0.2,
         acceleration_mps2=1.5,

@@ -75,7 +75,7 @@ def test_as_fast_as_it_may_be_is_not_lowered() -> None:
     command = replace(FULL, linear=1.0, angular=0.0)
     assert speed.twist(command, VideoFreshness.CLEAR, TTL_S, rules) == (Twist(fastest, 0.0), None)
     # Over a longer line the same is too fast, and the line alone is to blame.
-    assert speed.twist(command, VideoFreshness.CLEAR, 0.4, rules)[1] is Limit.LONG_LINE
+    assert speed.twist(command, VideoFreshness.CLEAR, 0.4, rules)[1] is Limit.LONG_DELAY
 
 
 def test_turning_on_the_spot_needs_no_distance() -> None:
@@ -90,7 +90,7 @@ def test_the_line_is_to_blame_only_where_it_is() -> None:
     rules = replace(RULES, max_stop_distance_m=0.35)
     assert fastest_mps(0.15, rules) > 0.8 > fastest_mps(0.4, rules)
     assert speed.twist(FULL, VideoFreshness.CLEAR, 0.15, rules)[1] is None
-    assert speed.twist(FULL, VideoFreshness.CLEAR, 0.4, rules)[1] is Limit.LONG_LINE
+    assert speed.twist(FULL, VideoFreshness.CLEAR, 0.4, rules)[1] is Limit.LONG_DELAY
     rules = replace(RULES, max_stop_distance_m=0.25)
     assert speed.twist(FULL, VideoFreshness.CLEAR, 0.4, rules)[1] is Limit.STOPPING_DISTANCE
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from tests.firmware.core import Core, Settings, Verdict
 
-from wax.robot.serial.frames import Axis, Drive, Frame, Hello, Stop, encode
+from wax.robot.serial.frames import AxisBody, DriveBody, Frame, HelloBody, StopBody, encode
 
 if TYPE_CHECKING:
     import ctypes
@@ -62,34 +62,39 @@ class Server:
 
     def hello(self, at_ms: int) -> list[Said]:
         self.session = self._random.randint(1, 65_534)
-        return [self._say(Hello(self.session), at_ms, turn=0), self._say(Stop(), at_ms, turn=0)]
+        return [
+            self._say(HelloBody(self.session), at_ms, turn=0),
+            self._say(StopBody(), at_ms, turn=0),
+        ]
 
     def speak(self, at_ms: int) -> list[Said]:
         random = self._random
         if random.random() < 0.06:
             self._turn += random.randint(1, 3)
-            return [self._say(Stop(), at_ms)]
+            return [self._say(StopBody(), at_ms)]
         if random.random() < 0.1:
-            return [self._say(Stop(), at_ms)]
-        said = [self._say(Drive(random.randint(1, 60), random.randint(1, 60)), at_ms)]
+            return [self._say(StopBody(), at_ms)]
+        said = [self._say(DriveBody(random.randint(1, 60), random.randint(1, 60)), at_ms)]
         if random.random() < 0.1:
-            said.append(self._say(Axis(random.randint(0, 3), random.randint(1, 10_000)), at_ms))
+            said.append(self._say(AxisBody(random.randint(0, 3), random.randint(1, 10_000)), at_ms))
         return said
 
     def late_turn(self, at_ms: int) -> Said:
         """Say a motion of the turn that is over, as somebody who has not heard of it."""
-        body = Drive(self._random.randint(1, 60), self._random.randint(1, 60))
+        body = DriveBody(self._random.randint(1, 60), self._random.randint(1, 60))
         return self._say(body, at_ms, turn=self._turn - 1)
 
-    def _say(self, body: Drive | Axis | Stop | Hello, at_ms: int, turn: int | None = None) -> Said:
+    def _say(
+        self, body: DriveBody | AxisBody | StopBody | HelloBody, at_ms: int, turn: int | None = None
+    ) -> Said:
         self._order += 1
         frame = Frame(
             body,
             sequence=self._order & 0xFFFF,
             turn=self._turn if turn is None else turn,
-            ttl_ms=TTL_MS if isinstance(body, Drive | Axis) else 0,
+            ttl_ms=TTL_MS if isinstance(body, DriveBody | AxisBody) else 0,
             time_ms=0
-            if isinstance(body, Hello)
+            if isinstance(body, HelloBody)
             else (self._clock_ms + at_ms - self._delay_up_ms) % 2**32,
         )
         return Said(self._order, at_ms, self.session, frame)
@@ -97,7 +102,7 @@ class Server:
 
 def stranger(random: Random, like: Frame, session: int) -> Said:
     """Give what another sender says: it goes back, and its own session it has not told here."""
-    body = Drive(-random.randint(1, 60), -random.randint(1, 60))
+    body = DriveBody(-random.randint(1, 60), -random.randint(1, 60))
     frame = Frame(body, like.sequence + 1, like.turn + 1, TTL_MS, like.time_ms)
     return Said(0, 0, session, frame, genuine=False)
 
@@ -191,7 +196,7 @@ class Line:
             case "old turn":
                 arrivals.append(_arrival(self._server.late_turn(now_ms), soon_ms + 1))
             case "repeated with its hello":
-                hellos = [one for one in self._past if isinstance(one.frame.body, Hello)]
+                hellos = [one for one in self._past if isinstance(one.frame.body, HelloBody)]
                 old = [random.choice(hellos), *self._past[-random.randint(1, 10) :]]
                 arrivals += [_arrival(one, soon_ms + 1) for one in old]
         return arrivals
@@ -217,9 +222,9 @@ class Oracle:
 
         A motion that has run out lets no other begin before the next hello or stop.
         """
-        if isinstance(said.frame.body, Hello):
+        if isinstance(said.frame.body, HelloBody):
             return True
-        if isinstance(said.frame.body, Stop):
+        if isinstance(said.frame.body, StopBody):
             return said.session == self._session
         return (
             said.genuine
@@ -233,7 +238,7 @@ class Oracle:
 
     def must(self, said: Said, now_ms: int, delay_up_ms: int) -> bool:
         """Whether this has to be obeyed; of motion the server knows the time as of a report."""
-        if not isinstance(said.frame.body, Drive | Axis):
+        if not isinstance(said.frame.body, DriveBody | AxisBody):
             return self.may(said, now_ms)
         known_at_ms = said.at_ms - delay_up_ms
         in_time = known_at_ms >= self._hello_ms and now_ms - known_at_ms <= TTL_MS
@@ -241,16 +246,16 @@ class Oracle:
 
     def took(self, said: Said, now_ms: int) -> None:
         body = said.frame.body
-        if isinstance(body, Hello):
+        if isinstance(body, HelloBody):
             self._session, self._hello_ms = body.session, now_ms
             self._newest, self._turn = said.order, 0
         else:
             self._newest = max(self._newest, said.order)
             self._turn = max(self._turn, said.frame.turn)
-        if isinstance(body, Drive):
+        if isinstance(body, DriveBody):
             self._wheels = body.left_mmps, body.right_mmps
             self._until_ms = now_ms + said.frame.ttl_ms
-        elif not isinstance(body, Axis):
+        elif not isinstance(body, AxisBody):
             self._wheels, self._until_ms = (0, 0), math.inf
 
     def wheels(self, now_ms: int) -> tuple[int, int]:
@@ -288,7 +293,7 @@ def _judge(
         # Damage that another session's start makes up for, one in 65536: the other rules see it.
         assert verdict is not Verdict.TAKEN, "it obeyed what nobody has said"
         return
-    if not isinstance(said.frame.body, Drive | Axis):
+    if not isinstance(said.frame.body, DriveBody | AxisBody):
         assert verdict is Verdict.TAKEN, f"refused {said}"
     else:
         counts["taken" if verdict is Verdict.TAKEN else "refused"] += 1

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wax.robot.serial.frames import Axis, Drive, Frame, Hello, Stop
+from wax.robot.serial.frames import AxisBody, DriveBody, Frame, HelloBody, StopBody
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -193,10 +193,10 @@ def _clock(now_ms: int) -> ctypes.c_uint32:
 
 def _frame(found: _Frame) -> Frame:
     bodies: dict[int, Callable[[], Body]] = {
-        0x00: lambda: Hello(found.session),
-        0x01: lambda: Drive(found.left_mmps, found.right_mmps),
-        0x02: lambda: Axis(found.axis, found.position),
-        0x03: Stop,
+        0x00: lambda: HelloBody(found.session),
+        0x01: lambda: DriveBody(found.left_mmps, found.right_mmps),
+        0x02: lambda: AxisBody(found.axis, found.position),
+        0x03: StopBody,
     }
     return Frame(
         bodies[found.type](),

@@ -13,7 +13,16 @@ from hypothesis import strategies as st
 from tests.firmware.core import AXES, Core, Settings, Verdict
 
 from wax.robot.serial import frames
-from wax.robot.serial.frames import Axis, Decoder, Drive, Frame, Hello, Report, Stop, encode
+from wax.robot.serial.frames import (
+    AxisBody,
+    Decoder,
+    DriveBody,
+    Frame,
+    HelloBody,
+    ReportBody,
+    StopBody,
+    encode,
+)
 
 if TYPE_CHECKING:
     from wax.robot.serial.frames import Body
@@ -23,7 +32,7 @@ VECTORS: dict[str, Any] = json.loads(
 )
 SESSION: int = VECTORS["session"]
 WRAP = 2**32
-AHEAD = Drive(600, 600)
+AHEAD = DriveBody(600, 600)
 
 # The core is asked where its clock begins, stands near its end, and passes it.
 CLOCKS = pytest.mark.parametrize("start_ms", [0, 123_456, WRAP - 100, WRAP - 1])
@@ -37,7 +46,7 @@ class Bench:
         self.core = Core(Settings(**settings), start_ms)
         self.sequence = 0
         self.session = SESSION
-        self.say(Hello(SESSION))
+        self.say(HelloBody(SESSION))
 
     def say(self, body: Body, **fields: int) -> Verdict | None:
         """Say it as the server does but for the fields given; None if it is no frame of ours."""
@@ -58,12 +67,12 @@ class Bench:
         found = Decoder(self.session).feed(self.core.report(self.now_ms))
         return found[0] if found else None
 
-    def told(self) -> Report:
+    def told(self) -> ReportBody:
         """Give the next report, which comes within 50 ms."""
         for _ in range(51):
             frame = self.report()
             if frame is not None:
-                assert isinstance(frame.body, Report)
+                assert isinstance(frame.body, ReportBody)
                 return frame.body
             self.wait(1)
         raise AssertionError("no report")
@@ -81,11 +90,11 @@ def test_it_reads_and_writes_the_wire_vectors(vector: dict[str, Any]) -> None:
     """What the server sends is what it understands; of what robots send it understands nothing."""
     wire = bytes.fromhex(vector["hex"])
     core = Core()
-    greeting = encode(Frame(Hello(vector["session"])), 0)
+    greeting = encode(Frame(HelloBody(vector["session"])), 0)
     if vector["session"] != frames.NO_SESSION:
         assert len(core.hear(greeting, 0)) == 1
     found = [frame for frame, _ in core.hear(wire, vector["time_ms"])]
-    body = getattr(frames, vector["type"])(**vector["fields"])
+    body = getattr(frames, vector["type"] + "Body")(**vector["fields"])
     wanted = Frame(
         body,
         sequence=vector["sequence"],
@@ -93,7 +102,7 @@ def test_it_reads_and_writes_the_wire_vectors(vector: dict[str, Any]) -> None:
         ttl_ms=vector["ttl_ms"],
         time_ms=vector["time_ms"],
     )
-    assert found == ([] if isinstance(body, Report) else [wanted])
+    assert found == ([] if isinstance(body, ReportBody) else [wanted])
 
 
 @pytest.mark.parametrize("vector", VECTORS["ignored"], ids=lambda vector: vector["name"])
@@ -101,8 +110,8 @@ def test_what_is_no_frame_of_ours_is_ignored_and_counted(vector: dict[str, Any])
     """A damaged or unknown frame gives nothing but a count, and the next one is understood."""
     bench = Bench()
     found = bench.core.hear(bytes.fromhex(vector["hex"]), 0)
-    found += bench.core.hear(encode(Frame(Stop(), sequence=9), SESSION), 0)
-    assert [frame.body for frame, _ in found] == [Stop()]
+    found += bench.core.hear(encode(Frame(StopBody(), sequence=9), SESSION), 0)
+    assert [frame.body for frame, _ in found] == [StopBody()]
     assert bench.core.damaged >= 1
 
 
@@ -111,7 +120,7 @@ octets = st.one_of(
     st.lists(st.sampled_from([b"\xa5", b"\x5a", b"\xa5\x5a", b"\x00\x03", b"\x20"])).map(b"".join),
     st.builds(
         lambda body, sequence, cut: encode(Frame(body, sequence=sequence), SESSION)[cut:],
-        st.sampled_from([Stop(), Drive(1, 2), Axis(1, 2), Hello(SESSION)]),
+        st.sampled_from([StopBody(), DriveBody(1, 2), AxisBody(1, 2), HelloBody(SESSION)]),
         st.integers(0, 65_535),
         st.integers(0, 3),
     ),
@@ -136,8 +145,8 @@ def test_bytes_that_nobody_asks_about_do_not_run_over(wire: bytes) -> None:
     bench.core.push(b"\xa5\x5a\x20" + wire)
     while bench.core.next(0):
         pass
-    stop = encode(Frame(Stop(), sequence=9), SESSION)
-    assert [frame.body for frame, _ in bench.core.hear(stop * 4, 0)][-1:] == [Stop()]
+    stop = encode(Frame(StopBody(), sequence=9), SESSION)
+    assert [frame.body for frame, _ in bench.core.hear(stop * 4, 0)][-1:] == [StopBody()]
 
 
 def test_a_report_says_how_it_is() -> None:
@@ -151,11 +160,11 @@ def test_a_report_says_how_it_is() -> None:
     frame = bench.report()
     assert frame is not None
     assert (frame.sequence, frame.turn, frame.time_ms) == (1, 7, 1)
-    assert frame.body == Report(7412, 2, -123_456, 2**31 - 1, 1, 2, damaged=1, refused=1)
+    assert frame.body == ReportBody(7412, 2, -123_456, 2**31 - 1, 1, 2, damaged=1, refused=1)
     bench.wait(250, **inputs)
     frame = bench.report()
     assert frame is not None
-    assert isinstance(frame.body, Report)
+    assert isinstance(frame.body, ReportBody)
     assert (frame.sequence, frame.body.timed_out, frame.body.moving) == (2, True, False)
 
 
@@ -183,10 +192,10 @@ def test_hello_stops_and_forgets() -> None:
     bench.wait(100)
     assert not bench.stands
     bench.session = 77
-    bench.say(Hello(77), sequence=5)
+    bench.say(HelloBody(77), sequence=5)
     frame = bench.report()
     assert frame is not None
-    assert isinstance(frame.body, Report)
+    assert isinstance(frame.body, ReportBody)
     assert frame.body.sequence == 5
     bench.wait(50)
     assert bench.stands
@@ -201,7 +210,7 @@ def test_what_was_said_before_hello_is_over(start_ms: int) -> None:
     bench.wait(5)
     early = {"sequence": 9, "time_ms": bench.now_ms}
     bench.wait(5)
-    bench.say(Hello(SESSION), sequence=1)
+    bench.say(HelloBody(SESSION), sequence=1)
     assert bench.say(AHEAD, **early) is Verdict.LATE
     assert bench.say(AHEAD, sequence=10) is Verdict.TAKEN
 
@@ -214,12 +223,12 @@ def test_the_past_turn_is_over() -> None:
     bench = Bench()
     assert bench.say(AHEAD, turn=5) is Verdict.TAKEN
     assert bench.say(AHEAD, turn=4) is Verdict.OLD_TURN
-    assert bench.say(Axis(0, 5), turn=4) is Verdict.OLD_TURN
-    assert bench.say(Stop(), turn=4) is Verdict.TAKEN
+    assert bench.say(AxisBody(0, 5), turn=4) is Verdict.OLD_TURN
+    assert bench.say(StopBody(), turn=4) is Verdict.TAKEN
     bench.wait(50)
     assert bench.stands
     assert bench.say(AHEAD, turn=5) is Verdict.TAKEN
-    assert bench.say(Stop(), turn=6) is Verdict.TAKEN
+    assert bench.say(StopBody(), turn=6) is Verdict.TAKEN
     assert bench.say(AHEAD, turn=5) is Verdict.OLD_TURN
     assert bench.say(AHEAD, turn=WRAP - 1) is Verdict.TAKEN
 
@@ -229,20 +238,20 @@ def test_only_what_is_newer_is_taken(last: int) -> None:
     """A sequence number 1 to 32767 ahead is newer, over the wrap too; all others are past."""
     for ahead, verdict in ((1, Verdict.TAKEN), (32_767, Verdict.TAKEN)):
         bench = Bench()
-        bench.say(Hello(SESSION), sequence=last)
+        bench.say(HelloBody(SESSION), sequence=last)
         assert bench.say(AHEAD, sequence=(last + ahead) & 0xFFFF) is verdict
     for ahead in (0, -1, 32_768, 65_535):
         bench = Bench()
-        bench.say(Hello(SESSION), sequence=last)
+        bench.say(HelloBody(SESSION), sequence=last)
         assert bench.say(AHEAD, sequence=(last + ahead) & 0xFFFF) is Verdict.OLD_SEQUENCE
 
 
 def test_a_stop_ends_what_was_said_before_it() -> None:
     """A motion that a stop has overtaken is not taken; a stop said again does not bring it back."""
     bench = Bench()
-    bench.say(Stop(), sequence=20)
+    bench.say(StopBody(), sequence=20)
     assert bench.say(AHEAD, sequence=19) is Verdict.OLD_SEQUENCE
-    assert bench.say(Stop(), sequence=10) is Verdict.TAKEN
+    assert bench.say(StopBody(), sequence=10) is Verdict.TAKEN
     assert bench.say(AHEAD, sequence=15) is Verdict.OLD_SEQUENCE
     assert bench.say(AHEAD, sequence=21) is Verdict.TAKEN
 
@@ -253,21 +262,21 @@ def test_what_the_line_held_back_is_late(start_ms: int, ttl_ms: int) -> None:
     """A motion or an axis that was said longer ago than its time-to-live is refused; no stop is."""
     bench = Bench(start_ms)
     bench.wait(3000)
-    for body in (AHEAD, Axis(0, 1)):
+    for body in (AHEAD, AxisBody(0, 1)):
         for age_ms, verdict in ((ttl_ms, Verdict.TAKEN), (ttl_ms + 1, Verdict.LATE)):
             time_ms = bench.now_ms - age_ms
             assert bench.say(body, ttl_ms=ttl_ms, time_ms=time_ms) is verdict
         for ahead_ms, verdict in ((50, Verdict.TAKEN), (51, Verdict.LATE), (5000, Verdict.LATE)):
             time_ms = bench.now_ms + ahead_ms
             assert bench.say(body, ttl_ms=ttl_ms, time_ms=time_ms) is verdict
-    assert bench.say(Stop(), time_ms=bench.now_ms - 60_000) is Verdict.TAKEN
+    assert bench.say(StopBody(), time_ms=bench.now_ms - 60_000) is Verdict.TAKEN
 
 
 def test_axes_go_where_they_are_told() -> None:
     """Each axis has its own position, within its range; one that there is not is nobody's."""
     bench = Bench()
     for number, position in ((0, 10_001), (1, -32_768), (3, 7), (AXES, 5), (255, 5)):
-        assert bench.say(Axis(number, position)) is Verdict.TAKEN
+        assert bench.say(AxisBody(number, position)) is Verdict.TAKEN
     assert bench.core.axes == [10_000, -10_000, 0, 7]
 
 
@@ -279,7 +288,7 @@ def test_axes_go_where_they_are_told() -> None:
 def test_a_motion_is_worth_its_time_to_live(start_ms: int, ttl_ms: int, worth_ms: int) -> None:
     """Counted from arrival, never longer than a second, to the millisecond; and it is told."""
     bench = Bench(start_ms, acceleration_mmps2=60_000, braking_mmps2=60_000)
-    bench.say(Drive(60, -60), ttl_ms=ttl_ms)
+    bench.say(DriveBody(60, -60), ttl_ms=ttl_ms)
     for _ in range(worth_ms - 1):
         bench.wait(1)
         assert bench.core.wheels_mmps == (60, -60)
@@ -287,7 +296,7 @@ def test_a_motion_is_worth_its_time_to_live(start_ms: int, ttl_ms: int, worth_ms
     bench.wait(1)
     assert bench.stands
     assert bench.core.timed_out
-    for body in (Stop(), Hello(SESSION)):
+    for body in (StopBody(), HelloBody(SESSION)):
         bench.say(body)
         assert not bench.core.timed_out
     bench.wait(500)
@@ -304,7 +313,7 @@ def test_that_its_watchdog_stopped_it_is_told_before_it_is_forgotten() -> None:
     bench.wait(1)
     frame = bench.report()
     assert frame is not None
-    assert isinstance(frame.body, Report)
+    assert isinstance(frame.body, ReportBody)
     assert frame.body.timed_out
 
 
@@ -329,10 +338,10 @@ def test_each_motion_is_worth_its_own_time() -> None:
 
 
 @pytest.mark.parametrize("late_ms", [0, 1, 30, 5000])
-@pytest.mark.parametrize("body", [AHEAD, Drive(0, 0), Axis(0, 10)])
+@pytest.mark.parametrize("body", [AHEAD, DriveBody(0, 0), AxisBody(0, 10)])
 def test_what_has_stopped_by_itself_does_not_go_on_by_itself(body: Body, late_ms: int) -> None:
     """After a time-to-live ran out nothing moves it until it was told to stop, or greeted."""
-    for again in (Stop(), Hello(SESSION)):
+    for again in (StopBody(), HelloBody(SESSION)):
         bench = Bench()
         bench.say(AHEAD)
         bench.wait(199)
@@ -355,7 +364,7 @@ def test_it_can_be_driven_after_any_uptime() -> None:
         bench.now_ms += 10 * 24 * 3600 * 1000
         bench.wait(2)
         assert bench.stands
-        bench.say(Stop())
+        bench.say(StopBody())
         assert bench.say(AHEAD, time_ms=bench.now_ms - 100) is Verdict.TAKEN
         bench.wait(199)
         assert not bench.stands
@@ -380,7 +389,7 @@ def test_the_ramp_is_never_exceeded(
     bench = Bench(WRAP - 700, acceleration_mmps2=acceleration, braking_mmps2=braking)
     oracle = [0, 0]
     for left, right, pause_ms in told:
-        bench.say(Drive(left, right), ttl_ms=1000)
+        bench.say(DriveBody(left, right), ttl_ms=1000)
         for _ in range(pause_ms // 4):
             bench.now_ms += 4
             bench.core.tick(bench.now_ms)
@@ -408,7 +417,7 @@ def test_a_stop_brakes_and_a_pause_does_not_jump() -> None:
     assert bench.core.wheels_mmps == (20, 20)
     bench.wait(580)
     assert bench.core.wheels_mmps == (600, 600)
-    bench.say(Stop())
+    bench.say(StopBody())
     bench.wait(29)
     assert bench.core.wheels_mmps == (20, 20)
     bench.wait(1)
@@ -417,7 +426,7 @@ def test_a_stop_brakes_and_a_pause_does_not_jump() -> None:
 
 def test_a_pressed_bumper_stops_the_way_there() -> None:
     """It does not go on towards what it has hit, but away from it and on the spot it does."""
-    ahead, back, spot = Drive(100, 60), Drive(-60, -100), Drive(80, -80)
+    ahead, back, spot = DriveBody(100, 60), DriveBody(-60, -100), DriveBody(80, -80)
     blocked = {(ahead, 1), (ahead, 3), (back, 2), (back, 3)}
     for body in (ahead, back, spot):
         for bumpers in range(8):
@@ -437,7 +446,7 @@ def test_moving_is_what_the_wheels_do() -> None:
     bench.wait(1)
     told = bench.report()
     assert told is not None
-    assert isinstance(told.body, Report)
+    assert isinstance(told.body, ReportBody)
     assert told.body.moving
     bench.wait(150)
     assert bench.stands
@@ -455,7 +464,7 @@ def test_moving_is_what_the_wheels_do() -> None:
 
 def test_one_wheel_is_motion_too() -> None:
     """A wheel that turns alone, either one, is motion."""
-    for body in (Drive(0, 50), Drive(50, 0)):
+    for body in (DriveBody(0, 50), DriveBody(50, 0)):
         bench = Bench()
         bench.say(body)
         bench.wait(1)

@@ -8,13 +8,13 @@ from tests.firmware.test_core import AHEAD, WRAP, Bench
 
 from wax.robot.serial.frames import (
     NO_SESSION,
-    Axis,
+    AxisBody,
     Decoder,
-    Drive,
+    DriveBody,
     Frame,
-    Hello,
-    Report,
-    Stop,
+    HelloBody,
+    ReportBody,
+    StopBody,
     encode,
 )
 
@@ -29,7 +29,7 @@ def test_it_begins_without_a_turn_and_without_a_fault() -> None:
         data = core.report(now_ms)
         assert bool(data) is (now_ms == 50)
     [frame] = Decoder(NO_SESSION).feed(data)
-    assert frame == Frame(Report(0, 0, 0, 0, 0, 0), sequence=1, turn=0, ttl_ms=0, time_ms=50)
+    assert frame == Frame(ReportBody(0, 0, 0, 0, 0, 0), sequence=1, turn=0, ttl_ms=0, time_ms=50)
 
 
 def test_a_hello_is_answered_at_once() -> None:
@@ -37,7 +37,7 @@ def test_a_hello_is_answered_at_once() -> None:
     bench = Bench()
     bench.told()
     assert bench.report() is None
-    bench.say(Hello(bench.session))
+    bench.say(HelloBody(bench.session))
     frame = bench.report()
     assert frame is not None
     assert bench.report() is None
@@ -51,7 +51,7 @@ def test_a_stop_of_a_past_turn_brings_nothing_of_it_back() -> None:
     """It stops, and the newest turn stays the newest."""
     bench = Bench()
     assert bench.say(AHEAD, turn=5) is Verdict.TAKEN
-    assert bench.say(Stop(), turn=2) is Verdict.TAKEN
+    assert bench.say(StopBody(), turn=2) is Verdict.TAKEN
     assert bench.say(AHEAD, turn=4) is Verdict.OLD_TURN
     assert bench.say(AHEAD, turn=5) is Verdict.TAKEN
 
@@ -76,7 +76,7 @@ def test_an_axis_does_not_end_the_motion() -> None:
     bench.say(AHEAD)
     bench.wait(10)
     before = bench.core.wheels_mmps
-    assert bench.say(Axis(0, 5000)) is Verdict.TAKEN
+    assert bench.say(AxisBody(0, 5000)) is Verdict.TAKEN
     bench.wait(10)
     assert bench.core.wheels_mmps[0] > before[0] > 0
 
@@ -84,9 +84,9 @@ def test_an_axis_does_not_end_the_motion() -> None:
 def test_motion_does_not_move_an_axis() -> None:
     """Where the camera looks stays when the robot drives and when it stops."""
     bench = Bench()
-    bench.say(Axis(0, 5000))
+    bench.say(AxisBody(0, 5000))
     bench.say(AHEAD)
-    bench.say(Stop())
+    bench.say(StopBody())
     assert bench.core.axes[0] == 5000
 
 
@@ -95,7 +95,7 @@ def test_the_slowest_ramp_gets_there(sign: int) -> None:
     """At 1 mm/s² and a tick each millisecond the wheels turn at 1 mm/s after a second."""
     bench = Bench(acceleration_mmps2=1)
     for _ in range(10):
-        bench.say(Drive(sign * 600, sign * 600), ttl_ms=1000)
+        bench.say(DriveBody(sign * 600, sign * 600), ttl_ms=1000)
         bench.wait(100)
     assert bench.core.wheels_mmps == (sign, sign)
 
@@ -104,7 +104,7 @@ def test_the_slowest_ramp_gets_there(sign: int) -> None:
 def test_a_bumper_stops_the_slowest_motion(wheels: tuple[int, int], bumper: int) -> None:
     """However slowly it goes there, it does not."""
     bench = Bench()
-    bench.say(Drive(*wheels))
+    bench.say(DriveBody(*wheels))
     bench.wait(20, bumpers=bumper)
     assert bench.stands
     bench.wait(20, bumpers=3 - bumper)
@@ -126,16 +126,16 @@ def test_a_frame_that_is_too_long_is_known_by_its_third_byte() -> None:
 def test_an_impossible_length_costs_one_frame(length: int) -> None:
     """What is behind it is read, and nothing of it is damage."""
     core = Core()
-    core.push(bytes([0xA5, 0x5A, length]) + encode(Frame(Hello(7)), 7))
+    core.push(bytes([0xA5, 0x5A, length]) + encode(Frame(HelloBody(7)), 7))
     found = core.next(0)
     assert found is not None
-    assert found[0].body == Hello(7)
+    assert found[0].body == HelloBody(7)
     assert core.damaged == 1
 
 
 def test_it_keeps_one_frame_and_no_more() -> None:
     """Of what nobody has asked about the first 50 bytes are kept, which is the longest frame."""
-    hello = encode(Frame(Hello(7)), 7)
+    hello = encode(Frame(HelloBody(7)), 7)
     for noise, is_found in ((50 - len(hello), True), (51 - len(hello), False)):
         core = Core()
         core.push(bytes(noise) + hello)

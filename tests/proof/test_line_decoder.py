@@ -4,25 +4,33 @@ from __future__ import annotations
 
 from wax.config.settings import SerialSettings
 from wax.proof.line_decoder import language_of
-from wax.robot.serial.frames import Decoder, Drive, Frame, Hello, Report, Stop, encode
+from wax.robot.serial.frames import (
+    Decoder,
+    DriveBody,
+    Frame,
+    HelloBody,
+    ReportBody,
+    StopBody,
+    encode,
+)
 
 SESSION = 4711
 FRAMES = SerialSettings(dialect="frames")
 BYTES = SerialSettings(dialect="bytes")
 
 
-def words(*bodies: Drive | Hello | Stop, session: int = SESSION) -> bytes:
+def words(*bodies: DriveBody | HelloBody | StopBody, session: int = SESSION) -> bytes:
     return b"".join(encode(Frame(body, sequence=n), session) for n, body in enumerate(bodies))
 
 
 def report(flags: int, session: int = SESSION) -> bytes:
-    return encode(Frame(Report(0, 0, 0, 0, flags, 1)), session)
+    return encode(Frame(ReportBody(0, 0, 0, 0, flags, 1)), session)
 
 
 def test_frames_are_motion_or_standstill() -> None:
     """Drives of any wheel are motion at the faster wheel's speed; zero, stop and hello are none."""
     heard = language_of(FRAMES).said(
-        words(Hello(SESSION), Drive(0, -180), Drive(0, 0), Stop()), at_s=1.0
+        words(HelloBody(SESSION), DriveBody(0, -180), DriveBody(0, 0), StopBody()), at_s=1.0
     )
     assert [(event.moves, event.speed_mps) for event in heard] == [
         (False, 0.0),
@@ -37,12 +45,12 @@ def test_reports_are_understood_in_the_session_of_the_last_hello() -> None:
     """What the robot tells counts in this session only, and goes on counting in the next."""
     language = language_of(FRAMES)
     assert language.told(report(1), at_s=1.0) == []
-    language.said(words(Hello(SESSION)), at_s=1.0)
+    language.said(words(HelloBody(SESSION)), at_s=1.0)
     assert [event.moves for event in language.told(report(1) + report(2), at_s=1.1)] == [
         True,
         False,
     ]
-    language.said(words(Hello(9), session=9), at_s=2.0)
+    language.said(words(HelloBody(9), session=9), at_s=2.0)
     assert language.told(report(1), at_s=2.1) == []
     assert [event.moves for event in language.told(report(1, session=9), at_s=2.2)] == [True]
 
@@ -50,7 +58,7 @@ def test_reports_are_understood_in_the_session_of_the_last_hello() -> None:
 def test_pieces_of_frames_are_put_together() -> None:
     """It does not matter where the line cuts the bytes into pieces."""
     language = language_of(FRAMES)
-    whole = words(Hello(SESSION), Drive(100, 100))
+    whole = words(HelloBody(SESSION), DriveBody(100, 100))
     heard = [event for at, octet in enumerate(whole) for event in language.said(bytes([octet]), at)]
     assert [event.moves for event in heard] == [False, True]
 
@@ -58,9 +66,9 @@ def test_pieces_of_frames_are_put_together() -> None:
 def test_the_last_words_stop_a_robot_of_any_session() -> None:
     """A robot that follows another session takes the last words, and stands."""
     robot = Decoder()
-    robot.feed(words(Hello(SESSION), Drive(100, 100)))
+    robot.feed(words(HelloBody(SESSION), DriveBody(100, 100)))
     heard = robot.feed(language_of(FRAMES).last_words())
-    assert [type(frame.body) for frame in heard] == [Hello, Stop]
+    assert [type(frame.body) for frame in heard] == [HelloBody, StopBody]
 
 
 def test_bytes_are_motion_until_the_stop_byte() -> None:

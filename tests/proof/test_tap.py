@@ -15,7 +15,15 @@ from wax.config.settings import SerialSettings
 from wax.errors import DriverError
 from wax.proof.line_decoder import language_of
 from wax.proof.tap import Tap
-from wax.robot.serial.frames import Decoder, Drive, Frame, Hello, Report, Stop, encode
+from wax.robot.serial.frames import (
+    Decoder,
+    DriveBody,
+    Frame,
+    HelloBody,
+    ReportBody,
+    StopBody,
+    encode,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -23,11 +31,11 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.system
 
 SESSION = 77
-HELLO = encode(Frame(Hello(SESSION)), SESSION)
-DRIVE = encode(Frame(Drive(180, 180), sequence=1), SESSION)
-STOP = encode(Frame(Stop(), sequence=2), SESSION)
-MOVES = encode(Frame(Report(0, 0, 0, 0, 1, 1)), SESSION)
-STANDS = encode(Frame(Report(0, 0, 0, 0, 0, 2)), SESSION)
+HELLO = encode(Frame(HelloBody(SESSION)), SESSION)
+DRIVE = encode(Frame(DriveBody(180, 180), sequence=1), SESSION)
+STOP = encode(Frame(StopBody(), sequence=2), SESSION)
+MOVES = encode(Frame(ReportBody(0, 0, 0, 0, 1, 1)), SESSION)
+STANDS = encode(Frame(ReportBody(0, 0, 0, 0, 0, 2)), SESSION)
 
 
 class Ends:
@@ -120,7 +128,7 @@ def test_closed_it_leaves_a_robot_that_was_told_to_stand(ends: Ends) -> None:
     assert len(robot.feed(read(ends.robot, len(HELLO + DRIVE)))) == 2
     ends.tap.close()
     heard = robot.feed(read(ends.robot, 4096, within_s=0.3))
-    assert {type(frame.body) for frame in heard} == {Hello, Stop}
+    assert {type(frame.body) for frame in heard} == {HelloBody, StopBody}
     ends.tap.close()
 
 

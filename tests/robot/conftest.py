@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import pytest
 from tests.firmware.core import Core
 
-from wax.robot.serial.frames import Decoder, Drive, Stop
+from wax.robot.serial.frames import Decoder, DriveBody, StopBody
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -125,14 +125,14 @@ class Board:
         """Tell whether what was heard would move a robot."""
         if dialect == "bytes":
             return any(octet in b"FBLRGIHJ" for octet in self.heard)
-        return any(isinstance(frame.body, Drive) for frame in self.frames())
+        return any(isinstance(frame.body, DriveBody) for frame in self.frames())
 
     def stands(self, dialect: str) -> bool:
         """Tell whether the last that was heard is a stop."""
         if dialect == "bytes":
             return self.heard.endswith(b"S")
         frames = self.frames()
-        return bool(frames) and isinstance(frames[-1].body, Stop)
+        return bool(frames) and isinstance(frames[-1].body, StopBody)
 
     def _live(self, master: int) -> None:
         while self._ends is not None:

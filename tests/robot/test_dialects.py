@@ -9,9 +9,19 @@ import pytest
 
 from wax.config.settings import BytesDialectSettings, RobotSettings
 from wax.driver.interface import STANDSTILL, Limits, Twist
-from wax.robot.serial.bytes_dialect import SingleByteDialect
-from wax.robot.serial.frames import Axis, Body, Decoder, Drive, Frame, Hello, Report, Stop, encode
-from wax.robot.serial.frames_dialect import FramedDialect
+from wax.robot.serial.bytes_dialect import BytesDialect
+from wax.robot.serial.frames import (
+    AxisBody,
+    Body,
+    Decoder,
+    DriveBody,
+    Frame,
+    HelloBody,
+    ReportBody,
+    StopBody,
+    encode,
+)
+from wax.robot.serial.frames_dialect import FramesDialect
 from wax.robot.serial.setpoints import Order
 from wax.robot.serial.wheels import WheelMixer
 
@@ -24,8 +34,8 @@ def going(ahead: float, left: float, turn: int = 1) -> Order:
     return Order(Twist(ahead * LIMITS.linear_mps, left * LIMITS.angular_rps), turn)
 
 
-def framed() -> FramedDialect:
-    return FramedDialect(WheelMixer(RobotSettings()), ttl_ms=200, axes=("pan", "lamp"))
+def framed() -> FramesDialect:
+    return FramesDialect(WheelMixer(RobotSettings()), ttl_ms=200, axes=("pan", "lamp"))
 
 
 class Robot:
@@ -42,17 +52,17 @@ class Robot:
         return [frame.body for frame in found]
 
     def answer(
-        self, dialect: FramedDialect, now_s: float, time_ms: int = 0, **report: int
-    ) -> Report:
+        self, dialect: FramesDialect, now_s: float, time_ms: int = 0, **report: int
+    ) -> ReportBody:
         """Report the last frame heard as taken."""
         fields = {"battery_mv": 0, "bumpers": 0, "left_ticks": 0, "right_ticks": 0, "flags": 0}
         fields |= {"sequence": self.heard[-1].sequence} | report
-        said = Report(**fields)
+        said = ReportBody(**fields)
         dialect.hear(encode(Frame(said, time_ms=time_ms), self.decoder.session), now_s)
         return said
 
 
-def connected(now_s: float = 1.0, time_ms: int = 0) -> tuple[FramedDialect, Robot]:
+def connected(now_s: float = 1.0, time_ms: int = 0) -> tuple[FramesDialect, Robot]:
     """Give a dialect whose hello was answered at once."""
     dialect, robot = framed(), Robot()
     robot.hear(dialect.hello(now_s))
@@ -60,18 +70,16 @@ def connected(now_s: float = 1.0, time_ms: int = 0) -> tuple[FramedDialect, Robo
     return dialect, robot
 
 
-def single() -> SingleByteDialect:
+def single() -> BytesDialect:
     """Give the dialect of single bytes after its hello and all its stops, at time 1."""
-    dialect = SingleByteDialect(BytesDialectSettings(), LIMITS)
+    dialect = BytesDialect(BytesDialectSettings(), LIMITS)
     dialect.hello(0.0)
     for now_s in (0.0, 0.02, 0.04, 0.06):
         dialect.say(STAND, now_s)
     return dialect
 
 
-def says(
-    dialect: SingleByteDialect | FramedDialect, order: Order, now_s: float
-) -> tuple[bytes, float]:
+def says(dialect: BytesDialect | FramesDialect, order: Order, now_s: float) -> tuple[bytes, float]:
     words, due_s = dialect.say(order, now_s)
     return words, round(due_s, 6)
 
@@ -83,7 +91,7 @@ def test_frames_begin_with_hello_and_stop() -> None:
     """A fresh connection makes the robot forget and stand; each has a session of its own."""
     dialect, robot = framed(), Robot()
     first = robot.hear(dialect.hello(0.0))
-    assert [type(body) for body in first] == [Hello, Stop]
+    assert [type(body) for body in first] == [HelloBody, StopBody]
     assert robot.hear(dialect.hello(1.0))[0] != first[0]
 
 
@@ -103,7 +111,7 @@ def test_an_answer_is_one_to_what_was_said() -> None:
     """A report of another session, or of no frame of the last half second, connects nothing."""
     dialect, robot = framed(), Robot()
     robot.hear(dialect.hello(1.0))
-    report = Report(0, 0, 0, 0, 0, robot.heard[-1].sequence)
+    report = ReportBody(0, 0, 0, 0, 0, robot.heard[-1].sequence)
     for session in (0xFFFF, robot.decoder.session ^ 1):
         dialect.hear(encode(Frame(report), session), 1.0)
     robot.answer(dialect, 1.0, sequence=99)
@@ -126,7 +134,7 @@ def test_a_silence_begins_a_new_session(deaf: bool) -> None:
             robot.answer(dialect, now_s, sequence=taken)
     assert says(dialect, going(1, 0), 1.495) == (b"", 1.5)
     found = robot.hear(dialect.say(going(1, 0), 1.5)[0])
-    assert [type(body) for body in found] == [Hello, Stop]
+    assert [type(body) for body in found] == [HelloBody, StopBody]
     assert robot.decoder.session != session
     assert not dialect.answers(1.5)
     robot.answer(dialect, 1.51)
@@ -136,14 +144,14 @@ def test_a_silence_begins_a_new_session(deaf: bool) -> None:
 def test_frames_are_sent_on_change_and_fifty_times_a_second() -> None:
     """A change goes out at once, the same motion again every 20 ms, standstill every 50."""
     dialect, robot = connected(1.0)
-    assert robot.hear(dialect.say(going(1, 0), 1.0)[0]) == [Drive(600, 600)]
+    assert robot.hear(dialect.say(going(1, 0), 1.0)[0]) == [DriveBody(600, 600)]
     assert says(dialect, going(1, 0), 1.01) == (b"", 1.02)
-    assert robot.hear(dialect.say(going(1, 0), 1.02)[0]) == [Drive(600, 600)]
-    assert robot.hear(dialect.say(going(-1, 0), 1.021)[0]) == [Drive(-600, -600)]
+    assert robot.hear(dialect.say(going(1, 0), 1.02)[0]) == [DriveBody(600, 600)]
+    assert robot.hear(dialect.say(going(-1, 0), 1.021)[0]) == [DriveBody(-600, -600)]
     words, due_s = dialect.say(STAND, 1.03)
-    assert robot.hear(words) == [Stop()]
+    assert robot.hear(words) == [StopBody()]
     assert due_s == pytest.approx(1.08)
-    assert robot.hear(dialect.say(STAND, 1.08)[0]) == [Stop()]
+    assert robot.hear(dialect.say(STAND, 1.08)[0]) == [StopBody()]
 
 
 def test_frames_carry_turn_ttl_and_a_rising_sequence() -> None:
@@ -171,7 +179,7 @@ def test_frames_move_axes() -> None:
     """An axis that was ever set is said with every frame, as ten-thousandths of its range."""
     order = replace(STAND, axes=(("pan", -0.5),))
     dialect, robot = connected()
-    assert robot.hear(dialect.say(order, 1.0)[0]) == [Stop(), Axis(0, -5000)]
+    assert robot.hear(dialect.say(order, 1.0)[0]) == [StopBody(), AxisBody(0, -5000)]
     assert robot.heard[-1].ttl_ms == 200
 
 
@@ -179,21 +187,25 @@ def test_axes_are_numbered_by_their_place() -> None:
     """The first name of the configuration is axis 0, the next 1, in whatever order they are set."""
     order = replace(STAND, axes=(("lamp", 1.0), ("pan", 0.0)))
     dialect, robot = connected()
-    assert robot.hear(dialect.say(order, 1.0)[0]) == [Stop(), Axis(1, 10_000), Axis(0, 0)]
+    assert robot.hear(dialect.say(order, 1.0)[0]) == [
+        StopBody(),
+        AxisBody(1, 10_000),
+        AxisBody(0, 0),
+    ]
 
 
 def test_frames_say_farewell_with_a_stop() -> None:
     """The last word is a stop of the turn that ran."""
     dialect, robot = connected()
     robot.hear(dialect.say(going(1, 0, turn=4), 1.0)[0])
-    assert robot.hear(dialect.farewell()) == [Stop()]
+    assert robot.hear(dialect.farewell()) == [StopBody()]
     assert robot.heard[-1].turn == 4
 
 
 def test_reports_are_known_until_the_next_connection() -> None:
     """What the robot reports is known by name, errors are counted, and a new line begins anew."""
     dialect, robot = connected()
-    dialect.hear(b"\xa5\x5a\xff" + encode(Frame(Drive(1, 1)), robot.decoder.session), 1.0)
+    dialect.hear(b"\xa5\x5a\xff" + encode(Frame(DriveBody(1, 1)), robot.decoder.session), 1.0)
     report = {"battery_mv": 7412, "bumpers": 2, "left_ticks": -10, "right_ticks": 20, "flags": 1}
     robot.answer(dialect, 1.0, **report, damaged=3, refused=4)
     assert dialect.known() == {
@@ -216,7 +228,7 @@ def test_what_came_before_the_session_is_no_error_of_the_line() -> None:
     """Errors are counted from the first answer on."""
     dialect, robot = framed(), Robot()
     robot.hear(dialect.hello(1.0))
-    dialect.hear(encode(Frame(Report(0, 0, 0, 0, 0, 0)), 0xFFFF), 1.0)
+    dialect.hear(encode(Frame(ReportBody(0, 0, 0, 0, 0, 0)), 0xFFFF), 1.0)
     assert dialect.known() == {"line_errors": 1.0}
     robot.answer(dialect, 1.0)
     assert dialect.known()["line_errors"] == 0.0
@@ -285,7 +297,7 @@ def test_half_of_the_limits_is_fine_still() -> None:
 
 def test_a_board_without_speeds_gets_none() -> None:
     """Without bytes for the speeds only directions are sent."""
-    dialect = SingleByteDialect(BytesDialectSettings(fine=None, gross=None), LIMITS)
+    dialect = BytesDialect(BytesDialectSettings(fine=None, gross=None), LIMITS)
     dialect.hello(0.0)
     assert dialect.say(going(0.3, 0), 1.0)[0] == b"F"
     assert dialect.say(going(1, 0), 1.1)[0] == b""
@@ -293,7 +305,7 @@ def test_a_board_without_speeds_gets_none() -> None:
 
 def test_a_board_with_one_speed_gets_that() -> None:
     """Where the other has no byte the direction goes alone."""
-    dialect = SingleByteDialect(BytesDialectSettings(fine=None), LIMITS)
+    dialect = BytesDialect(BytesDialectSettings(fine=None), LIMITS)
     dialect.hello(0.0)
     assert dialect.say(going(1, 0), 1.0)[0] == b"2F"
     assert dialect.say(going(0.3, 0), 1.1)[0] == b"F"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 from tests.robot.test_dialects import Robot, connected, framed, going, says
 
-from wax.robot.serial.frames import NO_SESSION, Drive, Hello, Stop
+from wax.robot.serial.frames import NO_SESSION, DriveBody, HelloBody, StopBody
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,7 +29,7 @@ def test_greetings_are_of_no_turn_and_of_no_time() -> None:
     robot.hear(dialect.hello(1.0))
     robot.answer(dialect, 1.0, time_ms=5000, sequence=99)  # the robot speaks; it did not hear
     robot.hear(dialect.say(going(1, 0), 3.0)[0])
-    assert [type(frame.body) for frame in robot.heard] == [Hello, Stop, Hello, Stop]
+    assert [type(frame.body) for frame in robot.heard] == [HelloBody, StopBody, HelloBody, StopBody]
     assert {(frame.turn, frame.ttl_ms) for frame in robot.heard} == {(0, 0)}
     assert [frame.time_ms for frame in robot.heard] == [0, 0, 0, 7000]
 
@@ -43,7 +43,7 @@ def test_what_is_no_answer_changes_nothing(answered_s: float, number: int) -> No
     for now_s in (1.5, 1.625, 1.75):
         assert robot.hear(dialect.say(going(1, 0), now_s)[0]) == hello
     robot.answer(dialect, 1.75)
-    assert robot.hear(dialect.say(going(1, 0), 1.76)[0]) == [Drive(600, 600)]
+    assert robot.hear(dialect.say(going(1, 0), 1.76)[0]) == [DriveBody(600, 600)]
 
 
 def test_a_frame_of_the_last_session_is_no_answer() -> None:
@@ -86,17 +86,20 @@ def test_after_a_silence_the_motion_is_said_at_once() -> None:
     robot.hear(dialect.say(going(1, 0), 1.0)[0])
     robot.hear(dialect.say(going(1, 0), 1.5)[0])
     robot.answer(dialect, 1.51)
-    assert robot.hear(dialect.say(going(1, 0), 1.52)[0]) == [Drive(600, 600)]
+    assert robot.hear(dialect.say(going(1, 0), 1.52)[0]) == [DriveBody(600, 600)]
 
 
 def test_a_turn_that_begins_with_motion_begins_with_a_stop() -> None:
     """Where the stop between two turns was never said it is said first; elsewhere there is one."""
     dialect, robot = connected(1.0)
     robot.hear(dialect.say(going(1, 0), 1.0)[0])
-    assert robot.hear(dialect.say(going(-1, 0, turn=2), 1.01)[0]) == [Stop(), Drive(-600, -600)]
+    assert robot.hear(dialect.say(going(-1, 0, turn=2), 1.01)[0]) == [
+        StopBody(),
+        DriveBody(-600, -600),
+    ]
     assert robot.heard[-2].turn == 2
-    assert robot.hear(dialect.say(going(0, 0, turn=3), 1.02)[0]) == [Stop()]
-    assert robot.hear(dialect.say(going(1, 0, turn=3), 1.03)[0]) == [Drive(600, 600)]
+    assert robot.hear(dialect.say(going(0, 0, turn=3), 1.02)[0]) == [StopBody()]
+    assert robot.hear(dialect.say(going(1, 0, turn=3), 1.03)[0]) == [DriveBody(600, 600)]
 
 
 def test_a_robot_that_stopped_by_itself_does_not_go_on_by_itself() -> None:
@@ -107,7 +110,10 @@ def test_a_robot_that_stopped_by_itself_does_not_go_on_by_itself() -> None:
     robot.answer(dialect, 1.2, flags=2)
     assert not dialect.answers(1.2)
     assert dialect.overdue(1.2)
-    assert [type(body) for body in robot.hear(dialect.say(going(1, 0), 1.21)[0])] == [Hello, Stop]
+    assert [type(body) for body in robot.hear(dialect.say(going(1, 0), 1.21)[0])] == [
+        HelloBody,
+        StopBody,
+    ]
     assert robot.decoder.session != session
     robot.answer(dialect, 1.22)
     assert dialect.answers(1.22)
@@ -117,7 +123,7 @@ def test_farewell_before_any_motion() -> None:
     """Where no turn has begun the last stop is of turn 0."""
     dialect, robot = framed(), Robot()
     robot.hear(dialect.hello(1.0))
-    assert robot.hear(dialect.farewell()) == [Stop()]
+    assert robot.hear(dialect.farewell()) == [StopBody()]
     assert robot.heard[-1].turn == 0
 
 
@@ -150,8 +156,8 @@ def test_sessions_are_drawn_from_all_that_there_are(draws: Callable[[int], list[
     drawn_from = draws(0)
     dialect, robot = framed(), Robot()
     sessions = [robot.hear(dialect.hello(float(n)))[0] for n in range(3)]
-    assert sessions == [Hello(1), Hello(65_534), Hello(1)]
+    assert sessions == [HelloBody(1), HelloBody(65_534), HelloBody(1)]
     assert set(drawn_from) == {65_533}
     draws(65_532)
-    assert robot.hear(dialect.hello(9.0))[0] == Hello(65_533)
+    assert robot.hear(dialect.hello(9.0))[0] == HelloBody(65_533)
     assert NO_SESSION == 65_535

@@ -17,7 +17,16 @@ from wax.clock import SystemClock
 from wax.config.settings import RobotSettings
 from wax.driver.interface import STANDSTILL, RobotState, Twist
 from wax.robot.serial.driver import SerialRobot
-from wax.robot.serial.frames import NO_SESSION, Axis, Drive, Frame, Hello, Report, Stop, encode
+from wax.robot.serial.frames import (
+    NO_SESSION,
+    AxisBody,
+    DriveBody,
+    Frame,
+    HelloBody,
+    ReportBody,
+    StopBody,
+    encode,
+)
 from wax.robot.serial.port_threads import PortThreads
 
 if TYPE_CHECKING:
@@ -79,7 +88,7 @@ def hold(
 
 
 def drives(board: Board, left_mmps: int, right_mmps: int) -> Callable[[], bool]:
-    return lambda: board.said(Drive(left_mmps, right_mmps))
+    return lambda: board.said(DriveBody(left_mmps, right_mmps))
 
 
 # --- driving ------------------------------------------------------------------------------
@@ -93,8 +102,8 @@ def test_frames_come_down_the_line(connect: Callable[..., SerialRobot], board: B
     hold(robot, board, AHEAD, 3, drives(board, 500, 500))
     robot.stop(3)
     board.until(lambda: board.stands("frames"))
-    assert isinstance(board.frames()[0].body, Hello)
-    assert {f.turn for f in board.frames() if isinstance(f.body, Drive)} == {3}
+    assert isinstance(board.frames()[0].body, HelloBody)
+    assert {f.turn for f in board.frames() if isinstance(f.body, DriveBody)} == {3}
 
 
 def test_bytes_come_down_the_line(connect: Callable[..., SerialRobot], board: Board) -> None:
@@ -127,7 +136,7 @@ def test_its_axes_are_the_configured_ones(
     assert robot.limits.axes == ("pan", "lamp")
     online(robot)
     robot.set_axis("lamp", 0.5, 1)
-    board.until(lambda: board.said(Axis(1, 5000)))
+    board.until(lambda: board.said(AxisBody(1, 5000)))
     assert SerialRobot(RobotSettings(), SystemClock()).limits.axes == ()
 
 
@@ -219,7 +228,7 @@ def test_a_talkative_robot_does_not_delay_commands(
     online(robot)
     robot.apply(STANDSTILL, 1)
     stop_flood = threading.Event()
-    report = encode(Frame(Report(7400, 0, 0, 0, 0, 0)), NO_SESSION)
+    report = encode(Frame(ReportBody(7400, 0, 0, 0, 0, 0)), NO_SESSION)
 
     def flood() -> None:
         while not stop_flood.wait(0.001):
@@ -291,7 +300,7 @@ def test_a_program_of_another_kind_does_not_answer(
     robot.apply(STANDSTILL, 1)
     robot.apply(AHEAD, 1)
     board.listen(0.3)
-    assert {type(frame.body) for frame in board.frames()} == {Hello, Stop}
+    assert {type(frame.body) for frame in board.frames()} == {HelloBody, StopBody}
     assert not robot.state().connected
 
 
@@ -302,7 +311,7 @@ def test_drives_come_without_a_gap(connect: Callable[..., SerialRobot], board: B
     robot.apply(STANDSTILL, 1)
     board.forget()
     hold(robot, board, AHEAD, 1, lambda: len(board.frames()) > 60)
-    times_ms = [frame.time_ms for frame in board.frames() if isinstance(frame.body, Drive)]
+    times_ms = [frame.time_ms for frame in board.frames() if isinstance(frame.body, DriveBody)]
     gaps_ms = sorted(after - before for before, after in itertools.pairwise(times_ms))
     assert 19 <= gaps_ms[len(gaps_ms) // 2] <= 22
 

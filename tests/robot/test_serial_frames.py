@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 from wax.robot.serial import frames
 from wax.robot.serial.frames import (
     NO_SESSION,
-    Axis,
+    AxisBody,
     Decoder,
-    Drive,
+    DriveBody,
     Frame,
-    Hello,
-    Report,
-    Stop,
+    HelloBody,
+    ReportBody,
+    StopBody,
     encode,
 )
 
@@ -30,17 +30,17 @@ VECTORS: dict[str, Any] = json.loads(
 VALID = [pytest.param(vector, id=vector["name"]) for vector in VECTORS["valid"]]
 IGNORED = [pytest.param(vector, id=vector["name"]) for vector in VECTORS["ignored"]]
 SESSION = VECTORS["session"]
-STOP = encode(Frame(Stop(), sequence=7, turn=3), SESSION)
+STOP = encode(Frame(StopBody(), sequence=7, turn=3), SESSION)
 
 int16, int32 = st.integers(-(2**15), 2**15 - 1), st.integers(-(2**31), 2**31 - 1)
 uint8, uint16, uint32 = (st.integers(0, 2**bits - 1) for bits in (8, 16, 32))
 sessions = st.integers(1, 65_534)
 bodies = st.one_of(
-    st.builds(Hello, sessions),
-    st.just(Stop()),
-    st.builds(Drive, int16, int16),
-    st.builds(Axis, uint8, int16),
-    st.builds(Report, uint16, uint8, int32, int32, uint8, uint16, uint16, uint16),
+    st.builds(HelloBody, sessions),
+    st.just(StopBody()),
+    st.builds(DriveBody, int16, int16),
+    st.builds(AxisBody, uint8, int16),
+    st.builds(ReportBody, uint16, uint8, int32, int32, uint8, uint16, uint16, uint16),
 )
 any_frame = st.builds(Frame, bodies, sequence=uint16, turn=uint32, ttl_ms=uint16, time_ms=uint32)
 noise = st.binary(max_size=60)
@@ -49,7 +49,7 @@ nasty = st.lists(st.sampled_from([b"\xa5", b"\x5a", b"\xa5\x5a", b"\x00", STOP[:
 
 def of(vector: dict[str, Any]) -> Frame:
     return Frame(
-        getattr(frames, vector["type"])(**vector["fields"]),
+        getattr(frames, vector["type"] + "Body")(**vector["fields"]),
         sequence=vector["sequence"],
         turn=vector["turn"],
         ttl_ms=vector["ttl_ms"],
@@ -70,7 +70,7 @@ def test_what_is_no_frame_of_ours_is_ignored_and_counted(vector: dict[str, Any])
     """A damaged or unknown frame gives nothing but a count, and the next one is understood."""
     decoder = Decoder(SESSION)
     found = decoder.feed(bytes.fromhex(vector["hex"]) + STOP)
-    assert found == [Frame(Stop(), sequence=7, turn=3)]
+    assert found == [Frame(StopBody(), sequence=7, turn=3)]
     assert decoder.errors >= 1
 
 
@@ -90,7 +90,7 @@ def test_after_any_garbage_frames_are_found_again(garbage: list[bytes], piece: i
     decoder = Decoder(SESSION)
     wire = b"".join(garbage) + STOP * 6
     found = [f for at in range(0, len(wire), piece) for f in decoder.feed(wire[at : at + piece])]
-    assert found[-1:] == [Frame(Stop(), sequence=7, turn=3)]
+    assert found[-1:] == [Frame(StopBody(), sequence=7, turn=3)]
 
 
 @given(any_frame, st.data())
@@ -115,7 +115,7 @@ def test_a_burst_is_never_believed(behind: int) -> None:
 def test_another_session_is_never_understood(frame: Frame, one: int, other: int) -> None:
     """What is no hello is understood in its own session, and in no other one, nor in none."""
     wire = encode(frame, one)
-    told = isinstance(frame.body, Hello)
+    told = isinstance(frame.body, HelloBody)
     assert Decoder(one).feed(wire) == [frame]
     assert Decoder(other).feed(wire) == ([frame] if told or one == other else [])
     assert Decoder(NO_SESSION).feed(wire) == ([frame] if told else [])
@@ -126,11 +126,11 @@ def test_the_robots_end_follows_hello(sent: list[tuple[int, list[Frame]]]) -> No
     """Without a session given, the last hello's counts from the next frame on."""
     wire, wanted = b"", []
     for session, frames_of_it in sent:
-        hello = Frame(Hello(session))
-        others = [frame for frame in frames_of_it if not isinstance(frame.body, Hello)]
+        hello = Frame(HelloBody(session))
+        others = [frame for frame in frames_of_it if not isinstance(frame.body, HelloBody)]
         wire += encode(hello, 5) + b"".join(encode(frame, session) for frame in others)
         wanted += [hello, *others]
-    assert Decoder().feed(encode(Frame(Stop()), 5) + wire) == wanted
+    assert Decoder().feed(encode(Frame(StopBody()), 5) + wire) == wanted
 
 
 def test_memory_is_bounded() -> None:
@@ -143,22 +143,22 @@ def test_memory_is_bounded() -> None:
 
 def test_what_does_not_fit_its_field() -> None:
     """Counters keep their lowest bits, so that they may wrap."""
-    frame = Frame(Stop(), sequence=65_536 + 5, turn=2**32 + 6, time_ms=2**32 + 7)
+    frame = Frame(StopBody(), sequence=65_536 + 5, turn=2**32 + 6, time_ms=2**32 + 7)
     wire = encode(frame, SESSION)
-    assert Decoder(SESSION).feed(wire) == [Frame(Stop(), sequence=5, turn=6, time_ms=7)]
+    assert Decoder(SESSION).feed(wire) == [Frame(StopBody(), sequence=5, turn=6, time_ms=7)]
 
 
 def test_flags_have_names() -> None:
     """The first flag of a report means moving, the second that a time-to-live ran out."""
-    flags = [Report(0, 0, 0, 0, flags, 0) for flags in (0, 1, 2, 3)]
+    flags = [ReportBody(0, 0, 0, 0, flags, 0) for flags in (0, 1, 2, 3)]
     assert [report.moving for report in flags] == [False, True, False, True]
     assert [report.timed_out for report in flags] == [False, False, True, True]
 
 
 def test_what_is_not_said_is_zero() -> None:
     """A frame of which only the body is given is the first of no turn, and worth no time."""
-    assert Frame(Stop()) == Frame(Stop(), sequence=0, turn=0, ttl_ms=0, time_ms=0)
-    bare = Report(1, 2, 3, 4, 5, 6)
+    assert Frame(StopBody()) == Frame(StopBody(), sequence=0, turn=0, ttl_ms=0, time_ms=0)
+    bare = ReportBody(1, 2, 3, 4, 5, 6)
     assert (bare.damaged, bare.refused) == (0, 0)
 
 

@@ -2,8 +2,8 @@
 
 `python -m wax.client.process URL CLIENT_ID` can be frozen whole, like a vanished network: no
 command, heartbeat or acknowledgement leaves it. It can be killed, like a crashed browser. Each line
-on its standard input is an order; each line on its standard output is a new `Seat` in JSON. It ends
-with its input, or when it loses the server.
+on its standard input is an order; each line on its standard output is a new `OperatorState` in
+JSON. It ends with its input, or when it loses the server.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ ORDERS: TypeAdapter[Order] = TypeAdapter(Order)
 
 
 @dataclass(frozen=True, slots=True)
-class Seat:
+class OperatorState:
     """The server's state for this operator: its turn, the latched stop, and any obstacle.
 
     `ends_ms` is when the turn ends, in ms of this machine's `time.monotonic`.
@@ -51,13 +51,13 @@ class Seat:
     reason: str | None = None
 
 
-class Puppeteered:
+class OrderedOperator:
     """Obeys orders; keeps driving through every stop and after its turn, as no page would."""
 
     def __init__(self, url: str, client_id: str) -> None:
         self._url = url
         self._client_id = client_id
-        self._seat = Seat()
+        self._state = OperatorState()
         self._works: set[asyncio.Task[Any]] = set()
         self._operator = self._new()
 
@@ -122,7 +122,7 @@ class Puppeteered:
     def _tell(self) -> None:
         operator = self._operator
         ends_server_ms = operator.ends_server_ms
-        seat = Seat(
+        state = OperatorState(
             is_open=operator.is_open,
             drives=operator.has_turn,
             turn=operator.turn,
@@ -130,9 +130,9 @@ class Puppeteered:
             stop=operator.stopped,
             reason=operator.newest("drive_status").get("reason"),
         )
-        if seat != self._seat:
-            self._seat = seat
-            sys.stdout.write(json.dumps(asdict(seat)) + "\n")
+        if state != self._state:
+            self._state = state
+            sys.stdout.write(json.dumps(asdict(state)) + "\n")
             sys.stdout.flush()
 
 
@@ -140,7 +140,7 @@ def _is_closed(operator: Operator) -> bool:
     return not operator.is_open
 
 
-async def _obey(operator: Puppeteered, orders: asyncio.StreamReader) -> None:
+async def _obey(operator: OrderedOperator, orders: asyncio.StreamReader) -> None:
     async for line in orders:
         operator.obey(ORDERS.validate_python(line.decode().strip()))
 
@@ -160,7 +160,7 @@ async def _main(url: str, client_id: str) -> None:
     loop = asyncio.get_running_loop()
     orders = asyncio.StreamReader()
     await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(orders), sys.stdin)
-    operator = Puppeteered(url, client_id)
+    operator = OrderedOperator(url, client_id)
     try:
         await _first(operator.run(), _obey(operator, orders))
     finally:

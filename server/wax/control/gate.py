@@ -133,7 +133,7 @@ def decide(
         return state, Setpoint(reason=stopped_by(stop.by))
     ttl_s = time_to_live_s(turn.one_way_s, rules)
     if turn.operator is None or not turn.present or state.turn != turn.number or ttl_s is None:
-        return state, Setpoint(reason=_no_way(state, turn))
+        return state, Setpoint(reason=_refusal(state, turn))
     command = state.command
     if command is None:
         return state, _held_back(state)
@@ -182,7 +182,7 @@ def _unseeing(
     return Refusal.BLIND if is_blind and state.command is None else None
 
 
-def _no_way(state: GateState, turn: TurnView) -> str:
+def _refusal(state: GateState, turn: TurnView) -> str:
     """Return why no command at all may move the robot."""
     if turn.operator is None:
         return NOBODY_DRIVES

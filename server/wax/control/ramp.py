@@ -22,7 +22,7 @@ def step(target: Setpoint, now: Twist, after_s: float, rules: Rules) -> Setpoint
 
     A late tick takes no larger step than two ticks would.
     """
-    after_s = min(max(0.0, after_s), 2 * rules.beat_s)
+    after_s = min(max(0.0, after_s), 2 * rules.period_s)
     return replace(target, twist=towards(target.twist, now, after_s, rules, soft=target.soft))
 
 

@@ -43,7 +43,7 @@ class Limit(Enum):
 
     LATE_PICTURE = "Slow: the picture is late."
     NO_PICTURE = "Slow: you are driving without a picture."
-    LONG_LINE = "Slow: your connection has a long delay."
+    LONG_DELAY = "Slow: your connection has a long delay."
     STOPPING_DISTANCE = "Slow: the robot needs room to stop."
     BUMPER = "A bumper is pressed; the robot may refuse to go that way."
 

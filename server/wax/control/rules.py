@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 class Rules:
     """Constant while the server runs.
 
-    `beat_s` is the time between two set-points of the loop, `silence_s` how late one may be before
-    the driver process stops the robot. `watchdog_s` is how long the slowest watchdog beyond the
-    gate waits: the driver process, and the robot itself if known. The last two are the braking
+    `period_s` is the time between two set-points of the loop, `silence_s` how late one may be
+    before the driver process stops the robot. `watchdog_s` is how long the slowest watchdog beyond
+    the gate waits: the driver process, and the robot itself if known. The last two are the braking
     rates for motion that need not end at once.
     """
 
@@ -27,7 +27,7 @@ class Rules:
     stop_picture_age_s: float
     max_stop_distance_m: float
     slow_fraction: float
-    beat_s: float
+    period_s: float
     silence_s: float
     watchdog_s: float
     acceleration_mps2: float
@@ -47,7 +47,7 @@ class Rules:
             stop_picture_age_s=drive.stop_picture_age_ms / 1000,
             max_stop_distance_m=drive.max_stop_distance_m,
             slow_fraction=drive.slow_fraction,
-            beat_s=1 / drive.loop_hz,
+            period_s=1 / drive.loop_hz,
             silence_s=robot.silence_ms / 1000,
             watchdog_s=max(robot.silence_ms / 1000, limits.ttl_s or 0.0),
             acceleration_mps2=robot.max_linear_acceleration_mps2,

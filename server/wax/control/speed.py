@@ -43,8 +43,8 @@ def twist(
 
 def _stopping(wanted_mps: float, rules: Rules) -> Limit:
     """Tell a long link from a robot that could not stop in time even over the shortest one."""
-    is_line = wanted_mps <= fastest_mps(rules.max_age_s, rules)
-    return Limit.LONG_LINE if is_line else Limit.STOPPING_DISTANCE
+    is_delay = wanted_mps <= fastest_mps(rules.max_age_s, rules)
+    return Limit.LONG_DELAY if is_delay else Limit.STOPPING_DISTANCE
 
 
 def _scaled(one: Twist, factor: float) -> Twist:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 def unnoticed_s(ttl_s: float, rules: Rules) -> float:
     """Return how long the robot may run on after its operator is lost; `ttl_s` is a command's."""
-    return max(ttl_s + rules.silence_s, rules.watchdog_s) + rules.beat_s
+    return max(ttl_s + rules.silence_s, rules.watchdog_s) + rules.period_s
 
 
 def fastest_mps(ttl_s: float, rules: Rules) -> float:

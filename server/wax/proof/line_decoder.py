@@ -6,7 +6,16 @@ import secrets
 from typing import TYPE_CHECKING, Protocol
 
 from wax.proof.measure import Event
-from wax.robot.serial.frames import NO_SESSION, Decoder, Drive, Frame, Hello, Report, Stop, encode
+from wax.robot.serial.frames import (
+    NO_SESSION,
+    Decoder,
+    DriveBody,
+    Frame,
+    HelloBody,
+    ReportBody,
+    StopBody,
+    encode,
+)
 
 if TYPE_CHECKING:
     from wax.config.settings import BytesDialectSettings, SerialSettings
@@ -53,10 +62,10 @@ class Frames:
         events = []
         for frame in self._server.feed(data):
             match frame.body:
-                case Drive(left, right):
+                case DriveBody(left, right):
                     speed_mps = max(abs(left), abs(right)) / 1000.0
                     events.append(Event(at_s, "said", speed_mps > 0, speed_mps))
-                case Stop() | Hello():
+                case StopBody() | HelloBody():
                     events.append(Event(at_s, "said", moves=False, speed_mps=0.0))
         if self._robot.session != self._server.session:
             self._robot = Decoder(self._server.session)
@@ -66,12 +75,14 @@ class Frames:
         return [
             Event(at_s, "told", frame.body.moving)
             for frame in self._robot.feed(data)
-            if isinstance(frame.body, Report)
+            if isinstance(frame.body, ReportBody)
         ]
 
     def last_words(self) -> bytes:
         session = 1 + secrets.randbelow(NO_SESSION - 1)
-        return encode(Frame(Hello(session)), session) + encode(Frame(Stop(), sequence=1), session)
+        return encode(Frame(HelloBody(session)), session) + encode(
+            Frame(StopBody(), sequence=1), session
+        )
 
 
 class Bytes:

@@ -177,16 +177,16 @@ class Proof:
         raise StartError(f"the robot does not start to move. {self._reason()}")
 
     async def _may_drive(self) -> bool:
-        seat = self._operator.seat
-        if not seat.is_open:
+        state = self._operator.state
+        if not state.is_open:
             await self._operator.kill()
             await self._operator.start(self._server.url)
             return False
-        if seat.stop is not None:
+        if state.stop is not None:
             self._operator.tell("neutral")
             self._operator.tell("release")
             return False
-        if not seat.drives:
+        if not state.drives:
             self._operator.tell("join")
             return False
         robot = await self._server.robot()
@@ -201,10 +201,10 @@ class Proof:
         return False
 
     def _reason(self) -> str:
-        seat = self._operator.seat
-        if not seat.is_open:
+        state = self._operator.state
+        if not state.is_open:
             return "Its operator has lost the connection to the server."
-        return f"The server says: {seat.reason}" if seat.reason else "Is its power on?"
+        return f"The server says: {state.reason}" if state.reason else "Is its power on?"
 
     def _say(self, line: str) -> None:
         self._tell(Progress(line, self._done, len(FAULTS) * self._repeats))

@@ -9,7 +9,7 @@ import sys
 import uuid
 from typing import TYPE_CHECKING, Final
 
-from wax.client.process import Seat
+from wax.client.process import OperatorState
 from wax.errors import StartError
 from wax.proof.controlled_process import ControlledProcess
 
@@ -24,12 +24,12 @@ _OPEN_S: Final = 30.0
 
 
 class RemoteOperator(ControlledProcess):
-    """`seat` is the newest that the operator has told; `on_seat` gets each."""
+    """`state` is the newest that the operator has told; `on_state` gets each."""
 
-    def __init__(self, log: Path, on_seat: Callable[[Seat], None] | None = None) -> None:
+    def __init__(self, log: Path, on_state: Callable[[OperatorState], None] | None = None) -> None:
         super().__init__(log)
-        self.seat = Seat()
-        self._on_seat = on_seat
+        self.state = OperatorState()
+        self._on_state = on_state
         self._client_id = str(uuid.uuid4())
         self._hearing: asyncio.Task[None] | None = None
         self._changed = asyncio.Event()
@@ -41,9 +41,9 @@ class RemoteOperator(ControlledProcess):
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
         )
-        self.seat = Seat()
+        self.state = OperatorState()
         self._hearing = asyncio.create_task(self._hear(process), name="operator")
-        if not await self.until(lambda: self.seat.is_open, _OPEN_S):
+        if not await self.until(lambda: self.state.is_open, _OPEN_S):
             raise StartError(f"the proof's operator cannot connect: {self.last_line()}")
 
     def tell(self, order: Order) -> None:
@@ -56,7 +56,7 @@ class RemoteOperator(ControlledProcess):
             await asyncio.gather(self._hearing, return_exceptions=True)
 
     async def until(self, holds: Callable[[], bool], within_s: float) -> bool:
-        """Wait for what a new seat brings about; False where none did in time, or it has ended."""
+        """Wait for what a new state brings about; False where none did in time, or it has ended."""
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(within_s):
                 while not holds() and self._hearing is not None and not self._hearing.done():
@@ -68,10 +68,10 @@ class RemoteOperator(ControlledProcess):
         assert process.stdout is not None
         try:
             async for line in process.stdout:
-                self.seat = Seat(**json.loads(line))
-                if self._on_seat is not None:
-                    self._on_seat(self.seat)
+                self.state = OperatorState(**json.loads(line))
+                if self._on_state is not None:
+                    self._on_state(self.state)
                 self._changed.set()
         finally:
-            self.seat = Seat()
+            self.state = OperatorState()
             self._changed.set()

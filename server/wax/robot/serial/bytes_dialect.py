@@ -26,7 +26,7 @@ DEAD_ZONE: Final = 0.05
 """Less than this share of the limits is standstill."""
 
 
-class SingleByteDialect:
+class BytesDialect:
     """A `Dialect` for existing boards."""
 
     def __init__(self, table: BytesDialectSettings, limits: Limits) -> None:

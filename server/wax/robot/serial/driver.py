@@ -6,8 +6,8 @@ import threading
 from typing import TYPE_CHECKING
 
 from wax.driver.interface import Limits, RobotState
-from wax.robot.serial.bytes_dialect import SingleByteDialect
-from wax.robot.serial.frames_dialect import FramedDialect
+from wax.robot.serial.bytes_dialect import BytesDialect
+from wax.robot.serial.frames_dialect import FramesDialect
 from wax.robot.serial.reconnecting_port import Port
 from wax.robot.serial.setpoints import SetPoints
 from wax.robot.serial.wheels import WheelMixer
@@ -39,9 +39,9 @@ class SerialRobot:
             ttl_s=serial.ttl_ms / 1000.0 if framed else None,  # a single byte is followed for ever
         )
         dialect: Dialect = (
-            FramedDialect(WheelMixer(settings), serial.ttl_ms, axes)
+            FramesDialect(WheelMixer(settings), serial.ttl_ms, axes)
             if framed
-            else SingleByteDialect(serial.bytes, self._limits)
+            else BytesDialect(serial.bytes, self._limits)
         )
         self._clock = clock
         self._conversation = _SerialConversation(

@@ -77,14 +77,14 @@ _CRC: Final = struct.Struct(">H")
 
 
 @dataclass(frozen=True, slots=True)
-class Hello:
+class HelloBody:
     """A session begins, 1 to 65534."""
 
     session: int
 
 
 @dataclass(frozen=True, slots=True)
-class Drive:
+class DriveBody:
     """Wheel speeds in mm/s, -32768 to 32767."""
 
     left_mmps: int
@@ -92,7 +92,7 @@ class Drive:
 
 
 @dataclass(frozen=True, slots=True)
-class Axis:
+class AxisBody:
     """Move axis `number` to `position` / 10000 of its range."""
 
     number: int
@@ -100,12 +100,12 @@ class Axis:
 
 
 @dataclass(frozen=True, slots=True)
-class Stop:
+class StopBody:
     """Stand still now."""
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class ReportBody:
     """The robot's report of its state."""
 
     battery_mv: int
@@ -126,7 +126,7 @@ class Report:
         return bool(self.flags & 2)
 
 
-Body = Hello | Drive | Axis | Stop | Report
+Body = HelloBody | DriveBody | AxisBody | StopBody | ReportBody
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,11 +141,11 @@ class Frame:
 
 
 _TYPES: Final[dict[int, tuple[type[Body], struct.Struct]]] = {
-    0x00: (Hello, struct.Struct("<H")),
-    0x01: (Drive, struct.Struct("<hh")),
-    0x02: (Axis, struct.Struct("<Bh")),
-    0x03: (Stop, struct.Struct("<")),
-    0x81: (Report, struct.Struct("<HBiiBHHH")),
+    0x00: (HelloBody, struct.Struct("<H")),
+    0x01: (DriveBody, struct.Struct("<hh")),
+    0x02: (AxisBody, struct.Struct("<Bh")),
+    0x03: (StopBody, struct.Struct("<")),
+    0x81: (ReportBody, struct.Struct("<HBiiBHHH")),
 }
 _CODES: Final = {body: code for code, (body, _) in _TYPES.items()}
 
@@ -206,7 +206,7 @@ class Decoder:
                 self.errors += 1
             else:
                 frames.append(frame)
-                if self._follows_hello and isinstance(frame.body, Hello):
+                if self._follows_hello and isinstance(frame.body, HelloBody):
                     self.session = frame.body.session
             at = end
         self._rest = stream[at:]
@@ -237,10 +237,10 @@ def _parse(data: bytes) -> Frame | None:
     if body_type is None or layout is None or layout.size != len(payload):
         return None
     body = body_type(*layout.unpack(payload))
-    if isinstance(body, Hello) and not 0 < body.session < NO_SESSION:
+    if isinstance(body, HelloBody) and not 0 < body.session < NO_SESSION:
         return None
     return Frame(body, sequence=sequence, turn=turn, ttl_ms=ttl_ms, time_ms=time_ms)
 
 
 def _crc(data: bytes, code: int, session: int) -> bytes:
-    return _CRC.pack(binascii.crc_hqx(data, NO_SESSION if code == _CODES[Hello] else session))
+    return _CRC.pack(binascii.crc_hqx(data, NO_SESSION if code == _CODES[HelloBody] else session))

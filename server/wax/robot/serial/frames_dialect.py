@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Final
 from wax.robot.serial.frames import (
     NO_SESSION,
     POSITION_SCALE,
-    Axis,
+    AxisBody,
     Body,
     Decoder,
-    Drive,
+    DriveBody,
     Frame,
-    Hello,
-    Report,
-    Stop,
+    HelloBody,
+    ReportBody,
+    StopBody,
     encode,
 )
 
@@ -32,7 +32,7 @@ REMEMBERED: Final = 256
 """Sent frames to remember: more than half a second's worth, axes included."""
 
 
-class FramedDialect:
+class FramesDialect:
     """A `Dialect` for boards with their own watchdog.
 
     The robot is connected while its reports acknowledge a frame sent within the last
@@ -53,7 +53,7 @@ class FramedDialect:
         self._patience_ends_s = 0.0
         self._answers = False
         self._decoder = Decoder(NO_SESSION)
-        self._report: Report | None = None
+        self._report: ReportBody | None = None
         self._robot_time_ms = 0.0
         self._heard_s = 0.0
 
@@ -78,20 +78,20 @@ class FramedDialect:
         begins_moving = moves and said is not None and order.turn > said.turn
         self._said = order
         self._again_s = now_s + (DRIVE_EVERY_S if moves else STOP_EVERY_S)
-        words = self._frame(Stop(), order.turn, now_s) if begins_moving else b""
+        words = self._frame(StopBody(), order.turn, now_s) if begins_moving else b""
         words += self._frame(self._motion(order), order.turn, now_s)
         for name, position in order.axes:
-            axis = Axis(self._axes.index(name), round(position * POSITION_SCALE))
+            axis = AxisBody(self._axes.index(name), round(position * POSITION_SCALE))
             words += self._frame(axis, order.turn, now_s)
         return words, self._due_s()
 
     def farewell(self) -> bytes:
         turn = 0 if self._said is None else self._said.turn
-        return self._frame(Stop(), turn, self._heard_s)
+        return self._frame(StopBody(), turn, self._heard_s)
 
     def hear(self, data: bytes, now_s: float) -> None:
         for frame in self._decoder.feed(data):
-            if isinstance(frame.body, Report):
+            if isinstance(frame.body, ReportBody):
                 self._take(frame.body, frame.time_ms, now_s)
 
     def answers(self, now_s: float) -> bool:
@@ -128,7 +128,7 @@ class FramedDialect:
             }
         return known
 
-    def _take(self, report: Report, robot_time_ms: int, now_s: float) -> None:
+    def _take(self, report: ReportBody, robot_time_ms: int, now_s: float) -> None:
         stopped_itself = self._answers and report.timed_out
         self._report = report
         self._robot_time_ms, self._heard_s = float(robot_time_ms), now_s
@@ -143,23 +143,23 @@ class FramedDialect:
     def _greet(self, now_s: float) -> bytes:
         self._said = None
         self._again_s = now_s + HELLO_EVERY_S
-        return self._frame(Hello(self._session), 0, now_s) + self._frame(Stop(), 0, now_s)
+        return self._frame(HelloBody(self._session), 0, now_s) + self._frame(StopBody(), 0, now_s)
 
     def _due_s(self) -> float:
         return min(self._again_s, self._patience_ends_s) if self._answers else self._again_s
 
     def _motion(self, order: Order) -> Body:
         if order.twist.is_zero:
-            return Stop()
+            return StopBody()
         wheels = self._mixer.mix(order.twist)
-        return Drive(round(wheels.left_mps * 1000.0), round(wheels.right_mps * 1000.0))
+        return DriveBody(round(wheels.left_mps * 1000.0), round(wheels.right_mps * 1000.0))
 
     def _frame(self, body: Body, turn: int, now_s: float) -> bytes:
         self._sequence = (self._sequence + 1) & 0xFFFF
         self._sent.append((self._sequence, now_s))
-        known = self._report is not None and not isinstance(body, Hello)
+        known = self._report is not None and not isinstance(body, HelloBody)
         time_ms = self._robot_time_ms + (now_s - self._heard_s) * 1000.0 if known else 0.0
-        ttl_ms = self._ttl_ms if isinstance(body, Drive | Axis) else 0
+        ttl_ms = self._ttl_ms if isinstance(body, DriveBody | AxisBody) else 0
         frame = Frame(body, sequence=self._sequence, turn=turn, ttl_ms=ttl_ms, time_ms=int(time_ms))
         return encode(frame, self._session)
 
