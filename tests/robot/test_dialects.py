@@ -295,6 +295,17 @@ def test_half_of_the_limits_is_fine_still() -> None:
     assert single().say(going(0.51, 0), 1.0)[0] == b"2F"
 
 
+def test_a_turn_that_begins_with_motion_begins_with_the_stop_byte() -> None:
+    """Where the stop between two turns was never said it is said first; elsewhere there is one."""
+    dialect = single()
+    dialect.say(going(1, 0, turn=1), 1.0)
+    assert says(dialect, going(1, 0, turn=2), 1.01) == (b"SF", math.inf)
+    assert says(dialect, going(-0.2, 0, turn=3), 1.02) == (b"S1B", math.inf)
+    assert says(dialect, going(1, 0, turn=3), 1.03) == (b"2F", math.inf)
+    assert says(dialect, replace(STAND, turn=4), 1.04) == (b"S", 1.06)
+    assert says(dialect, going(1, 0, turn=5), 1.05) == (b"F", math.inf)
+
+
 def test_a_board_without_speeds_gets_none() -> None:
     """Without bytes for the speeds only directions are sent."""
     dialect = BytesDialect(BytesDialectSettings(fine=None, gross=None), LIMITS)

@@ -45,6 +45,7 @@ class BytesDialect:
             table.forward_right,
         )
         self._said: tuple[int | None, int] | None = None
+        self._turn = 0
         self._stops_left = 0
         self._stop_again_s = 0.0
 
@@ -54,6 +55,11 @@ class BytesDialect:
 
     def say(self, order: Order, now_s: float) -> tuple[bytes, float]:
         wanted = self._command(order.twist)
+        is_new_turn, self._turn = order.turn > self._turn, order.turn
+        if is_new_turn and self._moves(self._said) and self._moves(wanted):
+            # A process that was starved has never said the stop between two turns.
+            words, due_s = self._say_new(*wanted, now_s)
+            return bytes([self._stop]) + words, due_s
         if wanted != self._said:
             return self._say_new(*wanted, now_s)
         if self._stops_left == 0:
@@ -90,6 +96,9 @@ class BytesDialect:
 
     def known(self) -> dict[str, float]:
         return {}
+
+    def _moves(self, said: tuple[int | None, int] | None) -> bool:
+        return said is not None and said[1] != self._stop
 
     def _say_new(self, speed: int | None, direction: int, now_s: float) -> tuple[bytes, float]:
         speed_before = None if self._said is None else self._said[0]
