@@ -17,11 +17,10 @@ from typing import TYPE_CHECKING, Any
 from e2e.measure import machine
 from e2e.measure.published import FOLDER, Published
 from e2e.measure.row import Row
-from e2e.measure.suite import ROOT
-from e2e.measure.suite import digest as files_digest
+from e2e.measure.suite import ROOT, digest
 from tests.ablation import traffic
 from tests.ablation.constants import constants
-from tests.ablation.sweep import FACTORS, default_jobs, effect, mean, spread, sweep, tuned
+from tests.ablation.sweep import FACTORS, MEASURES, default_jobs, effect, mean, spread, sweep, tuned
 
 if TYPE_CHECKING:
     from tests.ablation.constants import Constant
@@ -29,7 +28,6 @@ if TYPE_CHECKING:
 
 _OUT = ROOT / "e2e/out/ablation/results.jsonl"
 _MEASURES = ("use", "picture_ms", "sound_ms", "concealed", "recovery_s")
-_FILES = ("server/wax/congestion/*.py", "server/wax/sync/*.py")
 
 
 def main() -> int:
@@ -121,8 +119,8 @@ def _publish(rows: list[dict[str, Any]], links: Result) -> Path:
         date=datetime.now(tz=UTC).date().isoformat(),
         machine="simulation, without a clock",
         load=None,
-        measures=list(_FILES),
-        measured=files_digest(_FILES),
+        measures=list(MEASURES),
+        measured=digest(MEASURES),
         columns=[f"{measure} {name}" for measure in _MEASURES for name in FACTORS],
         rows=[*today, *measured],
         notes=[

@@ -75,18 +75,6 @@ def constants() -> list[Constant]:
     return [one for name in modules() for one in _constants(importlib.import_module(name))]
 
 
-def code(names: list[str]) -> str:
-    """Return the modules' code without docstrings and notes, which change no figure."""
-    out = []
-    for name in names:
-        tree = ast.parse(_source(importlib.import_module(name)))
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
-                node.body = [one for one in node.body if not _is_note(one)]
-        out.append(f"{name}\n{ast.dump(tree)}")
-    return "\n".join(out)
-
-
 def _source(module: ModuleType) -> str:
     assert module.__file__ is not None
     return Path(module.__file__).read_text(encoding="utf-8")
@@ -101,23 +89,16 @@ def _constants(module: ModuleType) -> list[Constant]:
         value = getattr(module, node.target.id)
         numbers = value if isinstance(value, tuple) and not hasattr(value, "_fields") else (value,)
         if all(isinstance(one, Number) and not isinstance(one, bool) for one in numbers):
-            note = _note(after) if after is not None and _is_note(after) else None
-            found.append(Constant(module.__name__, node.target.id, value, note))
+            found.append(Constant(module.__name__, node.target.id, value, _note(after)))
     return found
 
 
-def _is_note(node: ast.stmt) -> bool:
-    return (
-        isinstance(node, ast.Expr)
-        and isinstance(node.value, ast.Constant)
-        and isinstance(node.value.value, str)
-    )
-
-
-def _note(node: ast.stmt) -> str:
-    assert isinstance(node, ast.Expr)
-    assert isinstance(node.value, ast.Constant)
-    return " ".join(str(node.value.value).split())
+def _note(node: ast.stmt | None) -> str | None:
+    match node:
+        case ast.Expr(ast.Constant(str(note))):
+            return " ".join(note.split())
+        case _:
+            return None
 
 
 def _scaled(value: Number, factor: float) -> Number:

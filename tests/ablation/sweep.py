@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import os
@@ -11,7 +10,8 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
-from tests.ablation.constants import Constant, code, constants, modules
+from e2e.measure.suite import digest
+from tests.ablation.constants import Constant, constants
 from tests.ablation.links import CASES
 
 if TYPE_CHECKING:
@@ -51,13 +51,14 @@ BOUNDS: Final = {
 ELSEWHERE: Final = {"sound_reports._MAX_USE_FACTOR", "sound_reports._REPORTS"}
 """Used only without feedback on the sound's packets, which all links here have."""
 
+MEASURES: Final = ("server/wax/congestion/*.py", "server/wax/sync/*.py")
 _HARNESS: Final = (
-    "tests.ablation.links",
-    "tests.congestion.bottleneck",
-    "tests.sync.browser_model",
-    "tests.sync.link_model",
-    "wax.sync.fail_safe",
-    "wax.sync.playout_state",
+    "server/wax/rtc/picture_sender.py",
+    "server/wax/rtc/retransmissions.py",
+    "tests/ablation/links.py",
+    "tests/congestion/bottleneck.py",
+    "tests/link/*.py",
+    "tests/sync/*_model.py",
 )
 _SEEDS: Final = 6
 """Runs that show how much chance alone changes a measure."""
@@ -69,11 +70,6 @@ _NOTICEABLE: Final = {
     "recovery_s": (1.0, 0.10),
 }
 """The smallest change of each measure to mention: the larger of absolute and relative."""
-
-
-def digest() -> str:
-    """Return the hash of the code that is measured, without its comments."""
-    return hashlib.sha256(code([*modules(), *_HARNESS]).encode()).hexdigest()[:16]
 
 
 def tuned() -> list[Constant]:
@@ -96,7 +92,7 @@ def run_with(key: str, factor: float) -> Result:
 
 def sweep(path: Path, jobs: int) -> dict[str, Result]:
     """Measure whatever lacks a result in `path` for this code; return all, by key and factor."""
-    mine = digest()
+    mine = digest([*MEASURES, *_HARNESS])
     found = _read(path, mine)
     path.parent.mkdir(parents=True, exist_ok=True)
     wanted = [name for name in _names() if name not in found]
