@@ -91,6 +91,26 @@ async def test_a_bad_offer_is_refused_with_a_sentence(server: Server, body: byte
     assert is_a_sentence(answer)
 
 
+async def test_offers_that_multiply_work_do_not_delay_the_robot(server: Server) -> None:
+    """Five a second, each with 500 codecs and 700 feedbacks for all, leave the loop its time."""
+    codecs = "a=rtpmap:96 VP8/90000\r\n" * 500 + "a=rtcp-fb:* nack\r\n" * 700
+    costly = (
+        "v=0\r\no=- 1 2 IN IP4 127.0.0.1\r\ns=-\r\nt=0 0\r\n"
+        "m=audio 9 UDP/TLS/RTP/SAVPF 111\r\nm=application 9 UDP/DTLS/SCTP webrtc-datachannel\r\n"
+        f"m=video 9 UDP/TLS/RTP/SAVPF 96\r\n{codecs}"
+    )
+
+    async def late() -> int:
+        return int((await server.status())["counters"].get("control.late", 0))
+
+    before = await late()
+    for _ in range(10):
+        code, answer = await server.post("/api/offer", offer(costly), "application/json")
+        assert 400 <= code < 500, answer
+        await asyncio.sleep(0.2)
+    assert await late() - before < 5, "one of two offers made the loop late"
+
+
 async def test_an_oversized_offer_is_refused(server: Server) -> None:
     """A body of a megabyte is refused with a sentence and not read into memory as a whole."""
     code, answer = await server.post("/api/offer", offer("v=0\r\n" * 200_000), "application/json")
