@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from statistics import median
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -12,8 +12,15 @@ if TYPE_CHECKING:
     from e2e.harness.viewer import Card
 
 
-def assert_live(cards: Sequence[Card]) -> None:
-    """Assert that nearly all frames are whole and newer than the one before, and none is old."""
+LIVE_MS: Final = 100.0
+"""Median age on one machine, a few times what is usual: 10 ms in Chromium, 25 in Firefox."""
+
+
+def assert_live(cards: Sequence[Card], held_ms: float = 0.0) -> None:
+    """Assert that nearly all frames are whole and newer than the one before, and that they are new.
+
+    `held_ms` is how long they are held back for their sound.
+    """
     valid = [card for card in cards if card.valid]
     assert len(valid) >= 0.9 * len(cards), f"{len(cards) - len(valid)} unreadable of {len(cards)}"
     stamps = [card.stamp_ms for card in valid]
@@ -22,5 +29,4 @@ def assert_live(cards: Sequence[Card]) -> None:
     assert len(set(stamps)) >= 0.9 * len(stamps), f"standing still: {stamps}"
     ages = [card.age_ms for card in valid]
     assert min(ages) >= 0, f"a picture from the future: {ages}"
-    assert median(ages) < 500, f"old pictures: {ages}"
-    assert max(ages) < 1000, f"an old picture: {ages}"
+    assert median(ages) < held_ms + LIVE_MS, f"old pictures: {ages}"
