@@ -95,6 +95,7 @@ async def test_a_line_that_becomes_long_stops_the_robot() -> None:
     await keeps(delay_step(TRIALS, load=LIGHT))
 
 
+@pytest.mark.full
 async def test_a_blocked_server_stops_the_robot() -> None:
     """The process that speaks with the robot does, and nothing late moves it afterwards."""
     await keeps(loop_blocked(TRIALS, load=LIGHT))
