@@ -1,8 +1,9 @@
 """`python -m tests.ablation`: half and double of each constant, on simulated links.
 
 It prints a table, and with `--json` everything; `--publish` writes e2e/published/ablation.json for
-the commit that is checked out. What was measured of the same code is taken again from e2e/out. With
-`--trace` it measures recorded traces in the format of mahimahi instead, and changes no constant.
+the commit that is checked out, and into the note behind each constant what half and double of it
+change. What was measured of the same code is taken again from e2e/out. With `--trace` it measures
+recorded traces in the format of mahimahi instead, and changes no constant.
 """
 
 from __future__ import annotations
@@ -34,7 +35,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.ablation", description=__doc__)
     parser.add_argument("--jobs", type=int, default=default_jobs(), help="processes at a time")
     parser.add_argument("--json", action="store_true", help="print all that was measured")
-    parser.add_argument("--publish", action="store_true", help="write e2e/published/ablation.json")
+    parser.add_argument(
+        "--publish",
+        action="store_true",
+        help="write e2e/published/ablation.json and the notes behind the constants",
+    )
     parser.add_argument("--trace", type=Path, nargs="+", help="traces, or folders of them")
     parser.add_argument("--traffic", action="store_true", help="measure cross traffic alone")
     arguments = parser.parse_args()
@@ -56,6 +61,8 @@ def main() -> int:
     else:
         print(_table(rows))
     if arguments.publish:
+        for one, row in zip(tuned(), rows, strict=True):
+            one.write_effect(f"Half: {row['half']}; double: {row['double']}.")
         print(f"published: {_publish(rows, found['seed 1'])}", file=sys.stderr)
     return 0
 

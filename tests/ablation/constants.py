@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import importlib
 import pkgutil
+import re
 import sys
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import ModuleType
 
+_WIDTH: Final = 100
 _PLAYOUT: Final = ("wax.sync.sound_delay", "wax.sync.hold_back", "wax.sync.audio_master")
 
 Number = int | float
@@ -63,6 +65,23 @@ class Constant:
             for module in homes:
                 setattr(module, self.name, self.value)
 
+    def write_effect(self, effect: str) -> None:
+        """Replace in the module's source what its note says of half and double."""
+        module = sys.modules[self.module]
+        assert module.__file__ is not None
+        path = Path(module.__file__)
+        lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+        (note,) = [note for node, note in _assigned(module) if node.id == self.name]
+        assert note is not None
+        rows = slice(note.lineno - 1, note.end_lineno)
+        ending = (
+            f'{effect}"""' if len(effect) + 3 <= _WIDTH else effect.replace("; ", ";\n") + '"""'
+        )
+        lines[rows] = [
+            re.sub(r'Half: .*"""', lambda _: ending, "".join(lines[rows]), flags=re.DOTALL)
+        ]
+        path.write_text("".join(lines), encoding="utf-8")
+
 
 def modules() -> list[str]:
     """Return the modules whose constants are examined."""
@@ -80,16 +99,21 @@ def _source(module: ModuleType) -> str:
     return Path(module.__file__).read_text(encoding="utf-8")
 
 
-def _constants(module: ModuleType) -> list[Constant]:
+def _assigned(module: ModuleType) -> Iterator[tuple[ast.Name, ast.stmt | None]]:
+    """Give the annotated names of a module, each with the statement behind it."""
     body = ast.parse(_source(module)).body
-    found = []
     for node, after in zip(body, [*body[1:], None], strict=True):
-        if not (isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name)):
-            continue
-        value = getattr(module, node.target.id)
+        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            yield node.target, after
+
+
+def _constants(module: ModuleType) -> list[Constant]:
+    found = []
+    for name, after in _assigned(module):
+        value = getattr(module, name.id)
         numbers = value if isinstance(value, tuple) and not hasattr(value, "_fields") else (value,)
         if all(isinstance(one, Number) and not isinstance(one, bool) for one in numbers):
-            found.append(Constant(module.__name__, node.target.id, value, _note(after)))
+            found.append(Constant(module.__name__, name.id, value, _note(after)))
     return found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from e2e.measure.published import load
 from tests.ablation.constants import Constant, constants
 from tests.ablation.sweep import BOUNDS, ELSEWHERE, FACTS, Result, effect, tuned
 
@@ -23,6 +24,14 @@ def test_each_constant_says_why(constant: Constant) -> None:
     if constant.key not in FACTS | BOUNDS | ELSEWHERE:
         assert "Half: " in constant.note
         assert "double: " in constant.note
+
+
+def test_notes_say_what_was_published() -> None:
+    """What a note says of half and double is what the newest ablation found."""
+    published = {row.key: row.what.partition("; ")[2] for row in load("ablation").rows}
+    for constant in tuned():
+        _, _, said = (constant.note or "").partition("Half: ")
+        assert f"half: {said}" == f"{published[constant.key]}."
 
 
 def test_what_is_left_out_exists() -> None:
