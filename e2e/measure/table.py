@@ -30,7 +30,15 @@ def to_markdown(published: Published, *, is_stale: bool) -> str:
     for row in published.rows:
         values = [_cell(row, column) for column in published.columns]
         words = verdict(row).replace("missed", "**missed**") + (", stale" if is_stale else "")
-        lines.append([row.what, f"{row.n}", *values, _goal(row), words.removeprefix(", ")])
+        lines.append(
+            [
+                _what(row, published.columns),
+                f"{row.n}",
+                *values,
+                _goal(row),
+                words.removeprefix(", "),
+            ]
+        )
     table = "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
     origin = fill(_origin(published, is_stale=is_stale), 100, break_on_hyphens=False)
     return f"{table}\n\n{origin}\n"
@@ -49,6 +57,15 @@ def number(value: float | None) -> str:
     if value and abs(value) < 100:
         return f"{value:.3g}"
     return f"{value:.0f}"
+
+
+def _what(row: Row, columns: Sequence[str]) -> str:
+    """Say what a row is of, with its value where that has no column of its own."""
+    what = row.what.replace("|", "\\|")
+    value = row.values.get(row.judged)
+    if value is None or row.judged in columns:
+        return what
+    return f"{what}: {_with_unit(value, row.unit)}"
 
 
 def _goal(row: Row) -> str:

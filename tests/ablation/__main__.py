@@ -61,9 +61,9 @@ def main() -> int:
     else:
         print(_table(rows))
     if arguments.publish:
+        print(f"published: {_publish(rows, found['seed 1'])}", file=sys.stderr)
         for one, row in zip(tuned(), rows, strict=True):
             one.write_effect(f"Half: {row['half']}; double: {row['double']}.")
-        print(f"published: {_publish(rows, found['seed 1'])}", file=sys.stderr)
     return 0
 
 

@@ -74,12 +74,10 @@ class Constant:
         (note,) = [note for node, note in _assigned(module) if node.id == self.name]
         assert note is not None
         rows = slice(note.lineno - 1, note.end_lineno)
-        ending = (
-            f'{effect}"""' if len(effect) + 3 <= _WIDTH else effect.replace("; ", ";\n") + '"""'
-        )
-        lines[rows] = [
-            re.sub(r'Half: .*"""', lambda _: ending, "".join(lines[rows]), flags=re.DOTALL)
-        ]
+        if len(effect) + len('"""') > _WIDTH:
+            effect = effect.replace("; ", ";\n")
+        old = re.compile(r'Half: .*"""', re.DOTALL)
+        lines[rows] = [old.sub(lambda _: f'{effect}"""', "".join(lines[rows]))]
         path.write_text("".join(lines), encoding="utf-8")
 
 

@@ -76,6 +76,7 @@ def test_a_table_says_missed_and_stale() -> None:
         judged("a", "slow", "ms", {"WAX": 30.0, "stock": 40.0}, 20.0, n=3),
         judged("b", "unknown", "ms", {}, 20.0, n=0),
         judged("c", "only told", "", {"WAX": 0.125}, n=1, column=""),
+        judged("d", "|error| is", "ms", {"off": 0.2}, 5.0, n=1, column="off"),
     ]
     published = Published(
         suite="x",
@@ -89,10 +90,11 @@ def test_a_table_says_missed_and_stale() -> None:
         rows=rows,
     )
     lines = to_markdown(published, is_stale=True).splitlines()
-    assert lines[2:5] == [
+    assert lines[2:6] == [
         "| slow | 3 | **30 ms** | 40 ms | ≤ 20 ms | **missed**, stale |",
         "| unknown | 0 | – | – | ≤ 20 ms | not measured, stale |",
         "| only told | 1 | 0.125 | – |  | stale |",
+        "| \\|error\\| is: 0.2 ms | 1 | – | – | ≤ 5 ms | met, stale |",
     ]
     assert "stale" not in to_markdown(published, is_stale=False).lower()
     assert published.is_stale
