@@ -13,7 +13,7 @@ from typing import Final
 
 _WINDOW_S: Final = 0.8
 """Measured over at most this much of a busy period. GCC: 0.5 to 1 s (T in 5.6).
-Half: download: picture 877 ms → 214 ms; double: download: picture 877 ms → 1327 ms."""
+Half: route: recovery 0.0 s → 8.0 s; double: download: picture 877 ms → 1327 ms."""
 
 _MIN_BUSY_S: Final = 0.06
 """Minimum busy period: the arrivals within one feedback packet have jitter. Ours.
@@ -26,7 +26,7 @@ Half: the same; double: the same."""
 _BACK_TO_BACK_S: Final = 0.005
 """How much later than this packet would have come alone the one before must arrive, for both to
 count as queued. As GCC's burst_time (5.6).
-Half: no change to speak of; double: no change to speak of."""
+Half: no change to speak of; double: the same."""
 
 
 class DeliveryRate:

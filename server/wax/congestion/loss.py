@@ -20,7 +20,7 @@ Half: no change to speak of; double: no change to speak of."""
 
 _HIGH_LOSS_SHARE: Final = 0.12
 """Loss beyond the usual that lowers the rate. GCC: 10 %.
-Half: short-queue: picture 226 ms → 71 ms; double: the same."""
+Half: the same; double: the same."""
 
 _USUAL_FACTOR: Final = 2.0
 """The usual loss times this, plus `_HIGH_LOSS_SHARE`, is high loss. Ours.
@@ -40,7 +40,7 @@ Half: no change to speak of; double: the same."""
 
 _MIN_PACKETS: Final = 40
 """Minimum packets to judge by: the standard error of 12 % of 40 is 5 %. Ours.
-Half: the same; double: outages: use 35 % → 49 %."""
+Half: no change to speak of; double: outages: use 35 % → 49 %."""
 
 _DECREASE_FACTOR: Final = 0.9
 """Share of the arriving rate that is used after a fall, so that the queue drains. GCC's beta is
@@ -68,7 +68,7 @@ Half: the same; double: the same."""
 
 _BURST_QUANTILE: Final = 0.95
 """Share of the bursts that redundancy must repair (RFC 2198). Ours.
-Half: no change to speak of; double: the same."""
+Half: the same; double: the same."""
 
 
 class _LossCounts(NamedTuple):

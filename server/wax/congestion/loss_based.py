@@ -11,7 +11,7 @@ from typing import Final
 
 _STARTING_RATE_BPS: Final = 5_000_000.0
 """Rate before the first report. Ours: no delay would show that it is too high.
-Half: loss-only: picture 762 ms → 380 ms; double: loss-only: use 86 % → 93 %."""
+Half: no change to speak of; double: loss-only: use 85 % → 91 %."""
 
 _MIN_RATE_BPS: Final = 30_000.0
 """Lowest rate: sound, and the smallest picture now and then. Ours.
@@ -22,11 +22,11 @@ _MAX_RATE_BPS: Final = 20_000_000.0
 
 _LOW_LOSS_SHARE: Final = 0.02
 """Below this share of lost packets the rate rises. GCC: 2 %.
-Half: the same; double: no change to speak of."""
+Half: the same; double: the same."""
 
 _HIGH_LOSS_SHARE: Final = 0.10
 """Above this share it falls. GCC: 10 %.
-Half: the same; double: loss-only: use 86 % → 100 %."""
+Half: the same; double: loss-only: use 85 % → 100 %."""
 
 _INCREASE_PER_S: Final = 0.08
 """Increase per second. GCC: 5 % a report.
@@ -38,7 +38,7 @@ Half: no change to speak of; double: the same."""
 
 _DECREASE_SHARE: Final = 0.5
 """The rate falls by this fraction of the lost share. GCC: 1 - 0.5 p.
-Half: loss-only: use 86 % → 93 %; double: loss-only: use 86 % → 4 %."""
+Half: loss-only: use 85 % → 92 %; double: loss-only: use 85 % → 4 %."""
 
 
 class LossBasedControl:

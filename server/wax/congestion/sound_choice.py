@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 _PARTS: Final = 3
 """Sound takes at most one part in this many; its smallest form is always sent. Ours.
-Half: no change to speak of; double: step-down: picture 174 ms → 285 ms."""
+Half: no change to speak of; double: step-down: picture 154 ms → 295 ms."""
 
 _RISE_HOLD_S: Final = 5.0
 """A better form must have fitted for this long. Ours.
@@ -26,7 +26,7 @@ Half: the same; double: the same."""
 
 _REDUNDANCY_OVER_SHARE: Final = 0.0025
 """And ends below this: hysteresis. Ours.
-Half: the same; double: the same."""
+Half: the same; double: no change to speak of."""
 
 _MAX_REDUNDANCY: Final = 3
 """Earlier units in a packet at most; waiting for them takes 60 ms. Ours.

@@ -21,7 +21,7 @@ Half: no change to speak of; double: no change to speak of."""
 
 _SAMPLES: Final = 16
 """So many reports count at most, 4 s of them. Ours.
-Half: no change to speak of; double: no change to speak of."""
+Half: no change to speak of; double: the same."""
 
 _SURE_MS: Final = 8.0
 """A smaller error is what steps of 10 ms and the measurement leave. Ours.
@@ -30,7 +30,7 @@ Half: no change to speak of; double: no change to speak of."""
 _UNSURE_MS: Final = 24.0
 """An error of so much is corrected after one report; it takes several to believe a smaller one.
 Ours.
-Half: no change to speak of; double: step-down: picture 174 ms → 144 ms."""
+Half: no change to speak of; double: no change to speak of."""
 
 _NOTICED_MS: Final = 125.0
 """Sound so late is noticed (ITU-R BT.1359): where even the longest hold-back would leave more, it
