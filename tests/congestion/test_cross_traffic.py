@@ -10,6 +10,10 @@ from tests.sync.link_model import Loop, default_steps
 
 LADDER = [*default_steps(), None]
 FULL = pytest.mark.full
+A_STEP_APART = pytest.mark.xfail(
+    strict=True,
+    reason="two of 1000 kbit/s do not fit into 2 Mbit/s with their sound: one has 600",
+)
 
 
 def test_two_downloads_fill_a_bottleneck_and_share_it() -> None:
@@ -25,19 +29,23 @@ def test_two_downloads_fill_a_bottleneck_and_share_it() -> None:
     assert min(shares) >= sum(shares) / 3
 
 
+@pytest.mark.parametrize(
+    "link_bps", [400_000, 800_000, pytest.param(2_000_000, marks=A_STEP_APART)]
+)
+def test_a_second_viewer_gets_as_much(link_bps: int) -> None:
+    """Of a thin bottleneck the one who comes later has the same share, and neither starves."""
+    first, second = beside_viewer(1, rate_bps=link_bps, begin_s=10.0, run_s=40.0)
+    shares = [rate_bps(first, 20.0, 40.0), rate_bps(second, 10.0, 30.0)]
+    assert min(shares) >= 0.8 * max(shares)
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3, *(pytest.param(n, marks=FULL) for n in (4, 5, 6))])
 @pytest.mark.parametrize("link_bps", [400_000, 800_000, 2_000_000])
-def test_a_second_viewer_gets_as_much(link_bps: int, seed: int) -> None:
-    """Of a thin bottleneck the one who comes later has the same share, and neither starves.
-
-    The same to a step of the ladder: over 2 Mbit/s two of 1000 kbit/s do not fit with their sound,
-    so that one has 600.
-    """
+def test_two_viewers_are_at_most_a_step_apart(link_bps: int, seed: int) -> None:
+    """Whoever comes later ends at the same step of the ladder or the next, and neither starves."""
     first, second = beside_viewer(seed, rate_bps=link_bps, begin_s=10.0, run_s=40.0)
     steps = [LADDER.index(one.record.changes()[-1][1]) for one in (first, second)]
     assert abs(steps[0] - steps[1]) <= 1
-    shares = [rate_bps(first, 20.0, 40.0), rate_bps(second, 10.0, 30.0)]
-    assert min(shares) >= 0.6 * max(shares)
     assert starved_s(first, 20.0, 40.0) == 0
     assert starved_s(second, 10.0, 30.0) == 0
     assert first.record.sound_ms(20.0, 40.0, 0.95) <= 120
