@@ -68,7 +68,7 @@ def parser_of(suite: Suite) -> argparse.ArgumentParser:
     number.add_argument("--n", type=int, help="so often, instead of each case's full number")
     number.add_argument("--quick", action="store_true", help="each case's small number")
     parser.add_argument(
-        "--resume", action="store_true", help="only what has no result on this commit and machine"
+        "--resume", action="store_true", help="only what has no result of this product and machine"
     )
     parser.add_argument("--list", action="store_true", help="say which cases there are")
     parser.add_argument(

@@ -22,8 +22,9 @@ _DIGITS: Final = 4
 
 
 class Published(BaseModel):
-    """The rows of one run on one commit.
+    """The rows of one run of the same product.
 
+    `commit` names more than one where a case was measured again after a change to what measures.
     `load` is the highest 1-minute load average before a case. `measured` is the hash over what
     `measures` matched; None where the figures come from `source` and not from a stored run.
     """
@@ -61,7 +62,7 @@ def load(suite: str, folder: Path = FOLDER) -> Published:
 
 
 def publish(suite: Suite, results: Sequence[Result], folder: Path = FOLDER) -> Path:
-    """Write the results of all cases, of one origin; raises `MeasureError` where one is missing."""
+    """Write the results of all cases, of one product; raises `MeasureError` if one is missing."""
     by_case = {result.case: result for result in results if result.status == "ok"}
     missing = [case.key for case in suite.cases if case.key not in by_case]
     if missing:
@@ -74,7 +75,7 @@ def publish(suite: Suite, results: Sequence[Result], folder: Path = FOLDER) -> P
     rows = suite.derive([row for result in ordered for row in result.rows])
     published = Published(
         suite=suite.name,
-        commit=origin.commit,
+        commit=", ".join(dict.fromkeys(result.origin.commit for result in ordered)),
         date=ordered[-1].started_utc[:10],
         machine=str(origin.machine),
         load=round(max(result.load_1min for result in ordered), 2),

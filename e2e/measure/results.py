@@ -22,6 +22,15 @@ class Origin(BaseModel):
     measured: str
     machine: Machine
 
+    def counts_for(self, later: Origin) -> bool:
+        """Whether a result of here still stands: the product and the machine are the same.
+
+        A commit may have changed what measures; whoever changed that measures its case again.
+        What was in no commit counts for nothing else.
+        """
+        same = (self.measured, self.machine) == (later.measured, later.machine)
+        return self == later or (same and not self.commit.endswith("-dirty"))
+
 
 class Result(BaseModel):
     """One case. `problem` is one sentence where there are no rows; `load_1min` that before."""
@@ -40,7 +49,7 @@ class Result(BaseModel):
 
 
 class Results:
-    """A suite's file of results; those of other commits stay in it and do not count."""
+    """A suite's file of results; those of another product stay in it and do not count."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / "results.jsonl"
@@ -52,7 +61,7 @@ class Results:
             file.write(f"\n{result.model_dump_json()}")
 
     def of(self, origin: Origin) -> dict[tuple[str, int], Result]:
-        """Return the results of this origin, the newest of each case and n."""
+        """Return the results that count for this origin, the newest of each case and n."""
         found: dict[tuple[str, int], Result] = {}
         lines = self.path.read_text(encoding="utf-8").splitlines() if self.path.exists() else []
         for line in lines:
@@ -60,6 +69,6 @@ class Results:
                 result = Result.model_validate_json(line)
             except ValidationError:  # torn by a crash, or of another version
                 continue
-            if result.origin == origin:
+            if result.origin.counts_for(origin):
                 found[result.case, result.n] = result
         return found

@@ -75,15 +75,36 @@ def test_a_torn_line_costs_its_own_case(bed: Bed) -> None:
     assert [key for key, _ in bed.runs] == ["one", "two", "one"]
 
 
-def test_results_of_another_commit_or_number_do_not_count(
+def test_results_of_another_product_or_number_do_not_count(
     bed: Bed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Resumed are only results of this commit and as often repeated as is asked for."""
+    """Resumed are only results of the same product and as often repeated as is asked for."""
     bed.run("--quick")
     bed.run("--resume")
-    monkeypatch.setattr(machine, "commit", lambda: "def")
+    monkeypatch.setattr(command, "digest", lambda _: "other")
     bed.run("--resume")
     assert [n for _, n in bed.runs] == [1, 1, 10, 10, 10, 10]
+
+
+def test_a_case_measured_again_joins_the_others(bed: Bed, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A commit that mends what measures costs its own case; both commits are published."""
+    bed.wrong = {"two": MeasureError("the measurement was wrong")}
+    bed.run()
+    bed.wrong = {}
+    monkeypatch.setattr(machine, "commit", lambda: "def")
+    assert bed.run("--resume", "--publish") == 0
+    assert [key for key, _ in bed.runs] == ["one", "two", "two"]
+    assert load("bed", bed.folder / "published").commit == "abc, def"
+
+
+def test_what_no_commit_has_counts_for_no_other(bed: Bed, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run with changes that were never committed leaves nothing to publish."""
+    monkeypatch.setattr(machine, "commit", lambda: "abc-dirty")
+    bed.run()
+    bed.run("--resume")
+    monkeypatch.setattr(machine, "commit", lambda: "abc")
+    bed.run("--resume", "--publish")
+    assert [key for key, _ in bed.runs] == ["one", "two", "one", "two"]
 
 
 @pytest.mark.parametrize(
