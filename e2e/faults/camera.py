@@ -109,6 +109,8 @@ class Control:
 
     async def freeze(self) -> float:
         """Freeze the camera; return when its last picture was captured."""
+        # The camera may have noted an earlier one while that was thawed.
+        (self.folder / "frozen").unlink(missing_ok=True)
         (self.folder / "freeze").touch()
         return await self._moment("frozen")
 
