@@ -26,7 +26,7 @@ _CANDIDATE: Final = re.compile(
 _DATA_CHANNELS: Final = range(20, 64)
 _MEDIA: Final = range(128, 192)
 """First bytes of DTLS, and of RTP with RTCP (RFC 7983)."""
-_SMALL_BYTES: Final = 300
+_PICTURES: Final = re.compile(r"^m=video \S+ \S+(?P<types>(?: \d+)+)", re.MULTILINE)
 COMMAND_BYTES: Final = 120
 """Smaller packets of a raw peer's channels are acknowledgements and heartbeats."""
 
@@ -74,6 +74,7 @@ class Relay:
         self._far = _Socket(self._from_server)
         self._peer: Address | None = None
         self._server: Address | None = None
+        self._picture_types: frozenset[int] = frozenset()
 
     @property
     def last_command_s(self) -> float:
@@ -88,6 +89,8 @@ class Relay:
         """Open the sockets anew; return the server's answer with the relay in its place."""
         self.close()
         self._server = _candidate(sdp)
+        pictures = _PICTURES.search(sdp)
+        self._picture_types = frozenset(map(int, pictures["types"].split() if pictures else ()))
         host = self._server[0]
         await self._near.open(host)
         await self._far.open(host)
@@ -115,7 +118,7 @@ class Relay:
     def _pass_on(self, way: Way, data: bytes, out: _Socket, to: Address | None) -> None:
         now_s = time.monotonic()
         weather = self.weather
-        starved = self.starves and way == "down" and _is_picture(data)
+        starved = self.starves and way == "down" and self._is_picture(data)
         lost = self._is_cut or to is None or starved or self._random.random() < weather.loss
         swing_ms = self._random.uniform(-weather.jitter_ms, weather.jitter_ms)
         delay_s = max(0.0, weather.delay_ms + swing_ms) / 1000
@@ -128,6 +131,10 @@ class Relay:
             return
         loop = asyncio.get_running_loop()
         loop.call_later(delay_s, self._arrive, now_s + delay_s, data, out, to)
+
+    def _is_picture(self, data: bytes) -> bool:
+        """Recognise a picture's packet by its payload type, which is never one of RTCP's."""
+        return data[0] in _MEDIA and data[1] & 0x7F in self._picture_types
 
     def _arrive(self, due_s: float, data: bytes, out: _Socket, to: Address) -> None:
         if not self._is_cut:
@@ -167,11 +174,6 @@ def without_candidates(offer: str) -> str:
     """Make a peer reachable through the relay only."""
     lines = [line for line in offer.splitlines() if not line.startswith("a=candidate:")]
     return "\r\n".join(lines) + "\r\n"
-
-
-def _is_picture(data: bytes) -> bool:
-    """Recognise pictures: by the first byte, and by a size above that of sound and reports."""
-    return data[0] in _MEDIA and len(data) > _SMALL_BYTES
 
 
 def _candidate(sdp: str) -> tuple[str, int]:
