@@ -21,6 +21,7 @@ from wax.client import Client
 from wax.client.media import Media
 from wax.client.sdp import as_browser
 from wax.errors import WaxError
+from wax.rtc import private
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -137,6 +138,9 @@ async def _serve(offering: Offering, slow: int) -> None:
 
 
 def main() -> None:
+    # A browser waits 30 s for any answer to its checks (RFC 7675); aioice counts each that takes
+    # more than 0.5 s as lost, and leaves a server that hangs now and then.
+    private.install()
     url, how, slow = sys.argv[1:]
     asyncio.run(_serve(Offering(url=url, wax=how == "wax"), int(slow)))
 

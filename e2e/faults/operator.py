@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.client import Operator
 from wax.client.operator import PERIOD_S, Sent
+from wax.rtc import private
 
 if TYPE_CHECKING:
     from e2e.faults.relay import Relay
@@ -29,6 +30,7 @@ class RawOperator(Operator):
         is_host: bool = False,
         sees: bool = False,
     ) -> None:
+        private.install()  # a browser stays on a slow link, too, which aioice alone leaves
         super().__init__(
             server.url,
             client_id=client,

@@ -164,7 +164,11 @@ class Stage:
             if await self.moves(_PRESS_S):
                 return
         state = await self.server.status()
-        raise MeasureError(f"the robot does not move, pressed {_PRESSES} times: {state['robot']}")
+        refused = {name: n for name, n in state["counters"].items() if "refused" in name}
+        raise MeasureError(
+            f"the robot does not move, pressed {_PRESSES} times:"
+            f" {state['turn']}, {refused}, {state['robot']}"
+        )
 
     async def at_full_speed(self) -> bool:
         """Wait until the commanded speed stays level; False if the robot stands before that."""
