@@ -55,7 +55,8 @@ SUITE: Final = Suite(
         staged_case("driver-killed", 100, driver_killed, "SIGKILL to the driver's process"),
         staged_case("serial-unplugged", 100, serial_unplugged, "the robot's serial line"),
         staged_case("delay-step", 50, delay_step, "from 20 to 1000 ms one way"),
-        staged_case("stop-in-flood", 200, stop_in_flood, "Stop while a viewer floods", 5),
+        # A fifth of them are the flooder's own.
+        staged_case("stop-in-flood", 250, stop_in_flood, "Stop while a viewer floods", 5),
         # A few turns are over before they moved.
         staged_case("hand-over", 1050, hand_over, "turns in which nothing old may move", 6),
         staged_case("one-turn", 3, one_turn, "whole turns", 1),
