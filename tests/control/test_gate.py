@@ -434,5 +434,6 @@ def test_who_lets_go_is_heard_anew_at_each_beat() -> None:
 def test_limits_that_are_no_numbers(wrong: float, part: str) -> None:
     """A robot whose driver gives no sound limits stands, and its operator reads why."""
     limits = replace(Limits(linear_mps=0.8, angular_rps=2.0), **{part: wrong})  # type: ignore[arg-type]  # a table
-    setpoint = decide(driving(), 101.1, rules=replace(RULES, limits=limits))
+    curve, _ = offer(ready(), command(11, 101.02, linear=1.0, angular=0.5))
+    setpoint = decide(curve, 101.1, rules=replace(RULES, limits=limits))
     assert setpoint == Setpoint(reason=NO_LIMITS)

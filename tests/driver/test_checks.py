@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.driver.checks import TurnFence, unit, within
-from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.driver.checks import TurnFence, checked, unit, within
+from wax.driver.interface import STANDSTILL, Limits, RobotState, Twist
 
 LIMITS = Limits(linear_mps=0.6, angular_rps=1.5)
 
@@ -51,3 +51,23 @@ def test_a_limit_of_zero_takes_its_part_away() -> None:
 def test_an_axis_stays_in_its_range() -> None:
     """A position beyond -1…1 is clipped and one that is no number is the middle."""
     assert [unit(p) for p in (2.0, -7.0, 0.25, math.nan, math.inf)] == [1.0, -1.0, 0.25, 0.0, 0.0]
+
+
+def test_a_state_passes_as_it_is() -> None:
+    """What a driver tells of its robot is checked, and not changed."""
+    state = RobotState(connected=True, bumpers=2)
+    assert checked(state) is state
+
+
+@pytest.mark.parametrize(
+    ("told", "sentence"),
+    [
+        (None, r"state\(\) returned None, not a RobotState"),
+        ({"connected": True}, r"returned \{'connected': True\}, not a RobotState"),
+        (RobotState(connected=True, bumpers=None), "has None for bumpers, not their bits"),  # type: ignore[arg-type]  # as a plug-in may
+    ],
+)
+def test_what_is_no_state_is_refused(told: object, sentence: str) -> None:
+    """A plug-in may return anything; the sentence says what it was."""
+    with pytest.raises(TypeError, match=sentence):
+        checked(told)

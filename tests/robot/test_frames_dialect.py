@@ -119,6 +119,14 @@ def test_a_robot_that_stopped_by_itself_does_not_go_on_by_itself() -> None:
     assert dialect.answers(1.22)
 
 
+def test_a_stop_of_its_own_before_the_session_is_no_news() -> None:
+    """A robot may begin with the report that its watchdog had stopped it; that session is over."""
+    dialect, robot = framed(), Robot()
+    robot.hear(dialect.hello(1.0))
+    robot.answer(dialect, 1.1, flags=2)
+    assert dialect.answers(1.1)
+
+
 def test_farewell_before_any_motion() -> None:
     """Where no turn has begun the last stop is of turn 0."""
     dialect, robot = framed(), Robot()

@@ -169,6 +169,13 @@ def test_a_frame_that_is_too_long_is_known_by_its_third_byte() -> None:
     assert (waiting.errors, damaged.errors) == (0, 1)
 
 
+def test_a_frame_behind_an_impossible_length_is_found_at_once() -> None:
+    """Not only with the bytes that come next, which may be another frame's."""
+    decoder = Decoder(SESSION)
+    assert decoder.feed(b"\xa5\x5a\xff" + STOP) == [Frame(StopBody(), sequence=7, turn=3)]
+    assert decoder.errors == 1
+
+
 def test_a_whole_frame_that_is_none_of_ours_is_one_error() -> None:
     """A type that is not known counts once, and what follows is understood."""
     unknown = bytearray(STOP)
