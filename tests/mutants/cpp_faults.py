@@ -49,7 +49,10 @@ _OTHER_SIGNS: Final[dict[str, tuple[str, ...]]] = {
 }
 _OTHER_WORDS: Final = {"true": "false", "false": "true", "least": "most", "most": "least"}
 _CONDITIONAL: Final = {"if", "while"}
-_FUNCTION: Final = re.compile(r"^ {0,4}[\w~][^\n;=]*?([\w~]+)\([^\n;]*(?:\{|:|,)", re.MULTILINE)
+_FUNCTION: Final = re.compile(
+    r"^ {0,4}(?!(?:if|for|while|switch|else|return)\b)[\w~][^\n;=]*?([\w~]+)\([^\n;]*(?:\{|:|,)",
+    re.MULTILINE,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,6 +180,5 @@ def _within(source: str, at: int) -> str:
     for match in _FUNCTION.finditer(source):
         if match.start() > at:
             break
-        if match.group(1) not in {"if", "for", "while", "switch"}:
-            found = match.group(1)
+        found = match.group(1)
     return found

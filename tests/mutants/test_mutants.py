@@ -114,6 +114,12 @@ def test_the_list_of_survivors_is_exact() -> None:
     assert survivors.outdated(outcomes, survived, listed) == ["x.py (f): a3 → b"]
 
 
+def test_a_condition_that_calls_is_no_function() -> None:
+    """A fault behind one is named by the function that it stands in."""
+    source = "int f(int a) {\n    if (g(a)) {\n        a = 1;\n    }\n    return a < 2;\n}\n"
+    assert {one.within for one in cpp_faults.faults("x.cpp", source)} == {"f"}
+
+
 def test_a_survivor_needs_a_reason(tmp_path: Path) -> None:
     """An entry without a reason is refused."""
     entry = '[[survivor]]\nfile = "x"\nwithin = "f"\nline = "a"\nbecomes = "b"\nreason = "{}"\n'
