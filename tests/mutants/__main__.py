@@ -74,7 +74,7 @@ def main() -> int:
 def _publish(outcomes: list[Outcome]) -> None:
     noticed = sum(one.outcome in {KILLED, NEVER_ENDED} for one in outcomes)
     faults = sum(one.outcome != NONE for one in outcomes)
-    python, cpp = branches.python()[1:], branches.cpp()[1:]
+    python, cpp = branches.counted()
     safe = "what keeps the robot standing"
     rows = [
         _share("mutants", f"small faults in {safe} that the tests notice", noticed, faults, 95.0),
