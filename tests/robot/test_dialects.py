@@ -342,4 +342,4 @@ def test_bytes_boards_need_not_answer() -> None:
     dialect = single()
     dialect.hear(b"ok", 1.0)
     assert (dialect.answers(99.0), dialect.overdue(99.0), dialect.moving) == (True, False, None)
-    assert dialect.bumpers == 0
+    assert (dialect.bumpers, dialect.battery_v) == (0, None)
