@@ -36,6 +36,7 @@ _MEASURES: Final = (
     *sorted({target.file for target in TARGETS}),
     *sorted({test.partition("::")[0] for target in TARGETS for test in target.tests}),
 )
+_PLAN: Final = "tests/mutants/plan.py"
 _KEPT: Final = ROOT / "e2e/out/mutants.jsonl"
 
 
@@ -47,7 +48,7 @@ def mutants_of(target: Target, tree: Path) -> list[Mutant]:
 
 def main() -> int:
     arguments = _arguments()
-    targets = [one for one in TARGETS if any(name in one.file for name in arguments.only or [""])]
+    targets = [one for one in TARGETS if any(name in one.file for name in arguments.only)]
     record = Record(arguments.record, trusts_kills=arguments.trust_kills)
     start_s = time.monotonic()
     outcomes: list[Outcome] = []
@@ -128,7 +129,9 @@ def _arguments() -> argparse.Namespace:
         prog="python -m tests.mutants",
         description="Put small faults into what keeps the robot standing; the tests must notice.",
     )
-    parser.add_argument("--only", nargs="+", metavar="PART", help="files with this in their path")
+    parser.add_argument(
+        "--only", nargs="+", metavar="PART", help="files with this in their path", default=[""]
+    )
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, metavar="N")
     parser.add_argument("--record", type=Path, default=_KEPT, metavar="FILE", help="kept there")
     parser.add_argument(
@@ -136,7 +139,10 @@ def _arguments() -> argparse.Namespace:
     )
     parser.add_argument("--publish", action="store_true", help="for the README's table")
     arguments = parser.parse_args()
-    if arguments.publish and (arguments.only or machine.commit().endswith("-dirty")):
+    for name in arguments.only:
+        if not any(name in one.file for one in TARGETS):
+            parser.error(f"no file has {name} in its path; they are in {_PLAN}")
+    if arguments.publish and (arguments.only != [""] or machine.commit().endswith("-dirty")):
         parser.error("only a whole run on what is committed is published")
     return arguments
 

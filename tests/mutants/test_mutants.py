@@ -120,6 +120,19 @@ def test_a_condition_that_calls_is_no_function() -> None:
     assert {one.within for one in cpp_faults.faults("x.cpp", source)} == {"f"}
 
 
+def test_a_file_that_is_not_there_is_told() -> None:
+    """A name that matches nothing tests nothing, and says so."""
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.mutants", "--only", "no_such_file"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "no file has no_such_file in its path" in done.stderr
+
+
 def test_a_survivor_needs_a_reason(tmp_path: Path) -> None:
     """An entry without a reason is refused."""
     entry = '[[survivor]]\nfile = "x"\nwithin = "f"\nline = "a"\nbecomes = "b"\nreason = "{}"\n'
@@ -163,7 +176,7 @@ def test_a_small_module_from_end_to_end(tmp_path: Path) -> None:
     before = target.read_bytes()
     record = tmp_path / "record.jsonl"
     done = subprocess.run(
-        [sys.executable, "-m", "tests.mutants", "--only", "control/reach", "--record", str(record)],
+        [sys.executable, "-m", "tests.mutants", "--only", target.stem, "--record", str(record)],
         cwd=ROOT,
         capture_output=True,
         text=True,
