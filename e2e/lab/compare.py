@@ -1,6 +1,6 @@
 """``python -m e2e.lab.compare A B``: what moved between two runs, and whether it counts.
 
-A and B are ``results.jsonl`` of a suite of the lab; of each its newest commit counts. A difference
+A and B are ``results.jsonl`` of a suite of the lab; of each its newest product counts. A difference
 counts where it is larger than the spread (the wider of the two runs' ranges from least to greatest
 over their repetitions) and larger than what the instrument can tell apart. Without repetitions
 there is no spread; then 10 % of A's figure stands in for it.

@@ -76,10 +76,15 @@ def cell(experiment: str = "E2", profile: str = "lan", system: str = "stock", **
 
 
 def keep(
-    folder: Path, of: Cell, values: dict[str, float | None] | str, commit: str = "abc", **more: Any
+    folder: Path,
+    of: Cell,
+    values: dict[str, float | None] | str,
+    commit: str = "abc",
+    measured: str = "0",
+    **more: Any,
 ) -> Cell:
     """Store a cell's figures, or the sentence why there are none."""
-    origin = Origin(commit=commit, measured="0", machine=MACHINE)
+    origin = Origin(commit=commit, measured=measured, machine=MACHINE)
     given: dict[str, Any] = {"status": "failed", "problem": values}
     if not isinstance(values, str):
         detail = {"cell": of.model_dump(), "limits": ["Firefox hides <it>."]}
@@ -181,9 +186,9 @@ def test_nothing_measured_is_a_dash_and_never_is_said(tmp_path: Path) -> None:
     assert not found.behind("0")
 
 
-def test_the_newest_commit_counts_and_text_is_escaped(tmp_path: Path) -> None:
-    """Results of an older commit in the same file are left out; no text becomes markup."""
-    keep(tmp_path, cell(), {"skew_p50_ms": 10.0}, commit="old")
+def test_the_newest_product_counts_and_text_is_escaped(tmp_path: Path) -> None:
+    """Results of an older product in the same file are left out; no text becomes markup."""
+    keep(tmp_path, cell(), {"skew_p50_ms": 10.0}, commit="old", measured="other")
     keep(tmp_path, cell("E4", browser="firefox"), {"skew_p50_ms": 33.0}, commit="<b>new")
     cells = [cell(), cell("E4", browser="firefox")]
     text = html(tmp_path, cells)

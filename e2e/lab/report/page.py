@@ -111,7 +111,7 @@ def html(folder: Path, cells: Sequence[Cell]) -> str:
 
 
 def newest(folder: Path) -> list[Result]:
-    """Give the results of the newest origin in a suite's folder; none where there are none."""
+    """Give the results of the newest product in a suite's folder; none where there are none."""
     origin: Origin | None = None
     file = Results(folder)
     for line in file.path.read_text(encoding="utf-8").splitlines() if file.path.exists() else ():
