@@ -53,12 +53,15 @@ if [ "$what" != unit ]; then
     [ "$what" = test ] || sh .make/livekit.sh
     stage "checks" sh .make/check.sh
 fi
-stage "the page's unit tests" page_tests
 if [ "$what" = unit ]; then
-    [ $status = 0 ] || say "the page's unit tests failed, see above; Python's follow"
+    # Beside each other: neither keeps two cores busy.
+    page_tests >.cache/page-tests.log 2>&1 &
+    page=$!
     python_tests tests "not system and not full" -n logical || status=1
+    wait $page || { cat .cache/page-tests.log && failed "the page's unit tests"; }
     exit $status
 fi
+stage "the page's unit tests" page_tests
 stage "Python's unit tests" python_tests tests "not system$short" -n logical
 stage "what starts processes" python_tests tests "system$short" -n logical
 if [ "$what" = all ]; then
