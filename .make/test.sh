@@ -58,7 +58,12 @@ if [ "$what" = unit ]; then
     page_tests >.cache/page-tests.log 2>&1 &
     page=$!
     python_tests tests "not system and not full" -n logical || status=1
-    wait $page || { cat .cache/page-tests.log && failed "the page's unit tests"; }
+    if wait $page; then
+        say "the page's unit tests passed"
+    else
+        cat .cache/page-tests.log
+        failed "the page's unit tests"
+    fi
     exit $status
 fi
 stage "the page's unit tests" page_tests

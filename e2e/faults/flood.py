@@ -37,8 +37,8 @@ _LOOK_S: Final = 0.15
 async def stop_in_flood(n: int, *, rate_hz: float = RATE_HZ, **settings: Any) -> list[Row]:
     """Time from the press to the first stopping frame, for each way of pressing in turn.
 
-    The flooder's own is a row of its own: it shares a socket with their flood, and where that
-    overflows it waits until it is sent again.
+    The flooder's own is a row of its own: it shares a connection with their flood, and what is
+    lost there waits to be sent again.
     """
     async with (
         staged(**settings) as stage,
