@@ -31,6 +31,7 @@ from wax.fanout.video_hub import VideoHub
 from wax.robot.find_driver import make_robot
 from wax.rtc import private
 from wax.session.announcements import Announcements
+from wax.session.house import House
 from wax.session.proof_runner import ProofRunner
 from wax.session.room import Room
 from wax.session.status import Status
@@ -115,7 +116,13 @@ class App:
             )
         self._blocks = Blocks()
         turns = Turns(settings.turns)
-        viewers = Viewers(sync=settings.sync, turns=turns, has_camera="video" in self._captures)
+        self._house = House()
+        viewers = Viewers(
+            sync=settings.sync,
+            turns=turns,
+            has_camera="video" in self._captures,
+            house=self._house,
+        )
         self._control = ControlLoop(
             clock=clock,
             turns=turns,
@@ -124,6 +131,8 @@ class App:
             robot=settings.robot,
             link_delay_s=viewers.link_delay_s,
             sees=viewers.sees,
+            camera_fails=self._camera_fails,
+            max_fraction=viewers.max_fraction,
             on_events=viewers.turn_events,
             on_status=viewers.drive_status,
         )
@@ -248,6 +257,11 @@ class App:
             part.request_stop()
         for part in (*self._captures.values(), self._video):
             part.stop()
+
+    def _camera_fails(self) -> bool:
+        """Whether nobody gets a picture from a camera that there is."""
+        camera = self._captures.get("video")
+        return self._house.is_blanked or (camera is not None and camera.problem is not None)
 
     def _task_died(self, name: str) -> None:
         self._died = name

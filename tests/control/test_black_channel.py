@@ -325,7 +325,7 @@ class Oracle:
         age_s = now_s - truth.sent_s
         match truth.kind:
             case "stop":
-                self.stops += 1
+                self.stops += not self.is_stopped
                 self.is_stopped, self.pressed_s = True, now_s
             case "release":
                 if (

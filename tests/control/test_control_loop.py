@@ -104,6 +104,8 @@ class Bench:
         self.seq = 0
         self.has_picture = True
         self.asked_what_they_see: set[int] = set()
+        self.camera_fails = False
+        self.max_fraction = 1.0
         self.loop = ControlLoop(
             clock=self.clock,
             turns=self.turns,
@@ -117,6 +119,8 @@ class Bench:
             robot=robot,
             link_delay_s=self.delays_s.get,
             sees=self._sees,
+            camera_fails=lambda: self.camera_fails,
+            max_fraction=lambda _: self.max_fraction,
             on_events=self._on_events,
             on_status=lambda *status: self.statuses.append(status),
         )
@@ -440,12 +444,54 @@ def test_stop_reaches_the_robot_at_once(bench: Bench) -> None:
     assert bench.statuses[-1] == (A, False, stopped_by("Bob"))
 
 
+@pytest.mark.parametrize("what", ["a stop of somebody else", "the robot", "the camera"])
+def test_the_turns_clock_stands_still(bench: Bench, what: str) -> None:
+    """While the robot, its camera or another's stop keeps them from driving, no time passes."""
+    bench.drive()
+    ends_s = bench.turns.ends_s
+    if what == "the robot":
+        bench.loop.maintain("away")
+    elif what == "the camera":
+        bench.camera_fails = True
+    else:
+        bench.loop.press_stop("Bob", viewer=B)
+    for _ in range(2):
+        bench.step()
+    assert bench.turns.stands_left_s(bench.clock.now_s()) is not None
+    assert bench.turns.ends_s == pytest.approx((ends_s or 0.0) + 60.0, abs=0.1)
+
+
+def test_no_clock_stands_still_for_their_own_stop_or_link(bench: Bench) -> None:
+    """Neither pressing Stop oneself nor losing the connection makes a turn longer."""
+    bench.drive()
+    bench.loop.press_stop("Ada", viewer=A)
+    bench.step()
+    bench.step()
+    assert bench.turns.stands_left_s(bench.clock.now_s()) is None
+    bench.camera_fails = True
+    bench.loop.lost(A)
+    bench.step()
+    bench.step()
+    assert bench.turns.stands_left_s(bench.clock.now_s()) is None
+
+
+def test_the_host_slows_the_robot(bench: Bench) -> None:
+    """A limit of the host's takes effect with the next tick, and the operator is told."""
+    bench.drive()
+    bench.max_fraction = 0.25
+    bench.offer(1.0)
+    bench.step()
+    slow = Twist(AHEAD.linear_mps / 4, AHEAD.angular_rps / 4)
+    assert ("apply", slow, bench.turns.number) in bench.step()
+    assert bench.statuses[-1][2] == Limit.BY_HOST.value
+
+
 def test_pressing_again_stops_again(bench: Bench) -> None:
-    """A second press sends another stop and has a number of its own; the name stays."""
+    """A second press sends another stop; the number and the name stay."""
     assert bench.loop.press_stop("Bob") == 1
-    assert bench.loop.press_stop("Eve") == 2
+    assert bench.loop.press_stop("Eve") == 1
     assert bench.driver.take()[-2:] == [("stop", 1), ("stop", 1)]
-    assert bench.loop.latched == LatchedStop(2, "Bob")
+    assert bench.loop.latched == LatchedStop(1, "Bob")
 
 
 @pytest.mark.parametrize("releaser", [A, "host"])
@@ -986,6 +1032,8 @@ def live(
         robot=AGILE,
         link_delay_s=lambda _: 1.0,
         sees=lambda _: True,
+        camera_fails=lambda: False,
+        max_fraction=lambda _: 1.0,
         on_events=lambda _: None,
         on_status=on_status,
     )

@@ -22,6 +22,7 @@ from tests.turned_clock import TurnedClock
 from wax.config.settings import DriveSettings, RobotSettings, TurnSettings
 from wax.control.command import Command
 from wax.control.loop import ControlLoop
+from wax.control.turn_time import MAX_PAUSE_S
 from wax.control.turns import TurnEnded, TurnEvent, TurnRenewed, Turns, TurnStarted
 from wax.driver.interface import Limits, RobotState, Twist
 
@@ -99,6 +100,8 @@ class Crowd:
             robot=AGILE,
             link_delay_s=lambda _: ONE_WAY_S,
             sees=lambda _: True,
+            camera_fails=lambda: False,
+            max_fraction=lambda _: 1.0,
             on_events=self._on_events,
             on_status=lambda *_: None,
         )
@@ -142,7 +145,7 @@ class Crowd:
     def do_expiry(self) -> None:
         """Turn the clock to the instant at which the turn ends; what then comes first varies."""
         ends_s = self.turns.ends_s
-        if ends_s is not None and 0 <= ends_s - self.clock.time_s < TURN_S:
+        if ends_s is not None and 0 <= ends_s - self.clock.time_s < TURN_S + MAX_PAUSE_S:
             self._drive_until(ends_s)
             self.clock.time_s = max(self.clock.time_s, ends_s)
 
@@ -194,9 +197,9 @@ class Crowd:
 
     def do_stop(self) -> None:
         before = len(self.driver.told)
-        number = self.loop.press_stop("somebody")
+        number = self.loop.press_stop("somebody", viewer=self._somebody())
         assert self.driver.told[before].what == "stop"
-        self.stops += 1
+        self.stops += not self.is_stopped  # pressing again numbers nothing
         assert number == self.stops
         self.is_stopped = True
 

@@ -29,6 +29,16 @@ def test_fine() -> None:
     assert speed.twist(fine, VideoFreshness.CLEAR, TTL_S, RULES) == (Twist(-0.4, 0.5), None)
 
 
+def test_the_host_limits_the_speed() -> None:
+    """Above the host's fraction both speeds are scaled alike; below it nothing changes."""
+    twist, why = speed.twist(FULL, VideoFreshness.CLEAR, TTL_S, RULES, 0.25)
+    assert (twist, why) == (Twist(-0.2, 0.25), Limit.BY_HOST)
+    slow = replace(FULL, linear=0.2, angular=0.1)
+    assert speed.twist(slow, VideoFreshness.CLEAR, TTL_S, RULES, 0.25)[1] is None
+    late, why = speed.twist(FULL, VideoFreshness.LATE, TTL_S, RULES, 0.25)
+    assert (late, why) == (Twist(-0.2, 0.25), Limit.BY_HOST)
+
+
 @pytest.mark.parametrize(
     ("sight", "why"),
     [(VideoFreshness.LATE, Limit.LATE_PICTURE), (VideoFreshness.OFF, Limit.NO_PICTURE)],

@@ -13,12 +13,12 @@ from wax.control.turn_view import TurnView
 
 ADA, BOB = 1, 2
 TURN = TurnView(number=3, operator=ADA, present=True, one_way_s=0.1, sees=True)
-PRESSED = press(press(StopLatch(), "Bob", 90.0), "Eve", 100.0)
+PRESSED = press(press(StopLatch(newest=1), "Bob", 90.0), "Eve", 100.0)
 NOW_S = 101.0
 
 
 def test_numbers_only_rise() -> None:
-    """Each press has the next number; pressing again keeps the name of who was first."""
+    """Each stop has the next number; pressing again keeps it, and the name of who was first."""
     assert PRESSED.stop == LatchedStop(2, "Bob")
     free, refusal = release(PRESSED, ADA, 2, NOW_S, turn=TURN, now_s=NOW_S)
     assert refusal is None
@@ -49,6 +49,25 @@ def test_released(by: Releaser, number: int, sent_s: float | None) -> None:
     after, refusal = release(PRESSED, by, number, sent_s, turn=TURN, now_s=NOW_S)
     assert refusal is None
     assert after == replace(PRESSED, stop=None)
+
+
+def test_only_the_host_releases_the_hosts_stop() -> None:
+    """A stop that the host has pressed, first or again, is released by the host alone."""
+    first = press(StopLatch(), "the host", 99.0, by_host=True)
+    again = press(press(StopLatch(), "Bob", 98.0, viewer=BOB), "the host", 99.0, by_host=True)
+    for latch in (first, again, press(again, "Ada", 99.5, viewer=ADA)):
+        refusal = release(latch, ADA, 1, 100.0, turn=TURN, now_s=NOW_S)[1]
+        assert refusal is Refusal.THE_HOSTS_STOP
+        assert release(latch, "host", 1, 100.0, turn=TURN, now_s=NOW_S) == (
+            replace(latch, stop=None),
+            None,
+        )
+
+
+def test_who_pressed_first_is_known() -> None:
+    """The stop names the viewer who pressed it first, by whose pressing no clock stands still."""
+    latch = press(press(StopLatch(), "Bob", 98.0, viewer=BOB), "Ada", 99.0, viewer=ADA)
+    assert latch.stop == LatchedStop(1, "Bob", BOB)
 
 
 REFUSED = {

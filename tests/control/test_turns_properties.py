@@ -1,4 +1,4 @@
-"""The queue and the turns against random histories."""
+"""The queue and the turns against random histories, with all rules on."""
 
 from __future__ import annotations
 
@@ -10,7 +10,18 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 from tests.examples import examples
 
 from wax.config.settings import TurnSettings
-from wax.control.turns import PlaceLost, TurnEnded, TurnRenewed, Turns, TurnStarted, Why
+from wax.control.fairness import Person
+from wax.control.turn_time import MAX_PAUSE_S
+from wax.control.turns import (
+    Called,
+    PassedOver,
+    PlaceLost,
+    TurnEnded,
+    TurnRenewed,
+    Turns,
+    TurnStarted,
+    Why,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -20,9 +31,18 @@ if TYPE_CHECKING:
 VIEWERS = st.integers(1, 6)
 EPSILON_S = 1e-6
 
+PEOPLE = {
+    1: Person("ann", "home"),
+    2: Person("bob", "school"),
+    3: Person("cid", "school"),
+    4: Person("dan", "afar", is_invited=True),
+    5: Person("eve", "afar", is_invited=True),
+    6: Person("ann", "home"),  # a second page of the first
+}
+
 
 class TurnsMachine(RuleBasedStateMachine):
-    """Random connects, joins, leaves, losses, returns, ends, timely and late ticks.
+    """Random connects, joins, leaves, losses, returns, answers, acts of the host, late ticks.
 
     It keeps its own, naive record of who is there, and checks each event against it.
     """
@@ -30,60 +50,160 @@ class TurnsMachine(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.now_s = 0.0
-        self.turn_s = self.grace_s = 0.0
-        self.turns = Turns(TurnSettings())
+        self.policy = TurnSettings()
+        self.turns = Turns(self.policy)
         self.number = 0
         self.running: int | None = None  # the operator according to the events alone
         self.started_s = 0.0
+        self.stood_s = 0.0  # for how long the turn's clock stood still
+        self.is_kept = False
+        self.is_held = False
+        self.late_s = 0.0
         self.known: set[int] = set()
         self.lost: set[int] = set()
         self.lost_since_s: dict[int, float] = {}
+        self.acted_s: dict[int, float] = {}
+        self.called: Called | None = None
+        self.answered: int | None = None
+        self.missed: dict[int, int] = {}
+        self.passed_over: set[int] = set()
+        self.driven: list[tuple[Person, float, float]] = []
         self.drives_by_s: dict[int, float] = {}  # the promise to each present waiting viewer
 
     @initialize(
-        turn_s=st.sampled_from([1.0, 2.5, 60.0]),
-        grace_s=st.sampled_from([0.0, 1.0, 3.0]),
-        join=st.sampled_from(["ask", "auto"]),
+        raw=st.fixed_dictionaries(
+            {
+                "turn_s": st.sampled_from([5.0, 12.5, 60.0]),
+                "grace_s": st.sampled_from([0.0, 1.0, 3.0]),
+                "join": st.sampled_from(["ask", "auto"]),
+                "ready_s": st.sampled_from([0.0, 0.0, 10.0]),
+                "idle_s": st.sampled_from([0.0, 0.0, 7.0]),
+                "cooldown_s": st.sampled_from([0.0, 0.0, 100.0]),
+                "max_share_per_person": st.sampled_from([1.0, 1.0, 0.4]),
+                "max_share_per_address": st.sampled_from([1.0, 1.0, 0.5]),
+                "invited_first": st.booleans(),
+            }
+        )
     )
-    def build(self, turn_s: float, grace_s: float, join: str) -> None:
-        self.turn_s, self.grace_s = turn_s, grace_s
-        raw = {"turn_s": turn_s, "grace_s": grace_s, "join": join}
-        self.turns = Turns(TurnSettings.model_validate(raw))
+    def build(self, raw: dict[str, object]) -> None:
+        self.policy = TurnSettings.model_validate(raw)
+        self.turns = Turns(self.policy)
 
-    def act(self, method: Callable[..., tuple[TurnEvent, ...]], *viewer: int) -> None:
-        order = [v for v in self.turns.queue if not self.turns.is_lost(v)]
-        events = method(*viewer, self.now_s)
+    def act(self, method: Callable[..., tuple[TurnEvent, ...]], *arguments: object) -> None:
+        order = list(self.turns.queue)
+        events = method(*arguments, self.now_s)
         for event in events:
-            self.follow(event)
+            self.follow(event, order)
         self.check_order(order, events)
         self.renew_promises()
 
-    def follow(self, event: TurnEvent) -> None:
+    def follow(self, event: TurnEvent, order: list[int]) -> None:
         match event:
             case TurnStarted(number, operator, ends_s):
                 assert self.running is None, "two operators"
                 assert operator in self.known
                 assert operator not in self.lost, "a turn was given to somebody lost"
-                assert ends_s == self.now_s + self.turn_s, "not a whole turn"
+                assert not self.is_held, "a turn began while the queue was held"
+                assert ends_s == self.now_s + self.policy.turn_s, "not a whole turn"
                 assert number == self.number + 1, "the number did not rise by one"
-                self.number = number
-                self.running, self.started_s = operator, self.now_s
+                assert self.is_ready(operator), "a turn was given to somebody absent"
+                self.check_turn(operator, order)
                 promise_s = self.drives_by_s.pop(operator, self.now_s)
                 assert self.now_s <= promise_s + EPSILON_S, "somebody waited longer than promised"
+                self.number = number
+                self.running, self.started_s, self.stood_s = operator, self.now_s, 0.0
+                self.expect_a_pause()
+                self.begin_calls()
             case TurnRenewed(number, operator, ends_s):
                 assert (number, operator) == (self.number, self.running)
                 assert operator not in self.lost, "a lost operator's turn renewed"
-                assert not self.drives_by_s, "a turn renewed while somebody was waiting"
-                assert self.now_s < ends_s <= self.now_s + self.turn_s
-                self.started_s = ends_s - self.turn_s
+                assert not self.is_held, "a turn renewed while the queue was held"
+                assert not self.there(), "a turn renewed while somebody was waiting"
+                assert self.now_s < ends_s <= self.now_s + self.policy.turn_s
+                self.started_s, self.stood_s = ends_s - self.policy.turn_s, 0.0
+                self.expect_a_pause()
+                self.begin_calls()
             case TurnEnded(number, operator, why):
                 assert (number, operator) == (self.number, self.running)
                 if why is Why.EXPIRED:
-                    assert self.now_s >= self.started_s + self.turn_s
+                    drove_s = self.now_s - self.started_s - self.stood_s
+                    assert drove_s >= self.policy.turn_s - EPSILON_S
+                if why is Why.IDLE:
+                    assert self.now_s >= self.acted_s.get(operator, 0.0) + self.policy.idle_s
+                self.driven.append((PEOPLE[operator], self.started_s, self.now_s))
                 self.running = None
+            case Called(viewer, until_s):
+                if self.running is None and not self.there():
+                    self.passed_over.clear()  # nobody else is there
+                assert not self.is_held
+                assert viewer in self.there()
+                assert until_s == self.now_s + self.policy.ready_s
+                self.called, self.answered = event, None
+            case PassedOver(viewer):
+                self.expire(viewer, times=1)
             case PlaceLost(viewer):
-                assert viewer in self.lost
-                assert self.now_s >= self.lost_since_s[viewer] + self.grace_s
+                self.lose_place(viewer)
+
+    def lose_place(self, viewer: int) -> None:
+        if viewer in self.lost:
+            assert self.now_s >= self.lost_since_s[viewer] + self.policy.grace_s
+        else:
+            self.expire(viewer, times=2)
+
+    def expire(self, viewer: int, *, times: int) -> None:
+        assert self.called is not None
+        assert self.called.viewer == viewer
+        assert self.answered is None
+        assert self.now_s >= self.called.until_s
+        self.missed[viewer] = self.missed.get(viewer, 0) + 1
+        assert self.missed[viewer] == times
+        if times == 2:
+            self.missed.pop(viewer)
+        self.passed_over.add(viewer)
+        self.called = None
+
+    def begin_calls(self) -> None:
+        self.called = self.answered = None
+        self.passed_over.clear()
+
+    def is_ready(self, viewer: int) -> bool:
+        if not self.policy.ready_s or viewer == self.answered:
+            return True
+        # An act counts for the turn that follows it by no more than the check and a turn's end.
+        most_s = 2 * self.policy.ready_s + MAX_PAUSE_S + self.late_s
+        return self.now_s - self.acted_s[viewer] < most_s
+
+    def there(self) -> list[int]:
+        gone = self.lost | self.passed_over
+        return [] if self.is_held else [v for v in self.turns.queue if v not in gone]
+
+    def yields(self, viewer: int) -> bool:
+        """Whether cool-down or shares let others go before this one, as the manual has it."""
+        person, rules = PEOPLE[viewer], self.policy
+        ended_s = [end_s for one, _, end_s in self.driven if one.key == person.key]
+        if ended_s and self.now_s < max(ended_s) + rules.cooldown_s + EPSILON_S:
+            return True
+        hour = [(p, e - max(b, self.now_s - 3600)) for p, b, e in self.driven]
+        hour = [(p, s) for p, s in hour if s > 0]
+        all_s = sum(s for _, s in hour)
+        own_s = sum(s for p, s in hour if p.key == person.key)
+        near_s = sum(s for p, s in hour if p.address == person.address)
+        shares = rules.max_share_per_person, rules.max_share_per_address
+        return own_s > shares[0] * all_s - EPSILON_S or near_s > shares[1] * all_s - EPSILON_S
+
+    def check_turn(self, operator: int, order: list[int]) -> None:
+        """Nobody of the same class who came earlier, is there and yields to nobody is left out."""
+        before = order[: order.index(operator)] if operator in order else order
+        if self.answered == operator or (self.called and self.called.viewer == operator):
+            return  # who was called goes, whoever came meanwhile
+        for other in before:
+            if other not in self.turns.queue or other in self.lost | self.passed_over:
+                continue
+            is_other_class = PEOPLE[operator].is_invited and not PEOPLE[other].is_invited
+            if self.policy.invited_first and is_other_class:
+                continue
+            just_drove = bool(self.driven) and self.driven[-1][0].key == PEOPLE[other].key
+            assert self.yields(other) or just_drove, f"{other} was overtaken"
 
     def check_order(self, before: list[int], events: tuple[TurnEvent, ...]) -> None:
         """Those who waited before and still do have not changed their order."""
@@ -95,41 +215,97 @@ class TurnsMachine(RuleBasedStateMachine):
     def renew_promises(self) -> None:
         waiting = [v for v in self.turns.queue if v not in self.lost]
         for viewer in list(self.drives_by_s):
-            if viewer not in waiting:
+            if viewer not in waiting or self.turns.wait_s(viewer, self.now_s) is None:
                 del self.drives_by_s[viewer]
         for viewer in waiting:
             wait_s = self.turns.wait_s(viewer, self.now_s)
-            assert wait_s is not None
-            place = self.turns.place(viewer)
-            assert place is not None
-            assert wait_s <= place * self.turn_s + EPSILON_S
+            if wait_s is None:
+                continue
             # A promise is kept, not renewed: later estimates may only be shorter.
             self.drives_by_s.setdefault(viewer, self.now_s + wait_s)
 
+    def postpone(self, by_s: float) -> None:
+        """Delay every promise: a clock may stand still, somebody is called, a tick is late."""
+        for viewer in self.drives_by_s:
+            self.drives_by_s[viewer] += by_s
+
+    def expect_a_pause(self) -> None:
+        if self.is_kept:
+            self.postpone(MAX_PAUSE_S - self.stood_s)
+
     def next_due_s(self) -> float:
-        """When the turn or somebody's grace ends; infinite if nothing is pending."""
-        grace_ends_s = [self.lost_since_s[viewer] + self.grace_s for viewer in self.lost]
+        """When the turn, somebody's grace or a call ends; infinite if nothing is pending."""
+        grace_ends_s = [self.lost_since_s[viewer] + self.policy.grace_s for viewer in self.lost]
         pending_s = [end_s for end_s in grace_ends_s if end_s > self.now_s]
         if self.turns.ends_s is not None:
             pending_s.append(self.turns.ends_s)
+            if self.policy.ready_s and self.turns.ends_s - self.policy.ready_s > self.now_s:
+                pending_s.append(self.turns.ends_s - self.policy.ready_s)
+        if self.called is not None and self.answered is None:
+            pending_s.append(self.called.until_s)
         return min(pending_s, default=math.inf)
+
+    def pass_time(self, until_s: float) -> None:
+        if self.is_kept and self.running is not None:
+            left_s = MAX_PAUSE_S - self.stood_s
+            self.stood_s += min(left_s, until_s - self.now_s)
+        if self.running is None:
+            self.postpone(until_s - self.now_s)  # a call is waited for
+        self.now_s = until_s
+
+    def tick(self, now_s: float) -> tuple[TurnEvent, ...]:
+        return self.turns.tick(now_s, is_kept=self.is_kept)
 
     # --- what can happen ---------------------------------------------------------------------
 
     @rule(viewer=VIEWERS)
     def connect(self, viewer: int) -> None:
-        self.known.add(viewer)
-        self.act(self.turns.connect, viewer)
+        if viewer not in self.known:
+            self.known.add(viewer)
+            self.acted_s[viewer] = self.now_s
+            if PEOPLE[viewer].is_invited:
+                self.drives_by_s.clear()
+        self.act(lambda now_s: self.turns.connect(viewer, now_s, PEOPLE[viewer]))
 
     @rule(viewer=VIEWERS)
     def join(self, viewer: int) -> None:
+        if self.turns.place(viewer) is None:
+            self.acted_s[viewer] = self.now_s
+            if PEOPLE[viewer].is_invited:
+                self.drives_by_s.clear()  # they go first, which nobody could know
         self.act(self.turns.join, viewer)
 
     @rule(viewer=VIEWERS)
     def leave(self, viewer: int) -> None:
-        self.drives_by_s.pop(viewer, None)
+        self.drop(viewer)
         self.act(self.turns.leave, viewer)
         assert self.turns.place(viewer) is None
+
+    def drop(self, viewer: int) -> None:
+        self.drives_by_s.pop(viewer, None)
+        self.missed.pop(viewer, None)
+        self.passed_over.discard(viewer)
+        if self.called is not None and self.called.viewer == viewer:
+            self.called = self.answered = None
+
+    @rule(viewer=VIEWERS)
+    def answer(self, viewer: int) -> None:
+        if viewer in self.known:
+            self.acted_s[viewer] = self.now_s
+            self.missed.pop(viewer, None)
+            if viewer in self.passed_over:
+                self.passed_over.discard(viewer)
+                self.drives_by_s.clear()
+            if self.called is not None and self.called.viewer == viewer:
+                self.answered = viewer
+        self.act(self.turns.answer, viewer)
+
+    @rule(viewer=VIEWERS)
+    def drives(self, viewer: int) -> None:
+        if viewer == self.running:
+            self.acted_s[viewer] = self.now_s
+            self.missed.pop(viewer, None)
+        self.turns.drives(viewer, self.now_s)
 
     @rule(viewer=VIEWERS)
     def lose(self, viewer: int) -> None:
@@ -137,39 +313,66 @@ class TurnsMachine(RuleBasedStateMachine):
             self.lost.add(viewer)
             self.lost_since_s[viewer] = self.now_s
             self.drives_by_s.pop(viewer, None)
+            if self.called is not None and self.called.viewer == viewer:
+                self.called = self.answered = None
         self.act(self.turns.lost, viewer)
 
     @rule(viewer=VIEWERS)
     def come_back(self, viewer: int) -> None:
-        self.lost.discard(viewer)
+        if viewer in self.lost:
+            self.lost.discard(viewer)
+            self.acted_s[viewer] = max(self.acted_s.get(viewer, 0.0), self.now_s)
+            if PEOPLE[viewer].is_invited:
+                self.drives_by_s.clear()
         self.act(self.turns.returned, viewer)
 
     @rule(viewer=VIEWERS)
     def close(self, viewer: int) -> None:
-        self.drives_by_s.pop(viewer, None)
+        self.drop(viewer)
         self.known.discard(viewer)
         self.lost.discard(viewer)
         self.act(self.turns.gone, viewer)
         assert self.turns.place(viewer) is None
+
+    @rule()
+    def host_ends_the_turn(self) -> None:
+        self.act(self.turns.end)
+        assert self.turns.ends_s is None or self.turns.ends_s == self.now_s + self.policy.turn_s
+
+    @rule(is_held=st.booleans())
+    def host_holds(self, is_held: bool) -> None:
+        self.is_held = is_held
+        if is_held:
+            self.drives_by_s.clear()
+            self.called = self.answered = None
+        self.act(lambda now_s: self.turns.hold(is_held, now_s))
+
+    @rule(is_kept=st.booleans())
+    def something_keeps_them_from_driving(self, is_kept: bool) -> None:
+        was_kept, self.is_kept = self.is_kept, is_kept
+        if not was_kept:
+            self.expect_a_pause()
+        self.act(self.tick)
 
     @rule(pass_s=st.floats(0.0, 200.0))
     def time_passes(self, pass_s: float) -> None:
         """Tick at every deadline, as the control loop nearly does."""
         until_s = self.now_s + pass_s
         while (due_s := self.next_due_s()) <= until_s:
-            self.now_s = due_s
-            self.act(self.turns.tick)
+            self.pass_time(due_s)
+            self.act(self.tick)
             assert self.next_due_s() > due_s, "what was due is still to be done"
-        self.now_s = until_s
-        self.act(self.turns.tick)
+        self.pass_time(until_s)
+        self.act(self.tick)
 
     @rule(pass_s=st.floats(0.0, 500.0))
     def time_passes_unseen(self, pass_s: float) -> None:
         """One late tick after a gap, which delays every promise by no more than the gap."""
-        self.now_s += pass_s
-        for viewer in self.drives_by_s:
-            self.drives_by_s[viewer] += pass_s
-        self.act(self.turns.tick)
+        self.late_s = pass_s
+        self.postpone(pass_s)
+        self.pass_time(self.now_s + pass_s)
+        self.act(self.tick)
+        self.late_s = 0.0
 
     # --- what always holds -------------------------------------------------------------------
 
@@ -181,26 +384,27 @@ class TurnsMachine(RuleBasedStateMachine):
     @invariant()
     def everybody_has_one_role(self) -> None:
         line = [v for v in (self.turns.operator, *self.turns.queue) if v is not None]
-        assert len(set(line)) == len(line)
+        assert len({PEOPLE[v].key for v in line}) == len(line), "one person has two places"
         assert set(line) <= self.known
         assert {v for v in self.known if self.turns.is_lost(v)} == self.lost
 
     @invariant()
     def nobody_idles(self) -> None:
-        """While somebody who is there waits, somebody drives."""
-        if self.turns.operator is None:
-            assert all(viewer in self.lost for viewer in self.turns.queue)
+        """While somebody who is there waits, somebody drives, or is asked to."""
+        if self.turns.operator is None and self.turns.called is None:
+            assert not self.there()
 
     @invariant()
     def no_turn_is_too_long(self) -> None:
         if self.turns.ends_s is not None:
-            assert self.now_s < self.turns.ends_s <= self.now_s + self.turn_s
+            rest_s = self.turns.ends_s - self.now_s
+            assert 0 < rest_s <= self.policy.turn_s + MAX_PAUSE_S + EPSILON_S
 
     @invariant()
     def no_grace_is_too_long(self) -> None:
         for viewer in (*self.turns.queue, self.turns.operator):
             if viewer in self.lost:
-                assert self.now_s < self.lost_since_s[viewer] + self.grace_s
+                assert self.now_s < self.lost_since_s[viewer] + self.policy.grace_s
 
 
 TestTurns = TurnsMachine.TestCase

@@ -19,6 +19,7 @@ from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
 from wax.session import room as room_module
 from wax.session.announcements import Announcements
+from wax.session.house import House
 from wax.session.room import Room
 from wax.session.viewers import Viewers
 from wax.streams.live import LiveService
@@ -124,7 +125,8 @@ class Rig:
             video=VideoHub(settings=settings.video, clock=self.clock),
             audio=SoundHub(),
         )
-        self.viewers = Viewers(sync=settings.sync, turns=turns, has_camera=True)
+        self.house = House()
+        self.viewers = Viewers(sync=settings.sync, turns=turns, has_camera=True, house=self.house)
         self.loop = ControlLoop(
             clock=self.clock,
             turns=turns,
@@ -133,6 +135,8 @@ class Rig:
             robot=settings.robot,
             link_delay_s=self.viewers.link_delay_s,
             sees=self.viewers.sees,
+            camera_fails=lambda: False,
+            max_fraction=lambda _: 1.0,
             on_events=self.viewers.turn_events,
             on_status=self.viewers.drive_status,
         )

@@ -144,7 +144,7 @@ def decide(
         return state, _held_back(state)
     if lapse is not None:
         return state, Setpoint(reason=(state.refused or lapse).value, soft=True)
-    return replace(state, well_s=now_s), _driven(command, seen, ttl_s, rules)
+    return replace(state, well_s=now_s), _driven(command, seen, turn, ttl_s, rules)
 
 
 def _foreign(state: GateState, viewer: int, command: Command, turn: TurnView) -> Refusal | None:
@@ -203,13 +203,15 @@ def _lapse(command: Command, seen: VideoFreshness, now_s: float, ttl_s: float) -
     return Refusal.BLIND if seen is VideoFreshness.NONE else None
 
 
-def _driven(command: Command, seen: VideoFreshness, ttl_s: float, rules: Rules) -> Setpoint:
+def _driven(
+    command: Command, seen: VideoFreshness, turn: TurnView, ttl_s: float, rules: Rules
+) -> Setpoint:
     """Turn an accepted command into a set-point; without the dead-man not even an axis moves."""
     if not command.held:
         return Setpoint(reason=NOT_HELD if command.asks_for_motion else None, soft=True)
     limits = rules.limits
     axes = {name: command.axes[name] for name in limits.axes if name in command.axes}
-    twist, limit = speed.twist(command, seen, ttl_s, rules)
+    twist, limit = speed.twist(command, seen, ttl_s, rules, turn.max_fraction)
     if not _is_within(twist, limits):
         return Setpoint(reason=NO_LIMITS)
     return Setpoint(twist, axes, limit=None if limit is None else limit.value, soft=True)

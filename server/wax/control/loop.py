@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.settings import DriveSettings, RobotSettings
     from wax.control.command import Command
+    from wax.control.fairness import Person
     from wax.control.reasons import Refusal
     from wax.control.stop_latch import LatchedStop, Releaser
     from wax.control.turns import TurnEvent, Turns
@@ -44,9 +45,10 @@ class ControlLoop:
 
     `link_delay_s` returns the operator's one-way delay; it is called until the delay is known, and
     again when the turn renews or the operator reconnects. `sees` returns whether a viewer wants the
-    picture: False if it is switched off or the robot has no camera. `on_events` gets every change
-    of the turns. `on_status` gets the operator, whether the robot moves, and a sentence if it is
-    held or slowed, whenever one of them changes.
+    picture: False if it is switched off or the robot has no camera. `camera_fails` returns whether
+    nobody gets a picture, `max_fraction` how much of the robot's speed the host lets a viewer use.
+    `on_events` gets every change of the turns. `on_status` gets the operator, whether the robot
+    moves, and a sentence if it is held or slowed, whenever one of them changes.
     """
 
     def __init__(
@@ -59,6 +61,8 @@ class ControlLoop:
         robot: RobotSettings,
         link_delay_s: Callable[[int], float | None],
         sees: Callable[[int], bool],
+        camera_fails: Callable[[], bool],
+        max_fraction: Callable[[int], float],
         on_events: Callable[[tuple[TurnEvent, ...]], None],
         on_status: Callable[[int, bool, str | None], None],
     ) -> None:
@@ -68,6 +72,8 @@ class ControlLoop:
         self._rules = Rules.of(settings, robot, driver.limits)
         self._operator_delay = OperatorDelay(link_delay_s)
         self._sees = sees
+        self._camera_fails = camera_fails
+        self._max_fraction = max_fraction
         self._on_events = on_events
         self._on_status = on_status
         self._timer = LoopTimer(loop_hz=settings.loop_hz, ttl_s=driver.limits.ttl_s)
@@ -107,7 +113,7 @@ class ControlLoop:
         if self._timer.is_too_late(now_s):
             self._counts["control.late"] += 1
             self._hold(now_s, Hold.LATE)
-        self._follow(self._turns.tick(now_s), now_s)
+        self._follow(self._turns.tick(now_s, is_kept=self._is_kept()), now_s)
         problem = self._watch(now_s)
         turn = self._turn()
         self._target = Setpoint(reason=problem) if problem else self._decide(turn, now_s)
@@ -128,10 +134,10 @@ class ControlLoop:
 
     # --- viewers ---------------------------------------------------------------------------
 
-    def connect(self, viewer: int) -> None:
-        """Register a viewer's page, at its first connection or a new one."""
+    def connect(self, viewer: int, person: Person | None = None) -> None:
+        """Register a viewer's page, at its first connection or a new one, and whose it is."""
         now_s = self._clock.now_s()
-        self._follow(self._turns.connect(viewer, now_s), now_s)
+        self._follow(self._turns.connect(viewer, now_s, person), now_s)
         self._begin_anew(viewer, now_s)
 
     def returned(self, viewer: int) -> None:
@@ -144,6 +150,21 @@ class ControlLoop:
         """Put a viewer into the queue."""
         now_s = self._clock.now_s()
         self._follow(self._turns.join(viewer, now_s), now_s)
+
+    def here(self, viewer: int) -> None:
+        """Register that a viewer is there, who may have been called."""
+        now_s = self._clock.now_s()
+        self._follow(self._turns.answer(viewer, now_s), now_s)
+
+    def end_turn(self) -> None:
+        """End the turn for the host."""
+        now_s = self._clock.now_s()
+        self._follow(self._turns.end(now_s), now_s)
+
+    def hold_queue(self, is_held: bool) -> None:
+        """Hold the queue for the host, or let it go on."""
+        now_s = self._clock.now_s()
+        self._follow(self._turns.hold(is_held, now_s), now_s)
 
     def leave(self, viewer: int) -> None:
         """Take a viewer out of the queue, or end their turn."""
@@ -171,6 +192,8 @@ class ControlLoop:
         )
         name = "accepted" if refusal is None else f"refused.{refusal.name.lower()}"
         self._counts[f"commands.{name}"] += 1
+        if refusal is None and command.held:
+            self._turns.drives(viewer, now_s)
         if refusal is None and self._is_news(turn, now_s):
             if now_s - self._steered_s >= MIN_GAP_S:
                 self.step(now_s)
@@ -180,15 +203,17 @@ class ControlLoop:
 
     # --- stop, and what else keeps the robot standing ------------------------------------------
 
-    def press_stop(self, by: str) -> int:
+    def press_stop(self, by: str, *, viewer: int | None = None, by_host: bool = False) -> int:
         """Stop the robot now, before anything else, until the stop is released.
 
-        Returns the number of this press. `by` is the name shown to people.
+        Returns the number of the stop in force. `by` is the name shown to people.
         """
         try:
             self._safe_driver.stop_even_if_lent(self._turns.number)
         finally:
-            self._latch = stop_latch.press(self._latch, by, self._clock.now_s())
+            self._latch = stop_latch.press(
+                self._latch, by, self._clock.now_s(), viewer=viewer, by_host=by_host
+            )
         self._counts["stops.pressed"] += 1
         return self._latch.newest
 
@@ -280,7 +305,16 @@ class ControlLoop:
             present=operator is not None and not self._turns.is_lost(operator),
             one_way_s=self._operator_delay.one_way_s(operator),
             sees=operator is not None and self._sees(operator),
+            max_fraction=0.0 if operator is None else self._max_fraction(operator),
         )
+
+    def _is_kept(self) -> bool:
+        """Whether something else than the operator and their link keeps them from driving."""
+        operator, stop = self._turns.operator, self.latched
+        if operator is None or self._turns.is_lost(operator):
+            return False
+        is_stopped = stop is not None and stop.viewer != operator
+        return is_stopped or self._safe_driver.problem is not None or self._camera_fails()
 
     def _decide(self, turn: TurnView, now_s: float) -> Setpoint:
         self._gate, setpoint = gate.decide(self._gate, turn, self.latched, now_s, self._rules)

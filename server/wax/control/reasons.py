@@ -23,6 +23,7 @@ class Refusal(Enum):
     FROM_FUTURE = "Your clock and the robot's are not synchronised yet."
     BLIND = "No fresh picture reaches you: the robot waits until you can see."
     NOT_YOUR_STOP = "Only the operator or the host can release the stop."
+    THE_HOSTS_STOP = "The host has stopped the robot; only the host can release it."
     OTHER_STOP = "This stop is over, or someone has pressed Stop again."
     RELEASED_LATE = "The release arrived too late; press it again."
 
@@ -43,6 +44,7 @@ class Limit(Enum):
 
     LATE_PICTURE = "Slow: the picture is late."
     NO_PICTURE = "Slow: you are driving without a picture."
+    BY_HOST = "Slow: the host limits the speed."
     LONG_DELAY = "Slow: your connection has a long delay."
     STOPPING_DISTANCE = "Slow: the robot needs room to stop."
     BUMPER = "A bumper is pressed; the robot may refuse to go that way."

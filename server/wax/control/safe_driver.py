@@ -25,8 +25,9 @@ class SafeDriver:
     """Calls the driver, and remembers its newest set-point and state.
 
     `state` is the newest reported; while the driver does not answer, the last one with that
-    problem. `twist` is the newest accepted set-point. A driver that raises is stopped, counted in
-    `failures`, and logged once until it works again.
+    problem. `problem` is what the newest `check` returned. `twist` is the newest accepted
+    set-point. A driver that raises is stopped, counted in `failures`, and logged once until it
+    works again.
     """
 
     def __init__(self, driver: Driver) -> None:
@@ -37,6 +38,7 @@ class SafeDriver:
         self.twist: Twist = STANDSTILL
         self.state = RobotState(connected=False)
         self.epoch: int | None = None
+        self.problem: str | None = None
         self.failures = 0
 
     @property
@@ -62,6 +64,10 @@ class SafeDriver:
 
     def check(self, turn: int) -> str | None:
         """Return why the robot cannot be driven; `epoch` changes when it has reconnected."""
+        self.problem = self._check(turn)
+        return self.problem
+
+    def _check(self, turn: int) -> str | None:
         if self._lent_for is not None:
             self.state = replace(self.state, problem=self._lent_for, moving=None)
             return self._lent_for

@@ -20,14 +20,20 @@ _SLOW = {VideoFreshness.LATE: Limit.LATE_PICTURE, VideoFreshness.OFF: Limit.NO_P
 
 
 def twist(
-    command: Command, sight: VideoFreshness, ttl_s: float, rules: Rules
+    command: Command, sight: VideoFreshness, ttl_s: float, rules: Rules, max_fraction: float = 1.0
 ) -> tuple[Twist, Limit | None]:
-    """Return the twist for a command, and the last rule that lowered it."""
+    """Return the twist for a command, and the last rule that lowered it.
+
+    `max_fraction` of the robot's limits is what the host allows.
+    """
     limit = None
     shares = Twist(command.linear, command.angular)
     if command.speed == "slow":
         shares = _scaled(shares, rules.slow_fraction)
     largest = max(abs(shares.linear_mps), abs(shares.angular_rps))
+    if largest > max_fraction:
+        shares, limit = _scaled(shares, max_fraction / largest), Limit.BY_HOST
+        largest = max_fraction
     if sight in _SLOW and largest > rules.slow_fraction:
         shares, limit = _scaled(shares, rules.slow_fraction / largest), _SLOW[sight]
     wanted = Twist(

@@ -1,7 +1,8 @@
 """The stop that anybody can press and that lasts, across turns, until it is released.
 
 Each stop has a rising number, and a release names the stop that it is for. A release for an earlier
-stop, one that took too long to arrive, or one sent before somebody pressed again has no effect.
+stop, one that took too long to arrive, or one sent before somebody pressed again has no effect. A
+stop that the host has pressed, too, only the host releases.
 A release moves nothing: the loop asks for a neutral command after it.
 """
 
@@ -26,10 +27,15 @@ RELEASE_TTL_S: Final = 2.0
 
 @dataclass(frozen=True, slots=True)
 class LatchedStop:
-    """A stop in force, and who pressed it first."""
+    """A stop in force, and who pressed it first: their name, and `viewer` if they are in the room.
+
+    `by_host` is true once the host has pressed it, first or again.
+    """
 
     number: int
     by: str
+    viewer: int | None = None
+    by_host: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,14 +47,17 @@ class StopLatch:
     pressed_s: float = -math.inf
 
 
-def press(latch: StopLatch, by: str, now_s: float) -> StopLatch:
-    """Latch a stop; pressing again gives it a new number and keeps the name.
+def press(
+    latch: StopLatch, by: str, now_s: float, *, viewer: int | None = None, by_host: bool = False
+) -> StopLatch:
+    """Latch a stop; pressing again keeps its number and the name.
 
-    A release sent before the second press therefore has no effect, however late it arrives.
+    A release sent before the second press has no effect all the same, however late it arrives:
+    otherwise whoever presses all the time would make every release one for an earlier stop.
     """
-    number = latch.newest + 1
-    by = by if latch.stop is None else latch.stop.by
-    return StopLatch(newest=number, stop=LatchedStop(number, by), pressed_s=now_s)
+    stop = latch.stop or LatchedStop(latch.newest + 1, by, viewer)
+    stop = replace(stop, by_host=stop.by_host or by_host)
+    return StopLatch(newest=stop.number, stop=stop, pressed_s=now_s)
 
 
 def release(
@@ -65,7 +74,7 @@ def release(
     A connected operator and the host may. `sent_s` is None for a request without a timestamp, which
     comes over a transport that does not hold requests back.
     """
-    refusal = _not_entitled(by, turn)
+    refusal = _not_entitled(by, turn, latch.stop)
     if refusal is None and (latch.stop is None or stop != latch.stop.number):
         refusal = Refusal.OTHER_STOP
     if refusal is None and sent_s is not None:
@@ -73,11 +82,13 @@ def release(
     return (replace(latch, stop=None) if refusal is None else latch), refusal
 
 
-def _not_entitled(by: Releaser, turn: TurnView) -> Refusal | None:
+def _not_entitled(by: Releaser, turn: TurnView, stop: LatchedStop | None) -> Refusal | None:
     if by == "host":
         return None
     if by is None or by != turn.operator:
         return Refusal.NOT_YOUR_STOP
+    if stop is not None and stop.by_host:
+        return Refusal.THE_HOSTS_STOP
     return None if turn.present else Refusal.LOST
 
 

@@ -11,7 +11,8 @@ class TurnView:
 
     `present` is false while the operator's connection is lost. `one_way_s` is the delay of
     their link, measured at the start of the turn, None if unknown. `sees` is false if the picture
-    is switched off on purpose or the robot has no camera.
+    is switched off on purpose or the robot has no camera. `max_fraction` is how much of the robot's
+    speed the host lets them use.
     """
 
     number: int
@@ -19,3 +20,4 @@ class TurnView:
     present: bool
     one_way_s: float | None
     sees: bool
+    max_fraction: float = 1.0

@@ -11,6 +11,16 @@
   everybody waiting is lost, nobody drives.
 * With ``join = "auto"`` everybody queues at connect; those who leave observe until they join.
 
+What a host may add:
+
+* Who goes first is a question of `wax.control.fairness`; among equals it is first come, first
+  served, and who has just driven is always last. One person has one place, whatever they open.
+* The next is asked whether they are there (`wax.control.ready_check`).
+* An operator who commands nothing for `idle_s` while somebody waits gives up the turn.
+* The turn's clock stands still while something keeps the operator from driving
+  (`wax.control.turn_time`).
+* The host ends a turn, or holds the queue: then no turn begins or renews.
+
 Viewers are numbers that are never reused. ``now_s`` never falls from call to call. Every call
 first does what is due, in the order in which it fell due, so a late `tick` changes only this: a
 turn starts when it is given, not when it could have been.
@@ -19,9 +29,13 @@ turn starts when it is given, not when it could have been.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING
+
+from wax.control.fairness import Fairness, Person
+from wax.control.ready_check import ReadyCheck
+from wax.control.turn_time import TurnTime
 
 if TYPE_CHECKING:
     from wax.config.settings import TurnSettings
@@ -33,6 +47,8 @@ class Why(Enum):
     EXPIRED = "expired"
     LEFT = "left"
     GONE = "gone"
+    IDLE = "idle"
+    ENDED = "ended by the host"
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,19 +79,36 @@ class TurnEnded:
 
 
 @dataclass(frozen=True, slots=True)
-class PlaceLost:
-    """A waiting viewer stayed lost for `grace_s` and lost their place."""
+class Called:
+    """The next in the queue is asked, until `until_s`, whether they are there."""
+
+    viewer: int
+    until_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class PassedOver:
+    """A viewer who was called did not answer; they keep their place this once."""
 
     viewer: int
 
 
-TurnEvent = TurnStarted | TurnRenewed | TurnEnded | PlaceLost
+@dataclass(frozen=True, slots=True)
+class PlaceLost:
+    """A waiting viewer stayed lost for `grace_s`, or missed two calls, and lost their place."""
+
+    viewer: int
+
+
+TurnEvent = TurnStarted | TurnRenewed | TurnEnded | Called | PassedOver | PlaceLost
 
 
 @dataclass(frozen=True, slots=True)
 class _Turn:
     operator: int
-    ends_s: float
+    begun_s: float
+    time: TurnTime
+    acted_s: float  # when the operator last commanded something
 
 
 class Turns:
@@ -86,12 +119,17 @@ class Turns:
 
     def __init__(self, settings: TurnSettings) -> None:
         self._settings = settings
-        self._known: set[int] = set()
+        self._people: dict[int, Person] = {}
         self._lost_since_s: dict[int, float] = {}  # within grace; in the order of loss
         self._lapsed: set[int] = set()  # lost for longer than that
         self._queue: list[int] = []
         self._turn: _Turn | None = None
         self._number = 0
+        self._fairness = Fairness(settings)
+        self._ready = ReadyCheck(settings.ready_s)
+        self._just_drove: int | None = None
+        self._wanted_s = math.inf  # since when somebody else could drive
+        self._is_held = False
 
     @property
     def operator(self) -> int | None:
@@ -105,13 +143,31 @@ class Turns:
 
     @property
     def ends_s(self) -> float | None:
-        """When this turn ends or renews; None while nobody drives."""
-        return None if self._turn is None else self._turn.ends_s
+        """When this turn ends or renews, at the latest; None while nobody drives."""
+        return None if self._turn is None else self._turn.time.ends_s
 
     @property
     def queue(self) -> tuple[int, ...]:
         """The waiting viewers, the next first, without the operator."""
         return tuple(self._queue)
+
+    @property
+    def called(self) -> int | None:
+        """Who is being asked whether they are there."""
+        call = self._ready.call
+        return None if call is None or call.is_answered else call.viewer
+
+    @property
+    def is_held(self) -> bool:
+        """Whether the host holds the queue."""
+        return self._is_held
+
+    def stands_left_s(self, now_s: float) -> float | None:
+        """Return what is left of a turn whose clock stands still; None while it runs."""
+        turn = self._turn
+        if turn is None or not turn.time.stands_at(now_s):
+            return None
+        return turn.time.left_at(now_s)
 
     def is_lost(self, viewer: int) -> bool:
         """Whether the viewer's connection is lost."""
@@ -123,45 +179,79 @@ class Turns:
             return 0
         return self._queue.index(viewer) + 1 if viewer in self._queue else None
 
+    def has_place_elsewhere(self, viewer: int) -> bool:
+        """Whether the same person waits or drives as another viewer."""
+        person = self._people.get(viewer)
+        return person is not None and any(
+            other != viewer and self._people[other].key == person.key for other in self._line()
+        )
+
+    def waiting_at(self, address: str) -> int:
+        """Return how many wait at an address."""
+        return sum(self._people[viewer].address == address for viewer in self._queue)
+
     def wait_s(self, viewer: int, now_s: float) -> float | None:
         """Return the longest time the viewer may wait, in seconds: 0 for the operator.
 
-        It is the rest of this turn plus a whole turn for everybody in front, less if one of them
-        leaves or is away. None for observers and lost viewers.
+        It is the rest of this turn plus a whole turn for everybody who may go first, less if one
+        of them leaves or is away, and more where a clock stands still or a call is waited for.
+        None for observers and lost viewers, and while it cannot be known: the host holds the
+        queue, others go first after this viewer's last turn, or those who were invited follow
+        each other.
         """
         place = self.place(viewer)
-        if place is None or self._turn is None or self.is_lost(viewer):
+        if place is None or self.is_lost(viewer) or self._is_held:
             return None
         if place == 0:
             return 0.0
-        return max(0.0, self._turn.ends_s - now_s) + (place - 1) * self._settings.turn_s
+        first = self._may_go_first(viewer, now_s)
+        if first is None:
+            return None
+        rest_s = 0.0 if self._turn is None else max(0.0, self._turn.time.ends_s - now_s)
+        return rest_s + first * self._settings.turn_s
 
-    def connect(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
-        """Register a viewer, once."""
+    def connect(
+        self, viewer: int, now_s: float, person: Person | None = None
+    ) -> tuple[TurnEvent, ...]:
+        """Register a viewer, once; without a person they are somebody of their own."""
         events = self._catch_up(now_s)
-        if viewer not in self._known:
-            self._known.add(viewer)
-            self._welcome(viewer)
+        if viewer not in self._people:
+            self._people[viewer] = person or Person(str(viewer))
+            self._welcome(viewer, now_s)
         return (*events, *self._catch_up(now_s))
 
     def join(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
         """Put a viewer at the end of the queue; no effect if they have a place or are lost."""
         events = self._catch_up(now_s)
-        if viewer in self._known and not self.is_lost(viewer) and self.place(viewer) is None:
-            self._queue.append(viewer)
+        if viewer in self._people and not self.is_lost(viewer):
+            self._enqueue(viewer, now_s)
         return (*events, *self._catch_up(now_s))
 
     def leave(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
         """Give up the viewer's turn or place; they observe."""
         events = self._catch_up(now_s)
-        events += self._give_up(viewer, Why.LEFT)
+        events += self._give_up(viewer, Why.LEFT, now_s)
         return (*events, *self._catch_up(now_s))
+
+    def answer(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
+        """Register that a viewer is there, which answers their call."""
+        events = self._catch_up(now_s)
+        if viewer in self._people:
+            self._ready.acted(viewer, now_s)
+        return (*events, *self._catch_up(now_s))
+
+    def drives(self, viewer: int, now_s: float) -> None:
+        """Register that the operator commands motion; nothing falls due by it."""
+        if self._turn is not None and viewer == self._turn.operator:
+            self._turn = replace(self._turn, acted_s=now_s)
+            self._ready.acted(viewer, now_s)
 
     def lost(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
         """Start the grace time of a viewer whose connection is lost."""
         events = self._catch_up(now_s)
-        if viewer in self._known and not self.is_lost(viewer):
+        if viewer in self._people and not self.is_lost(viewer):
             self._lost_since_s[viewer] = now_s
+            self._ready.withdraw(viewer)
         return (*events, *self._catch_up(now_s))
 
     def returned(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
@@ -170,77 +260,195 @@ class Turns:
         self._lost_since_s.pop(viewer, None)
         if viewer in self._lapsed:
             self._lapsed.remove(viewer)
-            self._welcome(viewer)
+            self._welcome(viewer, now_s)
         return (*events, *self._catch_up(now_s))
 
     def gone(self, viewer: int, now_s: float) -> tuple[TurnEvent, ...]:
         """Forget a viewer who has left for good."""
         events = self._catch_up(now_s)
-        events += self._give_up(viewer, Why.GONE)
-        self._known.discard(viewer)
+        events += self._give_up(viewer, Why.GONE, now_s)
+        self._people.pop(viewer, None)
         self._lost_since_s.pop(viewer, None)
         self._lapsed.discard(viewer)
         return (*events, *self._catch_up(now_s))
 
-    def tick(self, now_s: float) -> tuple[TurnEvent, ...]:
-        """Do what is due."""
-        return tuple(self._catch_up(now_s))
+    def end(self, now_s: float) -> tuple[TurnEvent, ...]:
+        """End the turn for the host; its operator observes."""
+        events = self._catch_up(now_s)
+        if self._turn is not None:
+            events += self._give_up(self._turn.operator, Why.ENDED, now_s)
+        return (*events, *self._catch_up(now_s))
+
+    def hold(self, is_held: bool, now_s: float) -> tuple[TurnEvent, ...]:
+        """Hold the queue for the host, or let it go on."""
+        events = self._catch_up(now_s)
+        self._is_held = is_held
+        if is_held and self._ready.call is not None:
+            self._ready.withdraw(self._ready.call.viewer)
+        return (*events, *self._catch_up(now_s))
+
+    def tick(self, now_s: float, *, is_kept: bool = False) -> tuple[TurnEvent, ...]:
+        """Do what is due; `is_kept` while something keeps the operator from driving."""
+        events = self._catch_up(now_s)
+        turn = self._turn
+        if turn is not None and turn.time.is_paused != is_kept:
+            # Somebody who could not drive is not idle.
+            time = turn.time.paused(is_kept, now_s)
+            self._turn = replace(turn, time=time, acted_s=max(turn.acted_s, now_s))
+        return tuple(events)
+
+    # --- what falls due ----------------------------------------------------------------------
 
     def _catch_up(self, now_s: float) -> list[TurnEvent]:
         events: list[TurnEvent] = []
         while True:
-            turn, grace_s = self._turn, self._first_grace_s()
+            grace_s, call_s = self._first_grace_s(), self._ready.expires_s
+            over_s = self._over_s()
             # At the same instant grace goes first: a viewer given up does not queue again.
-            if grace_s <= now_s and (turn is None or grace_s <= turn.ends_s):
-                events += self._lapse()
-            elif turn is not None and turn.ends_s <= now_s:
-                events += self._turn_over(turn, now_s)
+            if grace_s <= min(now_s, over_s, call_s):
+                events += self._lapse(now_s)
+            elif call_s <= min(now_s, over_s):
+                events += self._miss(now_s)
+            elif over_s <= now_s:
+                events += self._turn_over(now_s)
+            elif next_events := self._start_next(now_s):
+                events += next_events
             else:
                 break
-        if self._turn is None:
-            events += self._start_next(now_s)
+        is_wanted = self._turn is not None and bool(self._there())
+        self._wanted_s = min(self._wanted_s, now_s) if is_wanted else math.inf
         return events
 
-    def _lapse(self) -> list[TurnEvent]:
+    def _over_s(self) -> float:
+        """Return when the turn is over: its time is, or its operator idles."""
+        return math.inf if self._turn is None else min(self._turn.time.ends_s, self._idles_s())
+
+    def _idles_s(self) -> float:
+        """Return when the operator counts as idle; infinite while nobody else wants to drive."""
+        turn, idle_s = self._turn, self._settings.idle_s
+        if turn is None or not idle_s or turn.time.is_paused or self.is_lost(turn.operator):
+            return math.inf
+        return max(turn.acted_s, self._wanted_s) + idle_s
+
+    def _lapse(self, now_s: float) -> list[TurnEvent]:
         viewer = next(iter(self._lost_since_s))
         del self._lost_since_s[viewer]
         self._lapsed.add(viewer)
         waited = viewer in self._queue
-        events = self._give_up(viewer, Why.GONE)
+        events = self._give_up(viewer, Why.GONE, now_s)
         return [PlaceLost(viewer)] if waited else events
 
-    def _turn_over(self, turn: _Turn, now_s: float) -> list[TurnEvent]:
-        if self._next_present() is None and not self.is_lost(turn.operator):
-            turn_s = self._settings.turn_s
-            turns = math.floor((now_s - turn.ends_s) / turn_s) + 1
-            ends_s = turn.ends_s + turns * turn_s
-            if ends_s <= now_s:  # rounding may give the instant that is over now
-                ends_s += turn_s
-            self._turn = _Turn(turn.operator, min(ends_s, now_s + turn_s))
-            return [TurnRenewed(self._number, turn.operator, self._turn.ends_s)]
-        self._turn = None
+    def _miss(self, now_s: float) -> list[TurnEvent]:
+        viewer, is_second = self._ready.expire()
+        if not is_second:
+            return [PassedOver(viewer)]
+        self._give_up(viewer, Why.GONE, now_s)
+        return [PlaceLost(viewer)]
+
+    def _turn_over(self, now_s: float) -> list[TurnEvent]:
+        turn = self._turn
+        assert turn is not None
+        if self._idles_s() < turn.time.ends_s:
+            return self._give_up(turn.operator, Why.IDLE, now_s)
+        if self._may_renew(turn):
+            return [self._renew(turn, now_s)]
+        self._end_turn(turn, now_s)
         self._queue.append(turn.operator)
         return [TurnEnded(self._number, turn.operator, Why.EXPIRED)]
 
-    def _give_up(self, viewer: int, why: Why) -> list[TurnEvent]:
-        if viewer == self.operator:
-            self._turn = None
+    def _may_renew(self, turn: _Turn) -> bool:
+        return not (self._is_held or self.is_lost(turn.operator) or self._there())
+
+    def _renew(self, turn: _Turn, now_s: float) -> TurnRenewed:
+        turn_s, ends_s = self._settings.turn_s, turn.time.ends_s
+        ends_s += (math.floor((now_s - ends_s) / turn_s) + 1) * turn_s
+        if ends_s <= now_s:  # rounding may give the instant that is over now
+            ends_s += turn_s
+        time = TurnTime(now_s, min(ends_s - now_s, turn_s))
+        self._turn = replace(turn, time=time)
+        self._ready.begin_turn()
+        return TurnRenewed(self._number, turn.operator, time.ends_s)
+
+    def _give_up(self, viewer: int, why: Why, now_s: float) -> list[TurnEvent]:
+        self._ready.forget(viewer)
+        if self._turn is not None and viewer == self._turn.operator:
+            self._end_turn(self._turn, now_s)
             return [TurnEnded(self._number, viewer, why)]
         if viewer in self._queue:
             self._queue.remove(viewer)
         return []
 
+    def _end_turn(self, turn: _Turn, now_s: float) -> None:
+        self._fairness.drove(self._people[turn.operator], turn.begun_s, now_s)
+        self._just_drove = turn.operator
+        self._turn = None
+
+    # --- who is next -------------------------------------------------------------------------
+
     def _start_next(self, now_s: float) -> list[TurnEvent]:
-        viewer = self._next_present()
+        """Begin the next turn, or call the next one; nothing if it is too early for either."""
+        if not self._ready.is_due(self.ends_s, now_s):
+            return []
+        viewer = self._next(now_s)
+        if viewer is None and self._turn is None and self._waiting():
+            self._ready.begin_turn()  # nobody else is there: those passed over are asked again
+            viewer = self._next(now_s)
         if viewer is None:
             return []
+        if not self._ready.is_ready(viewer, now_s):
+            call = self._ready.ask(viewer, now_s)
+            return [] if call is None else [Called(viewer, call.until_s)]
+        if self._turn is None:
+            return [self._start(viewer, now_s)]
+        self._ready.count_on(viewer)
+        return []
+
+    def _start(self, viewer: int, now_s: float) -> TurnStarted:
         self._queue.remove(viewer)
         self._number += 1
-        self._turn = _Turn(viewer, now_s + self._settings.turn_s)
-        return [TurnStarted(self._number, viewer, self._turn.ends_s)]
+        self._turn = _Turn(viewer, now_s, TurnTime(now_s, self._settings.turn_s), acted_s=now_s)
+        self._just_drove = None
+        self._ready.begin_turn()
+        return TurnStarted(self._number, viewer, self._turn.time.ends_s)
 
-    def _next_present(self) -> int | None:
-        return next((viewer for viewer in self._queue if not self.is_lost(viewer)), None)
+    def _next(self, now_s: float) -> int | None:
+        """Return who drives next of those who are there."""
+        there = self._there()
+        if self._ready.call is not None and self._ready.call.viewer in there:
+            return self._ready.call.viewer
+        return min(there, key=lambda one: self._rank(one, now_s), default=None)
+
+    def _there(self) -> list[int]:
+        """Return those who wait and were not passed over; nobody while the queue is held."""
+        return [one for one in self._waiting() if not self._ready.is_passed_over(one)]
+
+    def _waiting(self) -> list[int]:
+        return [] if self._is_held else [one for one in self._queue if not self.is_lost(one)]
+
+    def _rank(self, viewer: int, now_s: float) -> tuple[bool, tuple[bool, bool, bool]]:
+        rank = self._fairness.rank(self._people[viewer], now_s)
+        return viewer == self._just_drove, rank
+
+    def _may_go_first(self, viewer: int, now_s: float) -> int | None:
+        """Return how many may drive before a waiting viewer; None if there is no end to them."""
+        me = self._people[viewer]
+        if self._fairness.yields(me, now_s):
+            return None
+        before = self._queue[: self._queue.index(viewer)]
+        if not self._settings.invited_first:
+            return len(before)
+        invited = [one for one in self._line() if self._people[one].is_invited]
+        if me.is_invited:
+            return sum(one in invited for one in before)
+        if len(invited) > 1:
+            return None
+        strangers = sum(one not in invited for one in before)
+        # A single invited one drives before each of us, but not twice in a row.
+        times = strangers if self.operator in invited else strangers + 1
+        return strangers + times * len(invited)
+
+    def _line(self) -> list[int]:
+        return [*self._queue] if self._turn is None else [self._turn.operator, *self._queue]
 
     def _first_grace_s(self) -> float:
         """Return when the first grace time is over; all are equal, so the first loss is first."""
@@ -248,6 +456,11 @@ class Turns:
             return lost_since_s + self._settings.grace_s
         return math.inf
 
-    def _welcome(self, viewer: int) -> None:
+    def _welcome(self, viewer: int, now_s: float) -> None:
         if self._settings.join == "auto":
+            self._enqueue(viewer, now_s)
+
+    def _enqueue(self, viewer: int, now_s: float) -> None:
+        if self.place(viewer) is None and not self.has_place_elsewhere(viewer):
             self._queue.append(viewer)
+            self._ready.acted(viewer, now_s)

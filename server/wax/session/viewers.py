@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from wax.config.settings import RoleSyncSettings
     from wax.control.turns import TurnEvent, Turns
+    from wax.session.house import House
     from wax.session.viewer import Viewer
 
 _LOG = structlog.get_logger(__name__)
@@ -21,10 +22,13 @@ _LOG = structlog.get_logger(__name__)
 class Viewers:
     """The viewers in order of arrival; viewers may leave during an iteration."""
 
-    def __init__(self, *, sync: RoleSyncSettings, turns: Turns, has_camera: bool) -> None:
+    def __init__(
+        self, *, sync: RoleSyncSettings, turns: Turns, has_camera: bool, house: House
+    ) -> None:
         self._sync = sync
         self._turns = turns
         self._has_camera = has_camera
+        self._house = house
         self._viewers: dict[int, Viewer] = {}
         self._next_number = 1
         self._is_changed = False
@@ -90,3 +94,8 @@ class Viewers:
         """Whether a viewer wants the picture: it is on, and there is a camera."""
         viewer = self._viewers.get(number)
         return viewer is not None and viewer.wants_picture and self._has_camera
+
+    def max_fraction(self, number: int) -> float:
+        """Return how much of the robot's speed a viewer may use: the host's limit is for guests."""
+        viewer = self._viewers.get(number)
+        return 1.0 if viewer is not None and viewer.is_host else self._house.max_fraction

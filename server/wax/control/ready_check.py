@@ -1,0 +1,96 @@
+"""Asks the next in the queue whether they are there, before their turn.
+
+Who has just done something need not be asked. Who does not answer in time is passed over until the
+next turn has begun, and keeps their place once; who misses two calls loses it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """`viewer` is asked, and has until `until_s` to answer."""
+
+    viewer: int
+    until_s: float
+    is_answered: bool = False
+
+
+class ReadyCheck:
+    """The call that is open, and who has missed one; `ready_s` of 0 calls nobody."""
+
+    def __init__(self, ready_s: float) -> None:
+        self._ready_s = ready_s
+        self._seen_s: dict[int, float] = {}  # when they last did something on purpose
+        self._missed: set[int] = set()
+        self._passed_over: set[int] = set()
+        self.call: Call | None = None
+
+    def acted(self, viewer: int, now_s: float) -> None:
+        """Note that somebody has done something on purpose, which answers their call."""
+        self._seen_s[viewer] = now_s
+        self._missed.discard(viewer)
+        self._passed_over.discard(viewer)
+        if self.call is not None and self.call.viewer == viewer:
+            self.call = replace(self.call, is_answered=True)
+
+    def forget(self, viewer: int) -> None:
+        """Forget somebody who has left."""
+        self._seen_s.pop(viewer, None)
+        self._missed.discard(viewer)
+        self._passed_over.discard(viewer)
+        self.withdraw(viewer)
+
+    def withdraw(self, viewer: int) -> None:
+        """End somebody's call without an answer counting as missed."""
+        if self.call is not None and self.call.viewer == viewer:
+            self.call = None
+
+    def is_passed_over(self, viewer: int) -> bool:
+        return viewer in self._passed_over
+
+    def is_ready(self, viewer: int, now_s: float) -> bool:
+        """Whether this viewer's turn may begin without another question."""
+        if not self._ready_s:
+            return True
+        if self.call is not None and self.call.viewer == viewer and self.call.is_answered:
+            return True
+        return now_s - self._seen_s.get(viewer, -self._ready_s) < self._ready_s
+
+    def is_due(self, turn_ends_s: float | None, now_s: float) -> bool:
+        """Whether the next one is called by now."""
+        return turn_ends_s is None or now_s >= turn_ends_s - self._ready_s
+
+    def ask(self, viewer: int, now_s: float) -> Call | None:
+        """Call a viewer, and end the call of any other; None if they are called already."""
+        if self.call is not None and self.call.viewer == viewer:
+            return None
+        self.call = Call(viewer, now_s + self._ready_s)
+        return self.call
+
+    def count_on(self, viewer: int) -> None:
+        """Hold somebody who has just been there to their turn, without asking."""
+        self.call = Call(viewer, math.inf, is_answered=True)
+
+    @property
+    def expires_s(self) -> float:
+        """When the open call counts as missed; infinite without one."""
+        call = self.call
+        return math.inf if call is None or call.is_answered else call.until_s
+
+    def expire(self) -> tuple[int, bool]:
+        """Close the missed call; returns the viewer, and whether it was their second."""
+        assert self.call is not None
+        viewer, self.call = self.call.viewer, None
+        is_second = viewer in self._missed
+        self._missed.add(viewer)
+        self._passed_over.add(viewer)
+        return viewer, is_second
+
+    def begin_turn(self) -> None:
+        """Note that a turn begins or renews: those passed over are asked again before the next."""
+        self.call = None
+        self._passed_over.clear()

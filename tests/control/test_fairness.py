@@ -1,0 +1,73 @@
+"""Who goes first, by what each has driven."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from wax.config.settings import TurnSettings
+from wax.control.fairness import WINDOW_S, Fairness, Person
+
+ANN, BOB = Person("ann", "home"), Person("bob", "school")
+EVE = Person("eve", "school")
+HOST = Person("friend", "afar", is_invited=True)
+
+
+def make(**settings: Any) -> Fairness:
+    return Fairness(TurnSettings.model_validate(settings))
+
+
+def test_everybody_is_equal_at_first() -> None:
+    """Without rules what somebody drove changes nothing."""
+    fairness = make(invited_first=False)
+    fairness.drove(ANN, 0.0, 60.0)
+    assert fairness.rank(ANN, 61.0) == fairness.rank(BOB, 61.0) == fairness.rank(HOST, 61.0)
+
+
+def test_a_cool_down_lets_others_go_first() -> None:
+    """It begins when the turn ends, and is over after its time."""
+    fairness = make(cooldown_s=30.0)
+    fairness.drove(ANN, 0.0, 60.0)
+    assert fairness.rank(BOB, 89.0) < fairness.rank(ANN, 89.0)
+    assert fairness.rank(BOB, 90.0) == fairness.rank(ANN, 90.0)
+
+
+def test_the_invited_go_first() -> None:
+    """If the host wants it so, and even before them goes who has had a rest."""
+    fairness = make(cooldown_s=30.0)
+    assert fairness.rank(HOST, 0.0) < fairness.rank(ANN, 0.0)
+    fairness.drove(HOST, 0.0, 60.0)
+    assert fairness.rank(ANN, 70.0) < fairness.rank(HOST, 70.0)
+
+
+def test_a_persons_share() -> None:
+    """Ann drove two thirds of the time: more than half."""
+    fairness = make(max_share_per_person=0.5)
+    fairness.drove(ANN, 0.0, 60.0)
+    fairness.drove(BOB, 60.0, 120.0)
+    assert fairness.rank(ANN, 120.0) == fairness.rank(BOB, 120.0)
+    fairness.drove(ANN, 120.0, 180.0)
+    assert fairness.rank(BOB, 180.0) < fairness.rank(ANN, 180.0)
+    assert fairness.yields(ANN, 180.0)
+
+
+def test_an_addresss_share() -> None:
+    """Two of one school count together; somebody who never drove waits for their neighbours."""
+    fairness = make(max_share_per_address=0.5)
+    fairness.drove(BOB, 0.0, 60.0)
+    assert fairness.rank(ANN, 60.0) < fairness.rank(EVE, 60.0)
+
+
+def test_what_is_long_ago_is_forgotten() -> None:
+    """An hour later a share begins anew."""
+    fairness = make(max_share_per_person=0.5)
+    fairness.drove(ANN, 0.0, 60.0)
+    assert fairness.yields(ANN, WINDOW_S + 59.0)
+    assert not fairness.yields(ANN, WINDOW_S + 60.0)
+
+
+def test_only_the_last_hour_is_kept() -> None:
+    """Ten thousand turns leave no more than an hour of them."""
+    fairness = make(cooldown_s=3600.0)
+    for number in range(10_000):
+        fairness.drove(Person(str(number)), number * 10.0, number * 10.0 + 10.0)
+    assert len(fairness._driven) == len(fairness._last_s) == WINDOW_S / 10.0
