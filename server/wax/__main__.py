@@ -15,6 +15,7 @@ from wax import __version__
 from wax.clock import SystemClock
 from wax.config import settings as config
 from wax.errors import ConfigError, WaxError
+from wax.records.schema import EXPORTED
 from wax.telemetry import configure_logs
 
 if TYPE_CHECKING:
@@ -32,6 +33,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             return _devices()
         if arguments.command == "prove-stop":
             return _prove_stop(arguments)
+        if arguments.command == "records":
+            return _records(arguments)
         return _serve(_settings(arguments), arguments.config)
     except ConfigError as error:
         print(f"wax: {error}", file=sys.stderr)
@@ -53,6 +56,7 @@ def _parser() -> argparse.ArgumentParser:
     commands.add_parser("run", help="serve (also without a command)")
     commands.add_parser("devices", help="list cameras, microphones and serial ports")
     _add_prove_stop(commands)
+    _add_records(commands)
     return parser
 
 
@@ -71,6 +75,23 @@ def _add_prove_stop(commands: argparse._SubParsersAction[argparse.ArgumentParser
     proof.add_argument("--lifted", action="store_true", help="the wheels are off the floor")
     proof.add_argument("--repeats", type=int, default=5, metavar="N", help="cuts of each link (5)")
     proof.add_argument("--json", action="store_true", help="report progress as lines of JSON")
+
+
+def _add_records(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    records = commands.add_parser(
+        "records",
+        help="show who came, who drove, who pressed Stop, and what the host did",
+        description="Show what the server has recorded, also while it runs. Times are in UTC.",
+    )
+    records.add_argument("table", nargs="?", choices=EXPORTED, help="all of them by default")
+    records.add_argument("--since", metavar="DATE", help="such as 2026-11-01, or 2026-11-01T18:30")
+    form = records.add_mutually_exclusive_group()
+    form.add_argument("--csv", action="store_const", const="csv", dest="form", help="for programs")
+    form.add_argument("--json", action="store_const", const="json", dest="form", help="the same")
+    records.add_argument("--file", type=Path, metavar="FILE", help="the file, if not as configured")
+    records.add_argument(
+        "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
+    )
 
 
 def _settings(arguments: argparse.Namespace) -> Settings:
@@ -130,6 +151,20 @@ def _is_lifted() -> bool:
         return input("Are the wheels off the floor? Type yes: ").strip().lower() == "yes"
     except EOFError:
         return False
+
+
+def _records(arguments: argparse.Namespace) -> int:
+    from wax.records.export import export
+    from wax.records.records import where
+
+    settings = config.load(arguments.config)
+    path = arguments.file or where(settings.records, settings.server.state_dir)
+    try:
+        print(export(path, arguments.table, arguments.since, arguments.form or "table"))
+        sys.stdout.flush()
+    except BrokenPipeError:  # its reader, such as `head`, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0
 
 
 def _devices() -> int:

@@ -9,6 +9,7 @@ WaxError
  ├── FullError        no room for one more viewer
  ├── TooOftenError    one address requests connections too often
  ├── ForbiddenError   a request that its sender may not make, or not now
+ ├── StateError       the folder for what outlives the server cannot be used
  └── StartError       something the server needs at its start is missing or in use
 """
 
@@ -51,6 +52,10 @@ class TooOftenError(WaxError):
 
 class ForbiddenError(WaxError):
     """A request that its sender may not make, or not now."""
+
+
+class StateError(WaxError):
+    """The folder or file for what outlives the server cannot be used."""
 
 
 class StartError(WaxError):

@@ -37,6 +37,7 @@ class ServerSettings(_Section):
     host: Annotated[str, Field(min_length=1)] = "localhost"
     port: Annotated[int, Field(ge=0, le=65535)] = 8080
     max_viewers: Annotated[int, Field(ge=1, le=1000)] = 100
+    state_dir: str = ""
 
 
 class LogSettings(_Section):
@@ -44,6 +45,14 @@ class LogSettings(_Section):
 
     format: Literal["text", "json"] = "text"
     level: Literal["debug", "info", "warning", "error"] = "info"
+
+
+class RecordSettings(_Section):
+    """`[records]`: what is remembered, and how long."""
+
+    enabled: bool = True
+    path: str = ""
+    keep_days: Annotated[float, Field(ge=0.01, le=3650)] = 30.0
 
 
 class IceServer(_Section):
@@ -294,6 +303,7 @@ class Settings(_Section):
 
     server: ServerSettings = ServerSettings()
     log: LogSettings = LogSettings()
+    records: RecordSettings = RecordSettings()
     ice: IceSettings = IceSettings()
     video: VideoSettings = VideoSettings()
     audio: AudioSettings = AudioSettings()

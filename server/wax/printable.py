@@ -1,0 +1,27 @@
+"""Strangers' text made fit for logs and records: bounded, all of it visible. Pure."""
+
+from __future__ import annotations
+
+import unicodedata
+from typing import Final
+
+_HIDDEN: Final = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
+"""Controls, marks that turn the writing direction, surrogates, line separators (UAX 44)."""
+
+
+def printable(text: str, max_chars: int) -> str:
+    """Return the text with hidden characters escaped as in Python, cut to `max_chars`."""
+    cut = text[:max_chars]
+    if not (cut.isascii() and cut.isprintable()):
+        cut = "".join(_escaped(one) if _is_hidden(one) else one for one in cut)
+    if len(text) <= max_chars and len(cut) <= max_chars:
+        return cut
+    return cut[: max(0, max_chars - 1)] + "…"
+
+
+def _is_hidden(one: str) -> bool:
+    return unicodedata.category(one) in _HIDDEN
+
+
+def _escaped(one: str) -> str:
+    return one.encode("unicode_escape").decode("ascii")

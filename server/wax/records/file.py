@@ -1,0 +1,97 @@
+"""Opens the file, for writing, for reading, and after damage."""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing, suppress
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any, Final
+
+import structlog
+
+from wax import state_dir
+from wax.records import schema
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+_LOG = structlog.get_logger(__name__)
+
+BUSY_S: Final = 2.0
+"""How long to wait for another program that has locked the file."""
+_MAX_WAL_BYTES: Final = 4_000_000
+_DAMAGED: Final = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+
+Rows = dict[str, list[tuple[Any, ...]]]
+"""The rows of some tables."""
+
+
+def open_for_writing(path: Path) -> sqlite3.Connection:
+    """Open the file, made or upgraded if need be.
+
+    Raises `sqlite3.Error`, `OSError` or `schema.NotOursError`.
+    """
+    state_dir.make_private(path)
+    file = sqlite3.connect(path, timeout=BUSY_S, isolation_level=None)
+    try:
+        schema.check(file)  # before anything is changed
+        file.execute("PRAGMA auto_vacuum=INCREMENTAL")
+        file.execute("PRAGMA journal_mode=WAL")
+        # The newest commits may be lost with the machine's power, none with the process.
+        file.execute("PRAGMA synchronous=NORMAL")
+        file.execute(f"PRAGMA journal_size_limit={_MAX_WAL_BYTES}")
+        schema.upgrade(file)
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+def open_for_reading(path: Path) -> sqlite3.Connection:
+    """Open a file that may be written meanwhile; raises `sqlite3.Error`."""
+    return sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=BUSY_S)
+
+
+def is_damage(error: Exception) -> bool:
+    """Whether this says that the file is no sound database, so that trying again cannot help."""
+    return isinstance(error, sqlite3.Error) and getattr(error, "sqlite_errorcode", 0) in _DAMAGED
+
+
+def move_aside(path: Path, now_ms: int) -> None:
+    """Set a damaged file aside and begin a new one with what must last, as far as it is readable.
+
+    Raises `sqlite3.Error` or `OSError`.
+    """
+    lasting = _salvaged(path)
+    when = datetime.fromtimestamp(now_ms / 1000, UTC)
+    aside = path.with_name(f"{path.name}.damaged-{when:%Y%m%dT%H%M%S}")
+    for ending in ("", "-wal", "-shm"):
+        with suppress(FileNotFoundError):
+            path.with_name(path.name + ending).rename(aside.with_name(aside.name + ending))
+    _LOG.warning(
+        "the records were damaged; they are set aside, and new ones begin", file=str(aside)
+    )
+    with closing(open_for_writing(path)) as file, schema.transaction(file):
+        for table, rows in lasting.items():
+            for row in rows:
+                marks = ", ".join("?" * len(row))
+                file.execute(f"INSERT OR REPLACE INTO {table} VALUES ({marks})", row)
+
+
+def read_lasting(path: Path) -> Rows:
+    """Return the rows that must last; raises `sqlite3.Error`."""
+    with closing(open_for_reading(path)) as file:
+        return {
+            table: file.execute(f"SELECT * FROM {table}").fetchall() for table in schema.LASTING
+        }
+
+
+def _salvaged(path: Path) -> Rows:
+    found: Rows = {}
+    with suppress(sqlite3.Error), closing(open_for_reading(path)) as file:
+        for table in schema.LASTING:
+            with suppress(sqlite3.Error):
+                # One by one: those before the damage are readable.
+                for row in file.execute(f"SELECT * FROM {table}"):
+                    found.setdefault(table, []).append(row)
+    return found

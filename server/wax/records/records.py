@@ -1,0 +1,318 @@
+"""What the server tells about itself for later; every call returns at once and never fails."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import secrets
+import sqlite3
+from contextlib import closing
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import structlog
+
+from wax import state_dir
+from wax.errors import StateError
+from wax.printable import printable
+from wax.records import file as record_file
+from wax.records import schema
+from wax.records.shortened import shortened
+from wax.records.writer import RecordWriter
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from wax.clock import Clock
+    from wax.config.settings import RecordSettings
+    from wax.records.writer import Value
+
+_LOG = structlog.get_logger(__name__)
+
+FILE: Final = "records.db"
+_MAX_CHARS: Final = 200
+_HOUR_MS: Final = 3_600_000
+
+
+class Ban(NamedTuple):
+    """An identity and an address that stay out until a time in seconds since 1970."""
+
+    identity: str
+    address: str
+    until_s: float
+
+
+class Invited(NamedTuple):
+    """One use of an invitation, in force until a time in seconds since 1970."""
+
+    invitation: str
+    identity: str
+    purpose: str
+    until_s: float
+
+
+class HostCookie(NamedTuple):
+    """The hash of a host's cookie, in force until a time in seconds since 1970."""
+
+    hash: str
+    until_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Lasting:
+    """What an earlier server has left in force."""
+
+    bans: tuple[Ban, ...] = ()
+    invited: tuple[Invited, ...] = ()
+    host_cookies: tuple[HostCookie, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class LinkSummary:
+    """How a viewer's link was: medians and the worst, None where nothing was measured."""
+
+    round_trip_ms: float | None = None
+    round_trip_worst_ms: float | None = None
+    picture_age_ms: float | None = None
+    picture_age_worst_ms: float | None = None
+    sound_age_ms: float | None = None
+    sound_age_worst_ms: float | None = None
+    lost_percent: float | None = None
+    lost_worst_percent: float | None = None
+    rendition: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Person:
+    """Somebody as the records name them: `identity` is hashed before it is written."""
+
+    identity: str
+    name: str
+
+
+NOBODY: Final = Person("", "")
+
+
+@dataclass
+class Records:
+    """Call it from the event loop. Without a writer it keeps nothing, and the rest is the same."""
+
+    clock: Clock
+    lasting: Lasting = field(default_factory=Lasting)
+    writer: RecordWriter | None = None
+
+    def __post_init__(self) -> None:
+        # Unique over all runs that share the file, without asking it. Not the time: a Raspberry Pi
+        # starts at the same one each time.
+        self._ids = itertools.count(secrets.randbits(52))
+
+    def start(self) -> None:
+        if self.writer is not None:
+            self.writer.start()
+            self._put("UPDATE sessions SET ended_ms = seen_ms WHERE ended_ms IS NULL")
+            self._put("UPDATE turns SET why = 'server killed' WHERE ended_ms IS NULL")
+
+    def request_stop(self) -> None:
+        if self.writer is not None:
+            self.writer.request_stop()
+
+    def close(self, within_s: float = 1.0) -> None:
+        """Write what waits; gives up after `within_s`."""
+        if self.writer is not None:
+            self.writer.stop(within_s)
+
+    @property
+    def waiting(self) -> int:
+        """How many changes are not written yet."""
+        return 0 if self.writer is None else self.writer.waiting
+
+    @property
+    def dropped(self) -> int:
+        """How many changes were lost to a full disk, a locked file or the like."""
+        return 0 if self.writer is None else self.writer.dropped
+
+    # --- visits and turns --------------------------------------------------------------------
+
+    def session_began(self, person: Person, *, address: str, role: str) -> int:
+        """Begin a visit; returns its id. The address is shortened."""
+        now_ms, number = self.clock.wall_ms(), next(self._ids)
+        self._put(
+            "INSERT INTO sessions (id, began_ms, seen_ms, person, name, address, role)"
+            " VALUES (?, ?, ?, ?, ?, ?, ?)",
+            *(number, now_ms, now_ms, _hashed(person.identity), person.name),
+            *(shortened(address), role),
+        )
+        return number
+
+    def session_seen(
+        self, number: int, person: Person, role: str, link: LinkSummary, *, is_over: bool = False
+    ) -> None:
+        """Update a visit, or end it."""
+        now_ms = self.clock.wall_ms()
+        self._put(
+            "UPDATE sessions SET seen_ms = ?, ended_ms = ?, name = ?, role = ?,"
+            " round_trip_ms = ?, round_trip_worst_ms = ?,"
+            " picture_age_ms = ?, picture_age_worst_ms = ?,"
+            " sound_age_ms = ?, sound_age_worst_ms = ?,"
+            " lost_percent = ?, lost_worst_percent = ?, rendition = ? WHERE id = ?",
+            *(now_ms, now_ms if is_over else None, person.name, role),
+            *(link.round_trip_ms, link.round_trip_worst_ms),
+            *(link.picture_age_ms, link.picture_age_worst_ms),
+            *(link.sound_age_ms, link.sound_age_worst_ms),
+            *(link.lost_percent, link.lost_worst_percent, link.rendition, number),
+        )
+
+    def turn_began(self, turn: int, person: Person) -> int:
+        """Begin a turn; returns its id."""
+        number = next(self._ids)
+        self._put(
+            "INSERT INTO turns (id, began_ms, number, person, name) VALUES (?, ?, ?, ?, ?)",
+            *(number, self.clock.wall_ms(), turn, _hashed(person.identity), person.name),
+        )
+        return number
+
+    def turn_ended(self, number: int, why: str) -> None:
+        self._put(
+            "UPDATE turns SET ended_ms = ?, why = ? WHERE id = ?",
+            *(self.clock.wall_ms(), why, number),
+        )
+
+    # --- stops, acts, refusals ---------------------------------------------------------------
+
+    def stop_pressed(self, stop: int | None, person: Person, reason: str) -> int:
+        """Record a stop, `stop` None if nobody pressed it; returns its id for the release."""
+        number = next(self._ids)
+        self._put(
+            "INSERT INTO stops (id, began_ms, number, person, name, reason)"
+            " VALUES (?, ?, ?, ?, ?, ?)",
+            *(number, self.clock.wall_ms(), stop, _hashed(person.identity), person.name, reason),
+        )
+        return number
+
+    def stop_released(self, number: int, by: str) -> None:
+        self._put(
+            "UPDATE stops SET ended_ms = ?, released_by = ? WHERE id = ?",
+            *(self.clock.wall_ms(), by, number),
+        )
+
+    def host_act(self, host: Person, act: str, *, about: str = "", detail: str = "") -> None:
+        """Record what a host did, to whom or what."""
+        self._put(
+            "INSERT INTO acts (id, began_ms, person, name, act, about, detail)"
+            " VALUES (?, ?, ?, ?, ?, ?, ?)",
+            *(next(self._ids), self.clock.wall_ms(), _hashed(host.identity), host.name),
+            *(act, about, detail),
+        )
+
+    def refused(self, counts: Mapping[str, int]) -> None:
+        """Add to this hour's counts of what was refused, by reason."""
+        hour_ms = self.clock.wall_ms() // _HOUR_MS * _HOUR_MS
+        for reason, count in counts.items():
+            self._put(
+                "INSERT INTO refusals (began_ms, reason, count) VALUES (?, ?, ?)"
+                " ON CONFLICT DO UPDATE SET count = count + excluded.count",
+                *(hour_ms, reason, count),
+            )
+
+    # --- what must last ----------------------------------------------------------------------
+
+    def keep_ban(self, ban: Ban) -> None:
+        """Keep a ban, or change its end."""
+        self._keep(
+            "INSERT OR REPLACE INTO bans (identity, address, until_ms) VALUES (?, ?, ?)",
+            *(ban.identity, ban.address, _ms(ban.until_s)),
+        )
+
+    def lift_ban(self, identity: str, address: str) -> None:
+        self._keep("DELETE FROM bans WHERE identity = ? AND address = ?", identity, address)
+
+    def keep_invited(self, invited: Invited) -> None:
+        """Keep that an invitation was used; the same person's second use changes nothing."""
+        self._keep(
+            "INSERT OR REPLACE INTO invited (invitation, identity, purpose, until_ms)"
+            " VALUES (?, ?, ?, ?)",
+            *(invited.invitation, invited.identity, invited.purpose, _ms(invited.until_s)),
+        )
+
+    def keep_host_cookie(self, hashed: str, until_s: float) -> None:
+        """Keep a cookie's hash, or change its end."""
+        self._keep(
+            "INSERT OR REPLACE INTO host_cookies (hash, until_ms) VALUES (?, ?)",
+            *(hashed, _ms(until_s)),
+        )
+
+    def _put(self, sql: str, *values: Value) -> None:
+        if self.writer is not None:
+            self.writer.put(sql, *map(_bounded, values))
+
+    def _keep(self, sql: str, *values: Value) -> None:
+        # Not bounded: they are compared later, and were checked by whoever gives them.
+        if self.writer is not None:
+            self.writer.put(sql, *values, lasting=True)
+
+
+def open_records(settings: RecordSettings, state: str, clock: Clock) -> Records:
+    """Open the records, before the event loop runs; with a warning and none if that fails.
+
+    `state` is the configured folder for what outlives the server.
+    """
+    if not settings.enabled:
+        return Records(clock)
+    try:
+        path = where(settings, state)
+        state_dir.prepare(path.parent)
+    except StateError as error:
+        _LOG.warning("nothing is recorded", error=str(error))
+        return Records(clock)
+    writer = RecordWriter(path, keep_days=settings.keep_days, clock=clock)
+    return Records(clock, load_lasting(path, clock), writer)
+
+
+def where(settings: RecordSettings, state: str) -> Path:
+    """Return the path of the file; raises `StateError`."""
+    if settings.path:
+        return state_dir.find(settings.path)
+    return state_dir.find(state) / FILE
+
+
+def load_lasting(path: Path, clock: Clock) -> Lasting:
+    """Return what an earlier server has left in force; nothing, with a warning, if unreadable."""
+    try:
+        return _load(path, clock)
+    except (sqlite3.Error, OSError, schema.NotOursError) as error:
+        _LOG.warning(
+            "bans, invitations and hosts are not known: the records cannot be read",
+            file=str(path),
+            error=str(error),
+        )
+        return Lasting()
+
+
+def _load(path: Path, clock: Clock) -> Lasting:
+    try:
+        with closing(record_file.open_for_writing(path)):
+            rows = record_file.read_lasting(path)
+    except sqlite3.Error as error:
+        if not record_file.is_damage(error):
+            raise
+        record_file.move_aside(path, clock.wall_ms())
+        rows = record_file.read_lasting(path)
+    return Lasting(
+        bans=tuple(Ban(who, where, ms / 1000) for who, where, ms in rows["bans"]),
+        invited=tuple(Invited(one, who, why, ms / 1000) for one, who, why, ms in rows["invited"]),
+        host_cookies=tuple(HostCookie(one, ms / 1000) for one, ms in rows["host_cookies"]),
+    )
+
+
+def _bounded(value: Value) -> Value:
+    return printable(value, _MAX_CHARS) if isinstance(value, str) else value
+
+
+def _hashed(identity: str) -> str:
+    """Return what tells people apart in the records, but admits nobody."""
+    return identity and hashlib.sha256(identity.encode(errors="replace")).hexdigest()[:12]
+
+
+def _ms(time_s: float) -> int:
+    return int(time_s * 1000)

@@ -1,0 +1,60 @@
+"""Where the server keeps what outlives it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from wax import state_dir
+from wax.errors import StateError
+
+
+@pytest.mark.parametrize(
+    ("configured", "environment", "found"),
+    [
+        ("/srv/wax", {"STATE_DIRECTORY": "/var/lib/wax"}, "/srv/wax"),
+        ("", {"STATE_DIRECTORY": "/var/lib/wax:/other", "XDG_STATE_HOME": "/x"}, "/var/lib/wax"),
+        ("", {"XDG_STATE_HOME": "/x"}, "/x/wax"),
+        ("", {"XDG_STATE_HOME": "relative"}, "~/.local/state/wax"),
+        ("", {}, "~/.local/state/wax"),
+        ("~/robot", {}, "~/robot"),
+    ],
+)
+def test_where_it_is(configured: str, environment: dict[str, str], found: str) -> None:
+    """As configured, else systemd's, else that of the user."""
+    assert state_dir.find(configured, environment) == Path(found).expanduser()
+
+
+def test_without_a_home_it_must_be_configured(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A user who has no home directory is told which key to set."""
+
+    def fail(_: type[Path]) -> Path:
+        raise RuntimeError("no home")
+
+    monkeypatch.setattr(Path, "home", classmethod(fail))
+    with pytest.raises(StateError, match="state_dir"):
+        state_dir.find("", {})
+
+
+def test_it_is_made_for_its_user_only(tmp_path: Path) -> None:
+    """A new folder is closed to others, as are its files; one that is there stays as it is."""
+    made = state_dir.prepare(tmp_path / "new" / "wax")
+    assert made.stat().st_mode & 0o777 == 0o700
+    state_dir.make_private(made / "secret")
+    assert (made / "secret").stat().st_mode & 0o777 == 0o600
+    (made / "open").touch(0o644)
+    state_dir.make_private(made / "open")
+    assert (made / "open").stat().st_mode & 0o777 == 0o600
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    shared.chmod(0o755)
+    state_dir.prepare(shared)
+    assert shared.stat().st_mode & 0o777 == 0o755
+
+
+def test_a_folder_that_cannot_be_is_a_sentence(tmp_path: Path) -> None:
+    """It names the folder, and the key to set."""
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StateError, match=r"file.*state_dir"):
+        state_dir.prepare(tmp_path / "file" / "wax")
