@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import atexit
 import gc
 import inspect
+import os
+import shutil
+import tempfile
 import threading
 import time
 from pathlib import Path
@@ -18,6 +22,11 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator
 
 load_profiles()
+
+# No test reads or writes what the servers of whoever runs it remember.
+os.environ.pop("STATE_DIRECTORY", None)
+os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp(prefix="wax-tests-")
+atexit.register(shutil.rmtree, os.environ["XDG_STATE_HOME"], ignore_errors=True)
 
 _DESCRIPTORS = Path("/proc/self/fd")
 _SHARED_THREADS = ("asyncio_", "ThreadPoolExecutor", "pytest_timeout")

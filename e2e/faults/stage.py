@@ -85,7 +85,7 @@ class Stage:
         tree = merged(_LONG_TURNS, load.media, {"robot": robot}, *settings)
         self.server = Server(folder, toml.dumps(tree))
         # It finds the suite's own camera by name, like any plug-in.
-        self.server.environment = {"PYTHONPATH": str(ROOT), **(environment or {})}
+        self.server.environment |= {"PYTHONPATH": str(ROOT), **(environment or {})}
         self.record = Record(self.board.log_path)
         self.crowd: Crowd | None = None
         self._ending = AsyncExitStack()

@@ -47,7 +47,7 @@ class Server:
         self._config_path = folder / "wax.toml"
         self._config_path.write_text(toml, encoding="utf-8")
         self._stderr = stderr
-        self.environment: dict[str, str] = {}
+        self.environment: dict[str, str] = {"XDG_STATE_HOME": str(folder / "state")}
         """Added to this process's environment."""
         self._process: Process | None = None
 

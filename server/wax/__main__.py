@@ -155,7 +155,7 @@ def _is_lifted() -> bool:
 
 def _records(arguments: argparse.Namespace) -> int:
     from wax.records.export import export
-    from wax.records.records import where
+    from wax.records.opening import where
 
     settings = config.load(arguments.config)
     path = arguments.file or where(settings.records, settings.server.state_dir)

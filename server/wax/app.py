@@ -28,11 +28,13 @@ from wax.encode.video_encoder import IntraEncoder
 from wax.errors import StartError
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
+from wax.records.opening import open_records
 from wax.robot.find_driver import make_robot
 from wax.rtc import private
 from wax.session.announcements import Announcements
 from wax.session.house import House
 from wax.session.proof_runner import ProofRunner
+from wax.session.record_keeper import RecordKeeper, both, refused
 from wax.session.room import Room
 from wax.session.status import Status
 from wax.session.viewers import Viewers
@@ -123,6 +125,13 @@ class App:
             has_camera="video" in self._captures,
             house=self._house,
         )
+        self._records = open_records(settings.records, settings.server.state_dir, clock)
+        self._keeper = RecordKeeper(
+            records=self._records,
+            clock=clock,
+            viewers=viewers,
+            refused=lambda: refused(counters.snapshot() | self._control.counts()),
+        )
         self._control = ControlLoop(
             clock=clock,
             turns=turns,
@@ -133,8 +142,8 @@ class App:
             sees=viewers.sees,
             camera_fails=self._camera_fails,
             max_fraction=viewers.max_fraction,
-            on_events=viewers.turn_events,
-            on_status=viewers.drive_status,
+            on_events=both(viewers.turn_events, self._keeper.turn_events),
+            on_status=both(viewers.drive_status, self._keeper.drive_status),
         )
         self._room = Room(
             settings=settings,
@@ -151,6 +160,7 @@ class App:
                 turns=turns,
                 captures=self._captures,
             ),
+            keeper=self._keeper,
         )
         self._status = Status(
             clock=clock,
@@ -213,6 +223,7 @@ class App:
         # The port first: a server that is already running must keep the robot and the camera.
         await self._runner.setup()
         await self._listen()
+        self._records.start()
         self._driver.open()
         self._video.start()
         self._audio.start()
@@ -221,6 +232,7 @@ class App:
         self._supervisor.spawn("control loop", self._control.run())
         self._supervisor.spawn("room", self._room.run())
         self._supervisor.spawn("status", self._status.run())
+        self._supervisor.spawn("records", self._keeper.run())
 
     async def _listen(self) -> None:
         host, port = self._settings.server.host, self._settings.server.port
@@ -244,6 +256,7 @@ class App:
             async with asyncio.timeout(_STOP_S):
                 await self._supervisor.stop()
                 await self._proof_runner.stop()
+                self._keeper.close()
                 # Together, not one after the other, so that several slow devices share one wait.
                 await asyncio.gather(self._room.close(), asyncio.to_thread(self._stop_threads))
                 await self._runner.cleanup()
@@ -253,9 +266,10 @@ class App:
             self._driver.close()
 
     def _stop_threads(self) -> None:
-        for part in (*self._captures.values(), self._video):
+        parts = (*self._captures.values(), self._video, self._records)
+        for part in parts:
             part.request_stop()
-        for part in (*self._captures.values(), self._video):
+        for part in parts:
             part.stop()
 
     def _camera_fails(self) -> bool:

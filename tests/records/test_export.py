@@ -17,7 +17,8 @@ from tests.turned_clock import TurnedClock
 from wax.__main__ import main
 from wax.records import file as record_file
 from wax.records import reading
-from wax.records.records import LinkSummary, Person, Records
+from wax.records.entries import LinkSummary, Person
+from wax.records.records import Records
 from wax.records.schema import APPLICATION, EXPORTED
 from wax.records.writer import RecordWriter
 
@@ -49,7 +50,7 @@ def fill(path: Path, turns: int = 1) -> None:
         clock.wall += DAY_MS
         records.turn_ended(turn, "expired")
     records.session_seen(visit, ADA, "guest", LinkSummary(round_trip_ms=41.25))
-    records.close(10.0)
+    records.stop(10.0)
 
 
 @pytest.fixture
@@ -212,7 +213,7 @@ def test_it_is_read_while_it_is_written(tmp_path: Path, capsys: pytest.CaptureFi
         records.turn_began(number, ADA)
         if path.exists():
             main(["records", "turns", "--json", "--file", str(path)])
-    records.close(10.0)
+    records.stop(10.0)
     assert records.dropped == 0
     assert len(json.loads(shown(capsys, path, "turns", "--json"))) == 50
 

@@ -19,17 +19,10 @@ from tests.turned_clock import TurnedClock
 from wax.clock import SystemClock
 from wax.config.settings import RecordSettings
 from wax.records import schema, writer
+from wax.records.entries import Ban, HostCookie, Invited, LinkSummary, Person
 from wax.records.file import open_for_reading
-from wax.records.records import (
-    Ban,
-    HostCookie,
-    Invited,
-    LinkSummary,
-    Person,
-    Records,
-    load_lasting,
-    open_records,
-)
+from wax.records.opening import load_lasting, open_records
+from wax.records.records import Records
 from wax.records.writer import RecordWriter
 
 if TYPE_CHECKING:
@@ -71,7 +64,7 @@ def writing(path: Path, **settings: Any) -> Iterator[Records]:
     records = opened(path, **settings)
     records.start()
     yield records
-    records.close(10.0)
+    records.stop(10.0)
 
 
 def rows(path: Path, table: str) -> list[dict[str, Any]]:
@@ -184,12 +177,12 @@ def test_what_is_old_is_dropped(path: Path) -> None:
     records = Records(clock, writer=RecordWriter(path, keep_days=30.0, clock=clock))
     records.start()
     records.host_act(HOST, "announce", detail="old")
-    records.close(10.0)
+    records.stop(10.0)
     clock.wall += 20 * DAY_MS
     records = Records(clock, writer=RecordWriter(path, keep_days=30.0, clock=clock))
     records.start()
     records.host_act(HOST, "announce", detail="new")
-    records.close(10.0)
+    records.stop(10.0)
     assert acts(path) == ["old", "new"]
     with closing(sqlite3.connect(path, isolation_level=None)) as file:
         schema.prune(file, now_ms=clock.wall, keep_ms=30 * DAY_MS, max_rows=2)
@@ -279,7 +272,7 @@ def test_a_folder_that_cannot_be_written_turns_records_off(tmp_path: Path) -> No
     assert "state_dir" in logs[0]["error"]
     records.start()
     records.host_act(HOST, "announce")
-    records.close()
+    records.stop()
     assert (records.waiting, records.dropped) == (0, 0)
 
 
@@ -297,7 +290,7 @@ def test_a_locked_file_is_waited_for(path: Path) -> None:
         assert time.monotonic() - began_s < 0.05
         time.sleep(2.5)  # longer than the writer waits at once
         other.execute("ROLLBACK")
-    records.close(10.0)
+    records.stop(10.0)
     assert acts(path) == ["before", "meanwhile"]
 
 
@@ -320,7 +313,8 @@ from pathlib import Path
 from wax.clock import SystemClock
 from wax.config.settings import RecordSettings
 from wax.records import writer
-from wax.records.records import Person, open_records
+from wax.records.entries import Person
+from wax.records.opening import open_records
 writer.RETRY_S = 0.1
 records = open_records(RecordSettings(path=sys.argv[1]), "", SystemClock())
 records.start()
@@ -338,7 +332,7 @@ time.sleep(1.0)
 waiting = records.waiting
 resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
 records.host_act(host, "announce", detail="after")
-records.close(10.0)
+records.stop(10.0)
 print(waiting, records.dropped, slowest_s)
 """
 
@@ -359,7 +353,8 @@ _ENDLESS = """
 import sys, time
 from pathlib import Path
 from wax.clock import SystemClock
-from wax.records.records import Person, Records
+from wax.records.entries import Person
+from wax.records.records import Records
 from wax.records.writer import RecordWriter
 clock = SystemClock()
 records = Records(clock, writer=RecordWriter(Path(sys.argv[1]), keep_days=30.0, clock=clock))

@@ -17,9 +17,11 @@ from wax.driver.interface import Limits, RobotState, Twist
 from wax.errors import ForbiddenError, FullError, SignallingError
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
+from wax.records.records import Records
 from wax.session import room as room_module
 from wax.session.announcements import Announcements
 from wax.session.house import House
+from wax.session.record_keeper import RecordKeeper
 from wax.session.room import Room
 from wax.session.viewers import Viewers
 from wax.streams.live import LiveService
@@ -127,6 +129,12 @@ class Rig:
         )
         self.house = House()
         self.viewers = Viewers(sync=settings.sync, turns=turns, has_camera=True, house=self.house)
+        self.keeper = RecordKeeper(
+            records=Records(self.clock),
+            clock=self.clock,
+            viewers=self.viewers,
+            refused=self.counters.snapshot,
+        )
         self.loop = ControlLoop(
             clock=self.clock,
             turns=turns,
@@ -155,6 +163,7 @@ class Rig:
                 turns=turns,
                 captures={"video": cast("SourceThread[Picture]", self.camera)},
             ),
+            keeper=self.keeper,
         )
 
     async def enter(self, client: str, *, is_host: bool = False) -> FakePeer:

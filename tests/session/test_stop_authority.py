@@ -6,10 +6,13 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Literal, cast
 
 import pytest
+from tests.turned_clock import TurnedClock
 
 from wax.config.settings import StopSettings
 from wax.control.gate import Refusal
 from wax.errors import ForbiddenError
+from wax.records.records import Records
+from wax.session.record_keeper import RecordKeeper
 from wax.session.stop_authority import ONLY_THE_OPERATOR_STOPS, StopAuthority
 
 if TYPE_CHECKING:
@@ -47,8 +50,12 @@ def control() -> Control:
 
 def stops(control: Control, by: By = "everybody", operator: int | None = 1) -> StopAuthority:
     turns = cast("Turns", SimpleNamespace(operator=operator))
+    clock = TurnedClock()
     return StopAuthority(
-        settings=StopSettings(by=by), turns=turns, control=cast("ControlLoop", control)
+        settings=StopSettings(by=by),
+        turns=turns,
+        control=cast("ControlLoop", control),
+        keeper=RecordKeeper(records=Records(clock), clock=clock, viewers=(), refused=dict),
     )
 
 

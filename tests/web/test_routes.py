@@ -47,7 +47,7 @@ class FakeRoom:
         if self.error is not None:
             raise self.error
 
-    async def answer(self, client: str, offer: str, *, is_host: bool) -> str:
+    async def answer(self, client: str, offer: str, *, is_host: bool, address: str) -> str:
         self.hosts.append(is_host)
         self.offers.append((client, offer))
         if self.error is not None:

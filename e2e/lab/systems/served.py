@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import time
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final
@@ -93,7 +94,11 @@ async def serving(
     path = folder / f"{name}.log"
     with path.open("wb") as log:
         process = await link.server.spawn_python(
-            arguments, stdin=asyncio.subprocess.DEVNULL, stdout=log, stderr=log
+            arguments,
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=log,
+            stderr=log,
+            env={**os.environ, "XDG_STATE_HOME": str(folder / "state")},
         )
     try:
         async with http_through(link.server, link.server.address, PORT) as http:

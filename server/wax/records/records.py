@@ -5,93 +5,24 @@ from __future__ import annotations
 import hashlib
 import itertools
 import secrets
-import sqlite3
-from contextlib import closing
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
-import structlog
-
-from wax import state_dir
-from wax.errors import StateError
 from wax.printable import printable
-from wax.records import file as record_file
-from wax.records import schema
+from wax.records.entries import Lasting
 from wax.records.shortened import shortened
-from wax.records.writer import RecordWriter
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from pathlib import Path
 
     from wax.clock import Clock
-    from wax.config.settings import RecordSettings
-    from wax.records.writer import Value
+    from wax.records.entries import Ban, Invited, LinkSummary, Person
+    from wax.records.writer import RecordWriter, Value
 
-_LOG = structlog.get_logger(__name__)
-
-FILE: Final = "records.db"
 _MAX_CHARS: Final = 200
 _HOUR_MS: Final = 3_600_000
-
-
-class Ban(NamedTuple):
-    """An identity and an address that stay out until a time in seconds since 1970."""
-
-    identity: str
-    address: str
-    until_s: float
-
-
-class Invited(NamedTuple):
-    """One use of an invitation, in force until a time in seconds since 1970."""
-
-    invitation: str
-    identity: str
-    purpose: str
-    until_s: float
-
-
-class HostCookie(NamedTuple):
-    """The hash of a host's cookie, in force until a time in seconds since 1970."""
-
-    hash: str
-    until_s: float
-
-
-@dataclass(frozen=True, slots=True)
-class Lasting:
-    """What an earlier server has left in force."""
-
-    bans: tuple[Ban, ...] = ()
-    invited: tuple[Invited, ...] = ()
-    host_cookies: tuple[HostCookie, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class LinkSummary:
-    """How a viewer's link was: medians and the worst, None where nothing was measured."""
-
-    round_trip_ms: float | None = None
-    round_trip_worst_ms: float | None = None
-    picture_age_ms: float | None = None
-    picture_age_worst_ms: float | None = None
-    sound_age_ms: float | None = None
-    sound_age_worst_ms: float | None = None
-    lost_percent: float | None = None
-    lost_worst_percent: float | None = None
-    rendition: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Person:
-    """Somebody as the records name them: `identity` is hashed before it is written."""
-
-    identity: str
-    name: str
-
-
-NOBODY: Final = Person("", "")
+_LAST_S: Final = 253_402_300_799.0
+"""The end of the year 9999."""
 
 
 @dataclass
@@ -117,7 +48,7 @@ class Records:
         if self.writer is not None:
             self.writer.request_stop()
 
-    def close(self, within_s: float = 1.0) -> None:
+    def stop(self, within_s: float = 1.0) -> None:
         """Write what waits; gives up after `within_s`."""
         if self.writer is not None:
             self.writer.stop(within_s)
@@ -252,59 +183,6 @@ class Records:
             self.writer.put(sql, *values, lasting=True)
 
 
-def open_records(settings: RecordSettings, state: str, clock: Clock) -> Records:
-    """Open the records, before the event loop runs; with a warning and none if that fails.
-
-    `state` is the configured folder for what outlives the server.
-    """
-    if not settings.enabled:
-        return Records(clock)
-    try:
-        path = where(settings, state)
-        state_dir.prepare(path.parent)
-    except StateError as error:
-        _LOG.warning("nothing is recorded", error=str(error))
-        return Records(clock)
-    writer = RecordWriter(path, keep_days=settings.keep_days, clock=clock)
-    return Records(clock, load_lasting(path, clock), writer)
-
-
-def where(settings: RecordSettings, state: str) -> Path:
-    """Return the path of the file; raises `StateError`."""
-    if settings.path:
-        return state_dir.find(settings.path)
-    return state_dir.find(state) / FILE
-
-
-def load_lasting(path: Path, clock: Clock) -> Lasting:
-    """Return what an earlier server has left in force; nothing, with a warning, if unreadable."""
-    try:
-        return _load(path, clock)
-    except (sqlite3.Error, OSError, schema.NotOursError) as error:
-        _LOG.warning(
-            "bans, invitations and hosts are not known: the records cannot be read",
-            file=str(path),
-            error=str(error),
-        )
-        return Lasting()
-
-
-def _load(path: Path, clock: Clock) -> Lasting:
-    try:
-        with closing(record_file.open_for_writing(path)):
-            rows = record_file.read_lasting(path)
-    except sqlite3.Error as error:
-        if not record_file.is_damage(error):
-            raise
-        record_file.move_aside(path, clock.wall_ms())
-        rows = record_file.read_lasting(path)
-    return Lasting(
-        bans=tuple(Ban(who, where, ms / 1000) for who, where, ms in rows["bans"]),
-        invited=tuple(Invited(one, who, why, ms / 1000) for one, who, why, ms in rows["invited"]),
-        host_cookies=tuple(HostCookie(one, ms / 1000) for one, ms in rows["host_cookies"]),
-    )
-
-
 def _bounded(value: Value) -> Value:
     return printable(value, _MAX_CHARS) if isinstance(value, str) else value
 
@@ -315,4 +193,4 @@ def _hashed(identity: str) -> str:
 
 
 def _ms(time_s: float) -> int:
-    return int(time_s * 1000)
+    return int(min(max(time_s, 0.0), _LAST_S) * 1000)

@@ -80,7 +80,8 @@ class RecordWriter:
     def stop(self, within_s: float = 1.0) -> None:
         """Write what waits, and end; gives up after `within_s`."""
         self.request_stop()
-        self._thread.join(within_s)
+        if self._thread.is_alive():
+            self._thread.join(within_s)
 
     def _run(self) -> None:
         while True:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from wax.control.loop import ControlLoop
     from wax.control.turns import Turns
     from wax.session.announcements import Announcements
+    from wax.session.record_keeper import RecordKeeper
     from wax.session.viewers import Viewers
     from wax.streams.interface import Service
     from wax.telemetry import Counters
@@ -64,6 +65,7 @@ class Room:
         viewers: Viewers,
         control: ControlLoop,
         announcements: Announcements,
+        keeper: RecordKeeper,
     ) -> None:
         self._settings = settings
         self._clock = clock
@@ -73,7 +75,9 @@ class Room:
         self._viewers = viewers
         self._announcements = announcements
         self._control = control
-        self._stops = StopAuthority(settings=settings.stop, turns=turns, control=control)
+        self._stops = StopAuthority(
+            settings=settings.stop, turns=turns, control=control, keeper=keeper
+        )
         self._gone_since_s: dict[int, float] = {}
         self._answering: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
         self._entry = asyncio.Lock()
@@ -83,7 +87,7 @@ class Room:
 
     # --- admission -------------------------------------------------------------------------
 
-    async def answer(self, client: str, offer: str, *, is_host: bool) -> str:
+    async def answer(self, client: str, offer: str, *, is_host: bool, address: str = "") -> str:
         """Answer a page's offer; the same `client` keeps its place, turn and name.
 
         `is_host` means that the page is open on the server's own machine. Of two concurrent offers
@@ -96,9 +100,9 @@ class Room:
                 # One per pass of the event loop, which runs its timers once a pass: answering many
                 # in one pass would delay the control loop.
                 await asyncio.sleep(0)
-            return await self._answer(client, offer, is_host=is_host)
+            return await self._answer(client, offer, is_host=is_host, address=address)
 
-    async def _answer(self, client: str, offer: str, *, is_host: bool) -> str:
+    async def _answer(self, client: str, offer: str, *, is_host: bool, address: str) -> str:
         viewer = self._viewers.of_client(client)
         if viewer is not None and (old := viewer.peer) is not None:
             self._part(viewer)
@@ -106,7 +110,7 @@ class Room:
             viewer = self._viewers.of_client(client)
         if viewer is None:
             viewer = self._admit(client)
-        viewer.is_host = is_host
+        viewer.is_host, viewer.address = is_host, address
         lanes = viewer.lanes()
         peer = Peer(
             ice_servers=self._settings.ice.servers,

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from wax.control.loop import ControlLoop
     from wax.control.stop_latch import Releaser
     from wax.control.turns import Turns
+    from wax.session.record_keeper import RecordKeeper
     from wax.session.viewer import Viewer
 
 ONLY_THE_OPERATOR_STOPS: Final = "Only the operator or the host can stop this robot."
@@ -19,8 +20,16 @@ ONLY_THE_OPERATOR_STOPS: Final = "Only the operator or the host can stop this ro
 class StopAuthority:
     """Checks requests to the stop latch; `is_host` means a page on the server's own machine."""
 
-    def __init__(self, *, settings: StopSettings, turns: Turns, control: ControlLoop) -> None:
+    def __init__(
+        self,
+        *,
+        settings: StopSettings,
+        turns: Turns,
+        control: ControlLoop,
+        keeper: RecordKeeper,
+    ) -> None:
         self._settings = settings
+        self._keeper = keeper
         self._turns = turns
         self._control = control
 
@@ -30,7 +39,9 @@ class StopAuthority:
         if not (drives or is_host or self._settings.by == "everybody"):
             raise ForbiddenError(ONLY_THE_OPERATOR_STOPS)
         name = viewer.name if viewer is not None else "the host" if is_host else "somebody"
-        return self._control.press_stop(name)
+        number = self._control.press_stop(name)
+        self._keeper.stop_pressed(viewer, name, number)
+        return number
 
     def release(
         self, viewer: Viewer | None, stop: int, sent_s: float | None, *, is_host: bool
@@ -40,3 +51,4 @@ class StopAuthority:
         refusal = self._control.release_stop(by, stop, sent_s)
         if refusal is not None:
             raise ForbiddenError(refusal.value)
+        self._keeper.stop_released("the host" if viewer is None else viewer.name)

@@ -79,6 +79,8 @@ class Viewer:
         self.was_ready = False
         self.is_host = False
         """Whether the page is open on the server's own machine."""
+        self.address = ""
+        """Where the offer came from, as the limits per address see it; "" if unknown."""
         self.wants_picture = True
         self._clock = clock
         self._counters = counters

@@ -154,10 +154,9 @@ class LiveStreams:
         now_s = self._clock.now_s()
         known = self._playout.status()
         if self._allocation is not None:
-            now = served(
-                self._congestion.estimate(now_s), self._allocation, in_step=self._playout.is_in_step
-            )
-            known |= now.model_dump(exclude={"type"})
+            estimate = self._congestion.estimate(now_s)
+            now = served(estimate, self._allocation, in_step=self._playout.is_in_step)
+            known |= now.model_dump(exclude={"type"}) | {"lost": round(estimate.lost, 4)}
         return known
 
     def _follow(self) -> None:

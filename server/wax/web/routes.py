@@ -171,7 +171,9 @@ class Routes:
                 "Too many connections from your address; wait a few seconds and try again."
             )
         offer = await _body(request, Offer)
-        answer = await self._room.answer(offer.client, offer.sdp, is_host=is_host)
+        answer = await self._room.answer(
+            offer.client, offer.sdp, is_host=is_host, address=sender(request)
+        )
         return web.json_response({"sdp": answer})
 
     async def stop(self, request: web.Request) -> web.Response:

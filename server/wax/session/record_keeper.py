@@ -1,0 +1,224 @@
+"""Watches the room and tells the records what happens; whatever goes wrong here stays here."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import re
+from collections import Counter
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, ParamSpec
+
+import structlog
+
+from wax.control.reasons import NOBODY_DRIVES, NOT_HELD, Hold, Limit, Refusal
+from wax.control.turns import TurnEnded, TurnStarted
+from wax.records.entries import NOBODY, Person
+from wax.session.link_statistics import LinkStatistics
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping
+
+    from wax.clock import Clock
+    from wax.control.turns import TurnEvent
+    from wax.records.records import Records
+    from wax.session.viewer import Viewer
+
+_LOG = structlog.get_logger(__name__)
+
+_P = ParamSpec("_P")
+
+_LOOK_S: Final = 1.0
+_UPDATE_S: Final = 60.0
+"""So much of a visit's figures may be missing after a crash; an SD card wears with each write."""
+_STOP_GAP_S: Final = 1.0
+"""A robot that stops and goes all the time on a bad link gets a row a second at most."""
+
+PRESSED: Final = "pressed"
+_ROBOT: Final = "robot"
+_REFUSED: Final = re.compile("refused|over the rate")
+_NAMES: Final = {one.value: one.name.lower() for one in (*Refusal, *Hold)}
+_NO_STOP: Final = {
+    NOBODY_DRIVES,
+    NOT_HELD,
+    Hold.TURN_STARTED.value,
+    Hold.STOPPED.value,
+    *(one.value for one in Limit),
+}
+"""What is said while the robot stands, or drives slowly, as its operator wants."""
+
+
+@dataclass
+class _Visit:
+    viewer: Viewer
+    number: int
+    link: LinkStatistics = field(default_factory=LinkStatistics)
+
+
+class RecordKeeper:
+    """Looks at the viewers once a second, and is called about turns and stops.
+
+    `refused` returns counts that only rise, by reason. No method raises.
+    """
+
+    def __init__(
+        self,
+        *,
+        records: Records,
+        clock: Clock,
+        viewers: Iterable[Viewer],
+        refused: Callable[[], Mapping[str, float]],
+    ) -> None:
+        self._records = records
+        self._clock = clock
+        self._viewers = viewers
+        self._refused = refused
+        self._refused_before: Mapping[str, float] = {}
+        self._visits: dict[int, _Visit] = {}
+        self._turns: dict[int, int] = {}  # the records' numbers, by the turns' own
+        self._stop: int | None = None
+        self._drive_status: tuple[int, bool, str | None] | None = None
+        self._stop_told_s = -math.inf
+        self._updated_s = clock.now_s()
+        self._is_logged = False
+        self.stops: Counter[str] = Counter()
+        """Stops by reason, since the start."""
+
+    async def run(self) -> None:
+        """Look until cancelled."""
+        while True:
+            self.look()
+            await asyncio.sleep(_LOOK_S)
+
+    def look(self) -> None:
+        """Notice who came and went, and how their links are."""
+        with self._contained():
+            present = {viewer.number: viewer for viewer in self._viewers if viewer.was_ready}
+            for number in self._visits.keys() - present.keys():
+                self._went(number)
+            for viewer in present.values():
+                visit = self._came(viewer)
+                if viewer.is_ready:
+                    with viewer.boundary:
+                        visit.link.sample(viewer)
+            if self._clock.now_s() - self._updated_s >= _UPDATE_S:
+                self._update()
+
+    def close(self) -> None:
+        """End what goes on, because the server does."""
+        with self._contained():
+            for turn in list(self._turns):
+                self._records.turn_ended(self._turns.pop(turn), "server stopped")
+            for number in list(self._visits):
+                self._went(number)
+            self._update()
+
+    # --- turns and stops ---------------------------------------------------------------------
+
+    def turn_events(self, events: tuple[TurnEvent, ...]) -> None:
+        with self._contained():
+            for event in events:
+                if isinstance(event, TurnStarted):
+                    person = self._person(event.operator)
+                    self._turns[event.number] = self._records.turn_began(event.number, person)
+                elif isinstance(event, TurnEnded) and event.number in self._turns:
+                    self._records.turn_ended(self._turns.pop(event.number), event.why.value)
+
+    def stop_pressed(self, viewer: Viewer | None, name: str, stop: int) -> None:
+        """Record that the stop was pressed; `viewer` is None for somebody without a page."""
+        with self._contained():
+            self.stops[PRESSED] += 1
+            if self._stop is None:
+                person = Person("", name) if viewer is None else _person_of(viewer)
+                self._stop = self._records.stop_pressed(stop, person, PRESSED)
+
+    def stop_released(self, name: str) -> None:
+        with self._contained():
+            if self._stop is not None:
+                self._records.stop_released(self._stop, name)
+                self._stop = None
+
+    def drive_status(self, number: int, moving: bool, reason: str | None) -> None:
+        """Follow whether the robot moves, and what keeps it; see `ControlLoop`."""
+        with self._contained():
+            before, self._drive_status = self._drive_status, (number, moving, reason)
+            if before is None or before[0] != number or not before[1] or before[2] == reason:
+                return
+            if reason is None or reason in _NO_STOP or self._stop is not None:
+                return
+            why = _NAMES.get(reason, _ROBOT)
+            self.stops[why] += 1
+            now_s = self._clock.now_s()
+            if now_s - self._stop_told_s >= _STOP_GAP_S:
+                self._stop_told_s = now_s
+                told = f"{why}: {reason}" if why == _ROBOT else why.replace("_", " ")
+                self._records.stop_pressed(None, self._person(number), told)
+
+    # --- visits ------------------------------------------------------------------------------
+
+    def _came(self, viewer: Viewer) -> _Visit:
+        visit = self._visits.get(viewer.number)
+        if visit is None:
+            number = self._records.session_began(
+                _person_of(viewer), address=viewer.address, role=_role(viewer)
+            )
+            visit = self._visits[viewer.number] = _Visit(viewer, number)
+        return visit
+
+    def _went(self, number: int) -> None:
+        self._tell(self._visits.pop(number), is_over=True)
+
+    def _tell(self, visit: _Visit, *, is_over: bool = False) -> None:
+        viewer = visit.viewer
+        self._records.session_seen(
+            visit.number, _person_of(viewer), _role(viewer), visit.link.summary(), is_over=is_over
+        )
+
+    def _update(self) -> None:
+        self._updated_s = self._clock.now_s()
+        for visit in self._visits.values():
+            self._tell(visit)
+        before, self._refused_before = self._refused_before, self._refused()
+        grown = {
+            reason: int(count - before.get(reason, 0))
+            for reason, count in self._refused_before.items()
+        }
+        self._records.refused({reason: count for reason, count in grown.items() if count > 0})
+
+    def _person(self, number: int) -> Person:
+        viewer = next((one for one in self._viewers if one.number == number), None)
+        return NOBODY if viewer is None else _person_of(viewer)
+
+    @contextmanager
+    def _contained(self) -> Iterator[None]:
+        """Log the first error: records are never worth a stop."""
+        try:
+            yield
+        except Exception:
+            if not self._is_logged:
+                self._is_logged = True
+                _LOG.exception("the records are incomplete")
+
+
+def refused(counts: Mapping[str, float]) -> dict[str, float]:
+    """Return those of the server's counts that say what was refused."""
+    return {name: count for name, count in counts.items() if _REFUSED.search(name)}
+
+
+def both(first: Callable[_P, object], second: Callable[_P, object]) -> Callable[_P, None]:
+    """Return a callback that calls two."""
+
+    def call(*args: _P.args, **kwargs: _P.kwargs) -> None:
+        first(*args, **kwargs)
+        second(*args, **kwargs)
+
+    return call
+
+
+def _person_of(viewer: Viewer) -> Person:
+    return Person(viewer.client, viewer.name)
+
+
+def _role(viewer: Viewer) -> str:
+    return "host" if viewer.is_host else "guest"

@@ -1,0 +1,223 @@
+"""What the records are told: who was here, who drove, what stopped the robot."""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, cast
+
+import pytest
+import structlog
+from tests.turned_clock import TurnedClock
+
+from wax.control.reasons import NOT_HELD, Hold, Limit, Refusal, stopped_by
+from wax.control.turns import TurnEnded, TurnRenewed, TurnStarted, Why
+from wax.error_boundary import ErrorBoundary
+from wax.records.file import open_for_reading
+from wax.records.records import Records
+from wax.records.writer import RecordWriter
+from wax.session.record_keeper import RecordKeeper, both, refused
+from wax.telemetry import Counters
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from wax.session.viewer import Viewer
+
+
+class Streams:
+    """Streams over a link that loses a packet in a hundred."""
+
+    def status(self) -> dict[str, object]:
+        return {"rendition": "640x480", "lost": 0.01}
+
+
+class BrokenStreams:
+    """Streams of a viewer whose status cannot be had."""
+
+    def status(self) -> dict[str, object]:
+        raise RuntimeError("bug")
+
+
+def viewer(number: int, name: str, *, streams: object = None, ready: bool = True) -> Viewer:
+    report = SimpleNamespace(
+        sound=SimpleNamespace(age_ms=120.0), picture=SimpleNamespace(age_ms=90.0)
+    )
+    made = SimpleNamespace(
+        number=number,
+        client=f"{name}-11111111",
+        name=name,
+        address="192.0.2.7",
+        is_host=False,
+        is_ready=ready,
+        was_ready=ready,
+        link=SimpleNamespace(newest_s=0.04),
+        report=report,
+        streams=streams or Streams(),
+        boundary=ErrorBoundary(viewer=number, counters=Counters(), end=lambda: None),
+    )
+    return cast("Viewer", made)
+
+
+class Rig:
+    """A keeper over viewers and counts that the test sets, and what it had written."""
+
+    def __init__(self, path: Path) -> None:
+        self.clock = TurnedClock()
+        self.path = path
+        self.viewers: list[Viewer] = []
+        self.counts: dict[str, int] = {}
+        self.records = Records(
+            self.clock, writer=RecordWriter(path, keep_days=30.0, clock=self.clock)
+        )
+        self.keeper = RecordKeeper(
+            records=self.records,
+            clock=self.clock,
+            viewers=self.viewers,
+            refused=lambda: dict(self.counts),
+        )
+
+    def written(self, table: str) -> list[dict[str, Any]]:
+        """End the keeper and the records, and read what they wrote."""
+        self.keeper.close()
+        self.records.start()
+        self.records.stop(10.0)
+        with closing(open_for_reading(self.path)) as file:
+            file.row_factory = sqlite3.Row
+            return [dict(row) for row in file.execute(f"SELECT * FROM {table} ORDER BY 1")]
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Rig:
+    return Rig(tmp_path / "records.db")
+
+
+def test_a_visit_has_its_link(rig: Rig) -> None:
+    """From the first look to the last one: medians, worst, and the newest name."""
+    ada = viewer(1, "Guest 1")
+    rig.viewers += [ada, viewer(2, "not connected", ready=False)]
+    rig.keeper.look()
+    ada.name = "Ada"
+    ada.link.newest_s = 0.2
+    rig.keeper.look()
+    rig.viewers.clear()
+    rig.keeper.look()
+    (row,) = rig.written("sessions")
+    assert (row["name"], row["address"], row["role"]) == ("Ada", "192.0.2.0/24", "guest")
+    assert row["ended_ms"] is not None
+    assert row["round_trip_ms"] == pytest.approx(40, rel=0.03)
+    assert row["round_trip_worst_ms"] == 200
+    assert (row["picture_age_worst_ms"], row["sound_age_worst_ms"]) == (90, 120)
+    assert (row["lost_percent"], row["rendition"]) == (1.0, "640x480")
+
+
+def test_a_broken_viewer_costs_only_their_figures(rig: Rig) -> None:
+    """Everybody else's visit is recorded, theirs without a link."""
+    rig.viewers += [viewer(1, "Eve", streams=BrokenStreams()), viewer(2, "Ada")]
+    rig.keeper.look()
+    rows = {row["name"]: row["rendition"] for row in rig.written("sessions")}
+    assert rows == {"Eve": None, "Ada": "640x480"}
+
+
+def test_turns_say_why_they_ended(rig: Rig) -> None:
+    """The turn of a server that stops ends with it; a renewed one is one turn."""
+    rig.viewers += [viewer(1, "Ada"), viewer(2, "Bob")]
+    rig.keeper.turn_events((TurnStarted(1, 1, 60.0), TurnRenewed(1, 1, 120.0)))
+    rig.keeper.turn_events((TurnEnded(1, 1, Why.LEFT), TurnStarted(2, 2, 180.0)))
+    rows = [(row["number"], row["name"], row["why"]) for row in rig.written("turns")]
+    assert rows == [(1, "Ada", "left"), (2, "Bob", "server stopped")]
+
+
+def test_stops_have_who_and_until_when(rig: Rig) -> None:
+    """A second press of the same stop is no second row; somebody without a page is named."""
+    ada = viewer(1, "Ada")
+    rig.keeper.stop_pressed(ada, "Ada", 1)
+    rig.keeper.stop_pressed(None, "somebody", 2)
+    rig.keeper.stop_released("Hedy")
+    rig.keeper.stop_released("Hedy")
+    rig.keeper.stop_pressed(None, "somebody", 3)
+    rows = rig.written("stops")
+    assert [(row["number"], row["name"], row["released_by"]) for row in rows] == [
+        (1, "Ada", "Hedy"),
+        (3, "somebody", None),
+    ]
+    assert rows[1]["person"] == ""
+    assert rig.keeper.stops == {"pressed": 3}
+
+
+@pytest.mark.parametrize(
+    ("reason", "told"),
+    [
+        (Refusal.TOO_OLD.value, "too old"),
+        (Refusal.BLIND.value, "blind"),
+        (Hold.LATE.value, "late"),
+        ("The serial line is gone.", "robot: The serial line is gone."),
+        (None, None),
+        (NOT_HELD, None),
+        (Limit.LATE_PICTURE.value, None),
+    ],
+)
+def test_what_stops_a_moving_robot_is_told(rig: Rig, reason: str | None, told: str | None) -> None:
+    """Once, with its operator; what the operator did is no stop."""
+    rig.viewers.append(viewer(1, "Ada"))
+    rig.keeper.drive_status(1, False, Hold.TURN_STARTED.value)
+    rig.keeper.drive_status(1, True, None)
+    rig.keeper.drive_status(1, True, reason)
+    rig.keeper.drive_status(1, False, reason)
+    rows = rig.written("stops")
+    assert [row["reason"] for row in rows] == ([] if told is None else [told])
+    assert [(row["name"], row["number"]) for row in rows] == [("Ada", None)] * len(rows)
+    assert rig.keeper.stops.total() == len(rows)
+
+
+def test_a_pressed_stop_is_told_once(rig: Rig) -> None:
+    """Not again as what the gate says while it lasts."""
+    rig.viewers.append(viewer(1, "Ada"))
+    rig.keeper.drive_status(1, True, None)
+    rig.keeper.stop_pressed(None, "somebody", 1)
+    rig.keeper.drive_status(1, False, stopped_by("somebody"))
+    assert len(rig.written("stops")) == 1
+
+
+def test_a_bad_link_does_not_fill_the_file(rig: Rig) -> None:
+    """Interruptions many times a second are all counted, and one a second is a row."""
+    rig.viewers.append(viewer(1, "Ada"))
+    for _ in range(30):
+        rig.keeper.drive_status(1, True, None)
+        rig.keeper.drive_status(1, False, Refusal.TOO_OLD.value)
+        rig.clock.time_s += 0.1
+    assert rig.keeper.stops == {"too_old": 30}
+    assert len(rig.written("stops")) == 3
+
+
+def test_refusals_are_counts(rig: Rig) -> None:
+    """What has grown since the last minute is added to the hour's row."""
+    rig.counts = {"requests refused": 2}
+    rig.clock.time_s += 61
+    rig.keeper.look()
+    rig.counts = {"requests refused": 5, "messages over the rate": 1}
+    rows = {row["reason"]: row["count"] for row in rig.written("refusals")}
+    assert rows == {"requests refused": 5, "messages over the rate": 1}
+
+
+def test_which_counts_are_refusals() -> None:
+    """Those that say so, of the room, the gate and the stop."""
+    counts = {"requests refused": 1, "commands.refused.lost": 2.0, "commands.accepted": 3}
+    assert refused(counts) == {"requests refused": 1, "commands.refused.lost": 2.0}
+
+
+def test_an_error_here_reaches_nobody(rig: Rig) -> None:
+    """The control loop calls the keeper: it never raises, and says so once."""
+    rig.viewers.append(cast("Viewer", object()))
+    with structlog.testing.capture_logs() as logs:
+        rig.keeper.look()
+        rig.keeper.turn_events((TurnStarted(1, 1, 60.0),))
+    assert [line["event"] for line in logs] == ["the records are incomplete"]
+
+
+def test_both_are_called() -> None:
+    """One callback for two who want to know."""
+    told: list[str] = []
+    both(lambda a: told.append(f"first {a}"), lambda a: told.append(f"second {a}"))("x")
+    assert told == ["first x", "second x"]
