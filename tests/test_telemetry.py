@@ -44,6 +44,26 @@ def test_json_logs_are_one_object_a_line(capfd: pytest.CaptureFixture[str]) -> N
     assert (second["event"], second["level"]) == ("odd packet", "warning")
 
 
+def test_no_value_reaches_the_terminal_raw(capfd: pytest.CaptureFixture[str]) -> None:
+    """Ours, a library's, and what an exception says are escaped and cut; a flood is, too."""
+    configure_logs(LogSettings(format="text"))
+    log = structlog.get_logger("wax.test")
+    log.info("renamed", name="\x1b]0;evil\x07\u202e" + "x" * 1000)
+    logging.getLogger("aioice").warning("candidate %s", "\x1b[2J")
+    try:
+        raise ValueError("\x1b[2J")
+    except ValueError:
+        log.exception("failed")
+    for _ in range(300):
+        log.info("flood")
+    logging.getLogger().handlers[0].close()
+    text = capfd.readouterr().err
+    assert not set("\x1b\x07\u202e") & set(text)
+    assert r"\x1b]0;evil\x07\u202e" in text
+    assert max(map(len, text.splitlines())) < 500
+    assert text.count("flood") == 100
+
+
 def test_warnings_of_python_are_logs(capfd: pytest.CaptureFixture[str]) -> None:
     """What `warnings` has to say is a line like others: it does not wait for a reader either."""
     configure_logs(LogSettings(format="json"))

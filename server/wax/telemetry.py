@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
+from wax import log_limits
 from wax.log_handler import QueuedHandler
 
 if TYPE_CHECKING:
@@ -64,9 +65,15 @@ def configure_logs(settings: LogSettings) -> None:
     handler.setFormatter(
         structlog.stdlib.ProcessorFormatter(
             foreign_pre_chain=shared,
-            processors=[structlog.stdlib.ProcessorFormatter.remove_processors_meta, renderer],
+            processors=[
+                log_limits.tell_left_out,
+                structlog.stdlib.ProcessorFormatter.remove_processors_meta,
+                log_limits.tidy,
+                renderer,
+            ],
         )
     )
+    handler.addFilter(log_limits.RepeatLimit())
     root = logging.getLogger()
     root.handlers = [handler]
     root.setLevel(logging.WARNING)

@@ -1,0 +1,77 @@
+"""Keeps logs short and legible, whatever strangers make the server log."""
+
+from __future__ import annotations
+
+import logging
+import time
+from typing import TYPE_CHECKING, Any, Final
+
+from wax.printable import printable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable, MutableMapping
+
+_MAX_CHARS: Final = 300
+_MAX_TRACE_CHARS: Final = 8000
+_BURST: Final = 100
+_RATE_HZ: Final = 1.0
+_MAX_KINDS: Final = 1000
+_LEFT_OUT: Final = "left_out"
+
+
+class RepeatLimit(logging.Filter):
+    """Lets a hundred lines of one kind through, and then one a second.
+
+    A kind is an event of ours, or a place in a library's code. The next line let through tells how
+    many were left out. Safe in any thread: the worst of a race is a line too many.
+    """
+
+    def __init__(self, now_s: Callable[[], float] = time.monotonic) -> None:
+        super().__init__()
+        self._now_s = now_s
+        self._kinds: dict[Hashable, tuple[float, float, int]] = {}
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        kind, now_s = _kind(record), self._now_s()
+        if len(self._kinds) >= _MAX_KINDS:
+            self._kinds.clear()
+        left, since_s, left_out = self._kinds.get(kind, (float(_BURST), now_s, 0))
+        left = min(float(_BURST), left + (now_s - since_s) * _RATE_HZ)
+        if left < 1:
+            self._kinds[kind] = (left, now_s, left_out + 1)
+            return False
+        self._kinds[kind] = (left - 1, now_s, 0)
+        if left_out:
+            setattr(record, _LEFT_OUT, left_out)
+        return True
+
+
+def tell_left_out(_: object, __: str, event: MutableMapping[str, Any]) -> MutableMapping[str, Any]:
+    """Add to a line how many of its kind were left out (structlog processor)."""
+    left_out = getattr(event.get("_record"), _LEFT_OUT, 0)
+    if left_out:
+        event[_LEFT_OUT] = left_out
+    return event
+
+
+def tidy(_: object, __: str, event: MutableMapping[str, Any]) -> MutableMapping[str, Any]:
+    """Bound each value and show hidden characters (structlog processor, the last but the form)."""
+    for name, value in event.items():
+        if name in ("exception", "stack") and isinstance(value, str):
+            event[name] = _tidy_trace(value)
+        elif value is not None and not isinstance(value, bool | int | float):
+            text = value if isinstance(value, str) else repr(value)
+            event[name] = printable(text, _MAX_CHARS)
+    return event
+
+
+def _tidy_trace(trace: str) -> str:
+    """Keep its lines, and of a long one the end, which says what happened."""
+    lines = [printable(line, _MAX_CHARS) for line in trace[-_MAX_TRACE_CHARS:].split("\n")]
+    return "\n".join(lines)
+
+
+def _kind(record: logging.LogRecord) -> Hashable:
+    if isinstance(record.msg, dict):
+        return record.name, record.msg.get("event")
+    return record.name, record.lineno

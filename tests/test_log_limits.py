@@ -1,0 +1,93 @@
+"""Strangers make the server log neither much nor anything that a terminal obeys."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+import pytest
+
+from wax.log_limits import RepeatLimit, tell_left_out, tidy
+
+
+def record(event: object = "viewer gone", lineno: int = 1) -> logging.LogRecord:
+    msg = event if isinstance(event, str) else {"event": event}
+    return logging.LogRecord("wax", logging.INFO, "x.py", lineno, msg, None, None)
+
+
+class Rig:
+    """A limit with a clock that is set."""
+
+    def __init__(self) -> None:
+        self.now_s = 0.0
+        self.limit = RepeatLimit(lambda: self.now_s)
+
+    def passed(self, count: int, **what: Any) -> int:
+        return sum(self.limit.filter(record(**what)) for _ in range(count))
+
+
+def test_a_flood_of_one_kind_is_cut() -> None:
+    """A hundred lines, then one a second; other kinds are still told."""
+    rig = Rig()
+    assert rig.passed(1000, event="a") == 100
+    assert rig.passed(5, event="b", lineno=2) == 5
+    rig.now_s += 10
+    assert rig.passed(1000, event="a") == 10
+    rig.now_s += 10_000
+    assert rig.passed(1000, event="a") == 100
+
+
+def test_our_events_are_kinds_wherever_they_come_from() -> None:
+    """Ours by their names, a library's by its place in the code, as texts may differ each time."""
+    rig = Rig()
+    for number in range(300):
+        rig.limit.filter(record(f"strange packet {number}", lineno=7))
+    assert rig.passed(1, event="strange packet x", lineno=7) == 0
+    ours = logging.LogRecord("wax", logging.INFO, "x.py", 1, {"event": "viewer gone"}, None, None)
+    assert sum(rig.limit.filter(ours) for _ in range(300)) == 100
+
+
+def test_what_was_left_out_is_told() -> None:
+    """The next line of the kind has the number."""
+    rig = Rig()
+    rig.passed(150)
+    rig.now_s += 1
+    line = record()
+    assert rig.limit.filter(line)
+    assert tell_left_out(None, "", {"_record": line}) == {"_record": line, "left_out": 50}
+    assert tell_left_out(None, "", {"_record": record()}).keys() == {"_record"}
+
+
+def test_the_kinds_do_not_grow_without_end() -> None:
+    """However many there are."""
+    rig = Rig()
+    for number in range(5000):
+        rig.limit.filter(record(lineno=number))
+    assert len(rig.limit._kinds) <= 1000
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (3, 3),
+        (None, None),
+        (True, True),
+        ("Zoë", "Zoë"),
+        ("\x1b]0;evil\x07\n", r"\x1b]0;evil\x07\n"),
+        ("\u202eevil", r"\u202eevil"),
+        (["\x1b"], r"['\x1b']"),
+        (ValueError("\n"), r"ValueError('\n')"),
+        ("x" * 1000, "x" * 299 + "…"),
+    ],
+)
+def test_values_are_bounded_and_visible(value: object, shown: object) -> None:
+    """Numbers stay numbers, everything else becomes one short line."""
+    assert tidy(None, "", {"value": value}) == {"value": shown}
+
+
+def test_a_traceback_keeps_its_lines() -> None:
+    """And its end, without what a terminal obeys."""
+    trace = "\n".join(["File x"] * 5000 + ["ValueError: \x1b[31m"])
+    told = tidy(None, "", {"exception": trace})["exception"]
+    assert told.endswith("File x\nValueError: \\x1b[31m")
+    assert len(told) <= 8010
