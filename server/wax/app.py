@@ -41,6 +41,7 @@ from wax.session.viewers import Viewers
 from wax.streams.live import LiveService
 from wax.tasks import TaskSupervisor
 from wax.telemetry import Counters, Rates
+from wax.web.guards import Guards
 from wax.web.routes import Routes
 
 if TYPE_CHECKING:
@@ -189,6 +190,7 @@ class App:
             ice=settings.ice,
             status=self._status,
             acknowledged=service.acknowledged,
+            guards=Guards(settings.server, clock),
         )
         self._runner = web.AppRunner(
             routes.application(), access_log=None, shutdown_timeout=0.5, handle_signals=False

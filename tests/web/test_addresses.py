@@ -6,9 +6,8 @@ from types import SimpleNamespace
 
 import ifaddr
 import pytest
-from aiohttp.test_utils import make_mocked_request
 
-from wax.web.addresses import page_urls, sender
+from wax.web.addresses import page_urls
 
 
 @pytest.fixture(autouse=True)
@@ -33,25 +32,6 @@ def test_addresses(host: str, urls: list[str]) -> None:
     assert page_urls(host, 80) == urls
 
 
-@pytest.mark.parametrize(
-    ("remote", "forwarded", "expected"),
-    [
-        ("192.0.2.7", None, "192.0.2.7"),
-        ("192.0.2.7", "198.51.100.1", "192.0.2.7"),
-        ("127.0.0.1", "198.51.100.1", "198.51.100.1"),
-        ("::1", "203.0.113.9, 198.51.100.1", "198.51.100.1"),
-        ("127.0.0.1", "nonsense", "127.0.0.1"),
-        ("127.0.0.1", None, "127.0.0.1"),
-        ("2001:db8:1:2:3:4:5:6", None, "2001:db8:1:2::/64"),
-        ("127.0.0.1", "2001:db8:1:2::9", "2001:db8:1:2::/64"),
-        ("::ffff:192.0.2.7", None, "192.0.2.7"),
-        ("", None, ""),
-    ],
-)
-def test_a_sender_cannot_choose_an_address(
-    remote: str, forwarded: str | None, expected: str
-) -> None:
-    """Only a proxy on this machine is believed, and of what it says only its own entry."""
-    headers = {} if forwarded is None else {"X-Forwarded-For": forwarded}
-    request = make_mocked_request("POST", "/", headers=headers).clone(remote=remote)
-    assert sender(request) == expected
+def test_under_https() -> None:
+    """The printed address has the scheme that is served."""
+    assert page_urls("localhost", 443, "https") == ["https://localhost:443"]

@@ -18,6 +18,7 @@ from pydantic import (
 )
 
 from wax.config import allowed
+from wax.config.network import HostName, Network
 from wax.config.thesis import ThesisSettings
 from wax.errors import ConfigError
 
@@ -38,6 +39,22 @@ class ServerSettings(_Section):
     port: Annotated[int, Field(ge=0, le=65535)] = 8080
     max_viewers: Annotated[int, Field(ge=1, le=1000)] = 100
     state_dir: str = ""
+    max_share_per_address: Annotated[float, Field(gt=0, le=1)] = 0.5
+    max_silent_per_address: Annotated[int, Field(ge=1, le=1000)] = 2
+    names: list[HostName] = []
+    trusted_proxies: list[Network] = []
+    https: bool = False
+    certificate: str = ""
+    key: str = ""
+    max_connections: Annotated[int, Field(ge=16, le=100_000)] = 640
+    max_connections_per_address: Annotated[int, Field(ge=4, le=100_000)] = 64
+
+    @model_validator(mode="after")
+    def _certificate_has_its_key(self) -> Self:
+        if bool(self.certificate) != bool(self.key):
+            missing = "key" if self.certificate else "certificate"
+            raise ValueError(f"certificate and key belong together; {missing} is missing")
+        return self
 
 
 class LogSettings(_Section):

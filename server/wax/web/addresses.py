@@ -1,4 +1,4 @@
-"""The URLs of the page, and the address that a request comes from."""
+"""The URLs of the page, and whether a request comes from this machine."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 _FORWARDED: Final = ("Forwarded", "X-Forwarded-For", "X-Real-IP", "Via")
 
 
-def page_urls(host: str, port: int) -> list[str]:
+def page_urls(host: str, port: int, scheme: str = "http") -> list[str]:
     """Return the URLs to open: on this machine, and from a phone on the same network."""
     if host not in ("0.0.0.0", "::", ""):
-        return [f"http://{_literal(host)}:{port}"]
+        return [f"{scheme}://{_literal(host)}:{port}"]
     found = [
         address
         for adapter in ifaddr.get_adapters()
@@ -25,7 +25,10 @@ def page_urls(host: str, port: int) -> list[str]:
         if (address := _usable(ip.ip if isinstance(ip.ip, str) else ip.ip[0])) is not None
     ]
     wanted = [a for a in found if host == "::" or a.version == 4]
-    return [f"http://localhost:{port}", *(f"http://{_literal(str(a))}:{port}" for a in wanted)]
+    return [
+        f"{scheme}://localhost:{port}",
+        *(f"{scheme}://{_literal(str(a))}:{port}" for a in wanted),
+    ]
 
 
 def _usable(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
@@ -47,28 +50,6 @@ def is_from_here(request: web.Request) -> bool:
         return False
     named = urlsplit(f"//{request.host}").hostname or ""
     return _is_loopback(request.remote or "") and (named == "localhost" or _is_loopback(named))
-
-
-def sender(request: web.Request) -> str:
-    """Return the sender of a request, for rate limits: an IPv4 address or an IPv6 /64 prefix.
-
-    For a proxy on this machine it is the last entry of X-Forwarded-For; from elsewhere that header
-    is only a claim.
-    """
-    address = request.remote or ""
-    forwarded = ",".join(request.headers.getall("X-Forwarded-For", ()))
-    if forwarded and _is_loopback(address):
-        address = forwarded.rpartition(",")[2].strip()
-    try:
-        ip = ipaddress.ip_address(address)
-    except ValueError:
-        return request.remote or ""
-    if ip.version == 4:
-        return str(ip)
-    if ip.ipv4_mapped is not None:
-        return str(ip.ipv4_mapped)
-    # One household or office has at least a /64 (RFC 6177).
-    return str(ipaddress.ip_network((ip.packed[:8] + bytes(8), 64)))
 
 
 def _is_loopback(text: str) -> bool:

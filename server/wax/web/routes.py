@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal, TypeVar
-from urllib.parse import urlsplit
 
 import structlog
 from aiohttp import web
@@ -20,7 +19,8 @@ from wax.errors import (
 )
 from wax.rtc.signalling import MAX_SDP_CHARS
 from wax.session.token_bucket import TokenBuckets
-from wax.web.addresses import is_from_here, sender
+from wax.web.addresses import is_from_here
+from wax.web.security_headers import policy_of_document
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from wax.config.settings import IceSettings
     from wax.session.proof_runner import ProofRunner
     from wax.session.room import Room
+    from wax.web.guards import Guards
 
     Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
@@ -42,18 +43,6 @@ _OFFERS_BURST: Final = 40
 _MAX_ADDRESSES: Final = 1024
 
 PAGE: Final = Path(__file__).parent / "dist"
-
-_HEADERS: Final = {
-    "Content-Security-Policy": (
-        "default-src 'self'; connect-src 'self'; img-src 'self' data:; media-src 'self' blob:;"
-        " object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'"
-    ),
-    "Referrer-Policy": "no-referrer",
-    "X-Content-Type-Options": "nosniff",
-}
-
-_RECORD_POLICY: Final = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'"
-"""The record is a single file with its style inside, so that it can be stored anywhere."""
 
 Client = Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{8,64}$")]
 """The secret that identifies a page when it reconnects."""
@@ -107,7 +96,9 @@ class Routes:
         status: Callable[[], dict[str, object]],
         proving: ProofRunner,
         acknowledged: bool,
+        guards: Guards,
     ) -> None:
+        self._guards = guards
         self._room = room
         self._clock = clock
         self._offers = TokenBuckets(rate_hz=_OFFERS_HZ, burst=_OFFERS_BURST, most=_MAX_ADDRESSES)
@@ -121,9 +112,9 @@ class Routes:
         if not (PAGE / "index.html").is_file():
             raise StartError("the page is not built; run `make run`, or `pip install .` again")
         application = web.Application(
-            client_max_size=MAX_BODY_BYTES, middlewares=[_tell_errors, _same_origin]
+            client_max_size=MAX_BODY_BYTES, middlewares=[_tell_errors, *self._guards.middlewares]
         )
-        application.on_response_prepare.append(_add_headers)
+        application.on_response_prepare.append(self._guards.add_headers)
         application.add_routes(
             [
                 web.get("/", self.page),
@@ -166,7 +157,7 @@ class Routes:
     async def offer(self, request: web.Request) -> web.Response:
         # Before the body is read. Users of this machine could stop the robot in other ways anyway.
         is_host = is_from_here(request)
-        if not is_host and not self._offers.take(sender(request), self._clock.now_s()):
+        if not is_host and not self._offers.take(self._guards.sender(request), self._clock.now_s()):
             raise TooOftenError(
                 "Too many connections from your address; wait a few seconds and try again."
             )
@@ -198,11 +189,9 @@ class Routes:
 
     async def record(self, request: web.Request) -> web.Response:
         _only_here(request)
-        return web.Response(
-            text=self._proof_runner.record(),
-            content_type="text/html",
-            headers={"Content-Security-Policy": _RECORD_POLICY},
-        )
+        text = self._proof_runner.record()
+        headers = {"Content-Security-Policy": policy_of_document(text)}
+        return web.Response(text=text, content_type="text/html", headers=headers)
 
 
 async def _body(request: web.Request, model: type[_Body]) -> _Body:
@@ -220,13 +209,6 @@ def _only_here(request: web.Request) -> None:
         raise ForbiddenError("Only a page on the server's own machine can do that.")
 
 
-async def _add_headers(request: web.Request, response: web.StreamResponse) -> None:
-    for name, value in _HEADERS.items():
-        response.headers.setdefault(name, value)
-    if request.path.startswith("/assets/"):
-        response.headers.setdefault("Cache-Control", "public, max-age=31536000, immutable")
-
-
 @web.middleware
 async def _tell_errors(request: web.Request, handler: Handler) -> web.StreamResponse:
     """Turn every error into JSON with a sentence."""
@@ -241,23 +223,6 @@ async def _tell_errors(request: web.Request, handler: Handler) -> web.StreamResp
     except Exception:
         _LOG.exception("request failed", path=request.path)
         return _refuse(500, "the server failed to handle this request; see its log")
-
-
-@web.middleware
-async def _same_origin(request: web.Request, handler: Handler) -> web.StreamResponse:
-    """Let only our own page change anything: scripts of other sites have another origin."""
-    origin = request.headers.get("Origin")
-    changes = request.method not in ("GET", "HEAD")
-    if changes and origin is not None and not _is_from(origin, request.host):
-        return _refuse(403, "the request comes from another site's page")
-    return await handler(request)
-
-
-def _is_from(origin: str, host: str) -> bool:
-    try:
-        return urlsplit(origin).netloc == host
-    except ValueError:
-        return False
 
 
 def _refuse(status: int, sentence: str) -> web.Response:

@@ -1,0 +1,33 @@
+"""Names and addresses in the configuration."""
+
+from __future__ import annotations
+
+import ipaddress
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
+
+
+def _network(text: str) -> str:
+    try:
+        ipaddress.ip_network(text, strict=False)
+    except ValueError:
+        raise ValueError(
+            f'{text!r} is no address or network; one is "127.0.0.1", another "10.0.0.0/8"'
+        ) from None
+    return text
+
+
+HostName = Annotated[
+    str,
+    Field(
+        pattern=r"^[A-Za-z0-9]([A-Za-z0-9.-]{0,251}[A-Za-z0-9])?$",
+        description='a host name or address without port, as "robot.example.org"',
+    ),
+]
+
+Network = Annotated[
+    str,
+    Field(description='an address or network, as "127.0.0.1" or "10.0.0.0/8"'),
+    AfterValidator(_network),
+]

@@ -1,0 +1,114 @@
+"""What every request passes, whatever it asks for: is it for us, and may its page ask?"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+from urllib.parse import urlsplit
+
+import structlog
+from aiohttp import web
+
+from wax.web.host_names import HostNames, host_of
+from wax.web.security_headers import ALWAYS, UNDER_HTTPS
+from wax.web.senders import Proxies, Seen, is_same_origin
+from wax.web.sparse_log import SparseLog
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
+    from aiohttp.typedefs import Middleware
+
+    from wax.clock import Clock
+    from wax.config.settings import ServerSettings
+
+    Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
+_LOG = structlog.get_logger(__name__)
+
+_LONGEST_PATH: Final = 200
+"""More than any of ours; a file system raises errors of its own at 256."""
+_SEEN: Final = web.RequestKey("seen", Seen)
+
+_NOT_OURS: Final = (
+    "This server does not go by that name; if it should, add the name to [server] names."
+)
+_NO_NAME: Final = "The request does not say properly which host it is for."
+_ELSEWHERE: Final = (
+    "The request comes from another site's page; behind a proxy, name the proxy in"
+    " [server] trusted_proxies."
+)
+
+
+class Guards:
+    """Make one for each server; add `middlewares`, and `add_headers` to each response."""
+
+    def __init__(self, server: ServerSettings, clock: Clock) -> None:
+        listening = [] if server.host in ("0.0.0.0", "::") else [server.host]
+        self._names = HostNames([*server.names, *listening])
+        self._proxies = Proxies(server.trusted_proxies)
+        self._clock = clock
+        self._log = SparseLog(_LOG, clock)
+
+    @property
+    def middlewares(self) -> tuple[Middleware, ...]:
+        """Put them before all others but that which makes errors out of exceptions."""
+
+        @web.middleware
+        async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
+            self._check(request)
+            return await handler(request)
+
+        return (guard,)
+
+    def seen(self, request: web.Request) -> Seen:
+        """Return who sent a request, and how they see us."""
+        seen = request.get(_SEEN)
+        if seen is None:
+            seen = request[_SEEN] = self._proxies.seen(request)
+        return seen
+
+    def sender(self, request: web.Request) -> str:
+        """Return the sender of a request, for limits: an IPv4 address or an IPv6 /64 prefix."""
+        return self.seen(request).sender
+
+    async def add_headers(self, request: web.Request, response: web.StreamResponse) -> None:
+        """Tell browsers what not to allow."""
+        for name, value in ALWAYS.items():
+            response.headers.setdefault(name, value)
+        if self.seen(request).scheme == "https":
+            for name, value in UNDER_HTTPS.items():
+                response.headers.setdefault(name, value)
+        if request.path.startswith("/assets/") and response.status < 400:
+            response.headers.setdefault("Cache-Control", "public, max-age=31536000, immutable")
+        elif request.path.startswith("/api/"):
+            response.headers.setdefault("Cache-Control", "no-store")
+
+    def _check(self, request: web.Request) -> None:
+        """Raise `web.HTTPException` if the request is not to be answered."""
+        seen = self.seen(request)
+        try:
+            host = host_of(seen.host)
+            # A request through a proxy can name a host in its target, too (RFC 9112, 3.2.2).
+            named = None if request.raw_path.startswith("/") else urlsplit(request.raw_path).netloc
+            target = host_of(named) if named else host
+        except ValueError:
+            self._refused(request, "malformed host")
+            raise _refusal(web.HTTPBadRequest, _NO_NAME) from None
+        if not (self._is_ours(host) and self._is_ours(target)):
+            self._refused(request, "not our name", host=host)
+            raise _refusal(web.HTTPMisdirectedRequest, _NOT_OURS)
+        if len(request.raw_path) > _LONGEST_PATH or "\0" in request.path:
+            raise _refusal(web.HTTPNotFound, "There is no such page.")
+        if request.method not in ("GET", "HEAD") and not is_same_origin(request, seen.origin):
+            self._refused(request, "another site's page")
+            raise _refusal(web.HTTPForbidden, _ELSEWHERE)
+
+    def _is_ours(self, host: str) -> bool:
+        return self._names.knows(host, self._clock.now_s())
+
+    def _refused(self, request: web.Request, why: str, **values: str) -> None:
+        self._log.info("request refused", why=why, sender=self.sender(request), **values)
+
+
+def _refusal(kind: type[web.HTTPError], sentence: str) -> web.HTTPError:
+    return kind(reason=sentence)

@@ -1,0 +1,82 @@
+"""Which hosts a request may be for.
+
+A website can point a name of its own at this machine (DNS rebinding) and would then be of the same
+origin as our page. So a request is answered only if it names us (RFC 9110, 7.2 and 15.5.20).
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+import socket
+from typing import TYPE_CHECKING, Final
+
+import ifaddr
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+_AUTHORITY: Final = re.compile(
+    r"(?:\[(?P<v6>[0-9A-Fa-f:.]{2,45})\]|(?P<name>[A-Za-z0-9](?:[A-Za-z0-9._-]{0,252})))"
+    r"(?::[0-9]{1,5})?"
+)
+
+_LOCAL: Final = ("localhost", "127.0.0.1", "::1")
+
+
+def host_of(authority: str) -> str:
+    """Return the host of a `Host` header, in lower case; raises `ValueError` if it is malformed."""
+    found = _AUTHORITY.fullmatch(authority)
+    if found is None:
+        raise ValueError("not a host")
+    if (literal := found["v6"]) is not None:
+        return str(ipaddress.IPv6Address(literal))
+    return found["name"].lower().removesuffix(".")
+
+
+def own_addresses() -> set[str]:
+    """Return this machine's addresses as they are now, without IPv6 zones."""
+    found = set()
+    for adapter in ifaddr.get_adapters():
+        for ip in adapter.ips:
+            text = ip.ip if isinstance(ip.ip, str) else ip.ip[0]
+            found.add(str(ipaddress.ip_address(text.partition("%")[0])))
+    return found
+
+
+def own_names() -> set[str]:
+    """Return the names of this machine: local ones, its own, and that of multicast DNS."""
+    machine = socket.gethostname().lower()
+    short = machine.partition(".")[0]
+    return {*_LOCAL, machine, *((short, f"{short}.local") if short else ())} - {""}
+
+
+class HostNames:
+    """The names by which this server is known: `configured` ones, and the machine's own."""
+
+    def __init__(self, configured: Iterable[str]) -> None:
+        self._names = own_names() | {name.lower() for name in configured}
+        self._addresses = own_addresses()
+        self._looked_s = float("-inf")
+
+    def knows(self, host: str, now_s: float) -> bool:
+        """Whether a host, as `host_of` returns it, is this server.
+
+        A machine's addresses change; they are looked up again for a stranger, once a second at
+        most.
+        """
+        if host in self._names or host in self._addresses:
+            return True
+        if now_s - self._looked_s < 1.0 or not _is_address(host):
+            return False
+        self._looked_s = now_s
+        self._addresses = own_addresses()
+        return host in self._addresses
+
+
+def _is_address(host: str) -> bool:
+    try:
+        ipaddress.ip_address(host)
+    except ValueError:
+        return False
+    return True

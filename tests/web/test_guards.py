@@ -1,0 +1,204 @@
+"""Raw requests to the real application: for whom they are, from where, and what the answer says."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from typing import TYPE_CHECKING, cast
+
+import pytest
+from aiohttp.test_utils import BaseTestServer, TestServer
+from tests.turned_clock import TurnedClock
+from tests.web.test_host_names import FOREIGN, MALFORMED
+from tests.web.test_senders import FOREIGN as FOREIGN_ORIGINS
+
+from wax.config.settings import IceSettings, ServerSettings
+from wax.web import routes
+from wax.web.guards import Guards
+from wax.web.routes import Routes
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    from wax.session.proof_runner import ProofRunner
+    from wax.session.room import Room
+
+PATHS = (
+    "/",
+    "/assets/a.js",
+    "/api/status",
+    "/api/ice",
+    "/healthz",
+    "/nothing",
+    "/api/proof/record",
+)
+GOOD = b'{"sdp": "v=0", "client": "12345678-abcd"}'
+
+
+class Deaf:
+    """A room that must not be asked."""
+
+    def __init__(self) -> None:
+        self.asked = 0
+
+    async def answer(self, client: str, offer: str, *, is_host: bool) -> str:
+        self.asked += 1
+        return "v=0 answer"
+
+
+class Answer:
+    """What came back over one connection."""
+
+    def __init__(self, raw: bytes) -> None:
+        head, _, self.body = raw.partition(b"\r\n\r\n")
+        first, *lines = head.decode("latin-1").split("\r\n")
+        self.status = int(first.split(" ")[1])
+        self.headers = dict(line.split(": ", 1) for line in lines)
+
+
+class Line:
+    """Raw connections to one server, each for one request."""
+
+    def __init__(self, server: BaseTestServer, room: Deaf) -> None:
+        assert server.port is not None
+        self.port = server.port
+        self.room = room
+
+    @property
+    def host(self) -> bytes:
+        return b"Host: 127.0.0.1:%d" % self.port
+
+    async def ask(self, first: bytes, *headers: bytes, body: bytes = b"") -> Answer:
+        reader, writer = await asyncio.open_connection("127.0.0.1", self.port)
+        length = (b"Content-Length: %d" % len(body),) if body else ()
+        lines = (first, *headers, *length, b"Connection: close", b"", body)
+        try:
+            writer.write(b"\r\n".join(lines))
+            return Answer(await asyncio.wait_for(reader.read(), 5))
+        finally:
+            writer.close()
+            await writer.wait_closed()
+
+
+@pytest.fixture
+async def line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Line]:
+    (tmp_path / "assets").mkdir()
+    (tmp_path / "index.html").write_text("<!doctype html>")
+    (tmp_path / "assets" / "a.js").write_text("1")
+    monkeypatch.setattr(routes, "PAGE", tmp_path)
+    room, clock = Deaf(), TurnedClock()
+    made = Routes(
+        room=cast("Room", room),
+        clock=clock,
+        ice=IceSettings(),
+        status=dict,
+        proving=cast("ProofRunner", None),
+        acknowledged=False,
+        guards=Guards(ServerSettings(names=["robots.example"]), clock),
+    )
+    async with TestServer(made.application()) as server:
+        yield Line(server, room)
+
+
+async def test_a_request_for_another_host(line: Line) -> None:
+    """Whoever points a name of their own at this machine gets nothing, whatever they ask for."""
+    for name in FOREIGN:
+        answer = await line.ask(b"GET / HTTP/1.1", b"Host: " + name.encode())
+        assert answer.status == 421, name
+        assert "does not go by that name" in json.loads(answer.body)["error"]
+    for path in PATHS:
+        for method in ("GET", "HEAD", "POST", "OPTIONS", "DELETE"):
+            first = f"{method} {path} HTTP/1.1".encode()
+            assert (await line.ask(first, b"Host: evil.example")).status == 421, (method, path)
+
+
+@pytest.mark.parametrize("text", [text for text in MALFORMED if text.strip() == text])
+async def test_a_malformed_host(line: Line, text: str) -> None:
+    """Neither a name nor an address: 400, and no way to the page or to the robot."""
+    raw = b"Host: " + text.encode()
+    assert (await line.ask(b"GET / HTTP/1.1", raw)).status == 400
+    assert (await line.ask(b"POST /api/offer HTTP/1.1", raw, body=GOOD)).status == 400
+    assert line.room.asked == 0
+
+
+async def test_hosts_that_are_missing_double_or_in_the_target(line: Line) -> None:
+    """HTTP/1.0 without Host, HTTP/1.1 without, two of them, and a target that names another."""
+    evil = b"Host: evil.example"
+    assert (await line.ask(b"GET / HTTP/1.0")).status == 400
+    assert (await line.ask(b"GET / HTTP/1.1")).status == 400
+    assert (await line.ask(b"GET / HTTP/1.1", line.host, evil)).status == 400
+    assert (await line.ask(b"GET / HTTP/1.1", evil, line.host)).status == 400
+    assert (await line.ask(b"GET http://evil.example/ HTTP/1.1", line.host)).status == 421
+    assert (await line.ask(b"GET http://127.0.0.1/ HTTP/1.1", evil)).status == 421
+    assert (await line.ask(b"GET http://[/ HTTP/1.1", line.host)).status == 400
+    assert (await line.ask(b"GET http://127.0.0.1/ HTTP/1.1", line.host)).status == 200
+    assert (await line.ask(b"GET / HTTP/1.0", line.host)).status == 200
+
+
+async def test_our_own_names(line: Line) -> None:
+    """The configured name, this machine's own, and every kind of file."""
+    for name in (b"robots.example", b"localhost:1", b"127.0.0.1", b"ROBOTS.example:443"):
+        for path in (b"/", b"/assets/a.js", b"/healthz"):
+            assert (await line.ask(b"GET %s HTTP/1.1" % path, b"Host: " + name)).status == 200
+
+
+@pytest.mark.parametrize("form", FOREIGN_ORIGINS)
+async def test_another_sites_page(line: Line, form: str) -> None:
+    """Another page in the same browser changes nothing here, however its origin is written."""
+    ours = f"127.0.0.1:{line.port}"
+    origin = form.replace("robot:8080", ours).replace("robot", "127.0.0.1").strip().encode()
+    for path in (b"/api/offer", b"/api/stop", b"/api/release", b"/api/proof", b"/nothing"):
+        first = b"POST %s HTTP/1.1" % path
+        answer = await line.ask(first, line.host, b"Origin: " + origin, body=GOOD)
+        assert answer.status == 403, (path, origin)
+    assert line.room.asked == 0
+
+
+@pytest.mark.parametrize("site", [b"cross-site", b"same-site", b"SAME-ORIGIN", b"", b"none, none"])
+async def test_another_site_by_its_own_word(line: Line, site: bytes) -> None:
+    """What the browser says about the site counts even where the origin is right or missing."""
+    first, said = b"POST /api/offer HTTP/1.1", b"Sec-Fetch-Site: " + site
+    origin = b"Origin: http://127.0.0.1:%d" % line.port
+    assert (await line.ask(first, line.host, said, body=GOOD)).status == 403
+    assert (await line.ask(first, line.host, said, origin, body=GOOD)).status == 403
+    assert line.room.asked == 0
+
+
+async def test_our_own_page_and_programs(line: Line) -> None:
+    """Our page may ask, and so may a program that is no browser."""
+    first = b"POST /api/offer HTTP/1.1"
+    origin = b"Origin: http://127.0.0.1:%d" % line.port
+    site = b"Sec-Fetch-Site: same-origin"
+    assert (await line.ask(first, line.host, body=GOOD)).status == 200
+    assert (await line.ask(first, line.host, origin, site, body=GOOD)).status == 200
+
+
+@pytest.mark.parametrize(
+    "path", [b"/" + b"a" * 299, b"/assets/" + b"%2e" * 100, b"/%00", b"/a%00b"]
+)
+async def test_paths_that_no_file_can_have(line: Line, path: bytes) -> None:
+    """Too long a path, or a zero in it, is a page that there is not, and no error of ours."""
+    answer = await line.ask(b"GET %s HTTP/1.1" % path, line.host)
+    assert answer.status == 404
+    assert json.loads(answer.body)["error"]
+
+
+@pytest.mark.parametrize(
+    ("path", "host"),
+    [(path, None) for path in PATHS] + [("/", b"Host: evil.example"), ("/", b"Host: [")],
+)
+async def test_every_answer_is_protected(line: Line, path: str, host: bytes | None) -> None:
+    """Pages, files, refusals and errors alike; what /api tells is kept nowhere."""
+    answer = await line.ask(f"GET {path} HTTP/1.1".encode(), host or line.host)
+    policy = answer.headers["Content-Security-Policy"]
+    assert "default-src" in policy
+    assert "unsafe" not in policy
+    assert answer.headers["Cross-Origin-Opener-Policy"] == "same-origin"
+    assert answer.headers["Cross-Origin-Resource-Policy"] == "same-origin"
+    assert answer.headers["X-Content-Type-Options"] == "nosniff"
+    assert answer.headers["Referrer-Policy"] == "no-referrer"
+    assert "camera=()" in answer.headers["Permissions-Policy"]
+    assert "gamepad=(self)" in answer.headers["Permissions-Policy"]
+    assert "Strict-Transport-Security" not in answer.headers
+    assert (answer.headers.get("Cache-Control") == "no-store") == path.startswith("/api/")

@@ -1,0 +1,140 @@
+"""Requests that are not for this server are not answered."""
+
+from __future__ import annotations
+
+import socket
+from types import SimpleNamespace
+
+import ifaddr
+import pytest
+
+from wax.web.host_names import HostNames, host_of
+
+MALFORMED = (
+    "",
+    " ",
+    "[",
+    "]",
+    "[]",
+    "[::1",
+    "::1",
+    "[::1]x",
+    "[::1]:",
+    "[::g]",
+    "[fe80::1%25eth0]",
+    "[127.0.0.1]",
+    "localhost:",
+    "localhost:x",
+    "localhost:-1",
+    "localhost:123456",
+    "localhost:80:80",
+    "user@localhost",
+    "user:word@localhost",
+    "localhost/",
+    "localhost?x",
+    "localhost#x",
+    "http://localhost",
+    "local host",
+    "localhost\t",
+    "localhost,evil",
+    "lo\u0441alhost",
+    "-localhost",
+    ".localhost",
+    "loca%6chost",
+    "localhost\\",
+    "a" * 300,
+)
+FOREIGN = (
+    "evil.example",
+    "localhost.evil.example",
+    "evil-localhost",
+    "xlocalhost",
+    "robot.evil.example",
+    "robot.local.evil.example",
+    "192.0.2.8",
+    "192.0.2.70",
+    "127.1",
+    "127.0.0.2",
+    "2130706433",
+    "0x7f.0.0.1",
+    "0177.0.0.1",
+    "0.0.0.0",
+    "[::]",
+    "[::2]",
+    "[::ffff:127.0.0.1]",
+    "[fd00::3]",
+    "127.0.0.1.nip.io",
+    "1.0.0.127",
+    "robot.lan",
+    "robot..",
+    "example.com",
+    "www.robots.example",
+    "robots.example.com",
+    "xn--lcalhost-x2a",
+    "localhost..",
+    "localhost.localdomain",
+    "a.b.c.d.e",
+)
+
+
+@pytest.fixture
+def names(monkeypatch: pytest.MonkeyPatch) -> HostNames:
+    ips = ["127.0.0.1", "192.0.2.7", ("fd00::2", 0, 0), ("fe80::1%eth0", 0, 3)]
+    adapter = SimpleNamespace(ips=[SimpleNamespace(ip=ip) for ip in ips])
+    monkeypatch.setattr(ifaddr, "get_adapters", lambda: [adapter])
+    monkeypatch.setattr(socket, "gethostname", lambda: "Robot")
+    return HostNames(["robots.example"])
+
+
+@pytest.mark.parametrize("text", MALFORMED)
+def test_what_is_no_host(text: str) -> None:
+    """Whatever RFC 3986 does not allow there, and what only some programs would accept."""
+    with pytest.raises(ValueError, match=r"."):
+        host_of(text)
+
+
+@pytest.mark.parametrize("text", FOREIGN)
+def test_what_is_not_ours(text: str, names: HostNames) -> None:
+    """Other names, other ways to write an address, and names that only contain ours."""
+    assert not names.knows(host_of(text), 0.0)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "localhost",
+        "LOCALHOST:8080",
+        "localhost.",
+        "127.0.0.1:8080",
+        "[::1]:8080",
+        "[0:0:0:0:0:0:0:1]",
+        "192.0.2.7",
+        "[fd00::2]:8080",
+        "[FE80::1]",
+        "robot",
+        "robot.local:8080",
+        "Robot.Local",
+        "robots.example",
+    ],
+)
+def test_what_is_ours(text: str, names: HostNames) -> None:
+    """Configured names, this machine's name and addresses, and however they are written."""
+    assert names.knows(host_of(text), 0.0)
+
+
+def test_a_new_address_is_found(names: HostNames, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A machine that got another address is found there, looking once a second at most."""
+    looked = []
+
+    def adapters() -> list[SimpleNamespace]:
+        looked.append(1)
+        return [SimpleNamespace(ips=[SimpleNamespace(ip="198.51.100.4")])]
+
+    monkeypatch.setattr(ifaddr, "get_adapters", adapters)
+    assert names.knows("198.51.100.4", 1.0)
+    for _ in range(100):
+        assert not names.knows("198.51.100.5", 1.5)
+        assert not names.knows("evil.example", 9.0)
+    assert len(looked) == 1
+    assert not names.knows("192.0.2.7", 2.5)
+    assert len(looked) == 2

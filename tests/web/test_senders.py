@@ -1,0 +1,197 @@
+"""Nobody chooses the address or the origin that they are seen with."""
+
+from __future__ import annotations
+
+import pytest
+from aiohttp.test_utils import make_mocked_request
+from multidict import CIMultiDict
+
+from wax.web.senders import Proxies, Seen, is_same_origin
+
+
+@pytest.mark.parametrize(
+    ("trusted", "remote", "forwarded", "expected"),
+    [
+        ([], "192.0.2.7", None, "192.0.2.7"),
+        ([], "127.0.0.1", "198.51.100.1", "127.0.0.1"),
+        (["10.0.0.1"], "192.0.2.7", "198.51.100.1", "192.0.2.7"),
+        (["127.0.0.1"], "127.0.0.1", "198.51.100.1", "198.51.100.1"),
+        (["::1"], "::1", "203.0.113.9, 198.51.100.1", "198.51.100.1"),
+        (["127.0.0.1", "10.0.0.0/8"], "127.0.0.1", "203.0.113.9, 10.1.1.1", "203.0.113.9"),
+        (["127.0.0.1", "10.0.0.0/8"], "127.0.0.1", "10.2.2.2, 10.1.1.1", "10.2.2.2"),
+        (["127.0.0.1"], "127.0.0.1", None, "127.0.0.1"),
+        (["127.0.0.1"], "127.0.0.1", "nonsense", "127.0.0.1"),
+        (["127.0.0.1"], "127.0.0.1", "198.51.100.1, ", "127.0.0.1"),
+        (["127.0.0.1"], "::ffff:127.0.0.1", "198.51.100.1", "198.51.100.1"),
+        ([], "2001:db8:1:2:3:4:5:6", None, "2001:db8:1:2::/64"),
+        (["127.0.0.1"], "127.0.0.1", "2001:db8:1:2::9", "2001:db8:1:2::/64"),
+        ([], "::ffff:192.0.2.7", None, "192.0.2.7"),
+        ([], "", None, ""),
+    ],
+)
+def test_only_named_proxies_are_believed(
+    trusted: list[str], remote: str, forwarded: str | None, expected: str
+) -> None:
+    """Of what they say only the last entry that is not theirs; a silent one is the sender."""
+    headers = {} if forwarded is None else {"X-Forwarded-For": forwarded}
+    request = make_mocked_request("POST", "/", headers=headers).clone(remote=remote)
+    assert Proxies(trusted).seen(request).sender == expected
+
+
+@pytest.mark.parametrize(
+    ("trusted", "claimed", "expected"),
+    [
+        (["127.0.0.1"], "https", "https"),
+        (["127.0.0.1"], "HTTPS", "https"),
+        (["127.0.0.1"], "gopher", "http"),
+        (["127.0.0.1"], None, "http"),
+        ([], "https", "http"),
+    ],
+)
+def test_the_scheme_is_the_connections_own(
+    trusted: list[str], claimed: str | None, expected: str
+) -> None:
+    """Or that which a named proxy has seen."""
+    headers = {} if claimed is None else {"X-Forwarded-Proto": claimed}
+    request = make_mocked_request("GET", "/", headers=headers).clone(remote="127.0.0.1")
+    assert Proxies(trusted).seen(request).scheme == expected
+
+
+@pytest.mark.parametrize(
+    ("trusted", "headers", "expected"),
+    [
+        (["127.0.0.1"], {"X-Forwarded-Host": "robot.example"}, ("127.0.0.1", "robot.example")),
+        ([], {"X-Forwarded-Host": "robot.example"}, ("127.0.0.1", "inside:8080")),
+        (
+            ["127.0.0.1"],
+            {"Forwarded": 'for="[2001:db8::1]:4711";proto=https;host=robot.example'},
+            ("2001:db8::/64", "robot.example"),
+        ),
+        (
+            ["127.0.0.1", "10.0.0.0/8"],
+            {"Forwarded": "for=6.6.6.6;host=made.up, for=198.51.100.1;host=a, for=10.0.0.1;host=b"},
+            ("198.51.100.1", "a"),
+        ),
+        (
+            ["127.0.0.1", "10.0.0.0/8"],
+            {"X-Forwarded-For": "6.6.6.6, 198.51.100.1, 10.0.0.1", "X-Forwarded-Host": "x, a, b"},
+            ("198.51.100.1", "a"),
+        ),
+        (
+            ["127.0.0.1"],
+            {"X-Forwarded-For": "198.51.100.1:4711", "X-Forwarded-Host": "robot.example"},
+            ("198.51.100.1", "robot.example"),
+        ),
+        (["127.0.0.1"], {"Forwarded": "for=unknown"}, ("127.0.0.1", "inside:8080")),
+        (["127.0.0.1"], {"Forwarded": "=;;,"}, ("127.0.0.1", "inside:8080")),
+    ],
+)
+def test_what_a_proxy_says_of_its_client(
+    trusted: list[str], headers: dict[str, str], expected: tuple[str, str]
+) -> None:
+    """Host and sender are those that the outermost named proxy saw, in both families of headers."""
+    request = make_mocked_request("GET", "/", headers={"Host": "inside:8080", **headers})
+    seen = Proxies(trusted).seen(request.clone(remote="127.0.0.1"))
+    assert (seen.sender, seen.host) == expected
+
+
+def test_a_proxy_that_passes_on_what_a_client_made_up() -> None:
+    """Where two families of headers differ, one of them is made up, and neither counts."""
+    headers = {
+        "Host": "inside",
+        "X-Forwarded-For": "198.51.100.1",
+        "Forwarded": "for=203.0.113.9;host=robot.example;proto=https",
+    }
+    request = make_mocked_request("GET", "/", headers=headers).clone(remote="127.0.0.1")
+    seen = Proxies(["127.0.0.1"]).seen(request)
+    assert (seen.sender, seen.host, seen.scheme) == ("127.0.0.1", "inside", "http")
+
+
+@pytest.mark.parametrize(
+    ("scheme", "host", "origin"),
+    [
+        ("http", "robot:80", "http://robot"),
+        ("https", "Robot:443", "https://robot"),
+        ("http", "robot:443", "http://robot:443"),
+        ("https", "robot", "https://robot"),
+        ("http", "[::1]:80", "http://[::1]"),
+    ],
+)
+def test_the_origin_of_our_page(scheme: str, host: str, origin: str) -> None:
+    """Browsers leave out the scheme's own port and write names in lower case."""
+    assert Seen("", scheme, host).origin == origin
+
+
+ROBOT = "http://robot:8080"
+
+FOREIGN = (
+    "",
+    "null",
+    "http://",
+    "http://robot",
+    "http://robot:8080/",
+    "http://robot:80",
+    "http://robot:8081",
+    "https://robot:8080",
+    "http://robot:8080.evil.example",
+    "http://evil.example",
+    "http://evil.example:8080",
+    "http://robot:8080@evil.example",
+    "http://user@robot:8080",
+    "http://robot:8080, http://evil.example",
+    "http://robot:8080 http://evil.example",
+    " http://evil.example",
+    "ws://robot:8080",
+    "file://",
+    "file://robot:8080",
+    "chrome-extension://robot:8080",
+    "robot:8080",
+    "//robot:8080",
+    "http:/robot:8080",
+    "http:robot:8080",
+    "http://robot:8080#",
+    "http://robot:8080?",
+    "http://[robot]:8080",
+    "http://robot.:8080",
+    "http://xrobot:8080",
+    "http://robot:08080",
+    "javascript:robot",
+    "data:text/html,x",
+    "about:blank",
+)
+
+
+@pytest.mark.parametrize("origin", FOREIGN)
+def test_what_is_not_our_page(origin: str) -> None:
+    """Scheme, host and port must be the same, letter by letter."""
+    headers = {"Host": "robot:8080", "Origin": origin}
+    assert not is_same_origin(make_mocked_request("POST", "/", headers=headers), ROBOT)
+
+
+def test_two_origins_are_none() -> None:
+    """A second header does not excuse the first."""
+    headers = CIMultiDict(Host="robot:8080")
+    headers.extend([("Origin", "http://robot:8080"), ("Origin", "http://evil.example")])
+    assert not is_same_origin(make_mocked_request("POST", "/", headers=headers), ROBOT)
+
+
+@pytest.mark.parametrize("site", ["cross-site", "same-site", "", "Same-Origin", "anything"])
+def test_what_a_browser_says_of_the_site(site: str) -> None:
+    """Another port of this machine is the same site, but another origin."""
+    headers = {"Host": "robot:8080", "Sec-Fetch-Site": site}
+    assert not is_same_origin(make_mocked_request("POST", "/", headers=headers), ROBOT)
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {},
+        {"Origin": "http://robot:8080"},
+        {"Origin": "http://robot:8080", "Sec-Fetch-Site": "same-origin"},
+        {"Sec-Fetch-Site": "none"},
+    ],
+)
+def test_our_page_and_programs(headers: dict[str, str]) -> None:
+    """Our own page, an address that was typed, and what is no browser."""
+    headers = {"Host": "robot:8080", **headers}
+    assert is_same_origin(make_mocked_request("POST", "/", headers=headers), ROBOT)
