@@ -52,6 +52,12 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--config", type=Path, metavar="FILE", help="a TOML file; see wax.toml")
     parser.add_argument("--host", help="where to listen; 0.0.0.0 lets other devices in")
     parser.add_argument("--port", type=int, help="the port of the page (8080)")
+    parser.add_argument(
+        "--https",
+        action="store_true",
+        default=None,
+        help="serve HTTPS, with a certificate made here",
+    )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     commands.add_parser("run", help="serve (also without a command)")
     commands.add_parser("devices", help="list cameras, microphones and serial ports")
@@ -96,7 +102,7 @@ def _add_records(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def _settings(arguments: argparse.Namespace) -> Settings:
     settings = config.load(arguments.config)
-    given = {"host": arguments.host, "port": arguments.port}
+    given = {"host": arguments.host, "port": arguments.port, "https": arguments.https}
     server = settings.server.model_dump() | {k: v for k, v in given.items() if v is not None}
     checked = config.parse({"server": server}, "the command line")
     return settings.model_copy(update={"server": checked.server})
@@ -109,17 +115,23 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
 
     configure_logs(settings.log)
 
+    app = App(settings=settings, clock=SystemClock(), config_path=config_path)
+
     def ready(port: int) -> None:
-        first, *others = page_urls(settings.server.host, port)
+        scheme = "https" if app.tls else "http"
+        first, *others = page_urls(settings.server.host, port, scheme)
         print(f"\n  WAX is serving the {settings.robot.driver} robot.\n\n  Here:   {first}")
         for url in others:
             print(f"  Phone:  {url}")
         if not others and settings.server.host == "localhost":
             print("  Phone:  start with --host 0.0.0.0 to let other devices in")
+        if app.tls is not None and app.tls.is_self_signed:
+            print("\n  The certificate's SHA-256 fingerprint, which browsers show when they ask:")
+            print(f"  {app.tls.fingerprint}")
         print("\n  Ctrl-C stops the robot and the server.\n", flush=True)
 
     async def run() -> None:
-        await App(settings=settings, clock=SystemClock(), config_path=config_path).run(ready)
+        await app.run(ready)
 
     asyncio.run(run())
     return 0

@@ -9,12 +9,10 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import errno
 import signal
 from typing import TYPE_CHECKING, Final
 
 import structlog
-from aiohttp import web
 
 from wax.baseline.streams import BaselineService, thesis_video
 from wax.baseline.unit_hub import UnitHub
@@ -41,8 +39,10 @@ from wax.session.viewers import Viewers
 from wax.streams.live import LiveService
 from wax.tasks import TaskSupervisor
 from wax.telemetry import Counters, Rates
+from wax.web.entrance import Entrance
 from wax.web.guards import Guards
 from wax.web.routes import Routes
+from wax.web.tls import make_tls
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -192,9 +192,8 @@ class App:
             acknowledged=service.acknowledged,
             guards=Guards(settings.server, clock),
         )
-        self._runner = web.AppRunner(
-            routes.application(), access_log=None, shutdown_timeout=0.5, handle_signals=False
-        )
+        self.tls = make_tls(settings.server, clock)
+        self._entrance = Entrance(routes.application(), settings.server, clock, self.tls)
 
     async def run(self, on_ready: Callable[[int], None]) -> None:
         """Serve until a signal, or until a task fails; the robot stops before anything else ends.
@@ -208,7 +207,7 @@ class App:
                 loop.add_signal_handler(number, self.stop)
         try:
             await self._start()
-            on_ready(self._runner.addresses[0][1])
+            on_ready(self._entrance.port)
             await self._stopping.wait()
         finally:
             await self._shut_down()
@@ -223,8 +222,7 @@ class App:
 
     async def _start(self) -> None:
         # The port first: a server that is already running must keep the robot and the camera.
-        await self._runner.setup()
-        await self._listen()
+        await self._entrance.open()
         self._records.start()
         self._driver.open()
         self._video.start()
@@ -236,21 +234,6 @@ class App:
         self._supervisor.spawn("status", self._status.run())
         self._supervisor.spawn("records", self._keeper.run())
 
-    async def _listen(self) -> None:
-        host, port = self._settings.server.host, self._settings.server.port
-        try:
-            await web.TCPSite(self._runner, host, port).start()
-        except OSError as error:
-            if error.errno == errno.EADDRINUSE:
-                raise StartError(
-                    f"port {port} is used by another program; end it, or choose another port"
-                    " with --port"
-                ) from error
-            raise StartError(
-                f"cannot listen on {host}:{port}: {error.strerror or error};"
-                " check --host and --port"
-            ) from error
-
     async def _shut_down(self) -> None:
         self._control.stop()
         self._proof_runner.break_off()
@@ -261,7 +244,7 @@ class App:
                 self._keeper.close()
                 # Together, not one after the other, so that several slow devices share one wait.
                 await asyncio.gather(self._room.close(), asyncio.to_thread(self._stop_threads))
-                await self._runner.cleanup()
+                await self._entrance.close()
         except TimeoutError:
             _LOG.warning("not everything ended in time; exiting anyway")
         finally:

@@ -8,6 +8,7 @@ from urllib.parse import urlsplit
 import structlog
 from aiohttp import web
 
+from wax.web.connection import Connection
 from wax.web.host_names import HostNames, host_of
 from wax.web.security_headers import ALWAYS, UNDER_HTTPS
 from wax.web.senders import Proxies, Seen, is_same_origin
@@ -38,6 +39,8 @@ _ELSEWHERE: Final = (
     " [server] trusted_proxies."
 )
 
+_BROKEN: Final = "The request has not come as a whole."
+
 
 class Guards:
     """Make one for each server; add `middlewares`, and `add_headers` to each response."""
@@ -55,8 +58,13 @@ class Guards:
 
         @web.middleware
         async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
+            if isinstance(request.protocol, Connection):
+                request.protocol.header_came(request)
             self._check(request)
-            return await handler(request)
+            try:
+                return await handler(request)
+            except (ConnectionError, web.RequestPayloadError):
+                raise _refusal(web.HTTPBadRequest, _BROKEN) from None
 
         return (guard,)
 

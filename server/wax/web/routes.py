@@ -157,14 +157,13 @@ class Routes:
     async def offer(self, request: web.Request) -> web.Response:
         # Before the body is read. Users of this machine could stop the robot in other ways anyway.
         is_host = is_from_here(request)
-        if not is_host and not self._offers.take(self._guards.sender(request), self._clock.now_s()):
+        address = self._guards.sender(request)
+        if not is_host and not self._offers.take(address, self._clock.now_s()):
             raise TooOftenError(
                 "Too many connections from your address; wait a few seconds and try again."
             )
         offer = await _body(request, Offer)
-        answer = await self._room.answer(
-            offer.client, offer.sdp, is_host=is_host, address=sender(request)
-        )
+        answer = await self._room.answer(offer.client, offer.sdp, is_host=is_host, address=address)
         return web.json_response({"sdp": answer})
 
     async def stop(self, request: web.Request) -> web.Response:

@@ -1,0 +1,155 @@
+"""The certificate of ``--https``: self-signed, made once, and kept.
+
+Its fingerprint is printed, so that a person can compare it with what the browser shows.
+"""
+
+from __future__ import annotations
+
+import datetime
+import ipaddress
+import os
+import ssl
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+
+from wax.errors import StartError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
+LASTS: Final = datetime.timedelta(days=820)
+"""Safari accepts no certificate that is valid for more than 825 days."""
+RENEW_BEFORE: Final = datetime.timedelta(days=30)
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """A certificate's file and that of its key."""
+
+    chain: Path
+    key: Path
+
+    def fingerprint(self) -> str:
+        """Return the SHA-256 fingerprint of the first certificate, as browsers write it.
+
+        Raises `StartError`.
+        """
+        digest = _read(self.chain).fingerprint(hashes.SHA256())
+        return digest.hex(":").upper()
+
+    def names(self) -> set[str]:
+        """Return the names and addresses that it is for; raises `StartError`."""
+        try:
+            found = _read(self.chain).extensions.get_extension_for_class(
+                x509.SubjectAlternativeName
+            )
+        except x509.ExtensionNotFound:
+            return set()
+        return {str(name.value) for name in found.value}
+
+    def context(self) -> ssl.SSLContext:
+        """Return the server's TLS context; raises `StartError`."""
+        context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+        context.minimum_version = ssl.TLSVersion.TLSv1_2
+        try:
+            context.load_cert_chain(self.chain, self.key)
+        except (OSError, ssl.SSLError) as error:
+            raise StartError(
+                f"the certificate {self.chain} with the key {self.key} cannot be used:"
+                f" {error.strerror or error}; check [server] certificate and key"
+            ) from error
+        return context
+
+
+def self_signed(folder: Path, names: Iterable[str], now: datetime.datetime) -> Certificate:
+    """Return the certificate kept in `folder`, or make one for these names and addresses.
+
+    It is kept as long as it can be, since people have to accept each new one: until a month before
+    its end, or until there is a name that it does not have. Raises `StartError` if the folder
+    cannot be used.
+    """
+    kept = Certificate(folder / "certificate.pem", folder / "key.pem")
+    names = set(names)
+    try:
+        if _lasts(kept, now) and names <= kept.names():
+            return kept
+        key = ec.generate_private_key(ec.SECP256R1())
+        _write(kept.key, _key_bytes(key), 0o600)
+        _write(kept.chain, _certificate_bytes(key, names, now), 0o644)
+    except OSError as error:
+        raise StartError(
+            f"cannot keep a certificate in {folder}: {error.strerror or error}; make it writable"
+        ) from error
+    return kept
+
+
+def _lasts(kept: Certificate, now: datetime.datetime) -> bool:
+    """Whether there is a pair that belongs together and is valid for another month."""
+    try:
+        ends = _read(kept.chain).not_valid_after_utc
+        kept.context()
+    except StartError:
+        return False
+    return now + RENEW_BEFORE < ends
+
+
+def _read(path: Path) -> x509.Certificate:
+    try:
+        return x509.load_pem_x509_certificate(path.read_bytes())
+    except (OSError, ValueError) as error:
+        raise StartError(f"the certificate {path} cannot be read: {error}") from error
+
+
+def _key_bytes(key: ec.EllipticCurvePrivateKey) -> bytes:
+    return key.private_bytes(
+        serialization.Encoding.PEM,
+        serialization.PrivateFormat.PKCS8,
+        serialization.NoEncryption(),
+    )
+
+
+def _certificate_bytes(
+    key: ec.EllipticCurvePrivateKey, names: Iterable[str], now: datetime.datetime
+) -> bytes:
+    subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "WAX")])
+    server_auth = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
+    certificate = (
+        x509.CertificateBuilder()
+        .subject_name(subject)
+        .issuer_name(subject)
+        .public_key(key.public_key())
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(now - datetime.timedelta(days=1))
+        .not_valid_after(now + LASTS)
+        .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
+        .add_extension(server_auth, critical=False)
+        .add_extension(
+            x509.SubjectAlternativeName([_general_name(name) for name in sorted(names)]),
+            critical=False,
+        )
+        .sign(key, hashes.SHA256())
+    )
+    return certificate.public_bytes(serialization.Encoding.PEM)
+
+
+def _general_name(name: str) -> x509.GeneralName:
+    try:
+        return x509.IPAddress(ipaddress.ip_address(name))
+    except ValueError:
+        return x509.DNSName(name)
+
+
+def _write(path: Path, data: bytes, mode: int) -> None:
+    """Replace a file in one step; nobody else can read the key at any time."""
+    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    temporary = path.with_suffix(".new")
+    temporary.unlink(missing_ok=True)
+    with os.fdopen(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as file:
+        file.write(data)
+    temporary.replace(path)

@@ -1,0 +1,78 @@
+"""The way from a TCP connection to HTTPS: counted from its first moment, and limited in time.
+
+asyncio's own servers tell of a TLS connection only after its handshake, so that those which never
+shake hands would count nowhere. And each connection gets the certificate of its time.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import ssl
+from typing import TYPE_CHECKING, Final, cast
+
+from wax.web.connection import READ_S
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.web.connection import Connection
+    from wax.web.connection_limits import Place
+    from wax.web.entrance import Entrance
+    from wax.web.tls import Tls
+
+_CLOSE_S: Final = 2.0
+
+
+class TlsGate(asyncio.Protocol):
+    """Shakes hands, then makes the `Connection` and hands over."""
+
+    def __init__(self, entrance: Entrance, tls: Tls, make: Callable[[Place], Connection]) -> None:
+        self._entrance = entrance
+        self._tls = tls
+        self._make = make
+        self._early = bytearray()
+        self._lost = False
+        self._task: asyncio.Task[None] | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        line = cast("asyncio.Transport", transport)
+        place = self._entrance.enter(line)
+        if place is None:
+            line.abort()
+            return
+        # Nothing of the handshake may be read before TLS is there to read it.
+        line.pause_reading()
+        self._task = asyncio.create_task(self._shake_hands(line, place))
+
+    def data_received(self, data: bytes) -> None:
+        """Keep what came with the end of the handshake."""
+        self._early += data
+
+    def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002  # asyncio's form
+        self._lost = True
+
+    async def _shake_hands(self, line: asyncio.Transport, place: Place) -> None:
+        handed_over = False
+        try:
+            secured = await asyncio.get_running_loop().start_tls(
+                line,
+                self,
+                self._tls.context(),
+                server_side=True,
+                ssl_handshake_timeout=READ_S,
+                ssl_shutdown_timeout=_CLOSE_S,
+            )
+            if secured is None or self._lost:
+                return
+            connection = self._make(place)
+            connection.connection_made(secured)
+            secured.set_protocol(connection)
+            handed_over = True
+            if self._early:
+                connection.data_received(bytes(self._early))
+        except (OSError, ssl.SSLError):
+            self._entrance.cut("handshake")
+        finally:
+            if not handed_over:
+                line.abort()
+                self._entrance.limits.leave(place)

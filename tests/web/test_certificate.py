@@ -1,0 +1,95 @@
+"""The self-signed certificate of --https."""
+
+from __future__ import annotations
+
+import datetime
+import ssl
+from typing import TYPE_CHECKING
+
+import pytest
+
+from wax.errors import StartError
+from wax.web.certificate import LASTS, Certificate, self_signed
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+NOW = datetime.datetime.now(datetime.UTC)
+NAMES = ["localhost", "robot.local", "192.0.2.7", "::1"]
+
+
+def test_it_is_kept(tmp_path: Path) -> None:
+    """People accept it in their browser once, so the next start has the same one."""
+    first = self_signed(tmp_path / "state", NAMES, NOW).fingerprint()
+    assert self_signed(tmp_path / "state", NAMES, NOW).fingerprint() == first
+
+
+def test_nobody_else_reads_the_key(tmp_path: Path) -> None:
+    """Not even while it is written."""
+    kept = self_signed(tmp_path / "state", NAMES, NOW)
+    assert kept.key.stat().st_mode & 0o777 == 0o600
+    assert kept.key.parent.stat().st_mode & 0o777 == 0o700
+
+
+def test_it_is_renewed_in_time(tmp_path: Path) -> None:
+    """A month before it ends, and when key and certificate do not belong together."""
+    first = self_signed(tmp_path, NAMES, NOW)
+    old = first.fingerprint()
+    later = NOW + LASTS - datetime.timedelta(days=29)
+    assert self_signed(tmp_path, NAMES, later).fingerprint() != old
+    first.key.write_bytes(self_signed(tmp_path / "other", NAMES, NOW).key.read_bytes())
+    renewed = self_signed(tmp_path, NAMES, NOW).fingerprint()
+    assert self_signed(tmp_path, NAMES, NOW).fingerprint() == renewed
+
+
+def test_a_new_address_needs_a_new_one(tmp_path: Path) -> None:
+    """A name that is gone does not: each new certificate has to be accepted again."""
+    first = self_signed(tmp_path, NAMES, NOW).fingerprint()
+    assert self_signed(tmp_path, NAMES[1:], NOW).fingerprint() == first
+    assert self_signed(tmp_path, [*NAMES, "192.0.2.8"], NOW).fingerprint() != first
+    assert "192.0.2.8" in self_signed(tmp_path, NAMES, NOW).names()
+
+
+@pytest.mark.parametrize("damage", [b"", b"nonsense", b"-----BEGIN CERTIFICATE-----\n"])
+def test_a_damaged_one_is_replaced(tmp_path: Path, damage: bytes) -> None:
+    """A half-written file is no reason not to start."""
+    self_signed(tmp_path, NAMES, NOW).chain.write_bytes(damage)
+    assert len(self_signed(tmp_path, NAMES, NOW).fingerprint()) == 32 * 3 - 1
+
+
+def test_a_browser_could_check_the_name(tmp_path: Path) -> None:
+    """A client that trusts it finds the names and addresses that we serve."""
+    kept = self_signed(tmp_path, NAMES, NOW)
+    client = ssl.create_default_context(cafile=str(kept.chain))
+    for name in NAMES:
+        assert _shake_hands(kept.context(), client, name)
+    with pytest.raises(ssl.SSLCertVerificationError):
+        _shake_hands(kept.context(), client, "evil.example")
+
+
+def _shake_hands(server: ssl.SSLContext, client: ssl.SSLContext, name: str) -> bool:
+    to_server, to_client = ssl.MemoryBIO(), ssl.MemoryBIO()
+    ends = [
+        client.wrap_bio(to_client, to_server, server_hostname=name),
+        server.wrap_bio(to_server, to_client, server_side=True),
+    ]
+    for _ in range(4):
+        for end in list(ends):
+            try:
+                end.do_handshake()
+                ends.remove(end)
+            except ssl.SSLWantReadError:
+                pass
+    return not ends
+
+
+def test_what_cannot_be_used_is_said(tmp_path: Path) -> None:
+    """A sentence with the file, whatever is wrong with it."""
+    missing = Certificate(tmp_path / "none.pem", tmp_path / "none.key")
+    with pytest.raises(StartError, match=r"none\.pem"):
+        missing.context()
+    with pytest.raises(StartError, match=r"none\.pem"):
+        missing.fingerprint()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StartError, match="cannot keep a certificate"):
+        self_signed(tmp_path / "file" / "state", NAMES, NOW)

@@ -1,0 +1,340 @@
+"""Raw and slow connections: each has its time, and everybody else is served meanwhile."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import ssl
+import time
+from contextlib import asynccontextmanager, suppress
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any, Final
+
+import pytest
+from aiohttp import web
+
+from wax.clock import SystemClock
+from wax.config.settings import ServerSettings
+from wax.errors import StartError
+from wax.web import connection, tls, tls_gate
+from wax.web.certificate import self_signed
+from wax.web.entrance import Entrance
+from wax.web.guards import Guards
+from wax.web.tls import make_tls
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+pytestmark = pytest.mark.system
+
+READ_S: Final = 0.4
+IDLE_S: Final = 1.2
+SLACK_S: Final = 0.5
+GET: Final = b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"
+POST: Final = b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 20\r\n\r\n"
+LARGE: Final = 20_000_000
+
+
+@pytest.fixture(autouse=True)
+def _short_times(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(connection._LASTS_S, "reading", READ_S)
+    monkeypatch.setitem(connection._LASTS_S, "idle", IDLE_S)
+    monkeypatch.setitem(connection._LASTS_S, "answering", IDLE_S)
+    monkeypatch.setattr(connection, "_LINGER_S", 0.1)
+    monkeypatch.setattr(tls_gate, "READ_S", READ_S)
+
+
+async def _echo(request: web.Request) -> web.Response:
+    return web.json_response({"read": len(await request.read())})
+
+
+async def _large(request: web.Request) -> web.Response:
+    return web.Response(body=bytes(LARGE))
+
+
+async def _slow(request: web.Request) -> web.Response:
+    await request.read()
+    await asyncio.sleep(READ_S + 0.2)
+    return web.Response(text="at last")
+
+
+@asynccontextmanager
+async def open_entrance(**settings: Any) -> AsyncIterator[Entrance]:
+    server = ServerSettings(host="127.0.0.1", port=0, **settings)
+    clock = SystemClock()
+    guards = Guards(server, clock)
+    application = web.Application(middlewares=guards.middlewares)
+    application.on_response_prepare.append(guards.add_headers)
+    application.add_routes(
+        [
+            web.get("/", _echo),
+            web.post("/", _echo),
+            web.get("/large", _large),
+            web.post("/slow", _slow),
+        ]
+    )
+    entrance = Entrance(application, server, clock, make_tls(server, clock))
+    await entrance.open()
+    try:
+        yield entrance
+    finally:
+        await entrance.close()
+        await asyncio.sleep(0.05)
+        assert len(entrance.limits) == 0
+
+
+async def _until_closed(
+    port: int, *pieces: bytes, drip: bytes = b"", context: ssl.SSLContext | None = None
+) -> tuple[float, bytes]:
+    """Send pieces, then drip; return the seconds until it is closed, and what came back."""
+    reader, writer = await asyncio.open_connection(
+        "127.0.0.1", port, ssl=context, server_hostname="localhost" if context else None
+    )
+    start_s = time.monotonic()
+
+    async def send() -> None:
+        for piece in pieces:
+            writer.write(piece)
+            await asyncio.sleep(0.05)
+        while drip:
+            writer.write(drip)
+            await asyncio.sleep(0.05)
+
+    sending = asyncio.create_task(send())
+    try:
+        with suppress(ConnectionError):
+            said = await asyncio.wait_for(reader.read(), 5)
+            return time.monotonic() - start_s, said
+        return time.monotonic() - start_s, b""
+    finally:
+        sending.cancel()
+        with suppress(asyncio.CancelledError, ConnectionError):
+            await sending
+        writer.transport.abort()
+
+
+async def _get(port: int, request: bytes = GET, **more: Any) -> bytes:
+    reader, writer = await asyncio.open_connection("127.0.0.1", port, **more)
+    try:
+        writer.write(request)
+        return await asyncio.wait_for(reader.readuntil(b"}"), 5)
+    finally:
+        writer.transport.abort()
+        await asyncio.sleep(0.02)
+
+
+async def test_slow_connections_are_cut() -> None:
+    """Silent, half a header, drips of a header or of a body: all closed in time, others served."""
+    async with open_entrance() as entrance:
+        port = entrance.port
+        slow = [
+            _until_closed(port),
+            _until_closed(port, b"G"),
+            _until_closed(port, GET[:-2]),
+            _until_closed(port, GET[:-2], drip=b"X"),
+            _until_closed(port, drip=b"\r\n"),
+            _until_closed(port, POST),
+            _until_closed(port, POST, drip=b"y"),
+            _until_closed(
+                port, GET[:-2] + b"Transfer-Encoding: chunked\r\n\r\n", drip=b"1\r\ny\r\n"
+            ),
+        ]
+        cutting = asyncio.gather(*slow)
+        while not cutting.done():
+            start_s = time.monotonic()
+            assert b'{"read": 0}' in await _get(port)
+            assert time.monotonic() - start_s < 0.2
+            await asyncio.sleep(0.05)
+        for took_s, said in await cutting:
+            assert READ_S - 0.05 <= took_s <= READ_S + SLACK_S
+            assert not said
+        assert entrance.status()["too_slow"] >= len(slow)
+
+
+async def test_what_hides_behind_a_good_request() -> None:
+    """Half a header behind a whole request has no more time than any other."""
+    async with open_entrance() as entrance:
+        for pieces, drip in (
+            ((GET + GET[:-2],), b""),
+            ((GET + GET[:-2],), b"X"),
+            ((GET, GET[:-2]), b"X"),
+            ((GET, b"\r\n"), b"\r\n"),
+        ):
+            took_s, said = await _until_closed(entrance.port, *pieces, drip=drip)
+            assert said.count(b"200 OK") == 1
+            assert took_s <= READ_S + 0.1 + SLACK_S
+
+
+async def test_idle_connections_are_kept_for_a_while() -> None:
+    """A browser's next request finds the connection open, and a later one need not."""
+    async with open_entrance() as entrance:
+        later = GET, *[b""] * 10, GET
+        took_s, said = await _until_closed(entrance.port, *later)
+        assert said.count(b"200 OK") == 2
+        assert 0.5 + IDLE_S <= took_s <= 0.6 + IDLE_S + SLACK_S
+        both = await _until_closed(entrance.port, GET + GET + GET)
+        assert both[1].count(b"200 OK") == 3
+
+
+async def test_a_handler_may_take_its_time() -> None:
+    """Only what the client does is limited so shortly, not how long we think."""
+    async with open_entrance() as entrance:
+        request = POST.replace(b"/ ", b"/slow ") + b"y" * 20
+        assert b"at last" in (await _until_closed(entrance.port, request))[1]
+        halves = POST.replace(b"/ ", b"/slow ") + b"y" * 10, b"y" * 10
+        assert b"at last" in (await _until_closed(entrance.port, *halves))[1]
+
+
+async def test_who_does_not_read_the_answer() -> None:
+    """An answer that nobody takes is not kept for ever."""
+    async with open_entrance() as entrance:
+        reader, writer = await asyncio.open_connection("127.0.0.1", entrance.port, limit=1000)
+        writer.write(GET.replace(b"/ ", b"/large ", 1))
+        await asyncio.sleep(0.2)
+        assert len(entrance.limits) == 1
+        await asyncio.sleep(IDLE_S + 0.3)
+        assert len(entrance.limits) == 0
+        writer.transport.abort()
+        del reader
+
+
+async def test_one_address_has_its_share() -> None:
+    """Over it, closed at once; those that wait for nothing make room."""
+    async with open_entrance(max_connections_per_address=4) as entrance:
+        idle = asyncio.create_task(_until_closed(entrance.port, GET))
+        await asyncio.sleep(0.1)
+        silent = [asyncio.create_task(_until_closed(entrance.port)) for _ in range(4)]
+        took_s, _ = await idle
+        assert took_s < READ_S, "the idle one has made room"
+        took_s, said = await _until_closed(entrance.port, GET)
+        assert took_s < 0.1
+        assert not said
+        await asyncio.gather(*silent)
+        assert b'{"read": 0}' in await _get(entrance.port)
+
+
+async def test_a_full_house_still_answers() -> None:
+    """All places taken by others who say nothing: a request gets through at once."""
+    async with open_entrance(max_connections=16) as entrance:
+        silent = [asyncio.create_task(_until_closed(entrance.port)) for _ in range(16)]
+        await asyncio.sleep(0.1)
+        start_s = time.monotonic()
+        for _ in range(5):
+            assert b'{"read": 0}' in await _get(entrance.port)
+        assert time.monotonic() - start_s < 0.25
+        await asyncio.gather(*silent)
+
+
+@pytest.mark.parametrize(
+    "garbage",
+    [
+        b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
+        b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
+        b"GET / HTTP/9.9\r\n\r\n",
+        b"GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n",
+        b"GET / HTTP/1.1\r\nHost\x00: a\r\n\r\n",
+        b"GET / HTTP/1.1\r\n" + b"A: b\r\n" * 100 + b"\r\n",
+        b"GET / HTTP/1.1\r\nA: " + b"b" * 10_000 + b"\r\n\r\n",
+        b"GET /" + b"a" * 10_000 + b" HTTP/1.1\r\n\r\n",
+        b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: -1\r\n\r\n",
+        POST.replace(b"\r\n\r\n", b"\r\nTransfer-Encoding: chunked\r\n\r\n"),
+    ],
+    ids=range(10),
+)
+async def test_what_is_no_http(garbage: bytes, caplog: pytest.LogCaptureFixture) -> None:
+    """It gets a sentence and the end of the connection, and the log never more than a few lines."""
+    caplog.set_level(logging.DEBUG)
+    async with open_entrance() as entrance:
+        for _ in range(20):
+            _, said = await _until_closed(entrance.port, garbage)
+            head, _, body = said.partition(b"\r\n\r\n")
+            assert head.startswith((b"HTTP/1.1 400", b"HTTP/1.0 400"))
+            assert b"nosniff" in head
+            assert len(json.loads(body)["error"]) > 5
+    lines = [record for record in caplog.records if record.levelno >= logging.INFO]
+    assert len(lines) <= 6
+    assert not any(record.exc_info for record in caplog.records)
+
+
+async def test_a_body_that_breaks_off(caplog: pytest.LogCaptureFixture) -> None:
+    """Whoever leaves in the middle of a body is no error of ours."""
+    async with open_entrance() as entrance:
+        for _ in range(3):
+            _, writer = await asyncio.open_connection("127.0.0.1", entrance.port)
+            writer.write(POST + b"half")
+            await asyncio.sleep(0.02)
+            writer.transport.abort()
+        await asyncio.sleep(0.1)
+        assert len(entrance.limits) == 0
+    assert not [record for record in caplog.records if record.levelno >= logging.ERROR]
+
+
+async def test_a_port_in_use_is_a_sentence() -> None:
+    """What to do is said, and nothing is left open."""
+    async with open_entrance() as entrance:
+        other = Entrance(
+            web.Application(), ServerSettings(host="127.0.0.1", port=entrance.port), SystemClock()
+        )
+        with pytest.raises(StartError, match="--port"):
+            await other.open()
+        await other.close()
+
+
+def _trusting(chain: Path) -> ssl.SSLContext:
+    return ssl.create_default_context(cafile=str(chain))
+
+
+async def test_https(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages by HTTPS say so to the browser; plain HTTP and silent handshakes are cut in time."""
+    monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
+    async with open_entrance(https=True) as entrance:
+        context = _trusting(tmp_path / "certificate.pem")
+        said = await _get(entrance.port, ssl=context, server_hostname="localhost")
+        assert b"Strict-Transport-Security" in said
+        assert b'{"read": 0}' in await _get(entrance.port, ssl=context, server_hostname="127.0.0.1")
+        took_s, said = await _until_closed(entrance.port)
+        assert READ_S - 0.05 <= took_s <= READ_S + SLACK_S
+        took_s, said = await _until_closed(entrance.port, GET)
+        assert took_s < READ_S
+        assert b"200" not in said
+        assert (await _until_closed(entrance.port, GET[:-2], context=context))[0] < READ_S + SLACK_S
+        took_s, said = await _until_closed(entrance.port, GET + GET, context=context)
+        assert said.count(b"200 OK") == 2
+
+
+async def test_https_counts_handshakes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who never shakes hands takes a place as well, and others of that address get none."""
+    monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
+    async with open_entrance(https=True, max_connections_per_address=4) as entrance:
+        silent = [asyncio.create_task(_until_closed(entrance.port)) for _ in range(4)]
+        await asyncio.sleep(0.1)
+        took_s, _ = await _until_closed(entrance.port)
+        assert took_s < 0.1
+        await asyncio.gather(*silent)
+        context = _trusting(tmp_path / "certificate.pem")
+        assert b"200 OK" in await _get(entrance.port, ssl=context, server_hostname="localhost")
+
+
+async def test_a_new_certificate_needs_no_restart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """New files serve the next connection, and half-written ones leave the old certificate."""
+    monkeypatch.setattr(tls, "_LOOK_S", 0.0)
+    now = datetime.now(UTC)
+    kept = self_signed(tmp_path, ["localhost"], now)
+    files = {"certificate": str(kept.chain), "key": str(kept.key)}
+    async with open_entrance(**files) as entrance:
+        first = _trusting(kept.chain)
+        assert b"200 OK" in await _get(entrance.port, ssl=first, server_hostname="localhost")
+        old_key = kept.key.read_bytes()
+        kept.key.write_bytes(old_key[:50])
+        assert b"200 OK" in await _get(entrance.port, ssl=first, server_hostname="localhost")
+        other = self_signed(tmp_path / "other", ["localhost"], now)
+        other.key.replace(kept.key)
+        other.chain.replace(kept.chain)
+        second = _trusting(kept.chain)
+        assert b"200 OK" in await _get(entrance.port, ssl=second, server_hostname="localhost")
+        with pytest.raises(ssl.SSLCertVerificationError):
+            await _get(entrance.port, ssl=first, server_hostname="localhost")
