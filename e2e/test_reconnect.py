@@ -93,17 +93,16 @@ async def test_a_lost_operator_is_replaced_after_the_grace(
 async def test_a_restarted_server_is_found_again(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
-    """When the server is back, the page reconnects with a fresh peer and says so."""
+    """The page says that the server ends; when it is back, so is the page, with its name."""
     async with serve(tmp_path, toml.CARD) as server:
         viewer = await open_viewer(server)
+        await viewer.call_oneself("Ada")
         peers = await viewer.probe("peers()")
         await eventually(viewer.says_connected, "the page says that it is connected")
+        await viewer.page.evaluate(_NOTE_CHANGE)
         await server.stop(signal.SIGTERM)
-
-        async def says_lost() -> bool:
-            return not await viewer.says_connected()
-
-        await eventually(says_lost, "the page says that it is not connected", within_s=5)
+        _, said = await says_next(viewer)
+        assert "The server is restarting or was switched off." in said
         await server.start()
 
         async def fresh() -> bool:
@@ -114,6 +113,7 @@ async def test_a_restarted_server_is_found_again(
 
         await eventually(fresh, "a fresh peer is connected", within_s=20)
         await eventually(viewer.says_connected, "the page says that it is connected")
+        assert [line["name"] for line in (await server.status())["viewers"]] == ["Ada"]
         await viewer.sees_picture()
         assert_live(await viewer.cards(20))
         await viewer.join()

@@ -270,6 +270,18 @@ async def test_an_old_peer_that_ends_late_takes_nothing_with_it(rig: Rig) -> Non
     assert [line["role"] for line in again.last("room")["viewers"]] == ["operator"]
 
 
+async def test_a_server_that_ends_says_goodbye(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every page is told before its peer closes, and nobody is admitted any more."""
+    monkeypatch.setattr(room_module, "_GOODBYE_S", 0.0)
+    ada, bob = await rig.enter("client-ada"), await rig.enter("client-bob")
+    await rig.room.close()
+    for peer in (ada, bob):
+        assert "restarting" in peer.sent[-1]["text"]
+        assert (peer.sent[-1]["type"], peer.is_alive) == ("goodbye", False)
+    with pytest.raises(FullError, match="restarting"):
+        await rig.enter("client-eve")
+
+
 async def test_a_full_house_says_so(rig: Rig) -> None:
     """One more than the configured number is refused with a sentence, and nobody is harmed."""
     await rig.enter("ada-1111")

@@ -150,6 +150,8 @@ export function startSession(): Session {
       case "notice":
         say(message.text);
         break;
+      case "goodbye":
+        break; // the link shows its text while it waits to reconnect
     }
   }
 

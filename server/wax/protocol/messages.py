@@ -380,10 +380,17 @@ class Notice(_Outgoing):
     text: str
 
 
+class Goodbye(_Outgoing):
+    """The last message of a server that stops or restarts; the page reconnects by itself."""
+
+    type: Literal["goodbye"] = "goodbye"
+    text: str
+
+
 DriveIn = Drive | Ping | Report
 StateIn = SetName | Join | Leave | Stop | Release | Want | Received
 DriveOut = Pong
-StateOut = Hello | RoomState | Playout | Served | RtpClock | Units | DriveStatus | Notice
+StateOut = Hello | RoomState | Playout | Served | RtpClock | Units | DriveStatus | Notice | Goodbye
 
 DRIVE_COLUMNS: Final = compact.by_type(*get_args(DriveIn), DriveOut)
 """The columns of the drive channel's rows, by type."""

@@ -44,6 +44,9 @@ _OTHERS_LOST_S: Final = 3.5
 _DEAD_S: Final = 10.0
 """Silent for this long: the peer is closed; a page that is still open makes a new one."""
 _ROOM_EVERY_S: Final = 5.0
+_GOODBYE_S: Final = 0.1
+"""SCTP sends a message on later passes of the event loop; closing a peer drops what is left."""
+_GOODBYE: Final = "The server is restarting or was switched off."
 _FLEETING: Final[dict[str, Any]] = {
     "viewers": {"__all__": {"wait_s"}},
     "robot": {"battery_v": True, "battery_fraction": True},
@@ -81,6 +84,7 @@ class Room:
         self._gone_since_s: dict[int, float] = {}
         self._answering: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
         self._entry = asyncio.Lock()
+        self._is_closing = False
         self._told = ""
         self._told_s = 0.0
         self._looked_s = 0.0
@@ -93,6 +97,8 @@ class Room:
         `is_host` means that the page is open on the server's own machine. Of two concurrent offers
         the later one wins. Raises `FullError` or `SignallingError`.
         """
+        if self._is_closing:
+            raise FullError(_GOODBYE)
         # Before anything else: a bad offer must neither take a place nor end a good peer.
         offer = clean_offer(offer)
         async with self._answering.setdefault(client, asyncio.Lock()):
@@ -246,7 +252,12 @@ class Room:
         )
 
     async def close(self) -> None:
-        """Close every peer."""
+        """Say goodbye to every page and close its peer; admits nobody any more."""
+        self._is_closing = True
+        for viewer in self._viewers:
+            viewer.send(messages.Goodbye(text=_GOODBYE))
+        if len(self._viewers) > 0:
+            await asyncio.sleep(_GOODBYE_S)
         await asyncio.gather(*(viewer.close() for viewer in self._viewers))
 
     def _sweep(self, now_s: float) -> None:

@@ -157,6 +157,25 @@ it("takes a connection that breaks at once for one more failure, a steady one fo
   expect(waitMs()).toBe(0);
 });
 
+it.each([
+  [0, 1000],
+  [0.999, 1999],
+])("waits a moment of its own after a goodbye (random %d)", (random, waitMs) => {
+  open();
+  answerFor(6);
+  vi.mocked(Math.random).mockReturnValue(random);
+  const text = "The server is restarting or was switched off.";
+  peer().events.received("state", JSON.stringify({ type: "goodbye", text }));
+  expect(states.at(-1)).toEqual({
+    is: "waiting",
+    retryAtMs: performance.now() + waitMs,
+    reason: text,
+  });
+  expect(peer().isClosed).toBe(true);
+  vi.advanceTimersByTime(waitMs);
+  expect(peers).toHaveLength(2);
+});
+
 it("gives up a peer that has been silent for three seconds", () => {
   link.mayDrive = true;
   open();

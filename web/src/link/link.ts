@@ -31,6 +31,8 @@ const CONNECT_MS = 10_000;
 /** A connection that breaks sooner than this counts as a failed attempt. */
 const STEADY_MS = 5000;
 const LOOK_EVERY_MS = 100;
+/** After a goodbye: no restart is faster, and not everybody comes back at the same instant. */
+const GOODBYE_MS = 1000;
 
 const now = () => performance.now();
 
@@ -149,14 +151,16 @@ export class Link {
     if (message.type === "hello") {
       this.#connectedMs = now();
       this.#change({ is: "connected" });
+    } else if (message.type === "goodbye") {
+      this.#lost(message.text, GOODBYE_MS * (1 + Math.random()));
     }
   }
 
-  #lost(reason: string): void {
+  #lost(reason: string, leastMs = 0): void {
     this.#drop();
     if (now() - this.#connectedMs >= STEADY_MS) this.#failures = 0;
     this.#connectedMs = Number.POSITIVE_INFINITY;
-    const pauseMs = retryDelayMs(this.#failures++, Math.random());
+    const pauseMs = Math.max(leastMs, retryDelayMs(this.#failures++, Math.random()));
     this.#change({ is: "waiting", retryAtMs: now() + pauseMs, reason });
     this.#timer = setTimeout(() => this.connect(), pauseMs);
   }

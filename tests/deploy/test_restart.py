@@ -1,0 +1,47 @@
+"""A restart: goodbye to everybody, and the same place for whoever comes back."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.deploy.running import answers, free_port, serving
+
+from wax.client import Client
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+pytestmark = pytest.mark.system
+
+STOP_WITHIN_S = 3.0
+"""A third of the TimeoutStopSec of `config/deploy/wax.service`."""
+
+CARD = '[video]\nsource = "testcard"\n[audio]\nsource = "testcard"\n'
+
+
+async def test_a_restart_says_goodbye_and_takes_everybody_back(tmp_path: Path) -> None:
+    """After SIGTERM the goodbye comes before the end; on the same port the name comes back."""
+    config = tmp_path / "wax.toml"
+    config.write_text(CARD)
+    port = free_port()
+    url = f"http://127.0.0.1:{port}"
+    async with serving(config, port) as server:
+        await answers(port, server)
+        async with Client(url, name="Ada") as ada:
+            assert await ada.until(lambda: _names(ada) == ["Ada"])
+            server.send_signal(signal.SIGTERM)
+            assert await ada.until(lambda: bool(ada.newest("goodbye")))
+            assert "restarting" in ada.newest("goodbye")["text"]
+            assert await ada.until(lambda: not ada.is_open)
+            assert await asyncio.wait_for(server.wait(), STOP_WITHIN_S) == 0
+    async with serving(config, port) as server:
+        await answers(port, server)
+        async with Client(url, name="Ada", client_id=ada.client_id) as back:
+            assert await back.until(lambda: _names(back) == ["Ada"])
+
+
+def _names(client: Client) -> list[str]:
+    return [viewer["name"] for viewer in client.newest("room").get("viewers", [])]
