@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import os
 import signal
 from typing import TYPE_CHECKING, Final
 
@@ -29,6 +30,7 @@ from wax.fanout.video_hub import VideoHub
 from wax.records.opening import open_records
 from wax.robot.find_driver import make_robot
 from wax.rtc import private
+from wax.service_manager import ServiceManager
 from wax.session.announcements import Announcements
 from wax.session.house import House
 from wax.session.proof_runner import ProofRunner
@@ -73,6 +75,7 @@ class App:
         self._stopping = asyncio.Event()
         self._died: str | None = None
         self._supervisor = TaskSupervisor(self._task_died)
+        self._service_manager = ServiceManager(os.environ)
         counters = Counters()
 
         self._driver = make_robot(settings.robot, clock, settings.log)
@@ -207,6 +210,7 @@ class App:
                 loop.add_signal_handler(number, self.stop)
         try:
             await self._start()
+            self._service_manager.ready()
             on_ready(self._entrance.port)
             await self._stopping.wait()
         finally:
@@ -233,10 +237,12 @@ class App:
         self._supervisor.spawn("room", self._room.run())
         self._supervisor.spawn("status", self._status.run())
         self._supervisor.spawn("records", self._keeper.run())
+        self._supervisor.spawn("service manager", self._service_manager.run())
 
     async def _shut_down(self) -> None:
         self._control.stop()
         self._proof_runner.break_off()
+        self._service_manager.stopping()
         try:
             async with asyncio.timeout(_STOP_S):
                 await self._supervisor.stop()

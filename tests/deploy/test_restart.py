@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import signal
+import socket
+from functools import partial
 from typing import TYPE_CHECKING
 
 import pytest
@@ -41,6 +43,29 @@ async def test_a_restart_says_goodbye_and_takes_everybody_back(tmp_path: Path) -
         await answers(port, server)
         async with Client(url, name="Ada", client_id=ada.client_id) as back:
             assert await back.until(lambda: _names(back) == ["Ada"])
+
+
+async def test_a_service_manager_follows_the_server(tmp_path: Path) -> None:
+    """READY comes when the page can be opened, then signs of life, and STOPPING at the end."""
+    config = tmp_path / "wax.toml"
+    config.write_text(CARD)
+    port = free_port()
+    environment = {"NOTIFY_SOCKET": str(tmp_path / "notify"), "WATCHDOG_USEC": "300000"}
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listening:
+        listening.bind(environment["NOTIFY_SOCKET"])
+        listening.setblocking(False)
+        hear = partial(asyncio.get_running_loop().sock_recv, listening, 99)
+        async with serving(config, port, environment=environment) as server:
+            while (heard := await hear()) == b"WATCHDOG=1":
+                pass
+            assert heard == b"READY=1"
+            await answers(port, server)
+            assert [await hear(), await hear()] == [b"WATCHDOG=1"] * 2
+            server.send_signal(signal.SIGTERM)
+            while (heard := await hear()) == b"WATCHDOG=1":
+                pass
+            assert heard == b"STOPPING=1"
+            assert await asyncio.wait_for(server.wait(), STOP_WITHIN_S) == 0
 
 
 def _names(client: Client) -> list[str]:
