@@ -1,0 +1,66 @@
+"""The unit of systemd: it is valid, sandboxed, and agrees with what the server does."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from configparser import ConfigParser
+from pathlib import Path
+
+import pytest
+from tests.deploy.test_restart import STOP_WITHIN_S
+
+UNIT = Path(__file__).parents[2] / "config" / "deploy" / "wax.service"
+
+MOST_EXPOSED: int = 20
+"""Tenths of systemd's exposure level: 0 is a service that can do nothing, 96 one without limits.
+Devices, the network and its own name in /etc make up what is left."""
+
+
+@pytest.fixture
+def unit(tmp_path: Path) -> Path:
+    """Put a program that is here into the unit; no other line is changed."""
+    if shutil.which("systemd-analyze") is None:
+        pytest.skip("there is no systemd-analyze")
+    installed = "/opt/wax/bin/wax "
+    text = UNIT.read_text(encoding="utf-8")
+    assert text.count(f"ExecStart={installed}") == 1
+    made = tmp_path / "wax.service"
+    made.write_text(text.replace(installed, f"{Path(sys.executable).with_name('wax')} "))
+    return made
+
+
+def _analyze(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    command = ["systemd-analyze", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=30)
+
+
+@pytest.mark.system
+def test_systemd_takes_every_line(unit: Path) -> None:
+    """There is no unknown key, no wrong value, no missing program."""
+    verified = _analyze("verify", "--man=no", unit)
+    about_ours = [line for line in verified.stderr.splitlines() if "wax" in line]
+    assert (verified.returncode, about_ours) == (0, [])
+
+
+@pytest.mark.system
+def test_it_can_do_little_beside_its_work(unit: Path) -> None:
+    """Its exposure is in systemd's lowest class but one; a line that opens it up is noticed."""
+    rated = _analyze("security", "--offline=true", f"--threshold={MOST_EXPOSED}", unit)
+    if "unrecognized option" in rated.stderr:
+        pytest.skip("this systemd-analyze rates no files")
+    assert rated.returncode == 0, rated.stdout
+
+
+def test_it_agrees_with_the_server() -> None:
+    """It waits for READY, gives the end time enough, and does not repeat a wrong configuration."""
+    parser = ConfigParser(strict=False, interpolation=None)
+    parser.optionxform = str  # type: ignore[assignment,method-assign]  # the documented way
+    parser.read(UNIT, encoding="utf-8")
+    service = parser["Service"]
+    assert service["Type"] == "notify"
+    assert float(service["TimeoutStopSec"]) >= 3 * STOP_WITHIN_S
+    assert float(service["WatchdogSec"]) >= 5.0  # a busy start of many peers is no hang
+    assert service["RestartPreventExitStatus"] == "2"
+    assert service["KillMode"] == "mixed"  # the driver's process ends when the server says so
