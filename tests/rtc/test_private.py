@@ -6,6 +6,8 @@ import asyncio
 import re
 
 import aioice.ice
+import aioice.stun
+import aiortc.rtp
 import pytest
 from aiortc import (
     RTCDtlsTransport,
@@ -32,6 +34,9 @@ def test_all_private_parts_are_there() -> None:
     [
         (aioice.ice, "CONSENT_FAILURES"),
         (aioice.ice, "get_host_addresses"),
+        (aioice.ice.Connection, "data_received"),
+        (aioice.stun, "parse_message"),
+        (aiortc.rtp, "unpack_remb_fci"),
         (RTCDtlsTransport, "_send_rtp"),
         (RTCDtlsTransport, "_handle_rtcp_data"),
         (RTCDtlsTransport, "_register_rtp_sender"),

@@ -9,11 +9,14 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import copy
+import struct
 from abc import ABC, abstractmethod
 from collections import deque
 from typing import TYPE_CHECKING, Any, Final, cast
 
 import aioice.ice
+import aioice.stun
+import aiortc.rtp
 from aiortc import (
     RTCDtlsTransport,
     RTCIceTransport,
@@ -72,6 +75,12 @@ def check() -> None:
             ("aioice.ice.CONSENT_FAILURES", hasattr(aioice.ice, "CONSENT_FAILURES")),
             ("aioice.ice.get_host_addresses", hasattr(aioice.ice, "get_host_addresses")),
             (
+                "aioice.ice.Connection.data_received",
+                hasattr(aioice.ice.Connection, "data_received"),
+            ),
+            ("aioice.stun.parse_message", hasattr(aioice.stun, "parse_message")),
+            ("aiortc.rtp.unpack_remb_fci", hasattr(aiortc.rtp, "unpack_remb_fci")),
+            (
                 "RTCPeerConnection.__pendingRemoteDescription",
                 sets(RTCPeerConnection, _OFFER),
             ),
@@ -127,6 +136,9 @@ def install() -> None:
     # (`link_monitor`) checks liveness, so consent must never give up.
     aioice.ice.CONSENT_FAILURES = _FOR_EVER
     aioice.ice.get_host_addresses = _host_addresses
+    aioice.ice.Connection.data_received = _data_received  # type: ignore[assignment,method-assign]
+    aioice.stun.parse_message = _parsed_stun
+    aiortc.rtp.unpack_remb_fci = _unpacked_remb
     rtcsctptransport.decode_params = _decoded_params
     # The limit in our answer, so that the browser sends nothing longer.
     rtcsctptransport.LOCAL_MAX_MESSAGE_SIZE = _MAX_WAITING_BYTES
@@ -138,6 +150,40 @@ def _host_addresses(use_ipv4: bool, use_ipv6: bool) -> list[str]:
 
 
 _found_addresses = aioice.ice.get_host_addresses
+
+
+def _data_received(connection: aioice.ice.Connection, data: bytes, component: int) -> None:
+    """Ignore empty datagrams: aiortc looks at the first byte, and a peer that has none ends.
+
+    Anybody may send one to a port of ours, no matter who is connected to it.
+    """
+    if data:
+        _take_data(connection, data, component)
+
+
+_take_data = aioice.ice.Connection.data_received
+
+
+def _parsed_stun(data: bytes) -> aioice.stun.Message:
+    """Refuse attributes of a wrong length with the one error that aioice expects of itself."""
+    try:
+        return _parse_stun(data)
+    except (struct.error, IndexError) as error:
+        raise ValueError(f"a STUN attribute of a wrong length: {error}") from error
+
+
+_parse_stun = aioice.stun.parse_message
+
+
+def _unpacked_remb(data: bytes) -> tuple[int, list[int]]:
+    """Refuse a list that is shorter than announced, likewise."""
+    try:
+        return _unpack_remb(data)
+    except struct.error as error:
+        raise ValueError(f"a REMB that is cut off: {error}") from error
+
+
+_unpack_remb = aiortc.rtp.unpack_remb_fci
 
 
 def _decoded_params(body: bytes) -> list[tuple[int, bytes]]:

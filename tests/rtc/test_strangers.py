@@ -1,0 +1,60 @@
+"""What anybody may send to a peer's port, without having been admitted."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from typing import TYPE_CHECKING, Any, Final
+
+import aioice.stun
+import pytest
+from aiortc.rtp import RtcpPsfbPacket, pack_remb_fci
+from aiortc.sdp import SessionDescription
+from tests.rtc.test_association import Link, opened
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+_HEADER: Final = b"\x00\x01" + (8).to_bytes(2) + aioice.stun.COOKIE.to_bytes(4) + b"0123456789ab"
+
+
+@pytest.fixture
+async def link() -> AsyncIterator[Link]:
+    async with opened() as made:
+        yield made
+
+
+def _addresses(link: Link) -> list[tuple[str, int]]:
+    offered = SessionDescription.parse(link.page.remoteDescription.sdp)
+    return [(one.ip, one.port) for one in offered.media[0].ice_candidates if ":" not in one.ip]
+
+
+@pytest.mark.parametrize(
+    "datagram",
+    [
+        pytest.param(b"", id="empty"),
+        pytest.param(b"\x80", id="one byte"),
+        pytest.param(b"\x16\xfe\xfd" + b"\xff" * 40, id="no DTLS"),
+        pytest.param(_HEADER + b"\x00\x24\x00\x01a...", id="a priority of one byte"),
+        pytest.param(_HEADER + b"\x80\x2a\x00\x03abc.", id="a tie breaker of three bytes"),
+        pytest.param(_HEADER + b"\x00\x20\x00\x00\x00\x24\x00\x00", id="no address"),
+    ],
+)
+async def test_a_strangers_datagram_ends_nobody(link: Link, datagram: bytes) -> None:
+    """Messages still come through after it, and nothing is thrown into the event loop."""
+    thrown: list[dict[str, Any]] = []
+    asyncio.get_running_loop().set_exception_handler(lambda _loop, what: thrown.append(what))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        for address in _addresses(link):
+            stranger.sendto(datagram, address)
+    await asyncio.sleep(0.05)
+    assert await link.answers("still here")
+    assert not thrown
+
+
+async def test_a_report_that_is_cut_off_is_left_aside(link: Link) -> None:
+    """A REMB that announces more streams than it names does not end its own sender's peer."""
+    cut = RtcpPsfbPacket(fmt=15, ssrc=1, media_ssrc=0, fci=pack_remb_fci(10**6, [1, 2])[:-4])
+    sound = link.peer._pc.getSenders()[0]
+    await sound.transport._handle_rtcp_data(bytes(cut))
+    assert await link.answers("still here")
