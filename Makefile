@@ -44,6 +44,10 @@ mutants: ## mutation testing of the safety code
 	@sh .make/install.sh test
 	@sh .make/suite.sh mutants $(ARGS)
 
+fuzz: ## a million inputs for each parser, or 20 minutes, led by coverage: make fuzz ARGS="--only rtcp"
+	@sh .make/install.sh test
+	@sh .make/suite.sh fuzz $(ARGS)
+
 ablation: ## half and double of each constant of congestion control, in simulation
 	@sh .make/install.sh test
 	@.venv/bin/python -m tests.ablation $(ARGS)
@@ -60,4 +64,4 @@ clean: ## remove everything installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run unit test test-all check bench lab goals faults figures mutants ablation coverage lock clean
+.PHONY: help run unit test test-all check bench lab goals faults figures mutants fuzz ablation coverage lock clean

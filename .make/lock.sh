@@ -1,4 +1,4 @@
-# Renew requirements.lock, requirements-dev.lock, .make/node.lock and .make/uv.txt: the newest
+# Renew requirements.lock, requirements-dev.lock and the locks in .make: the newest
 # versions that pyproject.toml allows, for every platform and Python from 3.11 on.
 set -eu
 . .make/lib.sh
@@ -23,4 +23,5 @@ compile requirements-dev.lock "What \`make test\` installs: the packages of \`ma
 compile requirements.lock "What \`make run\` installs" \
     pyproject.toml --group build --constraint requirements-dev.lock
 compile .make/node.lock "Node, for machines that have no suitable one" --group node
+compile .make/fuzz.lock "What \`make fuzz\` installs: atheris, where there is one" --group fuzz
 compile .make/uv.txt "uv, which installs the other packages" --group uv

@@ -1,5 +1,5 @@
 # Run a suite that measures, or tests the tests, after installing what it drives.
-# usage: suite.sh bench | faults | lab | mutants | coverage   ARGUMENTS…
+# usage: suite.sh bench | faults | lab | fuzz | mutants | coverage   ARGUMENTS…
 set -eu
 . .make/lib.sh
 . .make/browsers.sh
@@ -20,12 +20,18 @@ mutants)
     sh .make/firmware.sh library >/dev/null # there is a compiler, or a sentence about it
     exec python -m tests.mutants "$@"
     ;;
+fuzz)
+    sh .make/firmware.sh library >/dev/null
+    uv pip install -q --require-hashes -r .make/fuzz.lock ||
+        say "atheris could not be installed, see above"
+    exec python -m tests.fuzz "$@"
+    ;;
 coverage)
     status=0
     python -m tests.mutants.branches || status=1
     npm run --silent --prefix web coverage || status=1
     exit $status
     ;;
-*) die "usage: suite.sh bench | faults | lab | mutants | coverage ARGUMENTS…" ;;
+*) die "usage: suite.sh bench | faults | lab | fuzz | mutants | coverage ARGUMENTS…" ;;
 esac
 exec python -m "e2e.$suite" "$@"

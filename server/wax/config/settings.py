@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from difflib import get_close_matches
+from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
@@ -365,11 +366,16 @@ def parse(tree: dict[str, Any], name: str) -> Settings:
     try:
         return Settings.model_validate(tree)
     except ValidationError as error:
-        schema = Settings.model_json_schema()
+        schema = _schema()
         # pydantic reports a problem for each branch of a union; one line for the key is enough.
         lines = dict.fromkeys(_sentence(problem, schema) for problem in error.errors())
         count = f"{len(lines)} problem" + ("s" if len(lines) > 1 else "")
         raise ConfigError("\n  ".join([f"{name}: {count}:", *lines])) from error
+
+
+@cache
+def _schema() -> allowed.Schema:
+    return Settings.model_json_schema()
 
 
 def _sentence(problem: ErrorDetails, schema: allowed.Schema) -> str:

@@ -1,0 +1,22 @@
+"""Every parser that bytes from outside reach. A new one is one line here."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from tests.fuzz.targets import files, network, offers, pages, serial_line
+
+TARGETS: Final = {
+    target.name: target
+    for target in (
+        pages.DRIVE,
+        pages.STATE,
+        pages.SIGNALLING,
+        offers.SDP,
+        network.RTCP,
+        network.STUN,
+        serial_line.SERIAL,
+        serial_line.FIRMWARE,
+        files.CONFIG,
+    )
+}
