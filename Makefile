@@ -44,6 +44,10 @@ mutants: ## mutation testing of the safety code
 	@sh .make/install.sh test
 	@sh .make/suite.sh mutants $(ARGS)
 
+soak: ## half an hour: an operator, and observers who come and go; what grows, what is left
+	@sh .make/install.sh test
+	@sh .make/suite.sh soak $(ARGS)
+
 fuzz: ## a million inputs for each parser, or 20 minutes, led by coverage: make fuzz ARGS="--only rtcp"
 	@sh .make/install.sh test
 	@sh .make/suite.sh fuzz $(ARGS)
@@ -64,4 +68,4 @@ clean: ## remove everything installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run unit test test-all check bench lab goals faults figures mutants fuzz ablation coverage lock clean
+.PHONY: help run unit test test-all check bench lab goals faults figures mutants soak fuzz ablation coverage lock clean

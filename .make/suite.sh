@@ -1,5 +1,5 @@
 # Run a suite that measures, or tests the tests, after installing what it drives.
-# usage: suite.sh bench | faults | lab | fuzz | mutants | coverage   ARGUMENTS…
+# usage: suite.sh bench | faults | lab | soak | fuzz | mutants | coverage   ARGUMENTS…
 set -eu
 . .make/lib.sh
 . .make/browsers.sh
@@ -15,6 +15,7 @@ faults)
     want_playwright && want_chromium
     sh .make/firmware.sh board >/dev/null
     ;;
+soak) ;;
 lab) want_all && sh .make/livekit.sh ;;
 mutants)
     sh .make/firmware.sh library >/dev/null # there is a compiler, or a sentence about it
@@ -32,6 +33,6 @@ coverage)
     npm run --silent --prefix web coverage || status=1
     exit $status
     ;;
-*) die "usage: suite.sh bench | faults | lab | fuzz | mutants | coverage ARGUMENTS…" ;;
+*) die "usage: suite.sh bench | faults | lab | soak | fuzz | mutants | coverage ARGUMENTS…" ;;
 esac
 exec python -m "e2e.$suite" "$@"

@@ -22,7 +22,7 @@ ONE_MIB: Final = 250.0
 FURTHER_MIB: Final = 2.0
 FLAT_MIB: Final = 2.0
 """Growth over all joins and leaves that still counts as flat: the allocator's own unrest."""
-_BATCHES: Final = 10
+BATCHES: Final = 10
 _SETTLE_S: Final = 4.0
 _FORGET_S: Final = 15.0
 
@@ -40,12 +40,11 @@ class Use:
 async def memory(n: int) -> list[Row]:
     """Hold more and more viewers, then let `n` join and leave, in ten batches.
 
-    What leaks is the slope of the second half: allocator and libraries first fill pools that
-    stay, and what leaks goes on leaking. Stock does not tell its asyncio tasks.
+    Stock does not tell its asyncio tasks.
     """
-    batch = max(1, n // _BATCHES)
+    batch = max(1, n // BATCHES)
     found = {side: await _use(side, batch) for side in SIDES}
-    cycles = batch * _BATCHES
+    cycles = batch * BATCHES
 
     def row(key: str, what: str, unit: str, goal: float, *, n: int = cycles) -> Row:
         values = {side: float(getattr(use, key)) for side, use in found.items()}
@@ -69,23 +68,28 @@ async def _use(side: str, batch: int) -> Use:
                 await asyncio.sleep(_SETTLE_S)
                 held_mib.append(await _rss_mib(server))
             await asyncio.to_thread(crowd.hold, 0)
-            after_mib, left = [], []
-            for _ in range(_BATCHES + 1):
-                await asyncio.to_thread(crowd.cycle, batch)
-                await _is_empty(server)
-                after_mib.append(await _rss_mib(server))
-                left.append(await _handles(server))
-    half = _BATCHES // 2
-    a_batch_mib = _slope(range(half, _BATCHES + 1), after_mib[half:])
-    return Use(
-        one=held_mib[0],
-        further=_slope(VIEWERS[side], held_mib),
-        leaked=a_batch_mib * _BATCHES,
-        left=left[-1] - left[0],
-    )
+            leaked, left = await come_and_go(server, crowd, batch)
+    return Use(one=held_mib[0], further=_slope(VIEWERS[side], held_mib), leaked=leaked, left=left)
 
 
-async def _is_empty(server: MeasuredServer) -> None:
+async def come_and_go(server: MeasuredServer, crowd: Crowd, batch: int) -> tuple[float, int]:
+    """Let ten batches join and leave; return what they lost in MiB, and the handles they left.
+
+    What leaks is the slope of the second half: allocator and libraries first fill pools that
+    stay, and what leaks goes on leaking.
+    """
+    after_mib, left = [], []
+    for _ in range(BATCHES + 1):
+        await asyncio.to_thread(crowd.cycle, batch)
+        await is_empty(server)
+        after_mib.append(await _rss_mib(server))
+        left.append(await handles(server))
+    half = BATCHES // 2
+    a_batch_mib = _slope(range(half, BATCHES + 1), after_mib[half:])
+    return a_batch_mib * BATCHES, left[-1] - left[0]
+
+
+async def is_empty(server: MeasuredServer) -> None:
     """Wait until all viewers are forgotten; our server keeps a place for the grace time."""
 
     async def empty() -> bool:
@@ -103,7 +107,8 @@ async def _rss_mib(server: MeasuredServer) -> float:
     return statistics.median(readings)
 
 
-async def _handles(server: MeasuredServer) -> int:
+async def handles(server: MeasuredServer) -> int:
+    """Count the server's threads, descriptors and tasks."""
     tasks = 0 if server.side == STOCK else int((await server.status())["tasks"])
     return server.meter.handles() + tasks
 

@@ -85,7 +85,7 @@ def search(target: Target, inputs: int) -> Searched:
     found = re.findall(r"stat::number_of_executed_units:\s*(\d+)", report)
     if not found or done.returncode not in {0, *_FAILED}:
         raise MeasureError(f"it ended with {done.returncode}: {report.strip()[-300:]}")
-    failed = sorted(set(target.corpus()) - before)
+    failed = sorted(set(target.corpus()) - before) if done.returncode else []
     if not target.corpus():
         target.folder.rmdir()
     if done.returncode and not failed:

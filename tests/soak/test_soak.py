@@ -1,0 +1,59 @@
+"""What viewers leave behind: nothing."""
+
+from __future__ import annotations
+
+import pytest
+from e2e.soak.soak import Sample, Soaked, rows, soak
+from e2e.soak.suite import join_leave
+
+
+@pytest.mark.system
+@pytest.mark.timeout(240)
+async def test_a_minute_of_coming_and_going_leaves_nothing() -> None:
+    """Threads, descriptors and tasks are as many as before, while somebody drove throughout."""
+    found = await soak(60.0)
+    assert found.joins >= 20
+    assert len(found.samples) >= 20
+    assert found.left == 0
+
+
+@pytest.mark.parametrize(
+    "cycles",
+    [
+        pytest.param(50, marks=[pytest.mark.system, pytest.mark.timeout(240)]),
+        pytest.param(1000, marks=[pytest.mark.system, pytest.mark.full, pytest.mark.timeout(1800)]),
+    ],
+)
+async def test_all_who_joined_and_left_leave_nothing(cycles: int) -> None:
+    """No thread, descriptor or task; of a thousand no memory, either."""
+    left, memory = await join_leave(cycles)
+    assert left.met, left
+    assert memory.met or cycles < 1000, memory
+
+
+def _soaked(last_mib: float, last_ms: float | None, *, left: int = 0, stops: int = 0) -> Soaked:
+    samples = [
+        Sample(at=n / 600, rss_mib=100.0, sound_ms=50.0, picture_ms=20.0, trip_ms=1.0)
+        for n in range(500)
+    ]
+    samples += [Sample(n / 600, last_mib, last_ms, 20.0, 1.0) for n in range(500, 600)]
+    return Soaked(1800.0, samples, ["no reason"] * stops, 120, left)
+
+
+def test_what_has_not_grown_is_met() -> None:
+    """Two MiB and five milliseconds are within what a machine's own unrest explains."""
+    assert all(row.met for row in rows(_soaked(102.0, 55.0)))
+
+
+@pytest.mark.parametrize(
+    ("found", "missed"),
+    [
+        (_soaked(102.1, 50.0), "soak: memory"),
+        (_soaked(100.0, 55.1), "soak: sound"),
+        (_soaked(100.0, 50.0, left=1), "soak: left"),
+        (_soaked(100.0, 50.0, stops=1), "soak: stops"),
+    ],
+)
+def test_what_grows_or_is_left_is_missed(found: Soaked, missed: str) -> None:
+    """Each goal is judged by itself."""
+    assert [row.key for row in rows(found) if not row.met] == [missed]
