@@ -36,6 +36,7 @@ def _page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def _app(**video: object) -> App:
     tree: dict[str, Any] = {
         "server": {"host": "127.0.0.1", "port": 0},
+        "network": {"udp_port": 0},
         "video": {"source": "testcard", **video},
         "audio": {"source": "testcard"},
     }
@@ -159,3 +160,24 @@ async def test_the_overlay_is_switched_by_its_key(is_on: bool) -> None:
     found = app._video.slot.newer_than(0, 0.0)
     assert found is not None
     assert (found[1].i420 != picture.i420).any() == is_on
+
+
+async def test_a_taken_udp_port_is_a_sentence() -> None:
+    """A second server beside the first, on another port of its own, needs another UDP port too."""
+    first, ports = _app(), asyncio.Queue[int]()
+    running = asyncio.create_task(first.run(ports.put_nowait))
+    await asyncio.wait_for(ports.get(), 10)
+    taken = first._network.udp_port
+    settings = Settings.model_validate(
+        {
+            "server": {"host": "127.0.0.1", "port": 0},
+            "network": {"udp_port": taken},
+            "video": {"source": "none"},
+            "audio": {"source": "none"},
+        }
+    )
+    second = App(settings=settings, clock=SystemClock())
+    with pytest.raises(StartError, match=f"UDP port {taken}.*used by another.*--udp-port"):
+        await second.run(lambda _port: None)
+    first.stop()
+    await asyncio.wait_for(running, 5)

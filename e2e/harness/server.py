@@ -74,7 +74,7 @@ class Server:
     async def launch(self) -> None:
         """Start the process and return at once."""
         arguments = ["--config", str(self._config_path)]
-        arguments += ["--host", "127.0.0.1", "--port", str(self.port)]
+        arguments += ["--host", "127.0.0.1", "--port", str(self.port), "--udp-port", "0"]
         with self.log_path.open("ab") as log:
             self._process = await asyncio.create_subprocess_exec(
                 str(COMMAND),

@@ -58,6 +58,9 @@ def _parser() -> argparse.ArgumentParser:
         default=None,
         help="serve HTTPS, with a certificate made here",
     )
+    parser.add_argument(
+        "--udp-port", type=int, help="the port of picture, sound and commands (8081)"
+    )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     commands.add_parser("run", help="serve (also without a command)")
     commands.add_parser("devices", help="list cameras, microphones and serial ports")
@@ -102,10 +105,15 @@ def _add_records(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def _settings(arguments: argparse.Namespace) -> Settings:
     settings = config.load(arguments.config)
-    given = {"host": arguments.host, "port": arguments.port, "https": arguments.https}
-    server = settings.server.model_dump() | {k: v for k, v in given.items() if v is not None}
-    checked = config.parse({"server": server}, "the command line")
-    return settings.model_copy(update={"server": checked.server})
+    server = {"host": arguments.host, "port": arguments.port, "https": arguments.https}
+    given = {"server": server, "network": {"udp_port": arguments.udp_port}}
+    tree = {
+        name: getattr(settings, name).model_dump()
+        | {key: value for key, value in keys.items() if value is not None}
+        for name, keys in given.items()
+    }
+    checked = config.parse(tree, "the command line")
+    return settings.model_copy(update={"server": checked.server, "network": checked.network})
 
 
 def _serve(settings: Settings, config_path: Path | None) -> int:

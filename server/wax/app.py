@@ -30,6 +30,8 @@ from wax.fanout.video_hub import VideoHub
 from wax.records.opening import open_records
 from wax.robot.find_driver import make_robot
 from wax.rtc import private
+from wax.rtc.ice_servers import IceServers
+from wax.rtc.network import Network
 from wax.service_manager import ServiceManager
 from wax.session.announcements import Announcements
 from wax.session.house import House
@@ -121,6 +123,8 @@ class App:
                 retry_s=settings.audio.retry_s,
             )
         self._blocks = Blocks()
+        ice = IceServers(settings.network, settings.relay)
+        self._network = Network(settings.network, ice, clock)
         turns = Turns(settings.turns)
         self._house = House()
         viewers = Viewers(
@@ -165,6 +169,7 @@ class App:
                 captures=self._captures,
             ),
             keeper=self._keeper,
+            network=self._network,
         )
         self._status = Status(
             clock=clock,
@@ -190,7 +195,7 @@ class App:
             room=self._room,
             clock=clock,
             proving=self._proof_runner,
-            ice=settings.ice,
+            ice=ice,
             status=self._status,
             acknowledged=service.acknowledged,
             guards=Guards(settings.server, clock),
@@ -225,8 +230,9 @@ class App:
         self._stopping.set()
 
     async def _start(self) -> None:
-        # The port first: a server that is already running must keep the robot and the camera.
+        # The ports first: a server that is already running must keep the robot and the camera.
         await self._entrance.open()
+        await self._network.open()
         self._records.start()
         self._driver.open()
         self._video.start()
@@ -254,6 +260,7 @@ class App:
         except TimeoutError:
             _LOG.warning("not everything ended in time; exiting anyway")
         finally:
+            self._network.close()
             self._driver.close()
 
     def _stop_threads(self) -> None:

@@ -190,9 +190,35 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
             "allowed is a whole number from 10000 to 20000000",
         ),
         (
-            "[[ice.servers]]\nurls = 'http://x'",
-            'ice.servers[0].urls: got "http://x"; allowed is an address as "stun:HOST:PORT", '
-            '"turn:HOST:PORT" or "turns:HOST:PORT"',
+            "[[ice.servers]]\nurls = 'turn:x'",
+            "ice: is gone, since its passwords were shown to every visitor; list STUN servers in "
+            "network.stun, and name a TURN server with its static-auth-secret in [relay]",
+        ),
+        (
+            "[network]\nstun = ['http://x']",
+            'network.stun[0]: got "http://x"; allowed is an address as "stun:HOST:PORT"',
+        ),
+        (
+            "[network]\npublic_addresses = ['robot.example']",
+            'network.public_addresses[0]: got "robot.example"; allowed is an IPv4 or IPv6 address',
+        ),
+        (
+            "[network]\npublic_addresses = ['203.0.113']",
+            "network.public_addresses: 203.0.113 is no address; "
+            "write it as 203.0.113.7 or 2001:db8::7",
+        ),
+        (
+            "[relay]\nurls = ['turn:x']",
+            "relay: there are urls without a secret; name the file that holds the TURN server's "
+            "static-auth-secret in secret_file",
+        ),
+        (
+            "[relay]\nurls = ['turn:x']\nsecret = 'a'\nsecret_file = 'b'",
+            "relay: there are a secret and a secret_file; leave one of them out",
+        ),
+        (
+            "[relay]\nonly = true",
+            "relay: only = true needs urls, the addresses of a TURN server",
         ),
         (
             "[robot.serial]\naxes = ['a', 'b', 'c', 'd', 'e']",

@@ -12,7 +12,8 @@ from wax.proof.config_file import check, under_proof, write
 
 HOSTS = {
     "server": {"host": "0.0.0.0", "port": 80},
-    "ice": {"servers": [{"urls": "stun:example.org"}]},
+    "network": {"stun": ["stun:example.org"]},
+    "relay": {"urls": ["turn:example.org"], "secret": "x"},
     "video": {"source": "camera:0"},
     "audio": {"source": "microphone"},
     "sync": {"policy": "thesis"},
@@ -54,7 +55,8 @@ def test_nothing_else_of_the_hosts_is_used() -> None:
     """No camera, no microphone, no outside host, and no turn that ends meanwhile."""
     used = proved()
     assert used.video.source == used.audio.source == "none"
-    assert used.ice.servers == []
+    assert used.network.stun == used.relay.urls == []
+    assert used.network.udp_port == 0
     assert used.sync.policy == "by-role"
     assert used.turns.turn_s == 86_400.0
     assert used.turns.grace_s == 0.5

@@ -16,6 +16,7 @@ from aiortc.rtcsctptransport import (
     SackChunk,
     serialize_packet,
 )
+from tests.rtc.networks import network
 from tests.rtc.test_peer import Events, Noted, Pictures, Sounds
 
 from wax.clock import SystemClock
@@ -91,7 +92,7 @@ async def opened() -> AsyncIterator[Link]:
     private.install()
     events = Events()
     peer = Peer(
-        ice_servers=[],
+        network=network(),
         codecs=Codecs(audio="opus", video="vp8"),
         video=Pictures(),
         audio=Sounds(),

@@ -24,6 +24,7 @@ from aiortc.rtp import (
 )
 from aiortc.sdp import SessionDescription
 from av.packet import Packet
+from tests.rtc.networks import network, opened_network
 
 from wax.clock import SystemClock
 from wax.congestion.control import NoCongestionControl
@@ -175,37 +176,39 @@ class Pair:
     congestion: Noted
 
 
-@pytest.fixture(params=["vp8", "h264"])
+@pytest.fixture(params=[("vp8", "one-port"), ("h264", "full-ice")], ids="-".join)
 async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
     private.install()
-    codec: Literal["vp8", "h264"] = request.param
+    codec: Literal["vp8", "h264"]
+    codec, mode = request.param
     events = Events()
     lane = Pictures()
     congestion = Noted()
-    peer = Peer(
-        ice_servers=[],
-        codecs=Codecs(audio="opus", video=codec),
-        video=lane,
-        audio=Sounds(),
-        congestion=congestion,
-        events=events,
-        clock=SystemClock(),
-        round_trip_s=lambda: 0.5,
-    )
-    browser = RTCPeerConnection()
-    browser.addTransceiver("audio", direction="recvonly")
-    browser.addTransceiver("video", direction="recvonly")
-    channels = {
-        "drive": browser.createDataChannel("drive", ordered=False, maxRetransmits=0),
-        "state": browser.createDataChannel("state"),
-    }
-    await browser.setLocalDescription(await browser.createOffer())
-    answer = await peer.answer(browser.localDescription.sdp)
-    await browser.setRemoteDescription(RTCSessionDescription(answer, "answer"))
-    await events.wait("ready")
-    yield Pair(events, peer, browser, channels, lane, congestion)
-    await peer.close()
-    await browser.close()
+    async with opened_network(mode) as opened:
+        peer = Peer(
+            network=opened,
+            codecs=Codecs(audio="opus", video=codec),
+            video=lane,
+            audio=Sounds(),
+            congestion=congestion,
+            events=events,
+            clock=SystemClock(),
+            round_trip_s=lambda: 0.5,
+        )
+        browser = RTCPeerConnection()
+        browser.addTransceiver("audio", direction="recvonly")
+        browser.addTransceiver("video", direction="recvonly")
+        channels = {
+            "drive": browser.createDataChannel("drive", ordered=False, maxRetransmits=0),
+            "state": browser.createDataChannel("state"),
+        }
+        await browser.setLocalDescription(await browser.createOffer())
+        answer = await peer.answer(browser.localDescription.sdp)
+        await browser.setRemoteDescription(RTCSessionDescription(answer, "answer"))
+        await events.wait("ready")
+        yield Pair(events, peer, browser, channels, lane, congestion)
+        await peer.close()
+        await browser.close()
 
 
 async def test_messages_go_both_ways(pair: Pair) -> None:
@@ -443,10 +446,11 @@ async def test_a_close_that_fails_still_ends_the_peer(
     await pair.events.wait("closed")
 
 
-async def test_no_outside_host_is_asked(pair: Pair) -> None:
+async def test_no_outside_host_is_asked() -> None:
     """Without configured ICE servers there are none, not aiortc's public default."""
-    gatherer = pair.peer._senders["video"].transport.transport.iceGatherer
-    connection = gatherer._connection
+    peer = _peer(Events(), NoCongestionControl())
+    connection = peer._senders["video"].transport.transport.iceGatherer._connection
+    await peer.close()
     assert (connection.stun_server, connection.turn_server) == (None, None)
 
 
@@ -459,7 +463,7 @@ async def test_nothing_is_sent_after_the_end(pair: Pair) -> None:
 def _peer(events: Events, congestion: CongestionControl) -> Peer:
     private.install()
     return Peer(
-        ice_servers=[],
+        network=network(),
         codecs=Codecs(audio="opus", video="vp8"),
         video=Pictures(),
         congestion=congestion,

@@ -5,23 +5,29 @@ from __future__ import annotations
 import asyncio
 import re
 
+import aioice.candidate
 import aioice.ice
 import aioice.stun
 import aiortc.rtp
 import pytest
 from aiortc import (
     RTCDtlsTransport,
+    RTCIceGatherer,
     RTCIceTransport,
     RTCPeerConnection,
     RTCRtpSender,
     RTCSctpTransport,
     RTCSessionDescription,
+    rtcicetransport,
     rtcsctptransport,
 )
 from aiortc.rtcrtptransceiver import RTCRtpTransceiver
 
+from wax.clock import SystemClock
 from wax.errors import StartError
 from wax.rtc import private, rtp
+from wax.rtc.one_port.lite_connection import LiteConnection
+from wax.rtc.one_port.udp_hub import UdpHub
 
 
 def test_all_private_parts_are_there() -> None:
@@ -37,6 +43,10 @@ def test_all_private_parts_are_there() -> None:
         (aioice.ice.Connection, "data_received"),
         (aioice.stun, "parse_message"),
         (aiortc.rtp, "unpack_remb_fci"),
+        (aioice.stun, "COOKIE"),
+        (aioice.candidate, "candidate_priority"),
+        (rtcicetransport, "Connection"),
+        (RTCIceGatherer, "getLocalParameters"),
         (RTCDtlsTransport, "_send_rtp"),
         (RTCDtlsTransport, "_handle_rtcp_data"),
         (RTCDtlsTransport, "_register_rtp_sender"),
@@ -68,6 +78,7 @@ def test_a_part_that_moved_is_named(
         (RTCRtpSender, "__init__", "_ssrc"),
         (RTCRtpSender, "__init__", "_rtx_ssrc"),
         (RTCRtpSender, "replaceTrack", "_track_id"),
+        (RTCIceGatherer, "__init__", "_connection"),
         (RTCIceTransport, "__init__", "_send"),
         (RTCSctpTransport, "__init__", "_data_channels"),
         (RTCSctpTransport, "__init__", "_inbound_streams"),
@@ -92,6 +103,25 @@ def test_a_machine_with_only_loopback_offers_it(monkeypatch: pytest.MonkeyPatch)
     assert private._host_addresses(True, False) == ["127.0.0.1"]
     monkeypatch.setattr(private, "_found_addresses", lambda _4, _6: ["192.0.2.7"])
     assert private._host_addresses(True, False) == ["192.0.2.7"]
+
+
+async def test_only_the_peers_inside_reach_the_network_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A client in the same process keeps aioice, and of the others each has the addresses told."""
+    private.install()
+    monkeypatch.setattr(private, "_found_addresses", lambda _4, _6: ["192.0.2.7"])
+    made = LiteConnection(UdpHub(0, list), list, SystemClock().now_s)
+    with private.reached_by(private.Reach(lambda: made)):
+        inside = RTCIceGatherer([])
+    with private.reached_by(private.Reach(None, lambda: ["192.0.2.8", "2001:db8::8"])):
+        outside = RTCIceGatherer([])
+        assert private._host_addresses(True, True) == ["192.0.2.8", "2001:db8::8"]
+        assert private._host_addresses(False, True) == ["2001:db8::8"]
+    assert private._host_addresses(True, True) == ["192.0.2.7"]
+    connection: object = inside._connection
+    assert connection is made
+    assert inside.getLocalParameters().iceLite
+    assert isinstance(outside._connection, aioice.ice.Connection)
+    assert not outside.getLocalParameters().iceLite
 
 
 def test_consent_never_gives_up() -> None:

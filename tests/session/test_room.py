@@ -7,6 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import pytest
+from tests.rtc.networks import network
 from tests.turned_clock import TurnedClock
 
 from wax.config.settings import Settings
@@ -164,6 +165,7 @@ class Rig:
                 captures={"video": cast("SourceThread[Picture]", self.camera)},
             ),
             keeper=self.keeper,
+            network=network(),
         )
 
     async def enter(self, client: str, *, is_host: bool = False) -> FakePeer:

@@ -12,7 +12,8 @@ from tests.turned_clock import TurnedClock
 from tests.web.test_host_names import FOREIGN, MALFORMED
 from tests.web.test_senders import FOREIGN as FOREIGN_ORIGINS
 
-from wax.config.settings import IceSettings, ServerSettings
+from wax.config.settings import NetworkSettings, RelaySettings, ServerSettings
+from wax.rtc.ice_servers import IceServers
 from wax.web import routes
 from wax.web.guards import Guards
 from wax.web.routes import Routes
@@ -91,7 +92,7 @@ async def line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator
     made = Routes(
         room=cast("Room", room),
         clock=clock,
-        ice=IceSettings(),
+        ice=IceServers(NetworkSettings(), RelaySettings()),
         status=dict,
         proving=cast("ProofRunner", None),
         acknowledged=False,

@@ -12,8 +12,13 @@ import pytest
 from aiohttp.test_utils import TestClient, TestServer
 from tests.turned_clock import TurnedClock
 
-from wax.config.settings import IceServer, IceSettings, ServerSettings
+from wax.config.settings import (
+    NetworkSettings,
+    RelaySettings,
+    ServerSettings,
+)
 from wax.errors import ForbiddenError, FullError, SignallingError, StartError
+from wax.rtc.ice_servers import IceServers
 from wax.web import routes
 from wax.web.guards import Guards
 from wax.web.routes import Routes
@@ -107,7 +112,7 @@ async def client(
     made = Routes(
         room=cast("Room", room),
         clock=clock,
-        ice=IceSettings(servers=[IceServer(urls="stun:stun.example:3478")]),
+        ice=IceServers(NetworkSettings(stun=["stun:stun.example:3478"]), RelaySettings()),
         status=lambda: {"version": "x"},
         proving=cast("ProofRunner", lent),
         acknowledged=False,
@@ -130,7 +135,7 @@ async def test_the_page_knows_whether_to_acknowledge(
     made = Routes(
         room=cast("Room", room),
         clock=TurnedClock(),
-        ice=IceSettings(),
+        ice=IceServers(NetworkSettings(), RelaySettings()),
         status=dict,
         proving=cast("ProofRunner", Lent()),
         acknowledged=acknowledged,
@@ -166,7 +171,9 @@ async def test_small_questions(client: Client) -> None:
     assert (await client.get("/healthz")).status == 200
     assert await (await client.get("/api/status")).json() == {"version": "x"}
     assert await (await client.get("/api/ice")).json() == {
-        "iceServers": [{"urls": "stun:stun.example:3478"}]
+        "iceServers": [{"urls": "stun:stun.example:3478"}],
+        "relayOnly": False,
+        "wantsCandidates": False,
     }
 
 
@@ -262,7 +269,7 @@ def test_a_page_that_was_not_built_is_a_sentence(
     made = Routes(
         room=cast("Room", room),
         clock=TurnedClock(),
-        ice=IceSettings(),
+        ice=IceServers(NetworkSettings(), RelaySettings()),
         status=dict,
         proving=cast("ProofRunner", Lent()),
         acknowledged=False,

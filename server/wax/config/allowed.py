@@ -80,7 +80,9 @@ def _kind(schema: Schema) -> str:
 
 
 def _plural(items: Schema) -> str:
-    return "names" if items.get("type") == "string" else "tables"
+    if items.get("type") != "string":
+        return "tables"
+    return "addresses" if "address" in items.get("description", "") else "names"
 
 
 def _range(schema: Schema) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from difflib import get_close_matches
 from functools import cache
+from ipaddress import ip_address
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
@@ -73,24 +74,64 @@ class RecordSettings(_Section):
     keep_days: Annotated[float, Field(ge=0.01, le=3650)] = 30.0
 
 
-class IceServer(_Section):
-    """One STUN or TURN server, used by both ends."""
+StunUrl = Annotated[str, Field(pattern=r"^stun:\S+$", description='an address as "stun:HOST:PORT"')]
+TurnUrl = Annotated[
+    str,
+    Field(
+        pattern=r"^turns?:\S+$",
+        description='an address as "turn:HOST:PORT", "turns:HOST:PORT" or one of them with'
+        ' "?transport=tcp"',
+    ),
+]
+Interface = Annotated[str, Field(min_length=1)]
+IpAddress = Annotated[
+    str,
+    Field(pattern=r"^[0-9A-Fa-f.:]{2,45}$", description="an IPv4 or IPv6 address"),
+]
 
-    urls: Annotated[
-        str,
-        Field(
-            pattern=r"^(stun|turns?):\S+$",
-            description='an address as "stun:HOST:PORT", "turn:HOST:PORT" or "turns:HOST:PORT"',
-        ),
-    ]
-    username: str | None = None
-    credential: str | None = None
+
+class NetworkSettings(_Section):
+    """`[network]`: how picture, sound and commands reach the viewers."""
+
+    mode: Literal["one-port", "full-ice"] = "one-port"
+    udp_port: Annotated[int, Field(ge=0, le=65535)] = 8081
+    public_addresses: Annotated[list[IpAddress], Field(max_length=4)] = []
+    interfaces: Annotated[list[Interface], Field(max_length=16)] = []
+    stun: Annotated[list[StunUrl], Field(max_length=4)] = []
+
+    @field_validator("public_addresses")
+    @classmethod
+    def _are_addresses(cls, addresses: list[str]) -> list[str]:
+        for address in addresses:
+            try:
+                ip_address(address)
+            except ValueError:
+                raise ValueError(
+                    f"{address} is no address; write it as 203.0.113.7 or 2001:db8::7"
+                ) from None
+        return addresses
 
 
-class IceSettings(_Section):
-    """`[ice]`: none by default, so no outside host is ever contacted."""
+class RelaySettings(_Section):
+    """`[relay]`: a TURN server for viewers whose network lets no UDP out; none by default."""
 
-    servers: list[IceServer] = []
+    urls: Annotated[list[TurnUrl], Field(max_length=4)] = []
+    secret: str = ""
+    secret_file: str = ""
+    only: bool = False
+
+    @model_validator(mode="after")
+    def _has_what_it_needs(self) -> Self:
+        if self.secret and self.secret_file:
+            raise ValueError("there are a secret and a secret_file; leave one of them out")
+        if self.urls and not (self.secret or self.secret_file):
+            raise ValueError(
+                "there are urls without a secret; name the file that holds the TURN server's"
+                " static-auth-secret in secret_file"
+            )
+        if self.only and not self.urls:
+            raise ValueError("only = true needs urls, the addresses of a TURN server")
+        return self
 
 
 class RenditionSettings(_Section):
@@ -322,7 +363,8 @@ class Settings(_Section):
     server: ServerSettings = ServerSettings()
     log: LogSettings = LogSettings()
     records: RecordSettings = RecordSettings()
-    ice: IceSettings = IceSettings()
+    network: NetworkSettings = NetworkSettings()
+    relay: RelaySettings = RelaySettings()
     video: VideoSettings = VideoSettings()
     audio: AudioSettings = AudioSettings()
     sync: RoleSyncSettings = RoleSyncSettings()
@@ -338,6 +380,12 @@ _RENAMED: Final = {
     "drive.fine_fraction": "drive.slow_fraction",
 }
 """The old names of renamed keys, with the new ones."""
+
+_REMOVED: Final = {
+    "ice": "is gone, since its passwords were shown to every visitor; list STUN servers in"
+    " network.stun, and name a TURN server with its static-auth-secret in [relay]",
+}
+"""Keys that are gone, with what to write instead."""
 
 
 def load(path: Path | None) -> Settings:
@@ -382,6 +430,8 @@ def _sentence(problem: ErrorDetails, schema: allowed.Schema) -> str:
     key, known = allowed.find(schema, problem["loc"])
     if key in _RENAMED:
         return f"{key}: is now called {_RENAMED[key]}"
+    if key in _REMOVED:
+        return f"{key}: {_REMOVED[key]}"
     if known is None:
         near = get_close_matches(
             str(problem["loc"][-1]), allowed.neighbours(schema, problem["loc"])

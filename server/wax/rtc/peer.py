@@ -6,13 +6,7 @@ import asyncio
 from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 import structlog
-from aiortc import (
-    RTCConfiguration,
-    RTCIceServer,
-    RTCPeerConnection,
-    RTCRtpSender,
-    RTCSessionDescription,
-)
+from aiortc import RTCPeerConnection, RTCRtpSender, RTCSessionDescription
 
 from wax.errors import SignallingError
 from wax.rtc import private, rtp
@@ -29,9 +23,9 @@ if TYPE_CHECKING:
     from aiortc.rtcrtptransceiver import RTCRtpTransceiver
 
     from wax.clock import Clock
-    from wax.config.settings import IceServer
     from wax.congestion.control import CongestionControl
     from wax.rtc.lane import Encoded, PictureLane, SoundLane
+    from wax.rtc.network import Network
     from wax.streams.interface import Codecs, Kind
 
 _LOG = structlog.get_logger(__name__)
@@ -82,7 +76,7 @@ class Peer:
     def __init__(
         self,
         *,
-        ice_servers: list[IceServer],
+        network: Network,
         codecs: Codecs,
         video: PictureLane,
         audio: SoundLane,
@@ -91,6 +85,7 @@ class Peer:
         clock: Clock,
         round_trip_s: Callable[[], float | None],
     ) -> None:
+        self._network = network
         self._events = events
         self._codecs = codecs
         self._clock = clock
@@ -100,10 +95,9 @@ class Peer:
         self._clock_told_s: dict[Kind, float] = {}
         self._closed = False
         self._closing: asyncio.Task[None] | None = None
-        servers = [RTCIceServer(s.urls, s.username, s.credential) for s in ice_servers]
-        # None would mean a public STUN server; outside hosts are contacted only if configured.
-        self._pc = RTCPeerConnection(RTCConfiguration(iceServers=servers))
-        sound, picture = self._transceiver("audio"), self._transceiver("video")
+        with network.reached():
+            self._pc = RTCPeerConnection(network.configuration())
+            sound, picture = self._transceiver("audio"), self._transceiver("video")
         self._picture = PictureSender(
             self._context("video", picture),
             lane=video,
@@ -123,14 +117,9 @@ class Peer:
         try:
             description = RTCSessionDescription(offer, "offer")
             self._picture.shows_at_once = not is_firefox(offer)
-            async with asyncio.timeout(_ANSWER_S):
-                await self._pc.setRemoteDescription(description)
-                if self._congestion.uses_feedback:
-                    private.widen(self._pc, _EXTENSIONS)
-                if self._pc.sctp is not None:
-                    private.delay_acknowledgements(self._pc.sctp, _ACKNOWLEDGE_S)
-                    private.bound_association(self._pc.sctp, self._exceeded)
-                await self._pc.setLocalDescription(await self._pc.createAnswer())
+            with self._network.reached():
+                async with asyncio.timeout(_ANSWER_S):
+                    await self._negotiate(description)
         except Exception as error:
             # aiortc's parser raises all sorts of errors; the page needs only one.
             _LOG.info("offer refused", error=repr(error))
@@ -139,6 +128,15 @@ class Peer:
                 "the offer cannot be answered; reload the page, or try another browser"
             ) from error
         return self._pc.localDescription.sdp
+
+    async def _negotiate(self, offer: RTCSessionDescription) -> None:
+        await self._pc.setRemoteDescription(offer)
+        if self._congestion.uses_feedback:
+            private.widen(self._pc, _EXTENSIONS)
+        if self._pc.sctp is not None:
+            private.delay_acknowledgements(self._pc.sctp, _ACKNOWLEDGE_S)
+            private.bound_association(self._pc.sctp, self._exceeded)
+        await self._pc.setLocalDescription(await self._pc.createAnswer())
 
     @property
     def is_alive(self) -> bool:

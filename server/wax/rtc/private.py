@@ -12,17 +12,22 @@ import copy
 import struct
 from abc import ABC, abstractmethod
 from collections import deque
+from contextvars import ContextVar
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, cast
 
+import aioice.candidate
 import aioice.ice
 import aioice.stun
 import aiortc.rtp
 from aiortc import (
     RTCDtlsTransport,
+    RTCIceGatherer,
     RTCIceTransport,
     RTCPeerConnection,
     RTCRtpSender,
     RTCSctpTransport,
+    rtcicetransport,
     rtcsctptransport,
 )
 from aiortc.rtcrtpparameters import (
@@ -36,8 +41,9 @@ from aiortc.rtcrtptransceiver import RTCRtpTransceiver
 from wax.errors import StartError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection
+    from collections.abc import Callable, Collection, Iterator
 
+    from aiortc.rtcicetransport import RTCIceParameters
     from aiortc.rtcrtpparameters import RTCRtpSendParameters
     from aiortc.rtp import AnyRtcpPacket
     from aiortc.sdp import MediaDescription, SessionDescription
@@ -74,6 +80,20 @@ def check() -> None:
         for name, there in (
             ("aioice.ice.CONSENT_FAILURES", hasattr(aioice.ice, "CONSENT_FAILURES")),
             ("aioice.ice.get_host_addresses", hasattr(aioice.ice, "get_host_addresses")),
+            *(
+                (f"aioice.stun.{name}", hasattr(aioice.stun, name))
+                for name in ("COOKIE", "Class", "Message", "Method", "parse_message")
+            ),
+            *(
+                (f"aioice.candidate.{name}", hasattr(aioice.candidate, name))
+                for name in ("candidate_foundation", "candidate_priority")
+            ),
+            ("rtcicetransport.Connection", hasattr(rtcicetransport, "Connection")),
+            ("RTCIceGatherer._connection", sets(RTCIceGatherer, "_connection")),
+            (
+                "RTCIceGatherer.getLocalParameters",
+                hasattr(RTCIceGatherer, "getLocalParameters"),
+            ),
             (
                 "aioice.ice.Connection.data_received",
                 hasattr(aioice.ice.Connection, "data_received"),
@@ -139,13 +159,69 @@ def install() -> None:
     aioice.ice.Connection.data_received = _data_received  # type: ignore[assignment,method-assign]
     aioice.stun.parse_message = _parsed_stun
     aiortc.rtp.unpack_remb_fci = _unpacked_remb
+    cast("Any", rtcicetransport).Connection = _connection
+    cast("Any", RTCIceGatherer).getLocalParameters = _local_parameters
     rtcsctptransport.decode_params = _decoded_params
     # The limit in our answer, so that the browser sends nothing longer.
     rtcsctptransport.LOCAL_MAX_MESSAGE_SIZE = _MAX_WAITING_BYTES
 
 
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """How one peer reaches the network.
+
+    `connect` makes what it uses in place of aioice's connection; without it aioice gathers on
+    `addresses`, without which on all of this machine.
+    """
+
+    connect: Callable[[], Any] | None = None
+    addresses: Callable[[], list[str]] | None = None
+
+
+_reach: ContextVar[Reach | None] = ContextVar("reach", default=None)
+
+
+@contextlib.contextmanager
+def reached_by(reach: Reach) -> Iterator[None]:
+    """Make the peers inside reach the network so.
+
+    It must cover the constructor, and until the answer is made: aiortc makes a connection for each
+    section of either, and gathers at the end.
+    """
+    token = _reach.set(reach)
+    try:
+        yield
+    finally:
+        _reach.reset(token)
+
+
+def _connection(**options: Any) -> Any:
+    reach = _reach.get()
+    if reach is None or reach.connect is None:
+        return _make_connection(**options)
+    return reach.connect()
+
+
+_make_connection = aioice.ice.Connection
+
+
+def _local_parameters(gatherer: RTCIceGatherer) -> RTCIceParameters:
+    """Say of a connection that only answers that it does (``a=ice-lite``)."""
+    parameters = _find_local_parameters(gatherer)
+    parameters.iceLite = getattr(gatherer._connection, "is_lite", False)
+    return parameters
+
+
+_find_local_parameters = RTCIceGatherer.getLocalParameters
+
+
 def _host_addresses(use_ipv4: bool, use_ipv6: bool) -> list[str]:
-    """Offer 127.0.0.1 on a machine with only a loopback interface."""
+    """Offer the addresses that were chosen, and 127.0.0.1 on a machine with only loopback."""
+    reach = _reach.get()
+    if reach is not None and reach.addresses is not None:
+        return [
+            address for address in reach.addresses() if (use_ipv6 if ":" in address else use_ipv4)
+        ]
     return _found_addresses(use_ipv4, use_ipv6) or (["127.0.0.1"] if use_ipv4 else [])
 
 

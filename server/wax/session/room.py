@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from wax.control.gate import Command
     from wax.control.loop import ControlLoop
     from wax.control.turns import Turns
+    from wax.rtc.network import Network
     from wax.session.announcements import Announcements
     from wax.session.record_keeper import RecordKeeper
     from wax.session.viewers import Viewers
@@ -69,8 +70,10 @@ class Room:
         control: ControlLoop,
         announcements: Announcements,
         keeper: RecordKeeper,
+        network: Network,
     ) -> None:
         self._settings = settings
+        self._network = network
         self._clock = clock
         self._counters = counters
         self._service = service
@@ -119,7 +122,7 @@ class Room:
         viewer.is_host, viewer.address = is_host, address
         lanes = viewer.lanes()
         peer = Peer(
-            ice_servers=self._settings.ice.servers,
+            network=self._network,
             codecs=self._service.codecs,
             video=lanes.picture,
             audio=lanes.sound,

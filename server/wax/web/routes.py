@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal, TypeVar
 
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
     from wax.clock import Clock
-    from wax.config.settings import IceSettings
+    from wax.rtc.ice_servers import IceServers
     from wax.session.proof_runner import ProofRunner
     from wax.session.room import Room
     from wax.web.guards import Guards
@@ -92,7 +93,7 @@ class Routes:
         *,
         room: Room,
         clock: Clock,
-        ice: IceSettings,
+        ice: IceServers,
         status: Callable[[], dict[str, object]],
         proving: ProofRunner,
         acknowledged: bool,
@@ -151,8 +152,8 @@ class Routes:
         return web.json_response(self._status())
 
     async def ice(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
-        servers = [one.model_dump(exclude_none=True) for one in self._ice.servers]
-        return web.json_response({"iceServers": servers})
+        told = self._ice.page(secrets.token_hex(4), self._clock.wall_ms() / 1000)
+        return web.json_response(told)
 
     async def offer(self, request: web.Request) -> web.Response:
         # Before the body is read. Users of this machine could stop the robot in other ways anyway.

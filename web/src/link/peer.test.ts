@@ -35,8 +35,10 @@ class FakeConnection extends EventTarget {
   };
   createOffer = vi.fn(async () => ({ type: "offer" as const, sdp: "v=0 offer" }));
   getConfiguration = () => ({});
-  setConfiguration({ iceServers = [] }: RTCConfiguration): void {
+  policy: RTCIceTransportPolicy | undefined;
+  setConfiguration({ iceServers = [], iceTransportPolicy }: RTCConfiguration): void {
     this.iceServers = iceServers;
+    this.policy = iceTransportPolicy;
   }
   async setLocalDescription(description: RTCSessionDescriptionInit): Promise<void> {
     this.localDescription = description;
@@ -86,6 +88,34 @@ it("asks for the ICE servers anew, so that one failed question spoils one peer o
   const second = connect();
   await second.connected;
   expect(second.connection.iceServers).toEqual(STUN);
+});
+
+it.each([
+  [false, "all"],
+  [true, "relay"],
+])("uses nothing but the relay where that is wanted: %s", async (relayOnly, policy) => {
+  ice = async () => new Response(JSON.stringify({ iceServers: STUN, relayOnly }));
+  const { connected, connection } = connect();
+  await connected;
+  expect(connection.policy).toBe(policy);
+});
+
+it("waits for its candidates only where the server wants them", async () => {
+  const tell = (wantsCandidates: boolean) => async () =>
+    new Response(JSON.stringify({ iceServers: STUN, wantsCandidates }));
+  ice = tell(true);
+  const first = connect();
+  first.connection.iceGatheringState = "gathering";
+  ice = tell(false);
+  const second = connect();
+  second.connection.iceGatheringState = "gathering";
+  await second.connected;
+  expect(second.connection.remoteDescription?.sdp).toBe("v=0 answer");
+  expect(first.connection.remoteDescription).toBeNull();
+  first.connection.iceGatheringState = "complete";
+  first.connection.dispatchEvent(new Event("icegatheringstatechange"));
+  await first.connected;
+  expect(first.connection.remoteDescription?.sdp).toBe("v=0 answer");
 });
 
 it("creates the offer while it asks", async () => {

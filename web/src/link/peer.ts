@@ -1,5 +1,5 @@
 import type { Channel } from "../messages";
-import { askIceServers, gathered, postOffer } from "./signalling";
+import { askIce, gathered, postOffer } from "./signalling";
 
 /** A peer's events; there are none after `lost` or `close`. */
 export interface PeerEvents {
@@ -51,13 +51,15 @@ export class Peer {
     const pc = this.#pc;
     try {
       // Requested for every peer, so that a failed or stale answer is not reused.
-      const [servers, offer] = await Promise.all([askIceServers(), pc.createOffer()]);
+      const [ice, offer] = await Promise.all([askIce(), pc.createOffer()]);
+      const { servers, relayOnly } = ice;
       if (servers.length > 0) {
-        pc.setConfiguration({ ...pc.getConfiguration(), iceServers: servers });
+        const iceTransportPolicy = relayOnly ? "relay" : "all";
+        pc.setConfiguration({ ...pc.getConfiguration(), iceServers: servers, iceTransportPolicy });
       }
       await pc.setLocalDescription(offer);
       // Without ICE servers there is nothing to wait for: the server learns our address from us.
-      if (servers.length > 0) await gathered(pc);
+      if (servers.length > 0 && ice.wantsCandidates) await gathered(pc);
       const text = pc.localDescription?.sdp ?? "";
       const sdp = await postOffer(text, client, this.#aborting.signal);
       await pc.setRemoteDescription({ type: "answer", sdp });

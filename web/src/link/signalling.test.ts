@@ -1,6 +1,6 @@
 import { afterEach, expect, it, vi } from "vitest";
 import { RequestError } from "./http";
-import { askIceServers, postOffer } from "./signalling";
+import { askIce, postOffer } from "./signalling";
 
 const signal = new AbortController().signal;
 
@@ -45,17 +45,22 @@ it("waits two seconds for the ICE servers and no longer", async () => {
       signal?.addEventListener("abort", () => reject(signal.reason));
     });
   });
-  const asked = askIceServers();
+  const asked = askIce();
   expect(timeout).toHaveBeenCalledWith(2000);
   asking.abort();
-  expect(await asked).toEqual([]);
+  expect(await asked).toEqual({ servers: [], relayOnly: false, wantsCandidates: false });
 });
 
 it("goes on without ICE servers when it cannot learn of any", async () => {
-  answer(200, '{"iceServers": [{"urls": "stun:example.org"}]}');
-  expect(await askIceServers()).toEqual([{ urls: "stun:example.org" }]);
+  answer(
+    200,
+    '{"iceServers": [{"urls": "stun:example.org"}], "relayOnly": true, "wantsCandidates": true}',
+  );
+  const servers = [{ urls: "stun:example.org" }];
+  expect(await askIce()).toEqual({ servers, relayOnly: true, wantsCandidates: true });
+  const none = { servers: [], relayOnly: false, wantsCandidates: false };
   answer(404, "");
-  expect(await askIceServers()).toEqual([]);
+  expect(await askIce()).toEqual(none);
   vi.stubGlobal("fetch", () => Promise.reject(new TypeError("Failed to fetch")));
-  expect(await askIceServers()).toEqual([]);
+  expect(await askIce()).toEqual(none);
 });

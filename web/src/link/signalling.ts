@@ -5,13 +5,26 @@ import { post, RequestError } from "./http";
 const ASKING_MS = 2000;
 const GATHERING_MS = 2000;
 
+/** What the host configured of STUN and TURN servers. */
+export interface Ice {
+  servers: RTCIceServer[];
+  /** Only the relay may be used, even where a direct connection is possible. */
+  relayOnly: boolean;
+  /** The server checks the offer's candidates, which take a moment to learn from those servers. */
+  wantsCandidates: boolean;
+}
+
+const NO_ICE: Ice = { servers: [], relayOnly: false, wantsCandidates: false };
+
 /** The ICE servers: none unless configured, or without an answer within two seconds. */
-export async function askIceServers(): Promise<RTCIceServer[]> {
+export async function askIce(): Promise<Ice> {
   try {
     const response = await fetch("/api/ice", { signal: AbortSignal.timeout(ASKING_MS) });
-    return response.ok ? (await response.json()).iceServers : [];
+    if (!response.ok) return NO_ICE;
+    const { iceServers: servers, relayOnly, wantsCandidates } = await response.json();
+    return { servers, relayOnly, wantsCandidates };
   } catch {
-    return [];
+    return NO_ICE;
   }
 }
 

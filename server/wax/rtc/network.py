@@ -1,0 +1,74 @@
+"""How this server's peers reach the network: the one port for everybody, or full ICE."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from aiortc import RTCConfiguration, RTCIceServer, RTCIceTransportPolicy
+
+from wax.rtc import private
+from wax.rtc.local_addresses import local_addresses
+from wax.rtc.one_port.lite_connection import LiteConnection
+from wax.rtc.one_port.udp_hub import UdpHub
+
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
+    from wax.clock import Clock
+    from wax.config.settings import NetworkSettings
+    from wax.rtc.ice_servers import IceServers
+
+_OURS: Final = "server"
+"""The name of our own relay in the TURN server's log."""
+
+
+class Network:
+    """Owned by the composition root: opened before the first peer, closed after the last."""
+
+    def __init__(self, settings: NetworkSettings, servers: IceServers, clock: Clock) -> None:
+        self._settings = settings
+        self._servers = servers
+        self._clock = clock
+        self._hub = UdpHub(settings.udp_port, self._addresses)
+        is_one = settings.mode == "one-port"
+        self._reach = private.Reach(self._connection if is_one else None, self._addresses)
+
+    @property
+    def udp_port(self) -> int | None:
+        """The one port; None for full ICE, and before `open` if any free one will do."""
+        return (self._hub.port or None) if self._settings.mode == "one-port" else None
+
+    async def open(self) -> None:
+        """Bind the one port; raises `StartError`."""
+        if self._settings.mode == "one-port":
+            await self._hub.open()
+
+    def close(self) -> None:
+        """Close the one port; safe to call twice."""
+        self._hub.close()
+
+    def reached(self) -> AbstractContextManager[None]:
+        """Cover the making of a peer and of its answer (`private.reached_by`)."""
+        return private.reached_by(self._reach)
+
+    def configuration(self) -> RTCConfiguration:
+        """Return the configuration of one peer of ours.
+
+        The one port asks no server. An empty list stands for none: without a list aiortc would ask
+        a public STUN server.
+        """
+        if self._settings.mode == "one-port":
+            return RTCConfiguration(iceServers=[])
+        told = self._servers.of(_OURS, self._clock.wall_ms() / 1000)
+        policy = RTCIceTransportPolicy.RELAY if self._servers.relay_only else None
+        return RTCConfiguration(
+            iceServers=[RTCIceServer(**one) for one in told],
+            iceTransportPolicy=policy or RTCIceTransportPolicy.ALL,
+        )
+
+    def _addresses(self) -> list[str]:
+        return local_addresses(self._settings.interfaces)
+
+    def _connection(self) -> LiteConnection:
+        announced = self._settings.public_addresses
+        return LiteConnection(self._hub, lambda: announced, self._clock.now_s)

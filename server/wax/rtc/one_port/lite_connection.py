@@ -1,0 +1,215 @@
+"""What aiortc's ICE transport uses in place of `aioice.Connection`: a peer on the shared port."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Final
+
+from aioice import Candidate, ConnectionClosed
+from aioice.candidate import candidate_foundation, candidate_priority
+
+from wax.rtc.one_port.lite_agent import LiteAgent, Path
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from aioice.stun import Message
+
+    from wax.rtc.one_port.lite_agent import Datagram
+    from wax.rtc.one_port.udp_hub import UdpHub
+
+_CONNECT_S: Final = 10.0
+_TICK_S: Final = 0.05
+_SLOW_TICK_S: Final = 1.0
+_MAX_WAITING: Final = 512
+"""Datagrams that DTLS has not read yet; a flood beyond them is dropped."""
+
+
+class LiteConnection:
+    """The interface of `aioice.Connection` that aiortc uses, with its names.
+
+    `announced` are public addresses of this machine, beside its own (NAT, 1:1).
+    """
+
+    is_lite = True
+
+    def __init__(
+        self, hub: UdpHub, announced: Callable[[], Sequence[str]], now_s: Callable[[], float]
+    ) -> None:
+        self._hub = hub
+        self._announced = announced
+        self._now_s = now_s
+        self._agent = LiteAgent(now_s=now_s())
+        self._queue: asyncio.Queue[bytes | None] = asyncio.Queue(_MAX_WAITING)
+        self._decided = asyncio.Event()
+        self._closed = asyncio.Event()
+        self._timer: asyncio.TimerHandle | None = None
+        self._local: list[Candidate] = []
+        self._remote: list[Candidate] = []
+        # Set by aiortc; a lite agent is always controlled.
+        self.ice_controlling = False
+        self.remote_is_lite = False
+
+    # --- what aiortc reads and sets ----------------------------------------------------------
+
+    @property
+    def local_username(self) -> str:
+        return self._agent.username
+
+    @property
+    def local_password(self) -> str:
+        return self._agent.password
+
+    @property
+    def local_candidates(self) -> list[Candidate]:
+        return list(self._local)
+
+    @property
+    def remote_candidates(self) -> list[Candidate]:
+        return list(self._remote)
+
+    @property
+    def remote_username(self) -> str | None:
+        return self._agent.remote_username
+
+    @remote_username.setter
+    def remote_username(self, value: str | None) -> None:
+        self._agent.remote_username = value
+
+    @property
+    def remote_password(self) -> str | None:
+        return self._agent.remote_password
+
+    @remote_password.setter
+    def remote_password(self, value: str | None) -> None:
+        self._agent.remote_password = value
+
+    async def gather_candidates(self) -> None:
+        """Offer the shared port on each address, and begin to answer checks."""
+        addresses = await self._hub.look_again()
+        if self._closed.is_set():
+            return
+        self._hub.add(self._agent.username, self)
+        everywhere = dict.fromkeys([*addresses, *self._announced()])
+        self._local = [
+            Candidate(
+                foundation=candidate_foundation("host", "udp", host),
+                component=1,
+                transport="udp",
+                priority=candidate_priority(1, "host", 65535 - number),
+                host=host,
+                port=self._hub.port,
+                type="host",
+            )
+            for number, host in enumerate(everywhere)
+        ]
+
+    async def add_remote_candidate(self, candidate: Candidate | None) -> None:
+        """Take note, no more: a lite agent checks nobody who has not checked it."""
+        if candidate is not None:
+            self._remote.append(candidate)
+
+    async def connect(self) -> None:
+        """Wait for an address that is the browser's; raises `ConnectionError` after 10 s."""
+        self._look()
+        try:
+            async with asyncio.timeout(_CONNECT_S):
+                await self._decided.wait()
+        except TimeoutError:
+            self._end()
+        if self._closed.is_set():
+            raise ConnectionError("no check of the browser's has come through")
+
+    async def close(self) -> None:
+        """Stop answering; safe to call twice."""
+        self._end()
+
+    async def get_event(self) -> ConnectionClosed | None:
+        await self._closed.wait()
+        return ConnectionClosed()
+
+    async def recv(self) -> bytes:
+        """Return the next datagram; raises `ConnectionError` once closed."""
+        data = None if self._closed.is_set() else await self._queue.get()
+        if data is None:
+            raise ConnectionError("the connection is closed")
+        return data
+
+    async def send(self, data: bytes) -> None:
+        """Send to the selected address; raises `ConnectionError` once closed.
+
+        Between two addresses, such as after another peer has got this one's, it is lost.
+        """
+        if self._closed.is_set():
+            raise ConnectionError("the connection is closed")
+        if self._agent.selected is not None:
+            self._hub.send(self._agent.selected, data)
+
+    # --- the hub's (HubPeer) -----------------------------------------------------------------
+
+    def stun(self, message: Message, path: Path) -> None:
+        now_s = self._now_s()
+        self._send(self._agent.requested(message, path, now_s))
+        if self._agent.answered(message, path, now_s):
+            self._hub.forget(message.transaction_id)
+            self._hub.claim(path, self)
+        self._give_up()
+        if self._agent.selected is not None:
+            self._decided.set()
+        if self._agent.is_asking:
+            self._plan(_TICK_S)
+
+    def datagram(self, data: bytes, path: Path) -> None:
+        if self._agent.heard(path, self._now_s()) and not self._queue.full():
+            self._queue.put_nowait(data)
+
+    def displaced(self, path: Path) -> None:
+        self._agent.refuse(path)
+
+    # -----------------------------------------------------------------------------------------
+
+    def _send(self, datagrams: list[Datagram]) -> None:
+        for one in datagrams:
+            if one.asks is not None:
+                self._hub.expect(one.asks, self)
+            self._hub.send(one.path, one.data)
+
+    def _give_up(self) -> None:
+        """Tell the hub which paths and checks were given up."""
+        for path, transaction in self._agent.take_dropped():
+            self._hub.give_up(path, self)
+            if transaction is not None:
+                self._hub.forget(transaction)
+
+    def _look(self) -> None:
+        self._timer = None
+        now_s = self._now_s()
+        self._send(self._agent.tick(now_s))
+        self._give_up()
+        if self._agent.is_lost(now_s):
+            self._end()
+        self._plan(_TICK_S if self._agent.is_asking else _SLOW_TICK_S)
+
+    def _plan(self, delay_s: float) -> None:
+        """Look again after this time, or before if that was planned."""
+        if self._closed.is_set():
+            return
+        loop = asyncio.get_running_loop()
+        if self._timer is not None:
+            if self._timer.when() <= loop.time() + delay_s:
+                return
+            self._timer.cancel()
+        self._timer = loop.call_later(delay_s, self._look)
+
+    def _end(self) -> None:
+        if self._closed.is_set():
+            return
+        self._closed.set()
+        self._decided.set()
+        self._hub.remove(self._agent.username, self)
+        if self._timer is not None:
+            self._timer.cancel()
+        while not self._queue.empty():
+            self._queue.get_nowait()
+        self._queue.put_nowait(None)
+        self._local.clear()

@@ -1,0 +1,217 @@
+"""The sockets of the one port: hands each datagram to the peer that it is for.
+
+A check names its peer (STUN USERNAME, RFC 8445 7.1.2); everything else is known by the path that a
+peer has verified. What is nobody's is dropped without an answer.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import socket
+import struct
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, Final, Protocol, cast
+
+import structlog
+from aioice.stun import COOKIE, Class, Message, parse_message
+
+from wax.errors import StartError
+from wax.rtc.one_port.lite_agent import Path
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_LOG = structlog.get_logger(__name__)
+
+_COOKIE: Final = COOKIE.to_bytes(4, "big")
+_MAX_STUN_BYTES: Final = 548
+"""A check has about a hundred."""
+_BUFFER_BYTES: Final = 1 << 20
+_MAX_WAITING_BYTES: Final = 1 << 18
+"""Of a socket that the system does not empty; what is older than that is of no use to anybody."""
+_TRIES: Final = 5
+"""For a port that is free on all addresses, where any will do."""
+
+
+class HubPeer(Protocol):
+    """A peer of the hub's; none of these may raise."""
+
+    def stun(self, message: Message, path: Path) -> None: ...
+
+    def datagram(self, data: bytes, path: Path) -> None: ...
+
+    def displaced(self, path: Path) -> None:
+        """Give up a path, which another peer has verified as its own."""
+        ...
+
+
+class UdpHub:
+    """One socket for each local address, all with the same port.
+
+    `addresses` returns those of this machine, which may come and go. Port 0 is any free one.
+    """
+
+    def __init__(self, port: int, addresses: Callable[[], list[str]]) -> None:
+        self.port = port
+        self._is_any = port == 0
+        self._find = addresses
+        self._next = 0
+        self._sockets: dict[int, asyncio.DatagramTransport] = {}
+        self._numbers: dict[str, int] = {}
+        self._failed: dict[str, str] = {}
+        self._opening = asyncio.Lock()
+        self._peers: dict[str, HubPeer] = {}
+        self._paths: dict[Path, HubPeer] = {}
+        self._asked: dict[bytes, HubPeer] = {}
+
+    async def open(self) -> None:
+        """Bind the port; raises `StartError` if that is possible on no address."""
+        for tries_left in reversed(range(_TRIES if self._is_any else 1)):
+            await self.look_again()
+            if not self._failed or tries_left == 0:
+                break
+            self.close()
+            self.port = 0
+            self._failed.clear()
+        if not self._numbers:
+            raise StartError(self._why_not())
+        for failure in self._failed.values():
+            _LOG.warning("an address is not served", why=failure)
+
+    async def look_again(self) -> list[str]:
+        """Bind new addresses, close those that are gone; returns the addresses served."""
+        async with self._opening:
+            wanted = self._find()
+            for address in self._numbers.keys() - set(wanted):
+                self._sockets.pop(self._numbers.pop(address)).close()
+            for address in wanted:
+                if address not in self._numbers:
+                    await self._bind(address)
+            return [address for address in wanted if address in self._numbers]
+
+    async def _bind(self, address: str) -> None:
+        number = self._next
+        self._next += 1
+        try:
+            transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(
+                lambda: _Socket(self, number), local_addr=(address, self.port)
+            )
+        except OSError as error:
+            self._failed[address] = f"{address}: {_reason(error)}"
+            return
+        self._failed.pop(address, None)
+        _widen(transport.get_extra_info("socket"))
+        self.port = transport.get_extra_info("sockname")[1]
+        self._sockets[number] = transport
+        self._numbers[address] = number
+
+    def _why_not(self) -> str:
+        why = "; ".join(self._failed.values()) or "this machine has no address for it"
+        return (
+            f"UDP port {self.port}, which carries picture, sound and commands, cannot be used"
+            f" ({why}); end the program that uses it, or choose another with --udp-port"
+        )
+
+    def add(self, username: str, peer: HubPeer) -> None:
+        """Hand checks for this user name to a peer."""
+        self._peers[username] = peer
+
+    def remove(self, username: str, peer: HubPeer) -> None:
+        """Forget a peer and its paths."""
+        if self._peers.get(username) is peer:
+            del self._peers[username]
+        self._paths = {path: one for path, one in self._paths.items() if one is not peer}
+        self._asked = {number: one for number, one in self._asked.items() if one is not peer}
+
+    def claim(self, path: Path, peer: HubPeer) -> None:
+        """Hand what comes by a path to a peer, which has verified it.
+
+        Another's claim ends: whoever is there now has this peer's password, and a router may have
+        given them the port of somebody who left.
+        """
+        old = self._paths.get(path)
+        self._paths[path] = peer
+        if old is not None and old is not peer:
+            old.displaced(path)
+
+    def give_up(self, path: Path, peer: HubPeer) -> None:
+        """End a claim."""
+        if self._paths.get(path) is peer:
+            del self._paths[path]
+
+    def expect(self, transaction: bytes, peer: HubPeer) -> None:
+        """Hand the answer to this check to a peer."""
+        self._asked[transaction] = peer
+
+    def forget(self, transaction: bytes) -> None:
+        """Expect no answer to this check any more."""
+        self._asked.pop(transaction, None)
+
+    def send(self, path: Path, data: bytes) -> None:
+        """Send at once, or not at all."""
+        transport = self._sockets.get(path.socket)
+        if transport is not None and _waiting_bytes(transport) < _MAX_WAITING_BYTES:
+            transport.sendto(data, (path.host, path.port))
+
+    def close(self) -> None:
+        """Close every socket; safe to call twice."""
+        for transport in self._sockets.values():
+            transport.close()
+        self._sockets.clear()
+        self._numbers.clear()
+
+    def received(self, number: int, data: bytes, host: str, port: int) -> None:
+        """Handle a datagram of a socket."""
+        path = Path(number, host, port)
+        if data[4:8] == _COOKIE and data[0] < 4:
+            self._stun(data, path)
+        elif (peer := self._paths.get(path)) is not None:
+            peer.datagram(data, path)
+
+    def _stun(self, data: bytes, path: Path) -> None:
+        if len(data) > _MAX_STUN_BYTES:
+            return
+        try:
+            message = parse_message(data)
+        except (ValueError, struct.error):  # ValueError includes bad UTF-8
+            return
+        if message.message_class == Class.REQUEST:
+            username = str(message.attributes.get("USERNAME", ""))
+            peer = self._peers.get(username.partition(":")[0])
+        else:
+            peer = self._asked.get(message.transaction_id)
+        if peer is not None:
+            peer.stun(message, path)
+
+
+class _Socket(asyncio.DatagramProtocol):
+    def __init__(self, hub: UdpHub, number: int) -> None:
+        self._hub = hub
+        self._number = number
+
+    def datagram_received(self, data: bytes, address: tuple[str, int]) -> None:
+        # An IPv6 address comes with flow and scope.
+        self._hub.received(self._number, data, address[0].partition("%")[0], address[1])
+
+    def error_received(self, error: Exception) -> None:
+        """Ignore an ICMP message about one address, which says nothing about the others."""
+
+
+def _waiting_bytes(transport: asyncio.DatagramTransport) -> int:
+    # All of asyncio's transports for datagrams have it, but their type does not tell.
+    waiting: int = cast("Any", transport).get_write_buffer_size()
+    return waiting
+
+
+def _reason(error: OSError) -> str:
+    if error.errno == errno.EADDRINUSE:
+        return "it is used by another program"
+    return error.strerror or str(error)
+
+
+def _widen(bound: socket.socket) -> None:
+    """All viewers share one buffer; the system may allow less."""
+    for option in (socket.SO_RCVBUF, socket.SO_SNDBUF):
+        with suppress(OSError):
+            bound.setsockopt(socket.SOL_SOCKET, option, _BUFFER_BYTES)

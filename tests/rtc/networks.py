@@ -1,0 +1,35 @@
+"""Ways in which a peer under test reaches the network."""
+
+from __future__ import annotations
+
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, Literal
+
+from wax.clock import SystemClock
+from wax.config.settings import NetworkSettings, RelaySettings
+from wax.rtc.ice_servers import IceServers
+from wax.rtc.network import Network
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from wax.clock import Clock
+
+Mode = Literal["one-port", "full-ice"]
+
+
+def network(mode: Mode = "full-ice", clock: Clock | None = None) -> Network:
+    """Make one that is not open yet, which full ICE does not need to be."""
+    settings = NetworkSettings(mode=mode, udp_port=0)
+    return Network(settings, IceServers(settings, RelaySettings()), clock or SystemClock())
+
+
+@asynccontextmanager
+async def opened_network(mode: Mode = "one-port") -> AsyncIterator[Network]:
+    """Open one, on any free port."""
+    made = network(mode)
+    await made.open()
+    try:
+        yield made
+    finally:
+        made.close()

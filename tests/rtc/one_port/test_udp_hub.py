@@ -1,0 +1,351 @@
+"""The one port on real sockets: each datagram reaches its peer, and strangers reach nobody."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import socket
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
+
+import pytest
+from aioice.candidate import Candidate
+from aioice.stun import Class, Message, Method, parse_message
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from wax.clock import SystemClock
+from wax.errors import StartError
+from wax.rtc.one_port import lite_connection
+from wax.rtc.one_port.lite_connection import LiteConnection
+from wax.rtc.one_port.udp_hub import UdpHub
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Iterator
+
+HERE: Final = "127.0.0.1"
+ELSEWHERE: Final = "127.0.0.2"
+SOON_S: Final = 0.1
+"""Long enough for a datagram on the loopback interface that does come."""
+
+
+class Browser:
+    """The other end of a connection, at an address of its own."""
+
+    def __init__(self, hub: UdpHub, peer: LiteConnection, name: str, host: str = HERE) -> None:
+        self.peer = peer
+        self.name = name
+        peer.remote_username, peer.remote_password = name, f"password of {name}"
+        self.server = (HERE, hub.port)
+        self.socket = socket.socket(type=socket.SOCK_DGRAM)
+        self.socket.bind((host, 0))
+        self.socket.setblocking(False)
+
+    def moves(self, host: str = HERE) -> None:
+        """Get another port, as from a router that has forgotten the old one."""
+        self.socket.close()
+        self.socket = socket.socket(type=socket.SOCK_DGRAM)
+        self.socket.bind((host, 0))
+        self.socket.setblocking(False)
+
+    def sends(self, data: bytes) -> None:
+        self.socket.sendto(data, self.server)
+
+    async def hears(self) -> bytes | None:
+        """Return the next datagram, None if there is none soon."""
+        try:
+            async with asyncio.timeout(SOON_S):
+                return await asyncio.get_running_loop().sock_recv(self.socket, 2048)
+        except TimeoutError:
+            return None
+
+    def check(self, *, nominates: bool = True) -> bytes:
+        request = Message(Method.BINDING, Class.REQUEST)
+        request.attributes["USERNAME"] = f"{self.peer.local_username}:{self.name}"
+        request.attributes["PRIORITY"] = 1
+        if nominates:
+            request.attributes["USE-CANDIDATE"] = None
+        request.add_message_integrity(self.peer.local_password.encode())
+        return bytes(request)
+
+    def answer(self, probe: bytes) -> bytes:
+        response = Message(Method.BINDING, Class.RESPONSE, parse_message(probe).transaction_id)
+        response.attributes["XOR-MAPPED-ADDRESS"] = self.server
+        response.add_message_integrity(f"password of {self.name}".encode())
+        return bytes(response)
+
+    async def verifies(self, *, nominates: bool = True) -> None:
+        """Check, and answer the check that this brings."""
+        self.sends(self.check(nominates=nominates))
+        assert parse_message(await self.hears() or b"").message_class == Class.RESPONSE
+        self.sends(self.answer(await self.hears() or b""))
+        await asyncio.sleep(0.01)
+
+    async def gets(self, data: bytes) -> bool:
+        """Tell whether what is sent to this browser comes to it."""
+        await self.peer.send(data)
+        return await self.hears() == data
+
+
+class Rig:
+    """A hub with two peers, and their browsers."""
+
+    def __init__(self, hub: UdpHub) -> None:
+        self.hub = hub
+        clock = SystemClock()
+        self.peers = [LiteConnection(hub, lambda: ["203.0.113.7"], clock.now_s) for _ in range(2)]
+        self.ada, self.bob = (
+            Browser(hub, peer, name) for peer, name in zip(self.peers, ("ada", "bob"), strict=True)
+        )
+
+
+@pytest.fixture
+async def rig() -> AsyncIterator[Rig]:
+    hub = UdpHub(0, lambda: [HERE])
+    await hub.open()
+    made = Rig(hub)
+    for peer in made.peers:
+        await peer.gather_candidates()
+    yield made
+    for peer in made.peers:
+        await peer.close()
+    for browser in (made.ada, made.bob):
+        browser.socket.close()
+    hub.close()
+    await asyncio.sleep(0)
+
+
+@contextmanager
+def stranger() -> Iterator[socket.socket]:
+    with socket.socket(type=socket.SOCK_DGRAM) as made:
+        made.bind((ELSEWHERE, 0))
+        made.setblocking(False)
+        yield made
+
+
+def nothing(at: socket.socket) -> bool:
+    """Tell whether nothing has come to a socket."""
+    try:
+        at.recv(2048)
+    except BlockingIOError:
+        return True
+    return False
+
+
+async def test_two_peers_share_the_port(rig: Rig) -> None:
+    """What each browser sends comes to its own peer, and what that sends to it alone."""
+    connecting = [asyncio.create_task(peer.connect()) for peer in rig.peers]
+    for browser in (rig.ada, rig.bob):
+        await browser.verifies()
+        browser.sends(f"from {browser.name}".encode())
+    await asyncio.gather(*connecting)
+    assert await rig.peers[0].recv() == b"from ada"
+    assert await rig.peers[1].recv() == b"from bob"
+    assert await rig.ada.gets(b"to ada")
+    assert await rig.bob.gets(b"to bob")
+    assert nothing(rig.ada.socket)
+
+
+async def test_public_and_own_addresses_are_offered(rig: Rig) -> None:
+    """A viewer in the same network may be unable to reach the router's outer side."""
+    offered = [(one.host, one.port, one.type) for one in rig.peers[0].local_candidates]
+    port = rig.hub.port
+    assert offered == [(HERE, port, "host"), ("203.0.113.7", port, "host")]
+
+
+async def test_a_check_that_is_replayed_from_elsewhere_moves_nothing(rig: Rig) -> None:
+    """Whoever sees a check may send it again from anywhere: they get a few short datagrams."""
+    await rig.ada.verifies()
+    with stranger() as other:
+        for _ in range(50):
+            other.sendto(rig.ada.check(), rig.ada.server)
+        await asyncio.sleep(SOON_S)
+        assert await rig.ada.gets(b"picture")
+        got = 0
+        while not nothing(other):
+            got += 1
+        assert got <= 50 + 9  # an answer each, and our checks
+        other.sendto(b"I am ada", rig.ada.server)
+    await asyncio.sleep(0.01)
+    assert rig.peers[0]._queue.empty()
+
+
+async def test_anothers_check_does_not_take_an_address(rig: Rig) -> None:
+    """Who sends bob's check from ada's address gets nothing of ada's: ada does not answer it."""
+    await rig.ada.verifies()
+    rig.ada.sends(rig.bob.check())
+    answered, probe = await rig.ada.hears(), await rig.ada.hears()
+    assert answered is not None
+    assert probe is not None
+    rig.ada.sends(rig.ada.answer(probe))  # her password is not bob's
+    await asyncio.sleep(0.01)
+    rig.ada.sends(b"from ada")
+    assert await asyncio.wait_for(rig.peers[0].recv(), 1) == b"from ada"
+    assert await rig.ada.gets(b"to ada")
+    with pytest.raises(TimeoutError):
+        await asyncio.wait_for(rig.peers[1].recv(), SOON_S)
+
+
+async def test_a_port_that_a_router_gives_to_the_next_is_theirs(rig: Rig) -> None:
+    """Once verified by bob, what was ada's address is bob's, and ada's peer sends nothing there."""
+    await rig.ada.verifies()
+    bobs, rig.bob.socket = rig.bob.socket, rig.ada.socket
+    await rig.bob.verifies()
+    rig.bob.sends(b"from bob")
+    assert await asyncio.wait_for(rig.peers[1].recv(), 1) == b"from bob"
+    await rig.peers[0].send(b"to ada")
+    assert await rig.bob.gets(b"to bob")
+    rig.bob.socket = bobs
+
+
+async def test_a_browser_behind_a_new_port_is_followed(rig: Rig) -> None:
+    """Once it checks and nominates from there."""
+    await rig.ada.verifies()
+    rig.ada.moves()
+    await rig.ada.verifies()
+    assert await rig.ada.gets(b"picture")
+
+
+async def test_candidates_are_not_asked(rig: Rig) -> None:
+    """An offer full of strangers' addresses sends them nothing."""
+    with stranger() as other:
+        host, port = other.getsockname()
+        for number in range(100):
+            await rig.peers[0].add_remote_candidate(
+                Candidate(str(number), 1, "udp", 1, host, port, "host")
+            )
+        connecting = asyncio.create_task(rig.peers[0].connect())
+        await asyncio.sleep(5 * SOON_S)
+        assert nothing(other)
+        await rig.peers[0].close()
+        with pytest.raises(ConnectionError):
+            await connecting
+
+
+async def test_junk_is_dropped_without_an_answer(rig: Rig) -> None:
+    """Whatever comes from whom nobody knows."""
+    good = rig.ada.check()
+    other_password = Message(Method.BINDING, Class.REQUEST)
+    other_password.attributes["USERNAME"] = f"{rig.peers[0].local_username}:ada"
+    other_password.add_message_integrity(b"guess")
+    answer = Message(Method.BINDING, Class.RESPONSE)
+    answer.add_message_integrity(b"password of ada")
+    with stranger() as other:
+        for junk in (
+            b"",
+            b"\x80\x60" + bytes(1200),  # RTP
+            b"\x16\xfe\xff" + os.urandom(200),  # DTLS
+            good[:30],
+            good[:4] + good[4:8] + bytes(12),
+            bytes(other_password),
+            bytes(answer),
+            good + bytes(1000),
+            b"\x00\x01\x00\x08" + good[4:20] + b"\x00\x06\x00\x04\xff\xfe\xfd\xfc",  # bad UTF-8
+        ):
+            other.sendto(junk, rig.ada.server)
+        await asyncio.sleep(SOON_S)
+        assert nothing(other)
+    await rig.ada.verifies()
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.binary(max_size=600), is_stun=st.booleans(), is_ada=st.booleans())
+async def test_any_bytes_are_survived(
+    rig: Rig, data: bytes, *, is_stun: bool, is_ada: bool
+) -> None:
+    """No bytes raise anything, neither from a stranger nor from a viewer."""
+    if is_stun:
+        head = rig.ada.check()[:20]
+        data = head[:2] + len(data).to_bytes(2, "big") + head[4:] + data
+    host, port = rig.ada.socket.getsockname()
+    rig.hub.received(0, data, host if is_ada else ELSEWHERE, port)
+
+
+async def test_who_never_checks_is_given_up(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A half-open peer frees its place: connecting ends, with everything that it held."""
+    monkeypatch.setattr(lite_connection, "_CONNECT_S", 0.05)
+    with pytest.raises(ConnectionError):
+        await rig.peers[0].connect()
+    assert (await rig.peers[0].get_event()) is not None
+    rig.ada.sends(rig.ada.check())
+    assert await rig.ada.hears() is None
+    with pytest.raises(ConnectionError):
+        await rig.peers[0].recv()
+
+
+async def test_a_closed_peer_leaves_nothing_in_the_hub(rig: Rig) -> None:
+    """Neither its name, its paths, nor its open checks."""
+    await rig.ada.verifies()
+    with stranger() as other:
+        other.sendto(rig.ada.check(), rig.ada.server)
+        await asyncio.sleep(0.01)
+    await rig.peers[0].close()
+    await rig.peers[0].close()
+    await rig.peers[1].close()
+    for left in (rig.hub._peers, rig.hub._paths, rig.hub._asked):
+        assert not left
+    with pytest.raises(ConnectionError):
+        await rig.peers[0].send(b"late")
+
+
+async def test_checks_that_nobody_answers_are_forgotten(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A viewer who names strangers without end fills nothing."""
+    connecting = asyncio.create_task(rig.peers[0].connect())
+    await rig.ada.verifies()
+    await connecting
+    for number in range(300):
+        rig.hub.received(0, rig.ada.check(nominates=False), ELSEWHERE, 1000 + number)
+    assert len(rig.hub._asked) <= 8
+    assert len(rig.hub._paths) == 1
+    assert await rig.ada.gets(b"picture")
+
+
+async def test_a_port_in_use_is_a_sentence(rig: Rig) -> None:
+    """It says which port, why, and what to do."""
+    second = UdpHub(rig.hub.port, lambda: [HERE])
+    with pytest.raises(
+        StartError, match=rf"UDP port {rig.hub.port}, .*used by another.*--udp-port"
+    ):
+        await second.open()
+
+
+async def test_addresses_come_and_go() -> None:
+    """A machine that changes its network is served there without a restart, at the same port."""
+    addresses = [HERE]
+    hub = UdpHub(0, lambda: list(addresses))
+    await hub.open()
+    port = hub.port
+    addresses[:] = [HERE, ELSEWHERE]
+    assert await hub.look_again() == [HERE, ELSEWHERE]
+    addresses[:] = [ELSEWHERE, "192.0.2.99"]  # the last is not this machine's
+    assert await hub.look_again() == [ELSEWHERE]
+    assert hub.port == port
+    await asyncio.sleep(0)
+    with socket.socket(type=socket.SOCK_DGRAM) as free:
+        free.bind((HERE, port))
+    hub.close()
+    await asyncio.sleep(0)
+
+
+async def test_ipv6_is_served_too() -> None:
+    """Where the machine has it."""
+    hub = UdpHub(0, lambda: ["::1"])
+    try:
+        await hub.open()
+    except StartError:
+        pytest.skip("this machine has no IPv6")
+    peer = LiteConnection(hub, list, SystemClock().now_s)
+    await peer.gather_candidates()
+    browser = Browser(hub, peer, "ada")
+    browser.socket.close()
+    browser.server = ("::1", hub.port)
+    browser.socket = socket.socket(socket.AF_INET6, socket.SOCK_DGRAM)
+    browser.socket.setblocking(False)
+    with browser.socket:
+        await browser.verifies()
+        assert await browser.gets(b"picture")
+    await peer.close()
+    hub.close()
+    await asyncio.sleep(0)
