@@ -43,7 +43,7 @@ class Deaf:
     def __init__(self) -> None:
         self.asked = 0
 
-    async def answer(self, client: str, offer: str, *, is_host: bool) -> str:
+    async def answer(self, client: str, offer: str, *, is_host: bool, address: str) -> str:
         self.asked += 1
         return "v=0 answer"
 

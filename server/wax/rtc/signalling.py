@@ -6,6 +6,7 @@ import re
 from typing import Final
 
 from wax.errors import SignallingError
+from wax.rtc.candidates import without_unwanted
 
 MAX_SDP_CHARS: Final = 32_768
 
@@ -23,12 +24,12 @@ _SECTIONS: Final = {"m=audio": "sound", "m=video": "picture", "m=application": "
 _NUMBER: Final = re.compile(r"[0-9]{1,10}")
 
 
-def clean_offer(sdp: str) -> str:
+def clean_offer(sdp: str, sender: str | None = None) -> str:
     """Check an offer and remove what would delay or block the answer.
 
-    mDNS candidates cannot be resolved without multicast and cost a second each; the browser's
-    checks reveal its address anyway (peer-reflexive, RFC 8445 7.3.1.3). `end-of-candidates` without
-    candidates would end ICE before it began. Raises `SignallingError`.
+    Candidates that we have no business with go (`candidates.without_unwanted`); `sender` is the
+    address that the offer came from. `end-of-candidates` without candidates would end ICE before it
+    began. Raises `SignallingError`.
 
     The work of aiortc's parser grows with codecs times lines, so offers that no browser sends are
     refused before parsing.
@@ -46,7 +47,8 @@ def clean_offer(sdp: str) -> str:
             raise SignallingError(f"the offer must have one {what} section, it has {found}")
     _check_codecs(lines)
     _check_message_size(lines)
-    return "\r\n".join(line for line in lines if not _is_unwanted(line)) + "\r\n"
+    lines = [line for line in lines if not line.startswith("a=end-of-candidates")]
+    return "\r\n".join(without_unwanted(lines, sender)) + "\r\n"
 
 
 def is_firefox(offer: str) -> bool:
@@ -94,9 +96,3 @@ def _number(text: str, what: str) -> int:
     if _NUMBER.fullmatch(text) is None:
         raise SignallingError(f"the offer has a {what} that is not a number")
     return int(text)
-
-
-def _is_unwanted(line: str) -> bool:
-    if line.startswith("a=end-of-candidates"):
-        return True
-    return line.startswith("a=candidate:") and ".local " in line

@@ -97,13 +97,14 @@ class Room:
     async def answer(self, client: str, offer: str, *, is_host: bool, address: str = "") -> str:
         """Answer a page's offer; the same `client` keeps its place, turn and name.
 
-        `is_host` means that the page is open on the server's own machine. Of two concurrent offers
-        the later one wins. Raises `FullError` or `SignallingError`.
+        `address` is where it came from. `is_host` means that the page is open on the
+        server's own machine. Of two concurrent offers the later one wins. Raises `FullError` or
+        `SignallingError`.
         """
         if self._is_closing:
             raise FullError(_GOODBYE)
         # Before anything else: a bad offer must neither take a place nor end a good peer.
-        offer = clean_offer(offer)
+        offer = clean_offer(offer, address)
         async with self._answering.setdefault(client, asyncio.Lock()):
             async with self._entry:
                 # One per pass of the event loop, which runs its timers once a pass: answering many
