@@ -9,9 +9,10 @@ import os
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from wax import __version__
+from wax import __version__, state_dir
+from wax.access import host_link
 from wax.clock import SystemClock
 from wax.config import settings as config
 from wax.errors import ConfigError, WaxError
@@ -19,7 +20,7 @@ from wax.records.schema import EXPORTED
 from wax.telemetry import configure_logs
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from wax.config.settings import Settings
     from wax.proof.proof import Progress
@@ -29,13 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; the exit status is 0 for success, 1 for failure, 2 for wrong usage."""
     arguments = _parser().parse_args(argv)
     try:
-        if arguments.command == "devices":
-            return _devices()
-        if arguments.command == "prove-stop":
-            return _prove_stop(arguments)
-        if arguments.command == "records":
-            return _records(arguments)
-        return _serve(_settings(arguments), arguments.config)
+        return _COMMANDS.get(arguments.command, _run)(arguments)
     except ConfigError as error:
         print(f"wax: {error}", file=sys.stderr)
         return 2
@@ -64,9 +59,27 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     commands.add_parser("run", help="serve (also without a command)")
     commands.add_parser("devices", help="list cameras, microphones and serial ports")
+    _add_host_link(commands)
     _add_prove_stop(commands)
     _add_records(commands)
     return parser
+
+
+def _add_host_link(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    link = commands.add_parser(
+        "host-link",
+        help="print a link that makes you the host of the server that runs here",
+        description="Print a link that makes the first browser to open it the host's.",
+    )
+    link.add_argument(
+        "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
+    )
+
+
+def _host_link(arguments: argparse.Namespace) -> int:
+    settings = config.load(arguments.config)
+    print("\n".join(host_link.ask(state_dir.find(settings.server.state_dir))))
+    return 0
 
 
 def _add_prove_stop(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -136,6 +149,10 @@ def _serve(settings: Settings, config_path: Path | None) -> int:
         if app.tls is not None and app.tls.is_self_signed:
             print("\n  The certificate's SHA-256 fingerprint, which browsers show when they ask:")
             print(f"  {app.tls.fingerprint}")
+        if sys.stdout.isatty():  # a service's output is kept where others may read it
+            print(f"\n  For you, the host; it works once:\n  {app.new_host_link()[0]}")
+        else:
+            print("\n  `wax host-link` prints the link for you, the host.")
         print("\n  Ctrl-C stops the robot and the server.\n", flush=True)
 
     async def run() -> None:
@@ -187,12 +204,24 @@ def _records(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _devices() -> int:
+def _devices(_: argparse.Namespace) -> int:
     from wax.capture.list_devices import list_devices
     from wax.robot.serial.list_ports import list_ports
 
     print("\n".join([*list_devices(), *list_ports()]))
     return 0
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    return _serve(_settings(arguments), arguments.config)
+
+
+_COMMANDS: Final[dict[str, Callable[[argparse.Namespace], int]]] = {
+    "devices": _devices,
+    "host-link": _host_link,
+    "prove-stop": _prove_stop,
+    "records": _records,
+}
 
 
 if __name__ == "__main__":

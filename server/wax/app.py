@@ -15,9 +15,14 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
+from wax import state_dir
+from wax.access.access import Access
+from wax.access.host_link import HostLinkSocket
+from wax.access.secret_file import load_secret
 from wax.baseline.streams import BaselineService, thesis_video
 from wax.baseline.unit_hub import UnitHub
 from wax.capture.audio_blocks import Blocks
+from wax.capture.blanking import Blanking
 from wax.capture.find_sources import make_sources
 from wax.capture.source_thread import SourceThread
 from wax.capture.timestamp_overlay import TimestampOverlay
@@ -43,6 +48,7 @@ from wax.session.viewers import Viewers
 from wax.streams.live import LiveService
 from wax.tasks import TaskSupervisor
 from wax.telemetry import Counters, Rates
+from wax.web.addresses import page_urls
 from wax.web.entrance import Entrance
 from wax.web.guards import Guards
 from wax.web.routes import Routes
@@ -81,6 +87,8 @@ class App:
         counters = Counters()
 
         self._driver = make_robot(settings.robot, clock, settings.log)
+        self._house = House()
+        self._blanking = Blanking(lambda: self._house.is_blanked)
         sources = make_sources(settings.video, settings.audio, clock, self._driver)
         self._audio: SoundHub | UnitHub
         service: Service
@@ -104,12 +112,14 @@ class App:
                 video=self._video,
                 audio=self._audio,
             )
-        slot = self._video.slot
+        put: Callable[[Picture], None] = self._video.slot.put
+        if settings.video.timestamp_overlay:
+            put = TimestampOverlay(clock, put)
         self._captures: dict[str, SourceThread[Picture] | SourceThread[Sound]] = {}
         if sources.video is not None:
             self._captures["video"] = SourceThread(
                 sources.video,
-                TimestampOverlay(clock, slot.put) if settings.video.timestamp_overlay else slot.put,
+                self._blanked(put),
                 name="camera",
                 clock=clock,
                 retry_s=settings.video.retry_s,
@@ -126,7 +136,6 @@ class App:
         ice = IceServers(settings.network, settings.relay)
         self._network = Network(settings.network, ice, clock)
         turns = Turns(settings.turns)
-        self._house = House()
         viewers = Viewers(
             sync=settings.sync,
             turns=turns,
@@ -134,6 +143,9 @@ class App:
             house=self._house,
         )
         self._records = open_records(settings.records, settings.server.state_dir, clock)
+        self._access = Access(
+            settings.access, self._records, clock, load_secret(settings.server.state_dir)
+        )
         self._keeper = RecordKeeper(
             records=self._records,
             clock=clock,
@@ -149,6 +161,7 @@ class App:
             link_delay_s=viewers.link_delay_s,
             sees=viewers.sees,
             camera_fails=self._camera_fails,
+            on_hold=lambda: self._house.on_hold,
             max_fraction=viewers.max_fraction,
             on_events=both(viewers.turn_events, self._keeper.turn_events),
             on_status=both(viewers.drive_status, self._keeper.drive_status),
@@ -167,7 +180,12 @@ class App:
                 driver=self._driver,
                 turns=turns,
                 captures=self._captures,
+                access=self._access,
+                house=self._house,
             ),
+            access=self._access,
+            house=self._house,
+            records=self._records,
             keeper=self._keeper,
             network=self._network,
         )
@@ -199,8 +217,13 @@ class App:
             status=self._status,
             acknowledged=service.acknowledged,
             guards=Guards(settings.server, clock),
+            access=self._access,
+            offers_hz=settings.server.max_offers_per_address_hz,
         )
         self.tls = make_tls(settings.server, clock)
+        self._host_link = HostLinkSocket(
+            state_dir.find(settings.server.state_dir), self.new_host_link
+        )
         self._entrance = Entrance(routes.application(), settings.server, clock, self.tls)
 
     async def run(self, on_ready: Callable[[int], None]) -> None:
@@ -223,6 +246,16 @@ class App:
         if self._died is not None:
             raise StartError(f"the server stopped: its task '{self._died}' failed; see the log")
 
+    def new_host_link(self) -> list[str]:
+        """Return the page's URLs, of which the first to be opened makes a browser the host's.
+
+        The secret is a fragment (RFC 3986, 3.5): browsers send it to nobody.
+        """
+        scheme = "https" if self.tls else "http"
+        secret = self._access.new_host_link()
+        urls = page_urls(self._settings.server.host, self._entrance.port, scheme)
+        return [f"{url}/#host={secret}" for url in urls]
+
     def stop(self) -> None:
         """Stop the robot at once, then let `run` end."""
         self._control.stop()
@@ -233,6 +266,7 @@ class App:
         # The ports first: a server that is already running must keep the robot and the camera.
         await self._entrance.open()
         await self._network.open()
+        await self._host_link.open()
         self._records.start()
         self._driver.open()
         self._video.start()
@@ -256,6 +290,7 @@ class App:
                 self._keeper.close()
                 # Together, not one after the other, so that several slow devices share one wait.
                 await asyncio.gather(self._room.close(), asyncio.to_thread(self._stop_threads))
+                await self._host_link.close()
                 await self._entrance.close()
         except TimeoutError:
             _LOG.warning("not everything ended in time; exiting anyway")
@@ -273,13 +308,17 @@ class App:
     def _camera_fails(self) -> bool:
         """Whether nobody gets a picture from a camera that there is."""
         camera = self._captures.get("video")
-        return self._house.is_blanked or (camera is not None and camera.problem is not None)
+        return camera is not None and camera.problem is not None
 
     def _task_died(self, name: str) -> None:
         self._died = name
         self.stop()
 
+    def _blanked(self, put: Callable[[Picture], None]) -> Callable[[Picture], None]:
+        """Handle pictures, in the camera's thread."""
+        return lambda picture: put(self._blanking.picture(picture))
+
     def _take_sound(self, sound: Sound) -> None:
         """Handle sound, in the microphone's thread."""
-        for block in self._blocks.push(sound):
+        for block in self._blocks.push(self._blanking.sound(sound)):
             self._audio.push(block)

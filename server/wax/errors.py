@@ -9,6 +9,7 @@ WaxError
  ├── FullError        no room for one more viewer
  ├── TooOftenError    one address requests connections too often
  ├── ForbiddenError   a request that its sender may not make, or not now
+ │    └── NotAdmittedError  somebody who may not come in, or not stay
  ├── StateError       the folder for what outlives the server cannot be used
  └── StartError       something the server needs at its start is missing or in use
 """
@@ -54,6 +55,17 @@ class ForbiddenError(WaxError):
     """A request that its sender may not make, or not now."""
 
 
+class NotAdmittedError(ForbiddenError):
+    """Somebody who may not come in, or not stay.
+
+    `opens_wall_ms` (since 1970) is when they may, None if that is not the matter or not known.
+    """
+
+    def __init__(self, sentence: str, opens_wall_ms: float | None = None) -> None:
+        super().__init__(sentence)
+        self.opens_wall_ms = opens_wall_ms
+
+
 class StateError(WaxError):
     """The folder or file for what outlives the server cannot be used."""
 
@@ -66,6 +78,7 @@ HTTP_STATUS: Final[dict[type[WaxError], int]] = {
     ProtocolError: 400,
     SignallingError: 400,
     ForbiddenError: 403,
+    NotAdmittedError: 403,
     TooOftenError: 429,
     FullError: 503,
 }

@@ -101,6 +101,7 @@ class Crowd:
             link_delay_s=lambda _: ONE_WAY_S,
             sees=lambda _: True,
             camera_fails=lambda: False,
+            on_hold=lambda: None,
             max_fraction=lambda _: 1.0,
             on_events=self._on_events,
             on_status=lambda *_: None,

@@ -37,7 +37,7 @@ HOSTS = {
 
 
 def proved() -> Settings:
-    text = under_proof(parse(HOSTS, "the host"), '/dev/pts/7 "x"\x7f')
+    text = under_proof(parse(HOSTS, "the host"), '/dev/pts/7 "x"\x7f', "/tmp/state")
     return parse(tomllib.loads(text), "the proof")
 
 

@@ -12,6 +12,7 @@ from av.packet import Packet
 from structlog.testing import capture_logs
 from tests.session.test_room import FakePeer, Rig
 from tests.turned_clock import TurnedClock
+from tests.visitors import EVERYTHING, TAB, visitor
 
 from wax.baseline.streams import BaselineService, thesis_video
 from wax.baseline.unit_hub import UnitHub
@@ -351,7 +352,9 @@ def test_the_peer_of_another_connection_has_another_boundary() -> None:
     )
     viewer = Viewer(
         number=1,
-        client="c",
+        visitor=visitor("c"),
+        grant=EVERYTHING,
+        tab=TAB,
         clock=TurnedClock(),
         counters=Counters(),
         service=service,

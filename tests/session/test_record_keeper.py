@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import pytest
 import structlog
 from tests.turned_clock import TurnedClock
+from tests.visitors import visitor
 
 from wax.control.reasons import NOT_HELD, Hold, Limit, Refusal, stopped_by
 from wax.control.turns import TurnEnded, TurnRenewed, TurnStarted, Why
@@ -46,10 +47,8 @@ def viewer(number: int, name: str, *, streams: object = None, ready: bool = True
     )
     made = SimpleNamespace(
         number=number,
-        client=f"{name}-11111111",
+        visitor=visitor(f"{name}-11111111", address="192.0.2.7"),
         name=name,
-        address="192.0.2.7",
-        is_host=False,
         is_ready=ready,
         was_ready=ready,
         link=SimpleNamespace(newest_s=0.04),

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import json
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import pytest
 from tests.rtc.networks import network
 from tests.turned_clock import TurnedClock
+from tests.visitors import TAB, make_access, visitor
 
 from wax.config.settings import Settings
 from wax.control.loop import ControlLoop
@@ -129,9 +131,11 @@ class Rig:
             audio=SoundHub(),
         )
         self.house = House()
+        self.records = Records(self.clock)
+        self.access = make_access(self.records, self.clock, settings.access)
         self.viewers = Viewers(sync=settings.sync, turns=turns, has_camera=True, house=self.house)
         self.keeper = RecordKeeper(
-            records=Records(self.clock),
+            records=self.records,
             clock=self.clock,
             viewers=self.viewers,
             refused=self.counters.snapshot,
@@ -145,7 +149,8 @@ class Rig:
             link_delay_s=self.viewers.link_delay_s,
             sees=self.viewers.sees,
             camera_fails=lambda: False,
-            max_fraction=lambda _: 1.0,
+            on_hold=lambda: self.house.on_hold,
+            max_fraction=self.viewers.max_fraction,
             on_events=self.viewers.turn_events,
             on_status=self.viewers.drive_status,
         )
@@ -163,13 +168,18 @@ class Rig:
                 driver=self.robot,
                 turns=turns,
                 captures={"video": cast("SourceThread[Picture]", self.camera)},
+                access=self.access,
+                house=self.house,
             ),
+            access=self.access,
+            house=self.house,
+            records=self.records,
             keeper=self.keeper,
             network=network(),
         )
 
     async def enter(self, client: str, *, is_host: bool = False) -> FakePeer:
-        await self.room.answer(client, OFFER, is_host=is_host)
+        await self.room.answer(visitor(client, is_host=is_host), TAB, OFFER)
         FakePeer.made[-1].open()
         return FakePeer.made[-1]
 
@@ -289,7 +299,7 @@ async def test_a_full_house_says_so(rig: Rig) -> None:
     await rig.enter("ada-1111")
     await rig.enter("bob-1111")
     with pytest.raises(FullError, match="2 places"):
-        await rig.room.answer("eve-1111", OFFER, is_host=False)
+        await rig.room.answer(visitor("eve-1111"), TAB, OFFER)
     assert len(rig.names()) == 2
 
 
@@ -339,7 +349,7 @@ async def test_who_is_gone_is_forgotten_after_the_grace(rig: Rig) -> None:
 
 async def test_half_open_and_dead_peers_are_closed(rig: Rig) -> None:
     """A page that never opens its channels, and one that falls silent, are closed in 10 s."""
-    await rig.room.answer("ada-1111", OFFER, is_host=False)
+    await rig.room.answer(visitor("ada-1111"), TAB, OFFER)
     half = FakePeer.made[-1]
     bob = await rig.enter("bob-1111")
     rig.wait(10.3)
@@ -372,7 +382,7 @@ async def test_only_the_operator_drives(rig: Rig) -> None:
     rig.wait(0.2, ada, bob)
     twists = [told for told in rig.robot.told if isinstance(told, Twist)]
     assert all(twist.is_zero for twist in twists)
-    assert rig.loop.counts()["commands.refused.not_your_turn"] == 1
+    assert rig.counters.snapshot()["messages not allowed"] == 1
 
 
 async def test_everybody_stops_and_all_hear_who(rig: Rig) -> None:
@@ -407,31 +417,37 @@ async def test_only_operator_and_host_release(rig: Rig) -> None:
     release(ada, 1)
     assert ada.last("room")["stop"] is None
     bob.says(type="stop")
-    list(rig.viewers)[1].is_host = True
+    host = list(rig.viewers)[1]
+    host.visitor = replace(host.visitor, is_host=True)
     release(bob, 2)
     assert ada.last("room")["stop"] is None
 
 
 async def test_stop_and_release_by_the_second_way(rig: Rig) -> None:
-    """By HTTP anybody stops, and a release needs the operator's secret or the host's machine."""
+    """By HTTP who is in the room stops, and the operator or the host releases."""
     ada = await rig.enter("ada-1111")
+    bob = await rig.enter("bob-1111")
     ada.says(type="join")
-    rig.wait(0.2, ada)
+    rig.wait(0.2, ada, bob)
     rig.robot.told.clear()
-    number = rig.room.stop_by(None, is_host=False)
-    assert rig.robot.told == ["stop"]
-    for client in (None, "eve-1111"):
+    for client in ("", "eve-1111"):
         with pytest.raises(ForbiddenError):
-            rig.room.release_by(client, number, is_host=False)
+            rig.room.stop_by(visitor(client), TAB)
+    assert rig.robot.told == []
+    number = rig.room.stop_by(visitor("bob-1111"), TAB)
+    assert rig.robot.told == ["stop"]
+    for client in ("", "eve-1111", "bob-1111"):
+        with pytest.raises(ForbiddenError):
+            rig.room.release_by(visitor(client), TAB, number)
     with pytest.raises(ForbiddenError):
-        rig.room.release_by("ada-1111", number + 1, is_host=False)
+        rig.room.release_by(visitor("ada-1111"), TAB, number + 1)
     rig.wait(0.1, ada)
-    assert ada.last("room")["stop"] == {"number": number, "by": "somebody"}
-    rig.room.release_by("ada-1111", number, is_host=False)
+    assert ada.last("room")["stop"] == {"number": number, "by": "Guest 2"}
+    rig.room.release_by(visitor("ada-1111"), TAB, number)
     rig.wait(0.1, ada)
     assert ada.last("room")["stop"] is None
-    number = rig.room.stop_by("ada-1111", is_host=False)
-    rig.room.release_by(None, number, is_host=True)
+    number = rig.room.stop_by(visitor("ada-1111"), TAB)
+    rig.room.release_by(visitor("", is_host=True), None, number)
     rig.wait(0.1, ada)
     assert ada.last("room")["stop"] is None
 
@@ -445,12 +461,12 @@ async def test_where_only_the_operator_may_stop(monkeypatch: pytest.MonkeyPatch)
     closed.wait(0.2, ada, bob)
     bob.says(type="stop")
     assert "operator or the host" in bob.last("notice")["text"]
-    for client in (None, "bob-1111"):
+    for client in ("", "bob-1111"):
         with pytest.raises(ForbiddenError, match="operator or the host"):
-            closed.room.stop_by(client, is_host=False)
-    assert closed.room.stop_by("ada-1111", is_host=False) == 1
-    closed.room.release_by("ada-1111", 1, is_host=False)
-    assert closed.room.stop_by(None, is_host=True) == 2
+            closed.room.stop_by(visitor(client), TAB)
+    assert closed.room.stop_by(visitor("ada-1111"), TAB) == 1
+    closed.room.release_by(visitor("ada-1111"), TAB, 1)
+    assert closed.room.stop_by(visitor("", is_host=True), None) == 2
 
 
 async def test_who_means_to_see(rig: Rig) -> None:
@@ -524,9 +540,9 @@ async def test_bad_offers_take_no_place(rig: Rig) -> None:
     ada = await rig.enter("ada-1111")
     for number in range(50):
         with pytest.raises(SignallingError):
-            await rig.room.answer(f"eve-{number:04}", "nonsense", is_host=False)
+            await rig.room.answer(visitor(f"eve-{number:04}"), TAB, "nonsense")
         with pytest.raises(SignallingError):
-            await rig.room.answer("ada-1111", "nonsense", is_host=False)
+            await rig.room.answer(visitor("ada-1111"), TAB, "nonsense")
     assert ada.is_alive
     await rig.enter("bob-1111")
     assert len(rig.names()) == 2
@@ -535,7 +551,7 @@ async def test_bad_offers_take_no_place(rig: Rig) -> None:
 async def test_a_peer_that_never_opened_frees_its_place_at_once(rig: Rig) -> None:
     """A viewer who failed to connect has no place to keep, so they get no grace time."""
     await rig.enter("ada-1111")
-    await rig.room.answer("eve-1111", OFFER, is_host=False)
+    await rig.room.answer(visitor("eve-1111"), TAB, OFFER)
     FakePeer.made[-1].abandon()
     await rig.enter("bob-1111")
     assert len(rig.names()) == 2
@@ -543,7 +559,7 @@ async def test_a_peer_that_never_opened_frees_its_place_at_once(rig: Rig) -> Non
 
 async def test_of_two_offers_at_once_the_later_wins(rig: Rig) -> None:
     """A page that offers twice at once ends with one living peer, the one of its later offer."""
-    await asyncio.gather(*(rig.room.answer("ada-1111", OFFER, is_host=False) for _ in range(3)))
+    await asyncio.gather(*(rig.room.answer(visitor("ada-1111"), TAB, OFFER) for _ in range(3)))
     assert [peer.is_alive for peer in FakePeer.made] == [False, False, True]
     assert len(rig.viewers) == 1
 
@@ -570,7 +586,7 @@ async def test_a_timer_is_served_between_two_offers(monkeypatch: pytest.MonkeyPa
     counting[0] = loop.call_soon(count)
     room = Rig({}).room
     await asyncio.gather(
-        *(room.answer(f"ada-{number:04}", OFFER, is_host=False) for number in range(20))
+        *(room.answer(visitor(f"ada-{number:04}"), TAB, OFFER) for number in range(20))
     )
     counting[0].cancel()
     assert len(set(answered)) == 20

@@ -7,13 +7,20 @@ from typing import TYPE_CHECKING, Literal, cast
 
 import pytest
 from tests.turned_clock import TurnedClock
+from tests.visitors import visitor
 
 from wax.config.settings import StopSettings
 from wax.control.gate import Refusal
 from wax.errors import ForbiddenError
 from wax.records.records import Records
+from wax.session.house import House
 from wax.session.record_keeper import RecordKeeper
-from wax.session.stop_authority import ONLY_THE_OPERATOR_STOPS, StopAuthority
+from wax.session.stop_authority import (
+    MUTED,
+    ONLY_THE_OPERATOR_STOPS,
+    TOO_OFTEN,
+    StopAuthority,
+)
 
 if TYPE_CHECKING:
     from wax.control.loop import ControlLoop
@@ -22,9 +29,9 @@ if TYPE_CHECKING:
     from wax.session.viewer import Viewer
 
 By = Literal["everybody", "operator"]
-ADA = cast("Viewer", SimpleNamespace(number=1, name="Ada"))
+ADA = cast("Viewer", SimpleNamespace(number=1, name="Ada", visitor=visitor("ada")))
 """She drives."""
-BOB = cast("Viewer", SimpleNamespace(number=2, name="Bob"))
+BOB = cast("Viewer", SimpleNamespace(number=2, name="Bob", visitor=visitor("bob")))
 
 
 class Control:
@@ -34,8 +41,8 @@ class Control:
         self.asked: list[tuple[object, ...]] = []
         self.refusal: Refusal | None = None
 
-    def press_stop(self, by: str) -> int:
-        self.asked.append((by,))
+    def press_stop(self, by: str, *, viewer: int | None, by_host: bool) -> int:
+        self.asked.append((by, viewer, by_host))
         return 7
 
     def release_stop(self, by: Releaser, stop: int, sent_s: float | None) -> Refusal | None:
@@ -48,11 +55,20 @@ def control() -> Control:
     return Control()
 
 
-def stops(control: Control, by: By = "everybody", operator: int | None = 1) -> StopAuthority:
+def stops(
+    control: Control,
+    by: By = "everybody",
+    operator: int | None = 1,
+    *,
+    clock: TurnedClock | None = None,
+    house: House | None = None,
+) -> StopAuthority:
     turns = cast("Turns", SimpleNamespace(operator=operator))
-    clock = TurnedClock()
+    clock = clock or TurnedClock()
     return StopAuthority(
-        settings=StopSettings(by=by),
+        settings=StopSettings(by=by, max_per_minute=3, max_per_minute_per_address=5),
+        clock=clock,
+        house=house or House(),
         turns=turns,
         control=cast("ControlLoop", control),
         keeper=RecordKeeper(records=Records(clock), clock=clock, viewers=(), refused=dict),
@@ -64,7 +80,6 @@ PRESSED = {
     "the host, who watches": ("operator", BOB, True, "Bob"),
     "the host, without a page": ("operator", None, True, "the host"),
     "a watcher": ("everybody", BOB, False, "Bob"),
-    "a request of nobody's": ("everybody", None, False, "somebody"),
 }
 
 
@@ -72,7 +87,7 @@ PRESSED = {
 def test_pressed(control: Control, by: By, viewer: Viewer | None, is_host: bool, name: str) -> None:
     """Everybody who may stop the robot can, under the name shown to people."""
     assert stops(control, by).press(viewer, is_host=is_host) == 7
-    assert control.asked == [(name,)]
+    assert control.asked == [(name, viewer and viewer.number, is_host)]
 
 
 @pytest.mark.parametrize("operator", [1, None])
@@ -84,6 +99,49 @@ def test_where_only_the_operator_stops(
     with pytest.raises(ForbiddenError, match=ONLY_THE_OPERATOR_STOPS):
         stops(control, "operator", operator).press(viewer, is_host=False)
     assert control.asked == []
+
+
+def test_unknown_people_stop_nothing(control: Control) -> None:
+    """Who is not in the room cannot press its Stop."""
+    with pytest.raises(ForbiddenError):
+        stops(control).press(None, is_host=False)
+    assert control.asked == []
+
+
+def test_who_is_muted_stops_nothing(control: Control) -> None:
+    """Until they drive: the operator's own Stop always works."""
+    house = House(muted={"ada", "bob"})
+    with pytest.raises(ForbiddenError, match=MUTED):
+        stops(control, house=house).press(BOB, is_host=False)
+    assert stops(control, house=house).press(ADA, is_host=False) == 7
+
+
+def test_a_person_has_a_budget(control: Control) -> None:
+    """It fills again; the operator and the host have no need of one."""
+    clock = TurnedClock()
+    authority = stops(control, clock=clock)
+    for _ in range(3):
+        authority.press(BOB, is_host=False)
+    with pytest.raises(ForbiddenError, match=TOO_OFTEN):
+        authority.press(BOB, is_host=False)
+    for _ in range(30):
+        authority.press(ADA, is_host=False)
+        authority.press(BOB, is_host=True)
+    clock.time_s += 60.0
+    assert authority.press(BOB, is_host=False) == 7
+
+
+def test_the_first_press_of_everybody_counts(control: Control) -> None:
+    """Also where the others of their address have used up what it has; their second does not."""
+    authority = stops(control)
+    for number in range(10, 20):
+        eve = cast(
+            "Viewer", SimpleNamespace(number=number, name="Eve", visitor=visitor(f"eve{number}"))
+        )
+        assert authority.press(eve, is_host=False) == 7
+        if number > 15:
+            with pytest.raises(ForbiddenError, match=TOO_OFTEN):
+                authority.press(eve, is_host=False)
 
 
 RELEASED = {

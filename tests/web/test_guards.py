@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, cast
 import pytest
 from aiohttp.test_utils import BaseTestServer, TestServer
 from tests.turned_clock import TurnedClock
+from tests.visitors import make_access
 from tests.web.test_host_names import FOREIGN, MALFORMED
 from tests.web.test_senders import FOREIGN as FOREIGN_ORIGINS
 
 from wax.config.settings import NetworkSettings, RelaySettings, ServerSettings
+from wax.records.records import Records
 from wax.rtc.ice_servers import IceServers
 from wax.web import routes
 from wax.web.guards import Guards
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator
     from pathlib import Path
 
+    from wax.access.admission import Visitor
+    from wax.access.permissions import Role
     from wax.session.proof_runner import ProofRunner
     from wax.session.room import Room
 
@@ -43,7 +47,10 @@ class Deaf:
     def __init__(self) -> None:
         self.asked = 0
 
-    async def answer(self, client: str, offer: str, *, is_host: bool, address: str) -> str:
+    def role_of(self, visitor: Visitor) -> Role:
+        return "host"
+
+    async def answer(self, visitor: Visitor, tab: str, offer: str) -> str:
         self.asked += 1
         return "v=0 answer"
 
@@ -96,6 +103,8 @@ async def line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator
         status=dict,
         proving=cast("ProofRunner", None),
         acknowledged=False,
+        access=make_access(Records(clock), clock),
+        offers_hz=2.0,
         guards=Guards(ServerSettings(names=["robots.example"]), clock),
     )
     async with TestServer(made.application()) as server:

@@ -9,8 +9,10 @@ import json
 from typing import TYPE_CHECKING, cast
 
 import pytest
+from aiohttp import CookieJar
 from aiohttp.test_utils import TestClient, TestServer
 from tests.turned_clock import TurnedClock
+from tests.visitors import make_access
 
 from wax.config.settings import (
     NetworkSettings,
@@ -18,6 +20,7 @@ from wax.config.settings import (
     ServerSettings,
 )
 from wax.errors import ForbiddenError, FullError, SignallingError, StartError
+from wax.records.records import Records
 from wax.rtc.ice_servers import IceServers
 from wax.web import routes
 from wax.web.guards import Guards
@@ -29,6 +32,9 @@ if TYPE_CHECKING:
 
     from aiohttp.web import Application, Request
 
+    from wax.access.access import Access
+    from wax.access.admission import Visitor
+    from wax.access.permissions import Role
     from wax.session.proof_runner import ProofRunner
     from wax.session.room import Room
 
@@ -43,21 +49,25 @@ class FakeRoom:
     def __init__(self) -> None:
         self.error: Exception | None = None
         self.offers: list[tuple[str, str]] = []
-        self.hosts: list[bool] = []
+        self.visitors: list[Visitor] = []
         self.stops: list[tuple[object, ...]] = []
 
-    def stop_by(self, client: str | None, *, is_host: bool) -> int:
-        self.stops.append((client, is_host))
+    def role_of(self, visitor: Visitor) -> Role:
+        known = any(one.identity == visitor.identity for one in self.visitors)
+        return "host" if visitor.is_host else "operator" if known else "stranger"
+
+    def stop_by(self, visitor: Visitor, tab: str | None) -> int:
+        self.stops.append((tab, visitor.is_host))
         return 7
 
-    def release_by(self, client: str | None, stop: int, *, is_host: bool) -> None:
-        self.stops.append((client, stop, is_host))
+    def release_by(self, visitor: Visitor, tab: str | None, stop: int) -> None:
+        self.stops.append((tab, stop, visitor.is_host))
         if self.error is not None:
             raise self.error
 
-    async def answer(self, client: str, offer: str, *, is_host: bool, address: str) -> str:
-        self.hosts.append(is_host)
-        self.offers.append((client, offer))
+    async def answer(self, visitor: Visitor, tab: str, offer: str) -> str:
+        self.visitors.append(visitor)
+        self.offers.append((tab, offer))
         if self.error is not None:
             raise self.error
         return "v=0 answer"
@@ -98,9 +108,15 @@ def lent() -> Lent:
 
 
 @pytest.fixture
+def access(clock: TurnedClock) -> Access:
+    return make_access(Records(clock), clock)
+
+
+@pytest.fixture
 async def client(
-    room: FakeRoom, lent: Lent, clock: TurnedClock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    room: FakeRoom, lent: Lent, access: Access, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> AsyncIterator[Client]:
+    clock = cast("TurnedClock", access._clock)
     page = tmp_path / "dist"
     (page / "assets").mkdir(parents=True)
     (page / "index.html").write_text("<!doctype html>")
@@ -116,13 +132,21 @@ async def client(
         status=lambda: {"version": "x"},
         proving=cast("ProofRunner", lent),
         acknowledged=False,
+        access=access,
+        offers_hz=2.0,
         guards=Guards(
             ServerSettings(trusted_proxies=["127.0.0.1"], names=["robot.example", "192.168.1.7"]),
             clock,
         ),
     )
-    async with TestClient(TestServer(made.application())) as found:
+    cookies = CookieJar(unsafe=True)
+    async with TestClient(TestServer(made.application()), cookie_jar=cookies) as found:
         yield found
+
+
+async def become_host(client: Client, access: Access) -> None:
+    secret = access.new_host_link()
+    assert (await client.post("/api/host", json={"secret": secret})).status == 200
 
 
 @pytest.mark.parametrize("acknowledged", [True, False])
@@ -139,6 +163,8 @@ async def test_the_page_knows_whether_to_acknowledge(
         status=dict,
         proving=cast("ProofRunner", Lent()),
         acknowledged=acknowledged,
+        access=make_access(Records(TurnedClock()), TurnedClock()),
+        offers_hz=2.0,
         guards=Guards(ServerSettings(), TurnedClock()),
     )
     async with TestClient(TestServer(made.application())) as client:
@@ -166,9 +192,10 @@ async def test_the_page_is_served(client: Client) -> None:
     assert "immutable" in asset.headers["Cache-Control"]
 
 
-async def test_small_questions(client: Client) -> None:
+async def test_small_questions(client: Client, access: Access) -> None:
     """Health, status and the configured ICE servers are told."""
     assert (await client.get("/healthz")).status == 200
+    await become_host(client, access)
     assert await (await client.get("/api/status")).json() == {"version": "x"}
     assert await (await client.get("/api/ice")).json() == {
         "iceServers": [{"urls": "stun:stun.example:3478"}],
@@ -227,7 +254,7 @@ async def test_errors_become_a_status_and_a_sentence(
 
 
 async def test_one_address_does_not_take_the_servers_time(
-    client: Client, room: FakeRoom, clock: TurnedClock
+    client: Client, room: FakeRoom, clock: TurnedClock, access: Access
 ) -> None:
     """Beyond a burst an address gets two offers a second, unread 429s else; others are served."""
 
@@ -248,8 +275,9 @@ async def test_one_address_does_not_take_the_servers_time(
     assert await offers("192.0.2.8", 1) == [200]
     clock.time_s += 1.0
     assert await offers("192.0.2.7", 3) == [200, 200, 429]
+    await become_host(client, access)
     host = [(await client.post("/api/offer", json=GOOD)).status for _ in range(45)]
-    assert host == [200] * 45, "a page on the server's own machine is not counted"
+    assert host == [200] * 45, "the host always gets in"
 
 
 async def test_unknown_paths_and_methods(client: Client) -> None:
@@ -273,6 +301,8 @@ def test_a_page_that_was_not_built_is_a_sentence(
         status=dict,
         proving=cast("ProofRunner", Lent()),
         acknowledged=False,
+        access=make_access(Records(TurnedClock()), TurnedClock()),
+        offers_hz=2.0,
         guards=Guards(ServerSettings(), TurnedClock()),
     )
     with pytest.raises(StartError, match="make run"):
@@ -280,12 +310,13 @@ def test_a_page_that_was_not_built_is_a_sentence(
 
 
 async def test_stop_and_release_have_a_way_of_their_own(client: Client, room: FakeRoom) -> None:
-    """Any viewer can stop without saying who they are; a release says which stop."""
+    """Any viewer can stop without naming their tab; a release says which stop."""
+    await client.post("/api/offer", json=GOOD)
     response = await client.post("/api/stop", json={})
     assert (response.status, await response.json()) == (200, {"stop": 7})
     await client.post("/api/stop", json={"client": "12345678-abcd"})
     await client.post("/api/release", json={"client": "12345678-abcd", "stop": 7})
-    assert room.stops == [(None, True), ("12345678-abcd", True), ("12345678-abcd", 7, True)]
+    assert room.stops == [(None, False), ("12345678-abcd", False), ("12345678-abcd", 7, False)]
     room.error = ForbiddenError("not you")
     refused = await client.post("/api/release", json={"stop": 7})
     assert (refused.status, await refused.json()) == (403, {"error": "not you"})
@@ -293,39 +324,108 @@ async def test_stop_and_release_have_a_way_of_their_own(client: Client, room: Fa
     assert (await client.post("/api/release", json={"stop": "7"})).status == 400
 
 
-ELSEWHERE = [
-    {"Host": "robot.example:8080"},
-    {"Host": "192.168.1.7:8080"},
-    {"X-Forwarded-For": "10.0.0.7"},
-    {"Forwarded": "for=10.0.0.7"},
-    {"X-Real-IP": "10.0.0.7"},
-    {"Via": "1.1 proxy"},
+HOSTS = [
+    ("GET", "/api/status"),
+    ("POST", "/api/proof"),
+    ("GET", "/api/proof"),
+    ("GET", "/api/proof/record"),
 ]
 
 
-@pytest.mark.parametrize("headers", ELSEWHERE)
-async def test_the_host_is_who_sits_at_this_machine(
-    client: Client, room: FakeRoom, lent: Lent, headers: dict[str, str]
+async def test_the_host_is_who_holds_a_secret(
+    client: Client, room: FakeRoom, lent: Lent, access: Access
 ) -> None:
-    """What came through a proxy, or by another name, is not the host's."""
-    await client.post("/api/offer", json=GOOD)
-    await client.post("/api/offer", json=GOOD, headers=headers)
-    assert room.hosts == [True, False]
-    await client.post("/api/stop", json={}, headers=headers)
-    assert room.stops == [(None, False)]
-    for method, path in (
-        ("POST", "/api/proof"),
-        ("GET", "/api/proof"),
-        ("GET", "/api/proof/record"),
-    ):
-        response = await client.request(method, path, json={"lifted": True}, headers=headers)
+    """Whoever comes from this machine is a stranger until they show it; then a cookie says so."""
+    for method, path in HOSTS:
+        response = await client.request(method, path, json={"lifted": True})
         assert response.status == 403
-        assert "own machine" in (await response.json())["error"]
+        assert (await response.json())["error"] == "Only the host can do that."
+    assert (await client.post("/api/host", json={"secret": "guessed"})).status == 403
     assert lent.started == 0
+    await client.post("/api/offer", json=GOOD)
+    await become_host(client, access)
+    await client.post("/api/offer", json=GOOD)
+    assert [one.is_host for one in room.visitors] == [False, True]
+    assert (await client.get("/api/status")).status == 200
 
 
-async def test_the_host_proves_the_stop(client: Client, lent: Lent) -> None:
+async def test_cookies_are_out_of_reach(client: Client, access: Access) -> None:
+    """Of scripts and of other sites; only a page's own requests are given one, not the page."""
+    assert "Set-Cookie" not in (await client.get("/")).headers
+    offered = (await client.post("/api/offer", json=GOOD)).headers["Set-Cookie"]
+    became = await client.post("/api/host", json={"secret": access.new_host_link()})
+    for name, cookie in (("wax-id", offered), ("wax-host", became.headers["Set-Cookie"])):
+        said = {part.strip() for part in cookie.split(";")[1:]}
+        assert cookie.startswith(f"{name}=")
+        assert {"HttpOnly", "SameSite=Strict", "Path=/"} <= said
+        assert "Secure" not in said
+    headers = {"X-Forwarded-For": "203.0.113.1", "X-Forwarded-Proto": "https"}
+    secret = access.new_host_link()
+    secure = await client.post("/api/host", json={"secret": secret}, headers=headers)
+    assert "Secure" in secure.headers["Set-Cookie"]
+
+
+async def test_a_browser_keeps_its_identity(client: Client, room: FakeRoom) -> None:
+    """It is given one with its first offer, and whoever shows none is somebody new."""
+    for _ in range(2):
+        await client.post("/api/offer", json=GOOD)
+    client.session.cookie_jar.clear()
+    await client.post("/api/offer", json=GOOD)
+    first, again, other = (one.identity for one in room.visitors)
+    assert first == again != other != ""
+
+
+async def test_the_hosts_cookie_changes_as_it_is_used(
+    client: Client, room: FakeRoom, access: Access, clock: TurnedClock
+) -> None:
+    """With each offer there is a new one; the old one is good for a minute more."""
+    await become_host(client, access)
+    old = client.session.cookie_jar.filter_cookies(client.make_url("/"))["wax-host"].value
+    await client.post("/api/offer", json=GOOD)
+    new = client.session.cookie_jar.filter_cookies(client.make_url("/"))["wax-host"].value
+    assert new != old
+    await client.post("/api/offer", json=GOOD)
+    assert [one.is_host for one in room.visitors] == [True, True]
+
+
+async def test_an_invitation_by_http(client: Client, room: FakeRoom, access: Access) -> None:
+    """The page posts its token, which stays in no URL; from then on the browser is invited."""
+    token, _ = access.invite("queue", uses=1, valid_s=600)
+    entered = await client.post("/api/enter", json={"token": token})
+    assert (entered.status, await entered.json()) == (200, {"purpose": "queue"})
+    await client.post("/api/offer", json=GOOD)
+    assert room.visitors[0].invited_to == "queue"
+    client.session.cookie_jar.clear()
+    used = await client.post("/api/enter", json={"token": token})
+    assert (used.status, "used up" in (await used.json())["error"]) == (403, True)
+
+
+async def test_secrets_cannot_be_tried_out(client: Client) -> None:
+    """After a few tries an address has to wait."""
+    codes = [(await client.post("/api/host", json={"secret": "x"})).status for _ in range(12)]
+    assert codes == [403] * 10 + [429] * 2
+
+
+async def test_who_may_not_come_in_reads_when_they_may(client: Client, access: Access) -> None:
+    """The page is told that it need not come back by itself; no relay is lent meanwhile."""
+    access.close(True)
+    response = await client.get("/api/ice")
+    told = await response.json()
+    assert response.status == 403
+    assert told == {"error": "The robot is closed.", "ended": True, "opens_wall_ms": None}
+
+
+async def test_strangers_stop_nothing(client: Client, room: FakeRoom) -> None:
+    """By HTTP only who is in the room presses Stop."""
+    refused = await client.post("/api/stop", json={})
+    assert (refused.status, room.stops) == (403, [])
+    await client.post("/api/offer", json=GOOD)
+    assert (await client.post("/api/stop", json={})).status == 200
+
+
+async def test_the_host_proves_the_stop(client: Client, lent: Lent, access: Access) -> None:
     """The proof begins only when the host says that the wheels are off the floor."""
+    await become_host(client, access)
     for body in ({}, {"lifted": False}, {"lifted": "yes"}):
         assert (await client.post("/api/proof", json=body)).status == 400
     assert lent.started == 0

@@ -150,6 +150,15 @@ export function startSession(): Session {
       case "notice":
         say(message.text);
         break;
+      case "ended":
+        state.ended.value = message;
+        break;
+      case "console":
+        state.console.value = message;
+        break;
+      case "invitation":
+        state.invitation.value = message;
+        break;
       case "goodbye":
         break; // the link shows its text while it waits to reconnect
     }

@@ -2,7 +2,16 @@ import { computed, type ReadonlySignal, type Signal, signal } from "@preact/sign
 import type { Direction } from "./drive/inputState";
 import type { LinkState } from "./link/link";
 import type { Breaks } from "./measure/breaks";
-import type { Hello, Playout, RoomState, Served, ViewerInfo } from "./messages";
+import type {
+  Console,
+  Ended,
+  Hello,
+  InvitationLink,
+  Playout,
+  RoomState,
+  Served,
+  ViewerInfo,
+} from "./messages";
 import type { Preferences } from "./preferences";
 import type { Proof } from "./proof";
 
@@ -52,6 +61,12 @@ export interface State {
   isFreshlyReleased: Signal<boolean>;
   /** The progress of the proof of the stop; null before the host has asked. */
   proof: Signal<Proof | null>;
+  /** Why this page may not stay; null while it may. */
+  ended: Signal<Ended | null>;
+  /** What only the host sees; null for everybody else. */
+  console: Signal<Console | null>;
+  /** The newest invitation that the host has asked for. */
+  invitation: Signal<InvitationLink | null>;
   /** Both clocks, updated a few times a second, for countdowns. */
   pageMs: Signal<number>;
   serverMs: Signal<number | null>;
@@ -113,6 +128,9 @@ export function createState(kept: Preferences): State {
     axes: signal({}),
     isFreshlyReleased: signal(false),
     proof: signal(null),
+    ended: signal(null),
+    console: signal(null),
+    invitation: signal(null),
     pageMs: signal(0),
     serverMs,
     isConnected,

@@ -15,6 +15,7 @@ from dataclasses import asdict, dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
+import aiohttp
 from pydantic import TypeAdapter
 
 from wax.client.operator import Operator
@@ -57,6 +58,7 @@ class OrderedOperator:
     def __init__(self, url: str, client_id: str) -> None:
         self._url = url
         self._client_id = client_id
+        self._cookies = aiohttp.CookieJar(unsafe=True)
         self._state = OperatorState()
         self._works: set[asyncio.Task[Any]] = set()
         self._operator = self._new()
@@ -108,6 +110,7 @@ class OrderedOperator:
         return Operator(
             self._url,
             client_id=self._client_id,
+            cookies=self._cookies,
             name="Proof of the stop",
             speed="slow",
             persists=True,

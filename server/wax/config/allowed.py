@@ -82,7 +82,10 @@ def _kind(schema: Schema) -> str:
 def _plural(items: Schema) -> str:
     if items.get("type") != "string":
         return "tables"
-    return "addresses" if "address" in items.get("description", "") else "names"
+    described = items.get("description", "")
+    if "times" in described:
+        return "hours"
+    return "addresses" if "address" in described else "names"
 
 
 def _range(schema: Schema) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+import zoneinfo
 from difflib import get_close_matches
 from functools import cache
 from ipaddress import ip_address
@@ -19,7 +20,7 @@ from pydantic import (
     model_validator,
 )
 
-from wax.config import allowed
+from wax.config import allowed, opening_hours
 from wax.config.network import HostName, Network
 from wax.config.thesis import ThesisSettings
 from wax.errors import ConfigError
@@ -42,6 +43,7 @@ class ServerSettings(_Section):
     max_viewers: Annotated[int, Field(ge=1, le=1000)] = 100
     state_dir: str = ""
     max_share_per_address: Annotated[float, Field(gt=0, le=1)] = 0.5
+    max_offers_per_address_hz: Annotated[float, Field(gt=0, le=1000)] = 2.0
     max_silent_per_address: Annotated[int, Field(ge=1, le=1000)] = 2
     names: list[HostName] = []
     trusted_proxies: list[Network] = []
@@ -57,6 +59,32 @@ class ServerSettings(_Section):
             missing = "key" if self.certificate else "certificate"
             raise ValueError(f"certificate and key belong together; {missing} is missing")
         return self
+
+
+class AccessSettings(_Section):
+    """`[access]`: who may come in, and what strangers may do."""
+
+    strangers_watch: bool = True
+    strangers_hear: bool = True
+    strangers_queue: bool = True
+    max_tabs: Annotated[int, Field(ge=1, le=100)] = 4
+    hours: list[
+        Annotated[
+            str,
+            Field(
+                pattern=opening_hours.PATTERN,
+                description='days and times as "mon-fri 09:00-18:00"',
+            ),
+        ]
+    ] = []
+    time_zone: str = "UTC"
+
+    @field_validator("time_zone")
+    @classmethod
+    def _is_known(cls, name: str) -> str:
+        if name not in zoneinfo.available_timezones():
+            raise ValueError(f"there is no time zone {name}; one is Europe/Berlin")
+        return name
 
 
 class LogSettings(_Section):
@@ -283,6 +311,8 @@ class StopSettings(_Section):
     """`[stop]`: who may press Stop."""
 
     by: Literal["everybody", "operator"] = "everybody"
+    max_per_minute: Annotated[int, Field(ge=1, le=10_000)] = 6
+    max_per_minute_per_address: Annotated[int, Field(ge=1, le=10_000)] = 20
 
 
 Byte = Annotated[int, Field(ge=0, le=255)]
@@ -361,6 +391,7 @@ class Settings(_Section):
     """The whole configuration."""
 
     server: ServerSettings = ServerSettings()
+    access: AccessSettings = AccessSettings()
     log: LogSettings = LogSettings()
     records: RecordSettings = RecordSettings()
     network: NetworkSettings = NetworkSettings()

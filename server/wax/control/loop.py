@@ -46,7 +46,8 @@ class ControlLoop:
     `link_delay_s` returns the operator's one-way delay; it is called until the delay is known, and
     again when the turn renews or the operator reconnects. `sees` returns whether a viewer wants the
     picture: False if it is switched off or the robot has no camera. `camera_fails` returns whether
-    nobody gets a picture, `max_fraction` how much of the robot's speed the host lets a viewer use.
+    nobody gets a picture, `on_hold` why nobody may drive by the host's wish, `max_fraction` how
+    much of the robot's speed the host lets a viewer use.
     `on_events` gets every change of the turns. `on_status` gets the operator, whether the robot
     moves, and a sentence if it is held or slowed, whenever one of them changes.
     """
@@ -62,6 +63,7 @@ class ControlLoop:
         link_delay_s: Callable[[int], float | None],
         sees: Callable[[int], bool],
         camera_fails: Callable[[], bool],
+        on_hold: Callable[[], str | None],
         max_fraction: Callable[[int], float],
         on_events: Callable[[tuple[TurnEvent, ...]], None],
         on_status: Callable[[int, bool, str | None], None],
@@ -73,6 +75,7 @@ class ControlLoop:
         self._operator_delay = OperatorDelay(link_delay_s)
         self._sees = sees
         self._camera_fails = camera_fails
+        self._on_hold = on_hold
         self._max_fraction = max_fraction
         self._on_events = on_events
         self._on_status = on_status
@@ -292,7 +295,7 @@ class ControlLoop:
     def _watch(self, now_s: float) -> str | None:
         """Return why the robot cannot be driven; then, or after a reconnection, require neutral."""
         epoch = self._safe_driver.epoch
-        problem = self._safe_driver.check(self._turns.number)
+        problem = self._safe_driver.check(self._turns.number) or self._on_hold()
         if problem is not None or self._safe_driver.epoch != epoch:
             self._gate = gate.require_neutral(self._gate, now_s, Hold.FAULT)
         return problem
@@ -314,7 +317,8 @@ class ControlLoop:
         if operator is None or self._turns.is_lost(operator):
             return False
         is_stopped = stop is not None and stop.viewer != operator
-        return is_stopped or self._safe_driver.problem is not None or self._camera_fails()
+        problem = self._safe_driver.problem or self._on_hold()
+        return is_stopped or problem is not None or self._camera_fails()
 
     def _decide(self, turn: TurnView, now_s: float) -> Setpoint:
         self._gate, setpoint = gate.decide(self._gate, turn, self.latched, now_s, self._rules)

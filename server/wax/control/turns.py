@@ -39,6 +39,7 @@ from wax.control.turn_time import TurnTime
 
 if TYPE_CHECKING:
     from wax.config.settings import TurnSettings
+    from wax.control.ready_check import Call
 
 
 class Why(Enum):
@@ -152,10 +153,15 @@ class Turns:
         return tuple(self._queue)
 
     @property
-    def called(self) -> int | None:
-        """Who is being asked whether they are there."""
+    def call(self) -> Call | None:
+        """Who is being asked whether they are there; None once they have answered."""
         call = self._ready.call
-        return None if call is None or call.is_answered else call.viewer
+        return None if call is None or call.is_answered else call
+
+    @property
+    def called(self) -> int | None:
+        """The viewer who is being asked."""
+        return None if self.call is None else self.call.viewer
 
     @property
     def is_held(self) -> bool:

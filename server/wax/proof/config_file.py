@@ -29,17 +29,19 @@ def check(settings: Settings) -> None:
         )
 
 
-def under_proof(settings: Settings, path: str) -> str:
+def under_proof(settings: Settings, path: str, state: str) -> str:
     """Return a configuration whose robot's port is `path`: [drive], [stop] and [robot] unchanged.
 
-    It has no camera, since the real one may be in use, so it drives at slow speed; no ICE servers,
-    and a UDP port of its own.
+    `state` is its folder for what outlives it. It has no camera, since the real one may be in use,
+    so it drives at slow speed; no ICE servers, and a UDP port of its own.
     """
     serial = settings.robot.serial.model_dump() | {"url": path}
     table = serial["bytes"]
     serial["bytes"] = {key: "none" if value is None else value for key, value in table.items()}
     return write(
         {
+            "server": {"state_dir": state},
+            "records": {"enabled": False},
             "network": {"udp_port": 0},
             "video": {"source": "none"},
             "audio": {"source": "none"},

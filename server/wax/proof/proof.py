@@ -77,7 +77,7 @@ class Proof:
             with tempfile.TemporaryDirectory(prefix="wax-proof-") as folder:
                 async with contextlib.AsyncExitStack() as leaving:
                     self._server = ServerUnderProof(
-                        Path(folder), under_proof(self._settings, self._tap.path)
+                        Path(folder), under_proof(self._settings, self._tap.path, f"{folder}/state")
                     )
                     leaving.push_async_callback(self._server.kill)
                     self._operator = RemoteOperator(Path(folder) / "operator.log")

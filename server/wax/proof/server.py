@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
 
-from wax.errors import StartError
+from wax.client.host import become_host
+from wax.errors import StartError, StateError
 from wax.proof.controlled_process import ControlledProcess
 
 if TYPE_CHECKING:
@@ -31,6 +32,8 @@ class ServerUnderProof(ControlledProcess):
         self.url = ""
         self._config = folder / "wax.toml"
         self._config.write_text(configuration, encoding="utf-8")
+        self._state = folder / "state"
+        self._cookies: aiohttp.CookieJar | None = None
 
     async def start(self) -> None:
         """Start it on a free port of the loopback interface; raises `StartError`."""
@@ -50,15 +53,17 @@ class ServerUnderProof(ControlledProcess):
     async def robot(self) -> dict[str, Any] | None:
         """Return its status of the robot, None while it does not answer."""
         timeout = aiohttp.ClientTimeout(total=_STATUS_S)
+        if self._cookies is None:
+            self._cookies = aiohttp.CookieJar(unsafe=True)  # its host is an address
         try:
-            async with (
-                aiohttp.ClientSession(timeout=timeout) as http,
-                http.get(f"{self.url}/api/status") as response,
-            ):
+            async with aiohttp.ClientSession(timeout=timeout, cookie_jar=self._cookies) as http:
+                if not len(self._cookies):
+                    await become_host(http, self.url, self._state)
+                response = await http.get(f"{self.url}/api/status")
                 response.raise_for_status()
                 robot: dict[str, Any] = (await response.json())["robot"]
                 return robot
-        except (aiohttp.ClientError, TimeoutError):
+        except (aiohttp.ClientError, TimeoutError, StateError):
             return None
 
     async def driver_pid(self) -> int:

@@ -137,6 +137,12 @@ class Leave(_Incoming):
     type: Literal["leave"]
 
 
+class Here(_Incoming):
+    """Answer to a call: this viewer is there and wants their turn."""
+
+    type: Literal["here"]
+
+
 class Stop(_Incoming):
     """Stop the robot now, until the stop is released."""
 
@@ -176,6 +182,83 @@ class Received(_Incoming):
     type: Literal["received"]
     kind: Literal["audio", "video"]
     rtp: Annotated[int, Field(ge=0, lt=2**32)]
+
+
+# --- state channel, the host's page → server -----------------------------------------------
+
+
+class HoldQueue(_Incoming):
+    """Let no turn begin or renew, or let the queue go on."""
+
+    type: Literal["hold_queue"]
+    held: bool
+
+
+class EndTurn(_Incoming):
+    """End the turn with this number; a late request ends no other."""
+
+    type: Literal["end_turn"]
+    turn: Counter
+
+
+class Remove(_Incoming):
+    """Close a viewer's pages; with `ban` also keep out this browser and address for a day."""
+
+    type: Literal["remove"]
+    viewer: Counter
+    ban: bool
+
+
+class Mute(_Incoming):
+    """Ignore a viewer's Stop, or heed it again."""
+
+    type: Literal["mute"]
+    viewer: Counter
+    muted: bool
+
+
+class Lock(_Incoming):
+    """Let only invited people stay, or let strangers in again."""
+
+    type: Literal["lock"]
+    locked: bool
+
+
+class Close(_Incoming):
+    """Close to guests until it opens by its hours the next time, or open again."""
+
+    type: Literal["close"]
+    closed: bool
+
+
+class Blank(_Incoming):
+    """Show everybody a card instead of picture and sound, or show both again."""
+
+    type: Literal["blank"]
+    blanked: bool
+
+
+class LimitSpeed(_Incoming):
+    """Limit how fast guests drive, as a fraction of the robot's limits; the host is not limited."""
+
+    type: Literal["limit_speed"]
+    fraction: Annotated[float, Field(ge=0.05, le=1)]
+
+
+class Announce(_Incoming):
+    """A sentence for everybody; an empty one takes it away."""
+
+    type: Literal["announce"]
+    text: Annotated[str, Field(max_length=200)]
+
+
+class Invite(_Incoming):
+    """Ask for an invitation, which `uses` people can use within `valid_s` seconds."""
+
+    type: Literal["invite"]
+    purpose: Literal["watch", "queue"]
+    uses: Annotated[int, Field(ge=1, le=1000)]
+    valid_s: Annotated[int, Field(ge=60, le=31_536_000)]
 
 
 # --- server → page ------------------------------------------------------------------------
@@ -229,7 +312,8 @@ class LossRules(_Outgoing):
 class Hello(_Outgoing):
     """The first message on the state channel; `acknowledge` asks the page for `Received`.
 
-    `is_host` means that this page is open on the server's own machine.
+    `is_host` means that this page has shown the host's secret. `may_hear` and `may_queue` are false
+    for strangers where the host lets only invited people do that.
     """
 
     type: Literal["hello"] = "hello"
@@ -242,11 +326,17 @@ class Hello(_Outgoing):
     command_rate_hz: float
     on_loss: LossRules
     is_host: bool
+    may_hear: bool
+    may_queue: bool
     acknowledge: bool
 
 
 class ViewerInfo(_Outgoing):
-    """One viewer. `place` is 0 for the operator, 1… for those waiting, otherwise null."""
+    """One viewer. `place` is 0 for the operator, 1… for those waiting, otherwise null.
+
+    `wait_s` is the longest time until their turn, null where it cannot be known. `host` marks the
+    host's own pages.
+    """
 
     id: int
     name: str
@@ -254,14 +344,27 @@ class ViewerInfo(_Outgoing):
     place: int | None
     wait_s: float | None
     lost: bool
+    host: bool
 
 
 class TurnInfo(_Outgoing):
-    """The current turn; `ends_server_ms` is null only when nobody drives."""
+    """The current turn; `ends_server_ms` is null only when nobody drives.
+
+    While something other than the operator keeps them from driving, the clock stands still:
+    `stands_left_ms` is what is left then, and the turn ends at `ends_server_ms` at the latest.
+    """
 
     number: int
     operator: int | None
     ends_server_ms: float | None
+    stands_left_ms: float | None
+
+
+class CallInfo(_Outgoing):
+    """The next in the queue is asked, until then, whether they are there."""
+
+    viewer: int
+    until_server_ms: float
 
 
 class RobotStatus(_Outgoing):
@@ -291,13 +394,30 @@ class StopInfo(_Outgoing):
     by: str
 
 
+class House(_Outgoing):
+    """What the host has decided for everybody.
+
+    `held`: no turn begins. `locked`: only invited people may stay. `blanked`: a card instead of
+    picture and sound, and the robot stands. `message` is the host's to all, empty if there is none.
+    `max_fraction` of the robot's speed is what guests may use.
+    """
+
+    held: bool
+    locked: bool
+    blanked: bool
+    message: str
+    max_fraction: float
+
+
 class RoomState(_Outgoing):
-    """What everybody sees, sent on every change. `stop` is null if none is in force."""
+    """What everybody sees, sent on every change; `stop` and `call` are null if there is none."""
 
     type: Literal["room"] = "room"
     viewers: list[ViewerInfo]
     turn: TurnInfo
+    call: CallInfo | None
     stop: StopInfo | None
+    house: House
     robot: RobotStatus
     video: SourceStatus
     audio: SourceStatus
@@ -380,6 +500,52 @@ class Notice(_Outgoing):
     text: str
 
 
+class Ended(_Outgoing):
+    """The last message to a viewer who may not stay; the page does not come back by itself.
+
+    `text` is for them. `opens_wall_ms` (since 1970) is when the robot opens, null if that is not
+    the matter or nobody knows.
+    """
+
+    type: Literal["ended"] = "ended"
+    text: str
+    opens_wall_ms: float | None
+
+
+class ConsoleViewer(_Outgoing):
+    """What only the host sees of a viewer; null where it is not known.
+
+    `address` is shortened. `round_trip_ms` and `picture_ms` (its age) are of this moment.
+    """
+
+    id: int
+    address: str
+    invited: bool
+    muted: bool
+    round_trip_ms: float | None
+    picture_ms: float | None
+    rendition: str | None
+
+
+class Console(_Outgoing):
+    """What only the host sees; sent when it changes. `opens_wall_ms` is as in `Ended`."""
+
+    type: Literal["console"] = "console"
+    viewers: list[ConsoleViewer]
+    closed: bool
+    opens_wall_ms: float | None
+
+
+class InvitationLink(_Outgoing):
+    """An invitation: its link is the page's address with ``#invite=`` and the token."""
+
+    type: Literal["invitation"] = "invitation"
+    token: str
+    purpose: Literal["watch", "queue"]
+    uses: int
+    ends_wall_ms: float
+
+
 class Goodbye(_Outgoing):
     """The last message of a server that stops or restarts; the page reconnects by itself."""
 
@@ -388,9 +554,23 @@ class Goodbye(_Outgoing):
 
 
 DriveIn = Drive | Ping | Report
-StateIn = SetName | Join | Leave | Stop | Release | Want | Received
+HostIn = HoldQueue | EndTurn | Remove | Mute | Lock | Close | Blank | LimitSpeed | Announce | Invite
+StateIn = SetName | Join | Leave | Here | Stop | Release | Want | Received | HostIn
 DriveOut = Pong
-StateOut = Hello | RoomState | Playout | Served | RtpClock | Units | DriveStatus | Notice | Goodbye
+StateOut = (
+    Hello
+    | RoomState
+    | Playout
+    | Served
+    | RtpClock
+    | Units
+    | DriveStatus
+    | Notice
+    | Goodbye
+    | Ended
+    | Console
+    | InvitationLink
+)
 
 DRIVE_COLUMNS: Final = compact.by_type(*get_args(DriveIn), DriveOut)
 """The columns of the drive channel's rows, by type."""

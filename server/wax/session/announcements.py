@@ -7,16 +7,19 @@ from typing import TYPE_CHECKING
 from wax import __version__
 from wax.control.gate import LAPSE_S
 from wax.protocol import messages
+from wax.records.shortened import shortened
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    from wax.access.access import Access
     from wax.capture.source import Picture, Sound
     from wax.capture.source_thread import SourceThread
     from wax.config.settings import Settings
     from wax.control.stop_latch import LatchedStop
     from wax.control.turns import Turns
     from wax.driver.interface import Driver, RobotState
+    from wax.session.house import House
     from wax.session.viewer import Viewer
     from wax.streams.interface import Service
 
@@ -32,6 +35,8 @@ class Announcements:
         driver: Driver,
         turns: Turns,
         captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
+        access: Access,
+        house: House,
     ) -> None:
         self._settings = settings
         self._sizes = list(service.sizes)
@@ -40,12 +45,14 @@ class Announcements:
         self._kind, self._limits = driver.kind, driver.limits
         self._turns = turns
         self._captures = captures
+        self._access = access
+        self._house = house
 
-    def hello(self, number: int, *, is_host: bool, lost_after_s: float) -> messages.Hello:
+    def hello(self, viewer: Viewer, *, lost_after_s: float) -> messages.Hello:
         """Return the greeting for a viewer; an operator silent for `lost_after_s` is lost."""
         return messages.Hello(
             version=__version__,
-            viewer=number,
+            viewer=viewer.number,
             robot=messages.RobotInfo(
                 kind=self._kind,
                 max_linear_mps=self._limits.linear_mps,
@@ -58,7 +65,9 @@ class Announcements:
             grace_s=self._settings.turns.grace_s,
             command_rate_hz=self._settings.drive.command_rate_hz,
             on_loss=self._on_loss(lost_after_s),
-            is_host=is_host,
+            is_host=viewer.visitor.is_host,
+            may_hear=viewer.grant.hear,
+            may_queue=viewer.grant.queue,
             acknowledge=self._acknowledge,
         )
 
@@ -66,15 +75,23 @@ class Announcements:
         self, viewers: Iterable[Viewer], state: RobotState, stop: LatchedStop | None, now_s: float
     ) -> messages.RoomState:
         """Return the state of the room, with those of `viewers` who have connected."""
-        ends_s = self._turns.ends_s
         return messages.RoomState(
             viewers=self._lines(viewers, now_s),
             turn=messages.TurnInfo(
                 number=self._turns.number,
                 operator=self._turns.operator,
-                ends_server_ms=None if ends_s is None else ends_s * 1000,
+                ends_server_ms=_ms(self._turns.ends_s),
+                stands_left_ms=_ms(self._turns.stands_left_s(now_s)),
             ),
+            call=self._call(),
             stop=None if stop is None else messages.StopInfo(number=stop.number, by=stop.by),
+            house=messages.House(
+                held=self._turns.is_held,
+                locked=self._access.admission.is_locked,
+                blanked=self._house.is_blanked,
+                message=self._house.message,
+                max_fraction=self._house.max_fraction,
+            ),
             robot=messages.RobotStatus(
                 connected=state.connected,
                 problem=state.problem,
@@ -85,6 +102,38 @@ class Announcements:
             video=messages.SourceStatus(problem=self._problem("video", "camera")),
             audio=messages.SourceStatus(problem=self._problem("audio", "microphone")),
         )
+
+    def console(self, viewers: Iterable[Viewer]) -> messages.Console:
+        """Return what only the host sees."""
+        lines = []
+        for viewer in viewers:
+            with viewer.boundary:
+                lines.append(self._console_line(viewer))
+        return messages.Console(
+            viewers=lines,
+            closed=not self._access.is_open,
+            opens_wall_ms=self._access.opens_wall_ms,
+        )
+
+    def _console_line(self, viewer: Viewer) -> messages.ConsoleViewer:
+        one_way_s = viewer.link.one_way_s
+        picture = None if viewer.report is None else viewer.report.picture
+        rendition = viewer.streams.status().get("rendition")
+        return messages.ConsoleViewer(
+            id=viewer.number,
+            address=shortened(viewer.visitor.address),
+            invited=viewer.visitor.invited_to is not None,
+            muted=viewer.visitor.identity in self._house.muted,
+            round_trip_ms=None if one_way_s is None else round(one_way_s * 2000),
+            picture_ms=None if picture is None else picture.age_ms,
+            rendition=rendition if isinstance(rendition, str) else None,
+        )
+
+    def _call(self) -> messages.CallInfo | None:
+        call = self._turns.call
+        if call is None:
+            return None
+        return messages.CallInfo(viewer=call.viewer, until_server_ms=call.until_s * 1000)
 
     def _on_loss(self, lost_after_s: float) -> messages.LossRules:
         drive, limits = self._settings.drive, self._limits
@@ -120,6 +169,7 @@ class Announcements:
             place=place,
             wait_s=None if wait_s is None else round(wait_s),
             lost=self._turns.is_lost(viewer.number),
+            host=viewer.visitor.is_host,
         )
 
     def _problem(self, stream: str, device: str) -> str | None:

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Final
+
+BLANKED: Final = "The host has switched picture and sound off for a moment."
 
 
 @dataclass(slots=True)
 class House:
     """`max_fraction` of the robot's speed is what guests may use; `message` is shown to all.
 
-    While `is_blanked`, everybody sees a card instead of the picture and hears nothing.
+    While `is_blanked`, everybody sees a card instead of the picture and hears nothing, and the
+    robot stands. The Stop of the `muted` identities is not heard.
     """
 
     max_fraction: float = 1.0
     is_blanked: bool = False
     message: str = ""
+    muted: set[str] = field(default_factory=set)
+
+    @property
+    def on_hold(self) -> str | None:
+        """Why nobody can drive by the host's wish."""
+        return BLANKED if self.is_blanked else None

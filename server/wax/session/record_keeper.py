@@ -161,7 +161,7 @@ class RecordKeeper:
         visit = self._visits.get(viewer.number)
         if visit is None:
             number = self._records.session_began(
-                _person_of(viewer), address=viewer.address, role=_role(viewer)
+                _person_of(viewer), address=viewer.visitor.address, role=_role(viewer)
             )
             visit = self._visits[viewer.number] = _Visit(viewer, number)
         return visit
@@ -217,8 +217,8 @@ def both(first: Callable[_P, object], second: Callable[_P, object]) -> Callable[
 
 
 def _person_of(viewer: Viewer) -> Person:
-    return Person(viewer.client, viewer.name)
+    return Person(viewer.visitor.identity, viewer.name)
 
 
 def _role(viewer: Viewer) -> str:
-    return "host" if viewer.is_host else "guest"
+    return "host" if viewer.visitor.is_host else "guest"

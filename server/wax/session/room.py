@@ -9,24 +9,33 @@ from weakref import WeakValueDictionary
 
 import structlog
 
-from wax.errors import ForbiddenError, FullError
+from wax.control.fairness import Person
+from wax.errors import ForbiddenError, FullError, NotAdmittedError
 from wax.protocol import messages
 from wax.rtc.peer import Peer
 from wax.rtc.signalling import clean_offer
+from wax.session import names
+from wax.session.host_acts import HostActs
 from wax.session.stop_authority import StopAuthority
 from wax.session.viewer import Viewer
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from wax.access.access import Access
+    from wax.access.admission import Grant, Visitor
+    from wax.access.permissions import Role
     from wax.clock import Clock
     from wax.config.settings import Settings
     from wax.control.gate import Command
     from wax.control.loop import ControlLoop
     from wax.control.turns import Turns
+    from wax.records.records import Records
     from wax.rtc.network import Network
     from wax.session.announcements import Announcements
+    from wax.session.house import House
     from wax.session.record_keeper import RecordKeeper
+    from wax.session.viewer import Request
     from wax.session.viewers import Viewers
     from wax.streams.interface import Service
     from wax.telemetry import Counters
@@ -48,6 +57,10 @@ _ROOM_EVERY_S: Final = 5.0
 _GOODBYE_S: Final = 0.1
 """SCTP sends a message on later passes of the event loop; closing a peer drops what is left."""
 _GOODBYE: Final = "The server is restarting or was switched off."
+_CHECK_S: Final = 1.0
+"""How often is looked whether everybody may still stay: hours and invitations end by themselves."""
+_NOT_INVITED: Final = "Only invited people drive this robot. Ask its host for a link."
+_OTHER_TAB: Final = "You are in the queue already, in another tab of this page."
 _FLEETING: Final[dict[str, Any]] = {
     "viewers": {"__all__": {"wait_s"}},
     "robot": {"battery_v": True, "battery_fraction": True},
@@ -71,6 +84,9 @@ class Room:
         announcements: Announcements,
         keeper: RecordKeeper,
         network: Network,
+        access: Access,
+        house: House,
+        records: Records,
     ) -> None:
         self._settings = settings
         self._network = network
@@ -81,8 +97,23 @@ class Room:
         self._viewers = viewers
         self._announcements = announcements
         self._control = control
+        self._access = access
         self._stops = StopAuthority(
-            settings=settings.stop, turns=turns, control=control, keeper=keeper
+            settings=settings.stop,
+            clock=clock,
+            house=house,
+            turns=turns,
+            control=control,
+            keeper=keeper,
+        )
+        self._host_acts = HostActs(
+            access=access,
+            house=house,
+            turns=turns,
+            control=control,
+            viewers=viewers,
+            records=records,
+            door=self,
         )
         self._gone_since_s: dict[int, float] = {}
         self._answering: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
@@ -91,36 +122,38 @@ class Room:
         self._told = ""
         self._told_s = 0.0
         self._looked_s = 0.0
+        self._checked_s = 0.0
 
     # --- admission -------------------------------------------------------------------------
 
-    async def answer(self, client: str, offer: str, *, is_host: bool, address: str = "") -> str:
-        """Answer a page's offer; the same `client` keeps its place, turn and name.
+    async def answer(self, visitor: Visitor, tab: str, offer: str) -> str:
+        """Answer a page's offer; the same tab of the same browser keeps its place, turn and name.
 
-        `address` is where it came from. `is_host` means that the page is open on the
-        server's own machine. Of two concurrent offers the later one wins. Raises `FullError` or
+        Of two concurrent offers the later one wins. Raises `NotAdmittedError`, `FullError` or
         `SignallingError`.
         """
         if self._is_closing:
             raise FullError(_GOODBYE)
         # Before anything else: a bad offer must neither take a place nor end a good peer.
-        offer = clean_offer(offer, address)
-        async with self._answering.setdefault(client, asyncio.Lock()):
+        offer = clean_offer(offer, visitor.address)
+        key = f"{visitor.identity} {tab}"
+        async with self._answering.setdefault(key, asyncio.Lock()):
             async with self._entry:
                 # One per pass of the event loop, which runs its timers once a pass: answering many
                 # in one pass would delay the control loop.
                 await asyncio.sleep(0)
-            return await self._answer(client, offer, is_host=is_host, address=address)
+            return await self._answer(visitor, tab, offer)
 
-    async def _answer(self, client: str, offer: str, *, is_host: bool, address: str) -> str:
-        viewer = self._viewers.of_client(client)
+    async def _answer(self, visitor: Visitor, tab: str, offer: str) -> str:
+        grant = self._access.admit(visitor)
+        viewer = self._viewers.of_tab(visitor.identity, tab)
         if viewer is not None and (old := viewer.peer) is not None:
             self._part(viewer)
             await old.close()
-            viewer = self._viewers.of_client(client)
+            viewer = self._viewers.of_tab(visitor.identity, tab)
         if viewer is None:
-            viewer = self._admit(client)
-        viewer.is_host, viewer.address = is_host, address
+            viewer = self._admit(visitor, grant, tab)
+        viewer.visitor, viewer.grant = visitor, grant
         lanes = viewer.lanes()
         peer = Peer(
             network=self._network,
@@ -136,16 +169,20 @@ class Room:
         self._gone_since_s.pop(viewer.number, None)
         return await peer.answer(offer)
 
-    def _admit(self, client: str) -> Viewer:
+    def _admit(self, visitor: Visitor, grant: Grant, tab: str) -> Viewer:
+        self._access.admission.check_tabs(visitor, [one.visitor for one in self._viewers])
         if sum(not viewer.was_ready for viewer in self._viewers) >= _MAX_CONNECTING:
             raise FullError("Too many people are connecting right now; try again in a few seconds.")
-        if len(self._viewers) >= self._settings.server.max_viewers:
+        guests = sum(not viewer.visitor.is_host for viewer in self._viewers)
+        if not visitor.is_host and guests >= self._settings.server.max_viewers:
             raise FullError(
                 f"All {self._settings.server.max_viewers} places are taken; try again later."
             )
         viewer = Viewer(
             number=self._viewers.take_number(),
-            client=client,
+            visitor=visitor,
+            grant=grant,
+            tab=tab,
             clock=self._clock,
             counters=self._counters,
             service=self._service,
@@ -159,13 +196,11 @@ class Room:
 
     def viewer_connected(self, viewer: Viewer) -> None:
         _LOG.info("viewer connected", viewer=viewer.number)
-        viewer.send(
-            self._announcements.hello(viewer.number, is_host=viewer.is_host, lost_after_s=_LOST_S)
-        )
+        viewer.send(self._announcements.hello(viewer, lost_after_s=_LOST_S))
         if self._turns.is_lost(viewer.number):
             self._control.returned(viewer.number)
         else:
-            self._control.connect(viewer.number)
+            self._control.connect(viewer.number, _person(viewer))
         self._told = ""
         self._viewers.changed()
 
@@ -177,40 +212,108 @@ class Room:
         if not viewer.was_ready:
             self._forget(viewer)
 
-    def viewer_renamed(self) -> None:
-        self._viewers.changed()
+    def viewer_role(self, viewer: Viewer) -> Role:
+        """Return what a viewer is now."""
+        if viewer.visitor.is_host:
+            return "host"
+        return "operator" if viewer.number == self._turns.operator else "observer"
 
-    def viewer_asks(self, viewer: Viewer, request: messages.Join | messages.Leave) -> None:
-        if isinstance(request, messages.Join):
-            self._control.join(viewer.number)
+    def viewer_wants_name(self, viewer: Viewer, name: str) -> None:
+        others = (
+            one.name for one in self._viewers if one.visitor.identity != viewer.visitor.identity
+        )
+        why = None if not name or viewer.visitor.is_host else names.refusal(name, others)
+        if why is None:
+            viewer.name = name or f"Guest {viewer.number}"
+            self._viewers.changed()
         else:
-            self._control.leave(viewer.number)
-        self._viewers.changed()
+            viewer.send(messages.Notice(text=why))
+
+    def viewer_asks(self, viewer: Viewer, request: Request) -> None:
+        with self._refusing(viewer):
+            match request:
+                case messages.Join():
+                    self._check_queue(viewer)
+                    self._control.join(viewer.number)
+                case messages.Leave():
+                    self._control.leave(viewer.number)
+                case messages.Here():
+                    self._control.here(viewer.number)
+
+    def viewer_acts(self, viewer: Viewer, act: messages.HostIn) -> None:
+        self._host_acts.handle(viewer, act)
 
     def viewer_stops(self, viewer: Viewer) -> None:
         with self._refusing(viewer):
-            self._stops.press(viewer, is_host=viewer.is_host)
+            self._stops.press(viewer, is_host=viewer.visitor.is_host)
 
     def viewer_releases(self, viewer: Viewer, release: messages.Release) -> None:
         with self._refusing(viewer):
             sent_s = release.sent_server_ms / 1000
-            self._stops.release(viewer, release.stop, sent_s, is_host=viewer.is_host)
+            self._stops.release(viewer, release.stop, sent_s, is_host=viewer.visitor.is_host)
 
     def viewer_drives(self, viewer: Viewer, command: Command) -> None:
         self._control.offer(viewer.number, command)
 
-    # --- stop and release by HTTP ----------------------------------------------------------
+    # --- by HTTP ---------------------------------------------------------------------------
 
-    def stop_by(self, client: str | None, *, is_host: bool) -> int:
+    def role_of(self, visitor: Visitor) -> Role:
+        """Return what a browser is now: the most of what its viewers are."""
+        if visitor.is_host:
+            return "host"
+        viewer = self._acting(visitor, None)
+        return "stranger" if viewer is None else self.viewer_role(viewer)
+
+    def stop_by(self, visitor: Visitor, tab: str | None) -> int:
         """Latch the stop, ahead of everything; returns its number. Raises `ForbiddenError`."""
-        number = self._stops.press(self._viewers.of_client(client), is_host=is_host)
+        number = self._stops.press(self._acting(visitor, tab), is_host=visitor.is_host)
         self._viewers.changed()
         return number
 
-    def release_by(self, client: str | None, stop: int, *, is_host: bool) -> None:
+    def release_by(self, visitor: Visitor, tab: str | None, stop: int) -> None:
         """Release the stop with this number; raises `ForbiddenError`."""
-        self._stops.release(self._viewers.of_client(client), stop, None, is_host=is_host)
+        viewer = self._acting(visitor, tab)
+        self._stops.release(viewer, stop, None, is_host=visitor.is_host)
         self._viewers.changed()
+
+    def _acting(self, visitor: Visitor, tab: str | None) -> Viewer | None:
+        """Return the viewer behind a request: the operator if this browser drives, else the tab."""
+        own = self._viewers.of_identity(visitor.identity)
+        drives = next((one for one in own if one.number == self._turns.operator), None)
+        return drives or self._viewers.of_tab(visitor.identity, tab) or next(iter(own), None)
+
+    # --- for the host (Door) ---------------------------------------------------------------
+
+    def send_away(self, viewer: Viewer, sentence: str, opens_wall_ms: float | None = None) -> None:
+        """Tell a viewer why they may not stay, and forget them."""
+        _LOG.info("viewer sent away", viewer=viewer.number, why=sentence)
+        viewer.send(messages.Ended(text=sentence, opens_wall_ms=opens_wall_ms))
+        peer, viewer.peer = viewer.peer, None
+        with viewer.boundary:
+            viewer.release()
+        self._forget(viewer)
+        if peer is not None:
+            # Not at once: the message must leave before the channel does.
+            asyncio.get_running_loop().call_later(_GOODBYE_S, peer.abandon)
+
+    def check_all(self) -> None:
+        """Send away everybody who may not stay any more, and update what the others may."""
+        for viewer in self._viewers:
+            visitor = self._access.again(viewer.visitor)
+            try:
+                viewer.visitor, viewer.grant = visitor, self._access.admit(visitor)
+            except NotAdmittedError as error:
+                self.send_away(viewer, str(error), error.opens_wall_ms)
+
+    def _check_queue(self, viewer: Viewer) -> None:
+        """Raise `ForbiddenError` with the reason why a viewer may not queue."""
+        most = self._settings.turns.max_waiting_per_address
+        if not viewer.grant.queue:
+            raise ForbiddenError(_NOT_INVITED)
+        if self._turns.has_place_elsewhere(viewer.number):
+            raise ForbiddenError(_OTHER_TAB)
+        if self._turns.waiting_at(viewer.visitor.address) >= most:
+            raise ForbiddenError(f"{most} people of your network wait already; try again later.")
 
     @contextmanager
     def _refusing(self, viewer: Viewer) -> Iterator[None]:
@@ -245,6 +348,10 @@ class Room:
         for viewer in self._viewers:
             with viewer.boundary:
                 viewer.tell_drive_status(now_s)
+        if now_s - self._checked_s >= _CHECK_S:
+            self._checked_s = now_s
+            self.check_all()
+            self._tell_hosts()
         if self._viewers.take_change() or now_s - self._looked_s >= _LOOK_S:
             self._looked_s = now_s
             self._tell(now_s)
@@ -254,6 +361,15 @@ class Room:
         return self._announcements.room(
             self._viewers, self._control.robot_state, self._control.latched, now_s
         )
+
+    def _tell_hosts(self) -> None:
+        """Send the hosts what only they see."""
+        hosts = [one for one in self._viewers if one.visitor.is_host and one.is_ready]
+        if not hosts:
+            return
+        text = self._announcements.console(self._viewers).model_dump_json()
+        for host in hosts:
+            host.send_text(text)
 
     async def close(self) -> None:
         """Say goodbye to every page and close its peer; admits nobody any more."""
@@ -300,3 +416,8 @@ class Room:
         for viewer in self._viewers:
             if viewer.is_ready:
                 viewer.send_text(text)  # inside the viewer's own boundary
+
+
+def _person(viewer: Viewer) -> Person:
+    visitor = viewer.visitor
+    return Person(visitor.identity, visitor.address, visitor.invited_to is not None)

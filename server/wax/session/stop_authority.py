@@ -5,41 +5,67 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from wax.errors import ForbiddenError
+from wax.session.token_bucket import TokenBuckets
 
 if TYPE_CHECKING:
+    from wax.access.admission import Visitor
+    from wax.clock import Clock
     from wax.config.settings import StopSettings
     from wax.control.loop import ControlLoop
     from wax.control.stop_latch import Releaser
     from wax.control.turns import Turns
+    from wax.session.house import House
     from wax.session.record_keeper import RecordKeeper
     from wax.session.viewer import Viewer
 
 ONLY_THE_OPERATOR_STOPS: Final = "Only the operator or the host can stop this robot."
+MUTED: Final = "The host does not let you press Stop any more."
+TOO_OFTEN: Final = "You have pressed Stop very often; wait a moment."
+
+_MOST: Final = 1024
+_MINUTE_S: Final = 60.0
 
 
 class StopAuthority:
-    """Checks requests to the stop latch; `is_host` means a page on the server's own machine."""
+    """Checks requests to the stop latch.
+
+    The operator's and the host's own presses always count. Of the others' each person has a budget,
+    and so has each address; a person's first press counts even where the address has used up its.
+    """
 
     def __init__(
         self,
         *,
         settings: StopSettings,
+        clock: Clock,
+        house: House,
         turns: Turns,
         control: ControlLoop,
         keeper: RecordKeeper,
     ) -> None:
         self._settings = settings
-        self._keeper = keeper
+        self._clock = clock
+        self._house = house
         self._turns = turns
         self._control = control
+        self._keeper = keeper
+        person, address = settings.max_per_minute, settings.max_per_minute_per_address
+        self._first = TokenBuckets(rate_hz=1 / _MINUTE_S, burst=1, most=_MOST)
+        self._people = TokenBuckets(rate_hz=person / _MINUTE_S, burst=person, most=_MOST)
+        self._addresses = TokenBuckets(rate_hz=address / _MINUTE_S, burst=address, most=_MOST)
 
     def press(self, viewer: Viewer | None, *, is_host: bool) -> int:
-        """Latch the stop before anything else; returns its number. Raises `ForbiddenError`."""
+        """Latch the stop before anything else; returns its number. Raises `ForbiddenError`.
+
+        `viewer` is None for a host without a page.
+        """
         drives = viewer is not None and viewer.number == self._turns.operator
-        if not (drives or is_host or self._settings.by == "everybody"):
-            raise ForbiddenError(ONLY_THE_OPERATOR_STOPS)
-        name = viewer.name if viewer is not None else "the host" if is_host else "somebody"
-        number = self._control.press_stop(name)
+        if not (drives or is_host):
+            self._check(viewer)
+        name = "the host" if viewer is None else viewer.name
+        number = self._control.press_stop(
+            name, viewer=None if viewer is None else viewer.number, by_host=is_host
+        )
         self._keeper.stop_pressed(viewer, name, number)
         return number
 
@@ -52,3 +78,17 @@ class StopAuthority:
         if refusal is not None:
             raise ForbiddenError(refusal.value)
         self._keeper.stop_released("the host" if viewer is None else viewer.name)
+
+    def _check(self, viewer: Viewer | None) -> None:
+        if viewer is None or self._settings.by != "everybody":
+            raise ForbiddenError(ONLY_THE_OPERATOR_STOPS)
+        if viewer.visitor.identity in self._house.muted:
+            raise ForbiddenError(MUTED)
+        if not self._has_budget(viewer.visitor):
+            raise ForbiddenError(TOO_OFTEN)
+
+    def _has_budget(self, visitor: Visitor) -> bool:
+        now_s = self._clock.now_s()
+        is_first = self._first.take(visitor.identity, now_s)
+        is_within = self._people.take(visitor.identity, now_s)
+        return (self._addresses.take(visitor.address, now_s) and is_within) or is_first

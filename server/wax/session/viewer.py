@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-import unicodedata
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Protocol
 
 import structlog
 
+from wax.access import permissions
 from wax.control.gate import Command
 from wax.error_boundary import ErrorBoundary
-from wax.errors import ProtocolError
+from wax.errors import ForbiddenError, ProtocolError
 from wax.protocol import compact, messages
 from wax.rtc.link_monitor import LinkMonitor
 from wax.session.last_minute import LastMinute
+from wax.session.names import clean_name
 from wax.session.token_bucket import TokenBucket
 from wax.sync.playout import PlayoutReport, StreamPlayout
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+    from wax.access.admission import Grant, Visitor
+    from wax.access.permissions import Role
     from wax.clock import Clock
     from wax.config.settings import SyncSettings
     from wax.rtc.peer import Channel, Peer
@@ -35,6 +38,9 @@ _MAX_STOP_CHARS: Final = 32
 """Longer messages over the rate limit are not even checked for a stop."""
 
 
+Request = messages.Join | messages.Leave | messages.Here
+
+
 class ViewerEvents(Protocol):
     """A viewer's events, which the room handles."""
 
@@ -42,9 +48,13 @@ class ViewerEvents(Protocol):
 
     def viewer_closed(self, viewer: Viewer, peer: Peer) -> None: ...
 
-    def viewer_renamed(self) -> None: ...
+    def viewer_role(self, viewer: Viewer) -> Role: ...
 
-    def viewer_asks(self, viewer: Viewer, request: messages.Join | messages.Leave) -> None: ...
+    def viewer_wants_name(self, viewer: Viewer, name: str) -> None: ...
+
+    def viewer_asks(self, viewer: Viewer, request: Request) -> None: ...
+
+    def viewer_acts(self, viewer: Viewer, act: messages.HostIn) -> None: ...
 
     def viewer_stops(self, viewer: Viewer) -> None: ...
 
@@ -60,7 +70,9 @@ class Viewer:
         self,
         *,
         number: int,
-        client: str,
+        visitor: Visitor,
+        grant: Grant,
+        tab: str,
         clock: Clock,
         counters: Counters,
         service: Service,
@@ -68,7 +80,9 @@ class Viewer:
         sync: SyncSettings,
     ) -> None:
         self.number = number
-        self.client = client
+        self.visitor = visitor
+        self.grant = grant
+        self.tab = tab
         self.name = f"Guest {number}"
         self.peer: Peer | None = None
         self.link = LinkMonitor(clock.now_s())
@@ -77,10 +91,6 @@ class Viewer:
         self.frozen_ms = LastMinute()
         self.is_ready = False
         self.was_ready = False
-        self.is_host = False
-        """Whether the page is open on the server's own machine."""
-        self.address = ""
-        """Where the offer came from, as the limits per address see it; "" if unknown."""
         self.wants_picture = True
         self._clock = clock
         self._counters = counters
@@ -206,10 +216,16 @@ class Viewer:
             self._counters.add("messages over the rate")
             return
         try:
-            if channel == "drive":
-                self._on_drive(messages.parse_drive(data))
+            message = _parsed(channel, data)
+            permissions.check(self._events.viewer_role(self), type(message))
+            if isinstance(message, messages.DriveIn):
+                self._on_drive(message)
             else:
-                self._on_state(messages.parse_state(data))
+                self._on_state(message)
+        except ForbiddenError as error:
+            self._counters.add("messages not allowed")
+            if channel == "state":
+                self.send(messages.Notice(text=str(error)))
         except ProtocolError as error:
             self._counters.add("messages refused")
             _LOG.debug("message refused", viewer=self.number, error=str(error))
@@ -242,8 +258,8 @@ class Viewer:
     def _on_state(self, message: messages.StateIn) -> None:
         match message:
             case messages.SetName():
-                self._rename(message.name)
-            case messages.Join() | messages.Leave():
+                self._events.viewer_wants_name(self, clean_name(message.name))
+            case messages.Join() | messages.Leave() | messages.Here():
                 self._events.viewer_asks(self, message)
             case messages.Stop():
                 self._events.viewer_stops(self)
@@ -253,10 +269,8 @@ class Viewer:
                 self._want(message)
             case messages.Received():
                 self._received(message)
-
-    def _rename(self, name: str) -> None:
-        self.name = clean_name(name) or f"Guest {self.number}"
-        self._events.viewer_renamed()
+            case _:
+                self._events.viewer_acts(self, message)
 
     def _want(self, want: messages.Want) -> None:
         if want.size not in self._service.sizes:
@@ -266,13 +280,20 @@ class Viewer:
             return
         self.wants_picture = want.picture
         self.streams.want(
-            sound=want.sound, picture=want.picture, size=want.size, policy=want.policy
+            sound=want.sound and self.grant.hear,
+            picture=want.picture,
+            size=want.size,
+            policy=want.policy,
         )
 
     def _received(self, received: messages.Received) -> None:
         if self.peer is not None:
             pts = self.peer.media_time(received.kind, received.rtp)
             self.streams.received(received.kind, pts)
+
+
+def _parsed(channel: Channel, data: str | bytes) -> messages.DriveIn | messages.StateIn:
+    return messages.parse_drive(data) if channel == "drive" else messages.parse_state(data)
 
 
 def _is_stop(channel: Channel, data: str | bytes) -> bool:
@@ -282,12 +303,6 @@ def _is_stop(channel: Channel, data: str | bytes) -> bool:
     with suppress(ProtocolError):
         return isinstance(messages.parse_state(data), messages.Stop)
     return False
-
-
-def clean_name(name: str) -> str:
-    """Reduce a name to one line of visible characters, at most `MAX_NAME_CHARS` long."""
-    visible = "".join(c if unicodedata.category(c)[0] not in "CZ" else " " for c in name)
-    return " ".join(visible.split())[: messages.MAX_NAME_CHARS].strip()
 
 
 def command_of(message: messages.Drive) -> Command:

@@ -52,9 +52,17 @@ class Viewers:
         del self._viewers[viewer.number]
         self.changed()
 
-    def of_client(self, client: str | None) -> Viewer | None:
-        """Return the viewer with this identity; None if there is none."""
-        return next((one for one in self._viewers.values() if one.client == client), None)
+    def of_tab(self, identity: str, tab: str | None) -> Viewer | None:
+        """Return the viewer that is this tab of this browser; None if there is none."""
+        return next((one for one in self.of_identity(identity) if one.tab == tab), None)
+
+    def of_identity(self, identity: str) -> list[Viewer]:
+        """Return all viewers of one browser."""
+        return [one for one in self._viewers.values() if one.visitor.identity == identity]
+
+    def numbered(self, number: int) -> Viewer | None:
+        """Return the viewer with this number; None if they are gone."""
+        return self._viewers.get(number)
 
     def changed(self) -> None:
         """Mark the room as changed; many changes at once become one message."""
@@ -98,4 +106,4 @@ class Viewers:
     def max_fraction(self, number: int) -> float:
         """Return how much of the robot's speed a viewer may use: the host's limit is for guests."""
         viewer = self._viewers.get(number)
-        return 1.0 if viewer is not None and viewer.is_host else self._house.max_fraction
+        return 1.0 if viewer is not None and viewer.visitor.is_host else self._house.max_fraction

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import ipaddress
-from typing import TYPE_CHECKING, Final
-from urllib.parse import urlsplit
+from typing import Final
 
 import ifaddr
-
-if TYPE_CHECKING:
-    from aiohttp import web
 
 _FORWARDED: Final = ("Forwarded", "X-Forwarded-For", "X-Real-IP", "Via")
 
@@ -40,19 +36,8 @@ def _literal(host: str) -> str:
     return f"[{host}]" if ":" in host else host
 
 
-def is_from_here(request: web.Request) -> bool:
-    """Whether a request was made on the server's own machine.
-
-    Behind a proxy every request seems local: one that was forwarded, or is for a host name other
-    than this machine's, counts as remote.
-    """
-    if any(name in request.headers for name in _FORWARDED):
-        return False
-    named = urlsplit(f"//{request.host}").hostname or ""
-    return _is_loopback(request.remote or "") and (named == "localhost" or _is_loopback(named))
-
-
-def _is_loopback(text: str) -> bool:
+def is_loopback(text: str) -> bool:
+    """Whether an address is this machine's own."""
     try:
         return ipaddress.ip_address(text).is_loopback
     except ValueError:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import secrets
+from dataclasses import replace
+from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal, TypeVar
 
@@ -10,9 +13,13 @@ import structlog
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from wax.access import permissions
+from wax.access.access import Shown
+from wax.access.admission import Visitor
+from wax.access.keyring import MAX_TOKEN_CHARS
 from wax.errors import (
     HTTP_STATUS,
-    ForbiddenError,
+    NotAdmittedError,
     ProtocolError,
     StartError,
     TooOftenError,
@@ -20,12 +27,16 @@ from wax.errors import (
 )
 from wax.rtc.signalling import MAX_SDP_CHARS
 from wax.session.token_bucket import TokenBuckets
-from wax.web.addresses import is_from_here
+from wax.web import cookies
+from wax.web.addresses import is_loopback
 from wax.web.security_headers import policy_of_document
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
+    from collections.abc import Awaitable, Callable, Mapping
 
+    from aiohttp.typedefs import Middleware
+
+    from wax.access.access import Access
     from wax.clock import Clock
     from wax.rtc.ice_servers import IceServers
     from wax.session.proof_runner import ProofRunner
@@ -38,21 +49,24 @@ _LOG = structlog.get_logger(__name__)
 
 MAX_BODY_BYTES: Final = 65_536
 
-_OFFERS_HZ: Final = 2.0
-_OFFERS_BURST: Final = 40
-"""Per address: a class behind one router connects at once, and each answer takes 10 ms of CPU."""
+_OFFERS_BURST_S: Final = 20
+"""A class behind one router connects at once, and each answer takes 10 ms of CPU."""
+_KNOCKS_HZ: Final = 0.2
+_KNOCKS_BURST: Final = 10
+"""Per address: tries of a secret or an invitation, which nobody could guess anyway."""
 _MAX_ADDRESSES: Final = 1024
+_VISITOR: Final = web.RequestKey("visitor", Visitor)
 
 PAGE: Final = Path(__file__).parent / "dist"
 
 Client = Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{8,64}$")]
-"""The secret that identifies a page when it reconnects."""
+"""A tab tells itself from the others of its browser by this; alone it admits nobody."""
 
 _Body = TypeVar("_Body", bound=BaseModel)
 
 
 class Offer(BaseModel):
-    """A page's session description, and the secret that identifies it when it reconnects."""
+    """A page's session description, and which of a browser's tabs it is."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -60,8 +74,24 @@ class Offer(BaseModel):
     client: Client
 
 
+class HostLink(BaseModel):
+    """The secret of a host link."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    secret: Annotated[str, Field(min_length=1, max_length=MAX_TOKEN_CHARS)]
+
+
+class Entry(BaseModel):
+    """An invitation's token."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    token: Annotated[str, Field(min_length=1, max_length=MAX_TOKEN_CHARS)]
+
+
 class StopPress(BaseModel):
-    """The viewer who presses Stop, if the request names one."""
+    """The tab in which somebody presses Stop, if the request names one."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -69,7 +99,7 @@ class StopPress(BaseModel):
 
 
 class StopRelease(BaseModel):
-    """Which stop to release, and who asks."""
+    """Which stop to release, and in which tab."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -98,11 +128,18 @@ class Routes:
         proving: ProofRunner,
         acknowledged: bool,
         guards: Guards,
+        access: Access,
+        offers_hz: float,
     ) -> None:
         self._guards = guards
+        self._access = access
         self._room = room
         self._clock = clock
-        self._offers = TokenBuckets(rate_hz=_OFFERS_HZ, burst=_OFFERS_BURST, most=_MAX_ADDRESSES)
+        self._offers = TokenBuckets(
+            rate_hz=offers_hz, burst=ceil(offers_hz * _OFFERS_BURST_S), most=_MAX_ADDRESSES
+        )
+        self._knocks = TokenBuckets(rate_hz=_KNOCKS_HZ, burst=_KNOCKS_BURST, most=_MAX_ADDRESSES)
+        self._warned: set[str] = set()
         self._proof_runner = proving
         self._ice = ice
         self._status = status
@@ -113,7 +150,8 @@ class Routes:
         if not (PAGE / "index.html").is_file():
             raise StartError("the page is not built; run `make run`, or `pip install .` again")
         application = web.Application(
-            client_max_size=MAX_BODY_BYTES, middlewares=[_tell_errors, *self._guards.middlewares]
+            client_max_size=MAX_BODY_BYTES,
+            middlewares=[_tell_errors, *self._guards.middlewares, self._permission],
         )
         application.on_response_prepare.append(self._guards.add_headers)
         application.add_routes(
@@ -122,6 +160,8 @@ class Routes:
                 web.get("/healthz", self.health),
                 web.get("/api/status", self.status),
                 web.get("/api/ice", self.ice),
+                web.post("/api/host", self.become_host),
+                web.post("/api/enter", self.enter),
                 web.post("/api/offer", self.offer),
                 web.post("/api/stop", self.stop),
                 web.post("/api/release", self.release),
@@ -151,47 +191,117 @@ class Routes:
     async def status(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
         return web.json_response(self._status())
 
-    async def ice(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
+    async def ice(self, request: web.Request) -> web.Response:  # aiohttp's form
+        self._access.admit(request[_VISITOR])  # a relay costs, and is for viewers only
         told = self._ice.page(secrets.token_hex(4), self._clock.wall_ms() / 1000)
         return web.json_response(told)
 
+    async def become_host(self, request: web.Request) -> web.Response:
+        self._knock(request)
+        cookie = self._access.become_host((await _body(request, HostLink)).secret)
+        response = web.json_response({"ok": True})
+        cookies.give_host(response, cookie, self._guards.seen(request).scheme)
+        self._warn_of_plain_http(request)
+        return response
+
+    async def enter(self, request: web.Request) -> web.Response:
+        self._knock(request)
+        token = (await _body(request, Entry)).token
+        response, identity = self._somebody(request)
+        invitation = self._access.enter(token, identity)
+        response.text = json.dumps({"purpose": invitation.purpose})
+        return response
+
     async def offer(self, request: web.Request) -> web.Response:
-        # Before the body is read. Users of this machine could stop the robot in other ways anyway.
-        is_host = is_from_here(request)
-        address = self._guards.sender(request)
-        if not is_host and not self._offers.take(address, self._clock.now_s()):
+        visitor = request[_VISITOR]
+        # Before the body is read.
+        if not visitor.is_host and not self._offers.take(visitor.address, self._clock.now_s()):
             raise TooOftenError(
                 "Too many connections from your address; wait a few seconds and try again."
             )
         offer = await _body(request, Offer)
-        answer = await self._room.answer(offer.client, offer.sdp, is_host=is_host, address=address)
-        return web.json_response({"sdp": answer})
+        response, identity = self._somebody(request)
+        visitor = replace(visitor, identity=identity)
+        answer = await self._room.answer(visitor, offer.client, offer.sdp)
+        response.text = json.dumps({"sdp": answer})
+        if visitor.is_host:
+            self._renew(request, response)
+        return response
 
     async def stop(self, request: web.Request) -> web.Response:
         press = await _body(request, StopPress)
-        number = self._room.stop_by(press.client, is_host=is_from_here(request))
+        number = self._room.stop_by(request[_VISITOR], press.client)
         return web.json_response({"stop": number})
 
     async def release(self, request: web.Request) -> web.Response:
         release = await _body(request, StopRelease)
-        self._room.release_by(release.client, release.stop, is_host=is_from_here(request))
+        self._room.release_by(request[_VISITOR], release.client, release.stop)
         return web.json_response({"ok": True})
 
     async def prove(self, request: web.Request) -> web.Response:
-        _only_here(request)
         await _body(request, Lifted)
         await self._proof_runner.start()
         return web.json_response(self._proof_runner.progress(), status=202)
 
-    async def proof(self, request: web.Request) -> web.Response:
-        _only_here(request)
+    async def proof(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
         return web.json_response(self._proof_runner.progress())
 
-    async def record(self, request: web.Request) -> web.Response:
-        _only_here(request)
+    async def record(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
         text = self._proof_runner.record()
         headers = {"Content-Security-Policy": policy_of_document(text)}
         return web.Response(text=text, content_type="text/html", headers=headers)
+
+    # --- who asks ----------------------------------------------------------------------------
+
+    @property
+    def _permission(self) -> Middleware:
+        """Ask the table, for every route."""
+
+        @web.middleware
+        async def check(request: web.Request, handler: Handler) -> web.StreamResponse:
+            visitor = self._access.visitor(cookies.shown(request), self._guards.sender(request))
+            request[_VISITOR] = visitor
+            resource = request.match_info.route.resource
+            if resource is not None:  # otherwise there is no such page
+                route = f"{request.method} {resource.canonical or '/assets'}"
+                permissions.check(self._room.role_of(visitor), route)
+            return await handler(request)
+
+        return check
+
+    def _somebody(self, request: web.Request) -> tuple[web.Response, str]:
+        """Return a response that gives a browser an identity if it shows none, and the identity."""
+        response = web.json_response({})
+        known = self._access.identity_of(cookies.shown(request))
+        if known is not None:
+            return response, known
+        cookie = self._access.new_identity()
+        cookies.give_identity(response, cookie, self._guards.seen(request).scheme)
+        made = self._access.identity_of(Shown(cookie))
+        assert made is not None
+        return response, made
+
+    def _renew(self, request: web.Request, response: web.Response) -> None:
+        cookie = self._access.renewed(cookies.shown(request))
+        if cookie is not None:
+            cookies.give_host(response, cookie, self._guards.seen(request).scheme)
+        self._warn_of_plain_http(request)
+
+    def _knock(self, request: web.Request) -> None:
+        if not self._knocks.take(self._guards.sender(request), self._clock.now_s()):
+            raise TooOftenError("Too many tries from your address; wait a minute and try again.")
+
+    def _warn_of_plain_http(self, request: web.Request) -> None:
+        seen = self._guards.seen(request)
+        if seen.scheme == "https" or is_loopback(seen.sender) or seen.sender in self._warned:
+            return
+        if len(self._warned) < _MAX_ADDRESSES:
+            self._warned.add(seen.sender)
+        _LOG.warning(
+            "the host's page is open without HTTPS: whoever can read the network can become host;"
+            " start with --https",
+            sender=seen.sender,
+        )
 
 
 async def _body(request: web.Request, model: type[_Body]) -> _Body:
@@ -204,16 +314,14 @@ async def _body(request: web.Request, model: type[_Body]) -> _Body:
         raise ProtocolError(f"{where}: {first['msg']}") from error
 
 
-def _only_here(request: web.Request) -> None:
-    if not is_from_here(request):
-        raise ForbiddenError("Only a page on the server's own machine can do that.")
-
-
 @web.middleware
 async def _tell_errors(request: web.Request, handler: Handler) -> web.StreamResponse:
     """Turn every error into JSON with a sentence."""
     try:
         return await handler(request)
+    except NotAdmittedError as error:
+        more = {"ended": True, "opens_wall_ms": error.opens_wall_ms}
+        return _refuse(HTTP_STATUS[NotAdmittedError], str(error), more)
     except WaxError as error:
         return _refuse(HTTP_STATUS.get(type(error), 500), str(error))
     except web.HTTPException as error:
@@ -225,5 +333,5 @@ async def _tell_errors(request: web.Request, handler: Handler) -> web.StreamResp
         return _refuse(500, "the server failed to handle this request; see its log")
 
 
-def _refuse(status: int, sentence: str) -> web.Response:
-    return web.json_response({"error": sentence}, status=status)
+def _refuse(status: int, sentence: str, more: Mapping[str, object] | None = None) -> web.Response:
+    return web.json_response({"error": sentence, **(more or {})}, status=status)

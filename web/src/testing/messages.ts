@@ -31,6 +31,8 @@ export function hello(more: Partial<Hello> = {}): Hello {
       stop_by: "everybody",
     },
     is_host: false,
+    may_hear: true,
+    may_queue: true,
     acknowledge: false,
     ...more,
   };
@@ -76,6 +78,7 @@ export function viewer(id: number, more: Partial<ViewerInfo> = {}): ViewerInfo {
     place: null,
     wait_s: null,
     lost: false,
+    host: false,
     ...more,
   };
 }
@@ -105,8 +108,15 @@ export function room(options: RoomOptions): RoomState {
       ...waiting.map((id, i) => viewer(id, { role: "queued", place: i + 1, wait_s: 30 + 60 * i })),
       ...(operator ? [viewer(operator, { role: "operator", place: 0, wait_s: 0 })] : []),
     ],
-    turn: { number, operator: operator ?? null, ends_server_ms: operator ? endsMs : null },
+    turn: {
+      number,
+      operator: operator ?? null,
+      ends_server_ms: operator ? endsMs : null,
+      stands_left_ms: null,
+    },
+    call: null,
     stop,
+    house: { held: false, locked: false, blanked: false, message: "", max_fraction: 1 },
     robot: {
       connected: true,
       problem: null,

@@ -1,0 +1,150 @@
+"""Who somebody is, and what they may: identities, hosts, invitations and the door in one."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+from zoneinfo import ZoneInfo
+
+from wax.access.admission import Admission, Visitor
+from wax.access.host_secrets import HostSecrets
+from wax.access.keyring import Keyring
+from wax.config.opening_hours import OpeningHours
+from wax.errors import ForbiddenError
+from wax.records.entries import Invited
+
+if TYPE_CHECKING:
+    from wax.access.admission import Grant
+    from wax.access.keyring import Invitation, Purpose
+    from wax.clock import Clock
+    from wax.config.settings import AccessSettings
+    from wax.records.records import Records
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What a browser shows with each request: its cookies, None where it has none."""
+
+    identity: str | None = None
+    host: str | None = None
+
+
+class Access:
+    """Call it from the event loop; what must last goes to the records."""
+
+    def __init__(
+        self, settings: AccessSettings, records: Records, clock: Clock, secret: bytes
+    ) -> None:
+        self._records = records
+        self._clock = clock
+        self._keyring = Keyring(secret, self._now_s)
+        lasting = records.lasting
+        self.admission = Admission(
+            settings,
+            OpeningHours.of(settings.hours, ZoneInfo(settings.time_zone)),
+            lasting.bans,
+        )
+        self._hosts = HostSecrets(lasting.host_cookies, records.keep_host_cookie)
+        self._invited: defaultdict[str, dict[str, Invited]] = defaultdict(dict)
+        """By identity, then by invitation."""
+        for one in lasting.invited:
+            self._invited[one.identity][one.invitation] = one
+
+    # --- who somebody is -------------------------------------------------------------------
+
+    def identity_of(self, shown: Shown) -> str | None:
+        """Return the identity that a browser was given; None if it shows none of ours."""
+        return self._keyring.identity_of(shown.identity)
+
+    def new_identity(self) -> str:
+        """Return a cookie that makes a browser somebody."""
+        return self._keyring.new_identity()
+
+    def visitor(self, shown: Shown, address: str) -> Visitor:
+        """Return who has sent a request; without an identity of ours they are nobody."""
+        identity = self.identity_of(shown) or ""
+        return Visitor(
+            identity,
+            address,
+            is_host=self._hosts.is_host(shown.host, self._now_s()),
+            invited_to=self._invited_to(identity),
+        )
+
+    def again(self, visitor: Visitor) -> Visitor:
+        """Return a visitor with what they are invited to now."""
+        return Visitor(
+            visitor.identity, visitor.address, visitor.is_host, self._invited_to(visitor.identity)
+        )
+
+    def admit(self, visitor: Visitor) -> Grant:
+        """Return what a visitor may do; raises `NotAdmittedError` with a sentence for them."""
+        return self.admission.check(visitor, self._now_s())
+
+    # --- the host ----------------------------------------------------------------------------
+
+    def new_host_link(self) -> str:
+        """Return the secret of a link that makes whoever opens it first the host."""
+        return self._hosts.new_link(self._now_s())
+
+    def become_host(self, secret: str) -> str:
+        """Return the host's cookie for a link's secret; raises `ForbiddenError`."""
+        cookie = self._hosts.exchange(secret, self._now_s())
+        if cookie is None:
+            raise ForbiddenError(
+                "This host link is used or over; `wax host-link` on the robot's machine prints a"
+                " new one."
+            )
+        return cookie
+
+    def renewed(self, shown: Shown) -> str | None:
+        """Return the cookie that replaces the host's; None if theirs stays or is none."""
+        return None if shown.host is None else self._hosts.rotate(shown.host, self._now_s())
+
+    # --- invitations -------------------------------------------------------------------------
+
+    def invite(self, purpose: Purpose, *, uses: int, valid_s: float) -> tuple[str, float]:
+        """Return a new invitation's token, and when it ends in seconds since 1970."""
+        return self._keyring.invite(purpose, uses=uses, valid_s=valid_s), self._now_s() + valid_s
+
+    def enter(self, token: str, identity: str) -> Invitation:
+        """Use an invitation, as often as one likes but as one person; raises `ForbiddenError`."""
+        invitation = self._keyring.invitation_of(token)
+        if invitation.id not in self._invited[identity]:
+            if self._uses(invitation.id) >= invitation.uses:
+                raise ForbiddenError("This invitation is used up; ask the host for a new one.")
+            use = Invited(invitation.id, identity, invitation.purpose, invitation.ends_s)
+            self._invited[identity][invitation.id] = use
+            self._records.keep_invited(use)
+        return invitation
+
+    def _uses(self, invitation: str) -> int:
+        return sum(invitation in uses for uses in self._invited.values())
+
+    def _invited_to(self, identity: str) -> Purpose | None:
+        uses = self._invited.get(identity, {})
+        purposes = {one.purpose for one in uses.values() if self._now_s() < one.until_s}
+        return "queue" if "queue" in purposes else "watch" if "watch" in purposes else None
+
+    # --- the host's acts at the door ---------------------------------------------------------
+
+    def ban(self, visitor: Visitor) -> None:
+        """Keep somebody out for a day, with their address."""
+        self._records.keep_ban(self.admission.ban(visitor, self._now_s()))
+
+    def close(self, is_closed: bool) -> None:
+        """Close to guests, or open again."""
+        self.admission.close(is_closed, self._now_s())
+
+    @property
+    def is_open(self) -> bool:
+        return self.admission.is_open(self._now_s())
+
+    @property
+    def opens_wall_ms(self) -> float | None:
+        """When guests are let in again (since 1970); None if they are now, or nobody knows."""
+        opens_s = self.admission.opens_s(self._now_s())
+        return None if opens_s is None else opens_s * 1000
+
+    def _now_s(self) -> float:
+        return self._clock.wall_ms() / 1000

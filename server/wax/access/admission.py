@@ -1,0 +1,138 @@
+"""Who may come in, and what they may there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from ipaddress import ip_network
+from typing import TYPE_CHECKING, Final
+
+from wax.errors import FullError, NotAdmittedError
+from wax.records.entries import Ban
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from wax.access.keyring import Purpose
+    from wax.config.opening_hours import OpeningHours
+    from wax.config.settings import AccessSettings
+
+BAN_S: Final = 86_400.0
+BY_INVITATION: Final = "This robot is open to invited people only. Ask its host for a link."
+BANNED: Final = "The host has asked you to leave. You can come back tomorrow."
+LOCKED: Final = "The host lets only invited people stay for now."
+CLOSED: Final = "The robot is closed."
+TOO_MANY_TABS: Final = "You have this page open too often; close another tab of it, then reload."
+
+
+@dataclass(frozen=True, slots=True)
+class Visitor:
+    """Somebody at the door: a browser's identity, its address, and what they have shown.
+
+    `address` is as limits count it: an IPv4 address or an IPv6 /64 prefix.
+    """
+
+    identity: str
+    address: str
+    is_host: bool = False
+    invited_to: Purpose | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Grant:
+    """What a viewer may do in the room."""
+
+    hear: bool
+    queue: bool
+
+
+_EVERYTHING: Final = Grant(hear=True, queue=True)
+
+
+class Admission:
+    """The door: configuration, opening hours, what the host has closed, and whom they banned.
+
+    Times are in seconds since 1970.
+    """
+
+    def __init__(
+        self, settings: AccessSettings, hours: OpeningHours, bans: Iterable[Ban] = ()
+    ) -> None:
+        self._settings = settings
+        self._hours = hours
+        self._bans = list(bans)
+        self.is_locked = False
+        self.is_closed = False
+        self._closed_until_s: float | None = None
+
+    def ban(self, visitor: Visitor, now_s: float) -> Ban:
+        """Keep out a browser for a day, and its address.
+
+        Not this machine's own: everybody behind a proxy that is not trusted has that.
+        """
+        address = "" if _is_loopback(visitor.address) else visitor.address
+        ban = Ban(visitor.identity, address, now_s + BAN_S)
+        self._bans.append(ban)
+        return ban
+
+    def close(self, is_closed: bool, now_s: float) -> None:
+        """Close to guests until it opens by its hours the next time, or open again."""
+        self.is_closed = is_closed
+        opens = self._hours.opens_next(_at(now_s)) if is_closed else None
+        self._closed_until_s = None if opens is None else opens.timestamp()
+
+    def is_open(self, now_s: float) -> bool:
+        """Whether guests are let in now."""
+        if self.is_closed and self._closed_until_s is not None and now_s >= self._closed_until_s:
+            self.is_closed = False
+        return not self.is_closed and self._hours.is_open(_at(now_s))
+
+    def opens_s(self, now_s: float) -> float | None:
+        """Return when guests are let in again; None if they are now, or if nobody knows."""
+        if self.is_open(now_s):
+            return None
+        if self.is_closed:
+            return self._closed_until_s
+        opens = self._hours.opens_next(_at(now_s))
+        return None if opens is None else opens.timestamp()
+
+    def check(self, visitor: Visitor, now_s: float) -> Grant:
+        """Return what a visitor may do; raises `NotAdmittedError` with a sentence for them."""
+        if visitor.is_host:
+            return _EVERYTHING
+        self._bans = [one for one in self._bans if now_s < one.until_s]
+        if any(_is_meant(one, visitor) for one in self._bans):
+            raise NotAdmittedError(BANNED)
+        if not self.is_open(now_s):
+            opens_s = self.opens_s(now_s)
+            raise NotAdmittedError(CLOSED, None if opens_s is None else opens_s * 1000)
+        settings = self._settings
+        if visitor.invited_to is not None:
+            return Grant(hear=True, queue=visitor.invited_to == "queue" or settings.strangers_queue)
+        if self.is_locked:
+            raise NotAdmittedError(LOCKED)
+        if not settings.strangers_watch:
+            raise NotAdmittedError(BY_INVITATION)
+        return Grant(hear=settings.strangers_hear, queue=settings.strangers_queue)
+
+    def check_tabs(self, visitor: Visitor, inside: Sequence[Visitor]) -> None:
+        """Raise `FullError` if this browser has as many pages open as it may."""
+        count = sum(one.identity == visitor.identity for one in inside)
+        if not visitor.is_host and count >= self._settings.max_tabs:
+            raise FullError(TOO_MANY_TABS)
+
+
+def _is_meant(ban: Ban, visitor: Visitor) -> bool:
+    same_address = bool(ban.address) and ban.address == visitor.address
+    return ban.identity == visitor.identity or same_address
+
+
+def _is_loopback(address: str) -> bool:
+    try:
+        return ip_network(address).is_loopback
+    except ValueError:
+        return False
+
+
+def _at(now_s: float) -> datetime:
+    return datetime.fromtimestamp(now_s, UTC)

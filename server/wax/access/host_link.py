@@ -1,0 +1,108 @@
+"""Hands the secret of a new host link to whoever may use this user's files: `wax host-link`.
+
+A Unix socket in the state folder, for its owner only; whoever connects is sent the links.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import socket
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import structlog
+
+from wax import state_dir
+from wax.errors import StateError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+_LOG = structlog.get_logger(__name__)
+
+SOCKET: Final = "host.sock"
+_LONGEST_PATH: Final = 100
+"""Of a Unix socket: 108 bytes on Linux, 104 on macOS."""
+_ANSWER_S: Final = 3.0
+_MAX_CHARS: Final = 65_536
+
+
+class HostLinkSocket:
+    """Serves from `open` to `close`; `make` returns links, which share one secret."""
+
+    def __init__(self, folder: Path, make: Callable[[], list[str]]) -> None:
+        self._folder = folder
+        self._make = make
+        self._server: asyncio.Server | None = None
+
+    async def open(self) -> None:
+        """Begin to serve; without it everything else works, so a failure is a warning."""
+        try:
+            self._server = await asyncio.start_unix_server(self._answer, sock=self._bound())
+        except (OSError, StateError, AttributeError) as error:
+            _LOG.warning("`wax host-link` cannot reach this server", error=str(error))
+
+    async def close(self) -> None:
+        """Stop serving; the file goes with it."""
+        if self._server is None:
+            return
+        self._server.close()
+        self._server = None
+        with contextlib.suppress(OSError):
+            (self._folder / SOCKET).unlink()
+
+    def _bound(self) -> socket.socket:
+        """Return the socket, which no one else could have opened for a moment; raises `OSError`."""
+        state_dir.prepare(self._folder)
+        (self._folder / SOCKET).unlink(missing_ok=True)
+        listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        before = os.umask(0o177)
+        try:
+            with _short(self._folder) as folder:
+                listening.bind(f"{folder}/{SOCKET}")
+        except OSError:
+            listening.close()
+            raise
+        finally:
+            os.umask(before)
+        return listening
+
+    async def _answer(self, _: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        with contextlib.suppress(OSError):
+            writer.write("".join(f"{link}\n" for link in self._make()).encode())
+            writer.close()
+            await writer.wait_closed()
+        _LOG.info("a host link was made")
+
+
+def ask(folder: Path) -> list[str]:
+    """Return the links for a new host of the server that runs here; raises `StateError`."""
+    try:
+        with _short(folder) as short, socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as end:
+            end.settimeout(_ANSWER_S)
+            end.connect(f"{short}/{SOCKET}")
+            with end.makefile("r", encoding="utf-8") as lines:
+                links = lines.read(_MAX_CHARS).split()
+    except (OSError, AttributeError) as error:
+        raise StateError(
+            f"{folder / SOCKET}: no server answers ({error}); is it running, as this user and with"
+            " this configuration?"
+        ) from error
+    if not links:
+        raise StateError(f"{folder / SOCKET}: the server sent nothing; see its log")
+    return links
+
+
+@contextlib.contextmanager
+def _short(folder: Path) -> Iterator[str]:
+    """Yield a path of the folder that is short enough for a socket in it."""
+    if len(str(folder)) + len(SOCKET) < _LONGEST_PATH or not Path("/proc/self/fd").is_dir():
+        yield str(folder)
+        return
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        yield f"/proc/self/fd/{descriptor}"
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,103 @@
+"""What the server signs: the identities of browsers, and invitations.
+
+Both are signed with one secret, which is kept with the records; a new one makes everybody a
+stranger again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import secrets
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+from itsdangerous import BadData, Signer, URLSafeSerializer
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from wax.errors import ForbiddenError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+SECRET_BYTES: Final = 32
+MAX_TOKEN_CHARS: Final = 512
+_AHEAD_S: Final = 300.0
+"""A server's clock may have been set back a little since an invitation was made."""
+
+_SIGNED_BY: Final[dict[str, Any]] = {"key_derivation": "hmac", "digest_method": hashlib.sha256}
+
+Purpose = Literal["watch", "queue"]
+
+
+class _Signed(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    id: str = Field(min_length=8, max_length=32)
+    purpose: Purpose
+    uses: int = Field(ge=1, le=1000)
+    made_s: int
+    valid_s: int = Field(ge=1)
+
+
+@dataclass(frozen=True, slots=True)
+class Invitation:
+    """Lets `uses` people in until `ends_s` (seconds since 1970), to watch or also to queue."""
+
+    id: str
+    purpose: Purpose
+    uses: int
+    ends_s: float
+
+
+class Keyring:
+    """Makes and reads what is signed with `secret`; `wall_s` is the time since 1970."""
+
+    def __init__(self, secret: bytes, wall_s: Callable[[], float]) -> None:
+        self._identities = Signer(secret, salt="identity", **_SIGNED_BY)
+        self._invitations = URLSafeSerializer(secret, salt="invitation", signer_kwargs=_SIGNED_BY)
+        self._wall_s = wall_s
+
+    def new_identity(self) -> str:
+        """Return a cookie for a browser that has none."""
+        return self._identities.sign(secrets.token_urlsafe(12)).decode()
+
+    def identity_of(self, cookie: str | None) -> str | None:
+        """Return who holds this cookie; None if it is not ours."""
+        if cookie is None or len(cookie) > MAX_TOKEN_CHARS:
+            return None
+        try:
+            return self._identities.unsign(cookie).decode()
+        except (BadData, UnicodeError):
+            return None
+
+    def invite(self, purpose: Purpose, *, uses: int, valid_s: float) -> str:
+        """Return a new invitation's token."""
+        signed = _Signed(
+            id=secrets.token_urlsafe(9),
+            purpose=purpose,
+            uses=uses,
+            made_s=int(self._wall_s()),
+            valid_s=max(1, int(valid_s)),
+        )
+        token = self._invitations.dumps(signed.model_dump())
+        return token if isinstance(token, str) else token.decode()
+
+    def invitation_of(self, token: str) -> Invitation:
+        """Read a token; raises `ForbiddenError` with a sentence for whoever came with it."""
+        try:
+            if len(token) > MAX_TOKEN_CHARS:
+                raise BadData("too long")
+            signed = _Signed.model_validate(self._invitations.loads(token))
+        except (BadData, ValidationError, UnicodeError) as error:
+            raise ForbiddenError(
+                "This invitation is not this robot's, or was cut off; ask for the whole link."
+            ) from error
+        now_s = self._wall_s()
+        if now_s < signed.made_s - _AHEAD_S:
+            raise ForbiddenError(
+                "This invitation begins later: the robot's clock is wrong. Tell the host."
+            )
+        ends_s = float(signed.made_s + signed.valid_s)
+        if now_s >= ends_s:
+            raise ForbiddenError("This invitation is over; ask the host for a new one.")
+        return Invitation(signed.id, signed.purpose, signed.uses, ends_s)

@@ -1,0 +1,84 @@
+"""Who may do what: one row for each message and route, asked in one place each.
+
+A role is what somebody is now: the host by a secret, the operator by their turn, an observer by
+being let in. A stranger has a page but no place in the room.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Literal, get_args
+
+from wax.errors import ForbiddenError
+from wax.protocol import messages
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+Role = Literal["stranger", "observer", "operator", "host"]
+Act = type | str
+"""A message of the protocol, or a route as ``METHOD /path``."""
+
+ROLES: Final[tuple[Role, ...]] = get_args(Role)
+
+_ANYBODY: Final = frozenset(ROLES)
+_INSIDE: Final = _ANYBODY - {"stranger"}
+_IN_CHARGE: Final = frozenset[Role]({"operator", "host"})
+_HOST: Final = frozenset[Role]({"host"})
+
+PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
+    # Watching and waiting. Whether a stranger may come in is a question of admission.
+    messages.Ping: _INSIDE,
+    messages.Report: _INSIDE,
+    messages.SetName: _INSIDE,
+    messages.Want: _INSIDE,
+    messages.Received: _INSIDE,
+    messages.Join: _INSIDE,
+    messages.Leave: _INSIDE,
+    messages.Here: _INSIDE,
+    # Driving, and stopping.
+    messages.Drive: _IN_CHARGE,
+    messages.Stop: _INSIDE,
+    messages.Release: _IN_CHARGE,
+    # The host's.
+    messages.HoldQueue: _HOST,
+    messages.EndTurn: _HOST,
+    messages.Remove: _HOST,
+    messages.Mute: _HOST,
+    messages.Lock: _HOST,
+    messages.Close: _HOST,
+    messages.Blank: _HOST,
+    messages.LimitSpeed: _HOST,
+    messages.Announce: _HOST,
+    messages.Invite: _HOST,
+    # Pages and requests.
+    "GET /": _ANYBODY,
+    "GET /assets": _ANYBODY,
+    "GET /healthz": _ANYBODY,
+    "POST /api/host": _ANYBODY,
+    "POST /api/enter": _ANYBODY,
+    "POST /api/offer": _ANYBODY,
+    "GET /api/ice": _ANYBODY,
+    "POST /api/stop": _INSIDE,
+    "POST /api/release": _IN_CHARGE,
+    "GET /api/status": _HOST,
+    "POST /api/proof": _HOST,
+    "GET /api/proof": _HOST,
+    "GET /api/proof/record": _HOST,
+}
+
+_ONLY: Final[Mapping[frozenset[Role], str]] = {
+    _INSIDE: "Only people who watch this robot can do that.",
+    _IN_CHARGE: "Only the operator or the host can do that.",
+    _HOST: "Only the host can do that.",
+}
+
+
+def may(role: Role, act: Act) -> bool:
+    """Whether somebody in this role may do this; what is not in the table nobody may."""
+    return role in PERMISSIONS.get(act, frozenset())
+
+
+def check(role: Role, act: Act) -> None:
+    """Raise `ForbiddenError`, with a sentence, where `may` says no."""
+    if not may(role, act):
+        raise ForbiddenError(_ONLY.get(PERMISSIONS.get(act, frozenset()), "Nobody can do that."))

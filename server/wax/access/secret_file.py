@@ -1,0 +1,35 @@
+"""The secret that signs cookies and invitations, kept in the state folder."""
+
+from __future__ import annotations
+
+import secrets
+from typing import Final
+
+import structlog
+
+from wax import state_dir
+from wax.access.keyring import SECRET_BYTES
+from wax.errors import StateError
+
+_LOG = structlog.get_logger(__name__)
+
+FILE: Final = "secret"
+
+
+def load_secret(state: str) -> bytes:
+    """Return the secret, made if there is none; one that cannot be kept lasts as long as we do.
+
+    `state` is the configured folder for what outlives the server.
+    """
+    try:
+        path = state_dir.prepare(state_dir.find(state)) / FILE
+        state_dir.make_private(path)
+        kept = path.read_bytes()
+        if len(kept) == SECRET_BYTES:
+            return kept
+        made = secrets.token_bytes(SECRET_BYTES)
+        path.write_bytes(made)
+    except (OSError, StateError) as error:
+        _LOG.warning("invitations end with the server: its secret cannot be kept", error=str(error))
+        return secrets.token_bytes(SECRET_BYTES)
+    return made

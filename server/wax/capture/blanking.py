@@ -1,0 +1,42 @@
+"""Replaces picture and sound by nothing while the host wants privacy.
+
+Before anything is encoded: no viewer's page, and no encoder's memory, has what was in front of the
+camera.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from wax.capture.source import Picture, Sound
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_BLACK: Final = 16
+_GREY: Final = 128
+"""Black in limited range: its luma, and its chroma (ITU-R BT.601)."""
+
+
+class Blanking:
+    """Call `picture` and `sound` in the sources' threads."""
+
+    def __init__(self, is_on: Callable[[], bool]) -> None:
+        self._is_on = is_on
+
+    def picture(self, picture: Picture) -> Picture:
+        """Return the picture, or a black one of its size and time."""
+        if not self._is_on():
+            return picture
+        black = np.full_like(picture.i420, _GREY)
+        black[: picture.height] = _BLACK
+        return Picture(black, picture.captured_s)
+
+    def sound(self, sound: Sound) -> Sound:
+        """Return the sound, or as much silence."""
+        if not self._is_on():
+            return sound
+        return replace(sound, samples=np.zeros_like(sound.samples))

@@ -1,0 +1,138 @@
+"""What the host does on their page; each act is logged and recorded."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Protocol
+
+import structlog
+
+from wax.access.admission import BANNED
+from wax.printable import printable
+from wax.protocol import messages
+from wax.records.entries import Person
+
+if TYPE_CHECKING:
+    from wax.access.access import Access
+    from wax.control.loop import ControlLoop
+    from wax.control.turns import Turns
+    from wax.records.records import Records
+    from wax.session.house import House
+    from wax.session.viewer import Viewer
+    from wax.session.viewers import Viewers
+
+_LOG = structlog.get_logger(__name__)
+
+REMOVED: Final = "The host has asked you to leave."
+_MAX_MESSAGE_CHARS: Final = 200
+
+
+class Door(Protocol):
+    """What the room does for the host."""
+
+    def send_away(self, viewer: Viewer, sentence: str, opens_wall_ms: float | None = None) -> None:
+        """Tell a viewer why they may not stay, and forget them."""
+
+    def check_all(self) -> None:
+        """Send away everybody who may not stay any more."""
+
+
+class HostActs:
+    """Carries out the messages that only the host may send."""
+
+    def __init__(
+        self,
+        *,
+        access: Access,
+        house: House,
+        turns: Turns,
+        control: ControlLoop,
+        viewers: Viewers,
+        records: Records,
+        door: Door,
+    ) -> None:
+        self._access = access
+        self._house = house
+        self._turns = turns
+        self._control = control
+        self._viewers = viewers
+        self._records = records
+        self._door = door
+
+    def handle(self, host: Viewer, act: messages.HostIn) -> None:
+        """Carry out an act, and keep it."""
+        about = self._about(act)
+        if not self._at_the_door(host, act):
+            self._in_the_house(act)
+        self._viewers.changed()
+        detail = act.model_dump_json(exclude={"type", "viewer"})
+        _LOG.info("host's act", host=host.number, act=act.type, about=about, detail=detail)
+        person = Person(host.visitor.identity, host.name)
+        self._records.host_act(person, act.type, about=about, detail=detail)
+
+    def _in_the_house(self, act: messages.HostIn) -> None:
+        match act:
+            case messages.HoldQueue():
+                self._control.hold_queue(act.held)
+            case messages.EndTurn():
+                if act.turn == self._turns.number:
+                    self._control.end_turn()
+            case messages.Mute():
+                self._mute(act)
+            case messages.Blank():
+                self._house.is_blanked = act.blanked
+            case messages.LimitSpeed():
+                self._house.max_fraction = act.fraction
+            case messages.Announce():
+                self._house.message = printable(act.text.strip(), _MAX_MESSAGE_CHARS)
+
+    def _at_the_door(self, host: Viewer, act: messages.HostIn) -> bool:
+        """Carry out what is about who may be here; False if the act is not."""
+        match act:
+            case messages.Remove():
+                self._remove(host, act)
+            case messages.Lock():
+                self._access.admission.is_locked = act.locked
+                self._door.check_all()
+            case messages.Close():
+                self._access.close(act.closed)
+                self._door.check_all()
+            case messages.Invite():
+                self._invite(host, act)
+            case _:
+                return False
+        return True
+
+    def _about(self, act: messages.HostIn) -> str:
+        if not isinstance(act, messages.Remove | messages.Mute):
+            return ""
+        viewer = self._viewers.numbered(act.viewer)
+        return "" if viewer is None else f"{viewer.number} {viewer.name}"
+
+    def _remove(self, host: Viewer, act: messages.Remove) -> None:
+        viewer = self._viewers.numbered(act.viewer)
+        if viewer is None:
+            return
+        if viewer.visitor.is_host:
+            host.send(messages.Notice(text="A host cannot be removed."))
+            return
+        if act.ban:
+            self._access.ban(viewer.visitor)
+        for one in self._viewers.of_identity(viewer.visitor.identity):
+            self._door.send_away(one, BANNED if act.ban else REMOVED)
+
+    def _mute(self, act: messages.Mute) -> None:
+        viewer = self._viewers.numbered(act.viewer)
+        if viewer is None:
+            return
+        if act.muted:
+            self._house.muted.add(viewer.visitor.identity)
+        else:
+            self._house.muted.discard(viewer.visitor.identity)
+
+    def _invite(self, host: Viewer, act: messages.Invite) -> None:
+        token, ends_s = self._access.invite(act.purpose, uses=act.uses, valid_s=act.valid_s)
+        host.send(
+            messages.InvitationLink(
+                token=token, purpose=act.purpose, uses=act.uses, ends_wall_ms=ends_s * 1000
+            )
+        )

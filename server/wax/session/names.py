@@ -1,0 +1,51 @@
+"""The names that viewers give themselves. Pure."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from typing import TYPE_CHECKING, Final
+
+from wax.protocol.messages import MAX_NAME_CHARS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+_MAX_MARKS: Final = 2
+"""Combining marks in a row: more of them paint over what is above."""
+_TITLES: Final = re.compile(
+    r"(the)?(host|admin|administrator|moderator|operator|server|wax|somebody)"
+)
+_GUEST: Final = re.compile(r"guest\d+")
+
+
+def clean_name(name: str) -> str:
+    """Reduce a name to one line of visible characters, at most `MAX_NAME_CHARS` long."""
+    visible = "".join(c if unicodedata.category(c)[0] not in "CZ" else " " for c in name)
+    bounded = re.sub(r"\s+", " ", _without_piles(visible))
+    return bounded.strip()[:MAX_NAME_CHARS].strip()
+
+
+def refusal(name: str, others: Iterable[str]) -> str | None:
+    """Return why a guest may not be called so: it is a title, or the name of somebody else."""
+    folded = _folded(name)
+    if _TITLES.fullmatch(folded) or _GUEST.fullmatch(folded):
+        return f"Nobody here can be called “{name}”; choose another name."
+    if any(_folded(other) == folded for other in others):
+        return f"Somebody here is called “{name}” already; choose another name."
+    return None
+
+
+def _folded(name: str) -> str:
+    """Return what is left without case, accents, width, spaces and punctuation (UAX 15)."""
+    plain = unicodedata.normalize("NFKD", name).casefold()
+    return "".join(c for c in plain if unicodedata.category(c)[0] in "LN") or name
+
+
+def _without_piles(name: str) -> str:
+    kept, marks = [], 0
+    for c in name:
+        marks = marks + 1 if unicodedata.category(c)[0] == "M" else 0
+        if marks <= _MAX_MARKS:
+            kept.append(c)
+    return "".join(kept)

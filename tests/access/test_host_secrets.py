@@ -1,0 +1,71 @@
+"""The host's links and cookies."""
+
+from __future__ import annotations
+
+from wax.access.host_secrets import COOKIE_S, LINK_S, OVERLAP_S, HostSecrets
+
+
+class Kept(dict[str, float]):
+    """What the records would keep."""
+
+    def __call__(self, name: str, ends_s: float) -> None:
+        self[name] = ends_s
+
+
+def test_a_link_works_once() -> None:
+    """Whoever opens it first is the host; the second is told that it was used."""
+    hosts = HostSecrets((), Kept())
+    secret = hosts.new_link(0.0)
+    cookie = hosts.exchange(secret, 1.0)
+    assert hosts.is_host(cookie, 2.0)
+    assert hosts.exchange(secret, 2.0) is None
+
+
+def test_a_link_ends() -> None:
+    """After a day, and nobody guesses one."""
+    hosts = HostSecrets((), Kept())
+    assert hosts.exchange(hosts.new_link(0.0), LINK_S) is None
+    assert hosts.exchange("guess", 0.0) is None
+    assert not hosts.is_host("guess", 0.0)
+    assert not hosts.is_host(None, 0.0)
+
+
+def test_only_the_newest_links_work() -> None:
+    """A host who asks for a link each hour leaves no pile of them."""
+    hosts = HostSecrets((), Kept())
+    links = [hosts.new_link(0.0) for _ in range(9)]
+    assert hosts.exchange(links[0], 1.0) is None
+    assert hosts.exchange(links[1], 1.0) is not None
+
+
+def test_a_cookie_changes_with_each_use() -> None:
+    """The one before is good for another minute, and cannot be changed again."""
+    hosts = HostSecrets((), Kept())
+    first = hosts.exchange(hosts.new_link(0.0), 0.0)
+    assert first is not None
+    second = hosts.rotate(first, 100.0)
+    assert second is not None
+    assert hosts.rotate(first, 100.0) is None
+    assert hosts.is_host(first, 100.0 + OVERLAP_S - 1)
+    assert not hosts.is_host(first, 100.0 + OVERLAP_S)
+    assert hosts.is_host(second, COOKIE_S)
+    assert not hosts.is_host(second, COOKIE_S + 100.0)
+
+
+def test_cookies_survive_a_restart() -> None:
+    """By their hashes: what is kept lets nobody in."""
+    kept = Kept()
+    hosts = HostSecrets((), kept)
+    cookie = hosts.exchange(hosts.new_link(0.0), 0.0)
+    assert cookie is not None
+    assert cookie not in kept
+    assert HostSecrets(kept.items(), kept).is_host(cookie, 1.0)
+    assert not any(HostSecrets(kept.items(), kept).is_host(name, 1.0) for name in kept)
+
+
+def test_what_is_over_is_forgotten() -> None:
+    """A host of many years has few cookies."""
+    hosts = HostSecrets((), Kept())
+    for turn in range(100):
+        hosts.exchange(hosts.new_link(turn * COOKIE_S), turn * COOKIE_S)
+    assert len(hosts._cookies) == 1

@@ -1,0 +1,70 @@
+"""The permission table, cell by cell."""
+
+from __future__ import annotations
+
+from typing import get_args
+
+import pytest
+
+from wax.access import permissions
+from wax.access.permissions import PERMISSIONS, ROLES, Role
+from wax.errors import ForbiddenError
+from wax.protocol import messages
+
+ANYBODY = "stranger observer operator host"
+INSIDE = "observer operator host"
+CELLS: dict[permissions.Act, str] = {
+    messages.Ping: INSIDE,
+    messages.Report: INSIDE,
+    messages.SetName: INSIDE,
+    messages.Want: INSIDE,
+    messages.Received: INSIDE,
+    messages.Join: INSIDE,
+    messages.Leave: INSIDE,
+    messages.Here: INSIDE,
+    messages.Stop: INSIDE,
+    messages.Drive: "operator host",
+    messages.Release: "operator host",
+    **dict.fromkeys(get_args(messages.HostIn), "host"),
+    "GET /": ANYBODY,
+    "GET /assets": ANYBODY,
+    "GET /healthz": ANYBODY,
+    "GET /api/ice": ANYBODY,
+    "POST /api/host": ANYBODY,
+    "POST /api/enter": ANYBODY,
+    "POST /api/offer": ANYBODY,
+    "POST /api/stop": INSIDE,
+    "POST /api/release": "operator host",
+    "GET /api/status": "host",
+    "GET /api/proof": "host",
+    "POST /api/proof": "host",
+    "GET /api/proof/record": "host",
+}
+"""Written down a second time, so that a change of the table is a decision."""
+
+
+@pytest.mark.parametrize("role", ROLES)
+@pytest.mark.parametrize("act", CELLS, ids=str)
+def test_every_cell(act: permissions.Act, role: Role) -> None:
+    """Each role may do what its cell says, and is otherwise told who may."""
+    may = role in CELLS[act].split()
+    assert permissions.may(role, act) is may
+    if may:
+        permissions.check(role, act)
+    else:
+        with pytest.raises(ForbiddenError, match=r"^Only .* can do that\.$"):
+            permissions.check(role, act)
+
+
+def test_every_message_has_its_row() -> None:
+    """A new message that nobody has thought about is nobody's."""
+    known = {*get_args(messages.DriveIn), *get_args(messages.StateIn)}
+    assert known == {act for act in PERMISSIONS if isinstance(act, type)}
+    assert PERMISSIONS.keys() == CELLS.keys()
+
+
+@pytest.mark.parametrize("role", ROLES)
+def test_what_is_in_no_row_nobody_may(role: Role) -> None:
+    """A route that somebody forgot is closed."""
+    with pytest.raises(ForbiddenError, match="Nobody can do that"):
+        permissions.check(role, "GET /api/new")

@@ -1,0 +1,176 @@
+"""What the host does on their page, in a real room."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.session.test_room import OFFER, Rig, rig
+from tests.visitors import TAB, visitor
+
+from wax.access.admission import BANNED, LOCKED
+from wax.errors import NotAdmittedError
+from wax.session.host_acts import REMOVED
+from wax.session.house import BLANKED
+
+if TYPE_CHECKING:
+    from tests.session.test_room import FakePeer
+
+__all__ = ["rig"]
+
+
+@pytest.fixture
+async def host(rig: Rig) -> FakePeer:
+    return await rig.enter("hedy-111", is_host=True)
+
+
+async def test_the_host_sees_who_is_here(rig: Rig, host: FakePeer) -> None:
+    """Only the host is sent addresses, and those shortened."""
+    bob = await rig.enter("bob-1111")
+    rig.wait(1.2, host, bob)
+    told = host.last("console")
+    assert [line["address"] for line in told["viewers"]] == ["192.0.2.0/24"] * 2
+    assert (told["closed"], told["opens_wall_ms"]) == (False, None)
+    assert "console" not in {one["type"] for one in bob.sent}
+    assert [line["host"] for line in bob.last("room")["viewers"]] == [True, False]
+
+
+async def test_held_the_queue_waits(rig: Rig, host: FakePeer) -> None:
+    """No turn begins until the host lets it go on."""
+    host.says(type="hold_queue", held=True)
+    bob = await rig.enter("bob-1111")
+    bob.says(type="join")
+    rig.wait(0.3, host, bob)
+    assert bob.last("room")["house"]["held"]
+    assert bob.last("room")["turn"]["operator"] is None
+    host.says(type="hold_queue", held=False)
+    rig.wait(0.3, host, bob)
+    assert bob.last("room")["turn"]["operator"] == 2
+
+
+async def test_a_turn_ends_for_the_turn_that_was_meant(rig: Rig, host: FakePeer) -> None:
+    """A late click ends nobody else's turn."""
+    bob = await rig.enter("bob-1111")
+    bob.says(type="join")
+    rig.wait(0.3, host, bob)
+    host.says(type="end_turn", turn=0)
+    rig.wait(0.3, host, bob)
+    assert bob.last("room")["turn"]["operator"] == 2
+    host.says(type="end_turn", turn=1)
+    rig.wait(0.3, host, bob)
+    assert bob.last("room")["turn"]["operator"] is None
+
+
+@pytest.mark.parametrize("ban", [False, True])
+async def test_a_troll_is_removed(rig: Rig, host: FakePeer, ban: bool) -> None:
+    """Their tabs end with a sentence; with a ban neither they nor their address come back."""
+    troll = await rig.enter("troll-11")
+    host.says(type="remove", viewer=2, ban=ban)
+    assert troll.last("ended")["text"] == (BANNED if ban else REMOVED)
+    assert rig.names() == ["Guest 1"]
+    if not ban:
+        await rig.enter("troll-11")
+        return
+    for back in (visitor("troll-11", address="198.51.100.1"), visitor("new-1111")):
+        with pytest.raises(NotAdmittedError, match=BANNED):
+            await rig.room.answer(back, TAB, OFFER)
+    [ban_kept] = rig.access.admission._bans
+    assert (ban_kept.identity, ban_kept.address) == ("troll-11", "192.0.2.1")
+
+
+async def test_a_host_removes_no_host(rig: Rig, host: FakePeer) -> None:
+    """Not even themselves."""
+    host.says(type="remove", viewer=1, ban=True)
+    assert host.last("notice")["text"] == "A host cannot be removed."
+    assert rig.names() == ["Guest 1"]
+
+
+async def test_one_press_locks(rig: Rig, host: FakePeer) -> None:
+    """Strangers are out at once and stay out; who was invited stays."""
+    await rig.enter("troll-11")
+    token, _ = rig.access.invite("queue", uses=1, valid_s=600)
+    rig.access.enter(token, "friend-1")
+    friend = await rig.enter("friend-1")
+    host.says(type="lock", locked=True)
+    assert rig.names() == ["Guest 1", "Guest 3"]
+    rig.wait(0.3, host, friend)
+    assert friend.last("room")["house"]["locked"]
+    with pytest.raises(NotAdmittedError, match=LOCKED):
+        await rig.room.answer(visitor("new-1111"), TAB, OFFER)
+
+
+async def test_who_is_muted_is_not_heard(rig: Rig, host: FakePeer) -> None:
+    """Their Stop stops nothing, until the host hears them again."""
+    bob = await rig.enter("bob-1111")
+    host.says(type="mute", viewer=2, muted=True)
+    bob.says(type="stop")
+    assert rig.loop.latched is None
+    host.says(type="mute", viewer=2, muted=False)
+    bob.says(type="stop")
+    assert rig.loop.latched is not None
+
+
+async def test_while_blanked_nobody_drives(rig: Rig, host: FakePeer) -> None:
+    """The robot stands and everybody reads why."""
+    bob = await rig.enter("bob-1111")
+    bob.says(type="join")
+    rig.wait(0.3, host, bob)
+    host.says(type="blank", blanked=True)
+    for seq, linear in enumerate((0.0, 1.0), start=1):
+        rig.drive(bob, seq, linear=linear)
+        rig.wait(0.1, host, bob)
+    rig.wait(0.4, host, bob)
+    assert bob.last("room")["house"]["blanked"]
+    assert bob.last("drive_status") | {"type": ""} == {
+        "type": "",
+        "moving": False,
+        "reason": BLANKED,
+    }
+    assert bob.last("room")["turn"]["stands_left_ms"] is not None
+
+
+async def test_the_hosts_limit_is_for_guests(rig: Rig, host: FakePeer) -> None:
+    """The host's own pages are as fast as the robot."""
+    await rig.enter("bob-1111")
+    host.says(type="limit_speed", fraction=0.25)
+    assert (rig.viewers.max_fraction(2), rig.viewers.max_fraction(1)) == (0.25, 1.0)
+
+
+async def test_an_announcement_is_one_bounded_line(rig: Rig, host: FakePeer) -> None:
+    """Everybody reads it, without marks that turn the writing."""
+    host.says(type="announce", text="  Hello \u202e all ")
+    rig.wait(0.3, host)
+    assert host.last("room")["house"]["message"] == "Hello \\u202e all"
+
+
+async def test_an_invitation_reaches_the_host_alone(rig: Rig, host: FakePeer) -> None:
+    """And works as it says."""
+    host.says(type="invite", purpose="watch", uses=2, valid_s=600)
+    link = host.last("invitation")
+    assert rig.access.enter(link["token"], "friend-1").purpose == "watch"
+
+
+async def test_closed_for_the_day(rig: Rig, host: FakePeer) -> None:
+    """Guests leave, and come in again once the host opens."""
+    bob = await rig.enter("bob-1111")
+    host.says(type="close", closed=True)
+    assert bob.last("ended")["opens_wall_ms"] is None
+    rig.wait(1.2, host)
+    assert host.last("console")["closed"]
+    host.says(type="close", closed=False)
+    await rig.enter("bob-1111")
+
+
+async def test_guests_do_none_of_it(rig: Rig, host: FakePeer) -> None:
+    """An observer who sends the host's messages reads that they may not."""
+    bob = await rig.enter("bob-1111")
+    for act in (
+        {"type": "hold_queue", "held": True},
+        {"type": "lock", "locked": True},
+        {"type": "remove", "viewer": 1, "ban": True},
+        {"type": "blank", "blanked": True},
+    ):
+        bob.says(**act)
+        assert bob.last("notice")["text"] == "Only the host can do that."
+    assert rig.names() == ["Guest 1", "Guest 2"]
+    assert not rig.house.is_blanked

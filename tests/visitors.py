@@ -1,0 +1,26 @@
+"""People at the door, for tests that are about something else."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from wax.access.access import Access
+from wax.access.admission import Grant, Visitor
+from wax.config.settings import AccessSettings
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.records.records import Records
+
+TAB: Final = "tab-1111"
+EVERYTHING: Final = Grant(hear=True, queue=True)
+
+
+def visitor(identity: str, *, is_host: bool = False, address: str = "192.0.2.1") -> Visitor:
+    """Return somebody who was not invited."""
+    return Visitor(identity, address, is_host)
+
+
+def make_access(records: Records, clock: Clock, settings: AccessSettings | None = None) -> Access:
+    """Return a door of its own, with its own secret."""
+    return Access(settings or AccessSettings(), records, clock, b"s" * 32)
