@@ -62,6 +62,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_host_link(commands)
     _add_prove_stop(commands)
     _add_records(commands)
+    _add_doctor(commands)
     return parser
 
 
@@ -114,6 +115,26 @@ def _add_records(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
     records.add_argument(
         "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
     )
+
+
+def _add_doctor(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    doctor = commands.add_parser(
+        "doctor",
+        help="check what the world can reach, the devices and this machine",
+        description="Check ports, addresses, certificate, camera, microphone, serial port, clock,"
+        " processor and disk, and say what to do about each that is not right. No outside host is"
+        " contacted unless one is given or configured.",
+    )
+    doctor.add_argument(
+        "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
+    )
+    doctor.add_argument(
+        "--stun", metavar="HOST:PORT", help="ask this server for the public address"
+    )
+    doctor.add_argument(
+        "--reach", metavar="URL", help="on another machine: try the page there, and a viewer"
+    )
+    doctor.add_argument("--json", action="store_true", help="report in JSON")
 
 
 def _settings(arguments: argparse.Namespace) -> Settings:
@@ -180,6 +201,19 @@ def _prove_stop(arguments: argparse.Namespace) -> int:
     )
 
 
+def _doctor(arguments: argparse.Namespace) -> int:
+    from wax.doctor.command import doctor
+
+    return doctor(
+        lambda: _settings(arguments),
+        arguments.config,
+        tell=lambda text: print(text, flush=True),
+        stun=arguments.stun,
+        reach_url=arguments.reach,
+        as_json=arguments.json,
+    )
+
+
 def _is_lifted() -> bool:
     """Ask at the terminal; raises `ConfigError` if there is none."""
     if not sys.stdin.isatty():
@@ -218,6 +252,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 _COMMANDS: Final[dict[str, Callable[[argparse.Namespace], int]]] = {
     "devices": _devices,
+    "doctor": _doctor,
     "host-link": _host_link,
     "prove-stop": _prove_stop,
     "records": _records,

@@ -53,6 +53,11 @@ class Certificate:
             return set()
         return {str(name.value) for name in found.value}
 
+    def validity(self) -> tuple[datetime.datetime, datetime.datetime]:
+        """Return from when until when it is valid; raises `StartError`."""
+        first = _read(self.chain)
+        return first.not_valid_before_utc, first.not_valid_after_utc
+
     def context(self) -> ssl.SSLContext:
         """Return the server's TLS context; raises `StartError`."""
         context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
@@ -67,6 +72,11 @@ class Certificate:
         return context
 
 
+def kept_in(folder: Path) -> Certificate:
+    """Return where our own certificate is kept, whether or not there is one yet."""
+    return Certificate(folder / "certificate.pem", folder / "key.pem")
+
+
 def self_signed(folder: Path, names: Iterable[str], now: datetime.datetime) -> Certificate:
     """Return the certificate kept in `folder`, or make one for these names and addresses.
 
@@ -74,7 +84,7 @@ def self_signed(folder: Path, names: Iterable[str], now: datetime.datetime) -> C
     its end, or until there is a name that it does not have. Raises `StartError` if the folder
     cannot be used.
     """
-    kept = Certificate(folder / "certificate.pem", folder / "key.pem")
+    kept = kept_in(folder)
     names = set(names)
     try:
         if _lasts(kept, now) and names <= kept.names():
@@ -92,7 +102,7 @@ def self_signed(folder: Path, names: Iterable[str], now: datetime.datetime) -> C
 def _lasts(kept: Certificate, now: datetime.datetime) -> bool:
     """Whether there is a pair that belongs together and is valid for another month."""
     try:
-        ends = _read(kept.chain).not_valid_after_utc
+        _, ends = kept.validity()
         kept.context()
     except StartError:
         return False

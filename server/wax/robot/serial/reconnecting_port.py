@@ -83,7 +83,7 @@ class Port:
             port = self._open_port()
         except Exception as error:
             # The handlers of pyserial's URLs raise all sorts of exceptions.
-            return DriverError(_why_not_open(self._settings.url, error))
+            return DriverError(why_not_open(self._settings.url, error))
         if closing.is_set():
             port.close()
             return None
@@ -115,7 +115,8 @@ def _why_lost(settings: SerialSettings, error: Exception) -> str:
     )
 
 
-def _why_not_open(url: str, error: Exception) -> str:
+def why_not_open(url: str, error: Exception) -> str:
+    """Return a sentence that says why a port did not open and what to do."""
     number = getattr(error, "errno", None)
     if number in (errno.ENOENT, errno.ENXIO, errno.ENODEV):
         return (

@@ -1,0 +1,113 @@
+"""`wax doctor`: run every check, tell each verdict as it comes, and the worst as exit status."""
+
+from __future__ import annotations
+
+import datetime
+import json
+from typing import TYPE_CHECKING, Final
+
+from wax import state_dir
+from wax.config import settings as config
+from wax.doctor import addresses, certificate, devices, machine, ports, reach
+from wax.doctor.network import network_of
+from wax.doctor.verdict import Check, Verdict, bad, examine, ok
+from wax.errors import ConfigError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+    from pathlib import Path
+
+    from wax.config.settings import Settings
+
+_DEVICE_S: Final = 15.0
+"""OpenCV waits for a camera for 10 s, and gives up then."""
+
+
+def doctor(
+    read: Callable[[], Settings],
+    path: Path | None,
+    *,
+    tell: Callable[[str], None],
+    stun: str | None = None,
+    reach_url: str | None = None,
+    as_json: bool = False,
+) -> int:
+    """Check this machine, or with `reach_url` the way to another; 1 if anything is bad, else 0.
+
+    `read` returns the settings or raises `ConfigError`; `path` is their file. No outside host is
+    contacted, except for `stun` or a configured STUN server, and `reach_url`.
+    """
+    if reach_url is not None:
+        checks: Iterable[Check] = _from_outside(reach.checked_url(reach_url))
+    else:
+        checks = _here(read, path, stun)
+    found: list[tuple[str, Verdict]] = []
+    for check in checks:
+        verdict = examine(check)
+        found.append((check.name, verdict))
+        if not as_json:
+            tell(_line(check.name, verdict))
+    if as_json:
+        tell(json.dumps([_tree(name, verdict) for name, verdict in found], indent=1))
+    return 1 if any(verdict.level == "bad" for _, verdict in found) else 0
+
+
+def _from_outside(url: str) -> list[Check]:
+    return [
+        Check("page", lambda: reach.page(url), reach.LIMIT_S),
+        Check("certificate", lambda: reach.certificate(url), reach.LIMIT_S),
+        Check("viewer", lambda: reach.viewer(url), reach.LIMIT_S),
+    ]
+
+
+def _here(read: Callable[[], Settings], path: Path | None, stun: str | None) -> list[Check]:
+    settings, configuration = _configuration(read, path)
+    network = network_of(settings, stun)
+    running = ports.is_running(network)
+    own = addresses.own_addresses()
+    return [
+        Check("configuration", lambda: configuration),
+        Check("TCP port", lambda: ports.tcp_port(network, running=running)),
+        Check("UDP port", lambda: ports.udp_port(network, running=running)),
+        Check("addresses", lambda: addresses.local_addresses(network, own)),
+        Check("public address", lambda: addresses.world_address(network, own), 20.0),
+        Check("firewall", lambda: addresses.firewall(network)),
+        Check("certificate", lambda: certificate.certificate(network, _now())),
+        Check("camera", lambda: devices.camera(settings, running=running), _DEVICE_S),
+        Check("microphone", lambda: devices.microphone(settings, running=running), _DEVICE_S),
+        Check("serial port", lambda: devices.serial_port(settings, running=running), _DEVICE_S),
+        Check("clock", machine.clock),
+        Check("processor", lambda: machine.processor(settings.video), _DEVICE_S),
+        Check("disk", lambda: machine.disk(state_dir.find(settings.server.state_dir))),
+        Check("UDP buffer", machine.udp_buffer),
+    ]
+
+
+def _configuration(read: Callable[[], Settings], path: Path | None) -> tuple[Settings, Verdict]:
+    """Return the settings, or the defaults, and what is wrong with the file."""
+    try:
+        settings = read()
+    except ConfigError as error:
+        advice = "Correct it; the checks below take the defaults instead."
+        return config.load(None), bad(f"{error}", advice)
+    if path is None:
+        return settings, ok("There is no --config FILE: the defaults are checked.")
+    return settings, ok(f"{path} is valid.")
+
+
+def _now() -> datetime.datetime:
+    return datetime.datetime.now(datetime.UTC)
+
+
+def _line(name: str, verdict: Verdict) -> str:
+    line = f"{verdict.level:<8} {name:<15} {verdict.sentence}"
+    return f"{line}\n{'':<24} → {verdict.advice}" if verdict.advice else line
+
+
+def _tree(name: str, verdict: Verdict) -> dict[str, str]:
+    return {
+        "check": name,
+        "level": verdict.level,
+        "sentence": verdict.sentence,
+        "advice": verdict.advice,
+    }

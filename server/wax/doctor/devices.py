@@ -1,0 +1,113 @@
+"""The camera, the microphone and the robot's serial port: each is opened, read once, and closed."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any, Final
+
+import serial
+
+from wax.capture.find_sources import Sources, make_sources
+from wax.capture.source import Picture, Sound
+from wax.clock import SystemClock
+from wax.doctor.verdict import Verdict, bad, ok, warning
+from wax.errors import ConfigError, SourceError
+from wax.robot.find_driver import make_driver
+from wax.robot.serial.reconnecting_port import why_not_open
+
+if TYPE_CHECKING:
+    from wax.config.settings import SerialSettings, Settings
+
+_PIECES: Final = 20
+"""A microphone's first pieces may be empty."""
+_BUSY: Final = "Stop the server to check it here, or look at the page, which says how it is."
+
+
+def camera(settings: Settings, *, running: bool) -> Verdict:
+    """Open the camera and wait for a picture."""
+    name = settings.video.source
+    if name == "none":
+        return ok("There is no camera, as configured.")
+    if running:
+        return warning(f"The camera {name} was not tried: WAX is running.", _BUSY)
+    return _delivers(settings, "camera", name)
+
+
+def microphone(settings: Settings, *, running: bool) -> Verdict:
+    """Open the microphone and listen for a moment."""
+    name = settings.audio.source
+    if name == "none":
+        return ok("There is no microphone, as configured.")
+    if running:
+        return warning(f"The microphone {name} was not tried: WAX is running.", _BUSY)
+    return _delivers(settings, "microphone", name)
+
+
+def _delivers(settings: Settings, what: str, name: str) -> Verdict:
+    key = "video.source" if what == "camera" else "audio.source"
+    try:
+        sources = _sources(settings, what)
+        source: Any = sources.video if what == "camera" else sources.audio
+        began_s = time.monotonic()
+        try:
+            source.open()
+            first = source.read()
+            took_s = time.monotonic() - began_s
+            if isinstance(first, Picture):
+                return ok(
+                    f"The camera {name} gives pictures of {first.width}×{first.height};"
+                    f" the first came after {took_s:.1f} s."
+                )
+            return _heard(name, first, source)
+        finally:
+            source.close()
+    except ConfigError as error:
+        return bad(str(error), f"Correct {key} or robot.driver.")
+    except SourceError as error:
+        return bad(str(error), f"Or set {key} to another one of `wax devices`.")
+
+
+def _sources(settings: Settings, what: str) -> Sources:
+    """Build the one that is asked for, so that a fault of the other is not told twice."""
+    clock = SystemClock()
+    other = {"source": "none"}
+    video = settings.video if what == "camera" else settings.video.model_copy(update=other)
+    audio = settings.audio if what == "microphone" else settings.audio.model_copy(update=other)
+    return make_sources(video, audio, clock, make_driver(settings.robot, clock))
+
+
+def _heard(name: str, first: Sound, source: Any) -> Verdict:
+    pieces = [first, *(source.read() for _ in range(_PIECES))]
+    if not any(piece.samples.any() for piece in pieces):
+        return warning(
+            f"The microphone {name} gives nothing but zeros.",
+            "Check that it is not muted: `alsamixer`, F4 for capture.",
+        )
+    return ok(f"The microphone {name} gives sound.")
+
+
+def serial_port(settings: Settings, *, running: bool) -> Verdict:
+    """Open the robot's serial port, without a word to the board, and close it."""
+    robot = settings.robot
+    if robot.driver != "serial":
+        return ok(f"The {robot.driver} robot needs no serial port of [robot.serial].")
+    if running:
+        return warning(f"{robot.serial.url} was not tried: WAX is running.", _BUSY)
+    try:
+        _open(robot.serial)
+    except Exception as error:
+        # The handlers of pyserial's URLs raise all sorts of exceptions.
+        problem, _, advice = why_not_open(robot.serial.url, error).partition(": ")
+        return bad(f"{problem}.", advice[:1].upper() + advice[1:])
+    return ok(
+        f"The serial port {robot.serial.url} opens. Whether the robot obeys, and how fast it stops,"
+        " `wax prove-stop` finds out."
+    )
+
+
+def _open(settings: SerialSettings) -> None:
+    port = serial.serial_for_url(settings.url, do_not_open=True, exclusive=True)
+    port.baudrate = settings.baud
+    port.dtr = False  # at which many boards restart
+    port.open()
+    port.close()

@@ -1,0 +1,150 @@
+"""The machine itself: its clock, its processor, its disk, its buffers."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from wax.capture.testcard import TestCardVideo
+from wax.clock import SystemClock
+from wax.doctor.verdict import Verdict, bad, ok, warning
+from wax.encode.video_encoder import VideoEncoder
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.config.settings import VideoSettings
+
+_NOT_SYNCHRONISED: Final = 0x40
+"""STA_UNSYNC (linux/timex.h)."""
+_RMEM: Final = Path("/proc/sys/net/core/rmem_max")
+_WANTED_BYTES: Final = 1 << 20
+"""What the socket that serves all viewers asks for: at 40 small datagrams a second from each of 100
+viewers, which the kernel counts as about 1 kB each, a quarter of a second."""
+_FULL_BYTES: Final = 100 << 20
+_LITTLE_BYTES: Final = 1 << 30
+_CORE_BUSY: Final = 0.8
+_CORES_SHARE: Final = 0.5
+"""Half of the cores are left to everything else, as when the server decides on another encoder."""
+
+
+class _Timex(ctypes.Structure):
+    """The beginning of `struct timex` (adjtimex(2)), and room for the rest."""
+
+    _fields_ = (
+        ("modes", ctypes.c_uint),
+        ("offset", ctypes.c_long),
+        ("frequency", ctypes.c_long),
+        ("max_error_us", ctypes.c_long),
+        ("estimated_error_us", ctypes.c_long),
+        ("status", ctypes.c_int),
+        ("rest", ctypes.c_byte * 256),
+    )
+
+
+def _clock_status() -> int:
+    """Return the kernel's status of the clock; raises `OSError` where it has none to tell."""
+    if not sys.platform.startswith("linux"):
+        raise OSError("it does not tell")
+    timex = _Timex()
+    libc = ctypes.CDLL(None, use_errno=True)
+    if libc.adjtimex(ctypes.byref(timex)) < 0:
+        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+    return int(timex.status)
+
+
+def clock(read_status: Callable[[], int] = _clock_status) -> Verdict:
+    """Ask the kernel whether something keeps its clock right."""
+    try:
+        status = read_status()
+    except OSError as error:
+        return ok(f"This system does not say whether its clock is right ({error}).")
+    if status & _NOT_SYNCHRONISED:
+        return warning(
+            "Nothing keeps the clock of this machine right; records, links that expire and the time"
+            " in the picture follow it.",
+            "Type `sudo timedatectl set-ntp true`, or install chrony.",
+        )
+    return ok("The clock is kept right.")
+
+
+def processor(
+    settings: VideoSettings,
+    *,
+    seconds: float = 1.0,
+    cpu_s: Callable[[], float] = time.thread_time,
+    cores: int | None = None,
+) -> Verdict:
+    """Encode the test card as configured for a second, and say which share of a core that takes."""
+    cores = cores or os.cpu_count() or 1
+    card = TestCardVideo(settings, SystemClock())
+    encoders = [VideoEncoder(codec=settings.codec, rendition=one) for one in settings.renditions]
+    spent_s = [0.0] * len(encoders)
+    pictures = 0
+    card.open()
+    end_s = time.monotonic() + seconds
+    while time.monotonic() < end_s:
+        picture = card.read()
+        pictures += 1
+        for number, encoder in enumerate(encoders):
+            began_s = cpu_s()
+            encoder.encode(picture, keyframe=False)
+            spent_s[number] += cpu_s() - began_s
+    card.close()
+    # By the picture: a machine that is too slow gets fewer of them into the time.
+    renditions = settings.renditions
+    shares = [spent / pictures * one.fps for spent, one in zip(spent_s, renditions, strict=True)]
+    told = f"Encoding {renditions[0].size} takes {shares[0]:.0%} of a core"
+    if len(shares) > 1:
+        told += f", all {len(shares)} renditions together {sum(shares):.0%}"
+    told += f", of {cores} {'core' if cores == 1 else 'cores'}"
+    advice = "Configure smaller or fewer video.renditions, or fewer pictures a second."
+    if shares[0] > _CORE_BUSY:
+        return bad(f"{told}: too much.", advice)
+    if sum(shares) > _CORES_SHARE * cores:
+        return warning(f"{told}: more than half, once every one is watched.", advice)
+    return ok(f"{told}.")
+
+
+def disk(folder: Path, free_bytes: Callable[[Path], int] | None = None) -> Verdict:
+    """Try to write in the folder, or where it would be made, and look how much room is left."""
+    there = folder
+    while not there.exists() and there != there.parent:
+        there = there.parent
+    try:
+        with tempfile.TemporaryFile(dir=there) as probe:
+            probe.write(b"wax")
+            probe.flush()
+        free = free_bytes(there) if free_bytes else shutil.disk_usage(there).free
+    except OSError as error:
+        return bad(
+            f"Nothing can be kept in {folder}: {error.strerror or error}.",
+            "Make it writable for the user that runs WAX, or choose another folder.",
+        )
+    told = f"{folder} can be written to, {free / 1e9:.1f} GB are free"
+    if free < _FULL_BYTES:
+        return bad(f"{told}: nearly full.", "Make room, or choose a folder on another disk.")
+    if free < _LITTLE_BYTES:
+        return warning(f"{told}.", "Make room: records of some weeks take up to 1 GB.")
+    return ok(f"{told}.")
+
+
+def udp_buffer(path: Path = _RMEM) -> Verdict:
+    """Look how much the kernel keeps of what arrives while the server is busy."""
+    try:
+        most = int(path.read_text(encoding="ascii"))
+    except (OSError, ValueError):
+        return ok("This system does not say how large a UDP buffer may be.")
+    if most < _WANTED_BYTES:
+        return warning(
+            f"A UDP buffer may have {most // 1024} KiB; with many viewers commands are lost in it.",
+            f"Type `sudo sysctl -w net.core.rmem_max={_WANTED_BYTES}`, and write the same into"
+            " /etc/sysctl.d/wax.conf.",
+        )
+    return ok(f"A UDP buffer may have {most // 1024} KiB.")

@@ -1,0 +1,103 @@
+"""Whether the ports are free, or a server of ours has them."""
+
+from __future__ import annotations
+
+import errno
+import json
+import socket
+import ssl
+import urllib.request
+from typing import TYPE_CHECKING, Any, Final
+
+from wax.doctor.verdict import Verdict, bad, ok, warning
+
+if TYPE_CHECKING:
+    from wax.doctor.network import Network
+
+_ANSWER_S: Final = 2.0
+_SWITCHED_OFF: Final = (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT)
+_ADVICE: Final = {
+    errno.EADDRINUSE: "End the program that uses it (`ss -tulpn` names it), or choose another"
+    " port.",
+    errno.EACCES: "Choose a port from 1024 on, and let the router or a proxy forward 443 to it.",
+    errno.EADDRNOTAVAIL: "Set server.host to an address of this machine, or to 0.0.0.0 for all.",
+}
+
+
+def is_running(network: Network) -> bool:
+    """Whether a WAX server answers at the configured port of this machine."""
+    if network.tcp_port == 0:
+        return False
+    host = "127.0.0.1" if network.is_everywhere else network.host
+    scheme = "http" if network.certificate is None else "https"
+    url = f"{scheme}://{f'[{host}]' if ':' in host else host}:{network.tcp_port}/healthz"
+    # Only whether it is there is asked; who it is shows in the file of the certificate.
+    opener = urllib.request.build_opener(
+        urllib.request.ProxyHandler({}),
+        urllib.request.HTTPSHandler(context=ssl._create_unverified_context()),
+    )
+    try:
+        with opener.open(url, timeout=_ANSWER_S) as answer:
+            return json.loads(answer.read(1000)).get("ok") is True
+    except (OSError, ValueError, AttributeError):
+        return False
+
+
+def tcp_port(network: Network, *, running: bool) -> Verdict:
+    """Look whether the page's port can be had."""
+    name = f"TCP port {network.tcp_port}"
+    if running:
+        return ok(f"{name} is served by WAX, which is running.")
+    if network.tcp_port == 0:
+        return warning(
+            "Each start takes another TCP port.",
+            "Set server.port, so that a router can forward it.",
+        )
+    return _bound(name, socket.SOCK_STREAM, network.host, network.tcp_port)
+
+
+def udp_port(network: Network, *, running: bool) -> Verdict:
+    """Look whether the port of picture, sound and commands can be had."""
+    if network.udp_port is None:
+        return warning(
+            "Each viewer gets a random UDP port, which no router can forward.",
+            'Set network.mode = "one-port" if viewers come from other networks.',
+        )
+    name = f"UDP port {network.udp_port}"
+    if network.udp_port == 0:
+        return warning(
+            "Each start takes another UDP port.", "Set network.udp_port for a router to forward."
+        )
+    if running:
+        return ok(f"{name} belongs to WAX, which is running.")
+    return _bound(name, socket.SOCK_DGRAM, network.host, network.udp_port)
+
+
+def _bound(name: str, kind: socket.SocketKind, host: str, port: int) -> Verdict:
+    try:
+        found = socket.getaddrinfo(host or None, port, type=kind, flags=socket.AI_PASSIVE)
+    except socket.gaierror:
+        return bad(f"There is no address for the name {host}.", _ADVICE[errno.EADDRNOTAVAIL])
+    errors = [_bind(family, kind, address) for family, _, _, _, address in found]
+    # A name may have an address of a family that is switched off: the other one serves.
+    told = [one for one in errors if one is not None and one.errno not in _SWITCHED_OFF]
+    if not told and None not in errors:
+        told = [one for one in errors if one is not None]
+    for error in told:
+        advice = _ADVICE.get(error.errno or 0, "Check server.host and the port.")
+        return bad(f"{name} cannot be used: {error.strerror or error}.", advice)
+    return ok(f"{name} is free.")
+
+
+def _bind(family: int, kind: socket.SocketKind, address: Any) -> OSError | None:
+    """Bind as the server does, and let go; returns why not."""
+    try:
+        with socket.socket(family, kind) as line:
+            if kind == socket.SOCK_STREAM:
+                line.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            if family == socket.AF_INET6:
+                line.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+            line.bind(address)
+    except OSError as error:
+        return error
+    return None

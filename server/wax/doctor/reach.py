@@ -1,0 +1,121 @@
+"""`wax doctor --reach URL`: from another machine, go the way that a viewer's browser goes."""
+
+from __future__ import annotations
+
+import asyncio
+import datetime
+import socket
+import ssl
+import time
+import urllib.error
+import urllib.request
+from typing import Final
+from urllib.parse import urlsplit
+
+from wax.client import Client
+from wax.doctor.verdict import Verdict, bad, ok, warning
+from wax.errors import ConfigError, SignallingError
+
+_ANSWER_S: Final = 5.0
+_PICTURE_S: Final = 5.0
+LIMIT_S: Final = 30.0
+"""For each check; a viewer without a way for UDP gives up after 15 s."""
+_SOON_DAYS: Final = 14
+
+
+def checked_url(text: str) -> str:
+    """Return the page's URL without a path; raises `ConfigError`."""
+    try:
+        parts = urlsplit(text if "://" in text else f"https://{text}")
+        is_good = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
+    except ValueError:
+        is_good = False
+    if not is_good:
+        raise ConfigError(f"--reach: {text} is no address; write it as https://robot.example.org")
+    return f"{parts.scheme}://{parts.netloc}"
+
+
+def page(url: str) -> Verdict:
+    """Open the page."""
+    try:
+        with urllib.request.urlopen(url, timeout=_ANSWER_S) as answer:
+            text = answer.read(10_000).decode(errors="replace")
+    except urllib.error.HTTPError as error:
+        return bad(
+            f"{url} answers, but with {error.code} {error.reason}.",
+            "Check the proxy in front, and server.names.",
+        )
+    except OSError as error:
+        why = getattr(error, "reason", error)
+        if isinstance(why, ssl.SSLCertVerificationError):
+            return bad(
+                f"{url} has a certificate that is not trusted: {why.verify_message}.",
+                "Get one from a public authority; a self-signed one is for the local network.",
+            )
+        if isinstance(why, socket.gaierror):
+            return bad(f"The name of {url} has no address.", "Add it to the DNS.")
+        return bad(
+            f"{url} does not answer: {why}.",
+            "Check that the server runs, that the router forwards the TCP port to it, and the"
+            " firewalls on the way.",
+        )
+    if "WAX" not in text:
+        return warning(f"{url} answers, but not with a page of WAX.", "Check where it leads.")
+    return ok(f"The page at {url} opens.")
+
+
+def certificate(url: str) -> Verdict:
+    """Look how long the certificate at this URL lasts."""
+    parts = urlsplit(url)
+    host, port = parts.hostname or "", parts.port or 443
+    if parts.scheme == "http":
+        return warning(
+            "The page has no HTTPS: browsers then lack gamepads, and anybody on the way can read"
+            " and change it.",
+            "Put a proxy with HTTPS in front.",
+        )
+    with (
+        socket.create_connection((host, port), timeout=_ANSWER_S) as line,
+        ssl.create_default_context().wrap_socket(line, server_hostname=host) as secured,
+    ):
+        found = secured.getpeercert() or {}
+    ends_s = ssl.cert_time_to_seconds(str(found["notAfter"]))
+    ends = datetime.datetime.fromtimestamp(ends_s, datetime.UTC)
+    left = ends - datetime.datetime.now(datetime.UTC)
+    if left.days < _SOON_DAYS:
+        return warning(f"The certificate ends on {ends:%Y-%m-%d}, soon.", "Renew it.")
+    return ok(f"The certificate is trusted, and valid until {ends:%Y-%m-%d}.")
+
+
+def viewer(url: str) -> Verdict:
+    """Connect as a viewer does, and wait for a picture over UDP."""
+    return asyncio.run(_watch(url))
+
+
+async def _watch(url: str) -> Verdict:
+    began_s = time.monotonic()
+    try:
+        async with Client(url, name="wax doctor", sound=False) as client:
+            connected_s = time.monotonic() - began_s
+            while client.media.newest("video") is None:
+                if time.monotonic() - began_s > connected_s + _PICTURE_S:
+                    return warning(
+                        f"A viewer connects after {connected_s:.1f} s, but gets no picture.",
+                        "Look at the page, which says what is wrong with the camera.",
+                    )
+                await asyncio.sleep(0.05)
+            await client.pongs()
+            return ok(
+                f"A viewer connects after {connected_s:.1f} s and gets the picture;"
+                f" a command takes about {client.clock.one_way_s * 1000:.0f} ms."
+            )
+    except TimeoutError:
+        return bad(
+            "The page's server answers, but no UDP comes through.",
+            "Forward the UDP port of [network] to the server, let it through the firewalls, and set"
+            " network.public_addresses; or offer a TURN server.",
+        )
+    except SignallingError as error:
+        return bad(f"The server lets no viewer in: {error}.", "See the log of the server.")
+    except OSError as error:
+        return bad(f"The server cannot be asked: {error}.", "See the page's verdict above.")

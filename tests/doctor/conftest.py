@@ -1,0 +1,37 @@
+"""A network's configuration for the checks."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from wax.doctor.network import Network
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    MakeNetwork = Callable[..., Network]
+
+
+@pytest.fixture
+def network() -> MakeNetwork:
+    """Make one that is open to all, with the fields given."""
+    usual = Network(
+        host="0.0.0.0",
+        tcp_port=8080,
+        udp_port=8081,
+        interfaces=(),
+        public_addresses=(),
+        stun=(),
+        certificate=None,
+        is_self_signed=False,
+        is_behind_proxy=False,
+        names=(),
+    )
+
+    def make(**fields: Any) -> Network:
+        return dataclasses.replace(usual, **fields)
+
+    return make

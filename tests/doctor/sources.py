@@ -1,0 +1,37 @@
+"""Sources of a host's own, named in a configuration as ``package.module:Class``."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wax.capture.source import BLOCK_SAMPLES, Picture, Sound
+from wax.errors import SourceError
+
+
+class Muted:
+    """A microphone that gives zeros."""
+
+    def __init__(self, settings: object, clock: object) -> None: ...
+
+    def open(self) -> None: ...
+
+    def read(self) -> Sound:
+        return Sound(samples=np.zeros(BLOCK_SAMPLES, np.int16), captured_s=0.0)
+
+    def close(self) -> None: ...
+
+
+class Dark:
+    """A camera that opens and gives nothing."""
+
+    closed = 0
+
+    def __init__(self, settings: object, clock: object) -> None: ...
+
+    def open(self) -> None: ...
+
+    def read(self) -> Picture:
+        raise SourceError("It delivers no picture; check its cable.")
+
+    def close(self) -> None:
+        Dark.closed += 1

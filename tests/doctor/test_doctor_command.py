@@ -1,0 +1,96 @@
+"""The command: every check is told, in text or JSON, and the worst is the exit status."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import pytest
+
+from wax.__main__ import main
+from wax.doctor import machine
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+CHECKS = [
+    "configuration",
+    "TCP port",
+    "UDP port",
+    "addresses",
+    "public address",
+    "firewall",
+    "certificate",
+    "camera",
+    "microphone",
+    "serial port",
+    "clock",
+    "processor",
+    "disk",
+    "UDP buffer",
+]
+
+
+WHOLE = pytest.mark.system
+"""All checks together take two seconds: one of encoding, the rest for devices."""
+
+
+@pytest.fixture(autouse=True)
+def _own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
+
+
+def _levels(printed: str) -> dict[str, str]:
+    return {one["check"]: one["level"] for one in json.loads(printed)}
+
+
+@WHOLE
+def test_each_check_is_told_in_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What is bad makes the status 1, and no other check is lost by it."""
+    path = tmp_path / "wax.toml"
+    path.write_text(
+        '[server]\nport = 18432\n[video]\nsource = "camera:/dev/none"\n[audio]\nsource = "none"\n'
+        f'[robot]\ndriver = "serial"\n[robot.serial]\nurl = "{tmp_path}/none"\n'
+    )
+    assert main(["--config", str(path), "doctor", "--json"]) == 1
+    levels = _levels(capsys.readouterr().out)
+    assert list(levels) == CHECKS
+    assert (levels["configuration"], levels["disk"]) == ("ok", "ok")
+    assert (levels["camera"], levels["serial port"]) == ("bad", "bad")
+
+
+@WHOLE
+def test_a_wrong_configuration_is_one_of_the_verdicts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """All its problems are told, and the rest is checked nevertheless."""
+    path = tmp_path / "wax.toml"
+    path.write_text("[turns]\nturn_s = -1\nturns = 3\n")
+    assert main(["doctor", "--config", str(path)]) == 1
+    told = capsys.readouterr().out
+    assert told.startswith("bad      configuration")
+    assert "turns.turn_s" in told
+    assert "turns.turns" in told
+    assert all(f" {name} " in told for name in CHECKS)
+
+
+@WHOLE
+def test_a_check_that_fails_ends_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What one of them raises is a verdict, with status 1."""
+
+    def fail() -> None:
+        raise RuntimeError("bug")
+
+    monkeypatch.setattr(machine, "clock", fail)
+    assert main(["doctor", "--json"]) == 1
+    levels = _levels(capsys.readouterr().out)
+    assert (levels["clock"], levels["disk"]) == ("bad", "ok")
+
+
+@pytest.mark.parametrize("url", ["http://", "https://[", "ftp://robot.example.org", "http://a:x"])
+def test_a_wrong_address_is_a_sentence(url: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """`--reach` wants an address of a page; the status of wrong use is 2."""
+    assert main(["doctor", "--reach", url]) == 2
+    assert "--reach" in capsys.readouterr().err

@@ -1,0 +1,124 @@
+"""Devices: what opens and delivers, what does not, and what is left alone."""
+
+from __future__ import annotations
+
+import os
+import pty
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import serial
+from tests.doctor.sources import Dark
+
+from wax.config.settings import Settings
+from wax.doctor import devices
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from wax.doctor.verdict import Verdict
+
+
+def _settings(video: str = "none", audio: str = "none", **robot: Any) -> Settings:
+    return Settings.model_validate(
+        {"video": {"source": video}, "audio": {"source": audio}, "robot": robot}
+    )
+
+
+def _camera(source: str, *, running: bool = False) -> Verdict:
+    return devices.camera(_settings(video=source), running=running)
+
+
+def _microphone(source: str, *, running: bool = False) -> Verdict:
+    return devices.microphone(_settings(audio=source), running=running)
+
+
+def test_a_camera_that_gives_pictures_is_well() -> None:
+    """It is opened, and the size of a picture is told."""
+    verdict = _camera("testcard")
+    assert (verdict.level, "640×480" in verdict.sentence) == ("ok", True)
+
+
+@pytest.mark.parametrize(
+    ("source", "says"),
+    [
+        ("/dev/video-that-is-not-there", "cannot be opened"),
+        ("nowhere.mp4", "does not exist"),
+        ("tests.doctor.sources:Dark", "no picture"),
+        ("tests.doctor.sources:Missing", "Missing"),
+    ],
+)
+def test_a_camera_that_gives_none_is_bad(source: str, says: str) -> None:
+    """A missing device, a missing file, one that is mute, and a class that is not there."""
+    verdict = _camera(source)
+    assert (verdict.level, says in verdict.sentence) == ("bad", True), verdict
+    assert "video.source" in verdict.advice
+
+
+def test_a_camera_is_closed_after_its_failure() -> None:
+    """What was opened is given back."""
+    before = Dark.closed
+    _camera("tests.doctor.sources:Dark")
+    assert Dark.closed == before + 1
+
+
+def test_a_microphone_is_heard() -> None:
+    """Sound is well, zeros are a warning, and one that cannot be had is bad."""
+    assert _microphone("testcard").level == "ok"
+    muted = _microphone("tests.doctor.sources:Muted")
+    assert (muted.level, "muted" in muted.advice) == ("warning", True)
+    assert _microphone("microphone:no such device").level == "bad"
+
+
+def test_what_is_not_wanted_is_well() -> None:
+    """Neither a camera nor a microphone nor a line is asked for, so none can be missing."""
+    verdicts = [_camera("none"), _microphone("none")]
+    verdicts.append(devices.serial_port(_settings(), running=False))
+    assert {verdict.level for verdict in verdicts} == {"ok"}
+
+
+def test_a_running_server_keeps_its_devices() -> None:
+    """They are not opened a second time."""
+    settings = _settings(driver="serial", serial={"url": "/dev/none"})
+    verdicts = [_camera("camera:99", running=True), _microphone("microphone:99", running=True)]
+    verdicts.append(devices.serial_port(settings, running=True))
+    assert {verdict.level for verdict in verdicts} == {"warning"}
+
+
+@contextmanager
+def _terminal() -> Iterator[tuple[int, str]]:
+    """Open a pseudo-terminal; yields its controlling end and the name of the other."""
+    control, line = pty.openpty()
+    yield control, os.ttyname(line)
+    os.close(control)
+    os.close(line)
+
+
+def _serial(url: str) -> Verdict:
+    return devices.serial_port(_settings(driver="serial", serial={"url": url}), running=False)
+
+
+def test_a_serial_port_opens_without_a_word() -> None:
+    """It is opened and closed, and no byte goes to the board."""
+    with _terminal() as (control, name):
+        assert _serial(name).level == "ok"
+        os.set_blocking(control, False)
+        with pytest.raises(BlockingIOError):
+            os.read(control, 1)
+
+
+def test_a_serial_port_that_is_used_is_told() -> None:
+    """Another program has it: it is bad, and says so."""
+    with _terminal() as (_, name), serial.Serial(name, exclusive=True):
+        verdict = _serial(name)
+    assert (verdict.level, "Another program" in verdict.sentence) == ("bad", True), verdict
+
+
+def test_a_serial_port_that_is_missing_is_told(tmp_path: Path) -> None:
+    """There is none of that name, or no such kind of address."""
+    missing = _serial(str(tmp_path / "ttyACM9"))
+    assert (missing.level, "There is no serial port" in missing.sentence) == ("bad", True)
+    assert "Plug the robot in" in missing.advice
+    assert _serial("nonsense://here").level == "bad"

@@ -1,0 +1,91 @@
+"""The machine: its clock, processor, disk and buffers, good and bad."""
+
+from __future__ import annotations
+
+import itertools
+import sys
+from typing import TYPE_CHECKING
+
+import pytest
+
+from wax.config.settings import Settings
+from wax.doctor import machine
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+SMALL = {"renditions": [{"width": 160, "height": 120, "fps": 15.0, "bitrate_bps": 50_000}]}
+
+
+def _no_clock() -> int:
+    raise PermissionError("not in this container")
+
+
+@pytest.mark.parametrize(
+    ("read", "level"), [(lambda: 0x2001, "ok"), (lambda: 0x41, "warning"), (_no_clock, "ok")]
+)
+def test_a_clock_that_nothing_keeps_right_is_told(read: Callable[[], int], level: str) -> None:
+    """The kernel's flag decides; a system that has none is not accused."""
+    assert machine.clock(read).level == level
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="adjtimex is Linux's")
+def test_the_kernel_is_really_asked() -> None:
+    """Its status has no bit that the header does not define."""
+    assert 0 <= machine._clock_status() < 1 << 16
+
+
+@pytest.mark.parametrize(
+    ("step_s", "cores", "level"),
+    [(0.0001, 2, "ok"), (0.003, 2, "ok"), (0.06, 8, "bad")],
+)
+def test_the_share_of_a_core_decides(step_s: float, cores: int, level: str) -> None:
+    """An encoder that needs most of a core for one size is too much for the machine."""
+    settings = Settings.model_validate({"video": SMALL}).video
+    readings = itertools.count(0.0, step_s)
+    verdict = machine.processor(settings, seconds=0.1, cpu_s=lambda: next(readings), cores=cores)
+    assert verdict.level == level, verdict
+    assert "160x120" in verdict.sentence
+
+
+def test_many_sizes_may_be_too_much() -> None:
+    """None takes a whole core, but all together take more than half the machine."""
+    settings = Settings().video
+    readings = itertools.count(0.0, 0.01)
+    verdict = machine.processor(settings, seconds=0.2, cpu_s=lambda: next(readings), cores=1)
+    assert (verdict.level, "all 6 renditions" in verdict.sentence) == ("warning", True), verdict
+
+
+def test_a_folder_that_can_be_written_is_well(tmp_path: Path) -> None:
+    """Also where it is still to be made; how much is free is told."""
+    verdict = machine.disk(tmp_path / "not" / "yet")
+    assert (verdict.level, "GB are free" in verdict.sentence) == ("ok", True)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("free", "level"), [(5 << 30, "ok"), (500 << 20, "warning"), (50 << 20, "bad")]
+)
+def test_a_full_disk_is_told(tmp_path: Path, free: int, level: str) -> None:
+    """Little room is a warning, hardly any is bad."""
+    assert machine.disk(tmp_path, lambda _: free).level == level
+
+
+def test_a_folder_that_cannot_be_is_bad(tmp_path: Path) -> None:
+    """A file stands where the folder would be."""
+    (tmp_path / "file").write_text("")
+    verdict = machine.disk(tmp_path / "file" / "wax")
+    assert (verdict.level, "writable" in verdict.advice) == ("bad", True)
+
+
+@pytest.mark.parametrize(
+    ("text", "level"), [("4194304\n", "ok"), ("212992\n", "warning"), ("", "ok"), (None, "ok")]
+)
+def test_a_small_buffer_is_told(tmp_path: Path, text: str | None, level: str) -> None:
+    """Debian's default is too small for a crowd; where it is not told, nothing is claimed."""
+    path = tmp_path / "rmem_max"
+    if text is not None:
+        path.write_text(text)
+    verdict = machine.udp_buffer(path)
+    assert (verdict.level, "sysctl" in verdict.advice) == (level, level == "warning")

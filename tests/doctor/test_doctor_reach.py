@@ -1,0 +1,149 @@
+"""From outside: a page, a certificate and a viewer, against a real server."""
+
+from __future__ import annotations
+
+import asyncio
+import datetime
+import re
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, Any
+
+import aiohttp
+import pytest
+from aiohttp import web
+from aiohttp.test_utils import TestServer
+from tests.deploy.running import answers, free_port, serving
+from tests.doctor.certificates import write_pair
+
+from wax.client import client
+from wax.config.settings import Settings
+from wax.doctor import ports, reach
+from wax.doctor.network import network_of
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    from wax.web.certificate import Certificate
+
+pytestmark = pytest.mark.system
+
+
+@asynccontextmanager
+async def _wax(folder: Path, video: str = "testcard") -> AsyncIterator[str]:
+    config = folder / "wax.toml"
+    config.write_text(f'[video]\nsource = "{video}"\n[audio]\nsource = "none"\n')
+    port = free_port()
+    async with serving(config, port) as process:
+        await answers(port, process)
+        yield f"http://127.0.0.1:{port}"
+
+
+async def test_a_server_within_reach_is_well(tmp_path: Path) -> None:
+    """The page opens and a viewer gets the picture; plain HTTP is told."""
+    async with _wax(tmp_path) as url:
+        page, safe, viewer = await asyncio.gather(
+            *(
+                asyncio.to_thread(look, url)
+                for look in (reach.page, reach.certificate, reach.viewer)
+            )
+        )
+        server = {"host": "127.0.0.1", "port": int(url.rpartition(":")[2])}
+        ours = network_of(Settings.model_validate({"server": server}))
+        assert await asyncio.to_thread(ports.is_running, ours)
+    assert (page.level, safe.level) == ("ok", "warning")
+    assert (viewer.level, "gets the picture" in viewer.sentence) == ("ok", True), viewer
+
+
+@asynccontextmanager
+async def _tcp_only(url: str) -> AsyncIterator[str]:
+    """Stand before a server like a router that forwards TCP alone: nobody's UDP gets anywhere."""
+
+    async def offer(request: web.Request) -> web.Response:
+        asked: dict[str, Any] = await request.json()
+        asked["sdp"] = re.sub(r"a=candidate:[^\r\n]*\r?\n", "", asked["sdp"])
+        async with (
+            aiohttp.ClientSession() as http,
+            http.post(f"{url}/api/offer", json=asked) as answer,
+        ):
+            sdp = (await answer.json())["sdp"]
+        return web.json_response({"sdp": re.sub(r"a=candidate:[^\r\n]*\r?\n", "", sdp)})
+
+    application = web.Application()
+    application.router.add_post("/api/offer", offer)
+    async with TestServer(application) as server:
+        yield f"http://127.0.0.1:{server.port}"
+
+
+async def test_a_router_that_forwards_tcp_alone_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The offer is answered, no UDP comes: the port to forward is what to look at."""
+    monkeypatch.setattr(client, "_CONNECT_S", 1.0)
+    async with _wax(tmp_path) as url, _tcp_only(url) as outside:
+        verdict = await asyncio.to_thread(reach.viewer, outside)
+    assert (verdict.level, "UDP port" in verdict.advice) == ("bad", True), verdict
+
+
+async def test_a_camera_without_pictures_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A viewer connects, but there is nothing to see."""
+    monkeypatch.setattr(reach, "_PICTURE_S", 0.3)
+    async with _wax(tmp_path, video="none") as url:
+        verdict = await asyncio.to_thread(reach.viewer, url)
+    assert (verdict.level, "no picture" in verdict.sentence) == ("warning", True), verdict
+
+
+async def test_what_is_no_server_of_ours_is_told() -> None:
+    """Nobody there, an unknown name, an error of a proxy, and somebody else's page."""
+    nobody = await asyncio.to_thread(reach.page, f"http://127.0.0.1:{free_port()}")
+    assert (nobody.level, "does not answer" in nobody.sentence) == ("bad", True)
+    nameless = await asyncio.to_thread(reach.page, "https://no.such.host.invalid")
+    assert (nameless.level, "DNS" in nameless.advice) == ("bad", True)
+
+    async def hello(_: web.Request) -> web.Response:
+        return web.Response(text="hello")
+
+    application = web.Application()
+    application.router.add_get("/", hello)
+    async with TestServer(application) as server:
+        other = await asyncio.to_thread(reach.page, f"http://127.0.0.1:{server.port}")
+        missing = await asyncio.to_thread(reach.page, f"http://127.0.0.1:{server.port}/none")
+        refused = await asyncio.to_thread(reach.viewer, f"http://127.0.0.1:{server.port}")
+    assert (other.level, missing.level, refused.level) == ("warning", "bad", "bad")
+    assert "404" in missing.sentence
+
+
+@asynccontextmanager
+async def _secure(pair: Certificate) -> AsyncIterator[str]:
+    """Serve a page of ours by HTTPS with this certificate; yields its URL."""
+
+    async def page(_: web.Request) -> web.Response:
+        return web.Response(text="WAX")
+
+    application = web.Application()
+    application.router.add_get("/", page)
+    server = TestServer(application, scheme="https")
+    await server.start_server(ssl=pair.context())
+    try:
+        yield f"https://127.0.0.1:{server.port}"
+    finally:
+        await server.close()
+
+
+async def test_a_certificate_is_seen_as_a_browser_sees_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One that nobody vouches for is bad; a trusted one is well, or a warning near its end."""
+    now = datetime.datetime.now(datetime.UTC)
+    for days, level in ((60, "ok"), (5, "warning")):
+        ends = now + datetime.timedelta(days=days)
+        pair = write_pair(tmp_path, "127.0.0.1", begins=now, ends=ends)
+        async with _secure(pair) as url:
+            monkeypatch.delenv("SSL_CERT_FILE", raising=False)
+            untrusted = await asyncio.to_thread(reach.page, url)
+            assert (untrusted.level, "not trusted" in untrusted.sentence) == ("bad", True)
+            monkeypatch.setenv("SSL_CERT_FILE", str(pair.chain))
+            assert (await asyncio.to_thread(reach.page, url)).level == "ok"
+            assert (await asyncio.to_thread(reach.certificate, url)).level == level

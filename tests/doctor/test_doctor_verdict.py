@@ -1,0 +1,40 @@
+"""How a check is run: nothing that it does ends the others."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from wax.doctor.verdict import Check, Verdict, examine, ok
+
+
+def _fail(error: Exception) -> Verdict:
+    raise error
+
+
+@pytest.mark.parametrize(
+    ("error", "says"), [(OSError("no bus"), "no bus"), (KeyError(), "KeyError")]
+)
+def test_a_check_that_raises_is_bad(error: Exception, says: str) -> None:
+    """Whatever it raises becomes its verdict, in words."""
+    verdict = examine(Check("camera", lambda: _fail(error)))
+    assert (verdict.level, says in verdict.sentence) == ("bad", True)
+
+
+def test_a_check_that_hangs_is_bad() -> None:
+    """It is given up at its limit."""
+    released = threading.Event()
+
+    def hang() -> Verdict:
+        released.wait()
+        return ok("too late")
+
+    verdict = examine(Check("camera", hang, limit_s=0.05))
+    released.set()
+    assert (verdict.level, "0.05 s" in verdict.sentence) == ("bad", True)
+
+
+def test_a_check_that_is_well_is_believed() -> None:
+    """Its verdict is returned as it is."""
+    assert examine(Check("clock", lambda: ok("fine"))) == ok("fine")
