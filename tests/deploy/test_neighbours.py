@@ -1,0 +1,172 @@
+"""The configurations of the programs beside WAX: Caddy in front, coturn for relays."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import hashlib
+import hmac
+import shutil
+import socket
+import subprocess
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import aiohttp
+import pytest
+from aiohttp import web
+from aiohttp.test_utils import TestServer
+from aioice import stun, turn
+from tests.deploy.running import free_port
+
+from wax.clock import SystemClock
+from wax.doctor.addresses import own_addresses
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+pytestmark = pytest.mark.system
+
+FOLDER = Path(__file__).parents[2] / "config" / "deploy"
+CADDYFILE, TURNSERVER = FOLDER / "Caddyfile", FOLDER / "turnserver.conf"
+
+
+def _program(name: str) -> str:
+    found = shutil.which(name)
+    if found is None:
+        pytest.skip(f"there is no {name}")
+    return found
+
+
+@asynccontextmanager
+async def _running(*command: str, until: str) -> AsyncIterator[list[str]]:
+    """Run a program around a block, from the line that says `until` on; yields what it says."""
+    process = await asyncio.create_subprocess_exec(
+        *command, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT
+    )
+    said: list[str] = []
+    assert process.stdout is not None
+    try:
+        async with asyncio.timeout(15):
+            while not said or until not in said[-1]:
+                line = (await process.stdout.readline()).decode(errors="replace")
+                assert line, f"it ended: {said}"
+                said.append(line)
+        yield said
+    finally:
+        if process.returncode is None:
+            process.terminate()
+        said.append((await process.stdout.read()).decode(errors="replace"))
+        await process.wait()
+
+
+# --- Caddy -----------------------------------------------------------------------------------
+
+
+def test_caddy_takes_every_line() -> None:
+    """The file is valid, and written as Caddy would write it."""
+    caddy = _program("caddy")
+    validate = ("validate", "--adapter", "caddyfile", "--config", str(CADDYFILE))
+    for arguments in (validate, ("fmt", str(CADDYFILE))):
+        done = subprocess.run([caddy, *arguments], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+    assert done.stdout == CADDYFILE.read_text(encoding="utf-8")
+
+
+def _put(text: str, old: str, new: str) -> str:
+    assert old in text
+    return text.replace(old, new)
+
+
+async def test_no_client_names_its_own_address(tmp_path: Path) -> None:
+    """Behind Caddy the forwarded address is the one it saw, and a large body goes no further."""
+    caddy = _program("caddy")
+    bodies: list[int] = []
+
+    async def tell(request: web.Request) -> web.Response:
+        bodies.append(len(await request.read()))
+        return web.json_response(dict(request.headers))
+
+    application = web.Application(client_max_size=10**6)
+    application.router.add_route("*", "/", tell)
+    port = free_port()
+    async with TestServer(application) as wax, aiohttp.ClientSession() as http:
+        text = CADDYFILE.read_text(encoding="utf-8")
+        text = _put(text, "robot.example.org {", f"http://127.0.0.1:{port} {{")
+        text = _put(text, "localhost:8080", f"127.0.0.1:{wax.port}")
+        config = tmp_path / "Caddyfile"
+        config.write_text(f"{{\n\tadmin off\n}}\n{text}")
+        arguments = ("run", "--adapter", "caddyfile", "--config", str(config))
+        async with _running(caddy, *arguments, until="serving initial configuration"):
+            url = f"http://127.0.0.1:{port}/"
+            claimed = {"X-Forwarded-For": "203.0.113.9", "X-Forwarded-Proto": "https"}
+            async with http.get(url, headers=claimed) as answer:
+                seen = await answer.json()
+            assert (seen["X-Forwarded-For"], seen["X-Forwarded-Proto"]) == ("127.0.0.1", "http")
+            assert seen["Host"] == f"127.0.0.1:{port}"
+            async with http.post(url, data=b"x" * 60_000) as answer:
+                assert answer.status == 200
+            async with http.post(url, data=b"x" * 70_000) as answer:
+                assert answer.status in (413, 502)
+        assert bodies == [0, 60_000]
+
+
+# --- coturn ----------------------------------------------------------------------------------
+
+SECRET = "a-secret-of-the-test"
+
+
+@asynccontextmanager
+async def _relay(port: int, secret: str) -> AsyncIterator[turn.TurnClientUdpProtocol]:
+    """Get a relay as a browser does, with a name and password that WAX makes of the secret."""
+    name = f"{SystemClock().wall_ms() // 1000 + 600}:ada"
+    digest = hmac.digest(secret.encode(), name.encode(), hashlib.sha1)
+    password = base64.b64encode(digest).decode()
+    server = ("127.0.0.1", port)
+    transport, client = await asyncio.get_running_loop().create_datagram_endpoint(
+        lambda: turn.TurnClientUdpProtocol(server, name, password, 600, 500), remote_addr=server
+    )
+    try:
+        await client.connect()
+        yield client
+        await client.delete()
+    finally:
+        transport.close()
+
+
+def _own_address() -> str:
+    found = [str(address) for _, address in own_addresses() if address.version == 4]
+    if not found:
+        pytest.skip("this machine has no address but loopback, to which coturn relays nothing")
+    return found[0]
+
+
+async def test_a_relay_leads_to_wax_alone(tmp_path: Path) -> None:
+    """Who has the secret gets a relay, which reaches WAX's address and no other; nobody else."""
+    turnserver = _program("turnserver")
+    ours = _own_address()
+    text = TURNSERVER.read_text(encoding="utf-8")
+    text = _put(text, "static-auth-secret=CHANGE-ME", f"static-auth-secret={SECRET}")
+    text = _put(text, "allowed-peer-ip=203.0.113.5", f"allowed-peer-ip={ours}")
+    config = tmp_path / "turnserver.conf"
+    config.write_text(text)
+    port = free_port(socket.SOCK_DGRAM)
+    here = ("-L", "127.0.0.1", "-E", ours, "-p", str(port), "--pidfile", str(tmp_path / "pid"))
+    command = (turnserver, "-c", str(config), *here, "-b", str(tmp_path / "db"))
+    loop = asyncio.get_running_loop()
+    async with _running(*command, until="IO method (auth thread)") as said:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as wax:
+            wax.bind((ours, 0))
+            wax.setblocking(False)
+            async with _relay(port, SECRET) as relay, asyncio.timeout(10):
+                await relay.send_data(b"hello", wax.getsockname())
+                assert await loop.sock_recv(wax, 99) == b"hello"
+                for denied in ("192.0.2.77", "10.0.0.1", "127.0.0.1"):
+                    with pytest.raises(stun.TransactionFailed, match="403"):
+                        await relay.send_data(b"hello", (denied, 9))
+        with pytest.raises(stun.TransactionFailed, match="401"):
+            async with _relay(port, "another secret"):
+                pass
+    wrong = [line for line in said if "Bad configuration" in line]
+    assert wrong == []
