@@ -80,6 +80,13 @@ want_voice() {
             "(Debian: sudo apt-get install -y espeak-ng)"
 }
 
+# Friends whose network lets no UDP out reach the robot by a TURN server.
+want_relay() {
+    [ "$(uname)" = Linux ] || return 0
+    command -v turnserver >/dev/null || apt_install coturn ||
+        _missing "the relay cannot be tested; type: sudo apt-get install -y coturn"
+}
+
 # Everything that tests and lab drive.
 want_all() {
     want_playwright
@@ -87,4 +94,5 @@ want_all() {
     want_firefox
     want_link
     want_voice
+    want_relay
 }

@@ -115,10 +115,22 @@
     return report && (await peer().getStats()).get(report.codecId).mimeType;
   };
 
+  // By which way the media come: the type of our end, how the relay is reached, the other end.
+  const path = async () => {
+    const all = new Map([...((await peer()?.getStats()) ?? [])]);
+    const transport = [...all.values()].find((one) => one.type === "transport");
+    const pair = all.get(transport?.selectedCandidatePairId);
+    if (!pair) return null;
+    const [local, remote] = [all.get(pair.localCandidateId), all.get(pair.remoteCandidateId)];
+    const relay = local.relayProtocol ?? null;
+    return { type: local.candidateType, relay, to: `${remote.address}:${remote.port}` };
+  };
+
   window.waxProbe = {
     cards,
     codec,
     inbound,
+    path,
     playout: () => counted("media-playout", "audio"),
     listen,
     heard: () => blocks.slice(),
