@@ -216,7 +216,7 @@ class App:
             ice=ice,
             status=self._status,
             acknowledged=service.acknowledged,
-            guards=Guards(settings.server, clock),
+            guards=Guards(settings.server, clock, self._network.public_addresses),
             access=self._access,
             offers_hz=settings.server.max_offers_per_address_hz,
         )
@@ -276,6 +276,7 @@ class App:
         self._supervisor.spawn("control loop", self._control.run())
         self._supervisor.spawn("room", self._room.run())
         self._supervisor.spawn("status", self._status.run())
+        self._supervisor.spawn("public address", self._network.run())
         self._supervisor.spawn("records", self._keeper.run())
         self._supervisor.spawn("service manager", self._service_manager.run())
 

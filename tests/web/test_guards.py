@@ -105,7 +105,9 @@ async def line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator
         acknowledged=False,
         access=make_access(Records(clock), clock),
         offers_hz=2.0,
-        guards=Guards(ServerSettings(names=["robots.example"]), clock),
+        guards=Guards(
+            ServerSettings(names=["robots.example"]), clock, lambda: ["203.0.113.7", "2001:db8::7"]
+        ),
     )
     async with TestServer(made.application()) as server:
         yield Line(server, room)
@@ -147,8 +149,9 @@ async def test_hosts_that_are_missing_double_or_in_the_target(line: Line) -> Non
 
 
 async def test_our_own_names(line: Line) -> None:
-    """The configured name, this machine's own, and every kind of file."""
-    for name in (b"robots.example", b"localhost:1", b"127.0.0.1", b"ROBOTS.example:443"):
+    """The configured name, this machine's own, its router's, and every kind of file."""
+    routers = (b"203.0.113.7:8080", b"[2001:DB8::7]:8080")
+    for name in (b"robots.example", b"localhost:1", b"127.0.0.1", b"ROBOTS.example:443", *routers):
         for path in (b"/", b"/assets/a.js", b"/healthz"):
             assert (await line.ask(b"GET %s HTTP/1.1" % path, b"Host: " + name)).status == 200
 

@@ -130,14 +130,15 @@ class NetworkSettings(_Section):
     @field_validator("public_addresses")
     @classmethod
     def _are_addresses(cls, addresses: list[str]) -> list[str]:
+        found = []
         for address in addresses:
             try:
-                ip_address(address)
+                found.append(str(ip_address(address)))
             except ValueError:
                 raise ValueError(
                     f"{address} is no address; write it as 203.0.113.7 or 2001:db8::7"
                 ) from None
-        return addresses
+        return found
 
 
 class RelaySettings(_Section):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 from aiortc import RTCConfiguration, RTCIceServer, RTCIceTransportPolicy
 
 from wax.rtc import private
+from wax.rtc.announced import AnnouncedAddresses
 from wax.rtc.local_addresses import local_addresses
 from wax.rtc.one_port.lite_connection import LiteConnection
 from wax.rtc.one_port.udp_hub import UdpHub
@@ -30,6 +31,9 @@ class Network:
         self._servers = servers
         self._clock = clock
         self._hub = UdpHub(settings.udp_port, self._addresses)
+        self._announced = AnnouncedAddresses(
+            settings.public_addresses, settings.stun if settings.mode == "one-port" else []
+        )
         is_one = settings.mode == "one-port"
         self._reach = private.Reach(self._connection if is_one else None, self._addresses)
 
@@ -43,6 +47,14 @@ class Network:
         if self._settings.mode == "one-port":
             await self._hub.open()
 
+    async def run(self) -> None:
+        """Keep the public addresses up to date until cancelled."""
+        await self._announced.run()
+
+    def public_addresses(self) -> list[str]:
+        """Return the addresses at which the world knows this machine, as far as it is known."""
+        return self._announced.now()
+
     def close(self) -> None:
         """Close the one port; safe to call twice."""
         self._hub.close()
@@ -54,8 +66,8 @@ class Network:
     def configuration(self) -> RTCConfiguration:
         """Return the configuration of one peer of ours.
 
-        The one port asks no server. An empty list stands for none: without a list aiortc would ask
-        a public STUN server.
+        With the one port no peer asks a server. An empty list stands for none: without a list
+        aiortc would ask a public STUN server.
         """
         if self._settings.mode == "one-port":
             return RTCConfiguration(iceServers=[])
@@ -70,5 +82,4 @@ class Network:
         return local_addresses(self._settings.interfaces)
 
     def _connection(self) -> LiteConnection:
-        announced = self._settings.public_addresses
-        return LiteConnection(self._hub, lambda: announced, self._clock.now_s)
+        return LiteConnection(self._hub, self._announced.now, self._clock.now_s)

@@ -15,7 +15,7 @@ from wax.web.senders import Proxies, Seen, is_same_origin
 from wax.web.sparse_log import SparseLog
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
+    from collections.abc import Awaitable, Callable, Collection
 
     from aiohttp.typedefs import Middleware
 
@@ -43,9 +43,18 @@ _BROKEN: Final = "The request has not come as a whole."
 
 
 class Guards:
-    """Make one for each server; add `middlewares`, and `add_headers` to each response."""
+    """Make one for each server; add `middlewares`, and `add_headers` to each response.
 
-    def __init__(self, server: ServerSettings, clock: Clock) -> None:
+    `public_addresses` are those of the machine's router, by which it is known too.
+    """
+
+    def __init__(
+        self,
+        server: ServerSettings,
+        clock: Clock,
+        public_addresses: Callable[[], Collection[str]] = tuple,
+    ) -> None:
+        self._public_addresses = public_addresses
         listening = [] if server.host in ("0.0.0.0", "::") else [server.host]
         self._names = HostNames([*server.names, *listening])
         self._proxies = Proxies(server.trusted_proxies)
@@ -112,7 +121,7 @@ class Guards:
             raise _refusal(web.HTTPForbidden, _ELSEWHERE)
 
     def _is_ours(self, host: str) -> bool:
-        return self._names.knows(host, self._clock.now_s())
+        return self._names.knows(host, self._clock.now_s()) or host in self._public_addresses()
 
     def _refused(self, request: web.Request, why: str, **values: str) -> None:
         self._log.info("request refused", why=why, sender=self.sender(request), **values)

@@ -261,6 +261,14 @@ async def test_any_bytes_are_survived(
     rig.hub.received(0, data, host if is_ada else ELSEWHERE, port)
 
 
+async def test_an_empty_datagram_ends_nothing(rig: Rig) -> None:
+    """Whoever can write a viewer's address on it: the next one is read as if it had not come."""
+    await rig.ada.verifies()
+    rig.ada.sends(b"")
+    rig.ada.sends(b"from ada")
+    assert await asyncio.wait_for(rig.peers[0].recv(), 1) == b"from ada"
+
+
 async def test_who_never_checks_is_given_up(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     """A half-open peer frees its place: connecting ends, with everything that it held."""
     monkeypatch.setattr(lite_connection, "_CONNECT_S", 0.05)

@@ -163,6 +163,8 @@ class UdpHub:
 
     def received(self, number: int, data: bytes, host: str, port: int) -> None:
         """Handle a datagram of a socket."""
+        if not data:  # aiortc would end the peer over its missing first byte
+            return
         path = Path(number, host, port)
         if data[4:8] == _COOKIE and data[0] < 4:
             self._stun(data, path)

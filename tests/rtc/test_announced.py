@@ -1,0 +1,90 @@
+"""The public addresses that viewers are offered, as they change."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, cast
+
+from aioice.stun import Class, Message, Method, parse_message
+
+from wax.rtc.announced import AnnouncedAddresses
+from wax.rtc.public_address import StunError
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+
+class StunServer(asyncio.DatagramProtocol):
+    """Answers with an address of the test's choice."""
+
+    seen = "203.0.113.7"
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self.transport = cast("asyncio.DatagramTransport", transport)
+
+    def datagram_received(self, data: bytes, address: tuple[str, int]) -> None:
+        answer = Message(Method.BINDING, Class.RESPONSE, parse_message(data).transaction_id)
+        answer.attributes["XOR-MAPPED-ADDRESS"] = (self.seen, address[1])
+        self.transport.sendto(bytes(answer), address)
+
+
+@asynccontextmanager
+async def stun_server() -> AsyncIterator[tuple[StunServer, str]]:
+    transport, server = await asyncio.get_running_loop().create_datagram_endpoint(
+        StunServer, local_addr=("127.0.0.1", 0)
+    )
+    try:
+        yield server, f"stun:127.0.0.1:{transport.get_extra_info('sockname')[1]}"
+    finally:
+        transport.close()
+        await asyncio.sleep(0)
+
+
+def _closed_port() -> int:
+    with socket.socket(type=socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+async def test_what_a_stun_server_sees_is_offered_too() -> None:
+    """Beside the configured ones, from the first server that answers, and as it changes."""
+    async with stun_server() as (server, url):
+        announced = AnnouncedAddresses(["198.51.100.1"], [f"stun:127.0.0.1:{_closed_port()}", url])
+        assert announced.now() == ["198.51.100.1"]
+        assert await announced.look()
+        assert announced.now() == ["198.51.100.1", "203.0.113.7"]
+        server.seen = "198.51.100.1"
+        assert await announced.look()
+        assert announced.now() == ["198.51.100.1"]
+
+
+async def test_a_silent_server_takes_nothing_away() -> None:
+    """The address that was seen before is the best guess."""
+    answers = iter(["203.0.113.7"])
+
+    def ask(server: str) -> str:
+        assert server == "stun.example:3478"
+        try:
+            return next(answers)
+        except StopIteration:
+            raise StunError("does not answer") from None
+
+    announced = AnnouncedAddresses([], ["stun:stun.example:3478"], ask)
+    assert await announced.look()
+    assert not await announced.look()
+    assert announced.now() == ["203.0.113.7"]
+
+
+async def test_without_a_server_nobody_is_asked() -> None:
+    """It waits for its end."""
+
+    def ask(server: str) -> str:
+        raise AssertionError(server)
+
+    running = asyncio.create_task(AnnouncedAddresses([], [], ask).run())
+    await asyncio.sleep(0.01)
+    assert not running.done()
+    running.cancel()
+    await asyncio.wait([running])
