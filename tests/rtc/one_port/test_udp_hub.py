@@ -51,10 +51,10 @@ class Browser:
     def sends(self, data: bytes) -> None:
         self.socket.sendto(data, self.server)
 
-    async def hears(self) -> bytes | None:
-        """Return the next datagram, None if there is none soon."""
+    async def hears(self, within_s: float = 5.0) -> bytes | None:
+        """Return the next datagram, None if there is none in time."""
         try:
-            async with asyncio.timeout(SOON_S):
+            async with asyncio.timeout(within_s):
                 return await asyncio.get_running_loop().sock_recv(self.socket, 2048)
         except TimeoutError:
             return None
@@ -269,6 +269,29 @@ async def test_an_empty_datagram_ends_nothing(rig: Rig) -> None:
     assert await asyncio.wait_for(rig.peers[0].recv(), 1) == b"from ada"
 
 
+async def test_a_flood_delays_nobody_else(rig: Rig) -> None:
+    """What one viewer floods us with waits in their own queue, and what is too much is lost."""
+    read: list[str] = []
+
+    async def reads(peer: LiteConnection) -> None:
+        while True:
+            read.append((await peer.recv()).decode())
+
+    await rig.ada.verifies()
+    await rig.bob.verifies()
+    reading = [asyncio.create_task(reads(peer)) for peer in rig.peers]
+    await asyncio.sleep(0)
+    for _ in range(200):
+        rig.ada.sends(b"ada")
+    rig.bob.sends(b"bob")
+    await asyncio.sleep(SOON_S)
+    for task in reading:
+        task.cancel()
+    await asyncio.wait(reading)
+    assert read.index("bob") < 20
+    assert read.count("ada") <= 200
+
+
 async def test_who_never_checks_is_given_up(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     """A half-open peer frees its place: connecting ends, with everything that it held."""
     monkeypatch.setattr(lite_connection, "_CONNECT_S", 0.05)
@@ -276,7 +299,7 @@ async def test_who_never_checks_is_given_up(rig: Rig, monkeypatch: pytest.Monkey
         await rig.peers[0].connect()
     assert (await rig.peers[0].get_event()) is not None
     rig.ada.sends(rig.ada.check())
-    assert await rig.ada.hears() is None
+    assert await rig.ada.hears(SOON_S) is None
     with pytest.raises(ConnectionError):
         await rig.peers[0].recv()
 

@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 _CONNECT_S: Final = 10.0
 _TICK_S: Final = 0.05
 _SLOW_TICK_S: Final = 1.0
-_MAX_WAITING: Final = 512
-"""Datagrams that DTLS has not read yet; a flood beyond them is dropped."""
+_MAX_WAITING: Final = 128
+"""Datagrams that DTLS has not read yet: those of the longest message, 64 KiB, and as many again. A
+flood beyond them is dropped."""
 
 
 class LiteConnection:
@@ -130,6 +131,8 @@ class LiteConnection:
 
     async def recv(self) -> bytes:
         """Return the next datagram; raises `ConnectionError` once closed."""
+        if not self._queue.empty():
+            await asyncio.sleep(0)  # one each time round the loop, so that a flood delays nobody
         data = None if self._closed.is_set() else await self._queue.get()
         if data is None:
             raise ConnectionError("the connection is closed")

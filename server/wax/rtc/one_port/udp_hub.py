@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import errno
+import os
 import socket
 import struct
 from contextlib import suppress
@@ -30,6 +31,10 @@ _MAX_STUN_BYTES: Final = 548
 _BUFFER_BYTES: Final = 1 << 20
 _MAX_WAITING_BYTES: Final = 1 << 18
 """Of a socket that the system does not empty; what is older than that is of no use to anybody."""
+_BATCH: Final = 64
+"""Datagrams read at once. asyncio alone reads one each time round its loop, so that what somebody
+floods us with would delay everybody behind it; junk costs a few microseconds."""
+_LONGEST_BYTES: Final = 65_536
 _TRIES: Final = 5
 """For a port that is free on all addresses, where any will do."""
 
@@ -94,15 +99,15 @@ class UdpHub:
         number = self._next
         self._next += 1
         try:
-            transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(
-                lambda: _Socket(self, number), local_addr=(address, self.port)
-            )
+            bound = _bound(address, self.port)
         except OSError as error:
             self._failed[address] = f"{address}: {_reason(error)}"
             return
+        transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(
+            lambda: _Socket(self, number, bound), sock=bound
+        )
         self._failed.pop(address, None)
-        _widen(transport.get_extra_info("socket"))
-        self.port = transport.get_extra_info("sockname")[1]
+        self.port = bound.getsockname()[1]
         self._sockets[number] = transport
         self._numbers[address] = number
 
@@ -188,11 +193,20 @@ class UdpHub:
 
 
 class _Socket(asyncio.DatagramProtocol):
-    def __init__(self, hub: UdpHub, number: int) -> None:
+    def __init__(self, hub: UdpHub, number: int, bound: socket.socket) -> None:
         self._hub = hub
         self._number = number
+        self._bound = bound
 
     def datagram_received(self, data: bytes, address: tuple[str, int]) -> None:
+        self._take(data, address)
+        if os.name != "posix":  # elsewhere asyncio is reading the next one already
+            return
+        with suppress(OSError):  # there are no more
+            for _ in range(_BATCH):
+                self._take(*self._bound.recvfrom(_LONGEST_BYTES))
+
+    def _take(self, data: bytes, address: tuple[str, int]) -> None:
         # An IPv6 address comes with flow and scope.
         self._hub.received(self._number, data, address[0].partition("%")[0], address[1])
 
@@ -212,8 +226,18 @@ def _reason(error: OSError) -> str:
     return error.strerror or str(error)
 
 
-def _widen(bound: socket.socket) -> None:
-    """All viewers share one buffer; the system may allow less."""
-    for option in (socket.SO_RCVBUF, socket.SO_SNDBUF):
-        with suppress(OSError):
-            bound.setsockopt(socket.SOL_SOCKET, option, _BUFFER_BYTES)
+def _bound(address: str, port: int) -> socket.socket:
+    """Bind a socket; raises `OSError`."""
+    family = socket.AF_INET6 if ":" in address else socket.AF_INET
+    made = socket.socket(family, socket.SOCK_DGRAM)
+    try:
+        made.setblocking(False)
+        # All viewers share one buffer; the system may allow less.
+        for option in (socket.SO_RCVBUF, socket.SO_SNDBUF):
+            with suppress(OSError):
+                made.setsockopt(socket.SOL_SOCKET, option, _BUFFER_BYTES)
+        made.bind((address, port))
+    except OSError:
+        made.close()
+        raise
+    return made
