@@ -15,6 +15,7 @@ TARGETS: Final = {
         offers.SDP,
         network.RTCP,
         network.STUN,
+        network.ONE_PORT,
         serial_line.SERIAL,
         serial_line.FIRMWARE,
         files.CONFIG,

@@ -28,6 +28,8 @@ from tests.turned_clock import TurnedClock
 
 from wax.congestion.sender_side import SenderSideControl
 from wax.rtc import private
+from wax.rtc.one_port.lite_agent import LiteAgent
+from wax.rtc.one_port.udp_hub import UdpHub
 from wax.rtc.picture_sender import PictureSender
 from wax.rtc.sender import Sender, SenderContext
 from wax.rtc.sound_sender import SoundSender
@@ -35,6 +37,8 @@ from wax.rtc.transport_tap import TransportTap
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+
+    from wax.rtc.one_port.lite_agent import Path
 
 _SOUND: Final = 0x11111111
 _PICTURE: Final = 0x22222222
@@ -247,3 +251,50 @@ STUN: Final = Target(
     ),
     max_bytes=600,
 )  # fmt: skip
+
+
+class _Viewer:
+    """A peer of the one port, as far as it needs no event loop."""
+
+    def __init__(self) -> None:
+        self.agent = LiteAgent(now_s=0.0)
+        self.agent.username, self.agent.password = "ours", "secret"
+        self.agent.remote_username, self.agent.remote_password = "theirs", "secret"
+
+    def stun(self, message: aioice.stun.Message, path: Path) -> None:
+        self.agent.requested(message, path, 0.0)
+        self.agent.answered(message, path, 0.0)
+        assert self.agent.selected is None  # nothing but an answer to our random check does that
+
+    def datagram(self, data: bytes, path: Path) -> None: ...
+
+    def displaced(self, path: Path) -> None: ...
+
+
+def _hear_one_port(data: bytes) -> None:
+    private.install()
+    hub = UdpHub(8081, list)
+    hub.add("ours", _Viewer())
+    hub.received(0, data, "192.0.2.9", 9)
+
+
+def _signed(**attributes: object) -> bytes:
+    message = aioice.stun.parse_message(_binding(**attributes))
+    message.add_message_integrity(b"secret")
+    return bytes(message)
+
+
+ONE_PORT: Final = Target(
+    name="one-port",
+    what="datagrams to the one port",
+    hear=_hear_one_port,
+    seeds=(
+        *STUN.seeds,
+        _signed(USERNAME="ours:theirs", PRIORITY=1, ICE_CONTROLLING=2, USE_CANDIDATE=None),
+        _signed(USERNAME="ours:others"),
+        b"\x80\x60" + bytes(20),
+        b"",
+    ),
+    words=(*STUN.words, b"ours:theirs", b"\x00\x08\x00\x14", b"\x01\x01"),
+    max_bytes=600,
+)
