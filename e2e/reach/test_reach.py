@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import asynccontextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
@@ -194,4 +195,18 @@ async def test_relay_only_uses_nothing_else(tmp_path: Path) -> None:
     coturn = TurnServer(TURN, SECRET, to=ROBOT)
     async with staged(tmp_path, toml, ROBOT, FRIEND, TURN, relay=coturn) as stage:
         assert (await stage.sees())["type"] == "relay"
+        await stage.drives()
+
+
+@pytest.mark.full
+async def test_without_a_forwarded_port_full_ice_helps(tmp_path: Path) -> None:
+    """Both routers are opened from inside, by what a STUN server tells each end."""
+    toml = BASE.replace(f"udp_port = {MEDIA}", 'mode = "full-ice"').replace(
+        f'public_addresses = ["{ROBOT.public}"]', f'stun = ["stun:{TURN.address}:{PORT}"]'
+    )
+    toml = toml.replace("[server]", f'[server]\nnames = ["{ROBOT.public}"]')
+    closed = replace(ROBOT, forwards=((TCP, HTTP),))
+    coturn = TurnServer(TURN, SECRET, to=ROBOT)
+    async with staged(tmp_path, toml, closed, FRIEND, TURN, relay=coturn) as stage:
+        assert (await stage.sees())["to"].startswith(f"{ROBOT.public}:4")
         await stage.drives()

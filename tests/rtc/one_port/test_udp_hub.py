@@ -342,6 +342,12 @@ async def test_a_port_in_use_is_a_sentence(rig: Rig) -> None:
         await second.open()
 
 
+async def test_interfaces_that_are_not_there_are_a_sentence() -> None:
+    """A misspelt name does not leave a server that nobody reaches."""
+    with pytest.raises(StartError, match=r"none of the interfaces in \[network\] interfaces"):
+        await UdpHub(0, list).open()
+
+
 async def test_addresses_come_and_go() -> None:
     """A machine that changes its network is served there without a restart, at the same port."""
     addresses = [HERE]

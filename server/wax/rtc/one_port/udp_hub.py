@@ -112,7 +112,12 @@ class UdpHub:
         self._numbers[address] = number
 
     def _why_not(self) -> str:
-        why = "; ".join(self._failed.values()) or "this machine has no address for it"
+        why = "; ".join(self._failed.values())
+        if not why:
+            return (
+                "this machine has none of the interfaces in [network] interfaces; correct their"
+                " names (`ip address` lists them), or leave the key out to use all"
+            )
         return (
             f"UDP port {self.port}, which carries picture, sound and commands, cannot be used"
             f" ({why}); end the program that uses it, or choose another with --udp-port"
