@@ -16,6 +16,7 @@ import { applyPlayout } from "./playout";
 import { loadPreferences, openStore, type Preferences, savePreferences } from "./preferences";
 import { Prover } from "./proof";
 import { Acknowledger } from "./receipt/acknowledge";
+import { changed } from "./roomChange";
 import { createState, type State } from "./state";
 
 const CLOCKS_EVERY_MS = 200;
@@ -129,6 +130,9 @@ export function startSession(): Session {
         break;
       case "room":
         state.room.value = message;
+        break;
+      case "room_change":
+        state.room.value = state.room.value && changed(state.room.value, message);
         break;
       case "playout":
         state.playout.value = message;

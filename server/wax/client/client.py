@@ -20,7 +20,7 @@ from wax.client.receipts import Receipts
 from wax.client.reports import INTERVAL_S, Received, Reporter
 from wax.client.sdp import as_browser
 from wax.errors import SignallingError
-from wax.protocol import compact, messages
+from wax.protocol import compact, messages, room_change
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -275,6 +275,8 @@ class Client:
 
     def _heard(self, data: str | bytes) -> None:
         message: dict[str, Any] = json.loads(data)
+        if message["type"] == "room_change":
+            message = room_change.applied(self.newest("room"), message)
         self._newest[message["type"]] = message
         self._reporter.told(message)
         if message["type"] == "hello":

@@ -18,7 +18,7 @@ from wax.protocol import compact
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-MAX_DRIVE_BYTES = 512
+MAX_DRIVE_BYTES = 256
 MAX_STATE_BYTES = 2048
 MAX_NAME_CHARS = 24
 
@@ -410,7 +410,7 @@ class House(_Outgoing):
 
 
 class RoomState(_Outgoing):
-    """What everybody sees, sent on every change; `stop` and `call` are null if there is none."""
+    """What everybody sees, sent once; then come changes. `stop` and `call` may be null."""
 
     type: Literal["room"] = "room"
     viewers: list[ViewerInfo]
@@ -421,6 +421,16 @@ class RoomState(_Outgoing):
     robot: RobotStatus
     video: SourceStatus
     audio: SourceStatus
+
+
+class RoomChange(RoomState):
+    """What everybody sees now, with only those `viewers` who are new or have changed.
+
+    `gone` are the numbers of those who left since the message before.
+    """
+
+    type: Literal["room_change"] = "room_change"  # type: ignore[assignment]  # another message
+    gone: list[int]
 
 
 class Playout(_Outgoing):
@@ -560,6 +570,7 @@ DriveOut = Pong
 StateOut = (
     Hello
     | RoomState
+    | RoomChange
     | Playout
     | Served
     | RtpClock

@@ -81,7 +81,7 @@ class Announcements:
                 number=self._turns.number,
                 operator=self._turns.operator,
                 ends_server_ms=_ms(self._turns.ends_s),
-                stands_left_ms=_ms(self._turns.stands_left_s(now_s)),
+                stands_left_ms=_whole_ms(self._turns.stands_left_s(now_s)),
             ),
             call=self._call(),
             stop=None if stop is None else messages.StopInfo(number=stop.number, by=stop.by),
@@ -175,6 +175,11 @@ class Announcements:
     def _problem(self, stream: str, device: str) -> str | None:
         capture = self._captures.get(stream)
         return f"This robot has no {device}." if capture is None else capture.problem
+
+
+def _whole_ms(duration_s: float | None) -> float | None:
+    """Return milliseconds that do not change by rounding while a clock stands still."""
+    return None if duration_s is None else round(duration_s * 1000)
 
 
 def _ms(duration_s: float | None) -> float | None:

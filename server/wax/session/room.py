@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 from weakref import WeakValueDictionary
 
 import structlog
@@ -16,6 +16,7 @@ from wax.rtc.peer import Peer
 from wax.rtc.signalling import clean_offer
 from wax.session import names
 from wax.session.host_acts import HostActs
+from wax.session.room_updates import RoomUpdates
 from wax.session.stop_authority import StopAuthority
 from wax.session.viewer import Viewer
 
@@ -53,7 +54,6 @@ _OTHERS_LOST_S: Final = 3.5
 """The same for viewers who do not drive; observers send a heartbeat only once a second."""
 _DEAD_S: Final = 10.0
 """Silent for this long: the peer is closed; a page that is still open makes a new one."""
-_ROOM_EVERY_S: Final = 5.0
 _GOODBYE_S: Final = 0.1
 """SCTP sends a message on later passes of the event loop; closing a peer drops what is left."""
 _GOODBYE: Final = "The server is restarting or was switched off."
@@ -61,11 +61,6 @@ _CHECK_S: Final = 1.0
 """How often is looked whether everybody may still stay: hours and invitations end by themselves."""
 _NOT_INVITED: Final = "Only invited people drive this robot. Ask its host for a link."
 _OTHER_TAB: Final = "You are in the queue already, in another tab of this page."
-_FLEETING: Final[dict[str, Any]] = {
-    "viewers": {"__all__": {"wait_s"}},
-    "robot": {"battery_v": True, "battery_fraction": True},
-}
-"""Fields that change all the time and are not worth a message each second."""
 
 
 class Room:
@@ -119,8 +114,7 @@ class Room:
         self._answering: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
         self._entry = asyncio.Lock()
         self._is_closing = False
-        self._told = ""
-        self._told_s = 0.0
+        self._updates = RoomUpdates(clock.now_s())
         self._looked_s = 0.0
         self._checked_s = 0.0
 
@@ -201,7 +195,8 @@ class Room:
             self._control.returned(viewer.number)
         else:
             self._control.connect(viewer.number, _person(viewer))
-        self._told = ""
+        if (told := self._updates.told) is not None:
+            viewer.send(told)  # the next change will be from that
         self._viewers.changed()
 
     def viewer_closed(self, viewer: Viewer, peer: Peer) -> None:
@@ -347,7 +342,7 @@ class Room:
         self._sweep(now_s)
         for viewer in self._viewers:
             with viewer.boundary:
-                viewer.tell_drive_status(now_s)
+                viewer.settle(now_s)
         if now_s - self._checked_s >= _CHECK_S:
             self._checked_s = now_s
             self.check_all()
@@ -407,12 +402,10 @@ class Room:
         self._control.gone(viewer.number)
 
     def _tell(self, now_s: float) -> None:
-        snapshot = self.snapshot(now_s)
-        lasting = snapshot.model_dump_json(exclude=_FLEETING)
-        if lasting == self._told and now_s - self._told_s < _ROOM_EVERY_S:
+        update = self._updates.next(self.snapshot(now_s), now_s)
+        if update is None:
             return
-        self._told, self._told_s = lasting, now_s
-        text = snapshot.model_dump_json()
+        text = update.model_dump_json()
         for viewer in self._viewers:
             if viewer.is_ready:
                 viewer.send_text(text)  # inside the viewer's own boundary

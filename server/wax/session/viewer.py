@@ -14,6 +14,7 @@ from wax.errors import ForbiddenError, ProtocolError
 from wax.protocol import compact, messages
 from wax.rtc.link_monitor import LinkMonitor
 from wax.session.last_minute import LastMinute
+from wax.session.last_wins import LastWins
 from wax.session.names import clean_name
 from wax.session.token_bucket import TokenBucket
 from wax.sync.playout import PlayoutReport, StreamPlayout
@@ -33,6 +34,16 @@ _LOG = structlog.get_logger(__name__)
 
 _DRIVE_HZ: Final = 100.0
 _DRIVE_BURST: Final = 200
+_COMMANDS_HZ: Final = 60.0
+_COMMANDS_BURST: Final = 120
+"""As many as a link may hold back for two seconds."""
+_NAMES_HZ: Final = 0.5
+_WANTS_HZ: Final = 1.0
+_WANTS_BURST: Final = 8
+"""Each may ask for another rendition, which begins with a keyframe for all who see it."""
+_KEYFRAMES_HZ: Final = 0.5
+_KEYFRAMES_BURST: Final = 8
+"""A browser repeats its request until a keyframe comes; everybody else pays for it."""
 _DRIVE_STATUS_S: Final = 0.3
 _MAX_STOP_CHARS: Final = 32
 """Longer messages over the rate limit are not even checked for a stop."""
@@ -106,6 +117,12 @@ class Viewer:
             "drive": TokenBucket(rate_hz=_DRIVE_HZ, burst=_DRIVE_BURST, now_s=now_s),
             "state": TokenBucket(rate_hz=state.rate_hz, burst=state.burst, now_s=now_s),
         }
+        self._commands = TokenBucket(rate_hz=_COMMANDS_HZ, burst=_COMMANDS_BURST, now_s=now_s)
+        self._keyframes = TokenBucket(rate_hz=_KEYFRAMES_HZ, burst=_KEYFRAMES_BURST, now_s=now_s)
+        self._names = LastWins(self._ask_name, TokenBucket(rate_hz=_NAMES_HZ, burst=1, now_s=now_s))
+        self._wants = LastWins(
+            self._want, TokenBucket(rate_hz=_WANTS_HZ, burst=_WANTS_BURST, now_s=now_s)
+        )
         self.streams = service.streams(self, sync)
 
     # --- the peer's life -------------------------------------------------------------------
@@ -151,6 +168,9 @@ class Viewer:
         self._events.viewer_closed(self, peer)
 
     def keyframe_wanted(self) -> None:
+        if not self._keyframes.take(self._clock.now_s()):
+            self._counters.add("keyframes refused")
+            return
         self._counters.add("keyframes asked for")
         self.streams.keyframe_wanted()
 
@@ -185,6 +205,12 @@ class Viewer:
         with self.boundary:
             if self.peer is not None:
                 self.peer.send(channel, text)
+
+    def settle(self, now_s: float) -> None:
+        """Do what was put off, a few times a second."""
+        self._names.settle(now_s)
+        self._wants.settle(now_s)
+        self.tell_drive_status(now_s)
 
     def tell_drive_status(self, now_s: float) -> None:
         """Send the status of the commands when it has changed, a few times a second at most.
@@ -237,6 +263,10 @@ class Viewer:
         now_s = self._clock.now_s()
         match message:
             case messages.Drive():
+                # One that holds nothing can only stop the robot.
+                if message.held and not self._commands.take(now_s):
+                    self._counters.add("messages over the rate")
+                    return
                 self._events.viewer_drives(self, command_of(message))
             case messages.Ping():
                 round_trip_s = self.link.pinged(
@@ -258,7 +288,7 @@ class Viewer:
     def _on_state(self, message: messages.StateIn) -> None:
         match message:
             case messages.SetName():
-                self._events.viewer_wants_name(self, clean_name(message.name))
+                self._names.ask(message.name, self._clock.now_s())
             case messages.Join() | messages.Leave() | messages.Here():
                 self._events.viewer_asks(self, message)
             case messages.Stop():
@@ -266,11 +296,14 @@ class Viewer:
             case messages.Release():
                 self._events.viewer_releases(self, message)
             case messages.Want():
-                self._want(message)
+                self._wants.ask(message, self._clock.now_s())
             case messages.Received():
                 self._received(message)
             case _:
                 self._events.viewer_acts(self, message)
+
+    def _ask_name(self, name: str) -> None:
+        self._events.viewer_wants_name(self, clean_name(name))
 
     def _want(self, want: messages.Want) -> None:
         if want.size not in self._service.sizes:

@@ -1,0 +1,83 @@
+"""What everybody is told of the room, and when. Pure.
+
+All changes since the last message go in one, and the more it matters the sooner: a turn, a stop or
+a fault of the robot at once, who is here and in which place once a second, names likewise; what
+changes all the time, as an estimated wait does, every five seconds. A few at a time are free. So
+whatever one viewer does costs the others' links less than 2 kB a second.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from wax.protocol.room_change import between
+from wax.session.token_bucket import TokenBucket
+
+if TYPE_CHECKING:
+    from wax.protocol.messages import RoomChange, RoomState, ViewerInfo
+
+_URGENT_HZ: Final = 2.0
+_URGENT_BURST: Final = 8
+_PLACES_HZ: Final = 1.0
+_PLACES_BURST: Final = 4
+_NAMES_HZ: Final = 1.0
+_FLEETING_EVERY_S: Final = 5.0
+_FLEETING: Final[dict[str, Any]] = {"robot": {"battery_v": True, "battery_fraction": True}}
+_LISTS: Final = {"type": True, "viewers": True}
+
+
+class RoomUpdates:
+    """Keeps what everybody knows; `told` is for who has just connected."""
+
+    def __init__(self, now_s: float) -> None:
+        self.told: RoomState | None = None
+        self._urgent = TokenBucket(rate_hz=_URGENT_HZ, burst=_URGENT_BURST, now_s=now_s)
+        self._places = TokenBucket(rate_hz=_PLACES_HZ, burst=_PLACES_BURST, now_s=now_s)
+        self._names = TokenBucket(rate_hz=_NAMES_HZ, burst=1, now_s=now_s)
+        self._refreshed_s = now_s
+
+    def next(self, room: RoomState, now_s: float) -> RoomState | RoomChange | None:
+        """Return what to send to all who are connected now, None for nothing yet."""
+        told = self.told
+        if told is None:
+            self.told, self._refreshed_s = room, now_s
+            return room
+        if now_s - self._refreshed_s >= _FLEETING_EVERY_S:
+            self._refreshed_s = now_s
+            if room == told:
+                return None
+        else:
+            room = _without_fleeting(told, room)
+            allowed = self._allowed(told, room)
+            if allowed is None or not allowed.take(now_s):
+                return None
+        self.told = room
+        return between(told, room)
+
+    def _allowed(self, told: RoomState, room: RoomState) -> TokenBucket | None:
+        """Return the rate of what has changed, None if nothing has."""
+        before, after = (one.model_dump(exclude=_LISTS | _FLEETING) for one in (told, room))
+        if before != after:
+            return self._urgent
+        if _places(told) != _places(room):
+            return self._places
+        return None if told.viewers == room.viewers else self._names
+
+
+def _places(room: RoomState) -> list[dict[str, Any]]:
+    return [line.model_dump(exclude={"name"}) for line in room.viewers]
+
+
+def _without_fleeting(told: RoomState, room: RoomState) -> RoomState:
+    """Leave the estimated wait as it was told where nothing else of a viewer has changed."""
+    known = {line.id: line for line in told.viewers}
+    return room.model_copy(
+        update={"viewers": [_line(known.get(one.id), one) for one in room.viewers]}
+    )
+
+
+def _line(before: ViewerInfo | None, now: ViewerInfo) -> ViewerInfo:
+    if before is None:
+        return now
+    same = now.model_copy(update={"wait_s": before.wait_s})
+    return before if same == before else now

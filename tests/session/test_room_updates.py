@@ -1,0 +1,164 @@
+"""What everybody is told of the room: nothing is lost, and nobody can make it expensive."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.protocol import messages, room_change
+from wax.session.last_wins import LastWins
+from wax.session.room_updates import RoomUpdates
+from wax.session.token_bucket import TokenBucket
+
+VIEWERS = 12
+ROUND_S = 0.05
+
+
+def line(number: int, **more: Any) -> messages.ViewerInfo:
+    known: dict[str, Any] = {
+        "id": number,
+        "name": f"Guest {number} of some length"[: messages.MAX_NAME_CHARS],
+        "role": "observer",
+        "place": None,
+        "wait_s": None,
+        "lost": False,
+    }
+    return messages.ViewerInfo(**known | more)
+
+
+def room(*viewers: messages.ViewerInfo, **more: Any) -> messages.RoomState:
+    known: dict[str, Any] = {
+        "viewers": list(viewers),
+        "turn": messages.TurnInfo(
+            number=1, operator=1, ends_server_ms=123_456.7, stands_left_ms=None
+        ),
+        "stop": None,
+        "robot": messages.RobotStatus(
+            connected=True, problem=None, bumpers=0, battery_v=7.4, battery_fraction=None
+        ),
+        "call": None,
+        "house": messages.House(
+            held=False, locked=False, blanked=False, message="", max_fraction=1.0
+        ),
+        "video": messages.SourceStatus(problem=None),
+        "audio": messages.SourceStatus(problem=None),
+    }
+    return messages.RoomState(**known | more)
+
+
+rooms = st.builds(
+    lambda found, number, volts: room(
+        *(line(n, name=name, wait_s=wait_s) for n, (name, wait_s) in sorted(found.items())),
+        turn=messages.TurnInfo(
+            number=number, operator=None, ends_server_ms=None, stands_left_ms=None
+        ),
+        robot=messages.RobotStatus(
+            connected=True, problem=None, bumpers=0, battery_v=volts, battery_fraction=None
+        ),
+    ),
+    st.dictionaries(st.integers(1, 5), st.tuples(st.sampled_from("ABC"), st.integers(0, 3))),
+    st.integers(0, 2),
+    st.sampled_from([7.3, 7.4]),
+)
+
+
+@given(rooms, rooms)
+def test_the_change_makes_the_later_of_the_earlier(
+    before: messages.RoomState, after: messages.RoomState
+) -> None:
+    """Whatever two states differ in, the change leads from one to the other."""
+    change = room_change.between(before, after)
+    assert room_change.applied(before.model_dump(), change.model_dump()) == after.model_dump()
+
+
+@given(st.lists(st.tuples(rooms, st.floats(0, 3)), min_size=1, max_size=20))
+def test_everybody_knows_in_the_end(steps: list[tuple[messages.RoomState, float]]) -> None:
+    """Whoever was there from the start, or joins at any time, knows the last state 5 s later."""
+    updates, now_s = RoomUpdates(0.0), 0.0
+    known: list[dict[str, Any]] = []
+    for state, after_s in (*steps, (steps[-1][0], 5.0), (steps[-1][0], 5.0)):
+        now_s += after_s
+        update = updates.next(state, now_s)
+        if isinstance(update, messages.RoomChange):
+            known = [room_change.applied(one, update.model_dump()) for one in known]
+        elif update is not None:
+            known = [update.model_dump()]
+        assert updates.told is not None
+        known.append(updates.told.model_dump())
+        assert all(one == known[0] for one in known)
+    assert known[0] == steps[-1][0].model_dump()
+
+
+def _bytes_a_second(change: Any, seconds: int = 60) -> float:
+    """Sum what everybody is sent while `change(n)` is the room in round n, without the first."""
+    updates = RoomUpdates(0.0)
+    updates.next(change(0), 0.0)
+    sent = 0
+    for number in range(1, round(seconds / ROUND_S) + 1):
+        update = updates.next(change(number), number * ROUND_S)
+        sent += 0 if update is None else len(update.model_dump_json())
+    return sent / seconds
+
+
+def _others(count: int = VIEWERS) -> list[messages.ViewerInfo]:
+    return [line(number) for number in range(2, count + 1)]
+
+
+FLOODS = {
+    "names": lambda n: room(line(1, name=f"x{n}" * 4), *_others()),
+    "joins and leaves": lambda n: room(
+        line(1, role="operator" if n % 2 else "observer", place=0 if n % 2 else None),
+        *_others(),
+        turn=messages.TurnInfo(
+            number=n, operator=1 if n % 2 else None, ends_server_ms=None, stands_left_ms=None
+        ),
+    ),
+    "places": lambda n: room(
+        line(1, role="queued", place=5 + n % 2),
+        *(line(k, role="queued", place=k - 1, wait_s=60 * k - n // 20) for k in range(2, 6)),
+        *_others()[4:],
+    ),
+    "comes and goes": lambda n: room(*([line(1)] if n % 2 else []), *_others()),
+    "stops": lambda n: room(
+        line(1), *_others(), stop=messages.StopInfo(number=n, by="x" * 24) if n % 2 else None
+    ),
+}
+
+
+@pytest.mark.parametrize("flood", FLOODS)
+def test_a_flood_costs_the_others_little(flood: str) -> None:
+    """Under 2 kB a second for each of the others, with twelve viewers and some of them waiting."""
+    assert 0 < _bytes_a_second(FLOODS[flood]) <= 2000
+
+
+def test_what_matters_is_told_at_once() -> None:
+    """Names do not delay a stop, nor do those who come and go."""
+    updates, now_s = RoomUpdates(0.0), 10.0
+    updates.next(room(line(1)), now_s)
+    for number in range(50):
+        updates.next(room(line(1, name=f"x{number}"), *_others()[: number % 9]), now_s)
+    assert updates.next(room(line(1, name="y"), *_others()), now_s) is None
+    stopped = room(line(1, name="z"), stop=messages.StopInfo(number=1, by="Bob"))
+    change = updates.next(stopped, now_s)
+    assert isinstance(change, messages.RoomChange)
+    assert change.stop == stopped.stop
+
+
+def test_the_last_request_wins() -> None:
+    """The first is carried out at once, then one each two seconds: the newest, and only once."""
+    done: list[tuple[float, int]] = []
+    now_s = 0.0
+    names: LastWins[int] = LastWins(
+        lambda number: done.append((now_s, number)), TokenBucket(rate_hz=0.5, burst=1, now_s=0.0)
+    )
+    for step in range(100):
+        now_s = step / 20
+        names.ask(step, now_s)
+    for step in range(100, 300):
+        now_s = step / 20
+        names.settle(now_s)
+    assert [number for _, number in done] == [0, 40, 80, 99]
+    assert [at_s for at_s, _ in done] == pytest.approx([0.0, 2.0, 4.0, 6.0])

@@ -1,0 +1,66 @@
+"""What one page may ask for, and how often: the others pay for it."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from tests.session.test_viewer import _drive, _scene, _want
+
+from wax.protocol.messages import MAX_DRIVE_BYTES
+
+if TYPE_CHECKING:
+    import pytest
+
+
+def test_keyframes_are_forced_at_a_bounded_rate(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A browser that asks a hundred times a second gets one in two seconds, and a few at first."""
+    connected = _scene()
+    asked: list[float] = []
+    monkeypatch.setattr(
+        connected.viewer.streams, "keyframe_wanted", lambda: asked.append(connected.clock.time_s)
+    )
+    for _ in range(6000):
+        connected.clock.time_s += 0.01
+        connected.viewer.keyframe_wanted()
+    assert len(asked) <= 8 + 30
+    assert len(asked) >= 30
+    refused = connected.counters.snapshot()["keyframes refused"]
+    assert len(asked) + refused == 6000
+
+
+def test_commands_are_taken_at_a_bounded_rate() -> None:
+    """Sixty a second, of at most 256 bytes; what a page sends is never too much."""
+    connected = _scene()
+    for seq in range(1000):
+        connected.clock.time_s += 0.02
+        connected.viewer.received("drive", _drive(seq=seq))
+    assert sum(name == "drive" for name, _ in connected.room.calls) == 1000
+    connected.room.calls.clear()
+    for seq in range(1000):
+        connected.clock.time_s += 0.0105
+        connected.viewer.received("drive", _drive(seq=1000 + seq))
+    taken = sum(name == "drive" for name, _ in connected.room.calls)
+    assert 630 <= taken <= 630 + 121
+    longest = {name * 8: -0.1234567890123456 for name in ("ab", "cd", "ef", "gh")}
+    long = _drive(seq=2**53, turn=2**31, linear=-0.123456789012345, axes=longest)
+    assert len(long.replace(" ", "")) <= MAX_DRIVE_BYTES
+
+
+def test_wishes_are_granted_at_a_bounded_rate() -> None:
+    """Whoever switches sizes without end gets a few changes, and the last one in any case."""
+    connected = _scene()
+    changes = 0
+    asked = "160x120"
+    for step in range(600):
+        connected.clock.time_s += 0.1
+        asked = ("160x120", "640x480")[step % 2]
+        before = connected.viewer.streams.status()["rendition"]
+        connected.viewer.received("state", json.dumps(_want(asked)))
+        changes += before != connected.viewer.streams.status()["rendition"]
+    assert changes <= 8 + 60
+    connected.viewer.received("state", json.dumps(_want("160x120") | {"picture": False}))
+    connected.clock.time_s += 1.1
+    connected.viewer.settle(connected.clock.now_s())
+    assert connected.video.wanted == []
+    assert not connected.viewer.wants_picture

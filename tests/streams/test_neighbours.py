@@ -1,0 +1,105 @@
+"""What one viewer's browser tells of its link is no business of anybody else's."""
+
+from __future__ import annotations
+
+from random import Random
+from typing import TYPE_CHECKING, Any, Final
+
+import pytest
+from tests.fuzz.mutator import Mutator
+from tests.fuzz.target import at_once
+from tests.fuzz.targets.network import Transport
+from tests.open_boundary import OpenFence
+from tests.rtc.browser_feedback import feedback_packet
+from tests.streams.test_live_streams import SIZES, Rig
+
+from wax.config.settings import AudioSettings, SyncSettings
+from wax.rtc.transport_tap import TransportTap
+from wax.streams.live import LiveService
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+PACKETS: Final = 8
+"""Sent to the liar between two of their reports."""
+STEP_S: Final = 0.05
+
+
+class Liar:
+    """A second viewer of the same pictures, who reports whatever they like."""
+
+    def __init__(self, rig: Rig, seed: int) -> None:
+        self.boundary = OpenFence()
+        self._rig = rig
+        self._random = Random(seed)
+        service = LiveService(
+            clock=rig.clock,
+            video_settings=SIZES,
+            audio_settings=AudioSettings(),
+            video=rig.video,
+            audio=rig.audio,
+        )
+        self.streams = service.streams(self, SyncSettings())
+        lanes = self.streams.lanes()
+        lanes.congestion.negotiated(has_feedback=True)
+        self._tap = TransportTap(lanes.congestion, rig.clock.now_s, lambda: None)
+        self._transport = Transport()
+        self._tap.join(self._transport)
+        self._number = 0
+        self._lies_s = 0.0
+        self._lie = "true"
+        self.streams.connected()
+        self.streams.ready()
+        self.streams.want(sound=True, picture=True, size="640x480", policy=None)
+
+    def send(self, message: BaseModel) -> None: ...
+
+    def hold_back(self, least_ms: float) -> bool:
+        return True
+
+    def lie(self) -> None:
+        """Take some packets and report on them; for half a second in the same manner."""
+        for _ in range(PACKETS):
+            self._tap.mark(1200, "video", None)
+            at_once(self._transport._send(b"\x80" * 1200))
+        now_s = self._rig.clock.now_s()
+        if now_s >= self._lies_s:
+            self._lies_s = now_s + 0.5
+            self._lie = self._random.choice(("true", "lost", "late", "early", "noise"))
+        report = feedback_packet(self._number, self._arrivals(now_s), self._random)
+        if self._lie == "noise":
+            report = Mutator(self._random, [report], [], 400).draw()
+        at_once(self._transport._handle_rtcp_data(report))
+        self._number += PACKETS
+
+    def _arrivals(self, now_s: float) -> list[int | None]:
+        ticks = round(now_s * 4000)
+        every: dict[str, Any] = {
+            "lost": lambda _: None,
+            "late": lambda number: ticks + 2000 * number,
+            "early": lambda number: ticks - 100 * number,
+        }
+        return [every.get(self._lie, lambda n: ticks + n)(number) for number in range(PACKETS)]
+
+
+@pytest.mark.parametrize("seed", range(4))
+async def test_lies_about_one_link_move_nobody_elses_rendition(seed: int) -> None:
+    """Another viewer keeps the best picture, and a keyframe a second at most is forced on them."""
+    rig = Rig()
+    rig.begin()
+    await rig.run(8.0)
+    best = SIZES.renditions[0].name
+    assert rig.lane.rendition == best
+    liar = Liar(rig, seed)
+    rig.sizes.clear()
+    rig.asked.clear()
+    seen = set()
+    for _ in range(round(20 / STEP_S)):
+        liar.lie()
+        seen.add(liar.streams.status()["rendition"])
+        await rig.run(STEP_S)
+        assert rig.lane.rendition == best
+    assert len(seen) > 1, "the lies moved nothing at all"
+    assert set(rig.sizes) == {best}
+    assert len(rig.sizes) > 20 * 20
+    assert rig.asked.count(best) <= 20

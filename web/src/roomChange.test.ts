@@ -1,0 +1,29 @@
+import { expect, it } from "vitest";
+import type { RoomChange } from "./messages";
+import { changed } from "./roomChange";
+import { room, viewer } from "./testing/messages";
+
+const before = room({ operator: 1, waiting: [2], watching: [3] });
+
+function change(more: Partial<RoomChange>): RoomChange {
+  return { ...before, type: "room_change", viewers: [], gone: [], ...more };
+}
+
+it("keeps who has not changed and puts who has in place of their old line", () => {
+  const after = changed(before, change({ viewers: [viewer(3, { name: "Zoë" })] }));
+  expect(after.viewers.map((line) => line.name)).toEqual(["Ada", "Bob", "Zoë"]);
+  expect(after.viewers[1]?.place).toBe(1);
+});
+
+it("adds who is new, in the order of arrival, and leaves out who is gone", () => {
+  const after = changed(before, change({ viewers: [viewer(4)], gone: [2] }));
+  expect(after.viewers.map((line) => line.id)).toEqual([1, 3, 4]);
+});
+
+it("takes everything else as it is now, a released stop too", () => {
+  const stopped = { ...before, stop: { number: 4, by: "Bob" } };
+  const turn = { number: 9, operator: 3, ends_server_ms: null, stands_left_ms: null };
+  const after = changed(stopped, change({ turn, stop: null }));
+  expect(after).toEqual({ ...before, turn, viewers: changed(before, change({})).viewers });
+  expect(after).not.toHaveProperty("gone");
+});
