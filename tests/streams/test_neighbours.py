@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 PACKETS: Final = 8
 """Sent to the liar between two of their reports."""
 STEP_S: Final = 0.05
+LIES_S: Final = 12
 
 
 class Liar:
@@ -82,7 +83,7 @@ class Liar:
         return [every.get(self._lie, lambda n: ticks + n)(number) for number in range(PACKETS)]
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 async def test_lies_about_one_link_move_nobody_elses_rendition(seed: int) -> None:
     """Another viewer keeps the best picture, and a keyframe a second at most is forced on them."""
     rig = Rig()
@@ -94,12 +95,12 @@ async def test_lies_about_one_link_move_nobody_elses_rendition(seed: int) -> Non
     rig.sizes.clear()
     rig.asked.clear()
     seen = set()
-    for _ in range(round(20 / STEP_S)):
+    for _ in range(round(LIES_S / STEP_S)):
         liar.lie()
         seen.add(liar.streams.status()["rendition"])
         await rig.run(STEP_S)
         assert rig.lane.rendition == best
     assert len(seen) > 1, "the lies moved nothing at all"
     assert set(rig.sizes) == {best}
-    assert len(rig.sizes) > 20 * 20
-    assert rig.asked.count(best) <= 20
+    assert len(rig.sizes) > 20 * LIES_S
+    assert rig.asked.count(best) <= LIES_S
