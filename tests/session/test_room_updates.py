@@ -25,6 +25,7 @@ def line(number: int, **more: Any) -> messages.ViewerInfo:
         "place": None,
         "wait_s": None,
         "lost": False,
+        "host": False,
     }
     return messages.ViewerInfo(**known | more)
 

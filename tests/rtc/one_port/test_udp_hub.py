@@ -386,3 +386,12 @@ async def test_ipv6_is_served_too() -> None:
     await peer.close()
     hub.close()
     await asyncio.sleep(0)
+
+
+async def test_an_empty_datagram_is_dropped(rig: Rig) -> None:
+    """Nobody has to read the first byte of what has none, be it a browser's or forged."""
+    await rig.ada.verifies()
+    rig.ada.sends(b"")
+    rig.ada.sends(b"from ada")
+    async with asyncio.timeout(5):
+        assert await rig.ada.peer.recv() == b"from ada"

@@ -163,7 +163,8 @@ class LiteConnection:
             self._plan(_TICK_S)
 
     def datagram(self, data: bytes, path: Path) -> None:
-        if self._agent.heard(path, self._now_s()) and not self._queue.full():
+        # An empty one would end the peer: aiortc looks at the first byte.
+        if data and self._agent.heard(path, self._now_s()) and not self._queue.full():
             self._queue.put_nowait(data)
 
     def displaced(self, path: Path) -> None:
