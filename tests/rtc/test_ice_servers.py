@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from wax.config.settings import NetworkSettings, RelaySettings
+from wax.config.settings import NetworkSettings, RelaySettings, Settings
 from wax.errors import StartError
 from wax.rtc.ice_servers import IceServers
 
@@ -35,6 +35,13 @@ def test_credentials_are_those_that_coturn_computes() -> None:
     signed = hmac.new(SECRET.encode(), b"1000600:ada", hashlib.sha1).digest()
     assert base64.b64decode(told["credential"]) == signed
     assert SECRET not in json.dumps(told)
+
+
+def test_the_secret_is_in_no_log() -> None:
+    """A traceback shows settings, but not that one."""
+    relay = RelaySettings(urls=URLS, secret=SECRET)
+    assert SECRET not in repr(relay)
+    assert SECRET not in str(Settings(relay=relay))
 
 
 def test_each_viewer_gets_their_own() -> None:

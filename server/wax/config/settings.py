@@ -145,7 +145,7 @@ class RelaySettings(_Section):
     """`[relay]`: a TURN server for viewers whose network lets no UDP out; none by default."""
 
     urls: Annotated[list[TurnUrl], Field(max_length=4)] = []
-    secret: str = ""
+    secret: Annotated[str, Field(repr=False)] = ""
     secret_file: str = ""
     only: bool = False
 
