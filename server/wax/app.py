@@ -32,6 +32,9 @@ from wax.encode.video_encoder import IntraEncoder
 from wax.errors import StartError
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
+from wax.monitoring.listener import MetricsListener
+from wax.monitoring.metrics import Metrics
+from wax.monitoring.readiness import Readiness
 from wax.records.opening import open_records
 from wax.robot.find_driver import make_robot
 from wax.rtc import private
@@ -219,12 +222,28 @@ class App:
             guards=Guards(settings.server, clock, self._network.public_addresses),
             access=self._access,
             offers_hz=settings.server.max_offers_per_address_hz,
+            missing=Readiness(
+                clock=clock,
+                control=self._control,
+                captures=self._captures,
+                is_stopping=self._stopping.is_set,
+            ),
         )
         self.tls = make_tls(settings.server, clock)
         self._host_link = HostLinkSocket(
             state_dir.find(settings.server.state_dir), self.new_host_link
         )
         self._entrance = Entrance(routes.application(), settings.server, clock, self.tls)
+        self._metrics: MetricsListener | None = None
+        if settings.metrics.port:
+            metrics = Metrics(
+                status=self._status,
+                refused=refused,
+                stops=self._keeper.stops,
+                lateness=self._control.lateness,
+                records=self._records,
+            )
+            self._metrics = MetricsListener(settings.metrics, metrics.text)
 
     async def run(self, on_ready: Callable[[int], None]) -> None:
         """Serve until a signal, or until a task fails; the robot stops before anything else ends.
@@ -267,6 +286,8 @@ class App:
         await self._entrance.open()
         await self._network.open()
         await self._host_link.open()
+        if self._metrics is not None:
+            await self._metrics.open()
         self._records.start()
         self._driver.open()
         self._video.start()
@@ -292,6 +313,8 @@ class App:
                 # Together, not one after the other, so that several slow devices share one wait.
                 await asyncio.gather(self._room.close(), asyncio.to_thread(self._stop_threads))
                 await self._host_link.close()
+                if self._metrics is not None:
+                    await self._metrics.close()
                 await self._entrance.close()
         except TimeoutError:
             _LOG.warning("not everything ended in time; exiting anyway")

@@ -108,6 +108,7 @@ async def line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator
         guards=Guards(
             ServerSettings(names=["robots.example"]), clock, lambda: ["203.0.113.7", "2001:db8::7"]
         ),
+        missing=dict,
     )
     async with TestServer(made.application()) as server:
         yield Line(server, room)

@@ -50,6 +50,7 @@ class FakeRoom:
         self.error: Exception | None = None
         self.offers: list[tuple[str, str]] = []
         self.visitors: list[Visitor] = []
+        self.missing: dict[str, str] = {}
         self.stops: list[tuple[object, ...]] = []
 
     def role_of(self, visitor: Visitor) -> Role:
@@ -138,6 +139,7 @@ async def client(
             ServerSettings(trusted_proxies=["127.0.0.1"], names=["robot.example", "192.168.1.7"]),
             clock,
         ),
+        missing=lambda: room.missing,
     )
     cookies = CookieJar(unsafe=True)
     async with TestClient(TestServer(made.application()), cookie_jar=cookies) as found:
@@ -166,6 +168,7 @@ async def test_the_page_knows_whether_to_acknowledge(
         access=make_access(Records(TurnedClock()), TurnedClock()),
         offers_hz=2.0,
         guards=Guards(ServerSettings(), TurnedClock()),
+        missing=dict,
     )
     async with TestClient(TestServer(made.application())) as client:
         page = await client.get("/")
@@ -202,6 +205,16 @@ async def test_small_questions(client: Client, access: Access) -> None:
         "relayOnly": False,
         "wantsCandidates": False,
     }
+
+
+async def test_what_is_not_ready_is_told(client: Client, room: FakeRoom) -> None:
+    """A load balancer gets a status and the parts' names; the process is well all the same."""
+    ready = await client.get("/readyz")
+    assert (ready.status, await ready.json()) == (200, {"ready": True, "reasons": []})
+    room.missing = {"robot": "No answer."}
+    ready = await client.get("/readyz")
+    assert (ready.status, await ready.json()) == (503, {"ready": False, "reasons": ["robot"]})
+    assert (await client.get("/healthz")).status == 200
 
 
 async def test_an_offer_is_answered(client: Client, room: FakeRoom) -> None:
@@ -304,6 +317,7 @@ def test_a_page_that_was_not_built_is_a_sentence(
         access=make_access(Records(TurnedClock()), TurnedClock()),
         offers_hz=2.0,
         guards=Guards(ServerSettings(), TurnedClock()),
+        missing=dict,
     )
     with pytest.raises(StartError, match="make run"):
         made.application()

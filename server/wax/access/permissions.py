@@ -54,6 +54,7 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     "GET /": _ANYBODY,
     "GET /assets": _ANYBODY,
     "GET /healthz": _ANYBODY,
+    "GET /readyz": _ANYBODY,
     "POST /api/host": _ANYBODY,
     "POST /api/enter": _ANYBODY,
     "POST /api/offer": _ANYBODY,

@@ -102,6 +102,13 @@ class RecordSettings(_Section):
     keep_days: Annotated[float, Field(ge=0.01, le=3650)] = 30.0
 
 
+class MetricSettings(_Section):
+    """`[metrics]`: where Prometheus reads them."""
+
+    port: Annotated[int, Field(ge=0, le=65535)] = 0
+    host: Annotated[str, Field(min_length=1)] = "localhost"
+
+
 StunUrl = Annotated[str, Field(pattern=r"^stun:\S+$", description='an address as "stun:HOST:PORT"')]
 TurnUrl = Annotated[
     str,
@@ -395,6 +402,7 @@ class Settings(_Section):
     access: AccessSettings = AccessSettings()
     log: LogSettings = LogSettings()
     records: RecordSettings = RecordSettings()
+    metrics: MetricSettings = MetricSettings()
     network: NetworkSettings = NetworkSettings()
     relay: RelaySettings = RelaySettings()
     video: VideoSettings = VideoSettings()

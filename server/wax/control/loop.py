@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from wax.config.settings import DriveSettings, RobotSettings
     from wax.control.command import Command
     from wax.control.fairness import Person
+    from wax.control.lateness import Lateness
     from wax.control.reasons import Refusal
     from wax.control.stop_latch import LatchedStop, Releaser
     from wax.control.turns import TurnEvent, Turns
@@ -253,6 +254,16 @@ class ControlLoop:
     def robot_state(self) -> RobotState:
         """Return the robot's state at the newest tick; no answer is reported as its problem."""
         return self._safe_driver.state
+
+    @property
+    def stepped_s(self) -> float:
+        """When the robot was last given a set-point."""
+        return self._steered_s
+
+    @property
+    def lateness(self) -> Lateness:
+        """How late the ticks since the start were."""
+        return self._timer.lateness
 
     def counts(self) -> dict[str, float]:
         """Return the counts since the start, and how late the ticks of the last minute were."""

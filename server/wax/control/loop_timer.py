@@ -6,6 +6,8 @@ import math
 from collections import deque
 from typing import Final
 
+from wax.control.lateness import Lateness
+
 MAX_LATE_S: Final = 0.2
 MIN_LATE_S: Final = 0.1
 _EARLY_S: Final = 0.001
@@ -28,6 +30,7 @@ class LoopTimer:
         if ttl_s is not None:
             self._max_late_s = min(MAX_LATE_S, max(MIN_LATE_S, ttl_s))
         self._due_s: float | None = None  # until the first
+        self.lateness = Lateness()
         self._late_s: deque[float] = deque(maxlen=math.ceil(_REMEMBERED_S * loop_hz))
 
     def is_too_late(self, now_s: float) -> bool:
@@ -38,6 +41,7 @@ class LoopTimer:
             missed = math.floor(max(0.0, late_s) / self.period_s)
             self._due_s = due_s + self.period_s * (missed + 1)
             self._late_s.append(max(0.0, late_s))
+            self.lateness.add(max(0.0, late_s))
         return late_s > self._max_late_s
 
     def rest_s(self, now_s: float) -> float:

@@ -116,7 +116,7 @@ class Lifted(BaseModel):
 
 
 class Routes:
-    """Answers HTTP; `status` makes the JSON of the status page."""
+    """Answers HTTP; `status` makes the status page's JSON, `missing` tells what is not ready."""
 
     def __init__(
         self,
@@ -130,6 +130,7 @@ class Routes:
         guards: Guards,
         access: Access,
         offers_hz: float,
+        missing: Callable[[], dict[str, str]],
     ) -> None:
         self._guards = guards
         self._access = access
@@ -144,6 +145,7 @@ class Routes:
         self._ice = ice
         self._status = status
         self._acknowledged = acknowledged
+        self._missing = missing
 
     def application(self) -> web.Application:
         """Make the application; raises `StartError` if the page was not built."""
@@ -158,6 +160,7 @@ class Routes:
             [
                 web.get("/", self.page),
                 web.get("/healthz", self.health),
+                web.get("/readyz", self.readiness),
                 web.get("/api/status", self.status),
                 web.get("/api/ice", self.ice),
                 web.post("/api/host", self.become_host),
@@ -187,6 +190,12 @@ class Routes:
 
     async def health(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
         return web.json_response({"ok": True})
+
+    async def readiness(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
+        # The parts only: why is the host's business, who finds it in the status.
+        missing = sorted(self._missing())
+        answer = {"ready": not missing, "reasons": missing}
+        return web.json_response(answer, status=503 if missing else 200)
 
     async def status(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
         return web.json_response(self._status())

@@ -1,0 +1,182 @@
+"""What Prometheus is told, gathered when it asks; nothing is counted for it otherwise.
+
+Nobody is named: viewers come and go, and each label value is a time series for ever.
+"""
+
+from __future__ import annotations
+
+from itertools import accumulate
+from statistics import median
+from typing import TYPE_CHECKING, Any, Final
+
+from prometheus_client import CollectorRegistry, ProcessCollector, generate_latest
+from prometheus_client.core import (
+    CounterMetricFamily,
+    GaugeMetricFamily,
+    HistogramMetricFamily,
+    InfoMetricFamily,
+)
+from prometheus_client.registry import Collector
+
+from wax.control.lateness import BOUNDS_MS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping
+
+    from prometheus_client.core import Metric
+
+    from wax.control.lateness import Lateness
+    from wax.records.records import Records
+
+_ROLES: Final = ("operator", "queued", "observer")
+_AGES: Final = {
+    "wax_picture_age_seconds": ("Age of the picture that is shown", "report", "picture", "age_ms"),
+    "wax_sound_age_seconds": ("Age of the sound that is heard", "report", "sound", "age_ms"),
+    "wax_skew_seconds": ("How much older the sound is than its picture", "skew_ms"),
+    "wax_round_trip_seconds": ("Round trip of the link", "round_trip_ms"),
+}
+_NOT_EVENTS: Final = ("control.jitter_p99_ms", "control.latest_ms")
+
+
+class Metrics(Collector):
+    """Collects from the status page's content and a few counts; call it in the event loop."""
+
+    def __init__(
+        self,
+        *,
+        status: Callable[[], dict[str, Any]],
+        refused: Callable[[Mapping[str, float]], Mapping[str, float]],
+        stops: Mapping[str, int],
+        lateness: Lateness,
+        records: Records,
+    ) -> None:
+        self._status = status
+        self._refused = refused
+        self._stops = stops
+        self._lateness = lateness
+        self._records = records
+        self._registry = CollectorRegistry()
+        self._registry.register(self)
+        ProcessCollector(registry=self._registry)
+
+    def text(self) -> bytes:
+        """Return all metrics in Prometheus's text format."""
+        return generate_latest(self._registry)
+
+    def describe(self) -> Iterable[Metric]:
+        """Return nothing: the names are no other collector's, and the status is not made twice."""
+        return ()
+
+    def collect(self) -> Iterator[Metric]:
+        status = self._status()
+        yield InfoMetricFamily("wax", "This server", {"version": status["version"]})
+        yield from _of_viewers(status["viewers"])
+        yield from _of_turns(status, self._stops)
+        yield from _of_streams(status["streams"])
+        yield from self._of_server(status)
+
+    def _of_server(self, status: Mapping[str, Any]) -> Iterator[Metric]:
+        refused = self._refused(status["counters"])
+        yield _counter("wax_refused", "What was refused", "reason", refused)
+        events = {
+            name: count
+            for name, count in status["counters"].items()
+            if name not in refused and name not in _NOT_EVENTS
+        }
+        yield _counter("wax_events", "What else happened", "event", events)
+        yield _histogram(self._lateness)
+        yield GaugeMetricFamily("wax_tasks", "Tasks of the event loop", status["tasks"])
+        yield GaugeMetricFamily(
+            "wax_records_waiting", "Records not written yet", self._records.waiting
+        )
+        yield CounterMetricFamily(
+            "wax_records_dropped", "Records lost to a full disk or the like", self._records.dropped
+        )
+
+
+def _of_viewers(viewers: Iterable[Mapping[str, Any]]) -> Iterator[Metric]:
+    everybody = list(viewers)
+    roles = dict.fromkeys(_ROLES, 0)
+    renditions: dict[str, int] = {}
+    for one in everybody:
+        roles[one["role"]] = roles.get(one["role"], 0) + 1
+        name = _at(one, "streams", "rendition")
+        if isinstance(name, str):
+            renditions[name] = renditions.get(name, 0) + 1
+    yield _gauge("wax_viewers", "Viewers who are connected", "role", roles)
+    yield GaugeMetricFamily("wax_queue_length", "Viewers who wait for a turn", roles["queued"])
+    yield _gauge("wax_rendition_viewers", "Viewers by rendition", "rendition", renditions)
+    groups = {"all": everybody, "operator": [one for one in everybody if one["role"] == "operator"]}
+    for name, (what, *path) in _AGES.items():
+        family = GaugeMetricFamily(name, f"{what}: median and worst", labels=["who", "of"])
+        for who, group in groups.items():
+            values = [ms / 1000 for one in group if (ms := _number(_at(one, *path))) is not None]
+            if values:
+                family.add_metric([who, "median"], median(values))
+                family.add_metric([who, "worst"], max(values, key=abs))
+        yield family
+
+
+def _of_turns(status: Mapping[str, Any], stops: Mapping[str, int]) -> Iterator[Metric]:
+    yield CounterMetricFamily("wax_turns", "Turns begun", status["turn"]["number"])
+    yield _counter("wax_stops", "What stopped the moving robot", "reason", stops)
+    latched = status["stop"] is not None
+    yield GaugeMetricFamily("wax_stop_latched", "1 while a pressed stop is in force", int(latched))
+    robot = status["robot"]
+    yield GaugeMetricFamily("wax_robot_connected", "1 if it is", int(bool(robot["connected"])))
+    left = _number(robot["battery_fraction"])
+    if left is not None:
+        yield GaugeMetricFamily("wax_battery_ratio", "What is left in the robot's battery", left)
+
+
+def _of_streams(streams: Mapping[str, Any]) -> Iterator[Metric]:
+    video, audio = streams["video"], streams["audio"]
+    both = {"video": video, "audio": audio}
+    up = {name: int(one["problem"] is None) for name, one in both.items()}
+    yield _gauge("wax_source_up", "1 if camera or microphone delivers", "stream", up)
+    failures = {name: one["failures"] for name, one in both.items()}
+    yield _counter("wax_source_failures", "Failures of a source", "stream", failures)
+    dropped = {name: one["dropped"] for name, one in both.items()}
+    yield _counter("wax_dropped", "Pictures and packets dropped by full lanes", "stream", dropped)
+    yield GaugeMetricFamily(
+        "wax_captured_pictures_hertz", "Pictures from the camera", video["captured_fps"]
+    )
+    yield _gauge(
+        "wax_encoded_pictures_hertz", "Pictures encoded", "rendition", video["encoded_fps"]
+    )
+    yield GaugeMetricFamily("wax_captured_sound_hertz", "Blocks of sound", audio["captured_hz"])
+
+
+def _histogram(lateness: Lateness) -> Metric:
+    names = [*(f"{bound / 1000:g}" for bound in BOUNDS_MS), "+Inf"]
+    buckets = list(zip(names, accumulate(lateness.counts), strict=True))
+    family = HistogramMetricFamily(
+        "wax_loop_lateness_seconds", "How late the control loop's ticks are"
+    )
+    family.add_metric([], buckets, lateness.sum_s)
+    return family
+
+
+def _counter(name: str, what: str, label: str, values: Mapping[str, float]) -> Metric:
+    family = CounterMetricFamily(name, what, labels=[label])
+    for key, value in values.items():
+        family.add_metric([key], value)
+    return family
+
+
+def _gauge(name: str, what: str, label: str, values: Mapping[str, float]) -> Metric:
+    family = GaugeMetricFamily(name, what, labels=[label])
+    for key, value in values.items():
+        family.add_metric([key], value)
+    return family
+
+
+def _at(tree: object, *path: str) -> object:
+    """Follow a path into the status; None where a viewer has no such value."""
+    for name in path:
+        tree = tree.get(name) if isinstance(tree, dict) else None
+    return tree
+
+
+def _number(value: object) -> float | None:
+    return value if isinstance(value, int | float) and not isinstance(value, bool) else None

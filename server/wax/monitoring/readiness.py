@@ -1,0 +1,51 @@
+"""Whether somebody could drive now: `/readyz`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from wax.capture.source import Picture, Sound
+    from wax.capture.source_thread import SourceThread
+    from wax.clock import Clock
+    from wax.control.loop import ControlLoop
+
+_BEAT_S: Final = 0.5
+"""A control loop that has not run for so long is stuck: 25 ticks."""
+STOPPING: Final = "The server is stopping."
+LATE: Final = "The control loop does not run."
+DISCONNECTED: Final = "The robot is not connected."
+
+
+class Readiness:
+    """Call it for what is not ready: a sentence for each part; empty if everything is."""
+
+    def __init__(
+        self,
+        *,
+        clock: Clock,
+        control: ControlLoop,
+        captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
+        is_stopping: Callable[[], bool],
+    ) -> None:
+        self._clock = clock
+        self._control = control
+        self._captures = captures
+        self._is_stopping = is_stopping
+
+    def __call__(self) -> dict[str, str]:
+        missing = {}
+        if self._is_stopping():
+            missing["server"] = STOPPING
+        if self._clock.now_s() - self._control.stepped_s > _BEAT_S:
+            missing["control"] = LATE
+        state = self._control.robot_state
+        if not state.connected or state.problem is not None:
+            missing["robot"] = state.problem or DISCONNECTED
+        # Without sound one can drive: the microphone is the host's business, not the balancer's.
+        camera = self._captures.get("video")
+        if camera is not None and camera.problem is not None:
+            missing["camera"] = camera.problem
+        return missing

@@ -1,0 +1,223 @@
+"""What Prometheus reads, and what the dashboard and the balancer make of it."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, cast
+
+import aiohttp
+import pytest
+from prometheus_client.parser import text_string_to_metric_families
+from tests.turned_clock import TurnedClock
+
+from wax.config.settings import MetricSettings
+from wax.control.lateness import BOUNDS_MS, Lateness
+from wax.errors import StartError
+from wax.monitoring.listener import MetricsListener
+from wax.monitoring.metrics import Metrics
+from wax.monitoring.readiness import LATE, STOPPING, Readiness
+from wax.records.records import Records
+from wax.session.record_keeper import refused
+
+if TYPE_CHECKING:
+    from wax.control.loop import ControlLoop
+
+DASHBOARD = Path(__file__).parents[2] / "config" / "deploy" / "grafana.json"
+
+
+def line(role: str, **more: object) -> dict[str, object]:
+    return {"id": 1, "name": "Ada", "role": role, **more}
+
+
+def whole(picture_ms: float | None, skew_ms: float | None) -> dict[str, object]:
+    return {
+        "round_trip_ms": 40.0,
+        "skew_ms": skew_ms,
+        "report": {"picture": {"age_ms": picture_ms}, "sound": None},
+        "streams": {"rendition": "640x480"},
+    }
+
+
+def status() -> dict[str, Any]:
+    return {
+        "version": "1.2",
+        "viewers": [
+            line("operator", **whole(80.0, -30.0)),
+            line("observer", **whole(None, 10.0)),
+            line("observer"),  # their figures cannot be had
+            line("queued", **whole(240.0, None)),
+        ],
+        "turn": {"number": 7, "operator": 1, "seconds_left": 2.0},
+        "stop": None,
+        "robot": {"connected": True, "battery_fraction": 0.5},
+        "streams": {
+            "video": {
+                "problem": None,
+                "failures": 1,
+                "captured_fps": 30.0,
+                "encoded_fps": {"640x480": 29.9},
+                "dropped": 4,
+            },
+            "audio": {"problem": "gone", "failures": 0, "captured_hz": 100.0, "dropped": 0},
+        },
+        "counters": {"requests refused": 3, "commands.accepted": 9, "control.latest_ms": 1.5},
+        "tasks": 12,
+    }
+
+
+@pytest.fixture
+def lateness() -> Lateness:
+    return Lateness()
+
+
+def metrics(lateness: Lateness) -> Metrics:
+    return Metrics(
+        status=status,
+        refused=refused,
+        stops={"pressed": 2},
+        lateness=lateness,
+        records=Records(TurnedClock()),
+    )
+
+
+def samples(text: bytes) -> dict[tuple[str, ...], float]:
+    """Every sample by its name and its labels' values, in the order of the labels."""
+    return {
+        (one.name, *(value for _, value in sorted(one.labels.items()))): one.value
+        for family in text_string_to_metric_families(text.decode())
+        for one in family.samples
+    }
+
+
+def test_what_is_exported(lateness: Lateness) -> None:
+    """Viewers, queue, renditions, ages, skew, stops, refusals, drops, sources and the loop."""
+    for late_s in (0.0, 0.0004, 0.003, 0.5):
+        lateness.add(late_s)
+    found = samples(metrics(lateness).text())
+    expected = {
+        ("wax_info", "1.2"): 1,
+        ("wax_viewers", "operator"): 1,
+        ("wax_viewers", "observer"): 2,
+        ("wax_queue_length",): 1,
+        ("wax_rendition_viewers", "640x480"): 3,
+        ("wax_picture_age_seconds", "median", "all"): 0.16,
+        ("wax_picture_age_seconds", "worst", "all"): 0.24,
+        ("wax_picture_age_seconds", "worst", "operator"): 0.08,
+        ("wax_skew_seconds", "worst", "all"): -0.03,
+        ("wax_round_trip_seconds", "median", "all"): 0.04,
+        ("wax_turns_total",): 7,
+        ("wax_stops_total", "pressed"): 2,
+        ("wax_stop_latched",): 0,
+        ("wax_robot_connected",): 1,
+        ("wax_battery_ratio",): 0.5,
+        ("wax_source_up", "video"): 1,
+        ("wax_source_up", "audio"): 0,
+        ("wax_dropped_total", "video"): 4,
+        ("wax_refused_total", "requests refused"): 3,
+        ("wax_events_total", "commands.accepted"): 9,
+        ("wax_loop_lateness_seconds_bucket", "0.0005"): 2,
+        ("wax_loop_lateness_seconds_bucket", "0.005"): 3,
+        ("wax_loop_lateness_seconds_bucket", "0.2"): 3,
+        ("wax_loop_lateness_seconds_bucket", "+Inf"): 4,
+        ("wax_loop_lateness_seconds_count",): 4,
+        ("wax_records_waiting",): 0,
+    }
+    assert {key: found.get(key) for key in expected} == expected
+    assert ("wax_sound_age_seconds", "median", "all") not in found
+    assert not [key for key in found if key[0] == "wax_events_total" and "latest" in key[1]]
+
+
+def test_nobody_is_named(lateness: Lateness) -> None:
+    """A scrape has no names: they are neither the watchers' business nor few."""
+    assert b"Ada" not in metrics(lateness).text()
+
+
+def test_the_dashboard_asks_for_what_there_is(lateness: Lateness) -> None:
+    """Every metric that it names is exported, and each of ours is on it."""
+    lateness.add(0.001)
+    text = DASHBOARD.read_text(encoding="utf-8")
+    board = json.loads(text)
+    asked = {
+        name
+        for panel in board["panels"]
+        for target in panel["targets"]
+        for name in re.findall(r"\b(?:wax|process)_\w+", target["expr"])
+    }
+    exported = {key[0] for key in samples(metrics(lateness).text())} | {"wax_sound_age_seconds"}
+    assert asked <= exported
+    assert {name for name in exported if name.startswith("wax_")} - {
+        f"{name}_created" for name in exported
+    } <= asked
+
+
+def test_lateness_falls_into_its_bucket() -> None:
+    """Each bound counts what is as late as itself; what is later than all has a place, too."""
+    lateness = Lateness()
+    for bound_ms in BOUNDS_MS:
+        lateness.add(bound_ms / 1000)
+    lateness.add(10.0)
+    assert lateness.counts == [1] * (len(BOUNDS_MS) + 1)
+    assert lateness.sum_s == pytest.approx(sum(BOUNDS_MS) / 1000 + 10)
+
+
+async def test_they_are_served_on_a_port_of_their_own() -> None:
+    """With the type that Prometheus wants; nothing else is there; a taken port is a sentence."""
+    listener = MetricsListener(MetricSettings(host="127.0.0.1", port=0), lambda: b"wax_x 1\n")
+    port = await listener.open()
+    async with aiohttp.ClientSession() as session:
+        async with session.get(f"http://127.0.0.1:{port}/metrics") as response:
+            assert response.headers["Content-Type"].startswith("text/plain; version=")
+            assert await response.read() == b"wax_x 1\n"
+        async with session.get(f"http://127.0.0.1:{port}/") as response:
+            assert response.status == 404
+    second = MetricsListener(MetricSettings(host="127.0.0.1", port=port), bytes)
+    with pytest.raises(StartError, match=rf"{port}.*\[metrics\] port"):
+        await second.open()
+    await second.close()
+    await listener.close()
+
+
+class Rig:
+    """A server with a clock, a robot, a camera and a microphone that are set."""
+
+    def __init__(self) -> None:
+        self.clock = TurnedClock()
+        self.state = SimpleNamespace(connected=True, problem=None)
+        self.control = SimpleNamespace(stepped_s=self.clock.time_s, robot_state=self.state)
+        self.video = SimpleNamespace(problem=None)
+        self.audio = SimpleNamespace(problem=None)
+        self.is_stopping = False
+        self.readiness = Readiness(
+            clock=self.clock,
+            control=cast("ControlLoop", self.control),
+            captures=cast("Any", {"video": self.video, "audio": self.audio}),
+            is_stopping=lambda: self.is_stopping,
+        )
+
+
+def test_ready_is_when_somebody_could_drive() -> None:
+    """A robot, a camera and a control loop that runs; the microphone is not needed."""
+    rig = Rig()
+    assert rig.readiness() == {}
+    rig.audio.problem = "unplugged"
+    assert rig.readiness() == {}
+    rig.video.problem = "unplugged"
+    rig.state.problem = "no answer"
+    rig.is_stopping = True
+    rig.clock.time_s += 0.6
+    assert rig.readiness() == {
+        "server": STOPPING,
+        "control": LATE,
+        "robot": "no answer",
+        "camera": "unplugged",
+    }
+
+
+def test_a_robot_that_does_not_say_why() -> None:
+    """Not connected is a reason."""
+    rig = Rig()
+    rig.state.connected = False
+    assert list(rig.readiness()) == ["robot"]
