@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import io
 import os
+import re
 import signal
 import socket
 import sys
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from asyncio.subprocess import Process
 
 COMMAND = Path(sys.executable).with_name("wax")
+CLIENT_ID = re.compile(r"\b[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}\b(?!\.local)")
+"""What a page says to be known again, as it makes one; mDNS names look alike (RFC 8828)."""
 STOP_WITHIN_S = 3.0
 """Ctrl-C and SIGTERM must exit within this time."""
 
@@ -113,6 +116,7 @@ class Server:
         assert code == 0, f"exit status {code} after {how.name}"
         assert took_s <= STOP_WITHIN_S, f"{took_s:.1f} s from {how.name} to the end"
         assert "Traceback" not in self.log, "the server's log holds a traceback"
+        assert not CLIENT_ID.search(self.log), "the server's log holds what identifies a page"
 
     async def kill(self) -> None:
         """Kill it without a goodbye to its viewers."""

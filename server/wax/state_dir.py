@@ -49,7 +49,7 @@ def prepare(folder: Path) -> Path:
 
 def make_private(path: Path) -> None:
     """Make a file that only its owner can read, unless it is there; raises `OSError`."""
-    os.close(os.open(path, os.O_CREAT | os.O_RDWR | os.O_CLOEXEC, 0o600))
+    os.close(os.open(path, os.O_CREAT | os.O_RDWR, 0o600))
     if path.stat().st_mode & 0o077:
         path.chmod(0o600)
 

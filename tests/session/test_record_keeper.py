@@ -47,7 +47,7 @@ def viewer(number: int, name: str, *, streams: object = None, ready: bool = True
     )
     made = SimpleNamespace(
         number=number,
-        visitor=visitor(f"{name}-11111111", address="192.0.2.7"),
+        visitor=visitor(f"{name}-11111111", address="192.0.2.7", is_host=name == "Hedy"),
         name=name,
         is_ready=ready,
         was_ready=ready,
@@ -109,6 +109,16 @@ def test_a_visit_has_its_link(rig: Rig) -> None:
     assert row["round_trip_worst_ms"] == 200
     assert (row["picture_age_worst_ms"], row["sound_age_worst_ms"]) == (90, 120)
     assert (row["lost_percent"], row["rendition"]) == (1.0, "640x480")
+
+
+def test_the_host_is_told_from_guests(rig: Rig) -> None:
+    """By what they are, not by their name."""
+    rig.viewers += [viewer(1, "Hedy"), viewer(2, "Ada")]
+    rig.keeper.look()
+    assert {row["name"]: row["role"] for row in rig.written("sessions")} == {
+        "Hedy": "host",
+        "Ada": "guest",
+    }
 
 
 def test_a_broken_viewer_costs_only_their_figures(rig: Rig) -> None:
