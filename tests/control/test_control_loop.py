@@ -289,6 +289,16 @@ def test_blocked_loop_is_noticed_by_a_command_too(bench: Bench) -> None:
     assert bench.driver.take() == [("stop", 1), ("apply", STANDSTILL, 1)]
 
 
+def test_the_beat_is_seen_from_outside(bench: Bench) -> None:
+    """Monitoring reads when the robot was last given a set-point, and how late all ticks were."""
+    before = sum(bench.loop.lateness.counts)
+    bench.step()
+    assert bench.loop.stepped_s == bench.clock.time_s
+    bench.step(0.05)
+    assert sum(bench.loop.lateness.counts) == before + 2
+    assert bench.loop.lateness.sum_s == pytest.approx(0.03)
+
+
 def test_slightly_late_beat_is_let_be(bench: Bench) -> None:
     """A beat that is up to 200 ms late goes on driving, and the schedule does not drift."""
     bench.drive()

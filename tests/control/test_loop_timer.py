@@ -28,6 +28,15 @@ def test_a_step_between_two_beats_is_not_late() -> None:
     assert beat.latest_ms == pytest.approx(3.0)
 
 
+def test_every_tick_is_in_the_histogram() -> None:
+    """An early one as not late at all, and none between two ticks."""
+    beat = LoopTimer(loop_hz=50.0, ttl_s=None)
+    for now_s in (10.0, 10.015, 10.0195, 10.043):
+        beat.is_too_late(now_s)
+    assert sum(beat.lateness.counts) == 3
+    assert beat.lateness.sum_s == pytest.approx(0.003)
+
+
 def test_a_timer_that_fires_early_is_no_second_beat() -> None:
     """A step just before its beat is that beat, neither early nor followed by another at once."""
     beat = LoopTimer(loop_hz=50.0, ttl_s=None)

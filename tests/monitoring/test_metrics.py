@@ -14,7 +14,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from tests.turned_clock import TurnedClock
 
 from wax.config.settings import MetricSettings
-from wax.control.lateness import BOUNDS_MS, Lateness
+from wax.control.lateness import Lateness
 from wax.errors import StartError
 from wax.monitoring.listener import MetricsListener
 from wax.monitoring.metrics import Metrics
@@ -151,16 +151,6 @@ def test_the_dashboard_asks_for_what_there_is(lateness: Lateness) -> None:
     assert {name for name in exported if name.startswith("wax_")} - {
         f"{name}_created" for name in exported
     } <= asked
-
-
-def test_lateness_falls_into_its_bucket() -> None:
-    """Each bound counts what is as late as itself; what is later than all has a place, too."""
-    lateness = Lateness()
-    for bound_ms in BOUNDS_MS:
-        lateness.add(bound_ms / 1000)
-    lateness.add(10.0)
-    assert lateness.counts == [1] * (len(BOUNDS_MS) + 1)
-    assert lateness.sum_s == pytest.approx(sum(BOUNDS_MS) / 1000 + 10)
 
 
 async def test_they_are_served_on_a_port_of_their_own() -> None:

@@ -26,6 +26,7 @@ _CONTROL: Final[dict[str, tuple[str, ...]]] = {
     "command": _GATE,
     "command_freshness": ("test_command_freshness", *_GATE),
     "gate": _GATE,
+    "lateness": ("test_lateness",),
     "loop": _LOOP,
     "loop_timer": ("test_loop_timer", *_LOOP),
     "operator_delay": ("test_operator_delay", *_LOOP),

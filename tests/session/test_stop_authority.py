@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Literal, cast
 
@@ -12,7 +13,9 @@ from tests.visitors import visitor
 from wax.config.settings import StopSettings
 from wax.control.gate import Refusal
 from wax.errors import ForbiddenError
+from wax.records.file import open_for_reading
 from wax.records.records import Records
+from wax.records.writer import RecordWriter
 from wax.session.house import House
 from wax.session.record_keeper import RecordKeeper
 from wax.session.stop_authority import (
@@ -23,6 +26,8 @@ from wax.session.stop_authority import (
 )
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from wax.control.loop import ControlLoop
     from wax.control.stop_latch import Releaser
     from wax.control.turns import Turns
@@ -62,6 +67,7 @@ def stops(
     *,
     clock: TurnedClock | None = None,
     house: House | None = None,
+    records: Records | None = None,
 ) -> StopAuthority:
     turns = cast("Turns", SimpleNamespace(operator=operator))
     clock = clock or TurnedClock()
@@ -71,7 +77,9 @@ def stops(
         house=house or House(),
         turns=turns,
         control=cast("ControlLoop", control),
-        keeper=RecordKeeper(records=Records(clock), clock=clock, viewers=(), refused=dict),
+        keeper=RecordKeeper(
+            records=records or Records(clock), clock=clock, viewers=(), refused=dict
+        ),
     )
 
 
@@ -142,6 +150,28 @@ def test_the_first_press_of_everybody_counts(control: Control) -> None:
         if number > 15:
             with pytest.raises(ForbiddenError, match=TOO_OFTEN):
                 authority.press(eve, is_host=False)
+
+
+def test_stops_are_recorded(control: Control, tmp_path: Path) -> None:
+    """Each press that counts, and who released it; a refused release ends nothing."""
+    clock = TurnedClock()
+    records = Records(
+        clock, writer=RecordWriter(tmp_path / "records.db", keep_days=30.0, clock=clock)
+    )
+    authority = stops(control, records=records, clock=clock)
+    authority.press(ADA, is_host=False)
+    control.refusal = Refusal.OTHER_STOP
+    with pytest.raises(ForbiddenError):
+        authority.release(BOB, 7, None, is_host=False)
+    control.refusal = None
+    authority.release(None, 7, None, is_host=True)
+    authority.press(BOB, is_host=False)
+    authority.release(ADA, 7, None, is_host=False)
+    records.start()
+    records.stop(10.0)
+    with closing(open_for_reading(tmp_path / "records.db")) as file:
+        found = file.execute("SELECT number, name, released_by FROM stops ORDER BY id").fetchall()
+    assert found == [(7, "Ada", "the host"), (7, "Bob", "Ada")]
 
 
 RELEASED = {
