@@ -29,6 +29,7 @@ CELLS: dict[permissions.Act, str] = {
     "GET /": ANYBODY,
     "GET /assets": ANYBODY,
     "GET /healthz": ANYBODY,
+    "GET /readyz": ANYBODY,
     "GET /api/ice": ANYBODY,
     "POST /api/host": ANYBODY,
     "POST /api/enter": ANYBODY,
