@@ -23,6 +23,14 @@ class WaxError(Exception):
     """A sentence for a person: what is wrong and what to do."""
 
 
+class _LaterError(WaxError):
+    """What may be asked again after `retry_after_s` seconds."""
+
+    def __init__(self, sentence: str, *, retry_after_s: int = 1) -> None:
+        super().__init__(sentence)
+        self.retry_after_s = retry_after_s
+
+
 class ConfigError(WaxError):
     """All problems of a configuration, one a line."""
 
@@ -43,11 +51,11 @@ class SignallingError(WaxError):
     """An offer that cannot be answered."""
 
 
-class FullError(WaxError):
+class FullError(_LaterError):
     """The configured number of viewers is reached."""
 
 
-class TooOftenError(WaxError):
+class TooOftenError(_LaterError):
     """One address requests connections too often."""
 
 

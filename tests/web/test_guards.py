@@ -104,9 +104,11 @@ async def line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator
         proving=cast("ProofRunner", None),
         acknowledged=False,
         access=make_access(Records(clock), clock),
-        offers_hz=2.0,
+        offers_hz=1000.0,
         guards=Guards(
-            ServerSettings(names=["robots.example"]), clock, lambda: ["203.0.113.7", "2001:db8::7"]
+            ServerSettings(names=["robots.example"], trusted_proxies=["127.0.0.1"]),
+            clock,
+            lambda: ["203.0.113.7", "2001:db8::7"],
         ),
         missing=dict,
     )
@@ -216,3 +218,25 @@ async def test_every_answer_is_protected(line: Line, path: str, host: bytes | No
     assert "gamepad=(self)" in answer.headers["Permissions-Policy"]
     assert "Strict-Transport-Security" not in answer.headers
     assert (answer.headers.get("Cache-Control") == "no-store") == path.startswith("/api/")
+
+
+async def test_a_public_name_stays_with_https(line: Line) -> None:
+    """Browsers are told so for a configured name, and never for localhost, where others serve."""
+    https = b"X-Forwarded-Proto: https"
+    for host, told in ((b"robots.example", True), (b"localhost", False), (b"127.0.0.1", False)):
+        answer = await line.ask(b"GET / HTTP/1.1", b"Host: " + host, https)
+        assert ("Strict-Transport-Security" in answer.headers) == told
+    answer = await line.ask(b"GET / HTTP/1.1", b"Host: robots.example")
+    assert "Strict-Transport-Security" not in answer.headers
+
+
+async def test_behind_a_proxy_the_page_has_the_proxys_origin(line: Line) -> None:
+    """A named proxy that says how it was asked; from one that says nothing, nothing is assumed."""
+    first, host = b"POST /api/offer HTTP/1.1", b"Host: robots.example"
+    origin, https = b"Origin: https://robots.example", b"X-Forwarded-Proto: https"
+    assert (await line.ask(first, host, origin, https, body=GOOD)).status == 200
+    assert (await line.ask(first, host, origin, body=GOOD)).status == 403
+    inside = b"Host: inside:8080"
+    assert (await line.ask(first, inside, origin, https, body=GOOD)).status == 421
+    named = b"X-Forwarded-Host: robots.example"
+    assert (await line.ask(first, inside, origin, https, named, body=GOOD)).status == 200

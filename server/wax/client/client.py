@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 _CONNECT_S: Final = 15.0
 _HTTP_S: Final = 10.0
 _ANSWERED: Final = 64
+_ATTEMPTS: Final = 20
+_AGAIN_S: Final = (0.1, 0.5)
 
 # The page's heartbeat (`link/heartbeat.ts`).
 _EAGER_S: Final = 1.0
@@ -192,8 +194,13 @@ class Client:
             timeout = aiohttp.ClientTimeout(total=_HTTP_S)
             self._http = aiohttp.ClientSession(timeout=timeout, headers=self._headers)
         asked = {"client": self.client_id, **body}
-        async with self._http.post(self._url + path, json=asked) as response:
-            text = await response.text()
+        for attempt in range(1, _ATTEMPTS + 1):
+            async with self._http.post(self._url + path, json=asked) as response:
+                text = await response.text()
+            # Others may be connecting from here at the same moment: then the server says "1".
+            if response.headers.get("Retry-After") != "1" or attempt == _ATTEMPTS:
+                break
+            await asyncio.sleep(random.uniform(*_AGAIN_S))
         if response.status != 200:
             raise SignallingError(f"{self._url}{path}: {response.status} {text[:200]}")
         answer: dict[str, Any] = json.loads(text)

@@ -16,6 +16,7 @@ from wax.rtc.peer import Peer
 from wax.rtc.signalling import clean_offer
 from wax.session import names
 from wax.session.host_acts import HostActs
+from wax.session.newcomers import Asking, Newcomers
 from wax.session.room_updates import RoomUpdates
 from wax.session.stop_authority import StopAuthority
 from wax.session.viewer import Viewer
@@ -46,14 +47,14 @@ _LOG = structlog.get_logger(__name__)
 _ROUND_S: Final = 0.05
 _LOOK_S: Final = 0.2
 """Robot and sources have no callback for failures; they are polled this often."""
-_MAX_CONNECTING: Final = 32
-"""How many answered offers may be waiting for their channels to open."""
 _LOST_S: Final = 1.0
 """Five missed heartbeats: the link is lost, the robot stops, the turn is kept for a grace time."""
 _OTHERS_LOST_S: Final = 3.5
 """The same for viewers who do not drive; observers send a heartbeat only once a second."""
 _DEAD_S: Final = 10.0
 """Silent for this long: the peer is closed; a page that is still open makes a new one."""
+_HALF_OPEN_S: Final = 9.0
+"""The same for a peer whose channels have not opened yet."""
 _GOODBYE_S: Final = 0.1
 """SCTP sends a message on later passes of the event loop; closing a peer drops what is left."""
 _GOODBYE: Final = "The server is restarting or was switched off."
@@ -110,6 +111,12 @@ class Room:
             records=records,
             door=self,
         )
+        self._newcomers = Newcomers(
+            most=settings.server.max_viewers,
+            most_silent_per_address=settings.server.max_silent_per_address,
+            share_per_address=settings.server.max_share_per_address,
+            now_s=clock.now_s(),
+        )
         self._gone_since_s: dict[int, float] = {}
         self._answering: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
         self._entry = asyncio.Lock()
@@ -123,11 +130,13 @@ class Room:
     async def answer(self, visitor: Visitor, tab: str, offer: str) -> str:
         """Answer a page's offer; the same tab of the same browser keeps its place, turn and name.
 
-        Of two concurrent offers the later one wins. Raises `NotAdmittedError`, `FullError` or
-        `SignallingError`.
+        Of two concurrent offers the later one wins. Raises `NotAdmittedError`, `FullError`,
+        `TooOftenError` or `SignallingError`.
         """
         if self._is_closing:
             raise FullError(_GOODBYE)
+        viewer = self._viewers.of_tab(visitor.identity, tab)
+        self._newcomers.check(_asking(visitor, viewer), self._clock.now_s())
         # Before anything else: a bad offer must neither take a place nor end a good peer.
         offer = clean_offer(offer, visitor.address)
         key = f"{visitor.identity} {tab}"
@@ -141,12 +150,14 @@ class Room:
     async def _answer(self, visitor: Visitor, tab: str, offer: str) -> str:
         grant = self._access.admit(visitor)
         viewer = self._viewers.of_tab(visitor.identity, tab)
+        number = self._admit(visitor, viewer)
         if viewer is not None and (old := viewer.peer) is not None:
             self._part(viewer)
             await old.close()
             viewer = self._viewers.of_tab(visitor.identity, tab)
+            number = self._viewers.take_number() if viewer is None else number
         if viewer is None:
-            viewer = self._admit(visitor, grant, tab)
+            viewer = self._enter(visitor, grant, tab, number)
         viewer.visitor, viewer.grant = visitor, grant
         lanes = viewer.lanes()
         peer = Peer(
@@ -163,17 +174,31 @@ class Room:
         self._gone_since_s.pop(viewer.number, None)
         return await peer.answer(offer)
 
-    def _admit(self, visitor: Visitor, grant: Grant, tab: str) -> Viewer:
-        self._access.admission.check_tabs(visitor, [one.visitor for one in self._viewers])
-        if sum(not viewer.was_ready for viewer in self._viewers) >= _MAX_CONNECTING:
-            raise FullError("Too many people are connecting right now; try again in a few seconds.")
-        guests = sum(not viewer.visitor.is_host for viewer in self._viewers)
-        if not visitor.is_host and guests >= self._settings.server.max_viewers:
-            raise FullError(
-                f"All {self._settings.server.max_viewers} places are taken; try again later."
-            )
+    def _admit(self, visitor: Visitor, viewer: Viewer | None) -> int:
+        """Return the viewer's number if there is room for them; raises what `answer` does."""
+        others = [one.visitor for one in self._viewers if one is not viewer]
+        if viewer is None:
+            self._access.admission.check_tabs(visitor, others)
+        number = self._viewers.take_number() if viewer is None else viewer.number
+        self._newcomers.admit(
+            number,
+            _asking(visitor, viewer),
+            [_asking(one, None) for one in others],
+            self._clock.now_s(),
+            lambda: self._abandon(number),
+        )
+        return number
+
+    def _abandon(self, number: int) -> None:
+        """End the peer of a viewer who has not connected yet, for somebody else."""
+        for viewer in self._viewers:
+            if viewer.number == number and viewer.peer is not None:
+                with viewer.boundary:
+                    viewer.peer.abandon()
+
+    def _enter(self, visitor: Visitor, grant: Grant, tab: str, number: int) -> Viewer:
         viewer = Viewer(
-            number=self._viewers.take_number(),
+            number=number,
             visitor=visitor,
             grant=grant,
             tab=tab,
@@ -190,6 +215,7 @@ class Room:
 
     def viewer_connected(self, viewer: Viewer) -> None:
         _LOG.info("viewer connected", viewer=viewer.number)
+        self._newcomers.connected(viewer.number)
         viewer.send(self._announcements.hello(viewer, lost_after_s=_LOST_S))
         if self._turns.is_lost(viewer.number):
             self._control.returned(viewer.number)
@@ -384,7 +410,8 @@ class Room:
                 continue
             silence_s = viewer.link.silence_s(now_s)
             with viewer.boundary:
-                if silence_s > _DEAD_S or not viewer.peer.is_alive:
+                dead_s = _DEAD_S if viewer.is_ready else _HALF_OPEN_S
+                if silence_s > dead_s or not viewer.peer.is_alive:
                     viewer.peer.abandon()
                     continue
             if viewer.is_ready and silence_s > self._lost_after_s(viewer):
@@ -414,3 +441,8 @@ class Room:
 def _person(viewer: Viewer) -> Person:
     visitor = viewer.visitor
     return Person(visitor.identity, visitor.address, visitor.invited_to is not None)
+
+
+def _asking(visitor: Visitor, viewer: Viewer | None) -> Asking:
+    has_been_here = viewer is not None and viewer.was_ready
+    return Asking(visitor.address, visitor.is_host, has_been_here)

@@ -57,6 +57,8 @@ class Guards:
         self._public_addresses = public_addresses
         listening = [] if server.host in ("0.0.0.0", "::") else [server.host]
         self._names = HostNames([*server.names, *listening])
+        # A browser keeps this for all ports of a name: not for localhost, where others serve too.
+        self._public = frozenset(name.lower() for name in server.names)
         self._proxies = Proxies(server.trusted_proxies)
         self._clock = clock
         self._log = SparseLog(_LOG, clock)
@@ -89,10 +91,12 @@ class Guards:
         return self.seen(request).sender
 
     async def add_headers(self, request: web.Request, response: web.StreamResponse) -> None:
-        """Tell browsers what not to allow."""
+        """Tell browsers what not to allow; which software this is, is nobody's business."""
+        response.headers["Server"] = "WAX"
         for name, value in ALWAYS.items():
             response.headers.setdefault(name, value)
-        if self.seen(request).scheme == "https":
+        seen = self.seen(request)
+        if seen.scheme == "https" and seen.name in self._public:
             for name, value in UNDER_HTTPS.items():
                 response.headers.setdefault(name, value)
         if request.path.startswith("/assets/") and response.status < 400:

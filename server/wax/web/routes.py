@@ -19,6 +19,7 @@ from wax.access.admission import Visitor
 from wax.access.keyring import MAX_TOKEN_CHARS
 from wax.errors import (
     HTTP_STATUS,
+    FullError,
     NotAdmittedError,
     ProtocolError,
     StartError,
@@ -332,7 +333,10 @@ async def _tell_errors(request: web.Request, handler: Handler) -> web.StreamResp
         more = {"ended": True, "opens_wall_ms": error.opens_wall_ms}
         return _refuse(HTTP_STATUS[NotAdmittedError], str(error), more)
     except WaxError as error:
-        return _refuse(HTTP_STATUS.get(type(error), 500), str(error))
+        refusal = _refuse(HTTP_STATUS.get(type(error), 500), str(error))
+        if isinstance(error, (FullError, TooOftenError)):
+            refusal.headers["Retry-After"] = str(error.retry_after_s)
+        return refusal
     except web.HTTPException as error:
         if error.status < 400:
             raise

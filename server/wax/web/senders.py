@@ -30,6 +30,11 @@ class Seen:
     host: str
 
     @property
+    def name(self) -> str:
+        """The name without its port; not for an IPv6 address."""
+        return self.host.lower().partition(":")[0]
+
+    @property
     def origin(self) -> str:
         """The origin of our page in this browser (RFC 6454, 6.2)."""
         return f"{self.scheme}://{self.host.removesuffix(_DEFAULT_PORTS[self.scheme])}".lower()

@@ -1,0 +1,132 @@
+"""Whose offer is answered: how many may connect at once, and how many may stay. Pure.
+
+To answer an offer costs time and memory before anything is known of who sent it. Whoever was
+answered holds a silent place until they have connected, or for ten seconds, whatever becomes of
+them: so one address costs no more than two answers in ten seconds. Where many addresses hold all
+silent places, those held for longest make room, so that an honest newcomer waits a second at most.
+The host always gets in.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from wax.errors import FullError, TooOftenError
+from wax.session.token_bucket import TokenBucket
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+SILENT_S: Final = 10.0
+"""How long an answered offer counts as connecting."""
+MOST_SILENT: Final = 32
+_YIELDS_S: Final = 2.0
+"""A silent place that is held for longer makes room; who is so slow comes again by themselves."""
+_RETURNS_HZ: Final = 10.0
+_LEAST_PER_ADDRESS: Final = 4
+"""In a small house, a family is not kept apart."""
+_MOST_HOSTS: Final = 8
+"""Pages of hosts have places beyond everybody's: as many."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asking:
+    """Who sends an offer: by address, empty if unknown, and what is known of them."""
+
+    address: str
+    is_host: bool = False
+    has_been_here: bool = False
+
+
+class Newcomers:
+    """Decides for one room of `most` guests; all times in seconds of one clock."""
+
+    def __init__(
+        self, *, most: int, most_silent_per_address: int, share_per_address: float, now_s: float
+    ) -> None:
+        self._most = most
+        self._most_silent = min(MOST_SILENT, max(8, most // 2))
+        self._most_silent_per_address = most_silent_per_address
+        self._most_per_address = max(_LEAST_PER_ADDRESS, int(most * share_per_address))
+        # After an outage everybody returns at once.
+        self._returns = TokenBucket(rate_hz=_RETURNS_HZ, burst=max(most, 10), now_s=now_s)
+        self._silent: deque[_Silent] = deque()
+
+    def check(self, asking: Asking, now_s: float) -> None:
+        """Raise `TooOftenError` if this address has all its silent places; cheap."""
+        if asking.is_host or asking.has_been_here or not asking.address:
+            return
+        self._expire(now_s)
+        own = sum(one.address == asking.address for one in self._silent)
+        if own >= self._most_silent_per_address:
+            raise TooOftenError(
+                "Others from your address are connecting right now; your turn comes in a moment."
+            )
+
+    def admit(
+        self,
+        number: int,
+        asking: Asking,
+        present: Iterable[Asking],
+        now_s: float,
+        yield_place: Callable[[], None],
+    ) -> None:
+        """Admit the viewer with this number; raises `FullError` or `TooOftenError`.
+
+        `present` are those who hold a place in the room; `yield_place` ends the viewer's peer if a
+        newcomer gets their silent place.
+        """
+        if asking.has_been_here:
+            if not asking.is_host and not self._returns.take(now_s):
+                raise FullError("Everybody is coming back right now; your turn comes in a moment.")
+            return
+        self.check(asking, now_s)
+        self._room_for(asking, list(present))
+        if asking.is_host:
+            return
+        self._make_silent_place(now_s)
+        # A second offer of the same viewer holds a second place.
+        self._silent.append(_Silent(number, asking.address, now_s, yield_place))
+
+    def connected(self, number: int) -> None:
+        """Free the silent places of a viewer who has connected."""
+        self._silent = deque(one for one in self._silent if one.number != number)
+
+    def _room_for(self, asking: Asking, present: list[Asking]) -> None:
+        if asking.is_host:
+            if sum(one.is_host for one in present) >= _MOST_HOSTS:
+                raise FullError("Too many pages of the host are open; close some of them.")
+            return
+        guests = [one for one in present if not one.is_host]
+        if len(guests) >= self._most:
+            raise FullError(f"All {self._most} places are taken; try again later.", retry_after_s=5)
+        own = sum(one.address == asking.address for one in guests)
+        if asking.address and own >= self._most_per_address:
+            raise FullError(
+                f"All {self._most_per_address} places for your address are taken; try again later.",
+                retry_after_s=5,
+            )
+
+    def _make_silent_place(self, now_s: float) -> None:
+        self._expire(now_s)
+        if len(self._silent) < self._most_silent:
+            return
+        if now_s - self._silent[0].since_s < _YIELDS_S:
+            raise FullError(
+                "Too many people are connecting right now; your turn comes in a moment."
+            )
+        self._silent.popleft().yield_place()
+
+    def _expire(self, now_s: float) -> None:
+        while self._silent and now_s - self._silent[0].since_s >= SILENT_S:
+            self._silent.popleft()
+
+
+@dataclass(frozen=True, slots=True)
+class _Silent:
+    number: int
+    address: str
+    since_s: float
+    yield_place: Callable[[], None]

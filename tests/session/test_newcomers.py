@@ -1,0 +1,171 @@
+"""Whose offer is answered: an honest guest gets in whatever others do, and the host always."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.examples import examples
+
+from wax.errors import FullError, TooOftenError
+from wax.session.newcomers import MOST_SILENT, SILENT_S, Asking, Newcomers
+
+REFUSED: Final = (FullError, TooOftenError)
+
+
+class Room:
+    """Viewers by number, with what the class under test has said."""
+
+    def __init__(self, *, most: int = 100, share: float = 0.5, silent: int = 2) -> None:
+        self.newcomers = Newcomers(
+            most=most, most_silent_per_address=silent, share_per_address=share, now_s=0.0
+        )
+        self.present: dict[int, Asking] = {}
+        self.yielded: list[int] = []
+        self._next = 0
+
+    def ask(self, address: str, now_s: float, *, is_host: bool = False) -> int:
+        asking = Asking(address, is_host)
+        self._next += 1
+        number = self._next
+
+        def yield_place() -> None:
+            self.yielded.append(number)
+            del self.present[number]
+
+        self.newcomers.admit(number, asking, self.present.values(), now_s, yield_place)
+        self.present[number] = asking
+        return number
+
+    def join(self, address: str, now_s: float, *, is_host: bool = False) -> int:
+        number = self.ask(address, now_s, is_host=is_host)
+        self.newcomers.connected(number)
+        return number
+
+
+def test_two_of_an_address_connect_at_once() -> None:
+    """A third has to wait until one has connected, or has failed to for ten seconds."""
+    room = Room()
+    first = room.ask("x", 0.0)
+    room.ask("x", 1.0)
+    with pytest.raises(TooOftenError, match="your address") as refused:
+        room.ask("x", 2.0)
+    assert refused.value.retry_after_s == 1
+    room.ask("y", 2.0)
+    room.newcomers.connected(first)
+    room.ask("x", 2.0)
+    with pytest.raises(TooOftenError):
+        room.newcomers.check(Asking("x"), 10.9)
+    room.newcomers.check(Asking("x"), 11.0)
+
+
+def test_a_school_behind_one_address_gets_in() -> None:
+    """Thirty who connect one after the other are not limited by how many were silent before."""
+    room = Room()
+    for _ in range(30):
+        room.join("school", 0.0)
+    assert len(room.present) == 30
+
+
+def test_asking_again_costs_a_place_as_well() -> None:
+    """The same page that offers again and again without connecting is no way around."""
+    room = Room()
+    for _ in range(2):
+        room.newcomers.admit(1, Asking("x"), [], 0.0, lambda: None)
+    with pytest.raises(TooOftenError):
+        room.newcomers.admit(1, Asking("x"), [], 0.0, lambda: None)
+    room.newcomers.connected(1)
+    room.newcomers.admit(2, Asking("x"), [], 0.0, lambda: None)
+
+
+def test_a_guest_gets_in_while_all_are_silent() -> None:
+    """The longest silent one makes room, though not before they have had a moment to connect."""
+    room = Room()
+    for number in range(MOST_SILENT):
+        room.ask(f"troll {number}", 0.0)
+    with pytest.raises(FullError, match="in a moment"):
+        room.ask("guest", 1.0)
+    room.join("guest", 2.1)
+    assert room.yielded == [1]
+
+
+def test_the_host_always_gets_in() -> None:
+    """No matter how many places are taken or silent; but not without end."""
+    room = Room(most=40)
+    for number in range(20):
+        room.ask(f"troll {number}", 0.0)
+    with pytest.raises(FullError, match="in a moment"):
+        room.ask("guest", 0.0)
+    room.join("host", 0.0, is_host=True)
+    for number in range(20):
+        room.join(f"guest {number}", 20.0)
+    with pytest.raises(FullError, match="40 places"):
+        room.join("guest", 20.0)
+    for _ in range(7):
+        room.join("host", 20.0, is_host=True)
+    with pytest.raises(FullError, match="host"):
+        room.join("host", 20.0, is_host=True)
+
+
+def test_one_address_has_a_share_of_the_places() -> None:
+    """The rest stays for others, however long they stay."""
+    room = Room(most=10)
+    for _ in range(5):
+        room.join("x", 0.0)
+    with pytest.raises(FullError, match="5 places for your address"):
+        room.join("x", 0.0)
+    for _ in range(5):
+        room.join("y", 0.0)
+    with pytest.raises(FullError, match="10 places"):
+        room.join("z", 0.0)
+
+
+def test_everybody_may_come_back_at_once() -> None:
+    """After an outage nobody is silent; a page that comes back for ever is slowed down."""
+    newcomers = Room(most=20).newcomers
+    back = Asking("x", has_been_here=True)
+    for number in range(20):
+        newcomers.admit(number, back, [], 0.0, lambda: None)
+    with pytest.raises(FullError, match="coming back"):
+        newcomers.admit(1, back, [], 0.0, lambda: None)
+    newcomers.admit(1, back, [], 0.1, lambda: None)
+
+
+def test_an_unknown_address_is_limited_with_all_others_only() -> None:
+    """There is nobody to count it to."""
+    room = Room(most=100)
+    for _ in range(MOST_SILENT):
+        room.ask("", 0.0)
+    with pytest.raises(FullError):
+        room.ask("", 0.0)
+
+
+@examples(300)
+@given(
+    st.lists(
+        st.tuples(st.floats(0, 4), st.sampled_from("abcdefgh"), st.booleans(), st.integers(0, 3)),
+        max_size=150,
+    )
+)
+def test_the_limits_hold_whatever_happens(steps: list[tuple[float, str, bool, int]]) -> None:
+    """Never more than two answers an address in ten seconds without connecting, nor its share."""
+    room = Room(most=12, share=0.5)
+    now_s, silent = 0.0, list[tuple[float, str, int]]()
+    for wait_s, address, is_host, what in steps:
+        now_s += wait_s
+        if what == 0 and silent:
+            number = silent.pop(0)[2]
+            room.newcomers.connected(number)
+        try:
+            number = room.ask(address, now_s, is_host=is_host)
+        except REFUSED:
+            continue
+        if not is_host:
+            silent.append((now_s, address, number))
+        recent = [one for one in silent if now_s - one[0] < SILENT_S]
+        assert all(sum(one[1] == name for one in recent) <= 2 for name in "abcdefgh")
+        guests = [one for one in room.present.values() if not one.is_host]
+        assert len(guests) <= 12
+        assert all(sum(one.address == name for one in guests) <= 6 for name in "abcdefgh")
