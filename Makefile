@@ -36,6 +36,10 @@ faults: ## break each link from finger to wheel while the robot drives: make fau
 	@sh .make/install.sh test
 	@sh .make/suite.sh faults $(ARGS)
 
+public: ## strangers who flood and dawdle while somebody drives: make public ARGS="--only slow-connections"
+	@sh .make/install.sh test
+	@sh .make/suite.sh public $(ARGS)
+
 figures: ## render the tables of README.md from e2e/published
 	@sh .make/install.sh test
 	@.venv/bin/python -m e2e.measure
@@ -68,4 +72,4 @@ clean: ## remove everything installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run unit test test-all check bench lab goals faults figures mutants soak fuzz ablation coverage lock clean
+.PHONY: help run unit test test-all check bench lab goals faults public figures mutants soak fuzz ablation coverage lock clean

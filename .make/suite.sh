@@ -1,5 +1,5 @@
 # Run a suite that measures, or tests the tests, after installing what it drives.
-# usage: suite.sh bench | faults | lab | soak | fuzz | mutants | coverage   ARGUMENTS…
+# usage: suite.sh bench | faults | public | lab | soak | fuzz | mutants | coverage   ARGUMENTS…
 set -eu
 . .make/lib.sh
 . .make/browsers.sh
@@ -16,6 +16,7 @@ faults)
     sh .make/firmware.sh board >/dev/null
     ;;
 soak) ;;
+public) sh .make/firmware.sh board >/dev/null ;;
 lab) want_all && sh .make/livekit.sh ;;
 mutants)
     sh .make/firmware.sh library >/dev/null # there is a compiler, or a sentence about it
@@ -33,6 +34,6 @@ coverage)
     npm run --silent --prefix web coverage || status=1
     exit $status
     ;;
-*) die "usage: suite.sh bench | faults | lab | soak | fuzz | mutants | coverage ARGUMENTS…" ;;
+*) die "usage: suite.sh bench | faults | public | lab | soak | fuzz | mutants | coverage ARGUMENTS…" ;;
 esac
 exec python -m "e2e.$suite" "$@"

@@ -217,7 +217,7 @@ class App:
             clock=clock,
             proving=self._proof_runner,
             ice=ice,
-            status=self._status,
+            status=lambda: self._status() | {"connections": self._entrance.status()},
             acknowledged=service.acknowledged,
             guards=Guards(settings.server, clock, self._network.public_addresses),
             access=self._access,

@@ -64,8 +64,8 @@ def test_two_of_an_address_connect_at_once() -> None:
 def test_a_school_behind_one_address_gets_in() -> None:
     """Thirty who connect one after the other are not limited by how many were silent before."""
     room = Room()
-    for _ in range(30):
-        room.join("school", 0.0)
+    for number in range(30):
+        room.join("school", number / 8)
     assert len(room.present) == 30
 
 
@@ -80,46 +80,71 @@ def test_asking_again_costs_a_place_as_well() -> None:
     room.newcomers.admit(2, Asking("x"), [], 0.0, lambda: None)
 
 
+def _fill(room: Room, number: int, now_s: float = 0.0) -> None:
+    """Let as many ask as are answered in that time, from an address each, and stay silent."""
+    for one in range(number):
+        room.ask(f"troll {one}", now_s + one / 8)
+
+
 def test_a_guest_gets_in_while_all_are_silent() -> None:
     """The longest silent one makes room, though not before they have had a moment to connect."""
     room = Room()
-    for number in range(MOST_SILENT):
-        room.ask(f"troll {number}", 0.0)
+    for number in range(8):
+        room.ask(f"early {number}", 0.0)
+    _fill(room, MOST_SILENT - 8, 0.125)
     with pytest.raises(FullError, match="in a moment"):
-        room.ask("guest", 1.0)
-    room.join("guest", 2.1)
+        room.ask("guest", 2.99)
+    room.join("guest", 3.13)
     assert room.yielded == [1]
+
+
+def test_answers_are_spread() -> None:
+    """However many ask at once, from wherever: the event loop has other things to do."""
+    room = Room()
+    for number in range(8):
+        room.ask(f"{number}", 0.0)
+    with pytest.raises(FullError, match="in a moment"):
+        room.ask("8", 0.0)
+    room.ask("8", 0.125)
 
 
 def test_the_host_always_gets_in() -> None:
     """No matter how many places are taken or silent; but not without end."""
     room = Room(most=40)
-    for number in range(20):
-        room.ask(f"troll {number}", 0.0)
+    _fill(room, 20)
     with pytest.raises(FullError, match="in a moment"):
-        room.ask("guest", 0.0)
-    room.join("host", 0.0, is_host=True)
+        room.ask("guest", 2.5)
+    room.join("host", 2.5, is_host=True)
     for number in range(20):
-        room.join(f"guest {number}", 20.0)
+        room.join(f"guest {number}", 20.0 + number)
     with pytest.raises(FullError, match="40 places"):
-        room.join("guest", 20.0)
+        room.join("guest", 40.0)
     for _ in range(7):
-        room.join("host", 20.0, is_host=True)
-    with pytest.raises(FullError, match="host"):
-        room.join("host", 20.0, is_host=True)
+        room.join("host", 40.0, is_host=True)
+    with pytest.raises(FullError, match="40 places"):
+        room.join("host", 40.0, is_host=True)
+
+
+def test_a_host_may_open_many_pages() -> None:
+    """Beyond their own places they take everybody's."""
+    room = Room(most=2)
+    for _ in range(10):
+        room.join("host", 0.0, is_host=True)
+    with pytest.raises(FullError, match="2 places"):
+        room.join("guest", 0.0)
 
 
 def test_one_address_has_a_share_of_the_places() -> None:
     """The rest stays for others, however long they stay."""
     room = Room(most=10)
-    for _ in range(5):
-        room.join("x", 0.0)
+    for now_s in range(5):
+        room.join("x", now_s)
     with pytest.raises(FullError, match="5 places for your address"):
-        room.join("x", 0.0)
-    for _ in range(5):
-        room.join("y", 0.0)
+        room.join("x", 5.0)
+    for now_s in range(5):
+        room.join("y", 5.0 + now_s)
     with pytest.raises(FullError, match="10 places"):
-        room.join("z", 0.0)
+        room.join("z", 10.0)
 
 
 def test_everybody_may_come_back_at_once() -> None:
@@ -136,10 +161,9 @@ def test_everybody_may_come_back_at_once() -> None:
 def test_an_unknown_address_is_limited_with_all_others_only() -> None:
     """There is nobody to count it to."""
     room = Room(most=100)
-    for _ in range(MOST_SILENT):
-        room.ask("", 0.0)
-    with pytest.raises(FullError):
-        room.ask("", 0.0)
+    for number in range(20):
+        room.ask("", number / 8)
+    room.newcomers.check(Asking(""), 2.5)
 
 
 @examples(300)

@@ -22,13 +22,16 @@ if TYPE_CHECKING:
 SILENT_S: Final = 10.0
 """How long an answered offer counts as connecting."""
 MOST_SILENT: Final = 32
-_YIELDS_S: Final = 2.0
+_YIELDS_S: Final = 3.0
 """A silent place that is held for longer makes room; who is so slow comes again by themselves."""
+_ANSWERS_HZ: Final = 8.0
+_ANSWERS_BURST: Final = 8
+"""For newcomers: each answer keeps the event loop busy for about ten milliseconds."""
 _RETURNS_HZ: Final = 10.0
 _LEAST_PER_ADDRESS: Final = 4
 """In a small house, a family is not kept apart."""
 _MOST_HOSTS: Final = 8
-"""Pages of hosts have places beyond everybody's: as many."""
+"""So many pages of the host have a place beyond everybody's; further ones count as guests."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +55,7 @@ class Newcomers:
         self._most_per_address = max(_LEAST_PER_ADDRESS, int(most * share_per_address))
         # After an outage everybody returns at once.
         self._returns = TokenBucket(rate_hz=_RETURNS_HZ, burst=max(most, 10), now_s=now_s)
+        self._answers = TokenBucket(rate_hz=_ANSWERS_HZ, burst=_ANSWERS_BURST, now_s=now_s)
         self._silent: deque[_Silent] = deque()
 
     def check(self, asking: Asking, now_s: float) -> None:
@@ -95,13 +99,14 @@ class Newcomers:
         self._silent = deque(one for one in self._silent if one.number != number)
 
     def _room_for(self, asking: Asking, present: list[Asking]) -> None:
+        hosts = sum(one.is_host for one in present)
+        if asking.is_host and hosts < _MOST_HOSTS:
+            return
+        if len(present) - min(hosts, _MOST_HOSTS) >= self._most:
+            raise FullError(f"All {self._most} places are taken; try again later.", retry_after_s=5)
         if asking.is_host:
-            if sum(one.is_host for one in present) >= _MOST_HOSTS:
-                raise FullError("Too many pages of the host are open; close some of them.")
             return
         guests = [one for one in present if not one.is_host]
-        if len(guests) >= self._most:
-            raise FullError(f"All {self._most} places are taken; try again later.", retry_after_s=5)
         own = sum(one.address == asking.address for one in guests)
         if asking.address and own >= self._most_per_address:
             raise FullError(
@@ -111,13 +116,13 @@ class Newcomers:
 
     def _make_silent_place(self, now_s: float) -> None:
         self._expire(now_s)
-        if len(self._silent) < self._most_silent:
-            return
-        if now_s - self._silent[0].since_s < _YIELDS_S:
+        full = len(self._silent) >= self._most_silent
+        if (full and now_s - self._silent[0].since_s < _YIELDS_S) or not self._answers.take(now_s):
             raise FullError(
                 "Too many people are connecting right now; your turn comes in a moment."
             )
-        self._silent.popleft().yield_place()
+        if full:
+            self._silent.popleft().yield_place()
 
     def _expire(self, now_s: float) -> None:
         while self._silent and now_s - self._silent[0].since_s >= SILENT_S:
