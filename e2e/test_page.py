@@ -59,7 +59,8 @@ async def test_the_page_keeps_its_own_security_policy(
     viewer = await open_viewer(server)
     await viewer.button("Start").click()
     await eventually(lambda: viewer.probe("audible()"), "the sound plays", within_s=5)
-    assert not [line for line in viewer.console if "Content Security Policy" in line]
+    said = ("Content Security Policy", "Permissions-Policy", "Permissions policy", "Opener-Policy")
+    assert not [line for line in viewer.console if any(name in line for name in said)]
     assert not [line for line in viewer.console if line.startswith("error:")], viewer.console
 
 

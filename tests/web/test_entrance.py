@@ -31,7 +31,7 @@ pytestmark = pytest.mark.system
 
 READ_S: Final = 0.4
 IDLE_S: Final = 1.2
-SLACK_S: Final = 0.5
+SLACK_S: Final = 1.0
 GET: Final = b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"
 POST: Final = b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 20\r\n\r\n"
 LARGE: Final = 20_000_000
@@ -115,6 +115,14 @@ async def _until_closed(
         writer.transport.abort()
 
 
+async def _until_open(entrance: Entrance, number: int) -> None:
+    for _ in range(400):
+        if len(entrance.limits) >= number:
+            return
+        await asyncio.sleep(0.005)
+    pytest.fail(f"{len(entrance.limits)} connections of {number}")
+
+
 async def _get(port: int, request: bytes = GET, **more: Any) -> bytes:
     reader, writer = await asyncio.open_connection("127.0.0.1", port, **more)
     try:
@@ -143,14 +151,12 @@ async def test_slow_connections_are_cut() -> None:
         ]
         cutting = asyncio.gather(*slow)
         while not cutting.done():
-            start_s = time.monotonic()
-            assert b'{"read": 0}' in await _get(port)
-            assert time.monotonic() - start_s < 0.2
+            assert b'{"read": 0}' in await asyncio.wait_for(_get(port), READ_S)
             await asyncio.sleep(0.05)
         for took_s, said in await cutting:
             assert READ_S - 0.05 <= took_s <= READ_S + SLACK_S
             assert not said
-        assert entrance.status()["too_slow"] >= len(slow)
+        assert entrance.status()["cut"] >= len(slow)
 
 
 async def test_what_hides_behind_a_good_request() -> None:
@@ -206,11 +212,13 @@ async def test_one_address_has_its_share() -> None:
         idle = asyncio.create_task(_until_closed(entrance.port, GET))
         await asyncio.sleep(0.1)
         silent = [asyncio.create_task(_until_closed(entrance.port)) for _ in range(4)]
-        took_s, _ = await idle
-        assert took_s < READ_S, "the idle one has made room"
-        took_s, said = await _until_closed(entrance.port, GET)
-        assert took_s < 0.1
+        _, said = await idle
+        assert b"200 OK" in said
+        assert entrance.limits.displaced == 1, "the idle one has made room"
+        await _until_open(entrance, 4)
+        _, said = await _until_closed(entrance.port, GET)
         assert not said
+        assert entrance.limits.refused == 1
         await asyncio.gather(*silent)
         assert b'{"read": 0}' in await _get(entrance.port)
 
@@ -219,11 +227,10 @@ async def test_a_full_house_still_answers() -> None:
     """All places taken by others who say nothing: a request gets through at once."""
     async with open_entrance(max_connections=16) as entrance:
         silent = [asyncio.create_task(_until_closed(entrance.port)) for _ in range(16)]
-        await asyncio.sleep(0.1)
-        start_s = time.monotonic()
+        await _until_open(entrance, 16)
         for _ in range(5):
             assert b'{"read": 0}' in await _get(entrance.port)
-        assert time.monotonic() - start_s < 0.25
+        assert entrance.limits.displaced >= 1
         await asyncio.gather(*silent)
 
 
@@ -309,9 +316,9 @@ async def test_https_counts_handshakes(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setenv("STATE_DIRECTORY", str(tmp_path))
     async with open_entrance(https=True, max_connections_per_address=4) as entrance:
         silent = [asyncio.create_task(_until_closed(entrance.port)) for _ in range(4)]
-        await asyncio.sleep(0.1)
-        took_s, _ = await _until_closed(entrance.port)
-        assert took_s < 0.1
+        await _until_open(entrance, 4)
+        await _until_closed(entrance.port)
+        assert entrance.limits.refused == 1
         await asyncio.gather(*silent)
         context = _trusting(tmp_path / "certificate.pem")
         assert b"200 OK" in await _get(entrance.port, ssl=context, server_hostname="localhost")

@@ -228,7 +228,9 @@ class Room:
     def viewer_closed(self, viewer: Viewer, peer: Peer) -> None:
         if peer is not viewer.peer:
             return
-        _LOG.info("viewer's peer closed", viewer=viewer.number)
+        # Who never connected may be a flood, whose lines nobody wants to read.
+        log = _LOG.info if viewer.was_ready else _LOG.debug
+        log("viewer's peer closed", viewer=viewer.number)
         self._part(viewer)
         if not viewer.was_ready:
             self._forget(viewer)
@@ -423,7 +425,8 @@ class Room:
         return _LOST_S if viewer.number == self._turns.operator else _OTHERS_LOST_S
 
     def _forget(self, viewer: Viewer) -> None:
-        _LOG.info("viewer gone", viewer=viewer.number)
+        log = _LOG.info if viewer.was_ready else _LOG.debug
+        log("viewer gone", viewer=viewer.number)
         self._viewers.remove(viewer)
         self._gone_since_s.pop(viewer.number, None)
         self._control.gone(viewer.number)

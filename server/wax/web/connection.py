@@ -91,7 +91,8 @@ class Watch:
         if self._state == "reading" and self._request and self._request.content.is_eof():
             self._begin("answering")
             return
-        self._entrance.cut(self._state)
+        if self._state != "idle":
+            self._entrance.cut(f"too slow while {self._state}")
         # Not `close`, which waits until everything is sent, and this client need not read.
         self._transport.abort()
 

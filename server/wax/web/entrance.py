@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _SHUTDOWN_S: Final = 0.5
-_BACKLOG: Final = 512
+_BACKLOG: Final = 64
+"""asyncio accepts as many in one pass of the event loop, which the control loop waits for."""
 
 
 class Entrance:
@@ -63,7 +64,7 @@ class Entrance:
             "open": len(self.limits),
             "refused": self.limits.refused,
             "displaced": self.limits.displaced,
-            "too_slow": self._cut,
+            "cut": self._cut,
         }
 
     async def open(self) -> None:
@@ -109,8 +110,7 @@ class Entrance:
             self.log.info("connection refused", why="too many", sender=limited(peer[0]))
         return place
 
-    def cut(self, state: str) -> None:
-        """Count a connection that took too long."""
-        if state != "idle":
-            self._cut += 1
-            self.log.info("connection closed", why="too slow", state=state)
+    def cut(self, why: str) -> None:
+        """Count a connection that was closed because of what its client did, or did not."""
+        self._cut += 1
+        self.log.info("connection closed", why=why)

@@ -71,7 +71,7 @@ class TlsGate(asyncio.Protocol):
             if self._early:
                 connection.data_received(bytes(self._early))
         except (OSError, ssl.SSLError):
-            self._entrance.cut("handshake")
+            self._entrance.cut("no TLS handshake")
         finally:
             if not handed_over:
                 line.abort()
