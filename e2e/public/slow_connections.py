@@ -23,7 +23,7 @@ ADDRESSES: Final = 50
 CLOSED_S: Final = 10.0
 OTHERS_MS: Final = 200.0
 _OTHERS_EVERY_S: Final = 0.05
-_PATHS: Final = ("/", "/healthz", "/api/status")
+_PATHS: Final = ("/", "/healthz", "/icon.svg")
 _BACK_S: Final = 5.0
 _LOOK_S: Final = 0.1
 

@@ -22,6 +22,9 @@ TURN_S: Final = 3600.0
 DRIVES_HZ: Final = 20.0
 """Set-points a second where a cell drives: what the goal of the modem line says."""
 
+ONE_ADDRESS: Final = {"max_share_per_address": 1.0, "max_silent_per_address": 1000}
+"""All viewers of a cell share the address of its link's far end."""
+
 
 def settings(cell: Cell, media: str) -> dict[str, Any]:
     """Return the tree of keys that differ from what is shipped.
@@ -30,7 +33,12 @@ def settings(cell: Cell, media: str) -> dict[str, Any]:
     for a system that is not WAX's, `NotRunError` when the thesis's configuration is not there.
     """
     for_all = {
-        "server": {"host": "0.0.0.0", "port": PORT, "max_viewers": max(100, cell.viewers + 1)},
+        "server": {
+            "host": "0.0.0.0",
+            "port": PORT,
+            "max_viewers": max(100, cell.viewers + 1),
+            **ONE_ADDRESS,
+        },
         "video": {"source": media},
         "audio": {"source": media},
         "turns": {"turn_s": TURN_S},
