@@ -567,7 +567,8 @@ async def test_a_peer_that_never_opened_frees_its_place_at_once(rig: Rig) -> Non
 
 async def test_of_two_offers_at_once_the_later_wins(rig: Rig) -> None:
     """A page that offers twice at once ends with one living peer, the one of its later offer."""
-    await asyncio.gather(*(rig.room.answer(visitor("ada-1111", address=""), TAB, OFFER) for _ in range(3)))
+    ada = visitor("ada-1111", address="")
+    await asyncio.gather(*(rig.room.answer(ada, TAB, OFFER) for _ in range(3)))
     assert [peer.is_alive for peer in FakePeer.made] == [False, False, True]
     assert len(rig.viewers) == 1
 

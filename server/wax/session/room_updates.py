@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from wax.protocol.messages import RoomChange, RoomState, ViewerInfo
 
 _URGENT_HZ: Final = 2.0
-_URGENT_BURST: Final = 8
+_URGENT_BURST: Final = 4
 _PLACES_HZ: Final = 1.0
 _PLACES_BURST: Final = 4
 _NAMES_HZ: Final = 1.0
