@@ -107,9 +107,11 @@ async def open_viewer(chromium: Browser, pytestconfig: pytest.Config) -> AsyncIt
     viewers = pytestconfig.stash[VIEWERS]
     async with AsyncExitStack() as leaving:
 
-        async def open_one(server: Server, **options: Any) -> Viewer:
+        async def open_one(server: Server, *, is_host: bool = False, **options: Any) -> Viewer:
             context = await chromium.new_context(**options)
             leaving.push_async_callback(context.close)
+            if is_host:
+                await server.make_host(context)
             viewer = await Viewer.prepare(context, server.url)
             viewers.append(viewer)
             await viewer.page.goto(server.url)

@@ -25,7 +25,7 @@ async def test_a_proof_from_the_page_drives_until_somebody_stops_it(
     robot = f'url = "{board.path}"'
     settings = toml.card_with(robot='driver = "serial"', robot__serial=robot)
     async with serve(tmp_path, settings) as server:
-        host, other = await open_viewer(server), await open_viewer(server)
+        host, other = await open_viewer(server, is_host=True), await open_viewer(server)
         await other.join()
         await other.drives()
 

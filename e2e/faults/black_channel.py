@@ -12,7 +12,7 @@ from e2e.faults.harm import Channel
 from e2e.faults.harm_drive import DriveHarm
 from e2e.faults.harm_latch import LatchHarm
 from e2e.faults.operator import RawOperator
-from e2e.faults.stage import staged
+from e2e.faults.stage import STOPS_AT_EACH_TRIAL, staged
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import counted
 
@@ -47,7 +47,7 @@ async def black_channel(n: int, *, cells: Sequence[Cell] = CELLS, **settings: An
     done: Counter[str] = Counter()
     wrong: Counter[str] = Counter()
     async with (
-        staged(**settings) as stage,
+        staged(STOPS_AT_EACH_TRIAL, **settings) as stage,
         RawOperator(stage.server) as operator,
         RawOperator(stage.server) as stranger,
     ):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from e2e.faults.flooder import flooding
 from e2e.faults.operator import RawOperator
-from e2e.faults.stage import staged
+from e2e.faults.stage import STOPS_AT_EACH_TRIAL, staged
 from e2e.faults.trials import repeat
 from e2e.harness.wait import eventually
 from e2e.measure.row import timed
@@ -41,8 +41,8 @@ async def stop_in_flood(n: int, *, rate_hz: float = RATE_HZ, **settings: Any) ->
     lost there waits to be sent again.
     """
     async with (
-        staged(**settings) as stage,
-        RawOperator(stage.server, is_host=True) as operator,
+        staged(STOPS_AT_EACH_TRIAL, **settings) as stage,
+        RawOperator(stage.server) as operator,
         RawOperator(stage.server) as observer,
     ):
         await operator.join()

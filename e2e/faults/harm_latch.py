@@ -124,7 +124,7 @@ class LatchHarm:
     async def _send_at_the_next_stop(self, error: str, text: str) -> None:
         """Send a right release once more, or after somebody has pressed again, or found after all.
 
-        What it was meant for ended by it, lasts under a new number, or was ended by another.
+        What it was meant for ended by it, was pressed anew since then, or was ended by another.
         """
         if error == "repetition":
             self._operator.state.send(text)

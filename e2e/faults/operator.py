@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+import uuid
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING
+
+import aiohttp
 
 from wax.client import Operator
 from wax.client.operator import PERIOD_S, Sent
@@ -12,29 +17,34 @@ if TYPE_CHECKING:
     from e2e.faults.relay import Relay
     from e2e.harness.server import Server
 
-__all__ = ["PERIOD_S", "RawOperator", "Sent"]
+__all__ = ["PERIOD_S", "Browser", "RawOperator", "Sent"]
 
-_ELSEWHERE: Final = {"X-Forwarded-For": "192.0.2.1"}
-"""Only a viewer on another machine can be refused a release (documentation address)."""
+
+@dataclass(frozen=True, slots=True)
+class Browser:
+    """Whom the server knows again after a new connection, and in which of their tabs."""
+
+    cookies: aiohttp.CookieJar = field(default_factory=partial(aiohttp.CookieJar, unsafe=True))
+    tab: str = field(default_factory=lambda: str(uuid.uuid4()))
 
 
 class RawOperator(Operator):
-    """`relay` is its network; with None it has the loopback."""
+    """`browser` is whose it is, by default a new one's; `relay` its network, else the loopback."""
 
     def __init__(
         self,
         server: Server,
         *,
-        client: str | None = None,
+        browser: Browser | None = None,
         relay: Relay | None = None,
-        is_host: bool = False,
         sees: bool = False,
     ) -> None:
         private.install()  # a browser stays on a slow link, too, which aioice alone leaves
+        browser = browser or Browser()
         super().__init__(
             server.url,
-            client_id=client,
+            client_id=browser.tab,
+            cookies=browser.cookies,
             route=relay,
-            headers={} if is_host else _ELSEWHERE,
             sees=sees,
         )

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import time
-import uuid
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from e2e.faults.operator import RawOperator
+from e2e.faults.operator import Browser, RawOperator
 from e2e.faults.page import Chromium, chromiums
 from e2e.faults.relay import Relay
 from e2e.faults.stage import random_phase, staged
@@ -40,11 +39,11 @@ async def network_vanishes(n: int, **settings: Any) -> list[Row]:
     """
     trials: Trials[Stopping] = Trials()
     late_ms = 0.0
-    client = str(uuid.uuid4())
+    browser = Browser()
     async with staged(**settings) as stage:
         while (left := n - len(trials.results)) > 0:
             relay = Relay()
-            peer = RawOperator(stage.server, client=client, relay=relay, sees=True)
+            peer = RawOperator(stage.server, browser=browser, relay=relay, sees=True)
             async with peer as operator:
                 await operator.join()
                 vanish = partial(_vanish, stage, operator, relay)

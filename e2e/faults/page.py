@@ -146,7 +146,7 @@ def through(relay: Relay) -> Prepare:
         told = await response.json()
         if response.ok:
             told["sdp"] = await relay.answer(told["sdp"])
-        await route.fulfill(status=response.status, json=told)
+        await route.fulfill(response=response, json=told)  # with the cookie that comes with it
 
     async def prepare(page: Page) -> None:
         await page.route("**/api/offer", exchange)

@@ -6,11 +6,10 @@ import asyncio
 import os
 import signal
 import time
-import uuid
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.faults.camera import PLUG_IN, Control
-from e2e.faults.operator import RawOperator
+from e2e.faults.operator import Browser, RawOperator
 from e2e.faults.stage import staged
 from e2e.faults.trials import repeat, told
 
@@ -75,13 +74,13 @@ async def loop_blocked(n: int, **settings: Any) -> Row:
     The suite's own camera does it, a plug-in like anybody's: it asks the loop that runs in its
     process to sleep. That server's other threads and processes go on.
     """
-    client = str(uuid.uuid4())
+    browser = Browser()
     with Control() as control:
         async with staged(PLUG_IN, environment=control.environment, **settings) as stage:
 
             async def trial() -> Stopping | None:
                 # A new connection each time: after 5 s without an answer the old one is slow.
-                async with RawOperator(stage.server, client=client) as operator:
+                async with RawOperator(stage.server, browser=browser) as operator:
                     await operator.join()
                     await stage.drive(operator)
                     since_s = await control.block(_BLOCKED_S)

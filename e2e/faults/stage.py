@@ -68,6 +68,11 @@ _RAMP_S: Final = 1.5
 
 _LONG_TURNS: Final = {"turns": {"turn_s": 3600.0, "grace_s": 0.5}}
 
+STOPS_AT_EACH_TRIAL: Final = {
+    "stop": {"max_per_minute": 10_000, "max_per_minute_per_address": 10_000}
+}
+"""For observers who press Stop in each trial, far more often than people may."""
+
 
 class Stage:
     """Use as an async context manager; inside, the server has found the board."""
@@ -82,7 +87,7 @@ class Stage:
         self.load = load
         self.board = Board(folder)
         robot = {"driver": "serial", "serial": {"url": str(self.board.path)}}
-        tree = merged(_LONG_TURNS, load.media, {"robot": robot}, *settings)
+        tree = toml.merged(_LONG_TURNS, load.media, {"robot": robot}, *settings)
         self.server = Server(folder, toml.dumps(tree))
         # It finds the suite's own camera by name, like any plug-in.
         self.server.environment |= {"PYTHONPATH": str(ROOT), **(environment or {})}
@@ -204,17 +209,6 @@ class Stage:
 async def random_phase() -> None:
     """Wait for a random time, longer than any period of the system."""
     await asyncio.sleep(random.uniform(0.06, 0.16))
-
-
-def merged(*trees: Mapping[str, Any]) -> dict[str, Any]:
-    """Merge tables key by key; later ones win."""
-    result: dict[str, Any] = {}
-    for tree in trees:
-        for key, value in tree.items():
-            before = result.get(key)
-            both = isinstance(before, dict) and isinstance(value, dict)
-            result[key] = merged(before or {}, value) if both else value
-    return result
 
 
 @asynccontextmanager

@@ -10,22 +10,29 @@ import signal
 import socket
 import sys
 import time
-import urllib.request
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import aiohttp
 
+from e2e.harness import toml as configurations
 from e2e.harness.wait import eventually
+from wax.access import host_link
+from wax.client.host import become_host
+from wax.errors import StateError
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
+
+    from playwright.async_api import BrowserContext
 
 COMMAND = Path(sys.executable).with_name("wax")
 CLIENT_ID = re.compile(r"\b[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}\b(?!\.local)")
 """What a page says to be known again, as it makes one; mDNS names look alike (RFC 8828)."""
 STOP_WITHIN_S = 3.0
 """Ctrl-C and SIGTERM must exit within this time."""
+ACCOUNT_WITHIN_S = 2.0
 
 
 def free_port() -> int:
@@ -36,9 +43,10 @@ def free_port() -> int:
 
 
 class Server:
-    """`toml` is its whole configuration, `folder` takes that and the log.
+    """`toml` is its configuration, beside `MANY_PLAYED_BY_ONE`; `folder` takes that and the log.
 
     The log is what it says on both its outputs; `stderr` is another descriptor for the second.
+    Its status is for the host only, so this is one, by the socket of `wax host-link`.
     """
 
     def __init__(
@@ -48,9 +56,11 @@ class Server:
         self.url = f"http://127.0.0.1:{self.port}"
         self.log_path = folder / "server.log"
         self._config_path = folder / "wax.toml"
-        self._config_path.write_text(toml, encoding="utf-8")
+        self._config_path.write_text(configurations.for_one_machine(toml), encoding="utf-8")
+        self.state_folder = folder / "state" / "wax"
+        self._host: aiohttp.CookieJar | None = None
         self._stderr = stderr
-        self.environment: dict[str, str] = {"XDG_STATE_HOME": str(folder / "state")}
+        self.environment: dict[str, str] = {"XDG_STATE_HOME": str(self.state_folder.parent)}
         """Added to this process's environment."""
         self._process: Process | None = None
 
@@ -62,12 +72,17 @@ class Server:
 
     def account(self) -> str:
         """Return the end of its log and its status, for the report of a failed test."""
-        try:
-            with urllib.request.urlopen(f"{self.url}/api/status", timeout=1) as answer:
-                status = answer.read().decode()
-        except OSError as error:
-            status = f"no status: {error}"
+        with ThreadPoolExecutor(1) as beside:  # whoever reports a failure may be in an event loop
+            status = beside.submit(asyncio.run, self._account()).result()
         return f"{self.log[-6000:]}\n{status}"
+
+    async def _account(self) -> str:
+        try:
+            async with asyncio.timeout(ACCOUNT_WITHIN_S):
+                _, status = await self.get("/api/status", await self.host_cookies())
+        except (OSError, TimeoutError, aiohttp.ClientError, StateError) as error:
+            return f"no status: {error!r}"
+        return str(status)
 
     @property
     def pid(self) -> int:
@@ -76,6 +91,7 @@ class Server:
 
     async def launch(self) -> None:
         """Start the process and return at once."""
+        self._host = None
         arguments = ["--config", str(self._config_path)]
         arguments += ["--host", "127.0.0.1", "--port", str(self.port), "--udp-port", "0"]
         with self.log_path.open("ab") as log:
@@ -124,9 +140,15 @@ class Server:
             self._process.kill()
             await self._process.wait()
 
-    async def get(self, path: str) -> tuple[int, Any]:
-        """Return the HTTP status and the parsed JSON, or the text if it is not JSON."""
-        async with aiohttp.ClientSession() as http, http.get(self.url + path) as response:
+    async def get(self, path: str, cookies: aiohttp.CookieJar | None = None) -> tuple[int, Any]:
+        """Return the HTTP status and the parsed JSON, or the text if it is not JSON.
+
+        It asks as a stranger, or as whom the cookies say.
+        """
+        async with (
+            aiohttp.ClientSession(cookie_jar=cookies) as http,
+            http.get(self.url + path) as response,
+        ):
             if response.content_type == "application/json":
                 return response.status, await response.json()
             return response.status, await response.text()
@@ -139,9 +161,39 @@ class Server:
         ):
             return response.status, await response.text()
 
+    # --- the host ---------------------------------------------------------------------------
+
+    def host_url(self) -> str:
+        """Return the page's URL for a host, which works once; raises `StateError`."""
+        return host_link.ask(self.state_folder)[0]
+
+    async def host_cookies(self) -> aiohttp.CookieJar:
+        """Return the cookies of a new host; raises `StateError` or `aiohttp.ClientError`."""
+        jar = aiohttp.CookieJar(unsafe=True)  # the server is an address
+        async with aiohttp.ClientSession(cookie_jar=jar) as http:
+            await become_host(http, self.url, self.state_folder)
+        return jar
+
+    async def make_host(self, context: BrowserContext) -> None:
+        """Make a browser the host's before it opens the page."""
+        for one in await self.host_cookies():
+            await context.add_cookies(
+                [
+                    {
+                        "name": one.key,
+                        "value": one.value,
+                        "url": self.url,
+                        "httpOnly": True,
+                        "sameSite": "Strict",
+                    }
+                ]
+            )
+
     async def status(self) -> dict[str, Any]:
-        """`GET /api/status`."""
-        code, body = await self.get("/api/status")
+        """`GET /api/status`, as the host."""
+        if self._host is None:
+            self._host = await self.host_cookies()
+        code, body = await self.get("/api/status", self._host)
         assert code == 200, f"/api/status says {code}: {body}"
         assert isinstance(body, dict)
         return body

@@ -3,10 +3,22 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+MANY_PLAYED_BY_ONE: dict[str, Any] = {
+    "server": {
+        "max_share_per_address": 1.0,
+        "max_offers_per_address_hz": 100.0,
+        "max_silent_per_address": 100,
+        "max_connections_per_address": 640,
+    },
+    "turns": {"max_waiting_per_address": 1000},
+}
+"""In a test one machine plays many people: no limit of one address holds, unless a test sets it."""
 
 CARD = """
 [video]
@@ -29,6 +41,25 @@ def card_with(**sections: str) -> str:
     """Add tables to the test card, as ``turns="turn_s = 3.0"``; ``__`` in a name is a dot."""
     tables = [f"[{name.replace('__', '.')}]\n{keys}\n" for name, keys in sections.items()]
     return CARD + "\n".join(tables)
+
+
+def for_one_machine(text: str) -> str:
+    """Add `MANY_PLAYED_BY_ONE` to a configuration; what cannot be read stays as it is."""
+    try:
+        return dumps(merged(MANY_PLAYED_BY_ONE, tomllib.loads(text)))
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def merged(*trees: Mapping[str, Any]) -> dict[str, Any]:
+    """Merge tables key by key; later ones win, and lists are replaced."""
+    result: dict[str, Any] = {}
+    for tree in trees:
+        for key, value in tree.items():
+            before = result.get(key)
+            both = isinstance(before, dict) and isinstance(value, dict)
+            result[key] = merged(before or {}, value) if both else value
+    return result
 
 
 def dumps(tree: Mapping[str, Any]) -> str:

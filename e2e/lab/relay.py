@@ -45,7 +45,10 @@ async def http_through(end: End, host: str, port: int) -> AsyncIterator[aiohttp.
         assert process.stdout is not None
         try:
             await _ready(process.stdout)
-            async with aiohttp.ClientSession(connector=aiohttp.UnixConnector(path)) as http:
+            async with aiohttp.ClientSession(
+                connector=aiohttp.UnixConnector(path),
+                cookie_jar=aiohttp.CookieJar(unsafe=True),  # the servers are addresses
+            ) as http:
                 yield http
         finally:
             process.stdin.close()

@@ -13,6 +13,8 @@ import aiohttp
 from e2e.lab.relay import http_through
 from e2e.lab.systems.running import PORT, origin
 from e2e.measure.errors import MeasureError
+from wax.client.host import become_host
+from wax.errors import StateError
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
 
 _START_WITHIN_S: Final = 40.0
 _STOP_WITHIN_S: Final = 5.0
+STATE: Final = "state"
+"""The servers' XDG_STATE_HOME within their folder."""
 _ASK_EVERY_S: Final = 0.05
 _ANSWER_WITHIN: Final = aiohttp.ClientTimeout(total=10.0)
 
@@ -63,6 +67,13 @@ class Served:
                 f"{self._how()} at {path} ({error}); {self._last_words()}"
             ) from error
 
+    async def become_host(self, state_folder: Path) -> None:
+        """Ask from now on as the host of a WAX server; raises `MeasureError`."""
+        try:
+            await become_host(self._http, self.url.rstrip("/"), state_folder)
+        except (aiohttp.ClientError, TimeoutError, StateError) as error:
+            raise MeasureError(f"{self._how()} its host ({error}); {self._last_words()}") from error
+
     def check(self) -> None:
         """Raise `MeasureError` when it has ended."""
         if self._process.returncode is not None:
@@ -98,7 +109,7 @@ async def serving(
             stdin=asyncio.subprocess.DEVNULL,
             stdout=log,
             stderr=log,
-            env={**os.environ, "XDG_STATE_HOME": str(folder / "state")},
+            env={**os.environ, "XDG_STATE_HOME": str(folder / STATE)},
         )
     try:
         async with http_through(link.server, link.server.address, PORT) as http:

@@ -6,12 +6,11 @@ import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from e2e.harness.toml import MANY_PLAYED_BY_ONE, merged
 from e2e.lab.systems.running import PORT
 from e2e.measure.errors import MeasureError, NotRunError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from e2e.lab.cell import Cell
 
 THESIS: Final = Path(__file__).parents[3] / "config" / "thesis.toml"
@@ -22,9 +21,6 @@ TURN_S: Final = 3600.0
 DRIVES_HZ: Final = 20.0
 """Set-points a second where a cell drives: what the goal of the modem line says."""
 
-ONE_ADDRESS: Final = {"max_share_per_address": 1.0, "max_silent_per_address": 1000}
-"""All viewers of a cell share the address of its link's far end."""
-
 
 def settings(cell: Cell, media: str) -> dict[str, Any]:
     """Return the tree of keys that differ from what is shipped.
@@ -32,17 +28,13 @@ def settings(cell: Cell, media: str) -> dict[str, Any]:
     `media` is where picture and sound come from, as `[video] source` has it. Raises `MeasureError`
     for a system that is not WAX's, `NotRunError` when the thesis's configuration is not there.
     """
-    for_all = {
-        "server": {
-            "host": "0.0.0.0",
-            "port": PORT,
-            "max_viewers": max(100, cell.viewers + 1),
-            **ONE_ADDRESS,
-        },
+    tree = {
+        "server": {"host": "0.0.0.0", "port": PORT, "max_viewers": max(100, cell.viewers + 1)},
         "video": {"source": media},
         "audio": {"source": media},
         "turns": {"turn_s": TURN_S},
     }
+    for_all = merged(MANY_PLAYED_BY_ONE, tree)
     match cell.system:
         case "audio-master":
             return for_all
@@ -58,18 +50,6 @@ def settings(cell: Cell, media: str) -> dict[str, Any]:
                 return tree
             return merged(tree, {"thesis": {"audio_mu_ms": cell.audio_mu_ms}})
     raise MeasureError(f"{cell.system} is no system of WAX; see e2e/lab/cell.py for those that are")
-
-
-def merged(tree: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Return `tree` with the keys of `over` in their places; tables are merged, lists replaced."""
-    result = dict(tree)
-    for name, value in over.items():
-        below = result.get(name)
-        if isinstance(below, dict) and isinstance(value, dict):
-            result[name] = merged(below, value)
-        else:
-            result[name] = value
-    return result
 
 
 def _thesis() -> dict[str, Any]:

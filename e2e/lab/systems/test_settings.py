@@ -11,8 +11,9 @@ from hypothesis import settings as examples
 from hypothesis import strategies as st
 
 from e2e.harness import toml
+from e2e.harness.toml import merged
 from e2e.lab.cell import Cell, SystemName
-from e2e.lab.systems.settings import THESIS, merged, settings
+from e2e.lab.systems.settings import THESIS, settings
 from e2e.lab.systems.wax import flat
 from e2e.measure.errors import MeasureError
 from wax.config import settings as config

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from e2e.harness import toml
 from e2e.lab.systems.peers import film
-from e2e.lab.systems.served import Served, serving
+from e2e.lab.systems.served import STATE, Served, serving
 from e2e.lab.systems.settings import settings
 from e2e.measure.errors import MeasureError
 
@@ -104,6 +104,7 @@ async def start(cell: Cell, link: Link, folder: Path) -> AsyncIterator[Wax]:
     config = folder / "wax.toml"
     config.write_text(toml.dumps(settings(cell, media)), encoding="utf-8")
     async with serving("wax", link, folder, ["-m", "wax", "--config", str(config)]) as served:
+        await served.become_host(folder / STATE / "wax")
         yield Wax(served, joins=cell.system == "operator", drives=cell.drives)
 
 

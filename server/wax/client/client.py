@@ -58,7 +58,8 @@ class Route(Protocol):
 class Client:
     """One peer from `connect` to `close`; an async context manager does both.
 
-    The server recognises a reloaded page by its `client_id`. `headers` go with each request.
+    The server recognises a reloaded page by its browser's `cookies` and, among that browser's tabs,
+    by its `client_id`; without cookies it is a browser of its own.
     `sound`, `picture` and `size` are its first wishes; for a size that the server lacks, it is sent
     the largest. `on_message` gets each message of the state channel; for `on_socket` see `Media`.
     """
@@ -72,7 +73,7 @@ class Client:
         *,
         client_id: str | None = None,
         name: str | None = None,
-        headers: Mapping[str, str] | None = None,
+        cookies: aiohttp.CookieJar | None = None,
         route: Route | None = None,
         sound: bool = True,
         picture: bool = True,
@@ -81,6 +82,8 @@ class Client:
         on_socket: Callable[[Any], None] | None = None,
     ) -> None:
         self.client_id = client_id or str(uuid.uuid4())
+        # Unsafe is what aiohttp calls cookies of a host that is an address.
+        self.cookies = aiohttp.CookieJar(unsafe=True) if cookies is None else cookies
         self.clock = ServerClock()
         self.peer = RTCPeerConnection(RTCConfiguration(iceServers=[]))
         self.media = Media(self.peer, on_packet=self._acknowledge, on_socket=on_socket)
@@ -90,7 +93,6 @@ class Client:
         )
         self._url = url
         self._name = name
-        self._headers = headers
         self._route = route
         self._wants = {"sound": sound, "picture": picture}
         self._size = size
@@ -192,7 +194,7 @@ class Client:
         """Send an HTTP request as this client; raises `SignallingError` if the server refuses."""
         if self._http is None:
             timeout = aiohttp.ClientTimeout(total=_HTTP_S)
-            self._http = aiohttp.ClientSession(timeout=timeout, headers=self._headers)
+            self._http = aiohttp.ClientSession(timeout=timeout, cookie_jar=self.cookies)
         asked = {"client": self.client_id, **body}
         for attempt in range(1, _ATTEMPTS + 1):
             async with self._http.post(self._url + path, json=asked) as response:

@@ -1,9 +1,10 @@
 """An operator in a process of its own, which takes orders and reports the server's state.
 
-`python -m wax.client.process URL CLIENT_ID` can be frozen whole, like a vanished network: no
-command, heartbeat or acknowledgement leaves it. It can be killed, like a crashed browser. Each line
-on its standard input is an order; each line on its standard output is a new `OperatorState` in
-JSON. It ends with its input, or when it loses the server.
+`python -m wax.client.process URL CLIENT_ID COOKIES` can be frozen whole, like a vanished network:
+no command, heartbeat or acknowledgement leaves it. It can be killed, like a crashed browser: the
+file COOKIES makes its successor the same person. Each line on its standard input is an order; each
+line on its standard output is a new `OperatorState` in JSON. It ends with its input, or when it
+loses the server.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import json
 import sys
 from dataclasses import asdict, dataclass
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import aiohttp
@@ -55,10 +57,13 @@ class OperatorState:
 class OrderedOperator:
     """Obeys orders; keeps driving through every stop and after its turn, as no page would."""
 
-    def __init__(self, url: str, client_id: str) -> None:
+    def __init__(self, url: str, client_id: str, kept: Path) -> None:
         self._url = url
         self._client_id = client_id
+        self._kept = kept
         self._cookies = aiohttp.CookieJar(unsafe=True)
+        if kept.exists():
+            self._cookies.load(kept)
         self._state = OperatorState()
         self._works: set[asyncio.Task[Any]] = set()
         self._operator = self._new()
@@ -66,6 +71,7 @@ class OrderedOperator:
     async def run(self) -> None:
         """Drive until the server is lost."""
         await self._operator.connect()
+        self._cookies.save(self._kept)
         self._tell()
         while self._operator.is_open:
             await self._operator.until(partial(_is_closed, self._operator), None)
@@ -159,11 +165,11 @@ async def _first(*works: Coroutine[Any, Any, None]) -> None:
         task.result()
 
 
-async def _main(url: str, client_id: str) -> None:
+async def _main(url: str, client_id: str, kept: Path) -> None:
     loop = asyncio.get_running_loop()
     orders = asyncio.StreamReader()
     await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(orders), sys.stdin)
-    operator = OrderedOperator(url, client_id)
+    operator = OrderedOperator(url, client_id, kept)
     try:
         await _first(operator.run(), _obey(operator, orders))
     finally:
@@ -171,4 +177,4 @@ async def _main(url: str, client_id: str) -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(_main(sys.argv[1], sys.argv[2]))
+    asyncio.run(_main(sys.argv[1], sys.argv[2], Path(sys.argv[3])))

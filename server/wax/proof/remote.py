@@ -31,13 +31,14 @@ class RemoteOperator(ControlledProcess):
         self.state = OperatorState()
         self._on_state = on_state
         self._client_id = str(uuid.uuid4())
+        self._cookies = log.with_suffix(".cookies")
         self._hearing: asyncio.Task[None] | None = None
         self._changed = asyncio.Event()
 
     async def start(self, url: str) -> None:
         """Start it and wait until it is connected; raises `StartError`."""
         process = await self.spawn(
-            *(sys.executable, "-m", "wax.client.process", url, self._client_id),
+            *(sys.executable, "-m", "wax.client.process", url, self._client_id, str(self._cookies)),
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
         )

@@ -37,6 +37,7 @@ class ServerUnderProof(ControlledProcess):
 
     async def start(self) -> None:
         """Start it on a free port of the loopback interface; raises `StartError`."""
+        self._cookies = None  # without records, what made it a host ended with the last server
         port = _free_port()
         self.url = f"http://127.0.0.1:{port}"
         command = [sys.executable, "-m", "wax", "--config", str(self._config)]
