@@ -34,7 +34,7 @@ async def test_a_proof_from_the_page_drives_until_somebody_stops_it(
         await host.page.get_by_label("The wheels are off the floor").check()
         await host.button("Prove it now").click()
         proof = host.page.get_by_role("status", name="Proof", exact=True)
-        await proof.filter(has_text="of 40").wait_for(timeout=10_000)
+        await proof.filter(has_text="of 40").wait_for(timeout=20_000)
         await other.page.get_by_text("The host is testing the stop").first.wait_for()
 
         async def moves() -> bool:

@@ -11,6 +11,7 @@ import pytest
 
 from wax.app import App
 from wax.capture.source import Picture
+from wax.client.host import become_host
 from wax.clock import SystemClock
 from wax.config.settings import Settings
 from wax.driver.checks import NO_ANSWER
@@ -33,6 +34,14 @@ def _page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(routes, "PAGE", tmp_path)
 
 
+@pytest.fixture(autouse=True)
+def state_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Keep this user's own records out of it; a path of a socket is short."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    monkeypatch.delenv("STATE_DIRECTORY", raising=False)
+    return tmp_path / "wax"
+
+
 def _app(**video: object) -> App:
     tree: dict[str, Any] = {
         "server": {"host": "127.0.0.1", "port": 0},
@@ -43,16 +52,24 @@ def _app(**video: object) -> App:
     return App(settings=Settings.model_validate(tree), clock=SystemClock())
 
 
-async def test_it_serves_until_it_is_stopped() -> None:
+async def _status(url: str, state_folder: Path) -> dict[str, Any]:
+    """Return what the host is told."""
+    jar = aiohttp.CookieJar(unsafe=True)
+    async with aiohttp.ClientSession(cookie_jar=jar, raise_for_status=True) as session:
+        await become_host(session, url, state_folder)
+        async with session.get(f"{url}/api/status") as response:
+            status: dict[str, Any] = await response.json()
+            return status
+
+
+async def test_it_serves_until_it_is_stopped(state_folder: Path) -> None:
     """The status tells of every part while it runs, and stopping leaves nothing behind."""
     app = _app()
     ports: asyncio.Queue[int] = asyncio.Queue()
     running = asyncio.create_task(app.run(ports.put_nowait))
     url = f"http://127.0.0.1:{await asyncio.wait_for(ports.get(), 10)}"
-    async with aiohttp.ClientSession() as session:
-        await asyncio.sleep(1.2)
-        async with session.get(f"{url}/api/status") as response:
-            status = await response.json()
+    await asyncio.sleep(1.2)
+    status = await _status(url, state_folder)
     app.stop()
     await asyncio.wait_for(running, 5)
     assert (status["viewers"], status["turn"]["operator"]) == ([], None)
@@ -65,7 +82,9 @@ async def test_it_serves_until_it_is_stopped() -> None:
     assert (audio["failures"], audio["cut_ms"]) == (0, 0)
 
 
-async def test_a_driver_that_raises_takes_nothing_down(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_driver_that_raises_takes_nothing_down(
+    state_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A robot that cannot even tell how it is stays a line of the status."""
 
     def fail(self: SimulatedRobot) -> RobotState:
@@ -76,10 +95,8 @@ async def test_a_driver_that_raises_takes_nothing_down(monkeypatch: pytest.Monke
     ports: asyncio.Queue[int] = asyncio.Queue()
     running = asyncio.create_task(app.run(ports.put_nowait))
     url = f"http://127.0.0.1:{await asyncio.wait_for(ports.get(), 10)}"
-    async with aiohttp.ClientSession() as session:
-        await asyncio.sleep(0.3)
-        async with session.get(f"{url}/api/status") as response:
-            status = await response.json()
+    await asyncio.sleep(0.3)
+    status = await _status(url, state_folder)
     assert not running.done()
     app.stop()
     await asyncio.wait_for(running, 5)

@@ -35,13 +35,17 @@ async def serving(
     environment: Mapping[str, str] | None = None,
     command: tuple[str, ...] = (sys.executable, "-m", "wax"),
 ) -> AsyncIterator[Process]:
-    """Run the server around a block, on the loopback interface; it is killed if still there."""
+    """Run the server around a block, on the loopback interface; it is killed if still there.
+
+    What outlives it is beside its configuration.
+    """
     process = await asyncio.create_subprocess_exec(
         *command,
         *("--config", str(config), "--host", "127.0.0.1", "--port", str(port)),
+        *("--udp-port", "0"),
         stdin=asyncio.subprocess.DEVNULL,
         stdout=asyncio.subprocess.DEVNULL,
-        env=os.environ | (environment or {}),
+        env=os.environ | {"XDG_STATE_HOME": str(config.parent)} | (environment or {}),
     )
     try:
         yield process

@@ -41,7 +41,7 @@ async def test_a_restart_says_goodbye_and_takes_everybody_back(tmp_path: Path) -
             assert await asyncio.wait_for(server.wait(), STOP_WITHIN_S) == 0
     async with serving(config, port) as server:
         await answers(port, server)
-        async with Client(url, name="Ada", client_id=ada.client_id) as back:
+        async with Client(url, name="Ada", client_id=ada.client_id, cookies=ada.cookies) as back:
             assert await back.until(lambda: _names(back) == ["Ada"])
 
 
