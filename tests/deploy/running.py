@@ -45,7 +45,7 @@ async def serving(
         *("--udp-port", "0"),
         stdin=asyncio.subprocess.DEVNULL,
         stdout=asyncio.subprocess.DEVNULL,
-        env=os.environ | {"XDG_STATE_HOME": str(config.parent)} | (environment or {}),
+        env={**os.environ, "XDG_STATE_HOME": str(config.parent), **(environment or {})},
     )
     try:
         yield process

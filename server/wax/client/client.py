@@ -59,7 +59,8 @@ class Client:
     """One peer from `connect` to `close`; an async context manager does both.
 
     The server recognises a reloaded page by its browser's `cookies` and, among that browser's tabs,
-    by its `client_id`; without cookies it is a browser of its own.
+    by its `client_id`; without cookies it is a browser of its own. `headers` go with each request,
+    as a proxy adds them.
     `sound`, `picture` and `size` are its first wishes; for a size that the server lacks, it is sent
     the largest. `on_message` gets each message of the state channel; for `on_socket` see `Media`.
     """
@@ -74,6 +75,7 @@ class Client:
         client_id: str | None = None,
         name: str | None = None,
         cookies: aiohttp.CookieJar | None = None,
+        headers: Mapping[str, str] | None = None,
         route: Route | None = None,
         sound: bool = True,
         picture: bool = True,
@@ -93,6 +95,7 @@ class Client:
         )
         self._url = url
         self._name = name
+        self._headers = headers
         self._route = route
         self._wants = {"sound": sound, "picture": picture}
         self._size = size
@@ -194,7 +197,9 @@ class Client:
         """Send an HTTP request as this client; raises `SignallingError` if the server refuses."""
         if self._http is None:
             timeout = aiohttp.ClientTimeout(total=_HTTP_S)
-            self._http = aiohttp.ClientSession(timeout=timeout, cookie_jar=self.cookies)
+            self._http = aiohttp.ClientSession(
+                timeout=timeout, cookie_jar=self.cookies, headers=self._headers
+            )
         asked = {"client": self.client_id, **body}
         for attempt in range(1, _ATTEMPTS + 1):
             async with self._http.post(self._url + path, json=asked) as response:
