@@ -28,8 +28,6 @@ _SETTINGS: Final[dict[str, Any]] = {
     "audio": {"source": "testcard"},
     # Turns last as long as the run; viewers who left are forgotten soon, so that waits are short.
     "turns": {"turn_s": 3600.0, "grace_s": 0.5},
-    # All viewers have the same address.
-    "server": {"max_share_per_address": 1.0, "max_silent_per_address": 1000},
 }
 
 

@@ -78,6 +78,12 @@ function peer() {
   return newest;
 }
 
+/** The server answers, and both channels open. */
+function open(): void {
+  peer().events.answered();
+  peer().events.opened();
+}
+
 function receive(...messages: StateOut[]): void {
   for (const message of messages) peer().events.received("state", JSON.stringify(message));
 }
@@ -88,15 +94,15 @@ function turns(): number[] {
 }
 
 it("drives after a reconnect only when the new room says so", () => {
-  peer().events.opened();
+  open();
   receive(hello({ viewer: 1 }), room({ operator: 1, number: 7 }));
   vi.advanceTimersByTime(100);
   expect(turns()).toContain(7);
 
-  peer().events.lost("The connection was lost.");
-  vi.advanceTimersByTime(0);
+  peer().events.lost("The connection was lost.", null);
+  vi.advanceTimersByTime(400);
   expect(peers).toHaveLength(2);
-  peer().events.opened();
+  open();
   receive(hello({ viewer: 1 }));
   vi.advanceTimersByTime(100);
   expect(session.state.isConnected.value).toBe(true);
@@ -108,7 +114,7 @@ it("drives after a reconnect only when the new room says so", () => {
 
 describe("input", () => {
   beforeEach(() => {
-    peer().events.opened();
+    open();
     receive(hello({ viewer: 1 }), room({ operator: 1, number: 7 }));
     vi.advanceTimersByTime(1000);
   });
@@ -204,7 +210,7 @@ describe("input", () => {
 });
 
 it("cuts a name where the server does", () => {
-  peer().events.opened();
+  open();
   session.actions.setName(` ${"x".repeat(100)} `);
   const name = "x".repeat(MAX_NAME_CHARS);
   expect(peer().sent).toContainEqual({ type: "name", name });
@@ -212,16 +218,16 @@ it("cuts a name where the server does", () => {
 });
 
 it("keeps what the room said of oneself while the connection is lost", () => {
-  peer().events.opened();
+  open();
   receive(hello({ viewer: 1 }), room({ operator: 1 }));
-  peer().events.lost("The connection was lost.");
+  peer().events.lost("The connection was lost.", null);
   vi.advanceTimersByTime(0);
   expect(session.state.link.value.is).toBe("connecting");
   expect(session.state.me.value?.role).toBe("operator");
 });
 
 it("sends the policy that was chosen, and changes it without a new connection", () => {
-  peer().events.opened();
+  open();
   receive(hello());
   const want = { type: "want", sound: false, picture: true, size: "640x480" };
   expect(peer().sent.at(-1)).toEqual({ ...want, policy: null });
@@ -234,11 +240,12 @@ it("sends the policy that was chosen, and changes it without a new connection", 
 });
 
 it("keeps what is served, for as long as the connection lasts that it was said of", () => {
-  peer().events.opened();
+  open();
   receive(hello(), served({ link_bps: 2_000_000 }));
   expect(session.state.served.value).toEqual(served({ link_bps: 2_000_000 }));
-  peer().events.lost("The connection was lost.");
-  vi.advanceTimersByTime(0);
+  peer().events.lost("The connection was lost.", null);
+  vi.advanceTimersByTime(400);
+  peer().events.answered();
   expect(session.state.served.value).toBeNull();
 });
 
@@ -248,7 +255,7 @@ it("speaks less where the server says that the link is slow", async () => {
     await vi.advanceTimersByTimeAsync(ms);
     return peer().rows.length - before;
   };
-  peer().events.opened();
+  open();
   receive(hello({ viewer: 1 }), room({ waiting: [1], operator: 2 }));
   await vi.advanceTimersByTimeAsync(2000);
   expect(await rowsIn(5000)).toBe(45);

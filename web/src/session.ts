@@ -6,6 +6,7 @@ import { StopControl } from "./drive/stopControl";
 import { returnFocusAfterPointer } from "./focus";
 import { Identity, openIdentityChannel } from "./link/identity";
 import { Link } from "./link/link";
+import { watchNetwork } from "./link/network";
 import type { Peer } from "./link/peer";
 import { watchFrames } from "./measure/picture";
 import { measureRefresh } from "./measure/refresh";
@@ -255,7 +256,7 @@ export function startSession(): Session {
   window.addEventListener("pageshow", (event) => {
     if (event.persisted) link.connect();
   });
-  window.addEventListener("online", () => link.hurry());
+  watchNetwork(() => link.networkChanged(), signal);
   document.addEventListener("visibilitychange", () => {
     if (!document.hidden) link.hurry();
   });

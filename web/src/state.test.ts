@@ -16,7 +16,7 @@ it("drives with the turn's number only while the turn is its own and the link st
   expect(state.drivingTurn.value).toBeNull();
   state.room.value = room({ operator: 2, number: 9 });
   expect(state.drivingTurn.value).toBe(9);
-  state.link.value = { is: "connecting" };
+  state.link.value = { is: "connecting", reason: null };
   expect(state.drivingTurn.value).toBeNull();
 });
 

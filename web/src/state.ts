@@ -92,7 +92,7 @@ export interface State {
 }
 
 export function createState(kept: Preferences): State {
-  const link = signal<LinkState>({ is: "connecting" });
+  const link = signal<LinkState>({ is: "connecting", reason: null });
   const hello = signal<Hello | null>(null);
   const room = signal<RoomState | null>(null);
   const serverMs = signal<number | null>(null);

@@ -277,7 +277,7 @@ class TurnSettings(_Section):
     """`[turns]`: who drives, and for how long."""
 
     turn_s: Annotated[float, Field(ge=1, le=86_400)] = 60.0
-    grace_s: Annotated[float, Field(ge=0, le=60)] = 3.0
+    grace_s: Annotated[float, Field(ge=0, le=60)] = 8.0
     join: Literal["ask", "auto"] = "ask"
     ready_s: Annotated[float, Field(ge=0, le=120)] = 0.0
     idle_s: Annotated[float, Field(ge=0, le=3600)] = 0.0

@@ -113,7 +113,7 @@ it("begins a turn with empty input and untouched axes, and ends it with both", (
 it("falls silent when the link is lost, and asks for a new press when it is back", () => {
   drives(ADA);
   controller.input.press("a", "forward");
-  state.link.value = { is: "connecting" };
+  state.link.value = { is: "connecting", reason: null };
   sent = [];
   vi.advanceTimersByTime(1000);
   expect(sent).toEqual([]);

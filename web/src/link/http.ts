@@ -7,6 +7,8 @@ export class RequestError extends Error {
   constructor(
     sentence: string,
     readonly isRefusal: boolean,
+    /** How long the server asks to wait before the next request; null if it does not. */
+    readonly retryAfterMs: number | null = null,
   ) {
     super(sentence);
   }
@@ -36,5 +38,11 @@ export async function ask(path: string, init: RequestInit = {}): Promise<Answer>
   if (response.ok && body !== null) return body;
   const sentence =
     typeof body?.error === "string" ? body.error : `The server answered ${response.status}.`;
-  throw new RequestError(sentence, true);
+  throw new RequestError(sentence, true, retryAfterMs(response));
+}
+
+/** The seconds in `Retry-After` (RFC 9110, 10.2.3) as ms; our server sends no dates. */
+function retryAfterMs(response: Response): number | null {
+  const text = response.headers.get("Retry-After") ?? "";
+  return /^\d+$/.test(text) ? Number(text) * 1000 : null;
 }

@@ -1,4 +1,4 @@
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { StateOut } from "../messages";
 import { hello } from "../testing/messages";
 import { Link, type LinkState } from "./link";
@@ -48,7 +48,7 @@ beforeEach(() => {
   vi.useFakeTimers({
     toFake: ["setTimeout", "clearTimeout", "setInterval", "clearInterval", "performance"],
   });
-  vi.spyOn(Math, "random").mockReturnValue(0);
+  vi.spyOn(Math, "random").mockReturnValue(0.5);
   peers.length = 0;
   states = [];
   heard = [];
@@ -72,8 +72,10 @@ function peer() {
   return newest;
 }
 
-/** Both channels open, and the server greets. */
+/** The server answers, both channels open, and it greets. */
 function open(): void {
+  peer().events.reached();
+  peer().events.answered();
   peer().events.opened();
   peer().events.received("state", JSON.stringify(hello()));
 }
@@ -95,7 +97,7 @@ function answerFor(seconds: number): void {
 }
 
 it("is connected when the server has greeted, and passes its messages on", () => {
-  expect(states.at(-1)).toEqual({ is: "connecting" });
+  expect(states.at(-1)).toEqual({ is: "connecting", reason: null });
   open();
   expect(states.at(-1)).toEqual({ is: "connected" });
   expect(heard[0]?.type).toBe("hello");
@@ -121,40 +123,103 @@ it("pings five times a second while it may drive, over a slow link once", () => 
   answerFor(1);
   expect(pingsIn(10)).toBe(10);
   link.connect();
+  open();
   expect(link.isThin).toBe(false);
 });
 
-it("comes back with a fresh peer, at once first, then ever later, saying why", () => {
-  const waits: number[] = [];
-  for (let attempt = 0; attempt < 5; attempt++) {
-    const count = peers.length;
-    peer().events.lost("The server is full.");
-    const state = states.at(-1);
-    if (state?.is !== "waiting") throw new Error("it does not wait");
-    expect(state.reason).toBe("The server is full.");
-    waits.push(Math.round(state.retryAtMs - performance.now()));
-    vi.advanceTimersByTime(waits.at(-1) ?? 0);
-    expect(peers).toHaveLength(count + 1);
+/** When attempts begin in the next seconds, in ms from now; the loss is told to the page first. */
+function beginnings(seconds: number, fails: boolean): number[] {
+  const found: number[] = [];
+  const startMs = performance.now();
+  let count = peers.length;
+  peer().events.lost("The connection was lost.", null);
+  while (performance.now() < startMs + seconds * 1000) {
+    while (peers.length > count) {
+      count++;
+      found.push(performance.now() - startMs);
+      if (fails) peer().events.lost("The server cannot be reached.", null);
+    }
+    vi.advanceTimersByTime(10);
   }
-  expect(waits).toEqual([0, 300, 1200, 2700, 4800]);
-  expect(peers.slice(0, -1).every((old) => old.isClosed)).toBe(true);
+  return found.map(Math.round);
+}
+
+describe("after the loss of a connection", () => {
+  beforeEach(() => {
+    open();
+    playFor(6);
+  });
+
+  it("fresh peers are tried at once, after 0.3 and 0.7 s, then each second for 20 s", () => {
+    const found = beginnings(40, true);
+    const near = found.map((ms) => Math.round(ms / 100) / 10);
+    expect(near.slice(0, 5)).toEqual([0, 0.3, 0.7, 1.7, 2.7]);
+    expect(near.filter((s) => s <= 20)).toHaveLength(22);
+    expect(near.at(-1)).toBeGreaterThan(30);
+  });
+
+  it("an attempt that nobody answers is given up for another each second", () => {
+    const found = beginnings(8, false);
+    const apart = found.slice(1).map((ms, i) => ms - (found[i] ?? 0));
+    expect(found.length).toBeGreaterThanOrEqual(7);
+    for (const ms of apart) expect(ms).toBeLessThanOrEqual(1250);
+    expect(peers.slice(0, -1).every((old) => old.isClosed)).toBe(true);
+  });
+
+  it("one that has been answered may take four seconds to open", () => {
+    peer().events.lost("The connection was lost.", null);
+    vi.advanceTimersByTime(0);
+    const count = peers.length;
+    peer().events.reached();
+    peer().events.answered();
+    vi.advanceTimersByTime(3900);
+    expect(peers).toHaveLength(count);
+    vi.advanceTimersByTime(500);
+    expect(peers).toHaveLength(count + 1);
+  });
+
+  it("says why it tries again, and from when on a pause is long", () => {
+    peer().events.lost("The server is full.", null);
+    vi.advanceTimersByTime(0);
+    expect(states.at(-1)).toEqual({ is: "connecting", reason: "The server is full." });
+    peer().events.lost("Too many.", 5000);
+    expect(states.at(-1)?.is).toBe("waiting");
+  });
+
+  it("waits for as long as the server asks, whatever else happens", () => {
+    peer().events.lost("", null);
+    vi.advanceTimersByTime(0);
+    const count = peers.length;
+    peer().events.lost("Too many people.", 5000);
+    vi.advanceTimersByTime(4900);
+    link.hurry();
+    link.networkChanged();
+    expect(peers).toHaveLength(count);
+    vi.advanceTimersByTime(1200);
+    expect(peers).toHaveLength(count + 1);
+  });
+
+  it("a slow link gets ten seconds for each attempt", () => {
+    link.isThin = true;
+    peer().events.lost("", null);
+    vi.advanceTimersByTime(0);
+    const count = peers.length;
+    vi.advanceTimersByTime(9900);
+    expect(peers).toHaveLength(count);
+    vi.advanceTimersByTime(200);
+    expect(peers).toHaveLength(count + 1);
+  });
 });
 
 it("takes a connection that breaks at once for one more failure, a steady one for none", () => {
-  const waitMs = () => {
-    const state = states.at(-1);
-    return state?.is === "waiting" ? Math.round(state.retryAtMs - performance.now()) : null;
-  };
-  peer().events.lost("");
-  vi.advanceTimersByTime(0);
+  expect(beginnings(0.31, false)).toHaveLength(1);
   open();
-  peer().events.lost("");
-  expect(waitMs()).toBe(300);
-  vi.advanceTimersByTime(300);
+  expect(beginnings(0.35, false)).toHaveLength(0);
+  vi.advanceTimersByTime(60);
+  expect(peers).toHaveLength(3);
   open();
-  answerFor(6);
-  peer().events.lost("");
-  expect(waitMs()).toBe(0);
+  playFor(6);
+  expect(beginnings(0.01, false)).toHaveLength(1);
 });
 
 it.each([
@@ -162,33 +227,112 @@ it.each([
   [0.999, 1999],
 ])("waits a moment of its own after a goodbye (random %d)", (random, waitMs) => {
   open();
-  answerFor(6);
+  playFor(6);
   vi.mocked(Math.random).mockReturnValue(random);
   const text = "The server is restarting or was switched off.";
   peer().events.received("state", JSON.stringify({ type: "goodbye", text }));
-  expect(states.at(-1)).toEqual({
-    is: "waiting",
-    retryAtMs: performance.now() + waitMs,
-    reason: text,
-  });
+  expect(states.at(-1)).toMatchObject({ reason: text });
   expect(peer().isClosed).toBe(true);
-  vi.advanceTimersByTime(waitMs);
+  vi.advanceTimersByTime(waitMs - 1);
+  expect(peers).toHaveLength(1);
+  vi.advanceTimersByTime(1);
   expect(peers).toHaveLength(2);
 });
 
-it("gives up a peer that has been silent for three seconds", () => {
-  link.mayDrive = true;
-  open();
-  answerFor(2);
-  const before = peers.length;
-  vi.advanceTimersByTime(2700);
-  expect(peers).toHaveLength(before);
-  vi.advanceTimersByTime(700);
-  expect(peers).toHaveLength(before + 1);
-  expect(peers[before - 1]?.isClosed).toBe(true);
+describe("a peer that has fallen silent", () => {
+  let old: ReturnType<typeof peer>;
+
+  beforeEach(() => {
+    link.mayDrive = true;
+    open();
+    answerFor(6);
+    old = peer();
+    const before = peers.length;
+    vi.advanceTimersByTime(1900);
+    expect(peers).toHaveLength(before);
+    vi.advanceTimersByTime(500);
+    expect(peers).toHaveLength(before + 1);
+  });
+
+  it("is kept, and asked, until the server has answered another", () => {
+    const before = old.sent.length;
+    vi.advanceTimersByTime(3000);
+    expect(old.isClosed).toBe(false);
+    expect(old.sent.length - before).toBeGreaterThanOrEqual(14);
+    peer().events.reached();
+    expect(old.isClosed).toBe(false);
+    peer().events.answered();
+    expect(old.isClosed).toBe(true);
+    expect(link.peer).toBe(peer());
+  });
+
+  it("tells by its first word that the network is back: a fresh attempt begins at once", () => {
+    vi.advanceTimersByTime(400);
+    const stuck = peer();
+    old.events.received("drive", JSON.stringify(["pong", 99, 0, 0]));
+    expect(peer()).not.toBe(stuck);
+    expect(stuck.isClosed).toBe(true);
+    expect(states.at(-1)?.is).toBe("connecting");
+  });
+
+  it("disturbs no attempt that has come through", () => {
+    vi.advanceTimersByTime(400);
+    const good = peer();
+    good.events.reached();
+    old.events.received("drive", JSON.stringify(["pong", 99, 0, 0]));
+    expect(peer()).toBe(good);
+    old.events.lost("The connection was lost.", null);
+    expect(peer()).toBe(good);
+    open();
+    expect(states.at(-1)).toEqual({ is: "connected" });
+  });
+
+  it("may break meanwhile, which ends no attempt", () => {
+    const tried = peer();
+    old.events.lost("The connection was lost.", null);
+    expect(peer()).toBe(tried);
+    expect(tried.isClosed).toBe(false);
+  });
 });
 
-it("gives up an attempt that comes to nothing", () => {
+describe("when the network has changed", () => {
+  it("tries at once where the connection is doubtful", () => {
+    open();
+    playFor(6);
+    vi.advanceTimersByTime(1000);
+    const before = peers.length;
+    link.networkChanged();
+    expect(peers).toHaveLength(before + 1);
+  });
+
+  it("tries at once in the place of an attempt that has begun", () => {
+    link.networkChanged();
+    expect(peers).toHaveLength(2);
+    expect(peers[0]?.isClosed).toBe(true);
+  });
+
+  it("asks first where all seems well, and leaves a connection alone that answers", () => {
+    open();
+    playFor(6);
+    const before = peer().sent.length;
+    link.networkChanged();
+    expect(peer().sent.length).toBe(before + 1);
+    playFor(2);
+    expect(peers).toHaveLength(1);
+  });
+
+  it("tries when no answer has come for a little longer than answers take", () => {
+    open();
+    playFor(6);
+    link.networkChanged();
+    vi.advanceTimersByTime(100);
+    expect(peers).toHaveLength(1);
+    vi.advanceTimersByTime(150);
+    expect(peers).toHaveLength(2);
+  });
+});
+
+it("gives up the first attempt that comes to nothing, after ten seconds", () => {
   vi.advanceTimersByTime(9999);
   expect(peers).toHaveLength(1);
   vi.advanceTimersByTime(2);
@@ -198,13 +342,11 @@ it("gives up an attempt that comes to nothing", () => {
 it("hurries only where it waits", () => {
   link.hurry();
   expect(peers).toHaveLength(1);
-  peer().events.lost("");
-  vi.advanceTimersByTime(0);
-  peer().events.lost("");
+  beginnings(40, true);
+  const before = peers.length;
+  expect(states.at(-1)?.is).toBe("waiting");
   link.hurry();
-  expect(peers).toHaveLength(3);
-  vi.advanceTimersByTime(1000);
-  expect(peers).toHaveLength(3);
+  expect(peers).toHaveLength(before + 1);
 });
 
 it("stays closed once closed, until it is told to connect", () => {
@@ -250,12 +392,8 @@ it("tells of one silence once, then that the connection is lost", () => {
   open();
   answerFor(2);
   const before = states.length;
-  fallSilentFor(3.6);
-  expect(states.slice(before).map((state) => state.is)).toEqual([
-    "silent",
-    "waiting",
-    "connecting",
-  ]);
+  fallSilentFor(2.6);
+  expect(states.slice(before).map((state) => state.is)).toEqual(["silent", "connecting"]);
 });
 
 it("takes a picture, and a message of any kind, for an answer", () => {
@@ -325,5 +463,5 @@ it("lets a slow link stall for a second", () => {
 it("says nothing of a silence before the server has greeted", () => {
   peer().events.opened();
   fallSilentFor(2);
-  expect(states).toEqual([{ is: "connecting" }]);
+  expect(states).toEqual([{ is: "connecting", reason: null }]);
 });

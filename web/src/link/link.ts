@@ -2,16 +2,17 @@ import { ServerClock } from "../clock";
 import type { Channel, DriveIn, StateIn, StateOut } from "../messages";
 import { Heartbeat } from "./heartbeat";
 import { Peer } from "./peer";
-import { retryDelayMs } from "./reconnect";
+import { attemptAfterMs, type LostLink, patienceMs } from "./reconnect";
 import { readRow, writeRow } from "./rows";
 import { Silence } from "./silence";
 
 /**
- * The state of the connection; `silent` means that nothing has arrived recently. Times are on the
- * page's clock; reasons are sentences.
+ * The state of the connection; `silent` means that nothing has arrived recently, `waiting` that the
+ * next attempt begins later. Times are on the page's clock; reasons are sentences: why the attempt
+ * or connection before has ended, null if there was none.
  */
 export type LinkState =
-  | { is: "connecting" }
+  | { is: "connecting"; reason: string | null }
   | { is: "connected" }
   | { is: "silent"; sinceMs: number }
   | { is: "waiting"; retryAtMs: number; reason: string }
@@ -20,23 +21,40 @@ export type LinkState =
 /** The link's events. */
 export interface LinkEvents {
   changed(state: LinkState): void;
-  /** A new peer is being connected; measurements of the previous one are no longer valid. */
+  /** A new peer takes the place of the one before, whose measurements are no longer valid. */
   fresh(peer: Peer): void;
   received(message: StateOut): void;
   /** Called only at the moment when a peer's receivers are created. */
   receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
 }
 
-const CONNECT_MS = 10_000;
-/** A connection that breaks sooner than this counts as a failed attempt. */
+const OPEN_MS = 4000;
+/** A connection that breaks sooner than this does not begin the attempts anew. */
 const STEADY_MS = 5000;
 const LOOK_EVERY_MS = 100;
+/** A shorter pause is not worth a countdown. */
+const SHOWN_PAUSE_MS = 1500;
+/** The server may not keep a page away for longer. */
+const MAX_RETRY_AFTER_MS = 300_000;
 /** After a goodbye: no restart is faster, and not everybody comes back at the same instant. */
 const GOODBYE_MS = 1000;
+/** An attempt that has just begun need not be given up for another. */
+const FRESH_MS = 250;
+/** After a change of network the peer may be alive: so long it has to say so. */
+const DOUBT_MS = 150;
+
+const NO_ANSWER = "The server does not answer.";
+const SILENT = "The server has gone silent.";
 
 const now = () => performance.now();
 
-/** Keeps a connection to the server, with one peer after another, while the page is open. */
+/**
+ * Keeps a connection to the server, with one peer after another, while the page is open.
+ *
+ * A peer that has fallen silent is kept until the server has answered another. It is often the first
+ * to hear that the network is back, but does not go on: for its pictures the server would have to
+ * find out anew, and slowly, what the link carries.
+ */
 export class Link {
   clock = new ServerClock();
   /** This page drives or waits to drive, so its silence must be noticed soon. */
@@ -45,10 +63,21 @@ export class Link {
   isThin = false;
   #heartbeat = new Heartbeat(this.clock);
   #silence = new Silence(now());
+  /** The newest peer that the server has answered. */
   #peer: Peer | null = null;
-  #failures = 0;
+  /** The one that is tried in its place. */
+  #next: Peer | null = null;
+  #isRetrying = false;
+  /** Whether the attempt has had any answer from the server. */
+  #isReached = false;
+  #attempts = 0;
+  #begunMs = 0;
+  #notBeforeMs = 0;
+  #lostLink: LostLink | null = null;
+  /** When the peer was greeted; infinite if it has not been. */
   #connectedMs = Number.POSITIVE_INFINITY;
-  #timer: ReturnType<typeof setTimeout> | undefined;
+  #trying: ReturnType<typeof setTimeout> | undefined;
+  #beating: ReturnType<typeof setTimeout> | undefined;
   #looking: ReturnType<typeof setInterval> | undefined;
   #state: LinkState = { is: "closed" };
 
@@ -64,25 +93,37 @@ export class Link {
   /** Connects at once, whatever the state. */
   connect(): void {
     this.#drop();
-    this.clock = new ServerClock();
-    this.#heartbeat = new Heartbeat(this.clock);
-    this.isThin = false;
-    const peer = new Peer({
-      opened: () => this.#opened(),
-      received: (channel, text) => this.#received(channel, text),
-      lost: (reason) => this.#lost(reason),
-      receivers: this.events.receivers,
-    });
-    this.#peer = peer;
-    this.#change({ is: "connecting" });
-    this.events.fresh(peer);
-    this.#timer = setTimeout(() => this.#lost("The server does not answer."), CONNECT_MS);
-    void peer.connect(this.client());
+    this.#attempts = 0;
+    this.#notBeforeMs = 0;
+    this.#begin(null);
   }
 
-  /** Makes a pending next attempt now. */
+  /** Makes a pending next attempt now, unless the server asked to wait. */
   hurry(): void {
-    if (this.#state.is === "waiting") this.connect();
+    if (this.#state.is === "waiting" && now() >= this.#notBeforeMs) this.#begin(this.#state.reason);
+  }
+
+  /**
+   * The device may have another network now. Tries at once if the connection is doubtful; else asks
+   * the server whether it is still there, because many such changes are none.
+   */
+  networkChanged(): void {
+    if (this.#state.is === "closed" || now() < this.#notBeforeMs) return;
+    const isAlive = this.#state.is === "connected" && !this.#silence.isDoubtful;
+    if (!isAlive) {
+      this.#attempts = 0;
+      this.#begin(null);
+      return;
+    }
+    const askedMs = now();
+    this.#ping();
+    setTimeout(
+      () => {
+        const isHeard = this.#silence.sinceMs > askedMs;
+        if (!isHeard && this.#peer && !this.#isRetrying) this.#lose(SILENT);
+      },
+      DOUBT_MS + (this.clock.slowestMs ?? 0),
+    );
   }
 
   /** Closes until `connect` is called again. */
@@ -109,6 +150,107 @@ export class Link {
     if (this.#state.is === "silent") this.#change({ is: "connected" });
   }
 
+  // --- attempts ------------------------------------------------------------------------------
+
+  /** Begins an attempt in the place of the one before, which has not been answered. */
+  #begin(reason: string | null): void {
+    clearTimeout(this.#trying);
+    this.#next?.close();
+    const peer: Peer = new Peer({
+      reached: () => this.#reached(),
+      answered: () => this.#take(peer),
+      opened: () => this.#opened(),
+      received: (channel, text) => this.#received(channel, text),
+      lost: (why, retryAfterMs) => this.#ended(peer, why, retryAfterMs),
+      receivers: this.events.receivers,
+    });
+    this.#next = peer;
+    this.#isRetrying = true;
+    this.#isReached = false;
+    this.#begunMs = now();
+    this.#attempts++;
+    this.#change({ is: "connecting", reason });
+    const forMs = patienceMs(attemptAfterMs(this.#attempts, Math.random()), this.#lostLink);
+    this.#giveUpAfter(forMs);
+    void peer.connect(this.client());
+  }
+
+  #reached(): void {
+    this.#isReached = true;
+    this.#giveUpAfter(patienceMs(OPEN_MS, this.#lostLink));
+  }
+
+  /** The server has taken this peer, and with that dropped the one before. */
+  #take(peer: Peer): void {
+    this.#forget();
+    this.#next = null;
+    this.#peer = peer;
+    this.clock = new ServerClock();
+    this.#heartbeat = new Heartbeat(this.clock);
+    this.isThin = false;
+    this.events.fresh(peer);
+    this.#giveUpAfter(patienceMs(OPEN_MS, this.#lostLink));
+  }
+
+  /** Begins another attempt unless this one gets further within this time. */
+  #giveUpAfter(ms: number): void {
+    clearTimeout(this.#trying);
+    this.#trying = setTimeout(() => this.#begin(NO_ANSWER), ms);
+  }
+
+  #ended(peer: Peer, reason: string, retryAfterMs: number | null): void {
+    if (peer === this.#next) {
+      this.#next = null;
+      const askedMs = Math.min(retryAfterMs ?? 0, MAX_RETRY_AFTER_MS);
+      // Not everybody at once.
+      this.#retry(reason, askedMs * (1 + Math.random() / 5));
+      return;
+    }
+    // In the place of one that had fallen silent another is tried already.
+    const isReplaced = this.#next !== null || (this.#isRetrying && this.#isGreeted);
+    if (!isReplaced) this.#lose(reason);
+    this.#forget();
+  }
+
+  /** Begins to try others; a peer that may come back to life is kept. */
+  #lose(reason: string): void {
+    const { rttMs } = this.clock;
+    if (rttMs !== null) this.#lostLink = { roundTripMs: rttMs, isThin: this.isThin };
+    if (now() - this.#connectedMs >= STEADY_MS) this.#attempts = 0;
+    this.#retry(reason, 0);
+  }
+
+  /** Tries again when it is time; after `leastMs` at the earliest, whatever happens meanwhile. */
+  #retry(reason: string, leastMs: number): void {
+    clearTimeout(this.#trying);
+    this.#isRetrying = true;
+    this.#notBeforeMs = now() + leastMs;
+    const nextMs = this.#begunMs + attemptAfterMs(this.#attempts, Math.random());
+    const atMs = Math.max(nextMs, this.#notBeforeMs);
+    const pauseMs = atMs - now();
+    if (pauseMs <= 0) {
+      this.#begin(reason);
+      return;
+    }
+    const isShort = pauseMs < SHOWN_PAUSE_MS;
+    this.#change(
+      isShort ? { is: "connecting", reason } : { is: "waiting", retryAtMs: atMs, reason },
+    );
+    this.#trying = setTimeout(() => this.#begin(reason), pauseMs);
+  }
+
+  /** The network is back: what was sent into the dead one is given up, unless it has arrived. */
+  #tryNow(): void {
+    const isOld = now() - this.#begunMs >= FRESH_MS;
+    if (isOld && !this.#isReached && now() >= this.#notBeforeMs) this.#begin(NO_ANSWER);
+  }
+
+  get #isGreeted(): boolean {
+    return this.#connectedMs < Number.POSITIVE_INFINITY;
+  }
+
+  // --- the peer's life -----------------------------------------------------------------------
+
   #opened(): void {
     this.#silence = new Silence(now());
     this.#looking = setInterval(() => this.#look(), LOOK_EVERY_MS);
@@ -128,19 +270,21 @@ export class Link {
   }
 
   #beat(): void {
-    if (this.#heartbeat.isSilent(now())) {
-      this.#lost("The server has gone silent.");
-      return;
-    }
-    this.sendDrive(this.#heartbeat.beat(now()));
-    clearTimeout(this.#timer);
+    if (this.#heartbeat.isSilent(now(), this.isThin) && !this.#isRetrying) this.#lose(SILENT);
+    this.#ping();
+    clearTimeout(this.#beating);
     // Over a slow link the set-points already show that this page is alive.
     const isKeen = (this.mayDrive || this.#silence.isDoubtful) && !this.isThin;
-    this.#timer = setTimeout(() => this.#beat(), this.#heartbeat.pauseMs(now(), isKeen));
+    this.#beating = setTimeout(() => this.#beat(), this.#heartbeat.pauseMs(now(), isKeen));
+  }
+
+  #ping(): void {
+    this.sendDrive(this.#heartbeat.beat(now()));
   }
 
   #received(channel: Channel, text: string): void {
     this.heard();
+    if (this.#isRetrying && this.#isGreeted) this.#tryNow();
     if (channel === "drive") {
       this.#heartbeat.heard(readRow(text), now());
       return;
@@ -149,27 +293,32 @@ export class Link {
     // First, so that listeners to the new connection do not see the previous one's room.
     this.events.received(message);
     if (message.type === "hello") {
+      clearTimeout(this.#trying);
+      this.#next?.close();
+      this.#next = null;
+      this.#isRetrying = false;
       this.#connectedMs = now();
       this.#change({ is: "connected" });
     } else if (message.type === "goodbye") {
-      this.#lost(message.text, GOODBYE_MS * (1 + Math.random()));
+      this.#forget();
+      this.#attempts = 0;
+      this.#retry(message.text, GOODBYE_MS * (1 + Math.random()));
     }
   }
 
-  #lost(reason: string, leastMs = 0): void {
-    this.#drop();
-    if (now() - this.#connectedMs >= STEADY_MS) this.#failures = 0;
-    this.#connectedMs = Number.POSITIVE_INFINITY;
-    const pauseMs = Math.max(leastMs, retryDelayMs(this.#failures++, Math.random()));
-    this.#change({ is: "waiting", retryAtMs: now() + pauseMs, reason });
-    this.#timer = setTimeout(() => this.connect(), pauseMs);
+  #drop(): void {
+    clearTimeout(this.#trying);
+    this.#next?.close();
+    this.#next = null;
+    this.#forget();
   }
 
-  #drop(): void {
-    clearTimeout(this.#timer);
+  #forget(): void {
+    clearTimeout(this.#beating);
     clearInterval(this.#looking);
     this.#peer?.close();
     this.#peer = null;
+    this.#connectedMs = Number.POSITIVE_INFINITY;
   }
 
   #change(state: LinkState): void {

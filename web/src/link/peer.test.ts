@@ -50,13 +50,17 @@ class FakeConnection extends EventTarget {
 }
 
 let ice: () => Promise<Response>;
+let offers: number;
 
 beforeEach(() => {
   FakeConnection.made = [];
   vi.stubGlobal("RTCPeerConnection", FakeConnection);
-  vi.stubGlobal("fetch", (url: string) =>
-    url === "/api/ice" ? ice() : Promise.resolve(new Response('{"sdp": "v=0 answer"}')),
-  );
+  offers = 0;
+  vi.stubGlobal("fetch", async (url: string) => {
+    if (url === "/api/ice") return ice();
+    offers++;
+    return new Response('{"sdp": "v=0 answer"}');
+  });
 });
 
 afterEach(() => vi.unstubAllGlobals());
@@ -64,7 +68,11 @@ afterEach(() => vi.unstubAllGlobals());
 /** A fresh peer that connects; the promise resolves when it has its answer or has failed. */
 function connect() {
   const lost = vi.fn();
+  const reached = vi.fn();
+  const answered = vi.fn();
   const peer = new Peer({
+    reached,
+    answered,
     opened: () => {},
     received: () => {},
     lost,
@@ -73,21 +81,59 @@ function connect() {
   const connected = peer.connect("client");
   const connection = FakeConnection.made.at(-1);
   if (!connection) throw new Error("there is no connection");
-  return { peer, connected, connection, lost };
+  return { peer, connected, connection, lost, reached, answered };
 }
 
-it("asks for the ICE servers anew, so that one failed question spoils one peer only", async () => {
+it("sends no offer into a network that is dead, where it might arrive much later", async () => {
   ice = () => Promise.reject(new TypeError("Failed to fetch"));
   const first = connect();
   await first.connected;
-  expect(first.connection.iceServers).toEqual([]);
-  expect(first.connection.remoteDescription?.sdp).toBe("v=0 answer");
-  expect(first.lost).not.toHaveBeenCalled();
+  expect(offers).toBe(0);
+  expect(first.reached).not.toHaveBeenCalled();
+  expect(first.lost).toHaveBeenCalledWith("The server cannot be reached.", null);
 
   ice = async () => new Response(JSON.stringify({ iceServers: STUN }));
   const second = connect();
   await second.connected;
   expect(second.connection.iceServers).toEqual(STUN);
+  expect(second.reached).toHaveBeenCalledBefore(second.answered);
+  expect(offers).toBe(1);
+});
+
+it("passes on for how long the server asks to wait", async () => {
+  ice = async () =>
+    new Response('{"error": "Too often."}', { status: 429, headers: { "Retry-After": "7" } });
+  const { connected, lost } = connect();
+  await connected;
+  expect(lost).toHaveBeenCalledWith("Too often.", 7000);
+});
+
+it.each([
+  [false, "all"],
+  [true, "relay"],
+])("uses nothing but the relay where that is wanted: %s", async (relayOnly, policy) => {
+  ice = async () => new Response(JSON.stringify({ iceServers: STUN, relayOnly }));
+  const { connected, connection } = connect();
+  await connected;
+  expect(connection.policy).toBe(policy);
+});
+
+it("waits for its candidates only where the server wants them", async () => {
+  const tell = (wantsCandidates: boolean) => async () =>
+    new Response(JSON.stringify({ iceServers: STUN, wantsCandidates }));
+  ice = tell(true);
+  const first = connect();
+  first.connection.iceGatheringState = "gathering";
+  ice = tell(false);
+  const second = connect();
+  second.connection.iceGatheringState = "gathering";
+  await second.connected;
+  expect(second.connection.remoteDescription?.sdp).toBe("v=0 answer");
+  expect(first.connection.remoteDescription).toBeNull();
+  first.connection.iceGatheringState = "complete";
+  first.connection.dispatchEvent(new Event("icegatheringstatechange"));
+  await first.connected;
+  expect(first.connection.remoteDescription?.sdp).toBe("v=0 answer");
 });
 
 it.each([

@@ -1,13 +1,20 @@
 import type { Channel } from "../messages";
+import { RequestError } from "./http";
 import { askIce, gathered, postOffer } from "./signalling";
 
 /** A peer's events; there are none after `lost` or `close`. */
 export interface PeerEvents {
+  /** The server is there; the offer is on its way. */
+  reached(): void;
+  /** The server has taken this peer, and dropped this page's earlier one. */
+  answered(): void;
   /** Both data channels are open. */
   opened(): void;
   received(channel: Channel, text: string): void;
-  /** `reason` is a sentence for people. */
-  lost(reason: string): void;
+  /**
+   * `reason` is a sentence for people; the server may ask to wait for so long before the next peer.
+   */
+  lost(reason: string, retryAfterMs: number | null): void;
   /** The receivers exist; transforms must be attached now. */
   receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
 }
@@ -49,9 +56,11 @@ export class Peer {
   /** Sends the offer and applies the answer; a failure is reported as `lost`. */
   async connect(client: string): Promise<void> {
     const pc = this.#pc;
+    const { signal } = this.#aborting;
     try {
-      // Requested for every peer, so that a failed or stale answer is not reused.
-      const [ice, offer] = await Promise.all([askIce(), pc.createOffer()]);
+      const [ice, offer] = await Promise.all([askIce(signal), pc.createOffer()]);
+      if (signal.aborted) return;
+      this.events.reached();
       const { servers, relayOnly } = ice;
       if (servers.length > 0) {
         const iceTransportPolicy = relayOnly ? "relay" : "all";
@@ -60,11 +69,13 @@ export class Peer {
       await pc.setLocalDescription(offer);
       // Without ICE servers there is nothing to wait for: the server learns our address from us.
       if (servers.length > 0 && ice.wantsCandidates) await gathered(pc);
-      const text = pc.localDescription?.sdp ?? "";
-      const sdp = await postOffer(text, client, this.#aborting.signal);
+      const sdp = await postOffer(pc.localDescription?.sdp ?? "", client, signal);
+      if (signal.aborted) return;
+      this.events.answered();
       await pc.setRemoteDescription({ type: "answer", sdp });
     } catch (error) {
-      this.#lose(error instanceof Error ? error.message : LOST);
+      const sentence = error instanceof Error ? error.message : LOST;
+      this.#lose(sentence, error instanceof RequestError ? error.retryAfterMs : null);
     }
   }
 
@@ -110,9 +121,9 @@ export class Peer {
     target.addEventListener(type, listener, { signal: this.#aborting.signal });
   }
 
-  #lose(reason: string): void {
+  #lose(reason: string, retryAfterMs: number | null = null): void {
     if (this.#aborting.signal.aborted) return;
     this.close();
-    this.events.lost(reason);
+    this.events.lost(reason, retryAfterMs);
   }
 }

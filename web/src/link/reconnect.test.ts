@@ -1,11 +1,51 @@
-import { expect, it } from "vitest";
-import { retryDelayMs } from "./reconnect";
+import { describe, expect, it } from "vitest";
+import { attemptAfterMs, patienceMs } from "./reconnect";
 
-it("tries at once, then waits longer each time, never longer than eight seconds", () => {
-  const delays = [0, 1, 2, 3, 4, 5, 6, 100].map((failures) => retryDelayMs(failures, 0));
-  expect(delays).toEqual([0, 300, 1200, 2700, 4800, 7000, 7000, 7000]);
+/** When each attempt begins, in ms after the loss. */
+function beginnings(count: number, random: number): number[] {
+  let atMs = 0;
+  return Array.from({ length: count }, (_, attempt) => {
+    atMs += attemptAfterMs(attempt, random);
+    return Math.round(atMs);
+  });
+}
+
+describe("attempts", () => {
+  it("begin at once, after 0.3 s and 0.7 s, then each second for 20 s", () => {
+    const [...all] = beginnings(23, 0.5);
+    expect(all.slice(0, 5)).toEqual([0, 300, 700, 1700, 2700]);
+    expect(all.at(-1)).toBe(20_700);
+  });
+
+  it("then come less and less often, but at least every ten seconds", () => {
+    const later = Array.from({ length: 20 }, (_, i) => attemptAfterMs(23 + i, 1));
+    expect(later).toEqual(later.toSorted((a, b) => a - b));
+    expect(later[0]).toBeGreaterThan(1200);
+    expect(later.at(-1)).toBeLessThanOrEqual(10_000);
+  });
+
+  it("are apart by a fifth more or less, by chance", () => {
+    for (const [random, share] of [
+      [0, 0.8],
+      [1, 1.2],
+    ] as const) {
+      expect(attemptAfterMs(0, random)).toBe(0);
+      expect(attemptAfterMs(5, random)).toBeCloseTo(1000 * share);
+    }
+  });
 });
 
-it("adds up to a second of chance from the third attempt on", () => {
-  expect([0, 1, 2, 6].map((failures) => retryDelayMs(failures, 1))).toEqual([0, 300, 2200, 8000]);
+describe("an attempt", () => {
+  it("ends when the next begins where the link was quick", () => {
+    expect(patienceMs(1000, { roundTripMs: 0, isThin: false })).toBe(1000);
+  });
+
+  it("may take three round trips more where they are long", () => {
+    expect(patienceMs(1000, { roundTripMs: 800, isThin: false })).toBe(3400);
+  });
+
+  it("may take ten seconds where the link was slow, or nothing is known of it", () => {
+    expect(patienceMs(300, { roundTripMs: 300, isThin: true })).toBe(10_000);
+    expect(patienceMs(300, null)).toBe(10_000);
+  });
 });

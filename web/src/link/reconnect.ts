@@ -1,17 +1,42 @@
-/** When to try again after losing a connection: soon, then less and less often. */
+/** When to try again after losing a connection: at once, each second for 20 s, then less often. */
 
-const DELAYS_MS = [0, 300, 1200, 2700, 4800, 7000] as const;
-const LAST_MS = 7000;
-const MAX_JITTER_MS = 1000;
-const FIRST_WITH_JITTER = 2;
+const FIRST_MS = [0, 300, 400] as const;
+const EACH_MS = 1000;
+const EACH_COUNT = 20;
+const SLOWER_MS = [2000, 4000, 8000] as const;
+/** With the largest jitter it is 10 s. */
+const LAST_MS = 8300;
+const JITTER = 0.2;
+
+/** An attempt over a link of which nothing is known, or which is slow, may take this long. */
+const UNKNOWN_MS = 10_000;
+/** A connection, a request and its answer take two round trips; the third is for a lost packet. */
+const ROUND_TRIPS = 3;
+/** The last ones before the loss may have been longer than the link's own. */
+const MAX_TRIPS_MS = 3000;
 
 /**
- * Returns the pause before the next attempt, after `failures` failed attempts in a row.
- *
- * From the third attempt on it adds a random part of a second (`random` is in 0…1), so that not
- * everybody reconnects at the same instant after the server restarts.
+ * Returns the time from the beginning of the attempt before this one; `attempt` counts from 0, the
+ * first after the loss. `random` is in 0…1: from the second attempt on, a fifth more or less, so
+ * that not everybody comes at the same instant after the server restarts.
  */
-export function retryDelayMs(failures: number, random: number): number {
-  const delayMs = DELAYS_MS[failures] ?? LAST_MS;
-  return failures < FIRST_WITH_JITTER ? delayMs : delayMs + random * MAX_JITTER_MS;
+export function attemptAfterMs(attempt: number, random: number): number {
+  const slower = attempt - FIRST_MS.length - EACH_COUNT;
+  const afterMs = FIRST_MS[attempt] ?? (slower < 0 ? EACH_MS : (SLOWER_MS[slower] ?? LAST_MS));
+  return afterMs * (1 + JITTER * (2 * random - 1));
+}
+
+/** What is known of the link that was lost; null if there has been none. */
+export interface LostLink {
+  roundTripMs: number;
+  isThin: boolean;
+}
+
+/**
+ * Returns how long an attempt may wait for the server's answer. On a link that is dead it must end
+ * soon, because what it sends is sent again less and less often; on a slow one it must not.
+ */
+export function patienceMs(nextAfterMs: number, link: LostLink | null): number {
+  if (!link || link.isThin) return Math.max(nextAfterMs, UNKNOWN_MS);
+  return Math.max(nextAfterMs, EACH_MS) + Math.min(ROUND_TRIPS * link.roundTripMs, MAX_TRIPS_MS);
 }

@@ -1,8 +1,7 @@
 /** The HTTP requests before there is a connection. */
 
-import { post, RequestError } from "./http";
+import { ask, post, RequestError } from "./http";
 
-const ASKING_MS = 2000;
 const GATHERING_MS = 2000;
 
 /** What the host configured of STUN and TURN servers. */
@@ -16,15 +15,21 @@ export interface Ice {
 
 const NO_ICE: Ice = { servers: [], relayOnly: false, wantsCandidates: false };
 
-/** The ICE servers: none unless configured, or without an answer within two seconds. */
-export async function askIce(): Promise<Ice> {
+/**
+ * The ICE servers, none unless configured; throws `RequestError` if the server cannot be reached.
+ *
+ * That is why it is asked before each offer: what is sent into a dead network may arrive much
+ * later, and a late offer would end the connection that has been made meanwhile.
+ */
+export async function askIce(signal: AbortSignal): Promise<Ice> {
   try {
-    const response = await fetch("/api/ice", { signal: AbortSignal.timeout(ASKING_MS) });
-    if (!response.ok) return NO_ICE;
-    const { iceServers: servers, relayOnly, wantsCandidates } = await response.json();
-    return { servers, relayOnly, wantsCandidates };
-  } catch {
-    return NO_ICE;
+    const { iceServers, ...rest } = await ask("/api/ice", { signal });
+    return { servers: iceServers, ...rest } as unknown as Ice;
+  } catch (error) {
+    if (error instanceof RequestError && error.isRefusal && error.retryAfterMs === null) {
+      return NO_ICE;
+    }
+    throw error;
   }
 }
 

@@ -238,7 +238,7 @@ describe("Stop", () => {
     show(options);
     expect(button("Stop").disabled).toBe(false);
     act(() => {
-      state.link.value = { is: "connecting" };
+      state.link.value = { is: "connecting", reason: null };
     });
     expect(button("Stop").disabled).toBe(false);
   });

@@ -13,7 +13,7 @@ export function connectionWords(link: LinkState, nowMs: number): string {
       return `No answer for ${seconds} s`;
     }
     case "connecting":
-      return "Connecting…";
+      return link.reason === null ? "Connecting…" : `Reconnecting… ${link.reason}`;
     case "closed":
       return "Not connected";
     case "waiting": {
