@@ -3,11 +3,26 @@ export type * from "./generated/messages";
 /** The columns of the rows, and the longest name that the server keeps. */
 export { DRIVE_COLUMNS, MAX_NAME_CHARS } from "./generated/messages";
 
-import type { Messages } from "./generated/messages";
+import type {
+  Here,
+  Join,
+  Leave,
+  Messages,
+  Received,
+  Release,
+  SetName,
+  Stop,
+  Want,
+} from "./generated/messages";
 
 export type DriveIn = Messages["DriveIn"];
 export type DriveOut = Messages["DriveOut"];
 export type StateIn = Messages["StateIn"];
+/** What only the host sends. */
+export type HostAct = Exclude<
+  StateIn,
+  SetName | Join | Leave | Here | Stop | Release | Want | Received
+>;
 export type StateOut = Messages["StateOut"];
 
 /** The two data channels, both opened by the page. */

@@ -270,3 +270,81 @@ it("says so when it is to acknowledge and this browser cannot", async () => {
   expect(session.state.notice.value?.text).toContain("cannot say what it has received");
   expect(peers).toHaveLength(1);
 });
+
+describe("a page that may not stay", () => {
+  const ended = { type: "ended", text: "The robot is closed.", opens_wall_ms: null } as const;
+
+  it("shows why, stays away, and comes back when it is asked to", () => {
+    open();
+    receive(hello({ viewer: 1 }), room({ watching: [1] }), ended);
+    expect(session.state.ended.value).toEqual(ended);
+    expect(session.state.room.value).toBeNull();
+    vi.advanceTimersByTime(600_000);
+    expect(peers).toHaveLength(1);
+    session.actions.comeBack();
+    expect(peers).toHaveLength(2);
+    expect(session.state.ended.value).toBeNull();
+  });
+
+  it("comes back by itself when the robot opens, not with everybody at once", () => {
+    open();
+    receive({ ...ended, opens_wall_ms: Date.now() + 3_600_000 });
+    vi.advanceTimersByTime(3_599_000);
+    expect(peers).toHaveLength(1);
+    vi.advanceTimersByTime(22_000);
+    expect(peers).toHaveLength(2);
+  });
+});
+
+describe("a link with a secret", () => {
+  afterEach(() => {
+    window.location.hash = "";
+  });
+
+  /** A server that answers like this; each request is kept. */
+  function server(status: number, body: object) {
+    const asked: string[] = [];
+    vi.stubGlobal("fetch", async (path: string) => {
+      asked.push(path);
+      return new Response(JSON.stringify(body), { status });
+    });
+    return asked;
+  }
+
+  it("is shown to the server before the page connects, and gone from the address by then", async () => {
+    const asked = server(200, { ok: true });
+    window.location.hash = "#host=s3cret";
+    peers.length = 0;
+    session = startSession();
+    expect(window.location.hash).toBe("");
+    expect(peers).toHaveLength(0);
+    await vi.advanceTimersByTimeAsync(0);
+    expect(asked).toEqual(["/api/host"]);
+    expect(peers).toHaveLength(1);
+    expect(session.state.entryProblem.value).toBeNull();
+  });
+
+  it("that is no good is told of for as long as it takes, and the page connects as a guest's", async () => {
+    server(403, { error: "This host link is used or over." });
+    window.location.hash = "#host=old";
+    peers.length = 0;
+    session = startSession();
+    await vi.advanceTimersByTimeAsync(10_000);
+    expect(session.state.entryProblem.value).toBe("This host link is used or over.");
+    expect(peers.length).toBeGreaterThan(0);
+  });
+});
+
+it("rings once for each call of its own", () => {
+  const made = vi.fn();
+  vi.stubGlobal("AudioContext", made);
+  open();
+  const now = room({ operator: 2, waiting: [1] });
+  const call = { viewer: 1, until_server_ms: 10_000 };
+  receive(hello({ viewer: 1 }), now, { ...now, call }, { ...now, call });
+  expect(made).toHaveBeenCalledOnce();
+  receive(now, { ...now, call: { ...call, viewer: 3 } });
+  expect(made).toHaveBeenCalledOnce();
+  session.actions.answerCall();
+  expect(peer().sent.at(-1)).toEqual({ type: "here" });
+});

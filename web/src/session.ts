@@ -1,8 +1,11 @@
 /** The composition root: builds every part and wires it. Views get `state` and `actions`. */
 
+import { missedCall } from "./call";
+import { Chime } from "./chime";
 import { DriveController } from "./drive/driveController";
 import type { Direction } from "./drive/inputState";
 import { StopControl } from "./drive/stopControl";
+import { type Entry, showEntry, takeEntry } from "./entry";
 import { returnFocusAfterPointer } from "./focus";
 import { Identity, openIdentityChannel } from "./link/identity";
 import { Link } from "./link/link";
@@ -11,7 +14,13 @@ import type { Peer } from "./link/peer";
 import { watchFrames } from "./measure/picture";
 import { measureRefresh } from "./measure/refresh";
 import { Reporter } from "./measure/report";
-import { MAX_NAME_CHARS, type StateOut } from "./messages";
+import {
+  type Ended,
+  type HostAct,
+  MAX_NAME_CHARS,
+  type RoomState,
+  type StateOut,
+} from "./messages";
 import { Playback } from "./playback";
 import { applyPlayout } from "./playout";
 import { loadPreferences, openStore, type Preferences, savePreferences } from "./preferences";
@@ -21,6 +30,8 @@ import { changed } from "./roomChange";
 import { createState, type State } from "./state";
 
 const CLOCKS_EVERY_MS = 200;
+/** Over this time those come back who wait for the opening. */
+const OPENING_MS = 20_000;
 /** On a slower link than this, the page's own traffic matters. */
 const THIN_BPS = 100_000;
 
@@ -43,6 +54,12 @@ export interface Actions {
   press(holder: string, direction: Direction | null): void;
   release(holder: string): boolean;
   letGo(): void;
+  /** Answers the question whether somebody is there. */
+  answerCall(): void;
+  /** Does what only the host may. */
+  actAsHost(act: HostAct): void;
+  /** Tries again to come in, after the server has sent this page away. */
+  comeBack(): void;
   lookAtProof(): void;
   prove(): void;
 }
@@ -57,12 +74,15 @@ export interface Session {
 
 /** Connects at once, before anything is drawn. */
 export function startSession(): Session {
+  // Before anything else, so that nothing can send or keep the secret.
+  const entry = takeEntry(window);
   const store = openStore(() => window.localStorage);
   const state = createState(loadPreferences(store));
   const picture = new Playback();
   const sound = new Playback();
   const identity = new Identity(openStore(() => window.sessionStorage));
 
+  const chime = new Chime();
   const acknowledger = new Acknowledger((received) => link.sendState(received));
 
   const link = new Link(() => identity.client, {
@@ -130,7 +150,7 @@ export function startSession(): Session {
         greet();
         break;
       case "room":
-        state.room.value = message;
+        enterRoom(message);
         break;
       case "room_change":
         state.room.value = state.room.value && changed(state.room.value, message);
@@ -156,7 +176,7 @@ export function startSession(): Session {
         say(message.text);
         break;
       case "ended":
-        state.ended.value = message;
+        end(message);
         break;
       case "console":
         state.console.value = message;
@@ -167,6 +187,45 @@ export function startSession(): Session {
       case "goodbye":
         break; // the link shows its text while it waits to reconnect
     }
+  }
+
+  function enterRoom(room: RoomState): void {
+    const me = state.hello.peek()?.viewer;
+    const before = state.room.peek();
+    if (me !== undefined) {
+      const told = state.missedCall.peek();
+      state.missedCall.value = missedCall(before, room, me, state.serverMs.peek(), told);
+      if (room.call?.viewer === me && before?.call?.viewer !== me) chime.ring();
+    }
+    state.room.value = room;
+  }
+
+  /** This page may not stay; it comes back when the robot opens, if that is known. */
+  function end(ended: Ended): void {
+    state.ended.value = ended;
+    state.room.value = null;
+    state.console.value = null;
+    state.invitation.value = null;
+    if (ended.opens_wall_ms === null) return;
+    const pauseMs = Math.max(0, ended.opens_wall_ms - Date.now()) + Math.random() * OPENING_MS;
+    // `setTimeout` counts to 24 days; nobody leaves the page open for longer.
+    setTimeout(
+      () => {
+        if (state.ended.peek() === ended) actions.comeBack();
+      },
+      Math.min(pauseMs, 2 ** 31 - 1),
+    );
+  }
+
+  /** Shows the secret of a link that was opened, if it is one, and connects. */
+  async function enter(entry: Entry | null): Promise<void> {
+    if (entry) {
+      const { isGood, text } = await showEntry(entry);
+      if (isGood) say(text);
+      state.entryProblem.value = isGood ? null : text;
+    }
+    state.ended.value = null;
+    link.connect();
   }
 
   /** Connects again, so that this page can acknowledge what it receives. */
@@ -241,6 +300,14 @@ export function startSession(): Session {
     press: (holder, direction) => input.press(holder, direction),
     release: (holder) => input.release(holder),
     letGo,
+    answerCall: () => link.sendState({ type: "here" }),
+    actAsHost: (act) => {
+      if (!link.sendState(act)) say("There is no connection; try again in a moment.");
+    },
+    comeBack() {
+      state.ended.value = null;
+      link.connect();
+    },
     lookAtProof: () => void prover.look(),
     prove: () => void prover.start(),
   };
@@ -254,7 +321,7 @@ export function startSession(): Session {
   returnFocusAfterPointer(document, signal);
   window.addEventListener("pagehide", () => link.close());
   window.addEventListener("pageshow", (event) => {
-    if (event.persisted) link.connect();
+    if (event.persisted && !state.ended.peek()) link.connect();
   });
   watchNetwork(() => link.networkChanged(), signal);
   document.addEventListener("visibilitychange", () => {
@@ -272,10 +339,15 @@ export function startSession(): Session {
   picture.play();
   // The HTML already says whether the server wants acknowledgements, which saves a reconnection.
   if ("acknowledge" in document.documentElement.dataset) {
-    void acknowledger.start().then(() => link.connect());
+    void acknowledger.start().then(() => enter(entry));
   } else {
-    link.connect();
+    void enter(entry);
   }
+  // A link that is opened where the page is open already does not load it again.
+  window.addEventListener("hashchange", () => {
+    const another = takeEntry(window);
+    if (another) void enter(another);
+  });
   identity.share(openIdentityChannel(), () => link.connect());
 
   function presented(rtp: number | undefined, atMs: number): void {

@@ -1,4 +1,5 @@
 import { computed, type ReadonlySignal, type Signal, signal } from "@preact/signals";
+import type { MissedCall } from "./call";
 import type { Direction } from "./drive/inputState";
 import type { LinkState } from "./link/link";
 import type { Breaks } from "./measure/breaks";
@@ -67,6 +68,10 @@ export interface State {
   console: Signal<Console | null>;
   /** The newest invitation that the host has asked for. */
   invitation: Signal<InvitationLink | null>;
+  /** Why the link that opened the page does not work; null if it does, or once it was read. */
+  entryProblem: Signal<string | null>;
+  /** What became of the last call that this page has not answered. */
+  missedCall: Signal<MissedCall>;
   /** Both clocks, updated a few times a second, for countdowns. */
   pageMs: Signal<number>;
   serverMs: Signal<number | null>;
@@ -85,10 +90,15 @@ export interface State {
   mayMove: ReadonlySignal<boolean>;
   /** Every viewer, unless the server allows only operator and host; even without a connection. */
   mayStop: ReadonlySignal<boolean>;
-  /** The operator, and a page on the server's own machine. */
+  /** The operator, and the host. */
   mayRelease: ReadonlySignal<boolean>;
+  isHost: ReadonlySignal<boolean>;
+  /** Whether the host lets nobody see or hear anything now. */
+  isBlanked: ReadonlySignal<boolean>;
   /** Whole seconds left of the current turn, null when nobody drives. */
   secondsLeft: ReadonlySignal<number | null>;
+  /** Whole seconds in which this page must say that somebody is there; null if it is not asked. */
+  callSecondsLeft: ReadonlySignal<number | null>;
 }
 
 export function createState(kept: Preferences): State {
@@ -131,6 +141,8 @@ export function createState(kept: Preferences): State {
     ended: signal(null),
     console: signal(null),
     invitation: signal(null),
+    entryProblem: signal(null),
+    missedCall: signal(null),
     pageMs: signal(0),
     serverMs,
     isConnected,
@@ -142,7 +154,17 @@ export function createState(kept: Preferences): State {
     mayMove: computed(() => drivingTurn.value !== null && stopNumber.value === null),
     mayStop: computed(() => hello.value?.on_loss.stop_by !== "operator" || isInCharge.value),
     mayRelease: isInCharge,
+    isHost: computed(() => hello.value?.is_host === true),
+    isBlanked: computed(() => room.value?.house.blanked === true),
+    callSecondsLeft: computed(() => {
+      const call = room.value?.call;
+      const isMine = call && isConnected.value && call.viewer === hello.value?.viewer;
+      if (!isMine || serverMs.value === null) return null;
+      return secondsUntil(call.until_server_ms, serverMs.value, Number.POSITIVE_INFINITY);
+    }),
     secondsLeft: computed(() => {
+      const standsMs = room.value?.turn.stands_left_ms ?? null;
+      if (standsMs !== null) return Math.ceil(standsMs / 1000);
       const endsMs = room.value?.turn.ends_server_ms ?? null;
       if (endsMs === null || serverMs.value === null) return null;
       return secondsUntil(endsMs, serverMs.value, hello.value?.turn_s ?? Number.POSITIVE_INFINITY);

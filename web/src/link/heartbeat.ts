@@ -7,9 +7,9 @@ const EAGER_PONGS = 6;
 const EAGER_EVERY_MS = 50;
 const KEEN_EVERY_MS = 200;
 const CALM_EVERY_MS = 1000;
-const SILENCE_MS = 2000;
-/** A modem stalls for a second now and then. */
-const THIN_SILENCE_MS = 3000;
+const SILENCE_MS = 3000;
+/** Whoever drives or waits has less time, and a crowd of observers must not all come at once. */
+const KEEN_SILENCE_MS = 2000;
 
 /** Pings, the clock measurements from the pongs, and whether the server still answers. Pure. */
 export class Heartbeat {
@@ -57,8 +57,8 @@ export class Heartbeat {
     return nowMs - (this.#unansweredSinceMs ?? nowMs);
   }
 
-  /** Whether pings have gone unanswered for 2 s, over a slow link for 3 s. */
-  isSilent(nowMs: number, isThin: boolean): boolean {
-    return this.unansweredMs(nowMs) >= (isThin ? THIN_SILENCE_MS : SILENCE_MS);
+  /** Whether pings have gone unanswered for 3 s, for a page whose silence matters 2 s. */
+  isSilent(nowMs: number, isKeen: boolean): boolean {
+    return this.unansweredMs(nowMs) >= (isKeen ? KEEN_SILENCE_MS : SILENCE_MS);
   }
 }

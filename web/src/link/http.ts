@@ -1,5 +1,7 @@
 /** HTTP requests to the server; errors are sentences for people. */
 
+import type { Ended } from "../messages";
+
 const UNREACHABLE = "The server cannot be reached.";
 
 /** The server refused (`isRefusal`) or did not answer. */
@@ -9,6 +11,8 @@ export class RequestError extends Error {
     readonly isRefusal: boolean,
     /** How long the server asks to wait before the next request; null if it does not. */
     readonly retryAfterMs: number | null = null,
+    /** The page may not stay, and need not try again by itself. */
+    readonly ended: Ended | null = null,
   ) {
     super(sentence);
   }
@@ -38,7 +42,12 @@ export async function ask(path: string, init: RequestInit = {}): Promise<Answer>
   if (response.ok && body !== null) return body;
   const sentence =
     typeof body?.error === "string" ? body.error : `The server answered ${response.status}.`;
-  throw new RequestError(sentence, true, retryAfterMs(response));
+  const ended = body?.ended === true ? endedFor(sentence, body.opens_wall_ms) : null;
+  throw new RequestError(sentence, true, retryAfterMs(response), ended);
+}
+
+function endedFor(text: string, opens: unknown): Ended {
+  return { type: "ended", text, opens_wall_ms: typeof opens === "number" ? opens : null };
 }
 
 /** The seconds in `Retry-After` (RFC 9110, 10.2.3) as ms; our server sends no dates. */

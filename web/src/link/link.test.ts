@@ -349,6 +349,29 @@ it("hurries only where it waits", () => {
   expect(peers).toHaveLength(before + 1);
 });
 
+describe("a page that may not stay", () => {
+  const ended = { type: "ended", text: "The robot is closed.", opens_wall_ms: null } as const;
+
+  it("is told so, and does not come back by itself", () => {
+    open();
+    peer().events.received("state", JSON.stringify(ended));
+    expect(heard.at(-1)).toEqual(ended);
+    expect(peer().isClosed).toBe(true);
+    vi.advanceTimersByTime(60_000);
+    link.networkChanged();
+    link.hurry();
+    expect(peers).toHaveLength(1);
+    expect(states.at(-1)).toEqual({ is: "closed" });
+  });
+
+  it("is told at the door, too", () => {
+    peer().events.refused(ended);
+    vi.advanceTimersByTime(60_000);
+    expect(heard.at(-1)).toEqual(ended);
+    expect(peers).toHaveLength(1);
+  });
+});
+
 it("stays closed once closed, until it is told to connect", () => {
   open();
   link.close();
@@ -392,7 +415,7 @@ it("tells of one silence once, then that the connection is lost", () => {
   open();
   answerFor(2);
   const before = states.length;
-  fallSilentFor(2.6);
+  fallSilentFor(3.6);
   expect(states.slice(before).map((state) => state.is)).toEqual(["silent", "connecting"]);
 });
 

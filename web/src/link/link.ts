@@ -1,5 +1,5 @@
 import { ServerClock } from "../clock";
-import type { Channel, DriveIn, StateIn, StateOut } from "../messages";
+import type { Channel, DriveIn, Ended, StateIn, StateOut } from "../messages";
 import { Heartbeat } from "./heartbeat";
 import { Peer } from "./peer";
 import { attemptAfterMs, type LostLink, patienceMs } from "./reconnect";
@@ -161,7 +161,8 @@ export class Link {
       answered: () => this.#take(peer),
       opened: () => this.#opened(),
       received: (channel, text) => this.#received(channel, text),
-      lost: (why, retryAfterMs) => this.#ended(peer, why, retryAfterMs),
+      lost: (why, retryAfterMs) => this.#lostPeer(peer, why, retryAfterMs),
+      refused: (ended) => this.#end(ended),
       receivers: this.events.receivers,
     });
     this.#next = peer;
@@ -198,7 +199,13 @@ export class Link {
     this.#trying = setTimeout(() => this.#begin(NO_ANSWER), ms);
   }
 
-  #ended(peer: Peer, reason: string, retryAfterMs: number | null): void {
+  /** This page may not come in, and does not come back by itself. */
+  #end(ended: Ended): void {
+    this.events.received(ended);
+    this.close();
+  }
+
+  #lostPeer(peer: Peer, reason: string, retryAfterMs: number | null): void {
     if (peer === this.#next) {
       this.#next = null;
       const askedMs = Math.min(retryAfterMs ?? 0, MAX_RETRY_AFTER_MS);
@@ -270,7 +277,9 @@ export class Link {
   }
 
   #beat(): void {
-    if (this.#heartbeat.isSilent(now(), this.isThin) && !this.#isRetrying) this.#lose(SILENT);
+    // A modem stalls for a second now and then.
+    const isUrgent = this.mayDrive && !this.isThin;
+    if (this.#heartbeat.isSilent(now(), isUrgent) && !this.#isRetrying) this.#lose(SILENT);
     this.#ping();
     clearTimeout(this.#beating);
     // Over a slow link the set-points already show that this page is alive.
@@ -299,6 +308,8 @@ export class Link {
       this.#isRetrying = false;
       this.#connectedMs = now();
       this.#change({ is: "connected" });
+    } else if (message.type === "ended") {
+      this.close();
     } else if (message.type === "goodbye") {
       this.#forget();
       this.#attempts = 0;

@@ -68,6 +68,7 @@ afterEach(() => vi.unstubAllGlobals());
 /** A fresh peer that connects; the promise resolves when it has its answer or has failed. */
 function connect() {
   const lost = vi.fn();
+  const refused = vi.fn();
   const reached = vi.fn();
   const answered = vi.fn();
   const peer = new Peer({
@@ -76,12 +77,13 @@ function connect() {
     opened: () => {},
     received: () => {},
     lost,
+    refused,
     receivers: () => {},
   });
   const connected = peer.connect("client");
   const connection = FakeConnection.made.at(-1);
   if (!connection) throw new Error("there is no connection");
-  return { peer, connected, connection, lost, reached, answered };
+  return { peer, connected, connection, lost, refused, reached, answered };
 }
 
 it("sends no offer into a network that is dead, where it might arrive much later", async () => {
@@ -98,6 +100,16 @@ it("sends no offer into a network that is dead, where it might arrive much later
   expect(second.connection.iceServers).toEqual(STUN);
   expect(second.reached).toHaveBeenCalledBefore(second.answered);
   expect(offers).toBe(1);
+});
+
+it("tells a refusal for good from one that may pass", async () => {
+  const body = { error: "The robot is closed.", ended: true, opens_wall_ms: 5 };
+  ice = async () => new Response(JSON.stringify(body), { status: 403 });
+  const { connected, lost, refused } = connect();
+  await connected;
+  const ended = { type: "ended", text: "The robot is closed.", opens_wall_ms: 5 };
+  expect(refused).toHaveBeenCalledWith(ended);
+  expect(lost).not.toHaveBeenCalled();
 });
 
 it("passes on for how long the server asks to wait", async () => {

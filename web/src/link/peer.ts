@@ -1,4 +1,4 @@
-import type { Channel } from "../messages";
+import type { Channel, Ended } from "../messages";
 import { RequestError } from "./http";
 import { askIce, gathered, postOffer } from "./signalling";
 
@@ -15,6 +15,8 @@ export interface PeerEvents {
    * `reason` is a sentence for people; the server may ask to wait for so long before the next peer.
    */
   lost(reason: string, retryAfterMs: number | null): void;
+  /** The server does not let this page in. */
+  refused(ended: Ended): void;
   /** The receivers exist; transforms must be attached now. */
   receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
 }
@@ -74,8 +76,14 @@ export class Peer {
       this.events.answered();
       await pc.setRemoteDescription({ type: "answer", sdp });
     } catch (error) {
+      const refusal = error instanceof RequestError ? error : null;
+      if (refusal?.ended && !signal.aborted) {
+        this.close();
+        this.events.refused(refusal.ended);
+        return;
+      }
       const sentence = error instanceof Error ? error.message : LOST;
-      this.#lose(sentence, error instanceof RequestError ? error.retryAfterMs : null);
+      this.#lose(sentence, refusal?.retryAfterMs ?? null);
     }
   }
 

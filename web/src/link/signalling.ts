@@ -26,10 +26,9 @@ export async function askIce(signal: AbortSignal): Promise<Ice> {
     const { iceServers, ...rest } = await ask("/api/ice", { signal });
     return { servers: iceServers, ...rest } as unknown as Ice;
   } catch (error) {
-    if (error instanceof RequestError && error.isRefusal && error.retryAfterMs === null) {
-      return NO_ICE;
-    }
-    throw error;
+    if (!(error instanceof RequestError)) throw error;
+    if (!error.isRefusal || error.ended || error.retryAfterMs !== null) throw error;
+    return NO_ICE;
   }
 }
 

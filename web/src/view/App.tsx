@@ -1,6 +1,9 @@
 import type { Session } from "../session";
+import { Banners } from "./Banners";
+import { CallCard } from "./CallCard";
 import { SessionContext } from "./context";
 import { DrivePanel } from "./DrivePanel";
+import { EndedPage } from "./EndedPage";
 import { Facts } from "./Facts";
 import { LinkStatus } from "./LinkStatus";
 import { Queue } from "./Queue";
@@ -11,7 +14,15 @@ import { TurnCard } from "./TurnCard";
 
 /** The page. `cockpit` is what must be visible without scrolling. */
 export function App({ session }: { session: Session }) {
+  const ended = session.state.ended.value;
   const isDriving = session.state.drivingTurn.value !== null;
+  if (ended) {
+    return (
+      <SessionContext.Provider value={session}>
+        <EndedPage ended={ended} />
+      </SessionContext.Provider>
+    );
+  }
   return (
     <SessionContext.Provider value={session}>
       <div class={isDriving ? "page is-driving" : "page"}>
@@ -21,6 +32,7 @@ export function App({ session }: { session: Session }) {
             <LinkStatus />
             <Facts />
           </header>
+          <Banners />
           <Stage />
           <TurnCard />
           <DrivePanel />
@@ -28,6 +40,7 @@ export function App({ session }: { session: Session }) {
         <Queue />
         <Settings />
         <Toast />
+        <CallCard />
       </div>
     </SessionContext.Provider>
   );

@@ -94,11 +94,11 @@ function Axis({ axis }: { axis: string }) {
 
 /** Beside the controls: why the robot stands or is slow, or how to drive. */
 function Hint() {
-  const { drivingTurn, driveReason, isConnected, isFreshlyReleased, me } = useState();
+  const { drivingTurn, driveReason, hello, isConnected, isFreshlyReleased, me } = useState();
   if (drivingTurn.value === null) {
     return (
       <p class="hint" id="drive-hint">
-        {isConnected.value && joinWords(me.value)}
+        {isConnected.value && joinWords(me.value, hello.value?.may_queue)}
       </p>
     );
   }

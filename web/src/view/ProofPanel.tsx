@@ -1,12 +1,11 @@
 import { useSignal } from "@preact/signals";
 import { useActions, useState } from "./context";
 
-/** For the host: measures on the real robot how fast it stops. */
+/** In the host's panel: measures on the real robot how fast it stops. */
 export function ProofPanel() {
-  const { hello, proof } = useState();
+  const { proof } = useState();
   const { lookAtProof, prove } = useActions();
   const isLifted = useSignal(false);
-  if (!hello.value?.is_host) return null;
   const isRunning = proof.value?.state === "running";
   const start = () => {
     isLifted.value = false;
@@ -14,15 +13,13 @@ export function ProofPanel() {
   };
   return (
     <details
-      class="panel"
-      name="panel"
+      class="section"
       onToggle={(event) => {
         if (event.currentTarget.open) lookAtProof();
       }}
     >
       <summary>Prove the stop…</summary>
-      <div class="panel-body">
-        <h2>Prove the stop</h2>
+      <div class="section-body">
         <p>
           The server cuts each link to the robot in turn while its wheels turn, and measures how
           long they go on. This takes a few minutes, during which nobody can drive. Lift the robot
@@ -39,7 +36,12 @@ export function ProofPanel() {
           />
           <span>The wheels are off the floor</span>
         </label>
-        <button type="button" disabled={!isLifted.value || isRunning} onClick={start}>
+        <button
+          type="button"
+          class="main-button"
+          disabled={!isLifted.value || isRunning}
+          onClick={start}
+        >
           Prove it now
         </button>
         <Progress />

@@ -14,8 +14,9 @@ export function Queue() {
       <ol class="viewers" role="list" aria-label="Queue">
         {inOrder(room.value?.viewers ?? []).map((viewer) => (
           <li key={viewer.id} class={`viewer is-${viewer.role}${viewer.lost ? " is-lost" : ""}`}>
-            <span class="viewer-name">{viewer.name}</span>
+            <bdi class="viewer-name">{viewer.name}</bdi>
             {viewer.id === hello.value?.viewer && <span class="viewer-you"> (you)</span>}
+            {viewer.host && <span class="mark">host</span>}
             <span class="viewer-place"> {placeWords(viewer)}</span>
           </li>
         ))}
@@ -43,6 +44,7 @@ function NameField() {
       <span>Your name</span>
       <input
         type="text"
+        dir="auto"
         maxLength={MAX_NAME_CHARS}
         autocomplete="nickname"
         spellcheck={false}

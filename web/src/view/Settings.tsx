@@ -1,21 +1,28 @@
 import { POLICIES, type Preferences } from "../preferences";
 import { useActions, useState } from "./context";
 import { sizeWords } from "./figures";
+import { HostPanel } from "./host/HostPanel";
 import { LossPanel } from "./LossPanel";
-import { ProofPanel } from "./ProofPanel";
+import { Switch } from "./Switch";
+import { NOT_HEARD } from "./words";
 
 /** The user's choices of streams, size and policy; and the panels about the robot. */
 export function Settings() {
-  const { isSoundOn, preferences } = useState();
+  const { isSoundOn, preferences, hello } = useState();
+  const mayHear = hello.value?.may_hear !== false;
   const { setSound, setPicture } = useActions();
   return (
     <section class="settings" aria-label="Settings">
-      <Switch name="Sound" isOn={isSoundOn.value} onSwitch={setSound} />
+      {mayHear ? (
+        <Switch name="Sound" isOn={isSoundOn.value} onSwitch={setSound} />
+      ) : (
+        <p class="quiet no-sound">{NOT_HEARD}</p>
+      )}
       <Switch name="Picture" isOn={preferences.value.picture} onSwitch={setPicture} />
       <Size />
       <Policy />
       <LossPanel />
-      <ProofPanel />
+      <HostPanel />
     </section>
   );
 }
@@ -67,26 +74,5 @@ function Policy() {
         ))}
       </select>
     </label>
-  );
-}
-
-interface SwitchProps {
-  name: string;
-  isOn: boolean;
-  onSwitch: (on: boolean) => void;
-}
-
-function Switch({ name, isOn, onSwitch }: SwitchProps) {
-  return (
-    <button
-      type="button"
-      class="switch"
-      role="switch"
-      aria-checked={isOn}
-      onClick={() => onSwitch(!isOn)}
-    >
-      <span>{name}</span>
-      <span class="track" aria-hidden="true" />
-    </button>
   );
 }

@@ -3,9 +3,9 @@ import { tellsFrames } from "../measure/picture";
 import type { State } from "../state";
 import { useActions, useSession, useState } from "./context";
 import { msWords } from "./figures";
-import { EarIcon, PlayIcon } from "./icons";
+import { CurtainIcon, EarIcon, PlayIcon } from "./icons";
 import { StopBanner } from "./StopBanner";
-import { problemWords } from "./words";
+import { BLANKED, problemWords } from "./words";
 
 /** A picture older than this no longer shows what the robot sees. */
 const STALE_MS = 1500;
@@ -20,7 +20,7 @@ const SLOW = "Your connection is slow: picture and sound play as soon as they ar
 /** The picture, and the messages over it. */
 export function Stage() {
   const session = useSession();
-  const { preferences, isConnected, isSilent } = session.state;
+  const { preferences, isBlanked, isConnected, isSilent } = session.state;
   const video = useRef<HTMLVideoElement>(null);
   const audio = useRef<HTMLAudioElement>(null);
   useEffect(() => {
@@ -33,13 +33,15 @@ export function Stage() {
   }, [session]);
 
   const isOn = preferences.value.picture;
+  const isShown = isOn && !isBlanked.value;
   const isLive = isConnected.value && !isSilent.value && !isStale(session.state);
   return (
     <section class={isLive ? "stage" : "stage is-greyed"} aria-label="Picture">
-      <video ref={video} class={isOn ? "" : "is-off"} muted autoplay playsinline />
+      <video ref={video} class={isShown ? "" : "is-off"} muted autoplay playsinline />
       {/* biome-ignore lint/a11y/useMediaCaption: a live robot has no captions */}
       <audio ref={audio} />
-      {!isOn && <PictureOff />}
+      {isBlanked.value ? <Blanked /> : !isOn && <PictureOff />}
+      <Door />
       <Warnings />
       <Start />
       <StopBanner />
@@ -62,10 +64,34 @@ function PictureOff() {
   );
 }
 
+/** The host lets nobody see or hear anything. */
+function Blanked() {
+  return (
+    <div class="picture-off" role="status" aria-label="Picture">
+      <CurtainIcon />
+      <p>{BLANKED}</p>
+    </div>
+  );
+}
+
+/** Before the first connection: why it takes a while. */
+function Door() {
+  const { hello, link } = useState();
+  const reason =
+    link.value.is === "connecting" || link.value.is === "waiting" ? link.value.reason : null;
+  if (hello.value || reason === null) return null;
+  return (
+    <div class="picture-off">
+      <p>{reason}</p>
+      <p class="quiet">This page tries again by itself.</p>
+    </div>
+  );
+}
+
 function Start() {
-  const { isStartOffered } = useState();
+  const { isStartOffered, isBlanked, hello } = useState();
   const { start } = useActions();
-  if (!isStartOffered.value) return null;
+  if (!isStartOffered.value || isBlanked.value || hello.value?.may_hear === false) return null;
   return (
     <div class="start">
       <button type="button" class="start-button" onClick={start}>

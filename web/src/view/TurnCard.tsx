@@ -1,7 +1,7 @@
 import { useEffect } from "preact/hooks";
 import type { ViewerInfo } from "../messages";
 import { useActions, useState } from "./context";
-import { lostWords, turnWords } from "./words";
+import { lostWords, missedWords, NOT_INVITED, standingWords, turnWords } from "./words";
 
 const ENDING_S = 10;
 
@@ -17,10 +17,19 @@ export function TurnCard() {
   const isDriving = state.drivingTurn.value !== null;
   const isEnding = isDriving && seconds !== null && seconds <= ENDING_S;
 
+  const isCalled = state.callSecondsLeft.value !== null;
+  const note = isConnected
+    ? (missedWords(state.missedCall.value) ?? standingWords(state.room.value))
+    : null;
+
   useEffect(() => {
-    document.title = isDriving ? "You are driving – WAX" : "WAX";
+    document.title = isDriving
+      ? "You are driving – WAX"
+      : isCalled
+        ? "Are you ready? – WAX"
+        : "WAX";
     if (isDriving) navigator.vibrate?.(200);
-  }, [isDriving]);
+  }, [isDriving, isCalled]);
 
   const look = isEnding ? "turn is-driving is-ending" : isDriving ? "turn is-driving" : "turn";
   return (
@@ -28,6 +37,7 @@ export function TurnCard() {
       <div class="turn-words" aria-live={isDriving ? "assertive" : "polite"}>
         <p class="headline">{headline}</p>
         <p class="next">{next}</p>
+        {note && <p class="turn-note">{note}</p>}
       </div>
       <div class="timer" role="timer" aria-label="Time left">
         {seconds !== null && (
@@ -42,9 +52,12 @@ export function TurnCard() {
 }
 
 function QueueButton({ me }: { me: ViewerInfo | null }) {
-  const { isConnected } = useState();
+  const { isConnected, hello } = useState();
   const { join, leave } = useActions();
   const common = { type: "button", disabled: !me || !isConnected.value } as const;
+  if (me?.role === "observer" && hello.value?.may_queue === false) {
+    return <p class="queue-button-words quiet">{NOT_INVITED}</p>;
+  }
   // Keys, or a reused button would keep the focus, and Space would leave.
   if (!me || me.role === "observer") {
     return (

@@ -35,3 +35,11 @@ export function EarIcon() {
     </Icon>
   );
 }
+
+export function CurtainIcon() {
+  return (
+    <Icon>
+      <path d="M3 4h18v3H3ZM4 7v13M20 7v13M8 7v13M12 7v13M16 7v13" stroke-linecap="round" />
+    </Icon>
+  );
+}

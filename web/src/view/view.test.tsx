@@ -1,5 +1,12 @@
 // @vitest-environment happy-dom
-import { getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
+import {
+  getAllByRole,
+  getAllByText,
+  getByRole,
+  getByText,
+  queryByRole,
+  queryByText,
+} from "@testing-library/dom";
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
@@ -9,7 +16,7 @@ import type { Actions, Session } from "../session";
 import { createState, type State } from "../state";
 import { hello, playout, room, served } from "../testing/messages";
 import { App } from "./App";
-import { RELEASED } from "./words";
+import { BLANKED, NOT_INVITED, RELEASED } from "./words";
 
 let state: State;
 let actions: Actions;
@@ -36,6 +43,9 @@ beforeEach(() => {
     leave: vi.fn(),
     stop: vi.fn(),
     releaseStop: vi.fn(),
+    answerCall: vi.fn(),
+    actAsHost: vi.fn(),
+    comeBack: vi.fn(),
     lookAtProof: vi.fn(),
     prove: vi.fn(),
     press: (holder, direction) => input.press(holder, direction),
@@ -376,14 +386,276 @@ describe("what is disclosed", () => {
   });
 });
 
-describe("the proof of the stop", () => {
-  const showHost = () => {
-    show({ watching: [1] });
-    act(() => {
-      state.hello.value = hello({ viewer: 1, is_host: true });
-    });
+/** Shows the page of a host, with what the server tells only them. */
+function showHost(options: Parameters<typeof room>[0] = { watching: [1] }): void {
+  show(options);
+  act(() => {
+    state.hello.value = hello({ viewer: 1, is_host: true });
+    state.console.value = { type: "console", viewers: [], closed: false, opens_wall_ms: null };
+  });
+}
+
+describe("the host's panel", () => {
+  const panel = () => getByText(body, "Host").closest("details") as HTMLElement;
+  const within = (name: string) => getByRole(panel(), "button", { name });
+  const line = { id: 2, address: "192.0.2.0/24", invited: true, muted: false };
+  const asked = (...acts: object[]) => {
+    for (const one of acts) expect(actions.actAsHost).toHaveBeenCalledWith(one);
+    expect(actions.actAsHost).toHaveBeenCalledTimes(acts.length);
   };
 
+  function showPeople(): void {
+    showHost({ operator: 2, watching: [1] });
+    act(() => {
+      const now = room({ operator: 2, watching: [1] });
+      for (const one of now.viewers) one.host = one.id === 1;
+      state.room.value = now;
+      state.console.value = {
+        type: "console",
+        viewers: [{ ...line, round_trip_ms: 42, picture_ms: 80, rendition: "640x480" }],
+        closed: false,
+        opens_wall_ms: null,
+      };
+    });
+  }
+
+  it("is the host's alone", () => {
+    show({ watching: [1] });
+    expect(queryByText(body, "Host")).toBeNull();
+    showHost();
+    expect(panel()).toBeTruthy();
+  });
+
+  it("tells who is here, and how they are connected", () => {
+    showPeople();
+    const people = getByRole(panel(), "list").textContent;
+    expect(people).toContain("Bob drivinginvited");
+    expect(people).toContain("192.0.2.0/24 · 42 ms there and back");
+    expect(people).toContain("Ada watchinghost");
+  });
+
+  it("offers nothing against a host", () => {
+    showPeople();
+    expect(getAllByRole(panel(), "button", { name: "Remove…" })).toHaveLength(1);
+  });
+
+  it("asks once before it removes somebody, and takes no for an answer", () => {
+    showPeople();
+    act(() => within("Remove…").click());
+    expect(getByRole(panel(), "alert").textContent).toBe("Remove Bob?");
+    act(() => within("Cancel").click());
+    expect(actions.actAsHost).not.toHaveBeenCalled();
+    act(() => within("Remove…").click());
+    act(() => within("Remove").click());
+    act(() => within("Remove…").click());
+    act(() => within("Remove and keep out for a day").click());
+    asked({ type: "remove", viewer: 2, ban: false }, { type: "remove", viewer: 2, ban: true });
+  });
+
+  it("mutes a Stop, pauses the queue and ends this turn, no other", () => {
+    showPeople();
+    act(() => within("Mute their Stop").click());
+    act(() => getByRole(panel(), "switch", { name: "Pause the queue" }).click());
+    act(() => within("End this turn…").click());
+    act(() => within("End it").click());
+    asked(
+      { type: "mute", viewer: 2, muted: true },
+      { type: "hold_queue", held: true },
+      { type: "end_turn", turn: 1 },
+    );
+  });
+
+  it("asks before it sends people away, and shows or hides the picture at once", () => {
+    showHost();
+    act(() => within("Only invited people…").click());
+    act(() => within("Send them away").click());
+    act(() => within("Close for today…").click());
+    act(() => within("Close").click());
+    act(() => getByRole(panel(), "switch", { name: /Picture and sound off/ }).click());
+    asked(
+      { type: "lock", locked: true },
+      { type: "close", closed: true },
+      { type: "blank", blanked: true },
+    );
+  });
+
+  it("opens again what is closed", () => {
+    showHost();
+    act(() => {
+      const now = room({ watching: [1] });
+      now.house.locked = true;
+      state.room.value = now;
+      state.console.value = { type: "console", viewers: [], closed: true, opens_wall_ms: null };
+    });
+    act(() => within("Let strangers in again").click());
+    act(() => within("Open").click());
+    asked({ type: "lock", locked: false }, { type: "close", closed: false });
+  });
+
+  it("makes an invitation as it was chosen, and shows its link", () => {
+    showHost();
+    act(() => within("Make a link").click());
+    asked({ type: "invite", purpose: "queue", uses: 1, valid_s: 86_400 });
+    act(() => {
+      state.invitation.value = {
+        type: "invitation",
+        token: "tok",
+        purpose: "queue",
+        uses: 1,
+        ends_wall_ms: Date.now() + 3_600_000,
+      };
+    });
+    const field = getByRole<HTMLInputElement>(panel(), "textbox", { name: "Invitation link" });
+    expect(field.value).toBe(`${window.location.origin}/#invite=tok`);
+  });
+
+  it("limits the guests' speed", () => {
+    showHost();
+    const select = getByRole<HTMLSelectElement>(panel(), "combobox", { name: /Guests drive/ });
+    act(() => {
+      select.value = "0.5";
+      select.dispatchEvent(new Event("change", { bubbles: true }));
+    });
+    asked({ type: "limit_speed", fraction: 0.5 });
+  });
+
+  it("shows a message to all, and takes it away", () => {
+    showHost();
+    const field = getByRole<HTMLInputElement>(panel(), "textbox", { name: "Message to all" });
+    act(() => {
+      field.value = " Tea! ";
+      field.dispatchEvent(new Event("input", { bubbles: true }));
+    });
+    act(() => within("Show").click());
+    act(() => {
+      const now = room({ watching: [1] });
+      now.house.message = "Tea!";
+      state.room.value = now;
+    });
+    act(() => within("Take it away").click());
+    asked({ type: "announce", text: "Tea!" }, { type: "announce", text: "" });
+    expect(getByText(body, "The host says:").parentElement?.textContent).toContain("Tea!");
+  });
+});
+
+describe("a call", () => {
+  function call(viewer = 1): void {
+    show({ operator: 2, waiting: [1] });
+    act(() => {
+      const now = room({ operator: 2, waiting: [1] });
+      state.room.value = { ...now, call: { viewer, until_server_ms: 28_000 } };
+    });
+  }
+  const card = () => queryByRole(body, "alertdialog");
+
+  it("asks the next one, with the time left, and changes the title", () => {
+    call();
+    expect(card()?.textContent).toContain("Your turn is next. Are you ready?");
+    expect(card()?.textContent).toContain("10 s left");
+    expect(document.title).toContain("Are you ready?");
+    show({ operator: 1 });
+    expect(card()).toBeNull();
+    expect(document.title).toContain("You are driving");
+  });
+
+  it("is for nobody else", () => {
+    call(3);
+    expect(card()).toBeNull();
+  });
+
+  it("is answered by a touch anywhere on it, once", () => {
+    call();
+    act(() => card()?.click());
+    expect(actions.answerCall).toHaveBeenCalledOnce();
+  });
+
+  it("is answered by its button, once, and by any key on it but Tab", () => {
+    call();
+    expect(document.activeElement).toBe(button("I am ready"));
+    act(() => button("I am ready").click());
+    expect(actions.answerCall).toHaveBeenCalledOnce();
+    button("I am ready").dispatchEvent(new KeyboardEvent("keydown", { key: "Tab" }));
+    expect(actions.answerCall).toHaveBeenCalledOnce();
+    button("I am ready").dispatchEvent(new KeyboardEvent("keydown", { key: "x" }));
+    expect(actions.answerCall).toHaveBeenCalledTimes(2);
+  });
+
+  it("takes the keyboard from nobody who types", () => {
+    show({ operator: 2, waiting: [1] });
+    const field = getByRole(body, "textbox", { name: "Your name" });
+    field.focus();
+    call();
+    expect(document.activeElement).toBe(field);
+  });
+
+  it("that was missed is told of", () => {
+    show({ operator: 2, waiting: [1] });
+    act(() => {
+      state.missedCall.value = "kept";
+    });
+    expect(getByText(body, /Your place is kept this once/)).toBeTruthy();
+  });
+});
+
+describe("who may not stay, hear or drive", () => {
+  it("reads why, and when the robot opens, and may try again", () => {
+    show({ watching: [1] });
+    act(() => {
+      state.ended.value = {
+        type: "ended",
+        text: "The robot is closed.",
+        opens_wall_ms: Date.now() + 86_400_000,
+      };
+    });
+    expect(getByRole(body, "heading", { name: "The robot is closed." })).toBeTruthy();
+    expect(getByText(body, /It opens tomorrow at/)).toBeTruthy();
+    expect(queryByRole(body, "button", { name: "Stop" })).toBeNull();
+    act(() => button("Try again").click());
+    expect(actions.comeBack).toHaveBeenCalledOnce();
+  });
+
+  it("reads what is wrong with the link that brought them, until they have read it", () => {
+    show({ watching: [1] });
+    act(() => {
+      state.entryProblem.value = "This invitation is used up; ask the host for a new one.";
+    });
+    expect(getByText(body, /used up/)).toBeTruthy();
+    act(() => button("OK").click());
+    expect(queryByText(body, /used up/)).toBeNull();
+  });
+
+  it("reads why it takes a while before the first connection", () => {
+    act(() => {
+      state.link.value = { is: "waiting", retryAtMs: 5000, reason: "All 100 places are taken." };
+    });
+    expect(getByText(body, "All 100 places are taken.")).toBeTruthy();
+    expect(getByText(body, "This page tries again by itself.")).toBeTruthy();
+  });
+
+  it("is offered neither queue nor sound that are for the invited", () => {
+    show({ operator: 2, watching: [1] });
+    act(() => {
+      state.hello.value = hello({ viewer: 1, may_queue: false, may_hear: false });
+    });
+    expect(queryByRole(body, "button", { name: "Join the queue" })).toBeNull();
+    expect(queryByRole(body, "switch", { name: "Sound" })).toBeNull();
+    expect(queryByRole(body, "button", { name: "Start" })).toBeNull();
+    expect(getAllByText(body, NOT_INVITED).length).toBeGreaterThan(0);
+  });
+
+  it("sees a card in the place of a picture that the host has switched off", () => {
+    show({ watching: [1] });
+    act(() => {
+      const now = room({ watching: [1] });
+      now.house.blanked = true;
+      state.room.value = now;
+    });
+    expect(getByText(body, BLANKED)).toBeTruthy();
+    expect(body.querySelector("video")?.classList.contains("is-off")).toBe(true);
+  });
+});
+
+describe("the proof of the stop", () => {
   it("is the host's", () => {
     show({ watching: [1] });
     expect(queryByText(body, "Prove the stop…")).toBeNull();

@@ -1,4 +1,5 @@
 import { describe, expect, it } from "vitest";
+import type { RoomState } from "../messages";
 import { room, viewer } from "../testing/messages";
 import {
   batteryWords,
@@ -6,11 +7,16 @@ import {
   inOrder,
   joinWords,
   lostWords,
+  missedWords,
+  named,
   placeWords,
   problemWords,
+  qualityWords,
+  standingWords,
   stoppedWords,
   turnWords,
   waitWords,
+  whenWords,
 } from "./words";
 
 it("says how the connection is, and when and why it is tried again", () => {
@@ -167,4 +173,64 @@ it("tells of the battery what the robot tells", () => {
   expect(batteryWords(robot)).toBe(null);
   expect(batteryWords({ ...robot, battery_v: 7.4 })).toBe("7.4 V");
   expect(batteryWords({ ...robot, battery_v: 12, battery_fraction: 0.615 })).toBe("62 %, 12.0 V");
+});
+
+describe("the turn's clock", () => {
+  const stands = (change: Partial<RoomState>) => {
+    const now = room({ operator: 1 });
+    return standingWords({ ...now, turn: { ...now.turn, stands_left_ms: 30_000 }, ...change });
+  };
+
+  it("is not spoken of while it runs", () => {
+    expect(standingWords(room({ operator: 1 }))).toBeNull();
+    expect(standingWords(null)).toBeNull();
+  });
+
+  it("stands still for a reason that is told", () => {
+    const { house, robot } = room({});
+    expect(stands({ stop: { number: 1, by: "Eve" } })).toContain("while the robot is stopped.");
+    expect(stands({ house: { ...house, blanked: true } })).toContain("picture and sound off");
+    expect(stands({ robot: { ...robot, connected: false } })).toContain("does not answer");
+    expect(stands({ video: { problem: "unplugged" } })).toContain("there is no picture");
+    expect(stands({})).toBe("The clock stands still while nobody can drive.");
+  });
+});
+
+it("tells who missed their call what became of their place", () => {
+  expect(missedWords(null)).toBeNull();
+  expect(missedWords("kept")).toContain("Your place is kept this once.");
+  expect(missedWords("lost")).toContain("Join again.");
+});
+
+it("tells that the queue is paused, to whoever waits or watches", () => {
+  const now = room({ operator: 2, waiting: [1], watching: [3] });
+  now.house.held = true;
+  for (const id of [1, 3]) {
+    const me = now.viewers.find((one) => one.id === id) ?? null;
+    expect(turnWords(now, me).next).toContain("The queue is paused");
+  }
+});
+
+it("keeps a name from right to left from turning the sentence around", () => {
+  expect(named("Ada")).toBe("Ada");
+  expect(named("עדה")).toBe("\u2068עדה\u2069");
+});
+
+it("describes a connection to the host", () => {
+  const line = { id: 1, address: "", invited: false, muted: false };
+  const good = { ...line, round_trip_ms: 41.6, picture_ms: 80, rendition: "640x480" };
+  expect(qualityWords(good)).toBe("42 ms there and back, picture 80 ms old, 640 × 480");
+  const none = { ...line, round_trip_ms: null, picture_ms: null, rendition: null };
+  expect(qualityWords(none)).toBe("no picture");
+});
+
+it("says when something happens as people do", () => {
+  const now = new Date(2026, 10, 22, 18, 0).getTime();
+  const at = (day: number, hour: number) => new Date(2026, 10, day, hour, 30).getTime();
+  expect(whenWords(at(22, 19), now, "en-GB")).toBe("today at 19:30");
+  expect(whenWords(at(23, 9), now, "en-GB")).toBe("tomorrow at 9:30");
+  expect(whenWords(at(25, 9), now, "en-GB")).toBe("on Wednesday at 9:30");
+  expect(whenWords(new Date(2026, 11, 24, 9, 30).getTime(), now, "en-GB")).toBe(
+    "on 24 December at 9:30",
+  );
 });

@@ -1,7 +1,8 @@
 /** The page's sentences, as pure functions. */
 
+import type { MissedCall } from "../call";
 import type { LinkState } from "../link/link";
-import type { RobotStatus, RoomState, StopInfo, ViewerInfo } from "../messages";
+import type { ConsoleViewer, RobotStatus, RoomState, StopInfo, ViewerInfo } from "../messages";
 
 /** The connection, for the status line. */
 export function connectionWords(link: LinkState, nowMs: number): string {
@@ -67,6 +68,64 @@ export function lostWords(me: ViewerInfo | null, graceS: number): TurnWords {
   return { headline: "Connection lost", next };
 }
 
+/** After a call that this viewer did not answer. */
+export function missedWords(missed: MissedCall): string | null {
+  switch (missed) {
+    case "kept":
+      return "You did not answer, so the next person drives. Your place is kept this once.";
+    case "lost":
+      return "You did not answer twice, so your place went to the next person. Join again.";
+    case null:
+      return null;
+  }
+}
+
+/** Why the clock of a turn stands still; null while it runs. */
+export function standingWords(room: RoomState | null): string | null {
+  if (!room || room.turn.stands_left_ms === null) return null;
+  const why = room.house.blanked
+    ? "the host has switched picture and sound off"
+    : room.stop
+      ? "the robot is stopped"
+      : room.robot.problem !== null || !room.robot.connected
+        ? "the robot does not answer"
+        : room.video.problem !== null
+          ? "there is no picture"
+          : "nobody can drive";
+  return `The clock stands still while ${why}.`;
+}
+
+/** What the host sees of a viewer's connection: `42 ms, 640 × 480`. */
+export function qualityWords(line: ConsoleViewer): string {
+  const words = [
+    ...(line.round_trip_ms === null ? [] : [`${Math.round(line.round_trip_ms)} ms there and back`]),
+    ...(line.picture_ms === null ? [] : [`picture ${Math.round(line.picture_ms)} ms old`]),
+    ...(line.rendition === null ? ["no picture"] : [line.rendition.replace("x", " × ")]),
+  ];
+  return words.join(", ");
+}
+
+/** When something happens, in the reader's own time: `today at 14:00`, `on Tuesday at 9:00`. */
+export function whenWords(wallMs: number, nowMs: number, locale?: string): string {
+  const at = new Date(wallMs);
+  const time = at.toLocaleTimeString(locale, { hour: "numeric", minute: "2-digit" });
+  const midnight = new Date(nowMs).setHours(0, 0, 0, 0);
+  const days = Math.round((new Date(wallMs).setHours(0, 0, 0, 0) - midnight) / DAY_MS);
+  if (days === 0) return `today at ${time}`;
+  if (days === 1) return `tomorrow at ${time}`;
+  if (days < 7) return `on ${at.toLocaleDateString(locale, { weekday: "long" })} at ${time}`;
+  return `on ${at.toLocaleDateString(locale, { day: "numeric", month: "long" })} at ${time}`;
+}
+
+const DAY_MS = 86_400_000;
+
+/** A name in a sentence: one that is written from right to left leaves the rest in order. */
+export function named(name: string): string {
+  return RIGHT_TO_LEFT.test(name) ? `\u2068${name}\u2069` : name;
+}
+
+const RIGHT_TO_LEFT = /[\u0590-\u08ff\ufb1d-\ufdff\ufe70-\ufefc]/;
+
 export function turnWords(room: RoomState | null, me: ViewerInfo | null): TurnWords {
   if (!room || !me) return { headline: "One moment…", next: "" };
   const operator = room.viewers.find((viewer) => viewer.role === "operator");
@@ -74,18 +133,22 @@ export function turnWords(room: RoomState | null, me: ViewerInfo | null): TurnWo
   if (me.role === "operator") {
     return {
       headline: "You are driving",
-      next: first ? `Then it is ${first.name}'s turn.` : "Nobody else is waiting.",
+      next: first ? `Then it is ${named(first.name)}'s turn.` : "Nobody else is waiting.",
     };
   }
-  const driving = operator ? `${operator.name} is driving` : "Nobody is driving";
+  const held = room.house.held;
+  const driving = operator ? `${named(operator.name)} is driving` : "Nobody is driving";
   if (me.role === "queued") {
     const wait = waitWords(me.wait_s);
     const place = me.place === 1 ? "You are next" : `You are number ${me.place} in the queue`;
-    return { headline: wait ? `${place}, ${wait}` : place, next: `${driving}.` };
+    return { headline: wait ? `${place}, ${wait}` : place, next: held ? PAUSED : `${driving}.` };
   }
   const waiting = room.viewers.filter((viewer) => viewer.role === "queued").length;
+  if (held) return { headline: driving, next: PAUSED };
   return { headline: driving, next: operator ? waitingWords(waiting) : "The robot is free." };
 }
+
+const PAUSED = "The queue is paused: the host lets nobody begin.";
 
 function waitingWords(count: number): string {
   if (count === 0) return "Nobody is waiting.";
@@ -93,7 +156,8 @@ function waitingWords(count: number): string {
 }
 
 /** How to get to drive, below controls that do not work yet. */
-export function joinWords(me: ViewerInfo | null): string {
+export function joinWords(me: ViewerInfo | null, mayQueue = true): string {
+  if (!mayQueue) return NOT_INVITED;
   return me?.role === "queued" ? "You drive when it is your turn." : "Join the queue to drive.";
 }
 
@@ -105,12 +169,18 @@ export function stoppedWords(
   mayRelease: boolean,
 ): TurnWords {
   const operator = room?.viewers.find((viewer) => viewer.role === "operator");
-  const who = operator && operator.id !== me?.id ? operator.name : "the operator";
+  const who = operator && operator.id !== me?.id ? named(operator.name) : "the operator";
   return {
-    headline: `Stopped by ${stop.by}`,
+    headline: `Stopped by ${named(stop.by)}`,
     next: `Nothing moves until ${mayRelease ? "you release it" : `${who} or the host releases it`}.`,
   };
 }
+
+/** Where strangers may watch, but not drive or hear. */
+export const NOT_INVITED = "Only invited people drive here. Ask the host for a link.";
+export const NOT_HEARD = "Only invited people hear this robot.";
+
+export const BLANKED = "The host has switched picture and sound off for a moment.";
 
 /** For an operator who held a control while the stop was released. */
 export const RELEASED = "Released. Let go of everything, then press again to drive.";

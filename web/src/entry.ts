@@ -1,0 +1,45 @@
+/** Links that carry a secret: the host's, and invitations. */
+
+import { post, RequestError } from "./link/http";
+
+/** A secret that the page's address carried. */
+export interface Entry {
+  kind: "host" | "invite";
+  secret: string;
+}
+
+const LONGEST_MS = 10_000;
+
+const UNREACHABLE = "The server cannot be reached. Open the link again in a moment.";
+
+/** Returns the secret in the address, after removing it from there and from the history. */
+export function takeEntry(window: Pick<Window, "location" | "history">): Entry | null {
+  const { hash, pathname, search } = window.location;
+  const [, kind, secret] = /^#(host|invite)=(.*)$/.exec(hash) ?? [];
+  if (!kind) return null;
+  window.history.replaceState(null, "", pathname + search);
+  return secret ? { kind: kind as Entry["kind"], secret } : null;
+}
+
+/** What became of it, in a sentence: what one may do now, or why not and what to do. */
+export interface Entered {
+  isGood: boolean;
+  text: string;
+}
+
+/** Shows the secret to the server, once; its answer is a cookie that no script can read. */
+export async function showEntry({ kind, secret }: Entry): Promise<Entered> {
+  const signal = AbortSignal.timeout(LONGEST_MS);
+  try {
+    if (kind === "host") {
+      await post("/api/host", { secret }, { signal });
+      return { isGood: true, text: "This browser is the host's now." };
+    }
+    const { purpose } = await post("/api/enter", { token: secret }, { signal });
+    const text = purpose === "queue" ? "You are invited to drive." : "You are invited to watch.";
+    return { isGood: true, text };
+  } catch (error) {
+    const isRefusal = error instanceof RequestError && error.isRefusal;
+    return { isGood: false, text: isRefusal ? error.message : UNREACHABLE };
+  }
+}

@@ -1,0 +1,27 @@
+import { useState } from "./context";
+
+/** Above the picture: the host's words to all, and a link that does not work. */
+export function Banners() {
+  const { room, entryProblem } = useState();
+  const message = room.value?.house.message;
+  const dismiss = () => {
+    entryProblem.value = null;
+  };
+  return (
+    <div class="banners" aria-live="polite">
+      {message && (
+        <p class="banner">
+          <strong>The host says:</strong> <bdi>{message}</bdi>
+        </p>
+      )}
+      {entryProblem.value && (
+        <p class="banner is-problem">
+          <span>{entryProblem.value}</span>
+          <button type="button" onClick={dismiss}>
+            OK
+          </button>
+        </p>
+      )}
+    </div>
+  );
+}

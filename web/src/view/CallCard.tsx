@@ -1,0 +1,41 @@
+import { useEffect, useRef } from "preact/hooks";
+import { useActions, useState } from "./context";
+
+/** Asks the next in the queue whether they are there; any touch of it or key on it says so. */
+export function CallCard() {
+  const { callSecondsLeft } = useState();
+  const { answerCall } = useActions();
+  const button = useRef<HTMLButtonElement>(null);
+  const seconds = callSecondsLeft.value;
+  const isCalled = seconds !== null;
+  useEffect(() => {
+    if (!isCalled) return;
+    navigator.vibrate?.([200, 100, 200]);
+    // Nobody who is typing is interrupted.
+    if (document.activeElement === document.body) button.current?.focus();
+  }, [isCalled]);
+  if (!isCalled) return null;
+  return (
+    // biome-ignore lint/a11y/useKeyWithClickEvents: the button in it takes every key
+    <section class="call" role="alertdialog" aria-labelledby="call-words" onClick={answerCall}>
+      <p class="call-words" id="call-words">
+        Your turn is next. Are you ready?
+      </p>
+      <button
+        ref={button}
+        type="button"
+        class="call-button"
+        onKeyDown={(event) => {
+          if (event.key === "Tab" || event.repeat) return;
+          event.preventDefault();
+          answerCall();
+        }}
+      >
+        I am ready
+      </button>
+      <p class="call-left" role="timer" aria-label="Time to answer">
+        {seconds} s left to answer
+      </p>
+    </section>
+  );
+}

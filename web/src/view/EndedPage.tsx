@@ -1,0 +1,25 @@
+import type { Ended } from "../messages";
+import { useActions, useState } from "./context";
+import { whenWords } from "./words";
+
+/** Instead of everything else: why this page may not stay, and what to do. */
+export function EndedPage({ ended }: { ended: Ended }) {
+  const { comeBack } = useActions();
+  const { entryProblem } = useState();
+  const opensMs = ended.opens_wall_ms;
+  return (
+    <main class="ended">
+      <p class="brand">WAX</p>
+      <div role="alert">
+        <h1>{ended.text}</h1>
+      </div>
+      {entryProblem.value && <p>{entryProblem.value}</p>}
+      {opensMs !== null && (
+        <p>It opens {whenWords(opensMs, Date.now())}. This page comes back by itself then.</p>
+      )}
+      <button type="button" class="ended-button" onClick={comeBack}>
+        Try again
+      </button>
+    </main>
+  );
+}

@@ -1,0 +1,27 @@
+import { useState } from "../context";
+import { ProofPanel } from "../ProofPanel";
+import { Door } from "./Door";
+import { Invitation } from "./Invitation";
+import { Message } from "./Message";
+import { People } from "./People";
+import { Turns } from "./Turns";
+
+/** Only for the host: who is here, and what may be done about them. */
+export function HostPanel() {
+  const { isHost } = useState();
+  if (!isHost.value) return null;
+  return (
+    <details class="panel host" name="panel">
+      <summary>Host</summary>
+      <div class="panel-body">
+        <h2>You are the host</h2>
+        <People />
+        <Turns />
+        <Door />
+        <Invitation />
+        <Message />
+        <ProofPanel />
+      </div>
+    </details>
+  );
+}

@@ -1,0 +1,126 @@
+import { useSignal } from "@preact/signals";
+import { useRef } from "preact/hooks";
+import type { Invite } from "../../messages";
+import { useActions, useState } from "../context";
+import { whenWords } from "../words";
+
+const HOUR_S = 3600;
+const DAY_S = 24 * HOUR_S;
+const DURATIONS = [
+  [HOUR_S, "1 hour"],
+  [DAY_S, "1 day"],
+  [7 * DAY_S, "1 week"],
+  [30 * DAY_S, "30 days"],
+] as const;
+const MOST_USES = 1000;
+
+/** Makes a link that lets people watch, or drive as well. */
+export function Invitation() {
+  const { actAsHost } = useActions();
+  const purpose = useSignal<Invite["purpose"]>("queue");
+  const uses = useSignal(1);
+  const validS = useSignal<number>(DAY_S);
+  const make = () => {
+    actAsHost({
+      type: "invite",
+      purpose: purpose.value,
+      uses: Math.min(Math.max(Math.round(uses.value) || 1, 1), MOST_USES),
+      valid_s: validS.value,
+    });
+  };
+  return (
+    <section class="host-section" aria-labelledby="invitation-title">
+      <h3 id="invitation-title">Invite</h3>
+      <div class="host-fields">
+        <label class="field">
+          <span>To</span>
+          <select
+            value={purpose.value}
+            onChange={(event) => {
+              purpose.value = event.currentTarget.value as Invite["purpose"];
+            }}
+          >
+            <option value="queue">watch and drive</option>
+            <option value="watch">only watch</option>
+          </select>
+        </label>
+        <label class="field">
+          <span>People</span>
+          <input
+            type="number"
+            min={1}
+            max={MOST_USES}
+            value={uses.value}
+            onInput={(event) => {
+              uses.value = event.currentTarget.valueAsNumber;
+            }}
+          />
+        </label>
+        <label class="field">
+          <span>For</span>
+          <select
+            value={validS.value}
+            onChange={(event) => {
+              validS.value = Number(event.currentTarget.value);
+            }}
+          >
+            {DURATIONS.map(([seconds, words]) => (
+              <option key={seconds} value={seconds}>
+                {words}
+              </option>
+            ))}
+          </select>
+        </label>
+      </div>
+      <button type="button" class="main-button" onClick={make}>
+        Make a link
+      </button>
+      <MadeLink />
+    </section>
+  );
+}
+
+/** The newest invitation, to be copied: with the system's clipboard, or by hand. */
+function MadeLink() {
+  const { invitation } = useState();
+  const field = useRef<HTMLInputElement>(null);
+  const copied = useSignal("");
+  const made = invitation.value;
+  if (!made) return null;
+  const link = `${window.location.origin}/#invite=${made.token}`;
+  const copy = async () => {
+    field.current?.select();
+    try {
+      // Browsers have it under HTTPS and on this machine only.
+      await navigator.clipboard.writeText(link);
+      copied.value = link;
+    } catch {
+      copied.value = "";
+    }
+  };
+  const people = made.uses === 1 ? "one person" : `${made.uses} people`;
+  const may = made.purpose === "queue" ? "watch and drive" : "watch";
+  return (
+    <div class="made-link">
+      <p class="quiet">
+        For {people} to {may}; ends {whenWords(made.ends_wall_ms, Date.now())}.
+      </p>
+      <div class="host-row">
+        <input
+          ref={field}
+          type="text"
+          readOnly
+          aria-label="Invitation link"
+          value={link}
+          onFocus={(event) => event.currentTarget.select()}
+        />
+        <button type="button" class="main-button" onClick={() => void copy()}>
+          Copy
+        </button>
+      </div>
+      <p role="status" aria-label="Copied">
+        {copied.value === link && "Copied."}
+      </p>
+    </div>
+  );
+}
