@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import pytest
 
 from e2e.harness import toml
-from e2e.harness.host import become_host
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:

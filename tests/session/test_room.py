@@ -597,10 +597,7 @@ async def test_a_timer_is_served_between_two_offers(monkeypatch: pytest.MonkeyPa
     counting[0] = loop.call_soon(count)
     room = Rig({}).room
     await asyncio.gather(
-        *(
-            room.answer(visitor(f"ada-{number:04}", address=""), TAB, OFFER)
-            for number in range(8)
-        )
+        *(room.answer(visitor(f"ada-{number:04}", address=""), TAB, OFFER) for number in range(8))
     )
     counting[0].cancel()
     assert len(set(answered)) == 8
