@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from tests.fuzz.targets import files, network, offers, pages, serial_line
+from tests.fuzz.targets import files, network, offers, pages, serial_line, tokens
 
 TARGETS: Final = {
     target.name: target
@@ -19,5 +19,6 @@ TARGETS: Final = {
         serial_line.SERIAL,
         serial_line.FIRMWARE,
         files.CONFIG,
+        tokens.TOKENS,
     )
 }

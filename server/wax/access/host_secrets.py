@@ -74,4 +74,5 @@ class HostSecrets:
 
 
 def _hash(secret: str) -> str:
-    return hashlib.sha256(secret.encode()).hexdigest()
+    # A header's bytes that are not UTF-8 come as surrogates (PEP 383).
+    return hashlib.sha256(secret.encode(errors="backslashreplace")).hexdigest()
