@@ -18,6 +18,7 @@ import {
   type Ended,
   type HostAct,
   MAX_NAME_CHARS,
+  type RoomChange,
   type RoomState,
   type StateOut,
 } from "./messages";
@@ -153,7 +154,7 @@ export function startSession(): Session {
         enterRoom(message);
         break;
       case "room_change":
-        state.room.value = state.room.value && changed(state.room.value, message);
+        changeRoom(message);
         break;
       case "playout":
         state.playout.value = message;
@@ -198,6 +199,11 @@ export function startSession(): Session {
       if (room.call?.viewer === me && before?.call?.viewer !== me) chime.ring();
     }
     state.room.value = room;
+  }
+
+  function changeRoom(change: RoomChange): void {
+    const room = state.room.peek();
+    if (room) enterRoom(changed(room, change));
   }
 
   /** This page may not stay; it comes back when the robot opens, if that is known. */
