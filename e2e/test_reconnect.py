@@ -15,6 +15,7 @@ from e2e.harness.robot import moves, stands_still, turn_by_key
 from e2e.harness.video_probe import assert_live
 from e2e.harness.wait import eventually
 from wax.clock import SystemClock
+from wax.proof.remote import RemoteOperator
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -207,3 +208,22 @@ async def test_a_killed_server_is_found_again(
         await eventually(fresh, "the page is back", within_s=25)
         await eventually(lambda: viewer.probe("playing()"), "the picture plays", within_s=10)
         assert_live(await viewer.cards(20))
+
+
+@pytest.mark.timeout(90)
+async def test_a_killed_client_comes_back_as_itself(serve: Serve, tmp_path: Path) -> None:
+    """The proof's operator, killed and started again, has the turn that it had."""
+    patient = toml.card_with(turns="grace_s = 20.0")
+    async with serve(tmp_path, patient) as server:
+        operator = RemoteOperator(tmp_path / "operator.log")
+        try:
+            await operator.start(server.url)
+            operator.tell("join")
+            assert await operator.until(lambda: operator.state.drives, 10)
+            turn = operator.state.turn
+            await operator.kill()
+            await operator.start(server.url)
+            assert await operator.until(lambda: operator.state.drives, 10)
+            assert operator.state.turn == turn
+        finally:
+            await operator.kill()
