@@ -25,7 +25,7 @@ from wax.encode.encoded import VIDEO_TIME_BASE, EncodedPicture
 from wax.error_boundary import ErrorBoundary
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
-from wax.session import room as room_module
+from wax.session import entry as entry_module
 from wax.session.status import Status
 from wax.session.viewer import Viewer
 from wax.streams.interface import MessageRate
@@ -108,7 +108,7 @@ class Later(FakePeer):
 @pytest.fixture
 def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
     FakePeer.made = []
-    monkeypatch.setattr(room_module, "Peer", Later)
+    monkeypatch.setattr(entry_module, "Peer", Later)
     return Rig({"turns": {"turn_s": 5.0}, "sync": {"operator": {"policy": "video-first"}}})
 
 

@@ -22,6 +22,7 @@ from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
 from wax.protocol import room_change
 from wax.records.records import Records
+from wax.session import entry as entry_module
 from wax.session import room as room_module
 from wax.session.announcements import Announcements
 from wax.session.house import House
@@ -213,7 +214,7 @@ class Rig:
 @pytest.fixture
 def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
     FakePeer.made = []
-    monkeypatch.setattr(room_module, "Peer", FakePeer)
+    monkeypatch.setattr(entry_module, "Peer", FakePeer)
     return Rig(
         {
             "turns": {"turn_s": 5.0},
@@ -593,7 +594,7 @@ async def test_a_timer_is_served_between_two_offers(monkeypatch: pytest.MonkeyPa
             return await super().answer(offer)
 
     FakePeer.made = []
-    monkeypatch.setattr(room_module, "Peer", Noted)
+    monkeypatch.setattr(entry_module, "Peer", Noted)
     counting[0] = loop.call_soon(count)
     room = Rig({}).room
     await asyncio.gather(

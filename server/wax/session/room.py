@@ -5,27 +5,23 @@ from __future__ import annotations
 import asyncio
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
-from weakref import WeakValueDictionary
 
 import structlog
 
 from wax.control.fairness import Person
 from wax.errors import ForbiddenError, FullError, NotAdmittedError
 from wax.protocol import messages
-from wax.rtc.peer import Peer
-from wax.rtc.signalling import clean_offer
 from wax.session import names
+from wax.session.entry import Entry
 from wax.session.host_acts import HostActs
-from wax.session.newcomers import Asking, Newcomers
 from wax.session.room_updates import RoomUpdates
 from wax.session.stop_authority import StopAuthority
-from wax.session.viewer import Viewer
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from wax.access.access import Access
-    from wax.access.admission import Grant, Visitor
+    from wax.access.admission import Visitor
     from wax.access.permissions import Role
     from wax.clock import Clock
     from wax.config.settings import Settings
@@ -34,10 +30,11 @@ if TYPE_CHECKING:
     from wax.control.turns import Turns
     from wax.records.records import Records
     from wax.rtc.network import Network
+    from wax.rtc.peer import Peer
     from wax.session.announcements import Announcements
     from wax.session.house import House
     from wax.session.record_keeper import RecordKeeper
-    from wax.session.viewer import Request
+    from wax.session.viewer import Request, Viewer
     from wax.session.viewers import Viewers
     from wax.streams.interface import Service
     from wax.telemetry import Counters
@@ -111,15 +108,18 @@ class Room:
             records=records,
             door=self,
         )
-        self._newcomers = Newcomers(
-            most=settings.server.max_viewers,
-            most_silent_per_address=settings.server.max_silent_per_address,
-            share_per_address=settings.server.max_share_per_address,
-            now_s=clock.now_s(),
+        self._entry = Entry(
+            settings=settings,
+            clock=clock,
+            counters=counters,
+            service=service,
+            network=network,
+            access=access,
+            viewers=viewers,
+            events=self,
+            part=self._part,
         )
         self._gone_since_s: dict[int, float] = {}
-        self._answering: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
-        self._entry = asyncio.Lock()
         self._is_closing = False
         self._updates = RoomUpdates(clock.now_s())
         self._looked_s = 0.0
@@ -128,94 +128,16 @@ class Room:
     # --- admission -------------------------------------------------------------------------
 
     async def answer(self, visitor: Visitor, tab: str, offer: str) -> str:
-        """Answer a page's offer; the same tab of the same browser keeps its place, turn and name.
-
-        Of two concurrent offers the later one wins. Raises `NotAdmittedError`, `FullError`,
-        `TooOftenError` or `SignallingError`.
-        """
+        """Answer a page's offer; see `Entry.answer`."""
         if self._is_closing:
             raise FullError(_GOODBYE)
-        viewer = self._viewers.of_tab(visitor.identity, tab)
-        self._newcomers.check(_asking(visitor, viewer), self._clock.now_s())
-        # Before anything else: a bad offer must neither take a place nor end a good peer.
-        offer = clean_offer(offer, visitor.address)
-        key = f"{visitor.identity} {tab}"
-        async with self._answering.setdefault(key, asyncio.Lock()):
-            async with self._entry:
-                # One per pass of the event loop, which runs its timers once a pass: answering many
-                # in one pass would delay the control loop.
-                await asyncio.sleep(0)
-            return await self._answer(visitor, tab, offer)
-
-    async def _answer(self, visitor: Visitor, tab: str, offer: str) -> str:
-        grant = self._access.admit(visitor)
-        viewer = self._viewers.of_tab(visitor.identity, tab)
-        number = self._admit(visitor, viewer)
-        if viewer is not None and (old := viewer.peer) is not None:
-            self._part(viewer)
-            await old.close()
-            viewer = self._viewers.of_tab(visitor.identity, tab)
-            number = self._viewers.take_number() if viewer is None else number
-        if viewer is None:
-            viewer = self._enter(visitor, grant, tab, number)
-        viewer.visitor, viewer.grant = visitor, grant
-        lanes = viewer.lanes()
-        peer = Peer(
-            network=self._network,
-            codecs=self._service.codecs,
-            video=lanes.picture,
-            audio=lanes.sound,
-            congestion=lanes.congestion,
-            events=viewer,
-            clock=self._clock,
-            round_trip_s=lambda: viewer.link.newest_s,
-        )
-        viewer.peer = peer
-        self._gone_since_s.pop(viewer.number, None)
-        return await peer.answer(offer)
-
-    def _admit(self, visitor: Visitor, viewer: Viewer | None) -> int:
-        """Return the viewer's number if there is room for them; raises what `answer` does."""
-        others = [one.visitor for one in self._viewers if one is not viewer]
-        if viewer is None:
-            self._access.admission.check_tabs(visitor, others)
-        number = self._viewers.take_number() if viewer is None else viewer.number
-        self._newcomers.admit(
-            number,
-            _asking(visitor, viewer),
-            [_asking(one, None) for one in others],
-            self._clock.now_s(),
-            lambda: self._abandon(number),
-        )
-        return number
-
-    def _abandon(self, number: int) -> None:
-        """End the peer of a viewer who has not connected yet, for somebody else."""
-        for viewer in self._viewers:
-            if viewer.number == number and viewer.peer is not None:
-                with viewer.boundary:
-                    viewer.peer.abandon()
-
-    def _enter(self, visitor: Visitor, grant: Grant, tab: str, number: int) -> Viewer:
-        viewer = Viewer(
-            number=number,
-            visitor=visitor,
-            grant=grant,
-            tab=tab,
-            clock=self._clock,
-            counters=self._counters,
-            service=self._service,
-            events=self,
-            sync=self._settings.sync.observer,
-        )
-        self._viewers.add(viewer)
-        return viewer
+        return await self._entry.answer(visitor, tab, offer)
 
     # --- viewers' events (ViewerEvents) ----------------------------------------------------
 
     def viewer_connected(self, viewer: Viewer) -> None:
         _LOG.info("viewer connected", viewer=viewer.number)
-        self._newcomers.connected(viewer.number)
+        self._entry.connected(viewer.number)
         viewer.send(self._announcements.hello(viewer, lost_after_s=_LOST_S))
         if self._turns.is_lost(viewer.number):
             self._control.returned(viewer.number)
@@ -444,8 +366,3 @@ class Room:
 def _person(viewer: Viewer) -> Person:
     visitor = viewer.visitor
     return Person(visitor.identity, visitor.address, visitor.invited_to is not None)
-
-
-def _asking(visitor: Visitor, viewer: Viewer | None) -> Asking:
-    has_been_here = viewer is not None and viewer.was_ready
-    return Asking(visitor.address, visitor.is_host, has_been_here)

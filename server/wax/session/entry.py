@@ -1,0 +1,150 @@
+"""How a visitor becomes a viewer: their offer is checked, given a place and answered."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+from weakref import WeakValueDictionary
+
+from wax.rtc.peer import Peer
+from wax.rtc.signalling import clean_offer
+from wax.session.newcomers import Asking, Newcomers
+from wax.session.viewer import Viewer
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.access.access import Access
+    from wax.access.admission import Grant, Visitor
+    from wax.clock import Clock
+    from wax.config.settings import Settings
+    from wax.rtc.network import Network
+    from wax.session.viewer import ViewerEvents
+    from wax.session.viewers import Viewers
+    from wax.streams.interface import Service
+    from wax.telemetry import Counters
+
+
+class Entry:
+    """Makes viewers and their peers; `part` drops the peer that a viewer had before."""
+
+    def __init__(
+        self,
+        *,
+        settings: Settings,
+        clock: Clock,
+        counters: Counters,
+        service: Service,
+        network: Network,
+        access: Access,
+        viewers: Viewers,
+        events: ViewerEvents,
+        part: Callable[[Viewer], None],
+    ) -> None:
+        self._sync = settings.sync.observer
+        self._clock = clock
+        self._counters = counters
+        self._service = service
+        self._network = network
+        self._access = access
+        self._viewers = viewers
+        self._events = events
+        self._part = part
+        self._newcomers = Newcomers(
+            most=settings.server.max_viewers,
+            most_silent_per_address=settings.server.max_silent_per_address,
+            share_per_address=settings.server.max_share_per_address,
+            now_s=clock.now_s(),
+        )
+        self._answering: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
+        self._one_at_a_time = asyncio.Lock()
+
+    def connected(self, number: int) -> None:
+        """Note that a viewer's channels have opened."""
+        self._newcomers.connected(number)
+
+    async def answer(self, visitor: Visitor, tab: str, offer: str) -> str:
+        """Answer a page's offer; the same tab of the same browser keeps its place, turn and name.
+
+        Of two concurrent offers the later one wins. Raises `NotAdmittedError`, `FullError`,
+        `TooOftenError` or `SignallingError`.
+        """
+        viewer = self._viewers.of_tab(visitor.identity, tab)
+        self._newcomers.check(_asking(visitor, viewer), self._clock.now_s())
+        # Before anything else: a bad offer must neither take a place nor end a good peer.
+        offer = clean_offer(offer, visitor.address)
+        key = f"{visitor.identity} {tab}"
+        async with self._answering.setdefault(key, asyncio.Lock()):
+            async with self._one_at_a_time:
+                # One per pass of the event loop, which runs its timers once a pass: answering many
+                # in one pass would delay the control loop.
+                await asyncio.sleep(0)
+            return await self._answer(visitor, tab, offer)
+
+    async def _answer(self, visitor: Visitor, tab: str, offer: str) -> str:
+        grant = self._access.admit(visitor)
+        viewer = self._viewers.of_tab(visitor.identity, tab)
+        number = self._admit(visitor, viewer)
+        if viewer is not None and (old := viewer.peer) is not None:
+            self._part(viewer)
+            await old.close()
+            viewer = self._viewers.of_tab(visitor.identity, tab)
+            number = self._viewers.take_number() if viewer is None else number
+        if viewer is None:
+            viewer = self._enter(visitor, grant, tab, number)
+        viewer.visitor, viewer.grant = visitor, grant
+        lanes = viewer.lanes()
+        peer = Peer(
+            network=self._network,
+            codecs=self._service.codecs,
+            video=lanes.picture,
+            audio=lanes.sound,
+            congestion=lanes.congestion,
+            events=viewer,
+            clock=self._clock,
+            round_trip_s=lambda: viewer.link.newest_s,
+        )
+        viewer.peer = peer
+        return await peer.answer(offer)
+
+    def _admit(self, visitor: Visitor, viewer: Viewer | None) -> int:
+        """Return the viewer's number if there is room for them; raises what `answer` does."""
+        others = [one.visitor for one in self._viewers if one is not viewer]
+        if viewer is None:
+            self._access.admission.check_tabs(visitor, others)
+        number = self._viewers.take_number() if viewer is None else viewer.number
+        self._newcomers.admit(
+            number,
+            _asking(visitor, viewer),
+            [_asking(one, None) for one in others],
+            self._clock.now_s(),
+            lambda: self._abandon(number),
+        )
+        return number
+
+    def _abandon(self, number: int) -> None:
+        """End the peer of a viewer who has not connected yet, for somebody else."""
+        for viewer in self._viewers:
+            if viewer.number == number and viewer.peer is not None:
+                with viewer.boundary:
+                    viewer.peer.abandon()
+
+    def _enter(self, visitor: Visitor, grant: Grant, tab: str, number: int) -> Viewer:
+        viewer = Viewer(
+            number=number,
+            visitor=visitor,
+            grant=grant,
+            tab=tab,
+            clock=self._clock,
+            counters=self._counters,
+            service=self._service,
+            events=self._events,
+            sync=self._sync,
+        )
+        self._viewers.add(viewer)
+        return viewer
+
+
+def _asking(visitor: Visitor, viewer: Viewer | None) -> Asking:
+    has_been_here = viewer is not None and viewer.was_ready
+    return Asking(visitor.address, visitor.is_host, has_been_here)
