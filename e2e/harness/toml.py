@@ -6,6 +6,8 @@ import json
 import tomllib
 from typing import TYPE_CHECKING, Any
 
+from wax.config.settings import Settings
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -19,6 +21,15 @@ MANY_PLAYED_BY_ONE: dict[str, Any] = {
     "turns": {"max_waiting_per_address": 1000},
 }
 """In a test one machine plays many people: no limit of one address holds, unless a test sets it."""
+
+
+def as_shipped() -> dict[str, Any]:
+    """Return the limits of one address with their defaults, for what measures these."""
+    shipped = Settings().model_dump()
+    return {
+        name: {key: shipped[name][key] for key in keys} for name, keys in MANY_PLAYED_BY_ONE.items()
+    }
+
 
 CARD = """
 [video]

@@ -15,11 +15,11 @@ import time
 from contextlib import suppress
 from typing import Any, Final
 
-from e2e.public.strangers import ELSEWHERE, OwnTime, address
+from e2e.public.strangers import OwnTime, address
 
 _GIVE_UP_S: Final = 20.0
 _DRIP_S: Final = 1.0
-_HEADER: Final = b"POST /api/offer HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n%s\r\n"
+_HEADER: Final = b"POST /api/offer HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n"
 _BODY: Final = b"Content-Length: 4000\r\n\r\n"
 KINDS: Final = ("silent", "half header", "drip", "slow body")
 
@@ -36,7 +36,7 @@ class _Dawdler:
             "127.0.0.1", port, local_addr=(source, 0)
         )
         self._began_s = time.monotonic()
-        header = _HEADER % (port, ELSEWHERE)
+        header = _HEADER % port
         if self.kind == "half header":
             self._writer.write(header)
         elif self.kind == "drip":

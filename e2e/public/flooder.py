@@ -17,7 +17,7 @@ from contextlib import suppress
 from itertools import cycle
 from typing import Any, Final
 
-from e2e.public.strangers import ELSEWHERE, OwnTime, address
+from e2e.public.strangers import OwnTime, address
 from wax.client import Client
 from wax.client.sdp import as_browser
 
@@ -35,7 +35,7 @@ async def _requests(port: int, number: int) -> list[bytes]:
     body = json.dumps({"sdp": sdp, "client": mark}).encode()
     head = (
         b"POST /api/offer HTTP/1.1\r\nHost: 127.0.0.1:%d\r\nContent-Type: application/json\r\n"
-        b"%s\r\nContent-Length: %d\r\nConnection: close\r\n\r\n" % (port, ELSEWHERE, len(body))
+        b"Content-Length: %d\r\nConnection: close\r\n\r\n" % (port, len(body))
     )
     before, after = (head + body).split(mark.encode())
     return [before + str(uuid.uuid4()).encode() + after for _ in range(number)]

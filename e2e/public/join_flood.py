@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from e2e.bench.process import ProcessMeter
 from e2e.faults.operator import RawOperator
 from e2e.faults.stage import Load, staged
+from e2e.harness import toml
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import judged, summed
 from e2e.measure.summary import summarize
@@ -43,9 +44,9 @@ LOAD: Final = Load(
 async def join_flood(n: int, addresses: int, *, load: Load = LOAD) -> list[Row]:
     """Flood for `n` seconds, after as long without; memory gets up to 30 s to come back."""
     async with (
-        staged(load=load) as stage,
+        staged(toml.as_shipped(), load=load) as stage,
         RawOperator(stage.server, sees=True) as operator,
-        strangers("joiner", stage.server.url) as joiner,
+        strangers("joiner", stage.server.url, stage.server.state_folder) as joiner,
     ):
         meter = ProcessMeter(stage.server.pid)
         await operator.join()

@@ -10,6 +10,7 @@ import aiohttp
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 
 from e2e.faults.stage import LIGHT, staged
+from e2e.harness import toml
 from e2e.measure.row import counted, summed
 from e2e.public.strangers import strangers
 
@@ -35,7 +36,7 @@ async def slow_connections(
     lasted_s: dict[str, list[float | None]] = {}
     others_ms: list[float | None] = []
     left = 0
-    async with staged(load=load) as stage:
+    async with staged(toml.as_shipped(), load=load) as stage:
         process = psutil.Process(stage.server.pid)
         await _ask(stage.server, "/")
         for _ in range(n):

@@ -16,8 +16,6 @@ from e2e.measure.suite import ROOT
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
-ELSEWHERE: Final = b"Via: 1.1 elsewhere"
-"""Says that a request from this machine is not its owner's."""
 _LATEST_S: Final = 60.0
 
 
