@@ -7,8 +7,9 @@ picture comes), ``block`` (its content: for how many seconds to block the event 
 from __future__ import annotations
 
 import asyncio
-import gc
 import os
+import sys
+import threading
 import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -82,8 +83,15 @@ class Camera:
 
 
 def _running_loops() -> list[asyncio.AbstractEventLoop]:
-    loops = [one for one in gc.get_objects() if isinstance(one, asyncio.AbstractEventLoop)]
-    return [loop for loop in loops if loop.is_running()]
+    """Find what runs the frames of the main thread; no list of objects has what gc has frozen."""
+    frame = sys._current_frames().get(threading.main_thread().ident or 0)
+    loops: list[asyncio.AbstractEventLoop] = []
+    while frame is not None:
+        owner = frame.f_locals.get("self")
+        if isinstance(owner, asyncio.AbstractEventLoop) and owner not in loops:
+            loops.append(owner)
+        frame = frame.f_back
+    return loops
 
 
 class Control:
