@@ -59,6 +59,7 @@ async def test_a_turn_ends_for_the_turn_that_was_meant(rig: Rig, host: FakePeer)
     host.says(type="end_turn", turn=1)
     rig.wait(0.3, host, bob)
     assert bob.last("room")["turn"]["operator"] is None
+    assert bob.last("notice")["text"] == "The host has ended your turn."
 
 
 @pytest.mark.parametrize("ban", [False, True])

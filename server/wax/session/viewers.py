@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import structlog
 
+from wax.control.turns import TurnEnded, Why
 from wax.protocol import messages
 
 if TYPE_CHECKING:
@@ -17,6 +18,12 @@ if TYPE_CHECKING:
     from wax.session.viewer import Viewer
 
 _LOG = structlog.get_logger(__name__)
+
+_TOLD: Final = {
+    Why.IDLE: "You have not driven for a while, and somebody was waiting: your turn is over.",
+    Why.ENDED: "The host has ended your turn.",
+}
+"""What an operator is told of the end of a turn that they did not expect."""
 
 
 class Viewers:
@@ -79,11 +86,17 @@ class Viewers:
         """Follow the turns: change policies with the roles, and inform everybody."""
         for event in events:
             _LOG.info("turn", what=type(event).__name__, number=getattr(event, "number", None))
+            if isinstance(event, TurnEnded) and event.why in _TOLD:
+                self._tell(event.operator, _TOLD[event.why])
         for viewer in self:
             drives = viewer.number == self._turns.operator
             with viewer.boundary:
                 viewer.follow(self._sync.operator if drives else self._sync.observer, drives=drives)
         self.changed()
+
+    def _tell(self, number: int, sentence: str) -> None:
+        if (viewer := self._viewers.get(number)) is not None:
+            viewer.send(messages.Notice(text=sentence))
 
     def drive_status(self, number: int, moving: bool, reason: str | None) -> None:
         """Store the status of an operator's commands; the next round sends it."""
