@@ -109,7 +109,7 @@ async def serving(
             stdin=asyncio.subprocess.DEVNULL,
             stdout=log,
             stderr=log,
-            env={**os.environ, "XDG_STATE_HOME": str(folder / STATE)},
+            env={**os.environ, "XDG_STATE_HOME": str((folder / STATE).resolve())},
         )
     try:
         async with http_through(link.server, link.server.address, PORT) as http:

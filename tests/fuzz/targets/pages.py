@@ -14,7 +14,7 @@ from wax.driver.interface import Twist
 from wax.errors import ProtocolError, SignallingError
 from wax.protocol import messages
 from wax.rtc.signalling import clean_offer
-from wax.session import room
+from wax.session import entry
 from wax.session.viewer import command_of
 from wax.web import routes
 
@@ -35,7 +35,7 @@ def _scene() -> tuple[Rig, FakePeer, FakePeer]:
     """One drives and holds nothing; the other, who is second in the queue, is hostile."""
     FakePeer.made = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(room, "Peer", _Peer)
+        patch.setattr(entry, "Peer", _Peer)
         rig = Rig({"turns": {"turn_s": 600.0}})
         driving, hostile = at_once(rig.enter("ada-1111")), at_once(rig.enter("eve-1111"))
     driving.says(type="join")
