@@ -278,7 +278,8 @@ class App:
         scheme = "https" if self.tls else "http"
         secret = self._access.new_host_link()
         urls = page_urls(self._settings.server.host, self._entrance.port, scheme)
-        return [f"{url}/#host={secret}" for url in urls]
+        public = self._settings.server.public_url
+        return [f"{url}/#host={secret}" for url in (*urls, *([public] if public else []))]
 
     def stop(self) -> None:
         """Stop the robot at once, then let `run` end."""

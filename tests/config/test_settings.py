@@ -100,6 +100,20 @@ def test_manual_explains_every_key(path: tuple[str | int, ...]) -> None:
         assert f"Each is {allowed.words(items)}." in reason
 
 
+@pytest.mark.parametrize(
+    ("url", "names"),
+    [
+        ("", ["a.example"]),
+        ("https://robot.example.org", ["a.example", "robot.example.org"]),
+        ("http://[2001:db8::7]:8080", ["a.example", "2001:db8::7"]),
+    ],
+)
+def test_the_public_page_is_one_of_the_names(url: str, names: list[str]) -> None:
+    """Without its being written twice."""
+    server = config.parse({"server": {"names": ["a.example"], "public_url": url}}, "x").server
+    assert server.all_names == names
+
+
 def test_public_robot_is_a_valid_example() -> None:
     """The example for a public robot loads, is reachable, dated and slower than the default."""
     settings = config.load(CONFIG / "public-robot.toml")
@@ -207,6 +221,14 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
             "network.public_addresses: 203.0.113 is no address; "
             "write it as 203.0.113.7 or 2001:db8::7",
         ),
+        *[
+            (
+                f"[server]\npublic_url = '{url}'",
+                f'server.public_url: got "{url}"; allowed is '
+                'empty, or an address as "https://robot.example.org" without a path',
+            )
+            for url in ("robot.example.org", "https://robot.example.org/", "ftp://a", "http://a:b")
+        ],
         (
             "[relay]\nurls = ['turn:x']",
             "relay: there are urls without a secret; name the file that holds the TURN server's "

@@ -148,6 +148,7 @@ async def test_an_invitation_reaches_the_host_alone(rig: Rig, host: FakePeer) ->
     """And works as it says."""
     host.says(type="invite", purpose="watch", uses=2, valid_s=600)
     link = host.last("invitation")
+    assert link["page"] == "https://robot.example.org"
     assert rig.access.enter(link["token"], "friend-1").purpose == "watch"
 
 

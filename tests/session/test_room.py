@@ -218,7 +218,7 @@ def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
     return Rig(
         {
             "turns": {"turn_s": 5.0},
-            "server": {"max_viewers": 2},
+            "server": {"max_viewers": 2, "public_url": "https://robot.example.org"},
             "sync": {"operator": {"policy": "video-first"}},
         }
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 from typing import Annotated
+from urllib.parse import urlsplit
 
 from pydantic import AfterValidator, Field
 
@@ -24,6 +25,22 @@ HostName = Annotated[
         pattern=r"^[A-Za-z0-9]([A-Za-z0-9.-]{0,251}[A-Za-z0-9])?$",
         description='a host name or address without port, as "robot.example.org"',
     ),
+]
+
+
+def _page_url(text: str) -> str:
+    urlsplit(text)  # raises ValueError for what is no IPv6 address
+    return text
+
+
+PageUrl = Annotated[
+    str,
+    Field(
+        pattern=r"^(https?://([A-Za-z0-9]([A-Za-z0-9.-]{0,251}[A-Za-z0-9])?|\[[0-9A-Fa-f:.]{2,45}\])"
+        r"(:[0-9]{1,5})?)?$",
+        description='empty, or an address as "https://robot.example.org" without a path',
+    ),
+    AfterValidator(_page_url),
 ]
 
 Network = Annotated[

@@ -9,6 +9,7 @@ from functools import cache
 from ipaddress import ip_address
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
+from urllib.parse import urlsplit
 
 from pydantic import (
     BaseModel,
@@ -21,7 +22,7 @@ from pydantic import (
 )
 
 from wax.config import allowed, opening_hours
-from wax.config.network import HostName, Network
+from wax.config.network import HostName, Network, PageUrl
 from wax.config.thesis import ThesisSettings
 from wax.errors import ConfigError
 
@@ -46,12 +47,19 @@ class ServerSettings(_Section):
     max_offers_per_address_hz: Annotated[float, Field(gt=0, le=1000)] = 2.0
     max_silent_per_address: Annotated[int, Field(ge=1, le=1000)] = 2
     names: list[HostName] = []
+    public_url: PageUrl = ""
     trusted_proxies: list[Network] = []
     https: bool = False
     certificate: str = ""
     key: str = ""
     max_connections: Annotated[int, Field(ge=16, le=100_000)] = 640
     max_connections_per_address: Annotated[int, Field(ge=4, le=100_000)] = 64
+
+    @property
+    def all_names(self) -> list[str]:
+        """`names`, and that of the public page."""
+        public = urlsplit(self.public_url).hostname
+        return [*self.names, *([public] if public else [])]
 
     @model_validator(mode="after")
     def _certificate_has_its_key(self) -> Self:

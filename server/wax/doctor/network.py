@@ -74,7 +74,7 @@ def network_of(settings: Settings, stun: str | None = None) -> Network:
         certificate=_certificate(server),
         is_self_signed=server.https and not server.certificate,
         is_behind_proxy=bool(server.trusted_proxies),
-        names=tuple(server.names),
+        names=tuple(server.all_names),
     )
 
 

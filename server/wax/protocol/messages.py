@@ -547,9 +547,13 @@ class Console(_Outgoing):
 
 
 class InvitationLink(_Outgoing):
-    """An invitation: its link is the page's address with ``#invite=`` and the token."""
+    """An invitation: its link is the page's address with ``/#invite=`` and the token.
+
+    `page` is that address if the server knows it; else it is the one that the host's browser shows.
+    """
 
     type: Literal["invitation"] = "invitation"
+    page: str
     token: str
     purpose: Literal["watch", "queue"]
     uses: int

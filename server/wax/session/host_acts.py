@@ -49,6 +49,7 @@ class HostActs:
         viewers: Viewers,
         records: Records,
         door: Door,
+        public_url: str = "",
     ) -> None:
         self._access = access
         self._house = house
@@ -57,6 +58,7 @@ class HostActs:
         self._viewers = viewers
         self._records = records
         self._door = door
+        self._public_url = public_url
 
     def handle(self, host: Viewer, act: messages.HostIn) -> None:
         """Carry out an act, and keep it."""
@@ -133,6 +135,10 @@ class HostActs:
         token, ends_s = self._access.invite(act.purpose, uses=act.uses, valid_s=act.valid_s)
         host.send(
             messages.InvitationLink(
-                token=token, purpose=act.purpose, uses=act.uses, ends_wall_ms=ends_s * 1000
+                page=self._public_url,
+                token=token,
+                purpose=act.purpose,
+                uses=act.uses,
+                ends_wall_ms=ends_s * 1000,
             )
         )

@@ -107,6 +107,7 @@ class Room:
             viewers=viewers,
             records=records,
             door=self,
+            public_url=settings.server.public_url,
         )
         self._entry = Entry(
             settings=settings,

@@ -56,9 +56,9 @@ class Guards:
     ) -> None:
         self._public_addresses = public_addresses
         listening = [] if server.host in ("0.0.0.0", "::") else [server.host]
-        self._names = HostNames([*server.names, *listening])
+        self._names = HostNames([*server.all_names, *listening])
         # A browser keeps this for all ports of a name: not for localhost, where others serve too.
-        self._public = frozenset(name.lower() for name in server.names)
+        self._public = frozenset(name.lower() for name in server.all_names)
         self._proxies = Proxies(server.trusted_proxies)
         self._clock = clock
         self._log = SparseLog(_LOG, clock)

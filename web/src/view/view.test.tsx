@@ -492,13 +492,17 @@ describe("the host's panel", () => {
     asked({ type: "lock", locked: false }, { type: "close", closed: false });
   });
 
-  it("makes an invitation as it was chosen, and shows its link", () => {
+  it.each([
+    ["", window.location.origin],
+    ["https://robot.example.org", "https://robot.example.org"],
+  ])("makes an invitation as it was chosen, and shows its link (%s)", (page, origin) => {
     showHost();
     act(() => within("Make a link").click());
     asked({ type: "invite", purpose: "queue", uses: 1, valid_s: 86_400 });
     act(() => {
       state.invitation.value = {
         type: "invitation",
+        page,
         token: "tok",
         purpose: "queue",
         uses: 1,
@@ -506,7 +510,7 @@ describe("the host's panel", () => {
       };
     });
     const field = getByRole<HTMLInputElement>(panel(), "textbox", { name: "Invitation link" });
-    expect(field.value).toBe(`${window.location.origin}/#invite=tok`);
+    expect(field.value).toBe(`${origin}/#invite=tok`);
   });
 
   it("limits the guests' speed", () => {

@@ -87,7 +87,7 @@ function MadeLink() {
   const copied = useSignal("");
   const made = invitation.value;
   if (!made) return null;
-  const link = `${window.location.origin}/#invite=${made.token}`;
+  const link = `${made.page || window.location.origin}/#invite=${made.token}`;
   const copy = async () => {
     field.current?.select();
     try {
