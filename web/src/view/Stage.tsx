@@ -89,9 +89,10 @@ function Door() {
 }
 
 function Start() {
-  const { isStartOffered, isBlanked, hello } = useState();
+  const { isStartOffered, isBlanked, hello, room } = useState();
   const { start } = useActions();
   if (!isStartOffered.value || isBlanked.value || hello.value?.may_hear === false) return null;
+  if (room.value?.audio.problem) return null; // there is nothing to hear
   return (
     <div class="start">
       <button type="button" class="start-button" onClick={start}>

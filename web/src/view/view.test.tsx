@@ -465,10 +465,9 @@ describe("the host's panel", () => {
     );
   });
 
-  it("asks before it sends people away, and shows or hides the picture at once", () => {
+  it("asks before it closes; locks, and shows or hides the picture, at one press", () => {
     showHost();
-    act(() => within("Only invited people…").click());
-    act(() => within("Send them away").click());
+    act(() => within("Only invited people").click());
     act(() => within("Close for today…").click());
     act(() => within("Close").click());
     act(() => getByRole(panel(), "switch", { name: /Picture and sound off/ }).click());
@@ -750,6 +749,17 @@ describe("sound and picture", () => {
     expect(actions.start).toHaveBeenCalledOnce();
     act(() => {
       state.isStartOffered.value = false;
+    });
+    expect(queryByRole(body, "button", { name: "Start" })).toBeNull();
+  });
+
+  it("offers no Start where there is nothing to hear", () => {
+    show({ watching: [1] });
+    expect(queryByRole(body, "button", { name: "Start" })).toBeTruthy();
+    act(() => {
+      const now = room({ watching: [1] });
+      now.audio.problem = "This robot has no microphone.";
+      state.room.value = now;
     });
     expect(queryByRole(body, "button", { name: "Start" })).toBeNull();
   });

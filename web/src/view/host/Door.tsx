@@ -28,11 +28,14 @@ export function Door() {
             Let strangers in again
           </button>
         ) : (
-          <Ask
-            name="Only invited people…"
-            question="Send away everybody who is not invited?"
-            answers={{ "Send them away": () => actAsHost({ type: "lock", locked: true }) }}
-          />
+          // One press, because a troll does not wait for a question; it can be taken back.
+          <button
+            type="button"
+            class="plain-button"
+            onClick={() => actAsHost({ type: "lock", locked: true })}
+          >
+            Only invited people
+          </button>
         )}
         {isClosed ? (
           <button
