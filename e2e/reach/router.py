@@ -34,6 +34,7 @@ class Host:
     """One machine; with `public` it is behind a router with that address.
 
     `forwards` are protocols (17 is UDP) and ports. `udp` false: a firewall lets no UDP through.
+    Hosts with one `public` are a household: they reach each other, the world only the first.
     """
 
     name: str
@@ -85,7 +86,8 @@ class Router:
     """Moves until its input ends."""
 
     def __init__(self, places: Sequence[_Place]) -> None:
-        self._places = {place.seen_as: place for place in places}
+        self._places = {place.seen_as: place for place in reversed(places)}
+        self._at_home = {(place.host.public, place.host.address): place for place in places}
         self._by_device = {place.device: place for place in places}
 
     def run(self, control: int) -> None:
@@ -99,8 +101,19 @@ class Router:
 
     def _take(self, place: _Place) -> None:
         for packet in read_packets(place.device, _BATCH):
-            if not place.stops(packet) and (out := place.outward(packet)) is not None:
+            if place.stops(packet):
+                continue
+            if (neighbour := self._neighbour(place, packet)) is not None:
+                os.write(neighbour.device, packet)
+            elif (out := place.outward(packet)) is not None:
                 self._deliver(out)
+
+    def _neighbour(self, place: _Place, packet: bytes) -> _Place | None:
+        """Return the host in the same household to which a packet goes, if it does."""
+        flow = read(packet)
+        if flow is None or place.host.public is None:
+            return None
+        return self._at_home.get((place.host.public, flow.target.host))
 
     def _deliver(self, packet: bytes) -> None:
         flow = read(packet)

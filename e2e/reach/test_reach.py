@@ -5,41 +5,41 @@ from __future__ import annotations
 import asyncio
 from contextlib import asynccontextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
-import aiohttp
 import pytest
 from playwright.async_api import async_playwright
 
-from e2e.harness.chromium import FLAGS, find_chromium
 from e2e.harness.missing import missing
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.lab.link import UnavailableError
-from e2e.lab.relay import http_through
 from e2e.reach.internet import Internet
-from e2e.reach.packet import TCP, UDP
+from e2e.reach.packet import TCP
 from e2e.reach.router import Host
+from e2e.reach.stage import (
+    FRIEND,
+    HTTP,
+    MEDIA,
+    ROBOT,
+    TURN,
+    URL,
+    browser_at,
+    serving,
+    tell_logs,
+)
 from e2e.reach.turnserver import PORT, TurnServer
-from wax.client.host import become_host
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
     from pathlib import Path
 
-HTTP, MEDIA = 8080, 8081
-ROBOT: Final = Host(
-    "robot", "192.168.1.2", public="203.0.113.1", forwards=((TCP, HTTP), (UDP, MEDIA))
-)
-FRIEND: Final = Host("friend", "192.168.7.2", public="203.0.113.2")
+    from e2e.reach.stage import Robot
+
 OFFICE: Final = Host("friend", "10.1.1.2", public="203.0.113.3", udp=False)
-TURN: Final = Host("turn", "203.0.113.9")
 SECRET: Final = "shared by robot and relay"
-URL: Final = f"http://{ROBOT.public}:{HTTP}"
 BASE: Final = f"""
 [server]
-host = "0.0.0.0"
-port = {HTTP}
 state_dir = "{{state}}"
 [network]
 udp_port = {MEDIA}
@@ -52,33 +52,17 @@ source = "none"
 class Stage:
     """A robot that serves, and the browser of a friend elsewhere."""
 
-    def __init__(self, net: Internet, http: aiohttp.ClientSession, viewer: Viewer) -> None:
+    def __init__(self, net: Internet, robot: Robot, viewer: Viewer) -> None:
         self.net = net
         self.viewer = viewer
-        self._http = http
-
-    async def status(self) -> dict[str, Any]:
-        async with self._http.get("http://localhost/api/status") as answer:
-            status: dict[str, Any] = await answer.json()
-            return status
+        self._robot = robot
 
     async def drives(self) -> None:
         """Join the queue, hold a key, and see the robot move."""
         if not await self.viewer.page.get_by_text("You are driving").first.is_visible():
             await self.viewer.join()
             await self.viewer.drives()
-
-        async def moves() -> bool:
-            await self.viewer.page.keyboard.down("ArrowUp")
-            before = (await self.status())["robot"]["pose"]
-            await asyncio.sleep(0.6)
-            after = (await self.status())["robot"]["pose"]
-            await self.viewer.page.keyboard.up("ArrowUp")
-            return bool(
-                abs(after["x_m"] - before["x_m"]) + abs(after["y_m"] - before["y_m"]) > 0.02
-            )
-
-        await eventually(moves, "the robot moves")
+        await self._robot.obeys(self.viewer)
 
     async def sees(self) -> dict[str, str]:
         """Wait until pictures go on coming; return by which way."""
@@ -108,58 +92,27 @@ async def staged(
     try:
         if relay is not None:
             await relay.start(net, folder)
-        config = folder / "wax.toml"
-        config.write_text(toml.format(state=folder / "state"), encoding="utf-8")
-        with (folder / "server.log").open("wb") as log:
-            await net["robot"].spawn_python(
-                ["-m", "wax", "--config", str(config)],
-                stdin=asyncio.subprocess.DEVNULL,
-                stdout=log,
-                stderr=log,
-            )
-        async with http_through(net["robot"], "127.0.0.1", HTTP) as http:
-
-            async def serves() -> bool:
-                try:
-                    async with http.get("http://localhost/healthz") as answer:
-                        return answer.status == 200
-                except aiohttp.ClientError:
-                    return False
-
-            await eventually(serves, "the server serves", within_s=20)
-            await become_host(http, "http://localhost", folder / "state")
-            async with _page(net, folder) as viewer:
-                yield Stage(net, http, viewer)
+        async with (
+            serving(net, folder, toml.format(state=folder / "state")) as robot,
+            _page(net, folder) as viewer,
+        ):
+            yield Stage(net, robot, viewer)
     except BaseException:
-        _tell_logs(folder)
+        tell_logs(folder)
         raise
     finally:
         await net.__aexit__()
 
 
-def _tell_logs(folder: Path) -> None:
-    for path in folder.glob("*.log"):
-        print(f"{path.name}:\n{path.read_text(encoding='utf-8', errors='replace')[-4000:]}")
-
-
 @asynccontextmanager
 async def _page(net: Internet, folder: Path) -> AsyncIterator[Viewer]:
-    launcher = net["friend"].launcher(folder / "chromium", find_chromium())
-    flags = [*FLAGS, "--no-sandbox", f"--unsafely-treat-insecure-origin-as-secure={URL}"]
-    # No name server answers there, so nothing else is looked up.
-    known = f"EXCLUDE {ROBOT.public}, EXCLUDE {TURN.address}"
-    flags.append(f"--host-resolver-rules=MAP * ~NOTFOUND, {known}")
-    async with async_playwright() as playwright:
-        browser = await playwright.chromium.launch(
-            executable_path=launcher, headless=True, args=flags
-        )
-        try:
-            context = await browser.new_context()
-            viewer = await Viewer.prepare(context, URL)
-            await viewer.page.goto(URL)
-            yield viewer
-        finally:
-            await browser.close()
+    async with (
+        async_playwright() as playwright,
+        browser_at(net, "friend", folder, playwright) as browser,
+    ):
+        viewer = await Viewer.prepare(await browser.new_context(), URL)
+        await viewer.page.goto(URL)
+        yield viewer
 
 
 def by_relay(url: str, *more: str) -> str:

@@ -1,0 +1,112 @@
+"""What the tests of a small internet share: where the robot is, a server there, browsers."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, Any, Final
+
+import aiohttp
+
+from e2e.harness.chromium import FLAGS, find_chromium
+from e2e.harness.server import COMMAND
+from e2e.harness.wait import eventually
+from e2e.lab.relay import http_through
+from e2e.reach.packet import TCP, UDP
+from e2e.reach.router import Host
+from wax.client.host import become_host
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    from playwright.async_api import Browser, Playwright
+
+    from e2e.harness.viewer import Viewer
+    from e2e.reach.internet import Internet
+
+HTTP: Final = 8080
+MEDIA: Final = 8081
+ROBOT: Final = Host(
+    "robot", "192.168.1.2", public="203.0.113.1", forwards=((TCP, HTTP), (UDP, MEDIA))
+)
+FRIEND: Final = Host("friend", "192.168.7.2", public="203.0.113.2")
+TURN: Final = Host("turn", "203.0.113.9")
+URL: Final = f"http://{ROBOT.public}:{HTTP}"
+
+
+class Robot:
+    """A server at the robot's host, and what it tells a program that is its host."""
+
+    def __init__(self, http: aiohttp.ClientSession) -> None:
+        self._http = http
+
+    async def status(self) -> dict[str, Any]:
+        async with self._http.get("http://localhost/api/status") as answer:
+            status: dict[str, Any] = await answer.json()
+            return status
+
+    async def obeys(self, viewer: Viewer) -> None:
+        """Hold a key as this viewer, and see the robot move."""
+
+        async def moves() -> bool:
+            await viewer.page.keyboard.down("ArrowUp")
+            before = (await self.status())["robot"]["pose"]
+            await asyncio.sleep(0.6)
+            after = (await self.status())["robot"]["pose"]
+            await viewer.page.keyboard.up("ArrowUp")
+            return bool(
+                abs(after["x_m"] - before["x_m"]) + abs(after["y_m"] - before["y_m"]) > 0.02
+            )
+
+        await eventually(moves, "the robot moves")
+
+
+@asynccontextmanager
+async def serving(net: Internet, folder: Path, toml: str) -> AsyncIterator[Robot]:
+    """Serve at the robot's host, by the command that people type; its log is in `folder`."""
+    config = folder / "wax.toml"
+    config.write_text(toml, encoding="utf-8")
+    with (folder / "server.log").open("wb") as log:
+        await net["robot"].spawn(
+            [str(COMMAND), "--config", str(config), "--host", "0.0.0.0", "--port", str(HTTP)],
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=log,
+            stderr=log,
+        )
+    async with http_through(net["robot"], "127.0.0.1", HTTP) as http:
+
+        async def serves() -> bool:
+            try:
+                async with http.get("http://localhost/healthz") as answer:
+                    return answer.status == 200
+            except aiohttp.ClientError:
+                return False
+
+        await eventually(serves, "the server serves", within_s=20)
+        await become_host(http, "http://localhost", folder / "state")
+        yield Robot(http)
+
+
+@asynccontextmanager
+async def browser_at(
+    net: Internet, name: str, folder: Path, playwright: Playwright, *flags: str
+) -> AsyncIterator[Browser]:
+    """Start Chromium at a host."""
+    launcher = net[name].launcher(folder / f"chromium-{name}", find_chromium())
+    # No name server answers there, so nothing else is looked up.
+    known = ", ".join(f"EXCLUDE {one}" for one in (ROBOT.public, ROBOT.address, TURN.address))
+    rules = f"--host-resolver-rules=MAP * ~NOTFOUND, {known}"
+    browser = await playwright.chromium.launch(
+        executable_path=launcher, headless=True, args=[*FLAGS, "--no-sandbox", rules, *flags]
+    )
+    try:
+        yield browser
+    finally:
+        await browser.close()
+
+
+def tell_logs(folder: Path) -> None:
+    """Print the end of each log, for the report of a failed test."""
+    for path in folder.glob("*.log"):
+        print(f"{path.name}:\n{path.read_text(encoding='utf-8', errors='replace')[-4000:]}")

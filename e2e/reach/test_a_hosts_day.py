@@ -1,0 +1,158 @@
+"""A host's day: a friend elsewhere drives, a troll comes and comes again, and the records tell."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import tomllib
+from contextlib import AsyncExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import pytest
+from playwright.async_api import async_playwright
+
+from e2e.harness import toml
+from e2e.harness.missing import missing
+from e2e.harness.server import COMMAND
+from e2e.harness.viewer import Viewer
+from e2e.harness.wait import eventually
+from e2e.lab.link import UnavailableError
+from e2e.reach.internet import Internet
+from e2e.reach.router import Host
+from e2e.reach.stage import FRIEND, HTTP, ROBOT, URL, browser_at, serving, tell_logs
+from wax.access.admission import BANNED, LOCKED
+
+if TYPE_CHECKING:
+    from playwright.async_api import Browser
+
+LAPTOP: Final = Host("laptop", "192.168.1.3", public=ROBOT.public)
+TROLL: Final = Host("troll", "192.168.0.2", public="198.51.100.66")
+CAFE: Final = Host("cafe", "172.16.0.2", public="198.51.100.67")
+HERE: Final = {
+    "server": {"public_url": URL},
+    "network": {"public_addresses": [ROBOT.public]},
+    "video": {"source": "robot"},
+    "robot": {"driver": "simulated"},
+    "log": {"format": "text"},
+}
+"""What a host changes in `config/public-robot.toml`: the robot, and where they live."""
+_SHIPPED: Final = Path(__file__).parents[2] / "config" / "public-robot.toml"
+
+
+async def wax(folder: Path, *words: str) -> str:
+    """Type a command on the robot's machine, beside the server; return what it prints."""
+    process = await asyncio.create_subprocess_exec(
+        *(str(COMMAND), *words, "--config", str(folder / "wax.toml")),
+        stdout=asyncio.subprocess.PIPE,
+    )
+    said, _ = await process.communicate()
+    assert process.returncode == 0
+    return said.decode()
+
+
+async def opens(browser: Browser, link: str) -> Viewer:
+    """Open a link in a new window, which remembers nothing of others."""
+    viewer = await Viewer.prepare(await browser.new_context(), link)
+    await viewer.page.goto(link)
+    return viewer
+
+
+async def reads(viewer: Viewer, sentence: str) -> None:
+    """Wait until the page is nothing but this sentence and a way back."""
+    await viewer.page.get_by_role("heading", name=sentence).wait_for(timeout=15_000)
+
+
+@pytest.mark.timeout(90)
+async def test_a_hosts_day(tmp_path: Path) -> None:
+    """Invited from elsewhere, a friend drives on, whatever the troll does whom the host removes."""
+    settings = toml.merged(
+        tomllib.loads(_SHIPPED.read_text(encoding="utf-8")),
+        HERE,
+        {"server": {"state_dir": str(tmp_path / "state")}},
+    )
+    async with AsyncExitStack() as day:
+        try:
+            net = await day.enter_async_context(Internet(ROBOT, LAPTOP, FRIEND, TROLL, CAFE))
+        except UnavailableError as error:
+            missing(str(error))
+        try:
+            await _day(net, tmp_path, toml.dumps(settings))
+        except BaseException:
+            tell_logs(tmp_path)
+            raise
+
+
+async def _day(net: Internet, folder: Path, settings: str) -> None:
+    async with AsyncExitStack() as day:
+        playwright = await day.enter_async_context(async_playwright())
+        robot = await day.enter_async_context(serving(net, folder, settings))
+        laptop, elsewhere, trolls, cafe = await asyncio.gather(
+            *(
+                day.enter_async_context(browser_at(net, host.name, folder, playwright))
+                for host in (LAPTOP, FRIEND, TROLL, CAFE)
+            )
+        )
+
+        links = (await wax(folder, "host-link")).split()
+        at_home = next(link for link in links if link.startswith(f"http://{ROBOT.address}:{HTTP}/"))
+        host = await opens(laptop, at_home)
+        await host.sees_picture()
+        await host.page.locator("summary", has_text="Host").click()
+        await host.button("Make a link").click()
+        link = await host.page.get_by_role("textbox", name="Invitation link").input_value()
+        assert link.startswith(f"{URL}/#invite=")
+
+        friend = await opens(elsewhere, link)
+        await friend.page.get_by_text("You are invited to drive.").wait_for()
+        await friend.sees_picture()
+        assert friend.page.url == f"{URL}/"
+        await friend.call_oneself("Ada")
+        await friend.join()
+        await friend.drives()
+        await robot.obeys(friend)
+
+        troll = await opens(trolls, URL)
+        await troll.sees_picture()
+        await troll.call_oneself("Troll")
+        line = host.page.locator(".person", has_text="Troll")
+        await line.wait_for()
+        await troll.button("Stop").click()
+        await friend.page.get_by_text("Stopped by Troll").first.wait_for()
+        await line.get_by_role("button", name="Remove…").click()
+        await line.get_by_role("button", name="Remove and keep out for a day").click()
+        await reads(troll, BANNED)
+        await friend.release_stop()
+        await robot.obeys(friend)
+
+        # A new identity: refused from the same address, not from another.
+        await reads(await opens(trolls, URL), BANNED)
+        again = await opens(cafe, URL)
+        await again.sees_picture()
+        await host.button("Only invited people").click()
+        await reads(again, LOCKED)
+        await robot.obeys(friend)
+        await host.sees_picture()
+
+        await host.page.screenshot(path=folder / "host.png", full_page=True)
+        await friend.page.screenshot(path=folder / "friend.png", full_page=True)
+        await again.page.screenshot(path=folder / "again.png", full_page=True)
+        assert not [error for one in (host, friend, troll, again) for error in one.errors]
+
+        async def night() -> dict[str, list[dict[str, Any]]] | None:
+            found: dict[str, list[dict[str, Any]]] = json.loads(
+                await wax(folder, "records", "--json")
+            )
+            return found if len(found["acts"]) == 3 else None
+
+        tables = await eventually(night, "all acts are recorded", within_s=5, every_s=0.5)
+        assert tables is not None
+        assert [(one["name"], one["ended"]) for one in tables["turns"]] == [("Ada", None)]
+        [stop] = [one for one in tables["stops"] if one["reason"] == "pressed"]
+        assert (stop["name"], stop["released_by"]) == ("Troll", "Ada")
+        invite, remove, lock = tables["acts"]
+        assert [one["act"] for one in tables["acts"]] == ["invite", "remove", "lock"]
+        assert "Troll" in remove["about"]
+        assert json.loads(remove["detail"]) == {"ban": True}
+        assert json.loads(lock["detail"]) == {"locked": True}
+        assert "tok" not in invite["detail"]
