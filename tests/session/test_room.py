@@ -233,7 +233,8 @@ async def test_who_enters_is_greeted_and_told_the_room(rig: Rig) -> None:
     assert hello["on_loss"]["silence_ms"] is None  # this driver has no process of its own
     assert hello["on_loss"]["robot_ttl_ms"] is None
     assert [line["id"] for line in told["viewers"]] == [hello["viewer"]]
-    assert told["audio"]["problem"] == "This robot has no microphone."
+    assert hello["has_microphone"] is False
+    assert told["audio"]["problem"] is None
     assert told["video"]["problem"] is None
 
 

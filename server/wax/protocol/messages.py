@@ -313,7 +313,8 @@ class Hello(_Outgoing):
     """The first message on the state channel; `acknowledge` asks the page for `Received`.
 
     `is_host` means that this page has shown the host's secret. `may_hear` and `may_queue` are false
-    for strangers where the host lets only invited people do that.
+    for strangers where the host lets only invited people do that. `has_microphone` is false where
+    nobody hears anything, because the host wants it so.
     """
 
     type: Literal["hello"] = "hello"
@@ -326,6 +327,7 @@ class Hello(_Outgoing):
     command_rate_hz: float
     on_loss: LossRules
     is_host: bool
+    has_microphone: bool
     may_hear: bool
     may_queue: bool
     acknowledge: bool

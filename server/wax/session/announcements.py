@@ -66,6 +66,7 @@ class Announcements:
             command_rate_hz=self._settings.drive.command_rate_hz,
             on_loss=self._on_loss(lost_after_s),
             is_host=viewer.visitor.is_host,
+            has_microphone="audio" in self._captures,
             may_hear=viewer.grant.hear,
             may_queue=viewer.grant.queue,
             acknowledge=self._acknowledge,
@@ -99,8 +100,10 @@ class Announcements:
                 battery_v=None if state.battery_v is None else round(state.battery_v, 1),
                 battery_fraction=state.battery_fraction,
             ),
-            video=messages.SourceStatus(problem=self._problem("video", "camera")),
-            audio=messages.SourceStatus(problem=self._problem("audio", "microphone")),
+            video=messages.SourceStatus(
+                problem=self._problem("video", "This robot has no camera.")
+            ),
+            audio=messages.SourceStatus(problem=self._problem("audio", None)),
         )
 
     def console(self, viewers: Iterable[Viewer]) -> messages.Console:
@@ -172,9 +175,9 @@ class Announcements:
             host=viewer.visitor.is_host,
         )
 
-    def _problem(self, stream: str, device: str) -> str | None:
+    def _problem(self, stream: str, absent: str | None) -> str | None:
         capture = self._captures.get(stream)
-        return f"This robot has no {device}." if capture is None else capture.problem
+        return absent if capture is None else capture.problem
 
 
 def _whole_ms(duration_s: float | None) -> float | None:

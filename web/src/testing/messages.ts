@@ -31,6 +31,7 @@ export function hello(more: Partial<Hello> = {}): Hello {
       stop_by: "everybody",
     },
     is_host: false,
+    has_microphone: true,
     may_hear: true,
     may_queue: true,
     acknowledge: false,

@@ -4,19 +4,19 @@ import { sizeWords } from "./figures";
 import { HostPanel } from "./host/HostPanel";
 import { LossPanel } from "./LossPanel";
 import { Switch } from "./Switch";
-import { NOT_HEARD } from "./words";
+import { silenceWords } from "./words";
 
 /** The user's choices of streams, size and policy; and the panels about the robot. */
 export function Settings() {
   const { isSoundOn, preferences, hello } = useState();
-  const mayHear = hello.value?.may_hear !== false;
+  const silence = silenceWords(hello.value);
   const { setSound, setPicture } = useActions();
   return (
     <section class="settings" aria-label="Settings">
-      {mayHear ? (
+      {silence === null ? (
         <Switch name="Sound" isOn={isSoundOn.value} onSwitch={setSound} />
       ) : (
-        <p class="quiet no-sound">{NOT_HEARD}</p>
+        <p class="quiet no-sound">{silence}</p>
       )}
       <Switch name="Picture" isOn={preferences.value.picture} onSwitch={setPicture} />
       <Size />

@@ -5,7 +5,7 @@ import { useActions, useSession, useState } from "./context";
 import { msWords } from "./figures";
 import { CurtainIcon, EarIcon, PlayIcon } from "./icons";
 import { StopBanner } from "./StopBanner";
-import { BLANKED, problemWords } from "./words";
+import { BLANKED, problemWords, silenceWords } from "./words";
 
 /** A picture older than this no longer shows what the robot sees. */
 const STALE_MS = 1500;
@@ -89,10 +89,9 @@ function Door() {
 }
 
 function Start() {
-  const { isStartOffered, isBlanked, hello, room } = useState();
+  const { isStartOffered, isBlanked, hello } = useState();
   const { start } = useActions();
-  if (!isStartOffered.value || isBlanked.value || hello.value?.may_hear === false) return null;
-  if (room.value?.audio.problem) return null; // there is nothing to hear
+  if (!isStartOffered.value || isBlanked.value || silenceWords(hello.value)) return null;
   return (
     <div class="start">
       <button type="button" class="start-button" onClick={start}>

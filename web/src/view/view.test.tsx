@@ -757,11 +757,11 @@ describe("sound and picture", () => {
     show({ watching: [1] });
     expect(queryByRole(body, "button", { name: "Start" })).toBeTruthy();
     act(() => {
-      const now = room({ watching: [1] });
-      now.audio.problem = "This robot has no microphone.";
-      state.room.value = now;
+      state.hello.value = hello({ viewer: 1, has_microphone: false });
     });
     expect(queryByRole(body, "button", { name: "Start" })).toBeNull();
+    expect(queryByRole(body, "switch", { name: "Sound" })).toBeNull();
+    expect(body.textContent).toContain("This robot has no microphone.");
   });
 
   it("switches each by itself", () => {
@@ -836,7 +836,10 @@ describe("sound and picture", () => {
   it("shows what is wrong with robot, camera and microphone", () => {
     show({ watching: [1] });
     act(() => {
-      state.room.value = { ...room({ watching: [1] }), video: { problem: "it was unplugged" } };
+      state.room.value = {
+        ...room({ watching: [1] }),
+        video: { problem: "it was unplugged" },
+      };
     });
     expect(getByText(body, "Camera: it was unplugged")).toBeTruthy();
   });

@@ -2,7 +2,14 @@
 
 import type { MissedCall } from "../call";
 import type { LinkState } from "../link/link";
-import type { ConsoleViewer, RobotStatus, RoomState, StopInfo, ViewerInfo } from "../messages";
+import type {
+  ConsoleViewer,
+  Hello,
+  RobotStatus,
+  RoomState,
+  StopInfo,
+  ViewerInfo,
+} from "../messages";
 
 /** The connection, for the status line. */
 export function connectionWords(link: LinkState, nowMs: number): string {
@@ -178,7 +185,14 @@ export function stoppedWords(
 
 /** Where strangers may watch, but not drive or hear. */
 export const NOT_INVITED = "Only invited people drive here. Ask the host for a link.";
-export const NOT_HEARD = "Only invited people hear this robot.";
+const NO_MICROPHONE = "This robot has no microphone.";
+const NOT_HEARD = "Only invited people hear this robot.";
+
+/** Why this page never has sound; null if it has. */
+export function silenceWords(hello: Hello | null): string | null {
+  if (hello?.has_microphone === false) return NO_MICROPHONE;
+  return hello?.may_hear === false ? NOT_HEARD : null;
+}
 
 export const BLANKED = "The host has switched picture and sound off for a moment.";
 
