@@ -144,6 +144,10 @@ async def test_a_certificate_is_seen_as_a_browser_sees_it(
             monkeypatch.delenv("SSL_CERT_FILE", raising=False)
             untrusted = await asyncio.to_thread(reach.page, url)
             assert (untrusted.level, "not trusted" in untrusted.sentence) == ("bad", True)
+            shown = await asyncio.to_thread(reach.certificate, url)
+            assert (shown.level, pair.fingerprint() in shown.sentence) == ("bad", True)
             monkeypatch.setenv("SSL_CERT_FILE", str(pair.chain))
             assert (await asyncio.to_thread(reach.page, url)).level == "ok"
             assert (await asyncio.to_thread(reach.certificate, url)).level == level
+        unanswered = await asyncio.to_thread(reach.certificate, url)
+        assert (unanswered.level, "No certificate" in unanswered.sentence) == ("bad", True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import datetime
+import hashlib
 import socket
 import ssl
 import time
@@ -74,11 +75,22 @@ def certificate(url: str) -> Verdict:
             " and change it.",
             "Put a proxy with HTTPS in front.",
         )
-    with (
-        socket.create_connection((host, port), timeout=_ANSWER_S) as line,
-        ssl.create_default_context().wrap_socket(line, server_hostname=host) as secured,
-    ):
-        found = secured.getpeercert() or {}
+    try:
+        with (
+            socket.create_connection((host, port), timeout=_ANSWER_S) as line,
+            ssl.create_default_context().wrap_socket(line, server_hostname=host) as secured,
+        ):
+            found = secured.getpeercert() or {}
+    except ssl.SSLCertVerificationError as error:
+        seen = ssl.get_server_certificate((host, port), timeout=_ANSWER_S)
+        fingerprint = hashlib.sha256(ssl.PEM_cert_to_DER_cert(seen)).digest().hex(":").upper()
+        return bad(
+            f"The certificate is not trusted: {error.verify_message}. Its SHA-256 fingerprint is"
+            f" {fingerprint}.",
+            "If the server made it, compare this with the server's own words; browsers ask once.",
+        )
+    except OSError as error:
+        return bad(f"No certificate is shown: {error}.", "See the page's verdict above.")
     ends_s = ssl.cert_time_to_seconds(str(found["notAfter"]))
     ends = datetime.datetime.fromtimestamp(ends_s, datetime.UTC)
     left = ends - datetime.datetime.now(datetime.UTC)
