@@ -21,13 +21,14 @@ if TYPE_CHECKING:
 SERVER: Final = ROOT / "server"
 
 GATE: Final[tuple[Edit, ...]] = (
+    ("access/permissions.py", "messages.Drive: _IN_CHARGE,", "messages.Drive: _INSIDE,"),
     (
         "control/gate.py",
         "refusal = _foreign(state, viewer, command, turn)",
         "refusal = None",
     ),
 )
-"""The gate accepts commands from every viewer, for every turn, in any order."""
+"""Everybody may send commands; the gate accepts them for every turn, in any order."""
 
 NUMBERS: Final[tuple[Edit, ...]] = (
     (
