@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import contextlib
 import json
 import os
 import sys
@@ -20,7 +21,7 @@ from wax.records.schema import EXPORTED
 from wax.telemetry import configure_logs
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from wax.config.settings import Settings
     from wax.proof.proof import Progress
@@ -204,14 +205,16 @@ def _prove_stop(arguments: argparse.Namespace) -> int:
 def _doctor(arguments: argparse.Namespace) -> int:
     from wax.doctor.command import doctor
 
-    return doctor(
-        lambda: _settings(arguments),
-        arguments.config,
-        tell=lambda text: print(text, flush=True),
-        stun=arguments.stun,
-        reach_url=arguments.reach,
-        as_json=arguments.json,
-    )
+    with _until_read():
+        return doctor(
+            lambda: _settings(arguments),
+            arguments.config,
+            tell=lambda text: print(text, flush=True),
+            stun=arguments.stun,
+            reach_url=arguments.reach,
+            as_json=arguments.json,
+        )
+    return 0
 
 
 def _is_lifted() -> bool:
@@ -230,12 +233,19 @@ def _records(arguments: argparse.Namespace) -> int:
 
     settings = config.load(arguments.config)
     path = arguments.file or where(settings.records, settings.server.state_dir)
-    try:
+    with _until_read():
         print(export(path, arguments.table, arguments.since, arguments.form or "table"))
-        sys.stdout.flush()
-    except BrokenPipeError:  # its reader, such as `head`, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 0
+
+
+@contextlib.contextmanager
+def _until_read() -> Iterator[None]:
+    """Print until the end, or until the reader, such as `head`, has seen enough."""
+    try:
+        yield
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _devices(_: argparse.Namespace) -> int:

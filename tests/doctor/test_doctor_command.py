@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from typing import TYPE_CHECKING
 
 import pytest
@@ -94,3 +96,17 @@ def test_a_wrong_address_is_a_sentence(url: str, capsys: pytest.CaptureFixture[s
     """`--reach` wants an address of a page; the status of wrong use is 2."""
     assert main(["doctor", "--reach", url]) == 2
     assert "--reach" in capsys.readouterr().err
+
+
+@WHOLE
+def test_its_reader_may_have_seen_enough() -> None:
+    """As `head` has: the command ends without a word."""
+    command = [sys.executable, "-m", "wax", "doctor"]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        assert process.stdout.readline()
+        process.stdout.close()
+        assert process.stderr.read() == ""
+    assert process.returncode == 0
