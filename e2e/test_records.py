@@ -67,6 +67,7 @@ async def test_a_night(serve: Serve, tmp_path: Path) -> None:
     assert (pressed["name"], pressed["reason"], pressed["released_by"]) == ("Ada", "pressed", "Ada")
 
 
+@pytest.mark.full
 @pytest.mark.timeout(60)
 async def test_a_crash_costs_a_second(serve: Serve, tmp_path: Path) -> None:
     """A killed server's file opens; the next server says what was cut off."""
@@ -125,6 +126,7 @@ async def test_no_secret_and_nothing_raw_is_logged(tmp_path: Path) -> None:
     assert not set("\x1b\x07\u202e\n") & set("".join(names))
 
 
+@pytest.mark.full
 @pytest.mark.timeout(60)
 async def test_a_locked_file_stops_nobody(serve: Serve, tmp_path: Path) -> None:
     """Somebody holds the file while people drive: they notice nothing, and nothing is lost."""

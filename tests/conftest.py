@@ -80,6 +80,16 @@ async def _no_task_is_left() -> AsyncIterator[None]:
     assert not [task.get_name() for task in left]
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with what takes longest, so that the other cores do not wait for it at the end."""
+    items.sort(key=_may_take_s, reverse=True)
+
+
+def _may_take_s(item: pytest.Item) -> float:
+    marker = item.get_closest_marker("timeout")
+    return 0.0 if marker is None else float(marker.args[0])
+
+
 def pytest_collection_finish() -> None:
     """Set aside what is loaded by now, so that after each test only its own is looked through."""
     gc.collect()

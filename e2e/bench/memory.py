@@ -107,8 +107,17 @@ async def _rss_mib(server: MeasuredServer) -> float:
     return statistics.median(readings)
 
 
+_LOOKS: Final = 5
+_LOOK_EVERY_S: Final = 0.2
+
+
 async def handles(server: MeasuredServer) -> int:
-    """Count the server's threads, descriptors and tasks."""
+    """Count the server's threads, descriptors and tasks: what stays, not what is just closing."""
+    return min([await _handles_now(server) for _ in range(_LOOKS)])
+
+
+async def _handles_now(server: MeasuredServer) -> int:
+    await asyncio.sleep(_LOOK_EVERY_S)
     tasks = 0 if server.side == STOCK else int((await server.status())["tasks"])
     return server.meter.handles() + tasks
 

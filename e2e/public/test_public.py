@@ -39,6 +39,7 @@ async def test_a_flood_of_offers_keeps_nobody_out() -> None:
     assert rows[0].n > 0
 
 
+@pytest.mark.full
 async def test_slow_connections_are_closed_in_time() -> None:
     """Each after ten seconds at most, others are answered meanwhile, and nothing is left."""
     rows = await slow_connections(1, number=80, addresses=4)

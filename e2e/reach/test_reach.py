@@ -120,6 +120,7 @@ def by_relay(url: str, *more: str) -> str:
     return "\n".join([BASE, "[relay]", f'urls = ["{url}"]', f'secret = "{SECRET}"', *more])
 
 
+@pytest.mark.full
 async def test_one_forwarded_port_is_enough(tmp_path: Path) -> None:
     """A friend behind another NAT sees the picture and drives, also after their router forgot."""
     async with staged(tmp_path, BASE, ROBOT, FRIEND) as stage:

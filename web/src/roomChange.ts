@@ -6,5 +6,5 @@ export function changed(room: RoomState, change: RoomChange): RoomState {
   const lines = new Map([...room.viewers, ...change.viewers].map((line) => [line.id, line]));
   for (const number of gone) lines.delete(number);
   const viewers = [...lines.values()].sort((one, other) => one.id - other.id);
-  return { ...rest, type: "room", viewers };
+  return { ...room, ...rest, type: "room", viewers };
 }

@@ -8,7 +8,7 @@ are arrays (`wax.protocol.compact`). Times named ``…server_ms`` are on the ser
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Final, Literal, TypeVar, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
@@ -35,6 +35,10 @@ class _Incoming(BaseModel):
 
 class _Outgoing(BaseModel):
     model_config = ConfigDict(frozen=True)
+
+
+_ABSENT: Final[Any] = None
+"""The value of a part that is not sent (`wax.protocol.room_change`)."""
 
 
 # --- drive channel, page → server ---------------------------------------------------------
@@ -425,14 +429,23 @@ class RoomState(_Outgoing):
     audio: SourceStatus
 
 
-class RoomChange(RoomState):
-    """What everybody sees now, with only those `viewers` who are new or have changed.
+class RoomChange(_Outgoing):
+    """What has changed of the room: only the `viewers` who are new or have, and only those parts.
 
-    `gone` are the numbers of those who left since the message before.
+    `gone` are the numbers of those who left since the message before. A part that is as it was is
+    absent, so that a change costs little over a modem, too.
     """
 
-    type: Literal["room_change"] = "room_change"  # type: ignore[assignment]  # another message
+    type: Literal["room_change"] = "room_change"
+    viewers: list[ViewerInfo]
     gone: list[int]
+    turn: TurnInfo = _ABSENT
+    call: CallInfo | None = _ABSENT
+    stop: StopInfo | None = _ABSENT
+    house: House = _ABSENT
+    robot: RobotStatus = _ABSENT
+    video: SourceStatus = _ABSENT
+    audio: SourceStatus = _ABSENT
 
 
 class Playout(_Outgoing):

@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from wax.protocol.messages import RoomChange
 
 if TYPE_CHECKING:
     from wax.protocol.messages import RoomState
 
+PARTS: Final = tuple(RoomChange.model_fields.keys() - {"type", "viewers", "gone"})
+"""What a change may leave out."""
+
 
 def between(before: RoomState, after: RoomState) -> RoomChange:
     """Return the change; its `viewers` are in the order of `after`."""
     known = {line.id: line for line in before.viewers}
     here = {line.id for line in after.viewers}
+    changed = {
+        name: part for name in PARTS if (part := getattr(after, name)) != getattr(before, name)
+    }
     return RoomChange(
-        **_parts(after)
-        | {"viewers": [line for line in after.viewers if known.get(line.id) != line]},
+        viewers=[line for line in after.viewers if known.get(line.id) != line],
         gone=[number for number in known if number not in here],
+        **changed,
     )
+
+
+def text_of(update: RoomState | RoomChange) -> str:
+    """Return the message's JSON, without the parts that are as they were."""
+    if not isinstance(update, RoomChange):
+        return update.model_dump_json()
+    return update.model_dump_json(exclude=set(PARTS) - update.model_fields_set)
 
 
 def applied(room: dict[str, Any], change: dict[str, Any]) -> dict[str, Any]:
@@ -30,8 +43,4 @@ def applied(room: dict[str, Any], change: dict[str, Any]) -> dict[str, Any]:
     for number in change["gone"]:
         lines.pop(number, None)
     rest = {name: value for name, value in change.items() if name != "gone"}
-    return rest | {"type": "room", "viewers": [lines[number] for number in sorted(lines)]}
-
-
-def _parts(room: RoomState) -> dict[str, Any]:
-    return {name: value for name, value in room if name != "type"}
+    return {**room, **rest, "type": "room", "viewers": [lines[one] for one in sorted(lines)]}

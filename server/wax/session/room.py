@@ -10,7 +10,7 @@ import structlog
 
 from wax.control.fairness import Person
 from wax.errors import ForbiddenError, FullError, NotAdmittedError
-from wax.protocol import messages
+from wax.protocol import messages, room_change
 from wax.session import names
 from wax.session.entry import Entry
 from wax.session.host_acts import HostActs
@@ -358,7 +358,7 @@ class Room:
         update = self._updates.next(self.snapshot(now_s), now_s)
         if update is None:
             return
-        text = update.model_dump_json()
+        text = room_change.text_of(update)
         for viewer in self._viewers:
             if viewer.is_ready:
                 viewer.send_text(text)  # inside the viewer's own boundary

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic import TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema
 
-from wax.protocol import messages
+from wax.protocol import messages, room_change
 
 if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaMode
@@ -50,6 +50,11 @@ def schema() -> dict[str, Any]:
         (name, mode, TypeAdapter[Any](getattr(messages, name))) for name, mode in _CHANNELS.items()
     ]
     unions, shared = TypeAdapter.json_schemas(adapters, schema_generator=_ForThePage)
+    # The one message of which parts may be absent.
+    change = shared["$defs"]["RoomChange"]
+    change["required"] = [name for name in change["required"] if name not in room_change.PARTS]
+    for name in room_change.PARTS:
+        change["properties"][name].pop("default", None)
     return {
         "title": "Messages",
         "description": "The messages on the data channels, by channel and direction.",
