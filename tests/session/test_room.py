@@ -291,6 +291,15 @@ async def test_an_old_peer_that_ends_late_takes_nothing_with_it(rig: Rig) -> Non
     assert [line["role"] for line in again.last("room")["viewers"]] == ["operator"]
 
 
+async def test_newcomers_learn_of_themselves_at_once(rig: Rig) -> None:
+    """Nobody waits to join until the others are told of them."""
+    ada = await rig.enter("ada-1111")
+    rig.wait(0.1, ada)
+    bob = await rig.enter("bob-1111")
+    assert [line["id"] for line in bob.last("room")["viewers"]] == [1, 2]
+    assert [line["id"] for line in ada.last("room")["viewers"]] == [1]
+
+
 async def test_a_server_that_ends_says_goodbye(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every page is told before its peer closes, and nobody is admitted any more."""
     monkeypatch.setattr(room_module, "_GOODBYE_S", 0.0)

@@ -159,10 +159,11 @@ class Announcements:
         for viewer in viewers:
             with viewer.boundary:
                 if viewer.was_ready:
-                    lines.append(self._line(viewer, now_s))
+                    lines.append(self.line(viewer, now_s))
         return lines
 
-    def _line(self, viewer: Viewer, now_s: float) -> messages.ViewerInfo:
+    def line(self, viewer: Viewer, now_s: float) -> messages.ViewerInfo:
+        """Return what everybody sees of a viewer."""
         place = self._turns.place(viewer.number)
         wait_s = self._turns.wait_s(viewer.number, now_s)
         return messages.ViewerInfo(

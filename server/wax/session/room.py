@@ -145,7 +145,10 @@ class Room:
         else:
             self._control.connect(viewer.number, _person(viewer))
         if (told := self._updates.told) is not None:
-            viewer.send(told)  # the next change will be from that
+            # The next change will be from that; of themselves they learn at once.
+            viewer.send(told)
+            own = self._announcements.line(viewer, self._clock.now_s())
+            viewer.send_text(room_change.text_of(messages.RoomChange(viewers=[own], gone=[])))
         self._viewers.changed()
 
     def viewer_closed(self, viewer: Viewer, peer: Peer) -> None:
