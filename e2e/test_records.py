@@ -39,6 +39,7 @@ async def recorded(server: Server) -> dict[str, list[dict[str, Any]]]:
     return found
 
 
+@pytest.mark.full
 @pytest.mark.timeout(60)
 async def test_a_night(serve: Serve, tmp_path: Path) -> None:
     """Visits, turns and stops are there while the server runs; Ctrl-C ends what is open."""
