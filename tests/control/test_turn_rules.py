@@ -108,9 +108,10 @@ def test_the_next_is_called_before_the_turn_is_over() -> None:
     turns = make(A, B, ready_s=10.0)
     assert turns.tick(49.9) == ()
     assert turns.tick(50.0) == (Called(B, 60.0),)
-    assert turns.called == B
+    assert turns.call is not None
+    assert turns.call.viewer == B
     assert turns.answer(B, 55.0) == ()
-    assert turns.called is None
+    assert turns.call is None
     assert turns.tick(60.0) == (TurnEnded(1, A, Why.EXPIRED), TurnStarted(2, B, 120.0))
 
 
@@ -157,7 +158,8 @@ def test_the_only_one_who_waits_is_asked_twice() -> None:
     """Nobody else is there, so the second call follows at once."""
     turns = make(A, B, ready_s=10.0)
     turns.leave(A, 30.0)
-    assert turns.called == B
+    assert turns.call is not None
+    assert turns.call.viewer == B
     assert turns.tick(40.0) == (PassedOver(B), Called(B, 50.0))
     assert turns.tick(50.0) == (PlaceLost(B),)
     assert turns.operator is None
@@ -267,5 +269,5 @@ def test_a_hold_withdraws_the_call() -> None:
     turns = make(A, B, ready_s=10.0)
     turns.tick(50.0)
     turns.hold(True, 51.0)
-    assert turns.called is None
+    assert turns.call is None
     assert PassedOver(B) not in turns.tick(70.0)

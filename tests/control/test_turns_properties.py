@@ -391,7 +391,7 @@ class TurnsMachine(RuleBasedStateMachine):
     @invariant()
     def nobody_idles(self) -> None:
         """While somebody who is there waits, somebody drives, or is asked to."""
-        if self.turns.operator is None and self.turns.called is None:
+        if self.turns.operator is None and self.turns.call is None:
             assert not self.there()
 
     @invariant()

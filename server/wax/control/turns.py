@@ -159,11 +159,6 @@ class Turns:
         return None if call is None or call.is_answered else call
 
     @property
-    def called(self) -> int | None:
-        """The viewer who is being asked."""
-        return None if self.call is None else self.call.viewer
-
-    @property
     def is_held(self) -> bool:
         """Whether the host holds the queue."""
         return self._is_held

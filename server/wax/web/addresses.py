@@ -1,13 +1,10 @@
-"""The URLs of the page, and whether a request comes from this machine."""
+"""The URLs of the page, and which addresses are this machine's own."""
 
 from __future__ import annotations
 
 import ipaddress
-from typing import Final
 
 import ifaddr
-
-_FORWARDED: Final = ("Forwarded", "X-Forwarded-For", "X-Real-IP", "Via")
 
 
 def page_urls(host: str, port: int, scheme: str = "http") -> list[str]:
