@@ -68,7 +68,8 @@ if [ "$what" = unit ]; then
 fi
 stage "the page's unit tests" page_tests
 stage "Python's unit tests" python_tests tests "not system$short" -n logical
-stage "what starts processes" python_tests tests "system$short" -n logical
+# More of them than cores: they wait more than they compute.
+stage "what starts processes" python_tests tests "system$short" -n 4
 if [ "$what" = all ]; then
     stage "the branches" sh .make/suite.sh coverage
     stage "the quick lab" lab

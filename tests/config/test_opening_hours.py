@@ -25,10 +25,10 @@ def make(*texts: str) -> OpeningHours:
 
 
 def test_without_hours_it_is_always_open() -> None:
-    """And it never opens or closes."""
+    """And it never opens."""
     hours = make()
     now = at("2026-11-23 03:00")
-    assert (hours.is_open(now), hours.opens_next(now), hours.closes_next(now)) == (True, None, None)
+    assert (hours.is_open(now), hours.opens_next(now)) == (True, None)
 
 
 @pytest.mark.parametrize(
@@ -56,10 +56,11 @@ def test_days_go_round() -> None:
 
 
 def test_windows_that_touch_are_one() -> None:
-    """Open day and night from Friday to Sunday, it closes once."""
+    """Open day and night from Friday to Sunday, it is open at midnight too."""
     hours = make("fri-sun 00:00-24:00")
-    assert hours.closes_next(at("2026-11-27 12:00")) == at("2026-11-30 00:00")
-    assert hours.closes_next(at("2026-11-30 00:00")) is None
+    assert hours.is_open(at("2026-11-28 00:00"))
+    assert hours.is_open(at("2026-11-29 23:59"))
+    assert not hours.is_open(at("2026-11-30 00:00"))
 
 
 def test_the_clock_is_put_forward() -> None:
@@ -67,7 +68,14 @@ def test_the_clock_is_put_forward() -> None:
     hours = make("sun 02:30-04:00")
     opens = hours.opens_next(at("2026-03-28 12:00"))
     assert opens == datetime(2026, 3, 29, 1, 30, tzinfo=UTC)
-    assert hours.closes_next(opens) == datetime(2026, 3, 29, 2, 0, tzinfo=UTC)
+    assert hours.is_open(datetime(2026, 3, 29, 1, 59, tzinfo=UTC))
+    assert not hours.is_open(datetime(2026, 3, 29, 2, 0, tzinfo=UTC))
+
+
+def test_the_clock_is_put_forward_over_a_window() -> None:
+    """It does not open that day."""
+    hours = make("sun 02:30-03:00")
+    assert hours.opens_next(at("2026-03-28 12:00")) == at("2026-04-05 02:30")
 
 
 @pytest.mark.parametrize(
@@ -103,13 +111,10 @@ CLOCK = st.integers(0, 47).map(lambda half: f"{half // 2:02}:{half % 2 * 30:02}"
     ),
 )
 def test_what_is_told_comes_true(windows: list[tuple[str, str, str]], now: datetime) -> None:
-    """It is open when it is said to open, closed when said to close, and not before."""
+    """It is open when it is said to open, and not before."""
     hours = make(*(f"{days} {opens}-{closes}" for days, opens, closes in windows))
-    opens, closes = hours.opens_next(now), hours.closes_next(now)
+    opens = hours.opens_next(now)
     assert opens is not None
     assert opens > now
-    assert hours.is_open(opens) or hours.closes_next(opens) is None
-    assert hours.is_open(now) or closes is None
-    if closes is not None:
-        assert not hours.is_open(closes)
-        assert hours.is_open(closes - timedelta(seconds=1))
+    assert hours.is_open(opens)
+    assert hours.is_open(now) or not hours.is_open(opens - timedelta(seconds=1))

@@ -66,17 +66,6 @@ class OpeningHours:
         """Return when it opens after `now`; None if it is always open."""
         return min((opens for opens, _ in self._near(now) if opens > now), default=None)
 
-    def closes_next(self, now: datetime) -> datetime | None:
-        """Return when it closes, windows that touch counted as one.
-
-        None if it is not open, or not for another week.
-        """
-        end = now
-        for opens, closes in sorted(self._near(now)):
-            if opens <= end < closes:
-                end = closes
-        return end if now < end < now + timedelta(days=7) else None
-
     def _near(self, now: datetime) -> Iterator[tuple[datetime, datetime]]:
         today = now.astimezone(self.zone).date()
         for ahead in range(-1, _LOOK_AHEAD_DAYS):
@@ -85,7 +74,9 @@ class OpeningHours:
                 if day.weekday() in window.days:
                     over = window.closes <= window.opens
                     closes_on = day + timedelta(days=1) if over else day
-                    yield self._at(day, window.opens), self._at(closes_on, window.closes)
+                    opens, closes = self._at(day, window.opens), self._at(closes_on, window.closes)
+                    if opens < closes:  # the clock may be put forward over all of it
+                        yield opens, closes
 
     def _at(self, day: date, minutes: int) -> datetime:
         extra, minutes = divmod(minutes, 24 * 60)
