@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import re
 import struct
+import weakref
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic
@@ -181,10 +183,15 @@ async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
     private.install()
     codec: Literal["vp8", "h264"]
     codec, mode = request.param
-    events = Events()
-    lane = Pictures()
-    congestion = Noted()
     async with opened_network(mode) as opened:
+        lane, congestion, events = Pictures(), Noted(), Events()
+        browser = RTCPeerConnection()
+        browser.addTransceiver("audio", direction="recvonly")
+        browser.addTransceiver("video", direction="recvonly")
+        channels = {
+            "drive": browser.createDataChannel("drive", ordered=False, maxRetransmits=0),
+            "state": browser.createDataChannel("state"),
+        }
         peer = Peer(
             network=opened,
             codecs=Codecs(audio="opus", video=codec),
@@ -195,19 +202,14 @@ async def pair(request: pytest.FixtureRequest) -> AsyncIterator[Pair]:
             clock=SystemClock(),
             round_trip_s=lambda: 0.5,
         )
-        browser = RTCPeerConnection()
-        browser.addTransceiver("audio", direction="recvonly")
-        browser.addTransceiver("video", direction="recvonly")
-        channels = {
-            "drive": browser.createDataChannel("drive", ordered=False, maxRetransmits=0),
-            "state": browser.createDataChannel("state"),
-        }
+        made = Pair(events, peer, browser, channels, lane, congestion)
+        del peer  # whoever frees it must hold the only one
         await browser.setLocalDescription(await browser.createOffer())
-        answer = await peer.answer(browser.localDescription.sdp)
+        answer = await made.peer.answer(browser.localDescription.sdp)
         await browser.setRemoteDescription(RTCSessionDescription(answer, "answer"))
         await events.wait("ready")
-        yield Pair(events, peer, browser, channels, lane, congestion)
-        await peer.close()
+        yield made
+        await made.peer.close()
         await browser.close()
 
 
@@ -460,6 +462,33 @@ async def test_nothing_is_sent_after_the_end(pair: Pair) -> None:
     pair.peer.send("state", "late")
 
 
+@pytest.mark.parametrize("with_answer", [False, True], ids=["unanswered", "connected"])
+async def test_a_closed_peer_is_free_at_once(pair: Pair, with_answer: bool) -> None:
+    """It does not wait for the collector, whose full run stops the event loop."""
+    if with_answer:
+        peer, pair.peer, pair.events = pair.peer, _peer(Events(), Noted()), Events()
+    else:
+        peer = _peer(Events(), Noted())
+        await peer.answer(clean_offer(_offer("chromium")))
+    pc = peer._pc
+    parts = [pc, pc.sctp, *pc.getTransceivers(), *pc.getSenders(), *pc.getReceivers()]
+    left = [weakref.ref(one) for one in (*parts, peer, pc.getReceivers()[0].transport)]
+    gc.disable()
+    try:
+        await peer.close()
+        del peer, pc, parts
+        for _ in range(200):  # tasks end on later passes of the event loop
+            if any(one() is not None for one in left):
+                await asyncio.sleep(0.05)
+        assert [one() for one in left if one() is not None] == []
+    finally:
+        gc.enable()
+
+
+def _offer(browser: str) -> str:
+    return (Path(__file__).parent / "offers" / f"{browser}.sdp").read_text(encoding="utf-8")
+
+
 def _peer(events: Events, congestion: CongestionControl) -> Peer:
     private.install()
     return Peer(
@@ -487,8 +516,7 @@ async def test_what_browsers_offer_is_answered_and_parsed_once(
         return parse(text)
 
     monkeypatch.setattr(SessionDescription, "parse", noted)
-    text = (Path(__file__).parent / "offers" / f"{browser}.sdp").read_text(encoding="utf-8")
-    offer = clean_offer(text)
+    offer = clean_offer(_offer(browser))
     peer = _peer(Events(), Noted())
     answer = await peer.answer(offer)
     await peer.close()

@@ -20,7 +20,11 @@ _SLOW = {VideoFreshness.LATE: Limit.LATE_PICTURE, VideoFreshness.OFF: Limit.NO_P
 
 
 def twist(
-    command: Command, sight: VideoFreshness, ttl_s: float, rules: Rules, max_fraction: float = 1.0
+    command: Command,
+    freshness: VideoFreshness,
+    ttl_s: float,
+    rules: Rules,
+    max_fraction: float = 1.0,
 ) -> tuple[Twist, Limit | None]:
     """Return the twist for a command, and the last rule that lowered it.
 
@@ -34,8 +38,8 @@ def twist(
     if largest > max_fraction:
         shares, limit = _scaled(shares, max_fraction / largest), Limit.BY_HOST
         largest = max_fraction
-    if sight in _SLOW and largest > rules.slow_fraction:
-        shares, limit = _scaled(shares, rules.slow_fraction / largest), _SLOW[sight]
+    if freshness in _SLOW and largest > rules.slow_fraction:
+        shares, limit = _scaled(shares, rules.slow_fraction / largest), _SLOW[freshness]
     wanted = Twist(
         shares.linear_mps * rules.limits.linear_mps, shares.angular_rps * rules.limits.angular_rps
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import weakref
 from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 import structlog
@@ -176,6 +177,7 @@ class Peer:
             # Half closed counts as closed: the rest must not keep the viewer's place.
             _LOG.exception("a peer did not close cleanly")
         finally:
+            private.break_circles(self._pc)
             self._events.closed(self)
 
     def rtp_time(self, kind: Kind, pts: int) -> int:
@@ -200,12 +202,13 @@ class Peer:
         return transceiver
 
     def _context(self, kind: Kind, transceiver: RTCRtpTransceiver) -> SenderContext:
+        peer = weakref.proxy(self)  # a peer that its senders hold would outlive its end
         return SenderContext(
             stock=transceiver.sender,
             rate_hz=self._codecs.rates_hz[kind],
             tap=self._tap,
             clock=self._clock,
-            on_sent=lambda sent: self._sent(kind, sent),
+            on_sent=lambda sent: peer._sent(kind, sent),
         )
 
     def _sent(self, kind: Kind, sent: Encoded) -> None:

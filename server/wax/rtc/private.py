@@ -389,6 +389,26 @@ def _is_red_of(offered: RTCRtpCodecParameters, chosen: RTCRtpCodecParameters) ->
     )
 
 
+def break_circles(pc: RTCPeerConnection) -> None:
+    """Let go of a closed connection's parts, so that their memory is free at once.
+
+    They hold each other. Many of them would wait for the collector, which stops the event loop for
+    as long as it looks through them.
+    """
+    transports = {transceiver.receiver.transport for transceiver in pc.getTransceivers()}
+    if pc.sctp is not None:
+        transports.add(pc.sctp.transport)
+        pc.sctp.remove_all_listeners()
+        for channel in pc.sctp._data_channels.values():
+            channel.remove_all_listeners()
+        for patched in ("_send_sack", "_receive_chunk"):
+            vars(pc.sctp).pop(patched, None)
+    for dtls in transports:
+        for one in (dtls, dtls.transport, dtls.transport.iceGatherer):
+            one.remove_all_listeners()
+        vars(dtls).pop("_handle_rtcp_data", None)
+
+
 def on_datagram(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) -> None:
     """Call back with each outgoing datagram, including data channels and RTCP."""
     ice = transport.transport

@@ -107,9 +107,10 @@ class Sender(private.SenderInPlace):
         ]
 
     async def end(self) -> None:
-        for task in self._tasks:
+        tasks, self._tasks = self._tasks, []  # a cancelled task holds its sender
+        for task in tasks:
             task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await asyncio.gather(*tasks, return_exceptions=True)
 
     def heard(self, packet: AnyRtcpPacket) -> None:
         if isinstance(packet, RtcpRrPacket):

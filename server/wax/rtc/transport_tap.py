@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
+from weakref import WeakSet
 
 import structlog
 
@@ -35,14 +36,14 @@ class TransportTap:
         self._on_refused = on_refused
         self._now_s = now_s
         self._transmissions = InFlight()
-        self._transports: list[RTCDtlsTransport] = []
+        self._transports: WeakSet[RTCDtlsTransport] = WeakSet()
         self._marked_s: float | None = None
         self._has_feedback = False
 
     def join(self, transport: RTCDtlsTransport) -> None:
         """Count what this transport sends and handle the feedback; safe to repeat."""
         if transport not in self._transports:
-            self._transports.append(transport)
+            self._transports.add(transport)
             private.on_datagram(transport, self._sent)
             private.on_rtcp(transport, self._told)
 
