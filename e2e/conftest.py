@@ -30,6 +30,20 @@ load_profiles()
 MEASURES = ("bench", "lab", "peers")
 """Folders of what measures, whose own tests `make test-all` runs."""
 
+BESIDE = (
+    "reach",
+    "test_bad_input.py",
+    "test_host.py",
+    "test_layout.py",
+    "test_loopback_only.py",
+    "test_page.py",
+    "test_queue.py",
+    "test_records.py",
+    "test_start_stop.py",
+    "test_strangers.py",
+)
+"""Where nothing is held to a deadline or listened to, so that others may run beside it."""
+
 SERVERS = pytest.StashKey[list[Server]]()
 VIEWERS = pytest.StashKey[list[Viewer]]()
 
@@ -40,13 +54,16 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """One event loop for the session, because the browser lives on it."""
+    """Mark the tests by where they are; and one event loop, because the browser lives on it."""
     here = Path(__file__).parent
     for item in items:
         if not item.path.is_relative_to(here):
             continue
-        if item.path.relative_to(here).parts[0] in MEASURES:
+        part = item.path.relative_to(here).parts[0]
+        if part in MEASURES:
             item.add_marker(pytest.mark.full)
+        if part not in BESIDE:
+            item.add_marker(pytest.mark.alone)
         if pytest_asyncio.is_async_test(item):
             item.add_marker(pytest.mark.asyncio(loop_scope="session"), append=False)
 
