@@ -69,7 +69,7 @@ fi
 stage "the page's unit tests" page_tests
 stage "Python's unit tests" python_tests tests "not system$short" -n logical
 # More of them than cores: they wait more than they compute.
-stage "what starts processes" python_tests tests "system$short" -n 4
+stage "what starts processes" python_tests tests "system$short" -n 4 --dist worksteal
 if [ "$what" = all ]; then
     stage "the branches" sh .make/suite.sh coverage
     stage "the quick lab" lab

@@ -33,12 +33,14 @@ MEASURES = ("bench", "lab", "peers")
 BESIDE = (
     "reach",
     "test_bad_input.py",
+    "test_drive.py",
     "test_host.py",
     "test_layout.py",
     "test_loopback_only.py",
     "test_page.py",
     "test_queue.py",
     "test_records.py",
+    "test_release.py",
     "test_start_stop.py",
     "test_strangers.py",
 )

@@ -71,6 +71,7 @@ async def test_a_leak_in_the_gate_is_seen_by_the_hands(tmp_path: Path) -> None:
 
 
 @pytest.mark.timeout(180)
+@pytest.mark.full
 async def test_a_leak_down_to_the_wire_is_seen_by_the_number(tmp_path: Path) -> None:
     """Frames of the old turn are counted although the board itself refuses each of them."""
     found, _, _ = await hand_over(4, load=LIGHT, environment=leaky(tmp_path, GATE + NUMBERS))

@@ -29,6 +29,7 @@ def _assert_met(rows: list[Row], *suffixes: str) -> None:
     assert all(row.met for row in judged), to_table(rows)
 
 
+@pytest.mark.full
 async def test_a_flood_of_offers_keeps_nobody_out() -> None:
     """The host gets in meanwhile and a guest afterwards, and the robot drives on."""
     rows = await join_flood(SECONDS, 50, load=LIGHT)
