@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from typing import TYPE_CHECKING, Final
 
 from wax.access.access import Access
@@ -21,6 +22,11 @@ def visitor(identity: str, *, is_host: bool = False, address: str = "192.0.2.1")
     return Visitor(identity, address, is_host)
 
 
-def make_access(records: Records, clock: Clock, settings: AccessSettings | None = None) -> Access:
-    """Return a door of its own, with its own secret."""
-    return Access(settings or AccessSettings(), records, clock, b"s" * 32)
+def make_access(
+    records: Records,
+    clock: Clock,
+    settings: AccessSettings | None = None,
+    secret: bytes | None = None,
+) -> Access:
+    """Return a door; of its own, unless `secret` is what another has, as after a restart."""
+    return Access(settings or AccessSettings(), records, clock, secret or secrets.token_bytes(32))

@@ -26,7 +26,7 @@ class Wall(TurnedClock):
 
 
 def make(clock: TurnedClock, lasting: Lasting | None = None) -> Access:
-    return make_access(Records(clock, lasting or Lasting()), clock)
+    return make_access(Records(clock, lasting or Lasting()), clock, secret=b"s" * 32)
 
 
 def test_a_browser_is_who_its_cookie_says() -> None:
