@@ -68,8 +68,14 @@ if [ "$what" = unit ]; then
 fi
 stage "the page's unit tests" page_tests
 stage "Python's unit tests" python_tests tests "not system$short" -n logical
-# More of them than cores: they wait more than they compute.
-stage "what starts processes" python_tests tests "system$short" -n 4 --dist worksteal
+# The soak waits more than it computes, so it does that beside the others.
+started() {
+    python_tests tests/soak "system$short" >.cache/soak-tests.log 2>&1 &
+    soak=$!
+    python_tests tests "system$short" --ignore tests/soak -n logical || status=1
+    wait $soak || { cat .cache/soak-tests.log && return 1; }
+}
+stage "what starts processes" started
 if [ "$what" = all ]; then
     stage "the branches" sh .make/suite.sh coverage
     stage "the quick lab" lab
@@ -77,6 +83,6 @@ else
     stage "one cell of the lab" lab --only E3/wireless-1m/operator
 fi
 [ $status = 0 ] || say "something failed, see above; the tests in browsers follow"
-python_tests e2e "not alone$short" -n 2 --dist loadfile || status=1
+python_tests e2e "not alone$short" -n 2 --dist worksteal || status=1
 python_tests e2e "alone$short" || status=1
 exit $status

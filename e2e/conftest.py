@@ -34,6 +34,7 @@ BESIDE = (
     "reach",
     "test_bad_input.py",
     "test_drive.py",
+    "test_firefox.py",
     "test_host.py",
     "test_layout.py",
     "test_loopback_only.py",
@@ -41,6 +42,7 @@ BESIDE = (
     "test_queue.py",
     "test_records.py",
     "test_release.py",
+    "test_serial.py",
     "test_start_stop.py",
     "test_strangers.py",
 )
