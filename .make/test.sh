@@ -72,7 +72,7 @@ stage "Python's unit tests" python_tests tests "not system$short" -n logical
 started() {
     python_tests tests/soak "system$short" >.cache/soak-tests.log 2>&1 &
     soak=$!
-    python_tests tests "system$short" --ignore tests/soak -n logical || status=1
+    python_tests tests "system$short" --ignore tests/soak -n 4 --dist worksteal || status=1
     wait $soak || { cat .cache/soak-tests.log && return 1; }
 }
 stage "what starts processes" started

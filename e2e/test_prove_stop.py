@@ -122,7 +122,9 @@ async def test_a_stop_that_is_late_is_not_proved(
 
 
 @pytest.mark.timeout(120)
-@pytest.mark.parametrize("by", ["a signal", "the end of its parent"])
+@pytest.mark.parametrize(
+    "by", [pytest.param("a signal", marks=pytest.mark.full), "the end of its parent"]
+)
 async def test_broken_off_it_leaves_a_robot_that_stands(
     tmp_path: Path, board: Board, by: str
 ) -> None:

@@ -101,6 +101,7 @@ async def test_a_blocked_server_stops_the_robot() -> None:
     await keeps(loop_blocked(TRIALS, load=LIGHT))
 
 
+@pytest.mark.full
 async def test_nothing_of_an_old_turn_moves_the_robot() -> None:
     """Left, over, vanished, crashed or come back: a stop, and nothing of the old turn after it."""
     late, without_stop, _ = await hand_over(6, load=LIGHT)
@@ -159,6 +160,7 @@ async def test_a_load_that_did_not_hold_is_no_result() -> None:
         await lose_them()
 
 
+@pytest.mark.full
 async def test_no_harm_to_a_channel_is_executed() -> None:
     """Each of the eight errors to drive, stop and release, once: none does what it must not."""
     await keeps(black_channel(len(CELLS), load=LIGHT))
