@@ -46,7 +46,7 @@ BESIDE = (
     "test_start_stop.py",
     "test_strangers.py",
 )
-"""Where nothing is held to a deadline or listened to, so that others may run beside it."""
+"""Where a wait is long enough for a machine that does other things: another test runs beside it."""
 
 SERVERS = pytest.StashKey[list[Server]]()
 VIEWERS = pytest.StashKey[list[Viewer]]()
