@@ -42,7 +42,6 @@ BESIDE = (
     "test_queue.py",
     "test_records.py",
     "test_release.py",
-    "test_serial.py",
     "test_start_stop.py",
     "test_strangers.py",
 )

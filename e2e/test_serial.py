@@ -59,23 +59,23 @@ async def take_the_wheel(open_viewer: OpenViewer, server: Server) -> Viewer:
     return viewer
 
 
-async def hold_ahead(viewer: Viewer, drives: Callable[[], Awaitable[bool]]) -> None:
+async def hold(viewer: Viewer, key: str, drives: Callable[[], Awaitable[bool]]) -> None:
     """Hold a key until the robot moves; press again if a busy machine requires it."""
     for _ in range(3):
-        await viewer.page.keyboard.down("ArrowUp")
+        await viewer.page.keyboard.down(key)
         with contextlib.suppress(AssertionError):
             await eventually(drives, "the robot moves", within_s=1.5, every_s=0.02)
             return
-        await viewer.page.keyboard.up("ArrowUp")
+        await viewer.page.keyboard.up(key)
         await asyncio.sleep(0.3)
-    raise AssertionError("the robot does not move")
+    raise AssertionError(f"the robot does not move for {key}")
 
 
-async def receives(line: SerialLine, octet: bytes, within_s: float = 2) -> None:
+def received(line: SerialLine, octet: bytes) -> Callable[[], Awaitable[bool]]:
     async def so() -> bool:
         return octet in line.received
 
-    await eventually(so, f"{octet!r} comes down the line", within_s=within_s, every_s=0.02)
+    return so
 
 
 @pytest.mark.timeout(90)
@@ -88,12 +88,11 @@ async def test_a_key_becomes_one_byte_and_its_release_another(
         for key, octet in (("ArrowUp", b"F"), ("s", b"B"), ("ArrowLeft", b"L"), ("d", b"R")):
             await asyncio.sleep(0.3)
             line.forget()
-            await viewer.page.keyboard.down(key)
-            await receives(line, octet)
-            assert b"S" not in line.received[line.received.index(octet) :]
+            await hold(viewer, key, received(line, octet))
+            assert b"S" not in line.received[line.received.rindex(octet) :]
             line.forget()
             await viewer.page.keyboard.up(key)
-            await receives(line, b"S")
+            await eventually(received(line, b"S"), "a stop comes down the line", within_s=2)
 
 
 @pytest.mark.timeout(90)
@@ -108,7 +107,7 @@ async def test_a_key_becomes_frames_that_expire(
         async def drives() -> bool:
             return board.moves
 
-        await hold_ahead(viewer, drives)
+        await hold(viewer, "ArrowUp", drives)
         await asyncio.sleep(0.3)
         begun_s = time.monotonic()
         await asyncio.sleep(1)
@@ -137,7 +136,7 @@ async def loses_its_line(
     plug: Callable[[], Awaitable[object]],
 ) -> None:
     """Pull the plug while a key is held, and put it back; the key is still held at the end."""
-    await hold_ahead(viewer, drives)
+    await hold(viewer, "ArrowUp", drives)
     await pull()
     sentence = await the_problem(server)
     await viewer.page.get_by_text(sentence).first.wait_for(state="visible", timeout=2000)
@@ -151,7 +150,7 @@ async def drives_again(viewer: Viewer, drives: Callable[[], Awaitable[bool]]) ->
     """Release and press again."""
     await viewer.page.keyboard.up("ArrowUp")
     await asyncio.sleep(0.2)
-    await hold_ahead(viewer, drives)
+    await hold(viewer, "ArrowUp", drives)
     await viewer.page.keyboard.up("ArrowUp")
 
 
@@ -204,7 +203,7 @@ async def test_a_board_that_stopped_by_itself_waits_for_a_new_press(
 
     async with serve(tmp_path, settings(board.path, "frames")) as server:
         viewer = await take_the_wheel(open_viewer, server)
-        await hold_ahead(viewer, drives)
+        await hold(viewer, "ArrowUp", drives)
         board.deafen(on=True)
         await eventually(stopped_itself, "the watchdog stops it", within_s=1, every_s=0.005)
         board.deafen(on=False)

@@ -13,6 +13,7 @@ from wax.clock import SystemClock
 from wax.config.settings import RobotSettings
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.find_driver import make_driver, make_robot
+from wax.robot.process.driver import START_S
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -119,7 +120,7 @@ def until(driver: Driver, so: Callable[[RobotState], bool], within_s: float = 3.
 def opened(rig: Rig) -> Driver:
     """Open the driver and want standstill once, as the control loop does."""
     rig.driver.open()
-    until(rig.driver, lambda state: state.connected)
+    until(rig.driver, lambda state: state.connected, within_s=START_S)
     rig.driver.apply(STANDSTILL, 0)
     return rig.driver
 
@@ -282,10 +283,12 @@ def test_the_state_can_be_asked_by_anybody(rig: Rig) -> None:
 
     thread = threading.Thread(target=ask)
     thread.start()
-    for _ in range(3):
-        opened(rig)
-        driven(rig, AHEAD, 1)
-        driver.close()
-    done.set()
-    thread.join()
+    try:
+        for _ in range(3):
+            opened(rig)
+            driven(rig, AHEAD, 1)
+            driver.close()
+    finally:
+        done.set()
+        thread.join()
     assert failures == []
