@@ -33,8 +33,6 @@ MEASURES = ("bench", "lab", "peers")
 BESIDE = (
     "reach",
     "test_bad_input.py",
-    "test_drive.py",
-    "test_firefox.py",
     "test_host.py",
     "test_layout.py",
     "test_loopback_only.py",
