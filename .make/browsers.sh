@@ -80,6 +80,14 @@ want_voice() {
             "(Debian: sudo apt-get install -y espeak-ng)"
 }
 
+# What a browser plays is heard at a sound device, which PulseAudio makes without a sound card.
+want_ear() {
+    [ "$(uname)" = Linux ] || return 0
+    { command -v pulseaudio && command -v parec; } >/dev/null ||
+        apt_install pulseaudio pulseaudio-utils ||
+        _missing "the sound cannot be heard; type: sudo apt-get install -y pulseaudio pulseaudio-utils"
+}
+
 # Friends whose network lets no UDP out reach the robot by a TURN server.
 want_relay() {
     [ "$(uname)" = Linux ] || return 0
@@ -94,5 +102,6 @@ want_all() {
     want_firefox
     want_link
     want_voice
+    want_ear
     want_relay
 }

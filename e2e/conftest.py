@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,12 +15,16 @@ from e2e.harness.board import Board
 from e2e.harness.chromium import launch_chromium
 from e2e.harness.server import Server
 from e2e.harness.viewer import Viewer
+from e2e.measure.ear import open_ear
+from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Generator
     from contextlib import AbstractAsyncContextManager
 
     from playwright.async_api import Browser
+
+    from e2e.measure.ear import Ear
 
     OpenViewer = Callable[..., Awaitable[Viewer]]
     Serve = Callable[..., AbstractAsyncContextManager[Server]]
@@ -84,9 +88,19 @@ def pytest_runtest_makereport(
 
 
 @pytest_asyncio.fixture(scope="session", loop_scope="session")
-async def chromium() -> AsyncIterator[Browser]:
+async def ear() -> AsyncIterator[Ear | None]:
+    """Have a sound device for Chromium; None without PulseAudio."""
+    async with AsyncExitStack() as leaving:
+        made = None
+        with suppress(NotRunError):
+            made = await leaving.enter_async_context(open_ear())
+        yield made
+
+
+@pytest_asyncio.fixture(scope="session", loop_scope="session")
+async def chromium(ear: Ear | None) -> AsyncIterator[Browser]:
     async with async_playwright() as playwright:
-        browser = await launch_chromium(playwright)
+        browser = await launch_chromium(playwright, ear=ear)
         yield browser
         await browser.close()
 
@@ -120,7 +134,9 @@ async def board(tmp_path: Path) -> AsyncIterator[Board]:
 
 
 @pytest_asyncio.fixture(loop_scope="session")
-async def open_viewer(chromium: Browser, pytestconfig: pytest.Config) -> AsyncIterator[OpenViewer]:
+async def open_viewer(
+    chromium: Browser, ear: Ear | None, pytestconfig: pytest.Config
+) -> AsyncIterator[OpenViewer]:
     """Open a browser of one viewer's own on a server; it closes at the end of the test."""
     viewers = pytestconfig.stash[VIEWERS]
     async with AsyncExitStack() as leaving:
@@ -130,7 +146,7 @@ async def open_viewer(chromium: Browser, pytestconfig: pytest.Config) -> AsyncIt
             leaving.push_async_callback(context.close)
             if is_host:
                 await server.make_host(context)
-            viewer = await Viewer.prepare(context, server.url)
+            viewer = await Viewer.prepare(context, server.url, ear)
             viewers.append(viewer)
             await viewer.page.goto(server.url)
             await viewer.sees_picture()

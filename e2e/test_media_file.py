@@ -12,7 +12,6 @@ import pytest
 
 from e2e.harness.server import Server
 from e2e.harness.speech import envelope, find_in_loop, voice, write_film
-from e2e.harness.viewer import LISTENING
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -39,14 +38,14 @@ async def test_a_voice_is_heard_in_step_with_its_picture(
     film = tmp_path / "film.mp4"
     await asyncio.to_thread(write_film, film, sound, FILM_S)
     async with serve(tmp_path, settings(film)) as server:
-        viewer = await open_viewer(server, **LISTENING)
+        viewer = await open_viewer(server)
         await viewer.listen()
         for _ in range(3):  # until the browser has settled on a delay, it stretches the sound
             await asyncio.sleep(3)
-            await viewer.forget()
+            viewer.forget()
             cards = await viewer.cards(100)
             await asyncio.sleep(1)
-            blocks = (await viewer.heard())[:400]
+            blocks = (viewer.heard())[:400]
             heard = np.array([block.rms for block in blocks])
             place, fit = await asyncio.to_thread(find_in_loop, heard, envelope(sound))
             if fit > 0.8:

@@ -57,8 +57,7 @@ async def test_the_page_keeps_its_own_security_policy(
 ) -> None:
     """Nothing of the page is refused by the policy that the server sends with it."""
     viewer = await open_viewer(server)
-    await viewer.button("Start").click()
-    await eventually(lambda: viewer.probe("audible()"), "the sound plays", within_s=5)
+    await viewer.listen()
     said = ("Content Security Policy", "Permissions-Policy", "Permissions policy", "Opener-Policy")
     assert not [line for line in viewer.console if any(name in line for name in said)]
     assert not [line for line in viewer.console if line.startswith("error:")], viewer.console

@@ -16,7 +16,6 @@ import pytest_asyncio
 
 from e2e.harness import toml
 from e2e.harness.robot import moves, stands_still
-from e2e.harness.viewer import LISTENING
 from e2e.harness.wait import eventually
 from wax.access.admission import BANNED, LOCKED, TOO_MANY_TABS
 from wax.access.keyring import SECRET_BYTES, Keyring
@@ -239,7 +238,7 @@ async def test_blanked_there_is_nothing_to_see(
     server: Server, host: Operator, come: Come, open_viewer: OpenViewer
 ) -> None:
     """While the host wants privacy the picture is black, the sound silent, and the robot stands."""
-    viewer = await open_viewer(server, **LISTENING)
+    viewer = await open_viewer(server)
     await viewer.listen()
     operator = await come(sees=True)
     await operator.join()
@@ -251,9 +250,9 @@ async def test_blanked_there_is_nothing_to_see(
         return await moves(server)
 
     async def loudest() -> float:
-        await viewer.forget()
+        viewer.forget()
         await asyncio.sleep(0.4)
-        return max((one.rms for one in await viewer.heard()), default=0.0)
+        return max((one.rms for one in viewer.heard()), default=0.0)
 
     async def is_dark() -> bool:
         return bool(await viewer.page.evaluate(_LUMA) <= _BLACK)

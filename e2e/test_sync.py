@@ -12,7 +12,6 @@ import pytest
 from e2e.bench.servers import STOCK, serving
 from e2e.harness import audio_probe, toml
 from e2e.harness.video_probe import assert_live
-from e2e.harness.viewer import LISTENING
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -68,10 +67,10 @@ async def test_a_chosen_delay_is_followed_by_both_streams(
 ) -> None:
     """Sound and picture wait as long as `audio_delay_ms` says, ± 40 ms, and stay in step."""
     # The device's own delay is on top of it: as shipped, 500 ms is as long as a picture waits.
-    chosen = f"audio_delay_ms = {delay_ms}.0\nmax_holdback_ms = 700.0"
+    chosen = f'player = "browser"\naudio_delay_ms = {delay_ms}.0\nmax_holdback_ms = 700.0'
     settings = toml.card_with(sync__observer=chosen)
     async with serve(tmp_path, settings) as server:
-        viewer = await open_viewer(server, **LISTENING)
+        viewer = await open_viewer(server)
         await viewer.listen()
         measured = ""
 
@@ -111,11 +110,11 @@ class Ages:
 async def ages_of(viewer: Viewer) -> Ages:
     """Read six seconds of the test card, by eye and ear."""
     await asyncio.sleep(2)
-    await viewer.forget()
+    viewer.forget()
     cards = await viewer.cards(120)
     await asyncio.sleep(2)
     return Ages(
-        sound_ms=median(audio_probe.burst_ages_ms(await viewer.heard())) + await viewer.device_ms(),
+        sound_ms=median(audio_probe.burst_ages_ms(viewer.heard())),
         picture_ms=median(card.age_ms for card in cards if card.valid),
     )
 
@@ -126,10 +125,13 @@ async def test_by_default_the_delay_is_small(
 ) -> None:
     """As shipped, an observer hears as soon as from a stock server, and sees in step with it."""
     async with serve(tmp_path, toml.CARD) as server, serving(STOCK) as stock:
-        ours, theirs = await open_viewer(server, **LISTENING), await open_viewer(stock, **LISTENING)
+        ours = await open_viewer(server)
         await ours.listen()
+        ages = await ages_of(ours)
+        await ours.page.context.close()
+        theirs = await open_viewer(stock)
         await theirs.listen()
-        ages, reference = await asyncio.gather(ages_of(ours), ages_of(theirs))
+        reference = await ages_of(theirs)
         assert ages.sound_ms <= OF_STOCK * reference.sound_ms, (ages, reference)
         # Where the machine keeps nobody in step, by half as much as a server that does not try.
         apart_ms = max(TOLERANCE_MS, abs(reference.skew_ms) / 2)
@@ -142,9 +144,10 @@ async def test_the_delay_follows_the_role(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:
     """At hand-over the operator's delay applies at once, without a new connection."""
-    settings = toml.card_with(sync__observer="audio_delay_ms = 400.0")
+    chosen = 'player = "browser"\naudio_delay_ms = 400.0'
+    settings = toml.card_with(sync__observer=chosen)
     async with serve(tmp_path, settings) as server:
-        viewer = await open_viewer(server, **LISTENING)
+        viewer = await open_viewer(server)
         await viewer.listen()
 
         async def waits() -> bool:
@@ -170,12 +173,12 @@ async def test_timing_is_switched_while_watching(
     """Timing changes policy and hold-back at once: no new peer, black picture or gap in sound."""
     settings = toml.card_with(sync__observer="audio_delay_ms = 200.0")
     async with serve(tmp_path, settings) as server:
-        viewer = await open_viewer(server, **LISTENING)
+        viewer = await open_viewer(server)
         await viewer.listen()
         await held_back(server, viewer, "audio-master", HELD_MS)
         await asyncio.sleep(2)  # until the sound's buffer has grown to what was chosen
         peers = await viewer.probe("peers()")
-        await viewer.forget()
+        viewer.forget()
         for timing, policy, held_ms in (
             ("Picture first", "video-first", 0.0),
             ("In step", "audio-master", HELD_MS),
@@ -184,7 +187,7 @@ async def test_timing_is_switched_while_watching(
             assert_live(cards, held_ms=200.0)
             await held_back(server, viewer, policy, held_ms)
         assert await viewer.probe("peers()") == peers
-        blocks = await viewer.heard()
+        blocks = viewer.heard()
         assert audio_probe.loudness(blocks) > 0.02
         assert sum(audio_probe.gaps_ms(blocks)) <= 60, audio_probe.gaps_ms(blocks)
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from e2e.harness import audio_probe, toml
-from e2e.harness.viewer import LISTENING
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
@@ -57,7 +56,7 @@ async def test_the_browser_plays_the_system_of_2004(
 ) -> None:
     """µ-law and keyframes alone, each unit acknowledged, in step and half a second old."""
     async with serve(tmp_path, thesis()) as server:
-        viewer = await open_viewer(server, **LISTENING)
+        viewer = await open_viewer(server)
         await viewer.listen()
 
         async def in_step() -> bool:
@@ -66,7 +65,7 @@ async def test_the_browser_plays_the_system_of_2004(
         await eventually(in_step, "sound and picture are in step", within_s=20)
         assert await viewer.probe("codec('audio')") == "audio/PCMU"
         await asyncio.sleep(3)  # until the browser's buffer has grown to the length of a unit
-        await viewer.forget()
+        viewer.forget()
         before = await _none_waits(viewer)
         cards = await viewer.cards(25)
         after = await _none_waits(viewer)
@@ -75,7 +74,7 @@ async def test_the_browser_plays_the_system_of_2004(
             assert counts["keyFramesDecoded"] in (counts["framesReceived"], counts["framesDecoded"])
         assert after["framesDecoded"] - before["framesDecoded"] > 15
         assert [card for card in cards if card.valid]
-        assert audio_probe.loudness(await viewer.heard()) > 0.02
+        assert audio_probe.loudness(viewer.heard()) > 0.02
         streams = await _streams(server)
         assert streams["sent"] > 60
         assert streams["lost"] == 0

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from e2e.harness.viewer import Block
+    from e2e.measure.ear import Block
 
 BLOCK_MS = 10.0
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import json
+import os
 import time
 from contextlib import asynccontextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from asyncio.subprocess import Process
     from collections.abc import AsyncIterator, Mapping
     from pathlib import Path
+
+    from e2e.measure.ear import Ear
 
 PREFERENCES: Final[dict[str, bool | int | str]] = {
     "media.autoplay.default": 0,
@@ -119,7 +122,9 @@ class Firefox:
 
 
 @asynccontextmanager
-async def firefox(path: str, profile: Path, preload: str) -> AsyncIterator[Firefox]:
+async def firefox(
+    path: str, profile: Path, preload: str, ear: Ear | None = None
+) -> AsyncIterator[Firefox]:
     """Start a headless Firefox with a fresh profile; it ends at the end of the block."""
     with (profile / LOG).open("wb") as log:
         process = await asyncio.create_subprocess_exec(
@@ -128,6 +133,7 @@ async def firefox(path: str, profile: Path, preload: str) -> AsyncIterator[Firef
             stdin=asyncio.subprocess.DEVNULL,
             stdout=log,
             stderr=log,
+            env=None if ear is None else {**os.environ, **ear.variables},
         )
     try:
         url = await listens(profile, process)

@@ -11,6 +11,8 @@ from e2e.harness.missing import missing
 if TYPE_CHECKING:
     from playwright.async_api import Browser, Playwright
 
+    from e2e.measure.ear import Ear
+
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 MAC_PATH = "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome"
 FLAGS = (
@@ -34,11 +36,15 @@ def find_chromium() -> str:
     )
 
 
-async def launch_chromium(playwright: Playwright, *more_flags: str) -> Browser:
-    """Launch it headless, with sound allowed before any touch, for the instruments."""
+async def launch_chromium(
+    playwright: Playwright, *more_flags: str, ear: Ear | None = None
+) -> Browser:
+    """Launch it headless, with sound allowed before any touch, and heard if there is an ear."""
     root = hasattr(os, "geteuid") and os.geteuid() == 0
     return await playwright.chromium.launch(
         executable_path=find_chromium(),
         headless=True,
         args=[*FLAGS, *more_flags, *(["--no-sandbox"] if root else [])],
+        ignore_default_args=None if ear is None else ["--mute-audio"],
+        env=None if ear is None else {**os.environ, **ear.variables},
     )

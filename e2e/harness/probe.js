@@ -66,39 +66,6 @@
       element.requestVideoFrameCallback(onFrame);
     });
 
-  // --- sound -----------------------------------------------------------------------------
-  // The element that a person would hear now: it has a live sound track, plays and is not muted.
-  const audible = () =>
-    media().find(
-      (m) =>
-        !m.paused &&
-        !m.muted &&
-        m.volume > 0 &&
-        m.srcObject?.getAudioTracks().some((t) => t.readyState === "live" && t.enabled),
-    ) ?? null;
-
-  const blocks = [];
-  let listening = null;
-  // `module` is the text of the worklet that measures blocks of 10 ms.
-  const listen = async (module) => {
-    const element = audible();
-    if (!element || listening) return element !== null;
-    listening = new AudioContext();
-    const moduleUrl = URL.createObjectURL(new Blob([module], { type: "text/javascript" }));
-    await listening.audioWorklet.addModule(moduleUrl);
-    const source = listening.createMediaStreamSource(
-      new MediaStream(element.srcObject.getAudioTracks()),
-    );
-    const meter = new AudioWorkletNode(listening, "wax-meter", { numberOfOutputs: 0 });
-    meter.port.onmessage = ({ data }) => {
-      blocks.push(...data);
-      if (blocks.length > 6000) blocks.splice(0, blocks.length - 6000);
-    };
-    source.connect(meter);
-    await listening.resume();
-    return true;
-  };
-
   // --- what the browser itself counts ----------------------------------------------------
   const counted = async (type, kind) => {
     const found = peer();
@@ -131,11 +98,6 @@
     codec,
     inbound,
     path,
-    playout: () => counted("media-playout", "audio"),
-    listen,
-    heard: () => blocks.slice(),
-    forget: () => void blocks.splice(0),
-    audible: () => audible() !== null,
     playing: () => {
       const v = video();
       return v !== null && !v.paused && v.readyState >= 2 && v.videoWidth > 0;

@@ -1,20 +1,20 @@
-"""One viewer at one browser window, with its video probe, audio probe and controls."""
+"""One viewer at one browser window, with its video probe, its ear and its controls."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
+from e2e.harness.missing import needed
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
     from playwright.async_api import BrowserContext, Locator, Page
 
-HERE = Path(__file__).parent
+    from e2e.measure.ear import Block, Ear, Tap
 
-LISTENING: Final = {"bypass_csp": True}
-"""Options of a context with the audio probe, whose script the page's own policy rightly refuses."""
+HERE = Path(__file__).parent
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,21 +29,16 @@ class Card:
     height: int
 
 
-@dataclass(frozen=True, slots=True)
-class Block:
-    """10 ms of played sound: Unix time in ms, loudness, amplitudes of the card's two tones."""
-
-    start_ms: float
-    rms: float
-    tone: float
-    burst: float
-
-
 class Viewer:
-    """A page with the probes in it; controls are found by role and accessible name only."""
+    """A page with the video probe in it, whose browser sounds in `ear`.
 
-    def __init__(self, page: Page, url: str) -> None:
+    Controls are found by role and accessible name only.
+    """
+
+    def __init__(self, page: Page, url: str, ear: Ear | None) -> None:
         self.page = page
+        self._ear = ear
+        self._tap: Tap | None = None
         self.url = url
         self.console: list[str] = []
         self.errors: list[str] = []
@@ -51,10 +46,10 @@ class Viewer:
         page.on("pageerror", lambda error: self.errors.append(str(error)))
 
     @classmethod
-    async def prepare(cls, context: BrowserContext, url: str) -> Viewer:
+    async def prepare(cls, context: BrowserContext, url: str, ear: Ear | None = None) -> Viewer:
         """Make a page with the instruments in it, still empty."""
         await context.add_init_script(path=HERE / "probe.js")
-        return cls(await context.new_page(), url)
+        return cls(await context.new_page(), url, ear)
 
     # --- the controls ---------------------------------------------------------------------
 
@@ -141,28 +136,19 @@ class Viewer:
     async def packets(self, kind: str) -> int:
         return int((await self.inbound(kind)).get("packetsReceived", 0))
 
-    # --- the audio probe ------------------------------------------------------------------
+    # --- the ear --------------------------------------------------------------------------
 
     async def listen(self) -> None:
-        """Press Start if it is offered, and attach the audio probe; needs `LISTENING`."""
+        """Press Start if it is offered, and wait until the browser sounds."""
+        self._tap = needed(self._ear).tap()
         if await self.button("Start").is_visible():
             await self.button("Start").click()
+        assert await self._tap.hears(within_s=10), "nothing sounds"
 
-        meter = (HERE / "meter.js").read_text(encoding="utf-8")
+    def heard(self) -> list[Block]:
+        """Everything that the browser has sounded since `listen` or `forget`."""
+        return [] if self._tap is None else list(self._tap.heard)
 
-        async def hears() -> bool:
-            return bool(await self.page.evaluate("window.waxProbe.listen", meter))
-
-        await eventually(hears, "the page plays sound", within_s=10)
-
-    async def heard(self) -> list[Block]:
-        """Everything heard since `listen` or `forget`, at most a minute."""
-        return [Block(**block) for block in await self.probe("heard()")]
-
-    async def device_ms(self) -> float:
-        """Return the browser's own estimate of the delay from audio probe to loudspeaker."""
-        playout = await self.probe("playout()")
-        return float(playout["totalPlayoutDelay"] / playout["totalSamplesCount"] * 1000)
-
-    async def forget(self) -> None:
-        await self.probe("forget()")
+    def forget(self) -> None:
+        if self._tap is not None:
+            self._tap.take()

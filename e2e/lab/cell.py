@@ -32,6 +32,8 @@ class Cell(BaseModel):
     """Only for ``thesis``; 500 where it is None."""
     content: Literal["testcard", "talking-head"] = "testcard"
     browser: Literal["chromium", "firefox"] = "chromium"
+    player: Literal["auto", "browser", "own"] = "auto"
+    """Who plays WAX's sound on the page."""
     viewers: int = 1
     """All but the first only count what they get (E5)."""
     slow: int = 0
@@ -53,6 +55,8 @@ class Cell(BaseModel):
             parts.append(self.content)
         if self.browser != "chromium":
             parts.append(self.browser)
+        if self.player != "auto":
+            parts.append(f"{self.player}-player")
         if self.viewers != 1:
             parts.append(f"{self.viewers}-viewers")
         if self.slow:

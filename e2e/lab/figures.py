@@ -42,6 +42,7 @@ class Figures(_Figures):
     concealed_pauses: Pauses = Pauses()
     """Contiguous concealment of 100 ms or more, by the browser's counts."""
     concealed_share: float | None = None
+    stretched_share: float | None = None
     first_picture_ms: float | None = None
     """From the begin of the navigation."""
     command_round_trip_ms: Summary | None = None

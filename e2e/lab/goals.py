@@ -45,8 +45,8 @@ NOTES: Final = (
     "Judged is the median over the repetitions. Where a goal is not relative to the peers, they "
     "were measured once.",
     AGE,
-    "Age of the sound: from capture to the ear, the browser’s own estimate of the way from its "
-    "jitter buffer to the loudspeaker (media-playout) included.",
+    "Age of the sound: from capture to the ear, a sound device (PulseAudio’s null sink) whose "
+    "output is recorded, so that the browser’s way to the device is included.",
     "Driving: the operator’s page holds a key and sends 20 set-points a second; the commands’ "
     "round trip is that of the pings that share the channel with them.",
     "A further observer’s cost is the difference of the server’s CPU between two crowds of one "

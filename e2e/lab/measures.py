@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 from e2e.lab import series
 from e2e.lab.instrument.pauses import concealed_pauses, tone_pauses
 from e2e.lab.instrument.quantities import summed
+from e2e.lab.instrument.sums import share
 from e2e.lab.names import changes_s
 
 if TYPE_CHECKING:
@@ -105,7 +106,9 @@ def _pauses(
 
     def get(result: CellResult) -> float | None:
         figures = result.figures
-        told = hears_tone(result) if kind == "tone" else figures.concealed_share is not None
+        # WAX's own player counts what it made up, not in how many pieces.
+        is_counted = figures.concealed_share is not None and not result.readings.own_sound.at_ms
+        told = hears_tone(result) if kind == "tone" else is_counted
         minutes = (figures.to_ms - figures.sound_from_ms) / 60_000
         if not told or not minutes > 0:
             return None
@@ -153,23 +156,16 @@ def skew_p95_ms(readings: Readings, figures: Figures) -> float | None:
     return found.p95 if found else None
 
 
-def concealed_percent(readings: Readings, figures: Figures) -> float | None:
-    """Of the samples that were played from the first sound on, those that were made up."""
-    if readings.first_sound_ms is None:
-        return None
-    counters = readings.counters
-    rows = [
-        (played, concealed)
-        for at_ms, played, concealed in zip(
-            counters.at_ms, counters.played_samples, counters.concealed_samples, strict=True
-        )
-        if played is not None
-        and concealed is not None
-        and readings.first_sound_ms <= at_ms <= figures.to_ms
-    ]
-    if len(rows) < 2 or rows[-1][0] <= rows[0][0]:
-        return None
-    return 100 * (rows[-1][1] - rows[0][1]) / (rows[-1][0] - rows[0][0])
+def _share_percent(what: Literal["concealed", "stretched"]) -> FromReadings:
+    """Of the samples that were played from the first sound on, those that were so."""
+
+    def get(readings: Readings, figures: Figures) -> float | None:
+        if readings.first_sound_ms is None:
+            return None
+        found = share(readings, what, readings.first_sound_ms, figures.to_ms)
+        return None if found is None else 100 * found
+
+    return get
 
 
 def _heard_and_counted(
@@ -356,7 +352,8 @@ _ALL: Final = (
         _read(skew_p95_ms),
         "of each second’s burst; joining is the first picture",
     ),
-    Measure("concealed_percent", "concealed sound", "%", _read(concealed_percent)),
+    Measure("concealed_percent", "concealed sound", "%", _read(_share_percent("concealed"))),
+    Measure("stretched_percent", "stretched sound", "%", _read(_share_percent("stretched"))),
     Measure(
         "pauses",
         "audible pauses",

@@ -48,6 +48,8 @@ class Counters(_Columns):
     played_samples: list[float | None] = []
     concealed_samples: list[float | None] = []
     concealment_events: list[float | None] = []
+    stretched_samples: list[float | None] = []
+    """Put in where sound was played slowly, to wait for more."""
     sound_buffer_ms: list[float | None] = []
     """Mean jitter buffer delay since the look before."""
     audio_bytes: list[float | None] = []
@@ -56,6 +58,15 @@ class Counters(_Columns):
     received_bytes: list[float | None] = []
     """All that the transport received: RTP, RTCP, data channels."""
     sent_bytes: list[float | None] = []
+
+
+class OwnSound(_Columns):
+    """One row for each report of WAX's own player, all since it began to play a peer."""
+
+    at_ms: list[float] = []
+    played_ms: list[float] = []
+    made_up_ms: list[float] = []
+    stretched_ms: list[float] = []
 
 
 class Commands(_Columns):
@@ -88,14 +99,17 @@ class Readings(BaseModel):
     first_picture_ms: float | None = None
     """When the first frame of any video was presented."""
     first_sound_ms: float | None = None
-    sound_output_ms: float | None = None
-    """How much of each block's time is the browser's own estimate of the way from its jitter
-    buffer to the loudspeaker; None where it gives none, and then nothing was added."""
     pictures: Pictures = Pictures()
     sound: Sound = Sound()
     counters: Counters = Counters()
+    own_sound: OwnSound = OwnSound()
     commands: Commands = Commands()
     set_points: SetPoints = SetPoints()
     connections: Connections = Connections()
     limits: list[str] = []
     """What this browser does not expose, in sentences."""
+
+    @property
+    def heard_counters(self) -> Counters:
+        """The counters of what is heard; where WAX's own player plays, the browser has none."""
+        return Counters() if self.own_sound.at_ms else self.counters

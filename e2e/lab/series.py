@@ -46,7 +46,7 @@ def standing(ages: Series) -> Series:
 
 def sound_ages(readings: Readings) -> Series:
     """Age of each second's burst when it begins to be heard, as the instrument finds it."""
-    heard = bursts(readings.sound, readings.counters, picture_ages(readings))
+    heard = bursts(readings.sound, readings.heard_counters, picture_ages(readings))
     return [(burst.heard_ms, burst.age_ms) for burst in heard]
 
 

@@ -10,7 +10,7 @@ from e2e.lab.cell import Cell
 from e2e.lab.figures import Pauses
 from e2e.lab.instrument.sums import figures
 from e2e.lab.instrument.synthetic import OPENED_MS, counters, readings, shown
-from e2e.lab.measures import MEASURES, breaks, concealed_percent, measured, set_points_per_s
+from e2e.lab.measures import MEASURES, breaks, measured, set_points_per_s
 from e2e.lab.readings import Connections, Pictures, Readings, SetPoints
 from e2e.lab.results import Carried, CellResult, Server
 
@@ -63,9 +63,9 @@ def test_concealment_counts_from_the_first_sound() -> None:
     """Of 2 s after the first sound 100 ms were made up; what was before it does not count."""
     rows = [(100.0, 1)] * 10 + [(0.0, 0)] * 10 + [(100.0, 1)] + [(0.0, 0)] * 10
     read = Readings(opened_ms=OPENED_MS, first_sound_ms=OPENED_MS + 1000, counters=counters(rows))
-    assert concealed_percent(read, span(60)) == pytest.approx(5, abs=0.5)
+    assert value("concealed_percent", result(read)) == pytest.approx(5, abs=0.5)
     silent = read.model_copy(update={"first_sound_ms": None})
-    assert concealed_percent(silent, span(60)) is None
+    assert value("concealed_percent", result(silent)) is None
 
 
 def test_a_rate_is_of_pictures_of_that_size() -> None:

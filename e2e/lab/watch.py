@@ -59,7 +59,7 @@ async def watch(cell: Cell, link: Link, browser: Browser, folder: Path) -> CellR
             leaving.enter_async_context(start(cell, link, folder)),
             leaving.enter_async_context(browser.window(PRELOAD)),
         )
-        instrument = Instrument(window.evaluate)
+        instrument = Instrument(window.evaluate, browser.ear)
         server = CostMeter(running.pid, f"the server of {cell.system}")
         before = await link.statistics()
         within_s = picture_within_s(link)
@@ -67,7 +67,7 @@ async def watch(cell: Cell, link: Link, browser: Browser, folder: Path) -> CellR
         settle_s, picture_s = SETTLE_S, time.monotonic()
         if sees:
             await running.opened(window)
-            await _listen(instrument)
+            await instrument.hears(_HEARS_WITHIN_S)  # what never sounds is seen in the readings
             settle_s = max(SETTLE_S, time.monotonic() - picture_s)
             if cell.viewers > 1:
                 others = await leaving.enter_async_context(crowd(cell, link, running.url))
@@ -134,13 +134,6 @@ async def _goto(window: Window, url: str, instrument: Instrument, within_s: floa
             await _until(instrument.sees_picture)
             return True
     return False
-
-
-async def _listen(instrument: Instrument) -> None:
-    """Wait until the audio probe is on; what never sounds is seen in the readings."""
-    with suppress(TimeoutError):
-        async with asyncio.timeout(_HEARS_WITHIN_S):
-            await _until(instrument.listen)
 
 
 async def _until(is_so: Callable[[], Awaitable[bool]]) -> None:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Literal
 
-from e2e.lab.browsers.chromium import open_chromium
-from e2e.lab.browsers.firefox import open_firefox
-from e2e.lab.browsers.window import Browser, Window
+from e2e.lab.browsers import chromium, firefox
+from e2e.lab.browsers.window import Browser, Window, installed
+from e2e.measure.ear import open_ear
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from contextlib import AbstractAsyncContextManager
+    from collections.abc import AsyncIterator, Sequence
     from pathlib import Path
 
     from e2e.lab.link import Link
@@ -18,14 +18,17 @@ if TYPE_CHECKING:
 __all__ = ["Browser", "Window", "open_browser"]
 
 
-def open_browser(
+@asynccontextmanager
+async def open_browser(
     name: Literal["chromium", "firefox"], link: Link, origins: Sequence[str], folder: Path
-) -> AbstractAsyncContextManager[Browser]:
-    """Have a browser at the browser end, headless, that plays sound without a touch.
+) -> AsyncIterator[Browser]:
+    """Have a browser at the browser end, headless, that plays sound without a touch, to an ear.
 
     To it the `origins` are secure. It resolves no names. `folder`, which is empty, takes what it
     writes. Raises `NotRunError` when there is none, `MeasureError` when it does not start.
     """
-    if name == "firefox":
-        return open_firefox(link, origins, folder)
-    return open_chromium(link, origins, folder)
+    is_firefox = name == "firefox"
+    path = installed(*(firefox.PROGRAM if is_firefox else chromium.PROGRAM))
+    start = firefox.open_firefox if is_firefox else chromium.open_chromium
+    async with open_ear() as ear, start(path, link, origins, folder, ear) as browser:
+        yield browser

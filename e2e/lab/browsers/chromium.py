@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from contextlib import asynccontextmanager, contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
@@ -10,7 +11,7 @@ from urllib.parse import urlsplit
 from playwright.async_api import Error, async_playwright
 
 from e2e.harness.chromium import FLAGS, NAMES
-from e2e.lab.browsers.window import LOAD_WITHIN_S, as_json, installed
+from e2e.lab.browsers.window import LOAD_WITHIN_S, as_json
 from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
@@ -21,7 +22,9 @@ if TYPE_CHECKING:
 
     from e2e.lab.browsers.window import Key
     from e2e.lab.link import Link
+    from e2e.measure.ear import Ear
 
+PROGRAM: Final = ("WAX_CHROMIUM", NAMES)
 START_WITHIN_S: Final = 40.0
 
 
@@ -48,8 +51,9 @@ class ChromiumWindow:
 
 
 class Chromium:
-    def __init__(self, browser: Browser) -> None:
+    def __init__(self, browser: Browser, ear: Ear) -> None:
         self._browser = browser
+        self.ear = ear
 
     @asynccontextmanager
     async def window(self, preload: str) -> AsyncIterator[ChromiumWindow]:
@@ -71,10 +75,10 @@ class Chromium:
 
 @asynccontextmanager
 async def open_chromium(
-    link: Link, origins: Sequence[str], folder: Path
+    path: str, link: Link, origins: Sequence[str], folder: Path, ear: Ear
 ) -> AsyncIterator[Chromium]:
     """Start it headless; see `e2e.lab.browsers.open_browser`."""
-    launcher = link.browser.launcher(folder / "chromium", installed("WAX_CHROMIUM", NAMES))
+    launcher = link.browser.launcher(folder / "chromium", path)
     known = "".join(f", EXCLUDE {urlsplit(one).hostname}" for one in origins)
     flags = [
         *FLAGS,
@@ -89,6 +93,8 @@ async def open_chromium(
                 executable_path=launcher,
                 headless=True,
                 args=flags,
+                ignore_default_args=["--mute-audio"],
+                env={**os.environ, **ear.variables},
                 timeout=START_WITHIN_S * 1000,
                 # Ctrl-C is for us alone: the browser is closed when we are ready.
                 handle_sigint=False,
@@ -96,7 +102,7 @@ async def open_chromium(
                 handle_sighup=False,
             )
         try:
-            yield Chromium(browser)
+            yield Chromium(browser, ear)
         finally:
             with suppress(Error):
                 await browser.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 from contextlib import AsyncExitStack, asynccontextmanager, contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
@@ -11,7 +12,7 @@ from urllib.parse import urlsplit
 import aiohttp
 
 from e2e.harness import bidi
-from e2e.lab.browsers.window import LOAD_WITHIN_S, installed
+from e2e.lab.browsers.window import LOAD_WITHIN_S
 from e2e.lab.relay import http_through
 from e2e.measure.errors import MeasureError
 
@@ -22,7 +23,9 @@ if TYPE_CHECKING:
 
     from e2e.lab.browsers.window import Key
     from e2e.lab.link import Link
+    from e2e.measure.ear import Ear
 
+PROGRAM: Final = ("WAX_FIREFOX", bidi.NAMES)
 END_WITHIN_S: Final = 5.0
 KEYS: Final[dict[Key, str]] = {"ArrowUp": "\ue013"}
 """WebDriver's table of keys."""
@@ -73,8 +76,9 @@ class FirefoxWindow:
 
 
 class FirefoxBrowser:
-    def __init__(self, session: bidi.Session) -> None:
+    def __init__(self, session: bidi.Session, ear: Ear) -> None:
         self._session = session
+        self.ear = ear
 
     @asynccontextmanager
     async def window(self, preload: str) -> AsyncIterator[FirefoxWindow]:
@@ -106,10 +110,9 @@ def _failing(what: str) -> Iterator[None]:
 
 @asynccontextmanager
 async def open_firefox(
-    link: Link, origins: Sequence[str], folder: Path
+    path: str, link: Link, origins: Sequence[str], folder: Path, ear: Ear
 ) -> AsyncIterator[FirefoxBrowser]:
     """Start it headless; see `e2e.lab.browsers.open_browser`."""
-    path = installed("WAX_FIREFOX", bidi.NAMES)
     profile, extension = folder / "profile", folder / "extension"
     for made in (profile, extension):
         made.mkdir()
@@ -126,13 +129,14 @@ async def open_firefox(
             stdin=asyncio.subprocess.DEVNULL,
             stdout=log,
             stderr=log,
+            env={**os.environ, **ear.variables},
         )
     try:
         async with _talking(link, profile, process) as session:
             await session.send(
                 "webExtension.install", extensionData={"type": "path", "path": str(extension)}
             )
-            yield FirefoxBrowser(session)
+            yield FirefoxBrowser(session, ear)
     finally:
         await _end(process)
 

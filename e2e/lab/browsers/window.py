@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from contextlib import AbstractAsyncContextManager
 
+    from e2e.measure.ear import Ear
+
 Key = Literal["ArrowUp"]
 LOAD_WITHIN_S: Final = 120.0
 """A page of some 100 kB takes a modem half a minute."""
@@ -34,7 +36,9 @@ class Window(Protocol):
 
 
 class Browser(Protocol):
-    """One process with many windows, each visible to itself."""
+    """One process with many windows, each visible to itself, and one sound device: `ear`."""
+
+    ear: Ear
 
     def window(self, preload: str) -> AbstractAsyncContextManager[Window]:
         """Have a page without a past; the script `preload` runs in it before its own ones."""

@@ -62,10 +62,11 @@ async def own_error(link: Link, browser: Browser, folder: Path) -> list[Row]:
         browser.window("\n".join(map(preload, _TWO))) as window,
     ):
         await window.goto(served.url)
-        one, two = (Instrument(window.evaluate, name=name) for name in _TWO)
+        one, two = (Instrument(window.evaluate, browser.ear, name=name) for name in _TWO)
         await _until(one.sees_picture, "there is no picture")
         await window.evaluate(press("Start"))
-        await _until(one.listen, "there is no sound")
+        if not await one.hears(_WITHIN_S):
+            raise MeasureError(f"the instrument's own error: no sound within {_WITHIN_S:g} s")
         began_s = time.monotonic()
         await asyncio.sleep(_SETTLE_S + _LEAST_S)
         while True:
@@ -80,7 +81,7 @@ def judged(first: Readings, second: Readings) -> tuple[list[Row], bool]:
     to_ms = min((read.pictures.at_ms or [read.opened_ms])[-1] for read in (first, second))
     one, two = (figures(read, settle_s=_SETTLE_S, to_ms=to_ms) for read in (first, second))
     pictures = picture_ages(first.pictures)
-    found = bursts(first.sound, first.counters, pictures)
+    found = bursts(first.sound, first.heard_counters, pictures)
     heard = [(burst.heard_ms, burst.age_ms) for burst in found]
     rows, is_certain = [], True
     for kind, ages in (("picture", pictures), ("sound", heard)):

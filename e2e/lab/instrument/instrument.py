@@ -1,4 +1,4 @@
-"""The part of the instrument that asks the page, and keeps what it said."""
+"""The part of the instrument that asks the page and the ear, and keeps what they said."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from e2e.lab.readings import (
     Commands,
     Connections,
     Counters,
+    OwnSound,
     Pictures,
     Readings,
     SetPoints,
@@ -19,6 +20,8 @@ from e2e.measure.errors import MeasureError
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
+
+    from e2e.measure.ear import Ear
 
 STAMP_MODULUS: Final = 1 << 40
 _PLAUSIBLE_MS: Final = 600_000.0
@@ -30,32 +33,32 @@ class InstrumentError(MeasureError):
 
 
 class Instrument:
-    """Reads one page; `evaluate` runs an expression in it, awaits promises, returns JSON values.
+    """Reads one page and hears its browser, from now on.
+
+    `evaluate` runs an expression in the page, awaits promises, returns JSON values.
 
     The page keeps the last 10 min at most; each call of `readings` fetches what is new. Where the
     page is loaded again, what it had read since the last call is lost, and a limit says so.
     """
 
-    def __init__(self, evaluate: Callable[[str], Awaitable[Any]], *, name: str = NAME) -> None:
+    def __init__(
+        self, evaluate: Callable[[str], Awaitable[Any]], ear: Ear, *, name: str = NAME
+    ) -> None:
         self._evaluate = evaluate
+        self._tap = ear.tap()
         self._at = f"window[{name!r}]"
         self._load: float | None = None
         self._loads = 0
         self._readings: Readings | None = None
-        self._output_ms = 0.0
         self._read = self._missed = 0
 
     async def sees_picture(self) -> bool:
         """Tell whether a frame of any video has been presented."""
         return bool(await self._evaluate(f"{self._at}?.sees() ?? false"))
 
-    async def listen(self) -> bool:
-        """Attach the audio probe to the remote sound; True once it hears. Safe to repeat.
-
-        In Chromium the ear is on by itself, and this only tells. It hears what an element of the
-        page plays, unmuted.
-        """
-        return bool(await self._evaluate(f"{self._at}?.listen() ?? false"))
+    async def hears(self, within_s: float) -> bool:
+        """Wait until the browser sounds, and tell whether it did in time."""
+        return await self._tap.hears(within_s)
 
     async def readings(self) -> Readings:
         """Return everything from the page's opening until now.
@@ -69,8 +72,12 @@ class Instrument:
             raise InstrumentError(
                 "The instrument is not in this page: add PRELOAD before the page is opened."
             )
+        heard = self._tap.take()
+        columns = {name: [getattr(one, name) for one in heard] for name in Sound.model_fields}
+        _extend(self._readings.sound, Sound(**columns))
+        self._readings.first_sound_ms = self._tap.first_ms
         # A copy: whoever keeps it shall not see it grow.
-        return self._with_output(self._readings.model_copy(deep=True))
+        return self._readings.model_copy(deep=True)
 
     def _take(self, taken: dict[str, Any]) -> None:
         known = self._readings
@@ -81,17 +88,11 @@ class Instrument:
         elif self._load != taken["load"]:
             self._load, self._loads = taken["load"], self._loads + 1
         self._read, self._missed = taken["cost"]["reads"], taken["cost"]["missed"]
-        if taken["output_ms"] is not None:
-            self._output_ms = taken["output_ms"]
-            known.sound_output_ms = round(self._output_ms, 2)
         if known.first_picture_ms is None:
             known.first_picture_ms = taken["first_picture_ms"]
-        if known.first_sound_ms is None:
-            known.first_sound_ms = taken["first_sound_ms"]
         _extend(known.pictures, _pictures(taken["pictures"]))
-        sound = taken["sound"]
-        _extend(known.sound, Sound(start_ms=sound.pop("taken_ms"), **sound))
         _extend(known.counters, Counters(**taken["counters"]))
+        _extend(known.own_sound, OwnSound(**taken["own_sound"]))
         _extend(known.commands, Commands(**taken["commands"]))
         _extend(known.set_points, SetPoints(**taken["set_points"]))
         _extend(known.connections, Connections(**taken["connections"]))
@@ -107,14 +108,6 @@ class Instrument:
                 " gone before the page could read them."
             )
         return limits
-
-    def _with_output(self, readings: Readings) -> Readings:
-        """Add the way from the jitter buffer to the loudspeaker to when sound was played."""
-        delay_ms = self._output_ms
-        readings.sound.start_ms = [round(at + delay_ms, 2) for at in readings.sound.start_ms]
-        if readings.first_sound_ms is not None:
-            readings.first_sound_ms = round(readings.first_sound_ms + delay_ms, 2)
-        return readings
 
 
 def whole_ms(stamp40_ms: int, at_ms: float) -> float | None:

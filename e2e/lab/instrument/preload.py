@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Final
 
-_PARTS: Final = ("clock", "hooks", "video_probe", "audio_probe", "counts", "commands", "main")
+_PARTS: Final = ("clock", "hooks", "video_probe", "counts", "commands", "main")
 NAME: Final = "__waxLab"
 
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 from e2e.lab.figures import Figures, Pauses
 from e2e.lab.instrument.bursts import Burst, bursts, skews_ms
 from e2e.lab.instrument.pauses import concealed_pauses, tone_pauses
 from e2e.lab.instrument.quantities import drift_per_min, rate_per_s, summed
-from e2e.lab.readings import Counters
+from e2e.lab.readings import Counters, OwnSound
 
 if TYPE_CHECKING:
     from e2e.lab.readings import Pictures, Readings
+
+C = TypeVar("C", Counters, OwnSound)
 
 
 def figures(readings: Readings, *, settle_s: float = 3.0, to_ms: float | None = None) -> Figures:
@@ -29,7 +31,7 @@ def figures(readings: Readings, *, settle_s: float = 3.0, to_ms: float | None = 
     aged = [(at, age) for at, age in ages if from_ms <= at <= to_ms]
     heard: list[Burst] = []
     if not _is_speech(readings.pictures):
-        found = bursts(readings.sound, readings.counters, ages)
+        found = bursts(readings.sound, readings.heard_counters, ages)
         heard = [burst for burst in found if sound_from_ms <= burst.heard_ms <= to_ms]
     skews = skews_ms(heard, ages)
     absolute = summed([abs(skew) for skew in skews])
@@ -49,7 +51,8 @@ def figures(readings: Readings, *, settle_s: float = 3.0, to_ms: float | None = 
         if _is_speech(readings.pictures)
         else tone_pauses(readings.sound, sound_from_ms, to_ms),
         concealed_pauses=concealed_pauses(readings.counters, sound_from_ms, to_ms),
-        concealed_share=_concealed_share(_within(readings.counters, sound_from_ms, to_ms)),
+        concealed_share=share(readings, "concealed", sound_from_ms, to_ms),
+        stretched_share=share(readings, "stretched", sound_from_ms, to_ms),
         first_picture_ms=_after(readings.first_picture_ms, readings.opened_ms),
         command_round_trip_ms=summed(
             [
@@ -129,13 +132,22 @@ def _longest_freeze_ms(shown: list[float], from_ms: float, to_ms: float) -> floa
     return max(after - before for before, after in pairwise(edges))
 
 
-def _within(counters: Counters, from_ms: float, to_ms: float) -> Counters:
-    rows = [i for i, at in enumerate(counters.at_ms) if from_ms <= at <= to_ms]
-    columns = {name: getattr(counters, name) for name in Counters.model_fields}
-    return Counters(**{name: [column[i] for i in rows] for name, column in columns.items()})
+def _within(columns: C, from_ms: float, to_ms: float) -> C:
+    rows = [i for i, at in enumerate(columns.at_ms) if from_ms <= at <= to_ms]
+    names = type(columns).model_fields
+    return type(columns)(**{name: [getattr(columns, name)[i] for i in rows] for name in names})
 
 
-def _concealed_share(counters: Counters) -> float | None:
-    played = rate_per_s(counters.at_ms, counters.played_samples)
-    concealed = rate_per_s(counters.at_ms, counters.concealed_samples)
-    return concealed / played if played and concealed is not None else None
+def share(
+    readings: Readings, what: Literal["concealed", "stretched"], from_ms: float, to_ms: float
+) -> float | None:
+    """Return how much of what was played was so, by the count of whichever player played."""
+    own = _within(readings.own_sound, from_ms, to_ms)
+    counters = _within(readings.counters, from_ms, to_ms)
+    if own.at_ms:
+        played = rate_per_s(own.at_ms, own.played_ms)
+        found = rate_per_s(own.at_ms, own.made_up_ms if what == "concealed" else own.stretched_ms)
+    else:
+        played = rate_per_s(counters.at_ms, counters.played_samples)
+        found = rate_per_s(counters.at_ms, getattr(counters, f"{what}_samples"))
+    return found / played if played and found is not None else None

@@ -10,7 +10,8 @@ from e2e.lab.instrument.pauses import concealed_pauses, tone_pauses
 from e2e.lab.instrument.quantities import drift_per_min
 from e2e.lab.instrument.sums import figures
 from e2e.lab.instrument.synthetic import OPENED_MS, blocks, counters, pictures, readings
-from e2e.lab.readings import Pictures, Readings
+from e2e.lab.readings import OwnSound, Pictures, Readings
+from e2e.measure.ear import Ear
 
 END_MS = OPENED_MS + 60_000
 
@@ -189,6 +190,21 @@ def test_concealed_share_is_of_what_was_played() -> None:
     assert figures(page).concealed_share == pytest.approx(0.1)
 
 
+def test_our_own_players_counts_come_before_the_browsers() -> None:
+    """Where the page plays by itself the browser counts nothing of what is heard."""
+    page = readings(20)
+    at_ms = [OPENED_MS + 1000.0 * second for second in range(20)]
+    page.own_sound = OwnSound(
+        at_ms=at_ms,
+        played_ms=[1000.0 * second for second in range(20)],
+        made_up_ms=[20.0 * second for second in range(20)],
+        stretched_ms=[5.0 * second for second in range(20)],
+    )
+    found = figures(page)
+    assert found.concealed_share == pytest.approx(0.02)
+    assert found.stretched_share == pytest.approx(0.005)
+
+
 def test_bytes_are_told_by_what_they_are() -> None:
     """Of 1000 bytes a look 700 are video and 100 sound; what was not counted is None."""
     page = readings(10)
@@ -239,4 +255,4 @@ async def test_a_page_without_the_instrument_is_told() -> None:
         assert "take" in expression
 
     with pytest.raises(InstrumentError, match="PRELOAD"):
-        await Instrument(nothing).readings()
+        await Instrument(nothing, Ear({})).readings()

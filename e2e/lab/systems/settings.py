@@ -34,6 +34,8 @@ def settings(cell: Cell, media: str) -> dict[str, Any]:
         "audio": {"source": media},
         "turns": {"turn_s": TURN_S},
     }
+    if cell.player != "auto":
+        tree["sync"] = {role: {"player": cell.player} for role in ("operator", "observer")}
     for_all = merged(MANY_PLAYED_BY_ONE, tree)
     match cell.system:
         case "audio-master":

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from e2e.harness.missing import needed
 from e2e.harness.wait import eventually
 from e2e.lab.instrument import PRELOAD, Instrument
 from e2e.lab.talking_head import film_file, lip_lag
@@ -19,13 +20,14 @@ if TYPE_CHECKING:
     from playwright.async_api import Browser
 
     from e2e.conftest import Serve
+    from e2e.measure.ear import Ear
 
 WATCHED_S = 10
 
 
 @pytest.mark.timeout(90)
 async def test_lips_and_voice_arrive_together(
-    serve: Serve, tmp_path: Path, chromium: Browser, voice: NDArray[np.int16]
+    serve: Serve, tmp_path: Path, chromium: Browser, ear: Ear | None, voice: NDArray[np.int16]
 ) -> None:
     """A viewer of the film sees its mouth move from shut to wide, and hears the voice to it."""
     film = await asyncio.to_thread(film_file, tmp_path / "film")
@@ -35,11 +37,11 @@ async def test_lips_and_voice_arrive_together(
         async with serve(tmp_path, settings) as server:
             await context.add_init_script(PRELOAD)
             page = await context.new_page()
-            instrument = Instrument(page.evaluate)
+            instrument = Instrument(page.evaluate, needed(ear))
             await page.goto(server.url)
             await page.get_by_role("button", name="Start").first.click()
             await eventually(instrument.sees_picture, "the picture plays")
-            await eventually(instrument.listen, "the sound plays")
+            assert await instrument.hears(within_s=10), "no sound"
             await asyncio.sleep(WATCHED_S)
             readings = await instrument.readings()
     finally:

@@ -5,6 +5,7 @@ const makeCounts = (clock, hooks, limit) => {
     "played_samples",
     "concealed_samples",
     "concealment_events",
+    "stretched_samples",
     "sound_buffer_ms",
     "audio_bytes",
     "video_bytes",
@@ -35,7 +36,7 @@ const makeCounts = (clock, hooks, limit) => {
   // With headers, and with what was sent again.
   const whole = (r) => r.bytesReceived + (r.headerBytesReceived ?? 0);
 
-  const COUNTED = new Set(["inbound-rtp", "transport", "candidate-pair", "media-playout"]);
+  const COUNTED = new Set(["inbound-rtp", "transport", "candidate-pair"]);
   const look = async () => {
     for (const peer of [...hooks.peers]) {
       if (!numbers.has(peer)) numbers.set(peer, peerCount++);
@@ -56,6 +57,7 @@ const makeCounts = (clock, hooks, limit) => {
       played_samples: sum(sound, "totalSamplesReceived"),
       concealed_samples: sum(sound, "concealedSamples"),
       concealment_events: sum(sound, "concealmentEvents"),
+      stretched_samples: sum(sound, "insertedSamplesForDeceleration"),
       sound_buffer_ms: perItem_ms(
         "sound",
         sum(sound, "jitterBufferDelay"),
@@ -68,12 +70,5 @@ const makeCounts = (clock, hooks, limit) => {
     };
     table.add(rounded(clock.now(), 1), ...COLUMNS.map((name) => rounded(row[name], 2)));
   };
-
-  // What the browser reckons between the jitter buffer and the loudspeaker, mean over all samples.
-  const output_ms = () => {
-    const reports = [...seen.values()].filter((r) => r.type === "media-playout");
-    const samples = sum(reports, "totalSamplesCount");
-    return samples ? (1000 * sum(reports, "totalPlayoutDelay")) / samples : null;
-  };
-  return { look, table, output_ms };
+  return { look, table };
 };

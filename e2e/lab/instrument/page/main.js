@@ -6,7 +6,6 @@ if (window === window.top && !(NAME in window)) {
   const clock = makeClock();
   const hooks = makeHooks();
   const video = makeVideoProbe(clock, hooks, limit);
-  const audio = makeAudioProbe(clock, hooks, limit);
   const counts = makeCounts(clock, hooks, limit);
   const commands = makeCommands(clock, hooks);
   const states = makeTable(["at_ms", "state"], 1000);
@@ -29,16 +28,13 @@ if (window === window.top && !(NAME in window)) {
   Object.defineProperty(window, NAME, {
     value: {
       sees: video.sees,
-      listen: audio.listen,
       take: () => ({
         load,
         opened_ms: clock.unix(0),
         first_picture_ms: video.first_ms(),
-        first_sound_ms: audio.first_ms(),
-        output_ms: audio.context_output_ms() ?? counts.output_ms(),
         cost: video.cost,
         pictures: video.table.take(),
-        sound: audio.table.take(),
+        own_sound: commands.ownSound.take(),
         counters: counts.table.take(),
         commands: commands.table.take(),
         set_points: commands.setPoints.take(),
