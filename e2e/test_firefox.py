@@ -11,15 +11,16 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from e2e.harness import toml
+from e2e.harness import audio_probe, toml
 from e2e.harness.bidi import NAMES, firefox
-from e2e.harness.missing import missing
+from e2e.harness.missing import missing, needed
 from e2e.harness.robot import moves, stands_still, undisturbed
 from e2e.harness.video_probe import LIVE_MS
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
     from e2e.conftest import Serve
+    from e2e.measure.ear import Ear
 
 PROBE = Path(__file__).parent / "harness" / "probe.js"
 ARROW_LEFT = "\ue012"
@@ -41,14 +42,16 @@ def button(name: str) -> str:
 
 
 @pytest.mark.timeout(120)
-async def test_firefox_shows_sounds_and_drives(serve: Serve, tmp_path: Path) -> None:
+async def test_firefox_shows_sounds_and_drives(
+    serve: Serve, tmp_path: Path, ear: Ear | None
+) -> None:
     """In stock Firefox the card is read live, the sound has energy, and a key moves the robot."""
     path = find_firefox()
     profile = tmp_path / "profile"
     profile.mkdir()
     async with (
         serve(tmp_path, toml.CARD) as server,
-        firefox(path, profile, PROBE.read_text(encoding="utf-8")) as window,
+        firefox(path, profile, PROBE.read_text(encoding="utf-8"), needed(ear)) as window,
     ):
         await window.goto(server.url)
         await eventually(
@@ -60,17 +63,12 @@ async def test_firefox_shows_sounds_and_drives(serve: Serve, tmp_path: Path) -> 
         assert valid[-1]["stamp_ms"] - valid[0]["stamp_ms"] > 1000
         assert median(card["age_ms"] for card in valid) < LIVE_MS
 
+        tap = needed(ear).tap()
         await window.evaluate(button("Start"))
-        await eventually(
-            lambda: window.evaluate("waxProbe.audible()"), "the sound plays", within_s=10
-        )
-
-        async def energy() -> float:
-            return float((await window.evaluate("waxProbe.inbound('audio')"))["totalAudioEnergy"])
-
-        before = await energy()
+        assert await tap.hears(within_s=10)
+        tap.take()
         await asyncio.sleep(2)
-        assert await energy() - before > 2 * 0.02**2
+        assert audio_probe.loudness(tap.take()) > 0.02
 
         await window.evaluate(button("Join the queue"))
 
@@ -116,9 +114,6 @@ async def test_firefox_gets_the_largest_picture(serve: Serve, tmp_path: Path) ->
         agreed = {one.split()[0] for one in sections if FEEDBACK in one}
         assert "video" in agreed, "Firefox is served by what it loses"
         await window.evaluate(button("Start"))
-        await eventually(
-            lambda: window.evaluate("waxProbe.audible()"), "the sound plays", within_s=10
-        )
 
         async def is_large() -> bool:
             card = (await window.evaluate("waxProbe.cards(1)"))[0]
@@ -130,3 +125,33 @@ async def test_firefox_gets_the_largest_picture(serve: Serve, tmp_path: Path) ->
         cards = await window.evaluate("waxProbe.cards(20)")
         assert sum(card["valid"] for card in cards) >= 18
         assert {(card["width"], card["height"]) for card in cards} == {(640, 480)}
+
+
+@pytest.mark.timeout(120)
+@pytest.mark.full
+async def test_firefox_plays_by_our_own_player_if_told_to(
+    serve: Serve, tmp_path: Path, ear: Ear | None
+) -> None:
+    """The sound of the page's own player is heard, without a gap."""
+    path = find_firefox()
+    profile = tmp_path / "profile"
+    profile.mkdir()
+    settings = toml.card_with(sync__observer='player = "own"')
+    async with (
+        serve(tmp_path, settings) as server,
+        firefox(path, profile, PROBE.read_text(encoding="utf-8"), needed(ear)) as window,
+    ):
+        await window.goto(server.url)
+        tap = needed(ear).tap()
+        await window.evaluate(button("Start"))
+        await eventually(
+            lambda: window.evaluate('document.body.textContent.includes("playerWAX\'s own")'),
+            "our own player plays",
+            within_s=15,
+        )
+        await asyncio.sleep(3)
+        tap.take()
+        await asyncio.sleep(3)
+        heard = tap.take()
+        assert audio_probe.loudness(heard) > 0.02
+        assert audio_probe.gaps_ms(heard) == []

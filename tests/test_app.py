@@ -52,6 +52,32 @@ def _app(**video: object) -> App:
     return App(settings=Settings.model_validate(tree), clock=SystemClock())
 
 
+@pytest.mark.parametrize(
+    ("sync", "data"),
+    [
+        ({}, ""),
+        ({"observer": {"player": "browser"}}, ""),
+        ({role: {"player": "browser"} for role in ("operator", "observer")}, "data-player"),
+        ({"policy": "thesis"}, "data-acknowledge"),
+    ],
+)
+async def test_the_page_is_told_what_to_prepare(
+    tmp_path: Path, sync: dict[str, Any], data: str
+) -> None:
+    """A page that is to watch packets, or not to, knows it before it connects."""
+    (tmp_path / "index.html").write_text('<!doctype html><html lang="en"></html>')
+    tree = {"server": {"host": "127.0.0.1", "port": 0}, "network": {"udp_port": 0}, "sync": sync}
+    app = App(settings=Settings.model_validate(tree), clock=SystemClock())
+    ports: asyncio.Queue[int] = asyncio.Queue()
+    running = asyncio.create_task(app.run(ports.put_nowait))
+    url = f"http://127.0.0.1:{await ports.get()}/"
+    async with aiohttp.ClientSession() as session, session.get(url) as response:
+        text = await response.text()
+    assert text.startswith(f"<!doctype html><html {data or 'lang'}")
+    app.stop()
+    await running
+
+
 async def _status(url: str, state_folder: Path) -> dict[str, Any]:
     """Return what the host is told."""
     jar = aiohttp.CookieJar(unsafe=True)

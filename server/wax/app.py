@@ -64,7 +64,7 @@ if TYPE_CHECKING:
 
     from wax.capture.source import Picture, Sound
     from wax.clock import Clock
-    from wax.config.settings import Settings
+    from wax.config.settings import RoleSyncSettings, Settings
     from wax.streams.interface import Service
 
 _LOG = structlog.get_logger(__name__)
@@ -219,7 +219,7 @@ class App:
             proving=self._proof_runner,
             ice=ice,
             status=lambda: self._status() | {"connections": self._entrance.status()},
-            acknowledged=service.acknowledged,
+            page_data=_page_data(service, settings.sync),
             guards=Guards(settings.server, clock, self._network.public_addresses),
             access=self._access,
             offers_hz=settings.server.max_offers_per_address_hz,
@@ -352,3 +352,11 @@ class App:
         """Handle sound, in the microphone's thread."""
         for block in self._blocks.push(self._blanking.sound(sound)):
             self._audio.push(block)
+
+
+def _page_data(service: Service, sync: RoleSyncSettings) -> dict[str, str]:
+    """Return what the page must know before it connects."""
+    if service.acknowledged:
+        return {"acknowledge": ""}
+    players = {sync.operator.player, sync.observer.player}
+    return {"player": "browser"} if players == {"browser"} else {}

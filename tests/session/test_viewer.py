@@ -289,7 +289,7 @@ def test_the_policy_follows_reports_and_role() -> None:
     connected.viewer.received("state", json.dumps(want))
     playout = [m for _, m in connected.room.sent if m["type"] == "playout"]
     assert (playout[-1]["sound_target_ms"], playout[-1]["picture_target_ms"]) == (200.0, 200.0)
-    report = '["report",[260,200,null,0,1000],[215,200,30,0],1]'
+    report = '["report",[260,200,null,0,1000,0,"browser"],[215,200,30,0],1]'
     for _ in range(4):
         connected.clock.time_s += 0.25
         connected.viewer.received("drive", report)

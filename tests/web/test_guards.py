@@ -102,7 +102,7 @@ async def line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator
         ice=IceServers(NetworkSettings(), RelaySettings()),
         status=dict,
         proving=cast("ProofRunner", None),
-        acknowledged=False,
+        page_data={},
         access=make_access(Records(clock), clock),
         offers_hz=1000.0,
         guards=Guards(

@@ -132,7 +132,7 @@ async def client(
         ice=IceServers(NetworkSettings(stun=["stun:stun.example:3478"]), RelaySettings()),
         status=lambda: {"version": "x"},
         proving=cast("ProofRunner", lent),
-        acknowledged=False,
+        page_data={},
         access=access,
         offers_hz=2.0,
         guards=Guards(
@@ -151,9 +151,20 @@ async def become_host(client: Client, access: Access) -> None:
     assert (await client.post("/api/host", json={"secret": secret})).status == 200
 
 
-@pytest.mark.parametrize("acknowledged", [True, False])
-async def test_the_page_knows_whether_to_acknowledge(
-    room: FakeRoom, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, acknowledged: bool
+@pytest.mark.parametrize(
+    ("page_data", "html"),
+    [
+        ({}, '<html lang="en">'),
+        ({"acknowledge": ""}, '<html data-acknowledge="" lang="en">'),
+        ({"player": "browser"}, '<html data-player="browser" lang="en">'),
+    ],
+)
+async def test_the_page_knows_what_to_prepare(
+    room: FakeRoom,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    page_data: dict[str, str],
+    html: str,
 ) -> None:
     """Before it connects: a page that learns it later has to connect twice."""
     (tmp_path / "index.html").write_text('<!doctype html><html lang="en"></html>')
@@ -164,7 +175,7 @@ async def test_the_page_knows_whether_to_acknowledge(
         ice=IceServers(NetworkSettings(), RelaySettings()),
         status=dict,
         proving=cast("ProofRunner", Lent()),
-        acknowledged=acknowledged,
+        page_data=page_data,
         access=make_access(Records(TurnedClock()), TurnedClock()),
         offers_hz=2.0,
         guards=Guards(ServerSettings(), TurnedClock()),
@@ -173,7 +184,7 @@ async def test_the_page_knows_whether_to_acknowledge(
     async with TestClient(TestServer(made.application())) as client:
         page = await client.get("/")
         assert page.content_type == "text/html"
-        assert ("data-acknowledge" in await page.text()) == acknowledged
+        assert html in await page.text()
         assert page.headers["Cache-Control"] == "no-cache"
 
 
@@ -313,7 +324,7 @@ def test_a_page_that_was_not_built_is_a_sentence(
         ice=IceServers(NetworkSettings(), RelaySettings()),
         status=dict,
         proving=cast("ProofRunner", Lent()),
-        acknowledged=False,
+        page_data={},
         access=make_access(Records(TurnedClock()), TurnedClock()),
         offers_hz=2.0,
         guards=Guards(ServerSettings(), TurnedClock()),

@@ -29,6 +29,11 @@ export class Playback {
     this.#go();
   }
 
+  /** While muted it plays all the same. */
+  set isMuted(isMuted: boolean) {
+    if (this.#element) this.#element.muted = isMuted;
+  }
+
   pause(): void {
     this.#playing = false;
     this.#element?.pause();

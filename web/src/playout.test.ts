@@ -8,7 +8,14 @@ function receiver(has = true): Receiver {
 }
 
 function playout(sound_target_ms: number | null, picture_target_ms: number | null) {
-  return { type: "playout", policy: "p", reason: "r", sound_target_ms, picture_target_ms } as const;
+  return {
+    type: "playout",
+    policy: "p",
+    player: "browser",
+    reason: "r",
+    sound_target_ms,
+    picture_target_ms,
+  } as const;
 }
 
 it("gives each buffer its own target, and null back to the browser", () => {

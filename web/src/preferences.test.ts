@@ -26,6 +26,7 @@ it("finds again what was saved", () => {
     size: "320x240",
     policy: "video-first",
     speed: "fast",
+    player: "own",
   } as const;
   savePreferences(mine, chosen);
   expect(loadPreferences(mine)).toEqual(chosen);
@@ -38,7 +39,7 @@ it.each([
   "[]",
   "7",
   "null",
-  '{"name": 7, "sound": "yes", "speed": "warp", "policy": "thesis"}',
+  '{"name": 7, "sound": "yes", "speed": "warp", "policy": "thesis", "player": 1}',
 ])("starts with the defaults when it finds %j", (kept) => {
   expect(loadPreferences(store(kept))).toEqual({
     name: "",
@@ -47,6 +48,7 @@ it.each([
     size: "",
     policy: null,
     speed: "slow",
+    player: null,
   });
 });
 

@@ -11,8 +11,11 @@ export interface Preferences {
   /** The synchronisation policy; null means the role's default. */
   policy: Want["policy"];
   speed: "slow" | "fast";
+  /** Which player plays the sound; null means the server's choice. */
+  player: "browser" | "own" | null;
 }
 
+export const PLAYERS = [null, "own", "browser"] as const;
 export const POLICIES = [null, "audio-master", "video-first"] as const;
 
 const KEY = "wax-preferences";
@@ -24,6 +27,7 @@ const DEFAULTS: Preferences = {
   size: "",
   policy: null,
   speed: "slow",
+  player: null,
 };
 
 type Store = Pick<Storage, "getItem" | "setItem">;
@@ -47,6 +51,7 @@ export function loadPreferences(store: Store | null): Preferences {
     size: typeof kept.size === "string" ? kept.size : DEFAULTS.size,
     policy: POLICIES.find((one) => one === kept.policy) ?? DEFAULTS.policy,
     speed: kept.speed === "fast" ? "fast" : DEFAULTS.speed,
+    player: PLAYERS.find((one) => one === kept.player) ?? DEFAULTS.player,
   };
 }
 

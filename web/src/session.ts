@@ -28,6 +28,7 @@ import { loadPreferences, openStore, type Preferences, savePreferences } from ".
 import { Prover } from "./proof";
 import { Acknowledger } from "./receipt/acknowledge";
 import { changed } from "./roomChange";
+import { SoundPlayback } from "./sound/soundPlayback";
 import { createState, type State } from "./state";
 
 const CLOCKS_EVERY_MS = 200;
@@ -43,6 +44,7 @@ export interface Actions {
   setPicture(on: boolean): void;
   setSize(size: string): void;
   setPolicy(policy: Preferences["policy"]): void;
+  setPlayer(player: Preferences["player"]): void;
   setName(name: string): void;
   setSpeed(speed: Preferences["speed"]): void;
   setAxis(name: string, position: number): void;
@@ -80,7 +82,12 @@ export function startSession(): Session {
   const store = openStore(() => window.localStorage);
   const state = createState(loadPreferences(store));
   const picture = new Playback();
-  const sound = new Playback();
+  const sound = new SoundPlayback({
+    changed(player) {
+      state.player.value = player;
+    },
+    reconnect: () => link.connect(),
+  });
   const identity = new Identity(openStore(() => window.sessionStorage));
 
   const chime = new Chime();
@@ -92,7 +99,10 @@ export function startSession(): Session {
     },
     fresh,
     received,
-    receivers: (sound, picture) => acknowledger.watch(sound, picture),
+    receivers(ofSound, ofPicture) {
+      if (acknowledger.isReady) acknowledger.watch(ofSound, ofPicture);
+      else sound.watch(ofSound);
+    },
   });
 
   const wants = () => ({
@@ -102,6 +112,7 @@ export function startSession(): Session {
   const reporter = new Reporter({
     link,
     wants,
+    heard: (nowMs) => sound.heard(nowMs),
     onFacts: (facts) => {
       state.facts.value = facts;
     },
@@ -134,7 +145,7 @@ export function startSession(): Session {
 
   function fresh(peer: Peer): void {
     picture.take(peer.picture.track);
-    sound.take(peer.sound.track);
+    sound.take(peer);
     reporter.reset();
     state.driveReason.value = null;
     state.playout.value = null;
@@ -158,7 +169,10 @@ export function startSession(): Session {
         break;
       case "playout":
         state.playout.value = message;
-        if (link.peer) applyPlayout(message, link.peer.sound, link.peer.picture);
+        if (link.peer) {
+          applyPlayout(message, link.peer.sound, link.peer.picture);
+          choosePlayer();
+        }
         break;
       case "served":
         state.served.value = message;
@@ -188,6 +202,14 @@ export function startSession(): Session {
       case "goodbye":
         break; // the link shows its text while it waits to reconnect
     }
+  }
+
+  function choosePlayer(): void {
+    const playout = state.playout.peek();
+    if (!playout) return;
+    sound.leastDelayMs = playout.sound_target_ms;
+    const choice = state.preferences.peek().player ?? playout.player;
+    sound.choose(choice, link.peer?.redundancy ?? null);
   }
 
   function enterRoom(room: RoomState): void {
@@ -232,6 +254,13 @@ export function startSession(): Session {
     }
     state.ended.value = null;
     link.connect();
+  }
+
+  /** Gets ready what watches packets; the HTML tells which, which saves a reconnection. */
+  async function prepare(): Promise<void> {
+    const { acknowledge: acknowledges, player } = document.documentElement.dataset;
+    if (acknowledges !== undefined) await acknowledger.start();
+    else await sound.start(state.preferences.peek().player ?? (player ? "browser" : "auto"));
   }
 
   /** Connects again, so that this page can acknowledge what it receives. */
@@ -288,6 +317,10 @@ export function startSession(): Session {
       prefer({ policy });
       sendWant();
     },
+    setPlayer(player) {
+      prefer({ player });
+      choosePlayer();
+    },
     setName(text) {
       const name = text.trim().slice(0, MAX_NAME_CHARS);
       if (name === state.preferences.peek().name) return;
@@ -343,12 +376,7 @@ export function startSession(): Session {
   }, CLOCKS_EVERY_MS);
 
   picture.play();
-  // The HTML already says whether the server wants acknowledgements, which saves a reconnection.
-  if ("acknowledge" in document.documentElement.dataset) {
-    void acknowledger.start().then(() => enter(entry));
-  } else {
-    void enter(entry);
-  }
+  void prepare().then(() => enter(entry));
   // A link that is opened where the page is open already does not load it again.
   window.addEventListener("hashchange", () => {
     const another = takeEntry(window);

@@ -15,6 +15,7 @@ import type {
 } from "./messages";
 import type { Preferences } from "./preferences";
 import type { Proof } from "./proof";
+import type { SoundPlayerState } from "./sound/soundPlayback";
 
 /** Measurements of the streams and the link, for people to read; null if unknown. */
 export interface Facts {
@@ -56,6 +57,8 @@ export interface State {
   /** The buffer targets, and what is sent; null before the server's first message. */
   playout: Signal<Playout | null>;
   served: Signal<Served | null>;
+  /** Which player plays the sound. */
+  player: Signal<SoundPlayerState>;
   held: Signal<ReadonlySet<Direction>>;
   axes: Signal<Readonly<Record<string, number>>>;
   /** Whether a stop was released while this page drives, and nothing was pressed since. */
@@ -133,6 +136,7 @@ export function createState(kept: Preferences): State {
     isStartOffered: signal(kept.sound),
     facts: signal(NO_FACTS),
     playout: signal(null),
+    player: signal({ by: "browser", why: null }),
     served: signal(null),
     held: signal(new Set<Direction>()),
     axes: signal({}),

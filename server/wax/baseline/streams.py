@@ -215,7 +215,11 @@ class BaselineStreams:
         # The browser's buffers should add nothing: the server rolls back.
         self._page.send(
             messages.Playout(
-                policy="thesis", sound_target_ms=None, picture_target_ms=0.0, reason=reason
+                policy="thesis",
+                player="browser",
+                sound_target_ms=None,
+                picture_target_ms=0.0,
+                reason=reason,
             )
         )
 

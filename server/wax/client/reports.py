@@ -87,6 +87,8 @@ class Reporter:
             output_ms=None,
             concealed_ms=concealed_ms,
             played_ms=played_ms,
+            stretched_ms=None,
+            player="browser",
         )
 
     def _picture(self, picture: Received, now_s: float) -> messages.PictureReport:

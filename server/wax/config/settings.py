@@ -267,6 +267,7 @@ class SyncSettings(_Section):
     least_audio_mu_ms: Literal[10, 20, 40, 60, 120] = 20
     own_rendition: bool = False
     audio_delay_ms: Literal["auto"] | Annotated[float, Field(ge=20, le=500)] = "auto"
+    player: Literal["auto", "browser", "own"] = "auto"
     max_holdback_ms: Annotated[float, Field(ge=0, le=2000)] = 500.0
     max_skew_ms: Annotated[float, Field(ge=0, le=500)] = 20.0
 

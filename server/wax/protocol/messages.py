@@ -84,7 +84,9 @@ class SoundReport(_Incoming):
 
     `age_ms` is from capture to the ear, `delay_ms` the part of it in the jitter buffer and
     `output_ms` the part in the device (webrtc-stats, `media-playout`; large for Bluetooth).
-    `concealed_ms` and `played_ms` are totals since the start of this peer.
+    `concealed_ms`, `played_ms` and `stretched_ms` (sound that was played slowly, to wait for more)
+    are totals since the start of this peer. `player` is whose all these are: the browser's, or our
+    own, which sets its delay by itself.
     """
 
     age_ms: Ms | None
@@ -92,6 +94,8 @@ class SoundReport(_Incoming):
     output_ms: Ms | None
     concealed_ms: Ms | None
     played_ms: Ms | None
+    stretched_ms: Ms | None
+    player: Literal["browser", "own"]
 
 
 class PictureReport(_Incoming):
@@ -451,11 +455,13 @@ class RoomChange(_Outgoing):
 class Playout(_Outgoing):
     """The synchronisation policy's targets for this page's two jitter buffers.
 
-    null leaves a buffer to the browser. `reason` is a sentence for people.
+    null leaves a buffer to the browser, or to our own player, whichever `player` says is to play
+    the sound; "auto" is ours where it can. `reason` is a sentence for people.
     """
 
     type: Literal["playout"] = "playout"
     policy: str
+    player: Literal["auto", "browser", "own"]
     sound_target_ms: float | None
     picture_target_ms: float | None
     reason: str

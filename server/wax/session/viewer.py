@@ -364,6 +364,7 @@ def _playout(report: messages.Report) -> PlayoutReport:
             concealed_ms=sound.concealed_ms,
             played_ms=sound.played_ms,
             output_ms=sound.output_ms,
+            is_own=sound.player == "own",
         ),
         picture=None
         if picture is None

@@ -24,6 +24,7 @@ class PlayoutController:
     def __init__(self, page: Page, sync: SyncSettings) -> None:
         self._page = page
         self._policy = make_policy(sync)
+        self._player = sync.player
         self._targets: PlayoutTargets | None = None
         self._held_ms: float | None = None
         self._is_ready = False
@@ -50,6 +51,7 @@ class PlayoutController:
     def follow(self, sync: SyncSettings) -> None:
         """Change the policy; keep what is known about the link."""
         self._policy = make_policy(sync, self._policy.state)
+        self._player = sync.player
         self._targets = None  # send the new name and reason even if the targets are the same
         if self._is_ready:
             self._retarget(self._policy.start())
@@ -82,6 +84,7 @@ class PlayoutController:
         self._page.send(
             messages.Playout(
                 policy=self._policy.name,
+                player=self._player,
                 sound_target_ms=targets.sound_ms,
                 picture_target_ms=None if by_server else targets.picture_ms,
                 reason=targets.reason,

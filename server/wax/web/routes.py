@@ -127,7 +127,7 @@ class Routes:
         ice: IceServers,
         status: Callable[[], dict[str, object]],
         proving: ProofRunner,
-        acknowledged: bool,
+        page_data: Mapping[str, str],
         guards: Guards,
         access: Access,
         offers_hz: float,
@@ -145,7 +145,7 @@ class Routes:
         self._proof_runner = proving
         self._ice = ice
         self._status = status
-        self._acknowledged = acknowledged
+        self._page_data = page_data
         self._missing = missing
 
     def application(self) -> web.Application:
@@ -180,11 +180,12 @@ class Routes:
     async def page(self, request: web.Request) -> web.StreamResponse:  # noqa: ARG002  # aiohttp's form
         # The assets have a hash in their names; the page itself must be revalidated each time.
         headers = {"Cache-Control": "no-cache"}
-        if not self._acknowledged:
+        if not self._page_data:
             return web.FileResponse(PAGE / "index.html", headers=headers)
         # The page must know before it connects: later it would have to connect again.
+        data = "".join(f'data-{name}="{value}" ' for name, value in self._page_data.items())
         text = (PAGE / "index.html").read_text(encoding="utf-8")
-        text = text.replace("<html ", "<html data-acknowledge ", 1)
+        text = text.replace("<html ", f"<html {data}", 1)
         answer = web.Response(text=text, content_type="text/html", headers=headers)
         answer.enable_compression()
         return answer

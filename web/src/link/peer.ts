@@ -87,6 +87,12 @@ export class Peer {
     }
   }
 
+  /** The payload type of redundant sound (RFC 2198), null if there is none. */
+  get redundancy(): number | null {
+    const found = /^a=rtpmap:(\d+) red\/48000/m.exec(this.#pc.remoteDescription?.sdp ?? "");
+    return found ? Number(found[1]) : null;
+  }
+
   /** The bytes queued on the drive channel. */
   get waitingBytes(): number {
     return this.#channels.drive.bufferedAmount;

@@ -22,13 +22,14 @@ it.each([48_000, 8000])("tells how much sound was made up and played, at %s Hz",
         concealedSamples: samples(concealedMs, clockHz),
         concealmentEvents: concealedMs > 0 ? 1 : 0,
         totalSamplesReceived: samples(playedMs, clockHz),
+        insertedSamplesForDeceleration: samples(playedMs / 10, clockHz),
       },
       {},
       clockHz,
     );
   counts.next(at(1, 0, 0), 0);
-  const { concealed_ms, played_ms } = counts.next(at(13, 120, 250), 250);
-  expect([concealed_ms, played_ms]).toEqual([120, 250]);
+  const { concealed_ms, played_ms, stretched_ms } = counts.next(at(13, 120, 250), 250);
+  expect([concealed_ms, played_ms, stretched_ms]).toEqual([120, 250, 25]);
   expect(counts.pauses.take(300)).toEqual({ count: 1, longestMs: 120 });
 });
 
@@ -43,6 +44,19 @@ it("counts silence that was made up as made up", () => {
   });
   counts.next(looked(at(1, 0)), 0);
   expect(counts.next(looked(at(2, 2000)), 2000).concealed_ms).toBe(2000);
+});
+
+it("tells of our own player what that counts", () => {
+  const counts = new SoundCounts();
+  const heard = { rtp: 0, atMs: 0, delayMs: 30, outputMs: 9, playedMs: 500, stretchedMs: 7 };
+  expect(counts.own({ ...heard, madeUpMs: 40 }, 500)).toEqual({
+    delay_ms: 30,
+    output_ms: 9,
+    concealed_ms: 40,
+    played_ms: 500,
+    stretched_ms: 7,
+  });
+  expect(counts.pauses.take(600)).toEqual({ count: 1, longestMs: 40 });
 });
 
 it("tells what buffer and device add to the sound", () => {
@@ -64,6 +78,7 @@ it("tells nothing of what the browser does not count", () => {
     output_ms: null,
     concealed_ms: null,
     played_ms: null,
+    stretched_ms: null,
   });
 });
 

@@ -1,4 +1,5 @@
 import type { PictureReport, SoundReport } from "../messages";
+import type { Heard } from "../sound/ownPlayer";
 import { LastMinute } from "./breaks";
 import { DelayMeter } from "./delay";
 import type { Freezes } from "./freezes";
@@ -8,12 +9,16 @@ import { Tally } from "./tally";
 /** Shorter gaps are hardly audible. */
 const PAUSE_MS = 30;
 
-/** The sound's figures from the receiver's counters. */
+/** What is measured beside the age, whoever plays. */
+type SoundFigures = Omit<SoundReport, "age_ms" | "player">;
+
+/** The sound's figures from the receiver's counters, or from our own player. */
 export class SoundCounts {
   readonly pauses = new LastMinute(PAUSE_MS);
   readonly #buffer = new DelayMeter();
   readonly #output = new DelayMeter();
-  readonly #tally = new Tally("concealed", "events", "played");
+  readonly #tally = new Tally("concealed", "events", "played", "stretched");
+  #madeUpMs = 0;
 
   /** The sound is off. */
   rest(): void {
@@ -25,7 +30,7 @@ export class SoundCounts {
    * gaps and which are the worst of them. The device's delay (`output_ms`) is null in browsers
    * without `media-playout`.
    */
-  next({ inbound, playout, clockHz }: ReceiverStats, nowMs: number): Omit<SoundReport, "age_ms"> {
+  next({ inbound, playout, clockHz }: ReceiverStats, nowMs: number): SoundFigures {
     const toMs = 1000 / clockHz;
     const { packetsReceived, concealedSamples, concealmentEvents, totalSamplesReceived } = inbound;
     const isCounted = packetsReceived !== undefined && concealedSamples !== undefined;
@@ -34,6 +39,7 @@ export class SoundCounts {
         concealed: concealedSamples,
         events: concealmentEvents ?? 0,
         played: totalSamplesReceived ?? 0,
+        stretched: inbound.insertedSamplesForDeceleration ?? 0,
       });
       this.pauses.add(nowMs, risen.events, risen.concealed * toMs);
     }
@@ -43,6 +49,21 @@ export class SoundCounts {
       output_ms: this.#output.next(playout.totalPlayoutDelay, playout.totalSamplesCount),
       concealed_ms: isCounted ? total.concealed * toMs : null,
       played_ms: isCounted ? total.played * toMs : null,
+      stretched_ms: isCounted ? total.stretched * toMs : null,
+    };
+  }
+
+  /** The same of our own player. */
+  own({ delayMs, outputMs, madeUpMs, playedMs, stretchedMs }: Heard, nowMs: number): SoundFigures {
+    const riseMs = madeUpMs - this.#madeUpMs;
+    if (riseMs > 0) this.pauses.add(nowMs, 1, riseMs);
+    this.#madeUpMs = madeUpMs;
+    return {
+      delay_ms: delayMs,
+      output_ms: outputMs,
+      concealed_ms: madeUpMs,
+      played_ms: playedMs,
+      stretched_ms: stretchedMs,
     };
   }
 }

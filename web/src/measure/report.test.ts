@@ -3,6 +3,7 @@ import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { ServerClock } from "../clock";
 import type { Link } from "../link/link";
 import type { Report } from "../messages";
+import type { Heard } from "../sound/ownPlayer";
 import type { Facts } from "../state";
 import { Reporter } from "./report";
 
@@ -14,6 +15,7 @@ let sent: Report[];
 let facts: Facts[];
 let looks: number;
 let reporter: Reporter;
+let own: Heard | null;
 let link: { isThin: boolean; mayDrive: boolean };
 
 function receiver(stats: () => [string, object | null][]) {
@@ -34,6 +36,7 @@ beforeEach(() => {
   picture = {};
   wants = { sound: true, picture: true };
   sent = [];
+  own = null;
   facts = [];
   looks = 0;
   const clock = new ServerClock();
@@ -56,6 +59,7 @@ beforeEach(() => {
   reporter = new Reporter({
     link: made as unknown as Link,
     wants: () => wants,
+    heard: () => own,
     onFacts: (now) => facts.push(now),
   });
   for (const [kind, rate_hz] of [

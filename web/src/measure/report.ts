@@ -1,6 +1,7 @@
 import type { Link } from "../link/link";
 import type { Peer } from "../link/peer";
 import type { Report, RtpClock } from "../messages";
+import type { Heard } from "../sound/ownPlayer";
 import type { Facts } from "../state";
 import { PictureCounts, SoundCounts } from "./counts";
 import { PictureMeter } from "./picture";
@@ -20,6 +21,8 @@ export interface ReporterOptions {
   link: Link;
   /** What is on; a stream that is off is not measured. */
   wants: () => { sound: boolean; picture: boolean };
+  /** What our own player sounds; null while the browser's plays. */
+  heard: (nowMs: number) => Heard | null;
   onFacts: (facts: Facts) => void;
 }
 
@@ -61,9 +64,15 @@ export class Reporter {
     const { peer } = this.options.link;
     if (!peer) return;
     if (this.options.wants().sound) {
-      this.#sound.sample(peer.sound.getSynchronizationSources()[0], performance.now());
+      this.#listen(peer, performance.now());
     }
     if (++this.#ticks % SAMPLES_PER_REPORT === 0) void this.#report(peer);
+  }
+
+  #listen(peer: Peer, nowMs: number): void {
+    const own = this.options.heard(nowMs);
+    if (own === null) this.#sound.sample(peer.sound.getSynchronizationSources()[0], nowMs);
+    else if (own.rtp !== null) this.#sound.heard(own.rtp, own.atMs);
   }
 
   async #report(peer: Peer): Promise<void> {
@@ -86,13 +95,17 @@ export class Reporter {
     if (!ofPicture) counts.picture.rest();
     const seen = this.picture.take(nowMs);
     const heardMs = this.#sound.take();
-    const played = ofSound && counts.sound.next(ofSound, nowMs);
+    const own = sound ? this.options.heard(nowMs) : null;
+    const played = own
+      ? counts.sound.own(own, nowMs)
+      : ofSound && counts.sound.next(ofSound, nowMs);
     const report: Report = {
       type: "report",
       sound: played && {
-        // After the receiver the audio device adds its own delay.
-        age_ms: heardMs === null ? null : heardMs + (played.output_ms ?? 0),
+        // After the receiver the audio device adds its own delay; ours knows what is heard.
+        age_ms: heardMs === null ? null : heardMs + (own ? 0 : (played.output_ms ?? 0)),
         ...played,
+        player: own ? "own" : "browser",
       },
       picture: ofPicture && {
         age_ms: isSeen ? seen.ageMs : null,

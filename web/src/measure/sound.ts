@@ -27,6 +27,13 @@ export class SoundMeter {
     this.#ages.push(serverMs - capturedMs);
   }
 
+  /** Adds that the sample with this RTP time is heard at `atMs`, on the page's clock. */
+  heard(rtp: number, atMs: number): void {
+    const serverMs = this.toServerMs(atMs);
+    const capturedMs = this.timeline.capturedMs(rtp);
+    if (serverMs !== null && capturedMs !== null) this.#ages.push(serverMs - capturedMs);
+  }
+
   /** The median age since the last call in ms, null without measurements. */
   take(): number | null {
     const sorted = this.#ages.splice(0).sort((a, b) => a - b);

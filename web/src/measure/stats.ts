@@ -8,6 +8,7 @@ export interface InboundStats {
   totalSamplesReceived?: number;
   concealedSamples?: number;
   concealmentEvents?: number;
+  insertedSamplesForDeceleration?: number;
   framesDecoded?: number;
   freezeCount?: number;
   totalFreezesDuration?: number;

@@ -43,6 +43,7 @@ export function playout(more: Partial<Playout> = {}): Playout {
   return {
     type: "playout",
     policy: "audio-master",
+    player: "browser",
     sound_target_ms: 40,
     picture_target_ms: null,
     reason: "The sound does not break at 40 ms.",

@@ -1,5 +1,6 @@
 import type { ComponentChildren } from "preact";
-import { useState } from "./context";
+import { PLAYERS, type Preferences } from "../preferences";
+import { useActions, useState } from "./context";
 import {
   ageWords,
   breakWords,
@@ -17,7 +18,7 @@ const NOT_IN_PICTURE_AGE = "the camera's own 20–60 ms, your screen's refresh";
 
 /** The delays, and when opened: how well it plays, what is sent, and why. */
 export function Facts() {
-  const { facts, served, playout, isConnected, isSilent, room } = useState();
+  const { facts, served, playout, player, isConnected, isSilent, room } = useState();
   const { pictureMs, pictureErrorMs, soundMs, roundTripMs, fps, pauses, freezes } = facts.value;
   const battery = room.value && batteryWords(room.value.robot);
   return (
@@ -37,11 +38,41 @@ export function Facts() {
         <Fact name="Policy">{playout.value?.policy ?? "–"}</Fact>
         <Fact name="Picture sent">{sentPictureWords(served.value)}</Fact>
         <Fact name="Sound sent">{sentSoundWords(served.value)}</Fact>
+        <Fact name="Sound player">{player.value.by === "own" ? "WAX's own" : "the browser's"}</Fact>
+        <Player />
         <Fact name="Link">{linkWords(served.value)}</Fact>
         {battery && <Fact name="Battery">{battery}</Fact>}
-        <Reasons sentences={reasons(playout.value, served.value)} />
+        <Reasons sentences={reasons(playout.value, served.value, player.value)} />
       </dl>
     </details>
+  );
+}
+
+const PLAYER_NAMES = { own: "WAX's own", browser: "The browser's" };
+
+/** Which player plays the sound, for who wants to compare them. */
+function Player() {
+  const { preferences } = useState();
+  const { setPlayer } = useActions();
+  return (
+    <>
+      <dt id="player">Play sound by</dt>
+      <dd>
+        <select
+          aria-labelledby="player"
+          value={preferences.value.player ?? ""}
+          onChange={(event) =>
+            setPlayer((event.currentTarget.value || null) as Preferences["player"])
+          }
+        >
+          {PLAYERS.map((one) => (
+            <option key={one} value={one ?? ""}>
+              {one ? PLAYER_NAMES[one] : "Automatic"}
+            </option>
+          ))}
+        </select>
+      </dd>
+    </>
   );
 }
 

@@ -18,7 +18,7 @@ it("writes a dash where nothing is known", () => {
   expect(skewWords(null, 34)).toBe("–");
   expect(breakWords(null)).toBe("–");
   expect([sentPictureWords(null), sentSoundWords(null), linkWords(null)]).toEqual(["–", "–", "–"]);
-  expect(reasons(null, null)).toEqual([]);
+  expect(reasons(null, null, BROWSER)).toEqual([]);
 });
 
 it("writes times, and how wrong an age can be, never less than it is", () => {
@@ -53,9 +53,15 @@ it("writes what is sent", () => {
   expect(linkWords(served())).toBe("2.4 Mbit/s, 590 kbit/s used, 4 ms queue");
 });
 
+const BROWSER = { by: "browser", why: null } as const;
+
+it("says why our own player does not play", () => {
+  expect(reasons(null, null, { by: "browser", why: "No HTTPS." })).toEqual(["No HTTPS."]);
+});
+
 it("gives every reason once", () => {
   const [one, two] = [playout({ reason: "A." }), served({ reason: "B." })];
-  expect(reasons(one, two)).toEqual(["B.", "A."]);
-  expect(reasons(playout({ reason: "B." }), two)).toEqual(["B."]);
-  expect(reasons(playout({ reason: "" }), null)).toEqual([]);
+  expect(reasons(one, two, BROWSER)).toEqual(["B.", "A."]);
+  expect(reasons(playout({ reason: "B." }), two, BROWSER)).toEqual(["B."]);
+  expect(reasons(playout({ reason: "" }), null, BROWSER)).toEqual([]);
 });

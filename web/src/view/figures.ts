@@ -2,6 +2,7 @@
 
 import type { Breaks } from "../measure/breaks";
 import type { Playout, Served } from "../messages";
+import type { SoundPlayerState } from "../sound/soundPlayback";
 
 const UNKNOWN = "–";
 
@@ -63,8 +64,12 @@ export function linkWords(served: Served | null): string {
 }
 
 /** Why no more is sent, and why it plays with this delay: sentences from the server. */
-export function reasons(playout: Playout | null, served: Served | null): string[] {
-  return [...new Set([served?.reason, playout?.reason])].flatMap((one) => one || []);
+export function reasons(
+  playout: Playout | null,
+  served: Served | null,
+  player: SoundPlayerState,
+): string[] {
+  return [...new Set([served?.reason, playout?.reason, player.why])].flatMap((one) => one || []);
 }
 
 function rateWords(bps: number): string {

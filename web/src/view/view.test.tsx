@@ -36,6 +36,7 @@ beforeEach(() => {
     setPicture: vi.fn(),
     setSize: vi.fn(),
     setPolicy: vi.fn(),
+    setPlayer: vi.fn(),
     setName: vi.fn(),
     setSpeed: vi.fn(),
     setAxis: vi.fn(),

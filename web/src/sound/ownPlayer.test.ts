@@ -1,0 +1,159 @@
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { lacking, OwnPlayer } from "./ownPlayer";
+
+class FakePort {
+  onmessage: ((event: { data: unknown }) => void) | null = null;
+  said: unknown[] = [];
+  postMessage(message: unknown): void {
+    this.said.push(message);
+  }
+  says(data: unknown): void {
+    this.onmessage?.({ data });
+  }
+}
+
+class FakeWorker extends FakePort {
+  static last: FakeWorker;
+  onerror: (() => void) | null = null;
+  constructor() {
+    super();
+    FakeWorker.last = this;
+  }
+}
+
+class FakeNode {
+  static last: FakeNode;
+  port = new FakePort();
+  onprocessorerror: (() => void) | null = null;
+  connect = vi.fn();
+  constructor() {
+    FakeNode.last = this;
+  }
+}
+
+class FakeContext {
+  static made = 0;
+  currentTime = 10;
+  destination = {};
+  audioWorklet = { addModule: async () => {} };
+  resume = async () => {};
+  suspend = async () => {};
+  close = async () => {};
+  getOutputTimestamp = () => ({ contextTime: 9.97, performanceTime: 5000 });
+  constructor() {
+    FakeContext.made++;
+  }
+}
+
+const events = { plays: vi.fn(), failed: vi.fn() };
+const TOLD = {
+  frame: 480_000,
+  rtp: 7,
+  aheadMs: 20,
+  played: 960,
+  madeUp: 96,
+  stretched: 48,
+  dropped: 0,
+};
+const feeds = () =>
+  FakeWorker.last.said.flatMap((one) => (one as { playing?: string }).playing ?? []);
+
+async function playing(): Promise<OwnPlayer> {
+  const player = new OwnPlayer(events);
+  const ready = player.start();
+  FakeWorker.last.says("ready");
+  expect(await ready).toBe(true);
+  await player.play();
+  return player;
+}
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  vi.stubGlobal("Worker", FakeWorker);
+  vi.stubGlobal("AudioContext", FakeContext);
+  vi.stubGlobal("AudioWorkletNode", FakeNode);
+  vi.clearAllMocks();
+  FakeContext.made = 0;
+});
+
+afterEach(() => {
+  vi.useRealTimers();
+  vi.unstubAllGlobals();
+});
+
+it("shares the packets until it sounds, then has them alone", async () => {
+  const player = await playing();
+  expect(feeds()).toEqual(["both"]);
+  expect(player.heard(5000)).toBeNull();
+  FakeNode.last.port.says({ ...TOLD, rtp: null });
+  expect(events.plays).not.toHaveBeenCalled();
+  FakeNode.last.port.says(TOLD);
+  expect(events.plays).toHaveBeenCalledOnce();
+  expect(feeds()).toEqual(["both", "own"]);
+});
+
+it("tells what is heard when, by the device's own time", async () => {
+  const player = await playing();
+  FakeNode.last.port.says(TOLD);
+  const heard = player.heard(5000);
+  expect(heard?.rtp).toBe(7);
+  expect(heard?.atMs).toBeCloseTo(5030);
+  expect(heard?.outputMs).toBeCloseTo(30);
+  expect([heard?.playedMs, heard?.madeUpMs, heard?.stretchedMs]).toEqual([20, 2, 1]);
+});
+
+it.each([
+  ["the decoder", () => FakeWorker.last.says({ failed: "EncodingError" }), /EncodingError/],
+  ["the worklet", () => FakeNode.last.onprocessorerror?.(), /player has failed/],
+  ["the device", () => vi.advanceTimersByTime(300), /device has stopped/],
+])("gives the sound back within 300 ms when %s fails", async (_, fail, why) => {
+  const player = await playing();
+  FakeNode.last.port.says(TOLD);
+  fail();
+  expect(events.failed).toHaveBeenCalledExactlyOnceWith(expect.stringMatching(why));
+  expect(feeds().at(-1)).toBe("browser");
+  expect(player.heard(5000)).toBeNull();
+  await player.play();
+  expect(FakeContext.made).toBe(2);
+});
+
+it("does not take a page that was busy for a device that has gone", async () => {
+  await playing();
+  FakeNode.last.port.says(TOLD);
+  for (let i = 0; i < 20; i++) {
+    vi.advanceTimersByTime(100);
+    FakeNode.last.port.says(TOLD);
+  }
+  expect(events.failed).not.toHaveBeenCalled();
+});
+
+it("says nothing more once it rests", async () => {
+  const player = await playing();
+  player.rest();
+  FakeNode.last.port.says(TOLD);
+  vi.advanceTimersByTime(5000);
+  expect(events.plays).not.toHaveBeenCalled();
+  expect(feeds()).toEqual(["both", "browser"]);
+});
+
+it("is not ready if its worker does not load", async () => {
+  const player = new OwnPlayer(events);
+  const ready = player.start();
+  FakeWorker.last.onerror?.();
+  expect(await ready).toBe(false);
+  expect(player.isReady).toBe(false);
+});
+
+it("says what a browser lacks", () => {
+  const able = {
+    isSecureContext: true,
+    RTCRtpScriptTransform: 1,
+    AudioDecoder: 1,
+    AudioWorkletNode: 1,
+  };
+  const of = (scope: object) => lacking(scope as unknown as typeof globalThis);
+  expect(of(able)).toBeNull();
+  expect(of({ ...able, isSecureContext: false })).toMatch(/HTTPS/);
+  const { AudioDecoder: _, ...older } = able;
+  expect(of(older)).toMatch(/lacks/);
+});

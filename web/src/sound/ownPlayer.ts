@@ -1,0 +1,229 @@
+import type { FromWorker, Playing, ToWorker } from "./worker";
+import type { FromWorklet, ToWorklet } from "./worklet";
+import workletUrl from "./worklet.ts?worker&url";
+
+/** What our player is to the page; times on the page's clock. */
+export interface Heard {
+  /** The sample with this RTP time is heard at `atMs`; null while nothing is, or it is made up. */
+  rtp: number | null;
+  atMs: number;
+  /** How much sound waits in the player. */
+  delayMs: number;
+  /** How long after the player it is heard. */
+  outputMs: number;
+  madeUpMs: number;
+  playedMs: number;
+  stretchedMs: number;
+}
+
+export interface OwnPlayerEvents {
+  /** Sound comes out of it. */
+  plays(): void;
+  /** It plays no more; the sentence says why. The browser's player has the sound already. */
+  failed(why: string): void;
+}
+
+type TransformConstructor = new (worker: Worker) => unknown;
+
+const SAMPLES_PER_MS = 48;
+const LOOK_EVERY_MS = 50;
+/** After so many looks without a word from the worklet, the device has gone. */
+const MOST_SILENT_LOOKS = 4;
+
+const IS_FIREFOX = /Firefox\//.test(navigator.userAgent);
+/** Firefox 153 at times stops for ever if a context is made while its own player starts. */
+const SETTLES_MS = 800;
+
+/** Why this browser has a player of ours only on demand, as a sentence; null if it need not ask. */
+export function doubtful(): string | null {
+  return IS_FIREFOX ? "in Firefox the page's own player is still a matter of choice" : null;
+}
+
+/** What this browser lacks for a player of ours, as a sentence; null if it can. */
+export function lacking(scope: typeof globalThis = globalThis): string | null {
+  if (!scope.isSecureContext) {
+    return "over HTTPS this page could play the sound sooner, with a player of its own";
+  }
+  const has =
+    "RTCRtpScriptTransform" in scope && "AudioDecoder" in scope && "AudioWorkletNode" in scope;
+  return has ? null : "this browser lacks what a player of our own needs";
+}
+
+/**
+ * Plays the sound without the browser's buffer: a worker decodes, an audio worklet plays.
+ *
+ * Packets reach it only after `play`; until then, and after a failure, they go to the browser's
+ * own player.
+ */
+export class OwnPlayer {
+  #worker: Worker | null = null;
+  #context: AudioContext | null = null;
+  #node: AudioWorkletNode | null = null;
+  #building: Promise<void> | null = null;
+  #leastDelayMs: number | null = null;
+  #newest: FromWorklet | null = null;
+  #looking: ReturnType<typeof setInterval> | undefined;
+  #silentLooks = 0;
+  #isWanted = false;
+  #isHeard = false;
+
+  constructor(private readonly events: OwnPlayerEvents) {}
+
+  /** Whether receivers can be watched. */
+  get isReady(): boolean {
+    return this.#worker !== null;
+  }
+
+  /** Gets ready to watch receivers; resolves to false if that is not possible. */
+  start(): Promise<boolean> {
+    const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
+    return new Promise((resolve) => {
+      worker.onerror = () => resolve(false);
+      worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {
+        if (data === "ready") {
+          this.#worker = worker;
+          resolve(true);
+        } else {
+          this.#fail(`the sound cannot be decoded (${data.failed})`);
+        }
+      };
+    });
+  }
+
+  /** Watches a new peer's sound; to be called only at the moment when its receiver is created. */
+  watch(receiver: RTCRtpReceiver): void {
+    if (!this.#worker) return;
+    const Transform = Reflect.get(globalThis, "RTCRtpScriptTransform") as TransformConstructor;
+    Reflect.set(receiver, "transform", new Transform(this.#worker));
+  }
+
+  /** The payload type of packets that repeat earlier ones, as negotiated; null for none. */
+  negotiated(redundancy: number | null): void {
+    this.#tellWorker({ redundancy });
+  }
+
+  /** The least delay of the player's buffer, null for what the link demands. */
+  set leastDelayMs(ms: number | null) {
+    this.#leastDelayMs = ms;
+    this.#tellWorklet({ leastDelayMs: ms });
+  }
+
+  /**
+   * Plays from now on, as soon as there is sound; until then both get the packets. To be called
+   * during a touch, without which some browsers do not let it sound.
+   */
+  async play(): Promise<void> {
+    this.#isWanted = true;
+    try {
+      if (IS_FIREFOX && !this.#context) await new Promise((done) => setTimeout(done, SETTLES_MS));
+      this.#context ??= new AudioContext({ latencyHint: 0, sampleRate: SAMPLES_PER_MS * 1000 });
+      const context = this.#context;
+      // Without a touch it is not resolved before there is one.
+      void context.resume().catch(() => {});
+      this.#building ??= this.#build(context);
+      await this.#building;
+      if (this.#isWanted && !this.#isHeard) this.#feed("both");
+    } catch (error) {
+      this.#fail(`the sound's device cannot be opened (${String(error)})`);
+    }
+  }
+
+  /** Both players get the packets, so that the browser's has sound when it takes over. */
+  share(): void {
+    this.#feed("both");
+  }
+
+  /** Gives the sound back to the browser's player. */
+  rest(): void {
+    this.#isWanted = false;
+    this.#feed("browser");
+    clearInterval(this.#looking);
+    this.#looking = undefined;
+    this.#newest = null;
+    this.#isHeard = false;
+    void this.#context?.suspend().catch(() => {});
+  }
+
+  /** What is heard now; null while this does not play. */
+  heard(nowMs: number): Heard | null {
+    const [context, newest] = [this.#context, this.#newest];
+    if (!context || !newest || !this.#isHeard) return null;
+    const { frame, rtp, aheadMs, madeUp, played, stretched } = newest;
+    const { contextTime = 0, performanceTime = 0 } = outputTime(context, nowMs);
+    const atMs = performanceTime + (frame / SAMPLES_PER_MS - contextTime * 1000);
+    return {
+      rtp,
+      atMs,
+      delayMs: aheadMs,
+      outputMs: Math.max(0, (context.currentTime - contextTime) * 1000 - (nowMs - performanceTime)),
+      madeUpMs: madeUp / SAMPLES_PER_MS,
+      playedMs: played / SAMPLES_PER_MS,
+      stretchedMs: stretched / SAMPLES_PER_MS,
+    };
+  }
+
+  async #build(context: AudioContext): Promise<void> {
+    await context.audioWorklet.addModule(workletUrl);
+    const node = new AudioWorkletNode(context, "wax-player", {
+      numberOfInputs: 0,
+      outputChannelCount: [2],
+    });
+    node.port.onmessage = ({ data }: MessageEvent<FromWorklet>) => this.#told(data);
+    node.onprocessorerror = () => this.#fail("the sound's player has failed");
+    node.connect(context.destination);
+    this.#node = node;
+    const { port1, port2 } = new MessageChannel();
+    this.#tellWorklet({ sound: port1 }, [port1]);
+    this.#tellWorker({ worklet: port2 }, [port2]);
+    this.#tellWorklet({ leastDelayMs: this.#leastDelayMs });
+  }
+
+  #told(newest: FromWorklet): void {
+    if (!this.#isWanted) return;
+    this.#newest = newest;
+    this.#silentLooks = 0;
+    this.#looking ??= setInterval(() => this.#look(), LOOK_EVERY_MS);
+    if (this.#isHeard || newest.rtp === null) return;
+    this.#isHeard = true;
+    this.#feed("own");
+    this.events.plays();
+  }
+
+  /** A device that vanishes says nothing. Looks are counted: a blocked page hears nothing either. */
+  #look(): void {
+    if (++this.#silentLooks > MOST_SILENT_LOOKS) this.#fail("the sound's device has stopped");
+  }
+
+  #feed(playing: Playing): void {
+    this.#tellWorker({ playing });
+  }
+
+  #tellWorker(message: ToWorker, transfer: Transferable[] = []): void {
+    this.#worker?.postMessage(message, transfer);
+  }
+
+  #tellWorklet(message: ToWorklet, transfer: Transferable[] = []): void {
+    this.#node?.port.postMessage(message, transfer);
+  }
+
+  /** The next `play` begins with another device. */
+  #fail(why: string): void {
+    this.rest();
+    void this.#context?.close().catch(() => {});
+    this.#context = null;
+    this.#node = null;
+    this.#building = null;
+    this.events.failed(why);
+  }
+}
+
+/**
+ * When which frame of the context is heard. Firefox's `getOutputTimestamp` is 30 ms wrong, so there
+ * the device's latency counts, which Chromium reports only coarsely.
+ */
+function outputTime(context: AudioContext, nowMs: number): AudioTimestamp {
+  if (IS_FIREFOX) {
+    return { contextTime: context.currentTime - context.outputLatency, performanceTime: nowMs };
+  }
+  return context.getOutputTimestamp();
+}

@@ -1,0 +1,46 @@
+import { expect, it } from "vitest";
+import { Ring } from "./ring";
+
+const SECONDS = 48_000;
+const ramp = (from: number, count: number) =>
+  Float32Array.from({ length: count }, (_, i) => from + i);
+
+it("gives back what came, and nothing in place of what did not", () => {
+  const ring = new Ring();
+  ring.write(240, ramp(240, 240));
+  expect([ring.at(239), ring.at(240), ring.at(479), ring.at(480)]).toEqual([0, 240, 479, 0]);
+  expect([ring.has(240, 480), ring.has(239, 480), ring.has(240, 481)]).toEqual([
+    true,
+    false,
+    false,
+  ]);
+  expect(ring.end).toBe(480);
+});
+
+it("forgets what is three seconds old", () => {
+  const ring = new Ring();
+  ring.write(0, ramp(1, 120));
+  ring.write(3 * SECONDS, ramp(7, 120));
+  expect(ring.at(0)).toBe(0);
+  expect(ring.at(3 * SECONDS)).toBe(7);
+});
+
+it("draws a straight line straight", () => {
+  const ring = new Ring();
+  ring.write(0, ramp(0, 480));
+  expect(ring.between(200.25)).toBeCloseTo(200.25);
+});
+
+it("finds where sound goes on", () => {
+  const ring = new Ring();
+  ring.write(0, ramp(0, 120));
+  ring.write(480, ramp(480, 120));
+  expect([ring.nextFrom(7), ring.nextFrom(120), ring.nextFrom(600)]).toEqual([7, 480, 600]);
+});
+
+it("is empty once it is cleared", () => {
+  const ring = new Ring();
+  ring.write(0, ramp(1, 480));
+  ring.clear();
+  expect([ring.end, ring.at(3), ring.has(0, 1)]).toEqual([0, 0, false]);
+});

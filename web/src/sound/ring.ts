@@ -1,0 +1,64 @@
+/** The smallest Opus frame, 2.5 ms; all packets are multiples of it. */
+const CELL = 120;
+/** Almost 3 s. */
+const CELLS = 1200;
+const SIZE = CELL * CELLS;
+
+/** Decoded sound by its time: reads what has come, and 0 where nothing has. Pure. */
+export class Ring {
+  readonly #samples = new Float32Array(SIZE);
+  /** Which cell of time is in each cell of the ring. */
+  readonly #holds = new Float64Array(CELLS).fill(-1);
+  /** The time after the newest sample. */
+  end = 0;
+
+  /** Writes samples from this time on; both must be multiples of 2.5 ms. */
+  write(at: number, samples: Float32Array): void {
+    for (let i = 0; i + CELL <= samples.length; i += CELL) {
+      const cell = (at + i) / CELL;
+      const slot = cell % CELLS;
+      this.#holds[slot] = cell;
+      this.#samples.set(samples.subarray(i, i + CELL), slot * CELL);
+    }
+    this.end = Math.max(this.end, at + samples.length);
+  }
+
+  /** Whether all samples from one time up to another are there. */
+  has(from: number, to: number): boolean {
+    for (let cell = Math.floor(from / CELL); cell * CELL < to; cell++) {
+      if (cell < 0 || this.#holds[cell % CELLS] !== cell) return false;
+    }
+    return true;
+  }
+
+  /** The first time from this one on of which something is there, else the end. */
+  nextFrom(time: number): number {
+    let cell = Math.floor(time / CELL);
+    if (this.#holds[cell % CELLS] === cell) return time;
+    while (cell * CELL < this.end && this.#holds[cell % CELLS] !== cell) cell++;
+    return Math.min(cell * CELL, this.end);
+  }
+
+  at(time: number): number {
+    const cell = Math.floor(time / CELL);
+    if (cell < 0 || this.#holds[cell % CELLS] !== cell) return 0;
+    return this.#samples[time % SIZE] ?? 0;
+  }
+
+  /** The sample between samples, by a curve through four of them (Catmull and Rom). */
+  between(time: number): number {
+    const at = Math.floor(time);
+    const t = time - at;
+    const b = this.at(at);
+    if (t === 0) return b;
+    const a = this.at(at - 1);
+    const c = this.at(at + 1);
+    const d = this.at(at + 2);
+    return b + 0.5 * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
+  }
+
+  clear(): void {
+    this.#holds.fill(-1);
+    this.end = 0;
+  }
+}

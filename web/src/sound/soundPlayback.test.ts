@@ -1,0 +1,193 @@
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import type { Peer } from "../link/peer";
+import { SoundPlayback } from "./soundPlayback";
+
+const own = vi.hoisted(() => ({
+  lacks: null as string | null,
+  doubt: null as string | null,
+  starts: true,
+  isReady: false,
+  events: { plays() {}, failed(_: string) {} },
+  play: vi.fn(),
+  rest: vi.fn(),
+  share: vi.fn(),
+}));
+
+vi.mock("./ownPlayer", () => ({
+  lacking: () => own.lacks,
+  doubtful: () => own.doubt,
+  OwnPlayer: class {
+    constructor(events: typeof own.events) {
+      own.events = events;
+    }
+    get isReady() {
+      return own.isReady;
+    }
+    async start() {
+      own.isReady = own.starts;
+      return own.starts;
+    }
+    play = own.play;
+    rest = own.rest;
+    share = own.share;
+    watch() {}
+    negotiated() {}
+    heard() {
+      return { rtp: 1 };
+    }
+  },
+}));
+
+let emitted = 0;
+const receiver = {
+  track: {},
+  async getStats() {
+    return new Map([["a", { type: "inbound-rtp", jitterBufferEmittedCount: emitted }]]);
+  },
+};
+const element = { muted: false, play: vi.fn(async () => {}), pause: vi.fn(), srcObject: null };
+const changed = vi.fn();
+const reconnect = vi.fn();
+
+async function made({ isStarted = true } = {}): Promise<SoundPlayback> {
+  const playback = new SoundPlayback({ changed, reconnect });
+  if (isStarted) await playback.start("own");
+  playback.attach(element as unknown as HTMLAudioElement);
+  playback.take({ sound: receiver } as unknown as Peer);
+  return playback;
+}
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  vi.stubGlobal("MediaStream", class {});
+  vi.clearAllMocks();
+  Object.assign(own, { lacks: null, doubt: null, starts: true, isReady: false });
+  element.muted = false;
+  emitted = 0;
+});
+
+afterEach(() => {
+  vi.useRealTimers();
+  vi.unstubAllGlobals();
+});
+
+it("plays by the browser until our own sounds", async () => {
+  const playback = await made();
+  playback.choose("auto", null);
+  playback.play();
+  expect(element.play).toHaveBeenCalled();
+  expect(own.play).toHaveBeenCalled();
+  expect(playback.heard(0)).toBeNull();
+  own.events.plays();
+  expect(element.pause).toHaveBeenCalledOnce();
+  expect(changed).toHaveBeenLastCalledWith({ by: "own", why: null });
+  expect(playback.heard(0)).not.toBeNull();
+});
+
+it("never starts our own if the browser's is chosen", async () => {
+  const playback = await made();
+  playback.choose("browser", null);
+  playback.play();
+  expect(own.play).not.toHaveBeenCalled();
+  expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: null });
+});
+
+it("says why it is the browser's where our own cannot play", async () => {
+  own.lacks = "over HTTPS it could";
+  const playback = await made();
+  playback.choose("auto", null);
+  playback.play();
+  expect(own.play).not.toHaveBeenCalled();
+  expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: "over HTTPS it could" });
+});
+
+it("takes our own only by choice where there is a doubt", async () => {
+  own.doubt = "in this browser it is a matter of choice";
+  const playback = await made({ isStarted: false });
+  await playback.start("auto");
+  expect(own.isReady).toBe(false);
+  playback.choose("auto", null);
+  playback.play();
+  expect(own.play).not.toHaveBeenCalled();
+  expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: own.doubt });
+  playback.choose("own", null);
+  await vi.advanceTimersByTimeAsync(0);
+  expect(reconnect).toHaveBeenCalledOnce();
+});
+
+it("connects again if our own is chosen later", async () => {
+  const playback = await made({ isStarted: false });
+  playback.choose("own", null);
+  await vi.advanceTimersByTimeAsync(0);
+  expect(reconnect).toHaveBeenCalledOnce();
+});
+
+it("stays with the browser's if our own does not load", async () => {
+  own.starts = false;
+  const playback = await made({ isStarted: false });
+  playback.choose("own", null);
+  await vi.advanceTimersByTimeAsync(0);
+  expect(reconnect).not.toHaveBeenCalled();
+  expect(changed).toHaveBeenLastCalledWith({
+    by: "browser",
+    why: "the page's own player could not be loaded",
+  });
+});
+
+it("goes back to the browser's player only once that has sound", async () => {
+  const playback = await made();
+  playback.choose("auto", null);
+  playback.play();
+  own.events.plays();
+  playback.choose("browser", null);
+  await vi.advanceTimersByTimeAsync(100);
+  expect(own.share).toHaveBeenCalledOnce();
+  expect(own.rest).not.toHaveBeenCalled();
+  expect(element.muted).toBe(true);
+  emitted = 5000;
+  await vi.advanceTimersByTimeAsync(40);
+  expect(own.rest).toHaveBeenCalledOnce();
+  expect(element.muted).toBe(false);
+  expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: null });
+});
+
+it("does not wait for ever for the browser's player", async () => {
+  const playback = await made();
+  playback.choose("auto", null);
+  playback.play();
+  own.events.plays();
+  playback.choose("browser", null);
+  await vi.advanceTimersByTimeAsync(1100);
+  expect(own.rest).toHaveBeenCalledOnce();
+});
+
+it("falls back at once when our own fails, and tries it again later", async () => {
+  const playback = await made();
+  playback.choose("auto", null);
+  playback.play();
+  own.events.plays();
+  element.play.mockClear();
+  own.play.mockClear();
+  own.events.failed("the sound's device has stopped");
+  expect(element.play).toHaveBeenCalledOnce();
+  expect(changed).toHaveBeenLastCalledWith({
+    by: "browser",
+    why: "the sound's device has stopped",
+  });
+  expect(own.play).not.toHaveBeenCalled();
+  await vi.advanceTimersByTimeAsync(5000);
+  expect(own.play).toHaveBeenCalledOnce();
+});
+
+it("is silent by both while the sound is off", async () => {
+  const playback = await made();
+  playback.choose("auto", null);
+  playback.play();
+  own.events.plays();
+  playback.pause();
+  expect(element.pause).toHaveBeenCalled();
+  expect(own.rest).toHaveBeenCalledOnce();
+  own.play.mockClear();
+  playback.choose("own", null);
+  expect(own.play).not.toHaveBeenCalled();
+});

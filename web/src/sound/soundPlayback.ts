@@ -1,0 +1,172 @@
+import type { Peer } from "../link/peer";
+import { look } from "../measure/stats";
+import type { Playout } from "../messages";
+import { Playback } from "../playback";
+import { doubtful, type Heard, lacking, OwnPlayer } from "./ownPlayer";
+
+/** Which player is to play; "auto" is ours where it can. */
+export type PlayerChoice = Playout["player"];
+
+/** Which player plays the sound; `why` it is not ours, null where it is or nobody wanted it. */
+export interface SoundPlayerState {
+  by: "browser" | "own";
+  why: string | null;
+}
+
+export interface SoundPlaybackEvents {
+  changed(state: SoundPlayerState): void;
+  /** A connection is needed whose sound is watched from its beginning. */
+  reconnect(): void;
+}
+
+/** The browser's player takes over once it has played so much more, and after so long anyway. */
+const FILLED_SAMPLES = 4800;
+const LOOK_EVERY_MS = 20;
+const TAKES_OVER_WITHIN_MS = 1000;
+/** After a failure ours is tried again after so long, and each time after twice as long. */
+const AGAIN_AFTER_MS = 5000;
+
+/**
+ * Plays the sound by our own player or by the browser's, and changes from one to the other without
+ * a reload: until ours sounds, and once it fails, the browser's plays.
+ */
+export class SoundPlayback {
+  readonly #browser = new Playback();
+  readonly #own: OwnPlayer;
+  /** Why ours cannot be used now. */
+  #problem = lacking();
+  #choice: PlayerChoice = "browser";
+  #isPlaying = false;
+  #isTakingOver = false;
+  #peer: Peer | null = null;
+  #state: SoundPlayerState = { by: "browser", why: null };
+  #againMs = AGAIN_AFTER_MS;
+
+  constructor(private readonly events: SoundPlaybackEvents) {
+    this.#own = new OwnPlayer({
+      plays: () => this.#ownPlays(),
+      failed: (why) => this.#ownFailed(why),
+    });
+  }
+
+  /** Gets ready for this choice; where that is not possible the browser's player plays. */
+  async start(choice: PlayerChoice): Promise<void> {
+    if (this.#hindrance(choice) !== null || this.#own.isReady || choice === "browser") return;
+    if (!(await this.#own.start())) {
+      this.#problem = "the page's own player could not be loaded";
+    }
+  }
+
+  attach(element: HTMLMediaElement | null): void {
+    this.#browser.attach(element);
+  }
+
+  /** To be called only at the moment when the receiver is created. */
+  watch(receiver: RTCRtpReceiver): void {
+    this.#own.watch(receiver);
+  }
+
+  /** Sets a new peer. */
+  take(peer: Peer): void {
+    this.#peer = peer;
+    this.#browser.take(peer.sound.track);
+    this.#update();
+  }
+
+  /** Which player is to play, as soon as the connection says how the sound is packed. */
+  choose(choice: PlayerChoice, redundancy: number | null): void {
+    this.#own.negotiated(redundancy);
+    if (choice === this.#choice) return;
+    this.#choice = choice;
+    const isNew = choice !== "browser" && this.#hindrance(choice) === null && !this.#own.isReady;
+    if (!isNew) this.#update();
+    else
+      void this.start(choice).then(() =>
+        this.#own.isReady ? this.events.reconnect() : this.#tell(),
+      );
+  }
+
+  set leastDelayMs(ms: number | null) {
+    this.#own.leastDelayMs = ms;
+  }
+
+  /** To be called during a touch. */
+  play(): void {
+    this.#isPlaying = true;
+    if (this.#state.by === "browser") this.#browser.play();
+    this.#update();
+  }
+
+  pause(): void {
+    this.#isPlaying = false;
+    this.#browser.pause();
+    this.#own.rest();
+    this.#tell("browser");
+  }
+
+  /** What our player sounds now; null while the browser's plays. */
+  heard(nowMs: number): Heard | null {
+    return this.#state.by === "own" ? this.#own.heard(nowMs) : null;
+  }
+
+  #update(): void {
+    const isWanted = this.#choice !== "browser" && this.#hindrance() === null;
+    const isOwn = isWanted && this.#own.isReady;
+    if (isOwn && this.#isPlaying && this.#state.by === "browser") void this.#own.play();
+    else if (!isOwn && this.#state.by === "own") void this.#takeOver();
+    this.#tell();
+  }
+
+  /** Why our own player is not to play. */
+  #hindrance(choice = this.#choice): string | null {
+    return this.#problem ?? (choice === "auto" ? doubtful() : null);
+  }
+
+  #ownPlays(): void {
+    this.#againMs = AGAIN_AFTER_MS;
+    this.#browser.pause();
+    this.#tell("own");
+  }
+
+  #ownFailed(why: string): void {
+    this.#problem = why;
+    if (this.#isPlaying) this.#browser.play();
+    this.#tell("browser");
+    setTimeout(() => {
+      this.#problem = null;
+      this.#update();
+    }, this.#againMs);
+    this.#againMs *= 2;
+  }
+
+  /** Has the browser's player fill its buffer unheard, then changes from ours to it at once. */
+  async #takeOver(): Promise<void> {
+    if (this.#isTakingOver) return;
+    this.#isTakingOver = true;
+    this.#own.share();
+    this.#browser.isMuted = true;
+    this.#browser.play();
+    const untilMs = performance.now() + TAKES_OVER_WITHIN_MS;
+    const from = await this.#emitted();
+    do {
+      await new Promise((resolve) => setTimeout(resolve, LOOK_EVERY_MS));
+    } while ((await this.#emitted()) - from < FILLED_SAMPLES && performance.now() < untilMs);
+    this.#browser.isMuted = false;
+    this.#isTakingOver = false;
+    if (this.#state.by === "browser") return; // it failed, or was paused, meanwhile
+    this.#own.rest();
+    this.#tell("browser");
+    this.#update();
+  }
+
+  async #emitted(): Promise<number> {
+    if (!this.#peer) return 0;
+    return (await look(this.#peer.sound)).inbound.jitterBufferEmittedCount ?? 0;
+  }
+
+  #tell(by = this.#state.by): void {
+    const why = by === "own" || this.#choice === "browser" ? null : this.#hindrance();
+    this.#state = { by, why };
+    this.events.changed(this.#state);
+  }
+}

@@ -1,0 +1,251 @@
+import { DelayTarget } from "./delayTarget";
+import { OPUS_HZ } from "./opus";
+import { COMPARED, LONGEST, periodBefore } from "./period";
+import { Ring } from "./ring";
+
+/** What was played since the beginning, in samples. */
+export interface Played {
+  played: number;
+  /** What had not come, and was made up of what came before. */
+  madeUp: number;
+  /** Periods that were played twice, to wait for what is overdue. */
+  stretched: number;
+  /** Periods that were left out, to catch up. */
+  dropped: number;
+}
+
+const MS = OPUS_HZ / 1000;
+/** A sample is drawn through so many that follow it. */
+const REACH = 3;
+/** One sound goes over into another within so long. */
+const FADE = 5 * MS;
+/** By how much faster or slower it plays at most; nobody hears that. */
+const MOST_RATE = 0.005;
+/** For each sample off the target: half a thousandth a millisecond. */
+const RATE_PER_SAMPLE = 0.0005 / MS;
+/** So far behind the target whole periods are left out, since the rate alone would take too long. */
+const FAR_BEHIND = 20 * MS;
+/** Between two such periods; less the farther it is behind. */
+const CUT_EVERY = 100 * MS;
+/** Farther behind than this it goes on from where it ought to be, at the price of a break. */
+const LOST_BEHIND = 400 * MS;
+/** Overdue sound is waited for, periods being repeated meanwhile; then time goes on without it. */
+const MOST_WAIT = 60 * MS;
+/** Of the newest judgement in the mean. */
+const NEW_SHARE = 1 / 8;
+/** What is made up is as loud as what was before it for so long, then it fades. */
+const LOUD = 20 * MS;
+const SILENT = 80 * MS;
+/** Arbitrary: leaves room for what is older than the first packet. */
+const ORIGIN = OPUS_HZ;
+/** Further from the newest sound than this is another sender. */
+const ANEW = 2 * OPUS_HZ;
+
+/**
+ * Plays decoded packets, each as late as its link demands and no later.
+ *
+ * It has one clock, the device's: `frame` counts what the device has taken. `arrive` is called when
+ * a packet has been decoded and `render` for each block that the device takes. Nothing is played
+ * twice or out of order, other than the periods that `Played` counts. Pure.
+ */
+export class SoundPlayer {
+  readonly counts: Played = { played: 0, madeUp: 0, stretched: 0, dropped: 0 };
+  readonly #ring = new Ring();
+  readonly #target = new DelayTarget();
+  readonly #repeated = new Float32Array(LONGEST);
+  readonly #at = (time: number) => this.#ring.at(time);
+  /** The RTP time of the ring's `ORIGIN`. */
+  #rtpOrigin: number | null = null;
+  /** What plays next, in the ring's time; null until it begins. */
+  #position: number | null = null;
+  /** What fades away, in the ring's time, while `#fading` samples are left of it. */
+  #leaving = 0;
+  #fading = 0;
+  #isMadeUp = false;
+  #madeUp = 0;
+  #period = 1;
+  #waited = 0;
+  /** Where the sound ran out; null once that is judged. */
+  #dry: number | null = null;
+  /** Of what ran out, how much was late; the rest was lost. */
+  #late = 1;
+  /** How late the block is that plays. */
+  #behind = 0;
+  #cutAt = Number.NEGATIVE_INFINITY;
+  #least: number | null = null;
+
+  /** Plays at least so long after a packet of no delay; null for what the link demands. */
+  set leastDelayMs(ms: number | null) {
+    this.#least = ms === null ? null : ms * MS;
+  }
+
+  /** Takes a packet that has been decoded, `rtp` being the time of its first sample. */
+  arrive(rtp: number, samples: Float32Array, frame: number): void {
+    this.#rtpOrigin ??= rtp;
+    let time = ORIGIN + ((rtp - this.#rtpOrigin) | 0);
+    if (time % 120 !== 0 || Math.abs(time - Math.max(this.#ring.end, ORIGIN)) > ANEW) {
+      this.restart();
+      this.#rtpOrigin = rtp;
+      time = ORIGIN;
+    }
+    this.#ring.write(time, samples);
+    this.#judge();
+    this.#target.add(frame - time, frame);
+  }
+
+  /** Begins anew with what comes next: the device stood still, or another sender begins. */
+  restart(): void {
+    this.#ring.clear();
+    this.#target.clear();
+    this.#rtpOrigin = null;
+    this.#position = null;
+    this.#fading = 0;
+    this.#isMadeUp = false;
+    this.#waited = 0;
+    this.#dry = null;
+    this.#late = 1;
+  }
+
+  /** The RTP time of the next sample; null while nothing plays, or what plays is made up. */
+  get rtp(): number | null {
+    if (this.#position === null || this.#rtpOrigin === null || this.#isMadeUp) return null;
+    return (this.#rtpOrigin + Math.round(this.#position) - ORIGIN) >>> 0;
+  }
+
+  /** How much sound is there that has not been played. */
+  get aheadMs(): number {
+    return this.#position === null ? 0 : Math.max(0, this.#ring.end - this.#position) / MS;
+  }
+
+  /** Fills `out` with what the device plays from `frame` on. */
+  render(out: Float32Array, frame: number): void {
+    if (this.#rtpOrigin === null) {
+      out.fill(0);
+      return;
+    }
+    const due = frame - this.#delay(frame);
+    if (this.#position === null && !this.#begins(due)) {
+      out.fill(0);
+      return;
+    }
+    const position = this.#position ?? due;
+    const behind = due - position;
+    this.#behind = behind;
+    if (behind > LOST_BEHIND) this.#jump(due);
+    else if (behind > FAR_BEHIND) this.#cut(frame);
+    const rate = 1 + Math.min(Math.max(behind * RATE_PER_SAMPLE, -MOST_RATE), MOST_RATE);
+    for (let i = 0; i < out.length; i++) out[i] = this.#next(rate);
+    this.counts.played += out.length;
+  }
+
+  #delay(frame: number): number {
+    const delay = this.#target.at(frame);
+    return this.#least === null ? delay : Math.max(delay, this.#target.least + this.#least);
+  }
+
+  #begins(due: number): boolean {
+    if (due < ORIGIN || !this.#ring.has(due, due + 1)) return false;
+    this.#position = due;
+    this.#leaving = -ORIGIN; // out of silence
+    this.#fading = FADE;
+    return true;
+  }
+
+  #next(rate: number): number {
+    const position = this.#position ?? 0;
+    if (this.#ring.has(position, position + REACH)) {
+      if (this.#isMadeUp) this.#resume();
+      this.#waited = 0;
+      this.#position = position + rate;
+      return this.#faded(this.#ring.between(position), rate);
+    }
+    if (!this.#isMadeUp) this.#makeUp(position);
+    const isHole = this.#ring.end > position + REACH;
+    if (isHole && this.#skip(position)) return this.#next(rate);
+    if (isHole || this.#waited >= MOST_WAIT || this.#late < 0.5) {
+      this.#position = position + rate;
+      this.counts.madeUp++;
+    } else {
+      // Time stands still, so that what comes is played whole.
+      this.#waited++;
+      this.counts.stretched++;
+    }
+    return this.#invented();
+  }
+
+  /** Learns of the sound that ran out, once more has come, whether it was late or lost. */
+  #judge(): void {
+    if (this.#dry === null || this.#ring.end <= this.#dry + REACH) return;
+    const isLate = this.#ring.has(this.#dry, this.#dry + REACH);
+    this.#late += ((isLate ? 1 : 0) - this.#late) * NEW_SHARE;
+    this.#dry = null;
+  }
+
+  #makeUp(position: number): void {
+    if (this.#ring.end <= position + REACH) this.#dry = position;
+    this.#isMadeUp = true;
+    this.#madeUp = 0;
+    const end = Math.floor(position);
+    this.#period = periodBefore(this.#at, end);
+    for (let i = 0; i < this.#period; i++) this.#repeated[i] = this.#at(end - this.#period + i);
+  }
+
+  #invented(): number {
+    const gain = Math.min(1, Math.max(0, (SILENT - this.#madeUp) / (SILENT - LOUD)));
+    const sample = this.#repeated[this.#madeUp % this.#period] ?? 0;
+    this.#madeUp++;
+    return gain * sample;
+  }
+
+  /** Leaves out what is missing, rather than make it up, where that only catches up. */
+  #skip(position: number): boolean {
+    const next = this.#ring.nextFrom(position + REACH);
+    const missing = next - position;
+    if (missing > this.#behind - FAR_BEHIND) return false;
+    this.#behind -= missing;
+    this.#position = next;
+    return true;
+  }
+
+  /** What was missing has come: what was made up fades into it. */
+  #resume(): void {
+    this.#isMadeUp = false;
+    this.#fading = FADE;
+    this.#leaving = Number.NaN;
+  }
+
+  #faded(sample: number, rate: number): number {
+    if (this.#fading === 0) return sample;
+    const share = this.#fading-- / FADE;
+    const leaving = Number.isNaN(this.#leaving)
+      ? this.#invented()
+      : this.#ring.between(this.#leaving);
+    this.#leaving += rate;
+    return leaving * share + sample * (1 - share);
+  }
+
+  /** Leaves out one period, if there is enough of the sound. */
+  #cut(frame: number): void {
+    const position = this.#position ?? 0;
+    const everyFrames = CUT_EVERY * (FAR_BEHIND / this.#behind);
+    if (this.#fading > 0 || this.#isMadeUp || frame - this.#cutAt < everyFrames) return;
+    const from = Math.floor(position);
+    const period = periodBefore(this.#at, from + LONGEST + COMPARED);
+    if (!this.#ring.has(position, position + LONGEST + COMPARED)) return;
+    if (!this.#ring.has(position, position + period + 2 * FADE)) return;
+    this.#cutAt = frame;
+    this.#leaving = position;
+    this.#fading = FADE;
+    this.#position = position + period;
+    this.counts.dropped += period;
+  }
+
+  #jump(due: number): void {
+    const position = this.#position ?? due;
+    this.counts.dropped += due - position;
+    this.#leaving = position;
+    this.#fading = FADE;
+    this.#position = due;
+    this.#isMadeUp = false;
+  }
+}

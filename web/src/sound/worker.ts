@@ -1,0 +1,161 @@
+/**
+ * Takes the encoded sound of a receiver (W3C, WebRTC Encoded Transform): decodes it for our player
+ * (W3C, WebCodecs), or passes it on to the browser's own, or both while they change places.
+ */
+
+import { OPUS_HZ } from "./opus";
+import { type Block, splitRed } from "./red";
+import { Sequence } from "./sequence";
+
+/** Who gets the packets. */
+export type Playing = "browser" | "own" | "both";
+
+/** From the page: `worklet` is where decoded sound goes. */
+export type ToWorker =
+  | { playing: Playing }
+  | { redundancy: number | null }
+  | { worklet: MessagePort };
+/** To the page. */
+export type FromWorker = "ready" | { failed: string };
+/** To the worklet; null when another sender begins. */
+export type Decoded = { rtp: number; samples: Float32Array } | null;
+
+interface EncodedFrame {
+  data: ArrayBuffer;
+  timestamp?: number;
+  getMetadata(): { rtpTimestamp?: number; payloadType?: number };
+}
+
+interface Transformer {
+  readable: ReadableStream<EncodedFrame>;
+  writable: WritableStream<EncodedFrame>;
+}
+
+/** Half a second of packets without a sound out of them: the decoder does not work. */
+const MOST_PENDING = 50;
+
+let playing: Playing = "browser";
+/** The payload type of packets that repeat earlier ones (RFC 2198). */
+let redundancy: number | null = null;
+let worklet: MessagePort | null = null;
+/** Of the newest peer that has sent something: only its sound is played. */
+let current: Decoding | null = null;
+
+function failed(error: unknown): void {
+  // From the next packet on the browser plays.
+  playing = "browser";
+  const text = error instanceof Error ? error.message : String(error);
+  postMessage({ failed: text } satisfies FromWorker);
+}
+
+/** Decodes one receiver's sound. */
+class Decoding {
+  readonly #sequence = new Sequence();
+  /** Of what the decoder has not returned yet; it returns one sound for each packet, in order. */
+  readonly #pending: number[] = [];
+  #decoder: AudioDecoder | null = null;
+  #waking: ReturnType<typeof setTimeout> | undefined;
+
+  #isKnown = false;
+
+  add(blocks: Block[]): void {
+    if (!this.#isKnown) {
+      this.#isKnown = true;
+      current = this;
+      worklet?.postMessage(null satisfies Decoded);
+    } else if (current !== this) {
+      return;
+    }
+    this.#decode(this.#sequence.add(blocks, performance.now()));
+    this.#wake();
+  }
+
+  close(): void {
+    clearTimeout(this.#waking);
+    if (this.#decoder && this.#decoder.state !== "closed") this.#decoder.close();
+    this.#decoder = null;
+  }
+
+  #wake(): void {
+    clearTimeout(this.#waking);
+    const { nextDueMs } = this.#sequence;
+    if (nextDueMs === null) return;
+    this.#waking = setTimeout(() => {
+      this.#decode(this.#sequence.due(performance.now()));
+      this.#wake();
+    }, nextDueMs - performance.now());
+  }
+
+  #decode(blocks: Block[]): void {
+    try {
+      for (const { rtp, data } of blocks) {
+        this.#decoder ??= this.#open();
+        if (this.#pending.push(rtp) > MOST_PENDING) throw new Error("it returns nothing");
+        this.#decoder.decode(new EncodedAudioChunk({ type: "key", timestamp: 0, data }));
+      }
+    } catch (error) {
+      this.#fail(error);
+    }
+  }
+
+  #open(): AudioDecoder {
+    const decoder = new AudioDecoder({
+      output: (sound) => this.#decoded(sound),
+      error: (error) => this.#fail(error),
+    });
+    decoder.configure({ codec: "opus", sampleRate: OPUS_HZ, numberOfChannels: 1 });
+    return decoder;
+  }
+
+  #decoded(sound: AudioData): void {
+    const rtp = this.#pending.shift();
+    const samples = new Float32Array(sound.numberOfFrames);
+    sound.copyTo(samples, { planeIndex: 0, format: "f32-planar" });
+    sound.close();
+    if (rtp === undefined || current !== this) return;
+    worklet?.postMessage({ rtp, samples } satisfies Decoded, [samples.buffer]);
+  }
+
+  #fail(error: unknown): void {
+    if (this.#decoder && this.#decoder.state !== "closed") this.#decoder.close();
+    this.#decoder = null;
+    this.#pending.length = 0;
+    failed(error);
+  }
+}
+
+addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
+  if ("playing" in data) playing = data.playing;
+  else if ("redundancy" in data) redundancy = data.redundancy;
+  else worklet = data.worklet;
+});
+
+addEventListener("rtctransform", (event) => {
+  const { transformer } = event as Event & { transformer: Transformer };
+  const { readable, writable } = transformer;
+  const decoding = new Decoding();
+  const deciding = new TransformStream<EncodedFrame, EncodedFrame>({
+    transform(frame, controller) {
+      if (playing !== "browser") {
+        const { rtpTimestamp, payloadType } = frame.getMetadata();
+        const rtp = rtpTimestamp ?? frame.timestamp;
+        // A copy: what is passed on below is given away, and a packet may wait for another.
+        const data = new Uint8Array(frame.data.slice(0));
+        if (rtp !== undefined) {
+          const repeats = payloadType !== undefined && payloadType === redundancy;
+          decoding.add(repeats ? splitRed(data, rtp) : [{ rtp, data }]);
+        }
+      }
+      if (playing !== "own") controller.enqueue(frame);
+    },
+  });
+  void readable
+    .pipeThrough(deciding)
+    .pipeTo(writable)
+    // It ends when the page closes the connection, which is no error.
+    .catch(() => {})
+    .finally(() => decoding.close());
+});
+
+// A transform created before this line has run would never get its streams.
+postMessage("ready" satisfies FromWorker);

@@ -1,0 +1,73 @@
+/** Plays what the worker decodes, on the audio device's own thread (W3C, Web Audio: AudioWorklet). */
+
+import { OPUS_HZ } from "./opus";
+import { type Played, SoundPlayer } from "./soundPlayer";
+import type { Decoded } from "./worker";
+
+/** From the page: where the sound comes from, and its least delay. */
+export type ToWorklet = { sound: MessagePort } | { leastDelayMs: number | null };
+/** To the page: at `frame` of the context the sample with this RTP time is next. */
+export interface FromWorklet extends Played {
+  frame: number;
+  rtp: number | null;
+  aheadMs: number;
+}
+
+declare const currentFrame: number;
+declare class AudioWorkletProcessor {
+  readonly port: MessagePort;
+}
+declare function registerProcessor(name: string, of: new () => AudioWorkletProcessor): void;
+
+/** About every 50 ms. */
+const TELL_EVERY_BLOCKS = 19;
+/** The device has stood still if its clock has fallen so far behind the wall's. */
+const STOOD_MS = 100;
+
+class Player extends AudioWorkletProcessor {
+  readonly #player = new SoundPlayer();
+  #blocks = 0;
+  /** The wall's time less the device's, at the least. */
+  #apartMs = Number.POSITIVE_INFINITY;
+
+  constructor() {
+    super();
+    this.port.onmessage = ({ data }: MessageEvent<ToWorklet>) => {
+      if ("sound" in data) this.#listen(data.sound);
+      else this.#player.leastDelayMs = data.leastDelayMs;
+    };
+  }
+
+  #listen(sound: MessagePort): void {
+    sound.onmessage = ({ data }: MessageEvent<Decoded>) => {
+      if (data) this.#player.arrive(data.rtp, data.samples, currentFrame);
+      else this.#player.restart();
+    };
+  }
+
+  process(_: Float32Array[][], outputs: Float32Array[][]): boolean {
+    this.#noticePause();
+    const [out, ...others] = outputs[0] ?? [];
+    if (!out) return true;
+    this.#player.render(out, currentFrame);
+    for (const other of others) other.set(out);
+    if (++this.#blocks % TELL_EVERY_BLOCKS === 0) this.#tell(currentFrame + out.length);
+    return true;
+  }
+
+  #noticePause(): void {
+    const apartMs = Date.now() - (currentFrame * 1000) / OPUS_HZ;
+    if (apartMs > this.#apartMs + STOOD_MS) {
+      this.#player.restart();
+      this.#apartMs = apartMs;
+    }
+    this.#apartMs = Math.min(this.#apartMs + 0.001, apartMs);
+  }
+
+  #tell(frame: number): void {
+    const { rtp, aheadMs, counts } = this.#player;
+    this.port.postMessage({ frame, rtp, aheadMs, ...counts } satisfies FromWorklet);
+  }
+}
+
+registerProcessor("wax-player", Player);

@@ -1,0 +1,85 @@
+import { OPUS_HZ } from "../sound/opus";
+import { SoundPlayer } from "../sound/soundPlayer";
+
+/** One packet of a trace: when it was sent and when it arrived, in ms; lost ones are left out. */
+export interface Arrival {
+  sentMs: number;
+  arrivedMs: number;
+}
+
+export interface Heard {
+  /** From the sending of a sample to its playing, of each 10 ms that were not made up. */
+  agesMs: number[];
+  madeUpShare: number;
+  stretchedShare: number;
+  droppedShare: number;
+}
+
+const BLOCK = 128;
+const MS = OPUS_HZ / 1000;
+const TONE_HZ = 300;
+
+/**
+ * Plays a trace of packets of `packetMs` in simulated time. `driftPpm` is by how much the device is
+ * faster than the sender. The first `settleMs` do not count. Pure.
+ */
+export function simulate(
+  trace: Arrival[],
+  { packetMs = 20, driftPpm = 0, settleMs = 3000 }: Partial<Settings> = {},
+): Heard {
+  const player = new SoundPlayer();
+  const byArrival = trace.toSorted((a, b) => a.arrivedMs - b.arrivedMs);
+  const endMs = Math.max(...trace.map((one) => one.sentMs));
+  const perMs = MS * (1 + driftPpm / 1e6);
+  const out = new Float32Array(BLOCK);
+  const agesMs: number[] = [];
+  let before = { ...player.counts };
+  let next = 0;
+  let isSettled = false;
+  for (let frame = 0; frame / perMs < endMs; frame += BLOCK) {
+    const nowMs = frame / perMs;
+    for (; next < byArrival.length; next++) {
+      const one = byArrival[next];
+      if (!one || one.arrivedMs > nowMs) break;
+      // The packet is sent once its last sample is there.
+      player.arrive(rtpOf(one.sentMs, packetMs), tone(one.sentMs, packetMs), frame);
+    }
+    player.render(out, frame);
+    if (!isSettled && nowMs >= settleMs) {
+      isSettled = true;
+      before = { ...player.counts };
+    }
+    const { rtp } = player;
+    if (isSettled && rtp !== null && (frame / BLOCK) % 4 === 0) {
+      agesMs.push(nowMs + BLOCK / MS - (rtp - RTP_ORIGIN) / MS);
+    }
+  }
+  const { counts } = player;
+  const share = (of: "madeUp" | "stretched" | "dropped") =>
+    (counts[of] - before[of]) / Math.max(1, counts.played - before.played);
+  return {
+    agesMs,
+    madeUpShare: share("madeUp"),
+    stretchedShare: share("stretched"),
+    droppedShare: share("dropped"),
+  };
+}
+
+interface Settings {
+  packetMs: number;
+  driftPpm: number;
+  settleMs: number;
+}
+
+/** Not zero, so that nobody relies on it. */
+const RTP_ORIGIN = 480_000;
+
+function rtpOf(sentMs: number, packetMs: number): number {
+  return RTP_ORIGIN + Math.round((sentMs - packetMs) * MS);
+}
+
+function tone(sentMs: number, packetMs: number): Float32Array {
+  const from = Math.round((sentMs - packetMs) * MS);
+  const step = (2 * Math.PI * TONE_HZ) / OPUS_HZ;
+  return Float32Array.from({ length: packetMs * MS }, (_, i) => 0.5 * Math.sin(step * (from + i)));
+}
