@@ -102,6 +102,7 @@ async def test_it_plays_by_itself_and_is_heard_sooner(
 
 
 @pytest.mark.timeout(90)
+@pytest.mark.full
 async def test_a_page_that_is_busy_does_not_break_the_sound(
     server: Server, open_viewer: OpenViewer
 ) -> None:
@@ -169,6 +170,7 @@ async def test_a_device_that_stops_is_hardly_heard(server: Server, open_viewer: 
 
 
 @pytest.mark.timeout(90)
+@pytest.mark.full
 async def test_it_plays_on_over_a_new_connection(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:

@@ -161,6 +161,21 @@ it("does not wait for ever for the browser's player", async () => {
   expect(own.rest).toHaveBeenCalledOnce();
 });
 
+it("is heard at once if our own fails while the browser's player fills", async () => {
+  const playback = await made();
+  playback.choose("auto", null);
+  playback.play();
+  own.events.plays();
+  playback.choose("browser", null);
+  await vi.advanceTimersByTimeAsync(40);
+  expect(element.muted).toBe(true);
+  own.events.failed("the sound's device has stopped");
+  expect(element.muted).toBe(false);
+  await vi.advanceTimersByTimeAsync(2000);
+  expect(element.muted).toBe(false);
+  expect(changed).toHaveBeenLastCalledWith({ by: "browser", why: null });
+});
+
 it("falls back at once when our own fails, and tries it again later", async () => {
   const playback = await made();
   playback.choose("auto", null);

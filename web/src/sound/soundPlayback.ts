@@ -130,6 +130,7 @@ export class SoundPlayback {
 
   #ownFailed(why: string): void {
     this.#problem = why;
+    this.#browser.isMuted = false;
     if (this.#isPlaying) this.#browser.play();
     this.#tell("browser");
     setTimeout(() => {
@@ -160,8 +161,12 @@ export class SoundPlayback {
   }
 
   async #emitted(): Promise<number> {
-    if (!this.#peer) return 0;
-    return (await look(this.#peer.sound)).inbound.jitterBufferEmittedCount ?? 0;
+    try {
+      const found = this.#peer && (await look(this.#peer.sound));
+      return found?.inbound.jitterBufferEmittedCount ?? 0;
+    } catch {
+      return 0; // a peer that was closed meanwhile
+    }
   }
 
   #tell(by = this.#state.by): void {
