@@ -12,6 +12,8 @@ from e2e.lab.instrument.quantities import drift_per_min, rate_per_s, summed
 from e2e.lab.readings import Counters, OwnSound
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from e2e.lab.readings import Pictures, Readings
 
 C = TypeVar("C", Counters, OwnSound)
@@ -145,9 +147,14 @@ def share(
     own = _within(readings.own_sound, from_ms, to_ms)
     counters = _within(readings.counters, from_ms, to_ms)
     if own.at_ms:
-        played = rate_per_s(own.at_ms, own.played_ms)
-        found = rate_per_s(own.at_ms, own.made_up_ms if what == "concealed" else own.stretched_ms)
-    else:
-        played = rate_per_s(counters.at_ms, counters.played_samples)
-        found = rate_per_s(counters.at_ms, getattr(counters, f"{what}_samples"))
-    return found / played if played and found is not None else None
+        played = _risen(own.played_ms)
+        found = _risen(own.made_up_ms if what == "concealed" else own.stretched_ms)
+        return found / played if played else None
+    all_per_s = rate_per_s(counters.at_ms, counters.played_samples)
+    per_s = rate_per_s(counters.at_ms, getattr(counters, f"{what}_samples"))
+    return per_s / all_per_s if all_per_s and per_s is not None else None
+
+
+def _risen(counts: Sequence[float]) -> float:
+    """Return by how much a count grew that begins at 0 again when the player does."""
+    return sum(after - before if after >= before else after for before, after in pairwise(counts))

@@ -193,12 +193,12 @@ def test_concealed_share_is_of_what_was_played() -> None:
 def test_our_own_players_counts_come_before_the_browsers() -> None:
     """Where the page plays by itself the browser counts nothing of what is heard."""
     page = readings(20)
-    at_ms = [OPENED_MS + 1000.0 * second for second in range(20)]
+    seconds = [*range(12), *range(8)]  # it was begun again once, and counts anew
     page.own_sound = OwnSound(
-        at_ms=at_ms,
-        played_ms=[1000.0 * second for second in range(20)],
-        made_up_ms=[20.0 * second for second in range(20)],
-        stretched_ms=[5.0 * second for second in range(20)],
+        at_ms=[OPENED_MS + 1000.0 * second for second in range(20)],
+        played_ms=[1000.0 * second for second in seconds],
+        made_up_ms=[20.0 * second for second in seconds],
+        stretched_ms=[5.0 * second for second in seconds],
     )
     found = figures(page)
     assert found.concealed_share == pytest.approx(0.02)
