@@ -71,6 +71,14 @@ it("plays live again half a second after an outage", () => {
   expect(quantile(agesMs, 0.5)).toBeLessThan(300);
 });
 
+it("goes on at once on a link that has become much slower", () => {
+  const slower = (sentMs: number) => (sentMs < 10_000 ? 20 : 2500);
+  const { agesMs, madeUpShare } = simulate(trace(16, slower), { settleMs: 12_700 });
+  expect(quantile(agesMs, 0.1)).toBeGreaterThan(2500);
+  expect(quantile(agesMs, 0.9)).toBeLessThan(2600);
+  expect(madeUpShare).toBeLessThan(0.01);
+});
+
 describe("whatever comes", () => {
   const anything = (seed: number) => {
     const random = randomOf(seed);

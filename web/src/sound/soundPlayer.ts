@@ -36,6 +36,8 @@ const NEW_SHARE = 1 / 8;
 /** What is made up is as loud as what was before it for so long, then it fades. */
 const LOUD = 20 * MS;
 const SILENT = 80 * MS;
+/** After so long without sound, what comes is played, however late it is. */
+const GIVEN_UP = 400 * MS;
 /** Arbitrary: leaves room for what is older than the first packet. */
 const ORIGIN = OPUS_HZ;
 /** Further from the newest sound than this is another sender. */
@@ -63,6 +65,8 @@ export class SoundPlayer {
   #fading = 0;
   #isMadeUp = false;
   #madeUp = 0;
+  /** Where what was made up began, in the ring's time; nothing after it has been played. */
+  #heardEnd = 0;
   #period = 1;
   #waited = 0;
   /** Where the sound ran out; null once that is judged. */
@@ -90,6 +94,11 @@ export class SoundPlayer {
     }
     this.#ring.write(time, samples);
     this.#judge();
+    if (this.#isSilent && time >= this.#heardEnd && time < (this.#position ?? time)) {
+      // The link has become slower than anybody waits: it goes on with what comes now.
+      this.#target.clear();
+      this.#position = time;
+    }
     this.#target.add(frame - time, frame);
   }
 
@@ -136,6 +145,11 @@ export class SoundPlayer {
     const rate = 1 + Math.min(Math.max(behind * RATE_PER_SAMPLE, -MOST_RATE), MOST_RATE);
     for (let i = 0; i < out.length; i++) out[i] = this.#next(rate);
     this.counts.played += out.length;
+  }
+
+  /** Nothing in time has come for longer than a stall lasts. */
+  get #isSilent(): boolean {
+    return this.#isMadeUp && this.#madeUp >= GIVEN_UP;
   }
 
   #delay(frame: number): number {
@@ -185,6 +199,7 @@ export class SoundPlayer {
     if (this.#ring.end <= position + REACH) this.#dry = position;
     this.#isMadeUp = true;
     this.#madeUp = 0;
+    this.#heardEnd = position;
     const end = Math.floor(position);
     this.#period = periodBefore(this.#at, end);
     for (let i = 0; i < this.#period; i++) this.#repeated[i] = this.#at(end - this.#period + i);

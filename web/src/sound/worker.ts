@@ -31,8 +31,8 @@ interface Transformer {
   writable: WritableStream<EncodedFrame>;
 }
 
-/** Half a second of packets without a sound out of them: the decoder does not work. */
-const MOST_PENDING = 50;
+/** A decoder that returns nothing for so long, although it has something to decode, does not work. */
+const ANSWERS_WITHIN_MS = 500;
 
 let playing: Playing = "browser";
 /** The payload type of packets that repeat earlier ones (RFC 2198). */
@@ -53,6 +53,7 @@ class Decoding {
   readonly #sequence = new Sequence();
   /** Of what the decoder has not returned yet; it returns one sound for each packet, in order. */
   readonly #pending: number[] = [];
+  #answeredMs = 0;
   #decoder: AudioDecoder | null = null;
   #waking: ReturnType<typeof setTimeout> | undefined;
 
@@ -90,7 +91,12 @@ class Decoding {
     try {
       for (const { rtp, data } of blocks) {
         this.#decoder ??= this.#open();
-        if (this.#pending.push(rtp) > MOST_PENDING) throw new Error("it returns nothing");
+        // After an outage many come at once: it is its silence that counts, not how many wait.
+        if (this.#pending.length === 0) this.#answeredMs = performance.now();
+        this.#pending.push(rtp);
+        if (performance.now() - this.#answeredMs > ANSWERS_WITHIN_MS) {
+          throw new Error("it returns nothing");
+        }
         this.#decoder.decode(new EncodedAudioChunk({ type: "key", timestamp: 0, data }));
       }
     } catch (error) {
@@ -109,6 +115,7 @@ class Decoding {
 
   #decoded(sound: AudioData): void {
     const rtp = this.#pending.shift();
+    this.#answeredMs = performance.now();
     const samples = new Float32Array(sound.numberOfFrames);
     sound.copyTo(samples, { planeIndex: 0, format: "f32-planar" });
     sound.close();
