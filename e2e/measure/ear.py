@@ -162,8 +162,9 @@ async def open_ear() -> AsyncIterator[Ear]:
             "env": {**os.environ, **variables, "HOME": folder},
             "stderr": asyncio.subprocess.DEVNULL,
         }
+        # Without the recorder it ends by itself, also when this process could not end it.
         device = await asyncio.create_subprocess_exec(
-            *("pulseaudio", "-n", "--daemonize=no", "--exit-idle-time=-1", "--realtime=no"),
+            *("pulseaudio", "-n", "--daemonize=no", "--exit-idle-time=5", "--realtime=no"),
             *("-L", f"module-native-protocol-unix socket={socket} auth-anonymous=1"),
             *("-L", f"module-null-sink sink_name=ear rate={RATE_HZ} channels=2"),
             **quiet,
