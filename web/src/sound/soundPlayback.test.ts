@@ -192,6 +192,12 @@ it("falls back at once when our own fails, and tries it again later", async () =
   expect(own.play).not.toHaveBeenCalled();
   await vi.advanceTimersByTimeAsync(5000);
   expect(own.play).toHaveBeenCalledOnce();
+  own.events.plays();
+  own.events.failed("the sound's device has stopped");
+  await vi.advanceTimersByTimeAsync(9000);
+  expect(own.play).toHaveBeenCalledOnce();
+  await vi.advanceTimersByTimeAsync(1000);
+  expect(own.play).toHaveBeenCalledTimes(2);
 });
 
 it("is silent by both while the sound is off", async () => {

@@ -123,7 +123,6 @@ export class SoundPlayback {
   }
 
   #ownPlays(): void {
-    this.#againMs = AGAIN_AFTER_MS;
     this.#browser.pause();
     this.#tell("own");
   }
