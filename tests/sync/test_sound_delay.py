@@ -80,10 +80,10 @@ def test_a_perfect_link_is_left_to_the_browser() -> None:
 @examples(20)
 @given(needs_ms=st.floats(0, 450), seed=st.integers(0, 100))
 def test_on_a_steady_link_breaks_end_and_become_rare(needs_ms: float, seed: int) -> None:
-    """After 15 s no sound breaks; in half an hour what is tried costs six short breaks at most."""
+    """Within 10 s the delay is there; then what is tried costs six short breaks in half an hour."""
     ear = Ear(needs_ms)
-    ear.listen(15, seed)
-    assert (ear.breaks_s or [0.0])[-1] < 15
+    ear.listen(10, seed)
+    assert ear.buffer_ms >= needs_ms
     ear.breaks_s.clear()
     ear.targets.clear()
     ear.listen(1800, seed)
@@ -130,16 +130,27 @@ def test_more_jitter_never_means_less_delay(a: float, b: float, redundancy: int)
     assert first(low, redundancy) >= min(redundancy * 60, BOUND_MS)
 
 
-def test_a_link_that_got_better_is_followed_down() -> None:
-    """Half a minute after the link is good again the delay falls, down to nothing asked for."""
-    ear = Ear(needs_ms=150.0)
-    ear.listen(15)
-    assert (ear.targets[-1] or 0) >= 150
+@pytest.mark.parametrize("needs_ms", [150.0, 450.0])
+def test_within_15_s_of_the_last_stall_the_delay_is_down_again(needs_ms: float) -> None:
+    """Nobody behind a link that stalled once hears later than with the browser's own delay."""
+    ear = Ear(needs_ms=needs_ms)
+    ear.listen(8)
+    assert (ear.targets[-1] or 0) >= needs_ms
     ear.needs_ms = 0.0
-    ear.listen(25)
-    assert (ear.targets[-1] or 0) >= 150
-    ear.listen(120)
+    ear.listen(15)
     assert ear.targets[-1] is None
+    assert ear.buffer_ms <= 40
+
+
+def test_stalls_that_keep_coming_do_not_keep_the_delay_up() -> None:
+    """A fall is blamed for the break that follows at once, not for the link's next stall."""
+    ear = Ear(needs_ms=300.0)
+    for _ in range(20):
+        ear.needs_ms = 300.0
+        ear.listen(6)
+        ear.needs_ms = 0.0
+        ear.listen(19)
+        assert ear.targets[-1] is None
 
 
 def test_the_sound_that_breaks_at_the_bound_is_told() -> None:

@@ -7,19 +7,19 @@ from bisect import bisect_left, insort
 from collections import deque
 from typing import Final
 
-_MEMORY_S: Final = 20.0
-"""How long a delay counts: at 50 packets a second, 1,000 packets for the 99th percentile. Ours.
+_MEMORY_S: Final = 8.0
+"""How long a delay counts, as in the page's own player: 400 packets at 50 a second. Ours.
 Half: the same; double: the same."""
 
 _MAX_PACKETS: Final = 4000
-"""Packets kept at most; 20 s of sound are 2,000. Bounds the memory."""
+"""Packets kept at most; 8 s of sound are 800. Bounds the memory."""
 
 _MAX_MS: Final = 10_000.0
 """Highest value returned, against invalid feedback."""
 
 
 class Jitter:
-    """The delays of the last 20 s; packets come in the order of sending, `now_s` never falls."""
+    """The delays of the last 8 s; packets come in the order of sending, `now_s` never falls."""
 
     def __init__(self) -> None:
         self._delays: deque[tuple[float, float]] = deque()  # time reported, delay

@@ -58,22 +58,31 @@ _SHOWN_S: Final = 0.5
 reports.
 Half: the same; double: the same."""
 
-_PATIENCE_S: Final = (30.0, 480.0)
+_PATIENCE_S: Final = (7.0, 600.0)
 """Without a break for so long the delay becomes shorter; after one that this caused, for four times
 as long, up to the second. Ours.
-Half: no change to speak of; double: the same."""
+Half: the same; double: the same."""
 
-_FALL_EVERY_S: Final = 5.0
-"""Then by one step in so long. Ours.
+_TRIAL_S: Final = 3.0
+"""A break so soon after a fall was caused by it; a later one is the link's next stall. It never
+falls below what packets needed in as much time. Ours.
+Half: the same; double: the same."""
+
+_FALL_EVERY_S: Final = 1.0
+"""Then it falls once in so long. Ours.
+Half: the same; double: the same."""
+
+_FALL_SHARE: Final = 0.3
+"""By so much of what the packets do not need, until a fall causes a break; then by a step. Ours.
 Half: the same; double: the same."""
 
 
 class SoundDelay:
-    """Rises at once, falls by 10 ms in 5 s after half a minute without a gap.
+    """Rises at once; within 15 s of the last gap it is down again to what the packets need.
 
-    A fall that ends in a gap makes the next one wait four times as long, so that on a steady link
-    such gaps become rare. A configured delay (`fixed_ms`) stays: it is the total until the sound is
-    heard, so the device's delay is subtracted from the buffer's.
+    A fall that ends in a gap at once makes the next one wait four times as long and be a step, so
+    that on a steady link such gaps become rare. A configured delay (`fixed_ms`) stays: it is the
+    total until the sound is heard, so the device's delay is subtracted from the buffer's.
     """
 
     def __init__(self, fixed_ms: float | None, *, bound_ms: float = BOUND_MS) -> None:
@@ -86,7 +95,8 @@ class SoundDelay:
         self._now_s = float("-inf")
         self._calm_since_s = float("-inf")
         self._patience_s = _PATIENCE_S[0]
-        self._has_fallen = False
+        self._fell_s = self._disturbed_s = float("-inf")
+        self._needs: deque[tuple[float, float]] = deque()
 
     @property
     def target_ms(self) -> float | None:
@@ -146,19 +156,23 @@ class SoundDelay:
         jitter_ms = max(jitter_ms, 0.0) if isfinite(jitter_ms) else 0.0
         late_ms = max(jitter_ms - _BRIDGED_MS, 0.0)
         need_ms = min(late_ms + redundancy * mu_ms + _STEP_MS, self._bound_ms)
+        self._needs.append((now_s, need_ms))
+        while now_s - self._needs[0][0] > _TRIAL_S:
+            self._needs.popleft()
         allowed_ms = 1.5 * lost * _WINDOW_S * 1000 + (burst * mu_ms if lost > 0 else 0)
         broken_ms = self._heard.made_up_ms - (allowed_ms if isfinite(allowed_ms) else 0.0)
         if broken_ms > _BRIDGED_MS:
             self._rise(broken_ms, now_s)
         if need_ms > self._level_ms:
+            rise_ms = need_ms - self._level_ms
             self._level_ms = min(_steps(need_ms), self._bound_ms)
-            self._disturbed(now_s)
+            self._disturbed(rise_ms, now_s)
         elif now_s - self._calm_since_s >= self._patience_s:
-            self._fall(need_ms, now_s)
+            self._fall(max(need for _, need in self._needs), now_s)
         return self.target_ms
 
     def _rise(self, broken_ms: float, now_s: float) -> None:
-        self._disturbed(now_s)
+        self._disturbed(broken_ms, now_s)
         if self._level_ms >= self._bound_ms:
             return
         rise_ms = min(max(broken_ms, _RISE_MS[0]), _RISE_MS[1])
@@ -166,19 +180,26 @@ class SoundDelay:
         self._level_ms = min(level_ms, self._bound_ms)
         self._heard.ignore(now_s + rise_ms / _STRETCH_MS_PER_S + _SHOWN_S)
 
-    def _disturbed(self, now_s: float) -> None:
+    def _disturbed(self, short_ms: float, now_s: float) -> None:
+        was_s, self._disturbed_s = self._disturbed_s, now_s
         self._calm_since_s = now_s
-        if self._has_fallen:
+        if now_s - self._fell_s <= _TRIAL_S:
             self._patience_s = min(4 * self._patience_s, _PATIENCE_S[1])
-            self._has_fallen = False
+        elif now_s - was_s > _TRIAL_S and short_ms > _RISE_MS[0]:
+            self._patience_s = _PATIENCE_S[0]
+        self._fell_s = float("-inf")
 
     def _fall(self, need_ms: float, now_s: float) -> None:
         if self._level_ms <= _LEAST_MS:
             self._patience_s = _PATIENCE_S[0]
-        if need_ms > self._level_ms - 1.5 * _STEP_MS:
             return
-        self._level_ms -= _STEP_MS
-        self._has_fallen = True
+        above_ms = self._level_ms - need_ms
+        if need_ms > _LEAST_MS and above_ms < 2.5 * _STEP_MS:
+            return  # the packets' need varies, too
+        is_new = self._patience_s == _PATIENCE_S[0]
+        fall_ms = _steps(_FALL_SHARE * above_ms) if is_new else _STEP_MS
+        self._level_ms = max(self._level_ms - fall_ms, _steps(need_ms))
+        self._fell_s = now_s
         self._calm_since_s = now_s - self._patience_s + _FALL_EVERY_S
 
 
