@@ -222,6 +222,27 @@ def test_a_headset_rolls_the_picture_back_and_a_speaker_brings_it_forward() -> N
     assert abs(browser.skews_ms[-1]) <= 14
 
 
+def test_after_an_outage_pictures_are_shown_at_once_and_then_held_again() -> None:
+    """A picture that stood for a second ends the hold-back in that report, and for 6 s."""
+    policy = AudioMaster(OBSERVER)
+    for tick in range(8):
+        held_ms = policy.decide(_told(160, 60), tick / 4).picture_ms
+    assert held_ms
+    stood = PlayoutReport(StreamPlayout(None), StreamPlayout(age_ms=1250, delay_ms=None))
+    assert policy.decide(stood, 4.0).picture_ms == 0.0
+    for tick in range(24):
+        targets = policy.decide(_told(160, 60), 4.0 + tick / 4)
+        assert (targets.picture_ms, "at once" in targets.reason) == (0.0, True)
+    assert policy.decide(_told(160, 60), 10.25).picture_ms == 100.0
+
+
+def test_an_old_picture_that_moves_is_held_back_on() -> None:
+    """Over a satellite with a queue pictures may be older than a second, and still be in step."""
+    policy = AudioMaster(OBSERVER)
+    told = PlayoutReport(StreamPlayout(1400, 160), StreamPlayout(1200, 40))
+    assert policy.decide(told, 1.0).picture_ms
+
+
 def test_one_report_that_is_far_off_moves_nothing() -> None:
     """A picture that was late once, as after a keyframe, changes no hold-back."""
     policy = AudioMaster(OBSERVER)

@@ -80,6 +80,8 @@ class AudioMaster:
                 reason=f"each as soon as possible: {self.state.fail_safe.reason}",
                 in_step=False,
             )
+        if report.picture is not None:
+            self._hold.shown(report.picture.age_ms, report.picture.delay_ms, now_s)
         if report.sound is None:
             self._hold.forget(0.0, now_s)
             return self._targets("no sound to wait for")
@@ -94,6 +96,8 @@ class AudioMaster:
         if early_ms is None:
             return "waiting for the first measurement"
         self._hold.update(early_ms, round_trip_s, self.state.now_s)
+        if self._hold.is_at_once(self.state.now_s):
+            return "pictures stood still; they are shown at once for some seconds"
         if self._hold.is_in_vain:
             return "the sound is too late to wait for"
         if self._hold.is_short:

@@ -45,6 +45,15 @@ _JUMP_MS: Final = 40.0
 """A report that differs by more must be confirmed by the next. Ours.
 Half: no change to speak of; double: no change to speak of."""
 
+_STOOD_MS: Final = 1000.0
+"""A picture of which none younger was shown, and that is so old, stood: nothing came. Ours.
+Half: the same; double: the same."""
+
+_AT_ONCE_S: Final = 6.0
+"""Thereafter pictures are shown at once for so long: Chromium's clock for them (its extrapolation
+of time stamps, which an outage confuses) is right again after 150 pictures.
+Half: the same; double: the same."""
+
 _FARTHEST_MS: Final = 10_000.0
 """Nothing is farther from the sound; a bound against what cannot be."""
 
@@ -65,6 +74,7 @@ class HoldBack:
         self._history = deque([(float("-inf"), self._bounded(held_ms))])
         self._free: deque[float] = deque(maxlen=_SAMPLES)
         self._doubted_ms: float | None = None
+        self._at_once_until_s = float("-inf")
 
     @property
     def held_ms(self) -> float:
@@ -76,6 +86,10 @@ class HoldBack:
         """Whether the bound limits the hold-back."""
         return self.held_ms >= self._max_ms and self._wanted_ms - self._max_ms >= _SURE_MS
 
+    def is_at_once(self, now_s: float) -> bool:
+        """Whether pictures are shown at once, because they stood until a moment ago."""
+        return now_s < self._at_once_until_s
+
     @property
     def is_in_vain(self) -> bool:
         """Whether there is no hold-back because even the largest allowed would not be enough."""
@@ -86,6 +100,17 @@ class HoldBack:
         self._hold(held_ms, now_s)
         self._free.clear()
         self._doubted_ms = None
+
+    def shown(self, age_ms: float | None, kept_ms: float | None, now_s: float) -> None:
+        """Learn how old the picture on the screen is, and how long those since the last report
+        were kept; None where there was none.
+
+        After an outage a browser that is asked to keep pictures keeps them by a clock that is
+        wrong by up to a second (thesis 3.3: delivery before synchronisation).
+        """
+        if kept_ms is None and age_ms is not None and age_ms > _STOOD_MS:
+            self.forget(0.0, now_s)
+            self._at_once_until_s = now_s + _AT_ONCE_S
 
     def update(self, early_ms: float, round_trip_s: float, now_s: float) -> None:
         """Add a measurement of how much younger the picture is than the sound."""
@@ -107,7 +132,7 @@ class HoldBack:
         return sum(self._free) / len(self._free) - self._late_ms if self._free else 0.0
 
     def _hold(self, held_ms: float, now_s: float) -> None:
-        held_ms = self._bounded(held_ms)
+        held_ms = 0.0 if self.is_at_once(now_s) else self._bounded(held_ms)
         if held_ms != self.held_ms:
             self._history.append((now_s, held_ms))
 
