@@ -119,6 +119,28 @@ it("reports often until it has settled, and to a slow link once a second from th
   expect(sent).toHaveLength(100);
 });
 
+it("tells within 100 ms that what our own player sounds has moved, but no slow link", async () => {
+  const times = { atMs: 1000, delayMs: 40, outputMs: 30, madeUpMs: 0, playedMs: 0, stretchedMs: 0 };
+  const hears = (ageMs: number) => {
+    own = { ...times, rtp: (times.atMs - ageMs) * 48 };
+  };
+  hears(90);
+  await vi.advanceTimersByTimeAsync(20_000);
+  for (const [isThin, ageMs, reports] of [
+    [false, 100, 0],
+    [false, 200, 1],
+    [false, 205, 0],
+    [true, 300, 0],
+  ] as const) {
+    link.isThin = isThin;
+    hears(ageMs);
+    const before = sent.length;
+    await vi.advanceTimersByTimeAsync(200);
+    expect(sent.length - before).toBe(reports);
+    await vi.advanceTimersByTimeAsync(800);
+  }
+});
+
 it("tells a person the age with all that can be wrong with it", async () => {
   reporter.refreshMs = 16;
   await vi.advanceTimersByTimeAsync(240);

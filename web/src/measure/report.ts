@@ -12,6 +12,10 @@ import { look } from "./stats";
 const REPORT_EVERY_MS = 250;
 /** Often enough for a median in each report, at hardly any cost. */
 const SAMPLES_PER_REPORT = 5;
+/** Each 100 ms: whether the sound has moved, and the picture is to move with it. */
+const SAMPLES_PER_LOOK = 2;
+/** Single measurements differ by less than this. */
+const MOVED_MS = 15;
 /** People cannot read figures that change faster than this. */
 const REPORTS_PER_FACTS = 4;
 /** This many reports are all sent after a stream has begun, until the figures have settled. */
@@ -37,6 +41,8 @@ export class Reporter {
   #ticks = 0;
   #reports = 0;
   #reported = "";
+  /** How old the sound was by the last report that was sent. */
+  #toldMs: number | null = null;
 
   constructor(private readonly options: ReporterOptions) {
     const toServerMs = (pageMs: number) => options.link.clock.toServerMs(pageMs);
@@ -63,19 +69,26 @@ export class Reporter {
   #tick(): void {
     const { peer } = this.options.link;
     if (!peer) return;
-    if (this.options.wants().sound) {
-      this.#listen(peer, performance.now());
-    }
-    if (++this.#ticks % SAMPLES_PER_REPORT === 0) void this.#report(peer);
+    const heardMs = this.options.wants().sound ? this.#listen(peer, performance.now()) : null;
+    const isDue = ++this.#ticks % SAMPLES_PER_REPORT === 0;
+    const isLook = this.#ticks % SAMPLES_PER_LOOK === 0;
+    if (isDue || (isLook && this.#hasMoved(heardMs))) void this.#report(peer, isDue);
   }
 
-  #listen(peer: Peer, nowMs: number): void {
+  /** Returns how old what our own player sounds is; null while the browser's plays. */
+  #listen(peer: Peer, nowMs: number): number | null {
     const own = this.options.heard(nowMs);
-    if (own === null) this.#sound.sample(peer.sound.getSynchronizationSources()[0], nowMs);
-    else if (own.rtp !== null) this.#sound.heard(own.rtp, own.atMs);
+    if (own) return own.rtp === null ? null : this.#sound.heard(own.rtp, own.atMs);
+    this.#sound.sample(peer.sound.getSynchronizationSources()[0], nowMs);
+    return null;
   }
 
-  async #report(peer: Peer): Promise<void> {
+  #hasMoved(heardMs: number | null): boolean {
+    if (heardMs === null || this.#toldMs === null || this.options.link.isThin) return false;
+    return Math.abs(heardMs - this.#toldMs) > MOVED_MS;
+  }
+
+  async #report(peer: Peer, isDue: boolean): Promise<void> {
     const { link, wants, onFacts } = this.options;
     const { sound, picture } = wants();
     const reported = `${sound} ${picture}`;
@@ -114,10 +127,13 @@ export class Reporter {
       },
       clock_error_ms: link.clock.errorMs(nowMs),
     };
-    const isFact = this.#reports++ % REPORTS_PER_FACTS === 0;
+    const isFact = isDue && this.#reports++ % REPORTS_PER_FACTS === 0;
     // There may be many observers, and a slow link has little room: they send one a second.
-    const isEager = link.mayDrive || this.#reports <= UNSETTLED_REPORTS;
-    if (isFact || (isEager && !link.isThin)) link.sendDrive(report);
+    const isEager = !isDue || link.mayDrive || this.#reports <= UNSETTLED_REPORTS;
+    if (isFact || (isEager && !link.isThin)) {
+      link.sendDrive(report);
+      this.#toldMs = own && heardMs;
+    }
     if (isFact) onFacts(this.#facts(report, nowMs));
   }
 

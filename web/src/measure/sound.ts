@@ -27,11 +27,13 @@ export class SoundMeter {
     this.#ages.push(serverMs - capturedMs);
   }
 
-  /** Adds that the sample with this RTP time is heard at `atMs`, on the page's clock. */
-  heard(rtp: number, atMs: number): void {
+  /** Adds that the sample with this RTP time is heard at `atMs`, on the page's clock; its age. */
+  heard(rtp: number, atMs: number): number | null {
     const serverMs = this.toServerMs(atMs);
     const capturedMs = this.timeline.capturedMs(rtp);
-    if (serverMs !== null && capturedMs !== null) this.#ages.push(serverMs - capturedMs);
+    if (serverMs === null || capturedMs === null) return null;
+    this.#ages.push(serverMs - capturedMs);
+    return serverMs - capturedMs;
   }
 
   /** The median age since the last call in ms, null without measurements. */
