@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _FIT_SHARE: Final = 0.85
 """Share of the rate that a chosen step may take; the rest is for keyframes and jitter. Ours.
-Half: lte-edge: use 95 % → 34 %; double: short-queue: picture 167 ms → 453 ms."""
+Half: lte-edge: use 95 % → 34 %; double: short-queue: picture 156 ms → 453 ms."""
 
 _KEEP_SHARE: Final = 0.95
 """Share that a step may take and keep all its layers: hysteresis. Ours.

@@ -16,7 +16,7 @@ Half: no change to speak of; double: no change to speak of."""
 
 _MEMORY_S: Final = 10.0
 """Loss is averaged over this time; RTCP reports cover about 5 s (RFC 3550, 6.2). Ours.
-Half: no change to speak of; double: no change to speak of."""
+Half: no change to speak of; double: outages: picture 222 ms → 182 ms."""
 
 _HIGH_LOSS_SHARE: Final = 0.12
 """Loss beyond the usual that lowers the rate. GCC: 10 %.
@@ -28,7 +28,7 @@ Half: the same; double: the same."""
 
 _HIGH_LOSS_S: Final = 2.0
 """High loss is judged over this time, and the rate stays for as long after a fall. Ours.
-Half: no change to speak of; double: no change to speak of."""
+Half: outages: picture 222 ms → 252 ms; double: no change to speak of."""
 
 _SEVERE_LOSS_SHARE: Final = 0.4
 """Loss that lowers the rate at once, however high the usual loss is. Ours.
@@ -49,7 +49,7 @@ Half: the same; double: no change to speak of."""
 
 _MAX_DECREASE_FACTOR: Final = 0.5
 """A fall leaves at least this share of the rate, as GCC's 1 - 0.5 p does if everything is lost.
-Half: outages: use 35 % → 25 %; double: outages: recovery 23.0 s → 0.0 s."""
+Half: outages: picture 222 ms → 140 ms; double: outages: recovery 23.0 s → 0.0 s."""
 
 _USUAL_GAIN: Final = _BUCKET_S / 20
 """The usual loss is an average over about 20 s. Ours.

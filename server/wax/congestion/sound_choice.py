@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 _PARTS: Final = 3
 """Sound takes at most one part in this many; its smallest form is always sent. Ours.
-Half: no change to speak of; double: step-down: picture 154 ms → 295 ms."""
+Half: outages: picture 222 ms → 179 ms; double: step-down: picture 154 ms → 295 ms."""
 
 _RISE_HOLD_S: Final = 5.0
 """A better form must have fitted for this long. Ours.
@@ -30,7 +30,7 @@ Half: the same; double: no change to speak of."""
 
 _MAX_REDUNDANCY: Final = 3
 """Earlier units in a packet at most; waiting for them takes 60 ms. Ours.
-Half: no change to speak of; double: no change to speak of."""
+Half: outages: picture 222 ms → 182 ms; double: outages: picture 222 ms → 282 ms."""
 
 _REDUNDANCY_HOLD_S: Final = 10.0
 """Redundancy falls after less has been enough for this long. As long as loss is averaged.

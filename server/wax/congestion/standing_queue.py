@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _TARGET_S: Final = 0.030
 """Smallest delay of a standing queue. CoDel: 5 ms in the queue itself; GCC begins at 12.5 ms;
 NADA's QTH is 50 ms, SCReAM's lowest target 100 ms.
-Half: the same; double: cellular: concealed 1.4 % → 0.5 %."""
+Half: the same; double: no change to speak of."""
 
 _TARGET_PACKETS: Final = 1.5
 """On a thin link, it must also exceed the time of this many packets (CoDel: one MTU). Ours.
@@ -27,7 +27,7 @@ Half: the same; double: no change to speak of."""
 
 _NOISE_FACTOR: Final = 3.0
 """And this multiple of the delay noise (99.7 % of a normal distribution).
-Half: no change to speak of; double: cellular: concealed 1.4 % → 0.5 %."""
+Half: no change to speak of; double: no change to speak of."""
 
 _MAX_NOISE_S: Final = 0.060
 """Noise raises the threshold to at most this. GCC bounds its threshold by 600 ms. Ours.
@@ -40,7 +40,7 @@ Half: route: picture 138 ms → 254 ms; double: step-down: concealed 6.0 % → 3
 
 _FEEDBACKS: Final = 2
 """Feedback packets in a row that must show it. GCC: overuse_time_th, 10 ms. Ours.
-Half: cellular: use 43 % → 33 %; double: cellular: concealed 1.4 % → 0.5 %."""
+Half: cellular: use 43 % → 33 %; double: cellular: concealed 2.1 % → 0.6 %."""
 
 _CERTAIN_FACTOR: Final = 2.5
 """Beyond this multiple of the threshold one feedback packet is enough. Ours.
