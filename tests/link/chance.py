@@ -24,6 +24,8 @@ def jitter_quantile_ms(jitter: Jitter | None, share: float) -> float:
         return jitter.ms * (2 * share - 1)
     if jitter.distribution == "normal":
         return jitter.ms * _NORMAL.inv_cdf(min(max(share, _LEAST), 1 - _LEAST))
+    if jitter.distribution == "half-normal":
+        return jitter.ms * _NORMAL.inv_cdf(min((1 + max(share, 0.0)) / 2, 1 - _LEAST))
     if share >= 1:
         return jitter.at_most_ms
     tail_ms = jitter.ms * (math.pow(1 - share, -1 / jitter.shape) - 1)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 FOLDER: Final = Path(__file__).parent / "profiles"
+DRIVE: Final = ".down"
 NORMAL_CUT: Final = 3.0
 """Normal jitter is cut at this many standard deviations, so that no delay is negative."""
 
@@ -35,11 +36,12 @@ class _Table(BaseModel):
 class Jitter(_Table):
     """What is added to the delay of each packet, drawn anew for each.
 
-    `ms` is the half width (uniform), the standard deviation (normal, cut at 3 of them) or the
-    scale (pareto: a heavy tail above the delay, Lomax with `shape`, cut at `at_most_ms`).
+    `ms` is the half width (uniform), the standard deviation (normal, cut at 3 of them; half-normal,
+    its absolute value) or the scale (pareto: a heavy tail above the delay, Lomax with `shape`, cut
+    at `at_most_ms`).
     """
 
-    distribution: Literal["uniform", "normal", "pareto"]
+    distribution: Literal["uniform", "normal", "half-normal", "pareto"]
     ms: Annotated[float, Field(gt=0, le=10_000)]
     shape: Annotated[float, Field(gt=1, le=100)] = 3.0
     at_most_ms: Annotated[float, Field(gt=0, le=60_000)] = 1000.0
@@ -53,9 +55,7 @@ class Jitter(_Table):
     @property
     def earliest_ms(self) -> float:
         """How much it can take from the delay."""
-        return {"uniform": self.ms, "normal": NORMAL_CUT * self.ms, "pareto": 0.0}[
-            self.distribution
-        ]
+        return {"uniform": self.ms, "normal": NORMAL_CUT * self.ms}.get(self.distribution, 0.0)
 
 
 class Stalls(_Table):
@@ -205,8 +205,11 @@ def names() -> list[str]:
 def load(name: str) -> Profile:
     """Read a shipped profile by its name, or any by its path, which ends in ``.toml``.
 
-    A trace in it is named relative to the profile. Raises `ProfileError`.
+    A trace in it is named relative to the profile. A path that ends in ``.down`` is a recorded
+    drive, whose way up is beside it. Raises `ProfileError`.
     """
+    if name.endswith(DRIVE):
+        return _drive(Path(name))
     path = Path(name) if name.endswith(".toml") else FOLDER / f"{name}.toml"
     if not name.endswith(".toml") and name not in names():
         near = get_close_matches(name, names(), 1)
@@ -224,6 +227,15 @@ def load(name: str) -> Profile:
             table["trace"] = str((path.parent / table["trace"]).resolve())
             trace.read(table["trace"])
     return parse(tree, str(path))
+
+
+def _drive(down: Path) -> Profile:
+    """Return a recorded pair of traces, 30 ms each way and a queue of 600 ms."""
+    ways = {}
+    for way, path in (("down", down), ("up", down.with_suffix(".up"))):
+        trace.read(str(path))
+        ways[way] = {"trace": str(path.resolve()), "queue_ms": 600, "delay_ms": 30}
+    return parse({"about": f"recorded while driving: {down.stem}", **ways}, str(down))
 
 
 def parse(tree: dict[str, Any], name: str) -> Profile:

@@ -15,6 +15,7 @@ from tests.link.profile import Jitter, Loss, Stalls, load, names
 
 UNIFORM = Jitter(distribution="uniform", ms=10)
 NORMAL = Jitter(distribution="normal", ms=10)
+HALF_NORMAL = Jitter(distribution="half-normal", ms=10)
 PARETO = Jitter(distribution="pareto", ms=10, shape=3, at_most_ms=200)
 
 
@@ -41,6 +42,14 @@ def test_normal_jitter_is_normal_and_cut() -> None:
     assert max(map(abs, values)) <= 30 + 1e-9
 
 
+def test_half_normal_jitter_is_the_size_of_normal_jitter() -> None:
+    """Mean 10·√(2/π), no packet earlier than the delay, nothing beyond 30."""
+    values = drawn(HALF_NORMAL)
+    assert fmean(values) == pytest.approx(10 * math.sqrt(2 / math.pi), rel=0.02)
+    assert 0 <= min(values) < 0.1
+    assert 29 < max(values) <= 30 + 1e-9
+
+
 def test_pareto_jitter_has_the_tail_of_lomax() -> None:
     """Beyond x lie (1 + x/10)^−3 of the values; none is negative or above the cut."""
     values = drawn(PARETO)
@@ -51,7 +60,7 @@ def test_pareto_jitter_has_the_tail_of_lomax() -> None:
     assert max(values) <= 200
 
 
-@pytest.mark.parametrize("jitter", [UNIFORM, NORMAL, PARETO, None])
+@pytest.mark.parametrize("jitter", [UNIFORM, NORMAL, HALF_NORMAL, PARETO, None])
 @given(share=st.floats(0, 1), other=st.floats(0, 1))
 def test_a_quantile_never_falls(jitter: Jitter | None, share: float, other: float) -> None:
     """A larger share has no smaller jitter, at both ends of the scale too."""

@@ -129,3 +129,17 @@ def test_a_trace_is_found_beside_its_profile(tmp_path: Path) -> None:
         load(str(path))
     (tmp_path / "there.trace").write_text("1\n5\n")
     assert load(str(path)).down.trace == str(tmp_path / "there.trace")
+
+
+def test_a_recorded_drive_is_a_pair_of_traces(tmp_path: Path) -> None:
+    """NAME.down and NAME.up are a link with a queue; without the way up it is one sentence."""
+    (tmp_path / "town.down").write_text("1\n5\n")
+    with pytest.raises(ProfileError, match=r"town\.up: cannot be read"):
+        load(str(tmp_path / "town.down"))
+    (tmp_path / "town.up").write_text("2\n9\n")
+    drive = load(str(tmp_path / "town.down"))
+    assert drive.about == "recorded while driving: town"
+    assert (drive.down.queue_ms, drive.up.delay_ms) == (600, 30)
+    assert (drive.down.trace, drive.up.trace) == tuple(
+        str(tmp_path / f"town.{way}") for way in ("down", "up")
+    )
