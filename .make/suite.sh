@@ -17,7 +17,11 @@ faults)
     ;;
 soak) ;;
 public) sh .make/firmware.sh board >/dev/null ;;
-lab) want_all && sh .make/livekit.sh ;;
+lab)
+    want_all && sh .make/livekit.sh
+    uv pip install -q --require-hashes -r .make/speech.lock ||
+        say "ViSQOL could not be built, see above; the voice has no score"
+    ;;
 mutants)
     sh .make/firmware.sh library >/dev/null # there is a compiler, or a sentence about it
     exec python -m tests.mutants "$@"

@@ -56,3 +56,5 @@ class Figures(_Figures):
     lip_lag_ms: float | None = None
     """By how much a talking head's voice comes after its lips, where their correlation peaks."""
     lip_correlation: float | None = None
+    speech_quality: float | None = None
+    """ViSQOL's mean opinion score of what was heard of the voice, 1 to 5: the median sentence."""

@@ -265,6 +265,7 @@ _AT: Final[tuple[tuple[str, str, Unit, str, str], ...]] = (
     ("picture_age_p50_ms", "picture, p50", "ms", "picture_age_ms.median", "capture to compositor"),
     ("picture_age_p95_ms", "picture, p95", "ms", "picture_age_ms.p95", ""),
     ("sound_age_p50_ms", "sound, p50", "ms", "sound_age_ms.median", "from capture to the ear"),
+    ("sound_age_p95_ms", "sound, p95", "ms", "sound_age_ms.p95", ""),
     ("skew_p50_ms", "skew, p50", "±ms", "skew_ms.median", "sound’s age less picture’s"),
     ("absolute_skew_p95_ms", "|skew|, p95", "ms", "absolute_skew_p95_ms", ""),
     ("pictures_per_s", "pictures", "/s", "pictures_per_s", ""),
@@ -276,6 +277,7 @@ _AT: Final[tuple[tuple[str, str, Unit, str, str], ...]] = (
     ("sound_drift_ms_per_min", "sound drift", "±ms/min", "sound_drift_ms_per_min", ""),
     ("lip_lag_ms", "lip lag", "±ms", "lip_lag_ms", "how long the voice comes after the lips"),
     ("lip_correlation", "lip correlation", "", "lip_correlation", ""),
+    ("speech_quality", "speech, MOS-LQO", "", "speech_quality", "ViSQOL, 1 to 5"),
 )
 """What is a figure of the cell as it stands: name, label, unit, where in the figures, about."""
 _TOLD: Final[tuple[tuple[str, str, Unit, str, float, str], ...]] = (
@@ -300,6 +302,7 @@ _ALL: Final = (
         for kind in ("received", "received_audio", "received_video", "sent")
     ),
     Measure("server_cpu", "server CPU", "%", _at("server.cpu_share", 100), "of one core"),
+    Measure("browser_cpu", "browser CPU", "%", _at("browser_cpu_share", 100), "of one core"),
     Measure("server_memory_mib", "server memory", "MiB", _at("server.memory_mib")),
     Measure(
         "late_pictures_per_s",

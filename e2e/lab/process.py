@@ -1,13 +1,17 @@
-"""What a server and its children cost while a cell is watched, and how busy the machine is."""
+"""What server and browser cost while a cell is watched, and how busy the machine is."""
 
 from __future__ import annotations
 
 import time
+from typing import TYPE_CHECKING, Self
 
 import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
 
 from e2e.lab.results import Server
 from e2e.measure.errors import MeasureError
+
+if TYPE_CHECKING:
+    from e2e.lab.browsers import Browser
 
 _MIB = 1024 * 1024
 
@@ -42,6 +46,26 @@ class CostMeter:
                 continue
             cpu_s, memory_bytes = cpu_s + more_s, memory_bytes + more_bytes
         return cpu_s, memory_bytes
+
+
+class BrowserMeter:
+    """What a browser's own processes cost, where it tells."""
+
+    def __init__(self, browser: Browser, before_s: float | None) -> None:
+        self._browser = browser
+        self._before_s = before_s
+        self._from_s = time.monotonic()
+
+    @classmethod
+    async def start(cls, browser: Browser) -> Self:
+        return cls(browser, await browser.cpu_s())
+
+    async def read(self) -> float | None:
+        """Return the share of one core since the start; None where the browser tells nothing."""
+        now_s = await self._browser.cpu_s()
+        if now_s is None or self._before_s is None:
+            return None
+        return max(0.0, now_s - self._before_s) / (time.monotonic() - self._from_s)
 
 
 class MachineMeter:

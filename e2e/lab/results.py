@@ -40,5 +40,7 @@ class CellResult(_Result):
     down: Carried
     up: Carried
     server: Server
+    browser_cpu_share: float | None = None
+    """Of one core: all processes of the browser, where it tells."""
     told: dict[str, float | str] = {}
     """What the system says of itself, as ``viewer.streams.fail_safe_s``."""

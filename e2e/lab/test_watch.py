@@ -6,6 +6,7 @@ import asyncio
 import os
 import subprocess
 import sys
+import time
 from contextlib import asynccontextmanager
 from pathlib import Path
 from types import SimpleNamespace
@@ -70,9 +71,13 @@ class FakePage:
     async def sees_picture(self) -> bool:
         return self._sees
 
-    async def listen(self) -> bool:
-        self._said.append("listen")
+    async def hears(self, within_s: float) -> bool:
+        self._said.append("hears")
         return True
+
+    @property
+    def recorded(self) -> list[object]:
+        return []
 
     async def readings(self) -> Readings:
         self._said.append("readings")
@@ -102,9 +107,13 @@ async def play(
         yield page
 
     monkeypatch.setattr(watching, "start", start)
-    monkeypatch.setattr(watching, "Instrument", lambda _: page)
+    monkeypatch.setattr(watching, "Instrument", lambda *_, **__: page)
     monkeypatch.setattr(watching, "PICTURE_WITHIN_S", 0.2)
-    browser: Any = SimpleNamespace(window=window)
+
+    async def cpu_s() -> float:
+        return time.monotonic() / 4
+
+    browser: Any = SimpleNamespace(window=window, ear=None, cpu_s=cpu_s)
     there: Any = link
     return await watching.watch(CELL, there, browser, tmp_path), link
 
@@ -115,7 +124,7 @@ async def test_a_cell_is_measured_in_its_order(
     """Page, picture, ear, the link's changes, the time, the readings; with costs and counts."""
     began_ms = SystemClock().wall_ms()
     found, link = await play(monkeypatch, tmp_path, sees=True)
-    before, during = ["goto http://there", "opened", "listen"], ["changes", "told"]
+    before, during = ["goto http://there", "opened", "hears"], ["changes", "told"]
     assert link.said == [*before, *during, "readings", "told"]
     assert found.problem is None
     assert (found.told["viewer.streams.skipped"], found.told["turn"]) == (10.0, 2.0)
@@ -124,6 +133,7 @@ async def test_a_cell_is_measured_in_its_order(
     assert (found.down.packets, found.down.bytes) == (10, 1000)
     assert (found.up.queue_drops, found.up.losses) == (1, 1)
     assert found.server.memory_mib > 1
+    assert found.browser_cpu_share == pytest.approx(0.25, rel=0.1)
 
 
 async def test_no_picture_is_a_failure_with_figures(

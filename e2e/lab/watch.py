@@ -9,16 +9,21 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 from e2e.lab.crowd import crowd
 from e2e.lab.instrument import PRELOAD, Instrument, figures
-from e2e.lab.process import CostMeter, MachineMeter
+from e2e.lab.process import BrowserMeter, CostMeter, MachineMeter
 from e2e.lab.results import Carried, CellResult
 from e2e.lab.systems import start
 from e2e.lab.talking_head.lips import lip_lag
+from e2e.lab.talking_head.quality import speech_quality
+from e2e.lab.talking_head.voice import speak
+from e2e.measure.ear import BLOCK_MS
 from wax.clock import SystemClock
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
+    from collections.abc import Awaitable, Callable, Sequence
     from pathlib import Path
 
+    import numpy as np
+    from numpy.typing import NDArray
     from tests.link.counters import Counters
 
     from e2e.lab.browsers import Browser, Window
@@ -54,12 +59,14 @@ async def watch(cell: Cell, link: Link, browser: Browser, folder: Path) -> CellR
     """
     told: dict[str, float | str] = {}
     until_now: dict[str, float | str] = {}
+    browser_cpu_share = None
     async with AsyncExitStack() as leaving:
         running, window = await _both(
             leaving.enter_async_context(start(cell, link, folder)),
             leaving.enter_async_context(browser.window(PRELOAD)),
         )
-        instrument = Instrument(window.evaluate, browser.ear)
+        speaks = cell.content == "talking-head"
+        instrument = Instrument(window.evaluate, browser.ear, records=speaks)
         server = CostMeter(running.pid, f"the server of {cell.system}")
         before = await link.statistics()
         within_s = picture_within_s(link)
@@ -80,8 +87,10 @@ async def watch(cell: Cell, link: Link, browser: Browser, folder: Path) -> CellR
             until_now = await running.told()
             told["counted_from_ms"] = SystemClock().wall_ms()
             busy = MachineMeter()
+            browsers = await BrowserMeter.start(browser)
             await _wait(instrument, from_s + cell.seconds - SETTLE_S)
             told["machine.busy_share"] = busy.read()
+            browser_cpu_share = await browsers.read()
             if cell.viewers > 1:
                 told |= await others.told()
         readings = await instrument.readings()
@@ -92,11 +101,12 @@ async def watch(cell: Cell, link: Link, browser: Browser, folder: Path) -> CellR
     return CellResult(
         cell=cell,
         problem=None if sees else f"there was no picture within {within_s:.0f} s",
-        figures=summed(cell, readings, settle_s=settle_s),
+        figures=summed(cell, readings, instrument.recorded, settle_s=settle_s),
         readings=readings,
         down=_carried(before.down, after.down),
         up=_carried(before.up, after.up),
         server=cost,
+        browser_cpu_share=browser_cpu_share,
         told=told,
     )
 
@@ -156,15 +166,23 @@ def since(before: dict[str, float | str], after: dict[str, float | str]) -> dict
     return found
 
 
-def summed(cell: Cell, readings: Readings, *, settle_s: float) -> Figures:
-    """Sum up what was read, and judge the lips where there were any."""
+def summed(
+    cell: Cell,
+    readings: Readings,
+    recorded: Sequence[NDArray[np.float32]] = (),
+    *,
+    settle_s: float,
+) -> Figures:
+    """Sum up what was read, and judge lips and voice where there were any."""
     found = figures(readings, settle_s=settle_s)
-    lag = None
-    if cell.content == "talking-head":
-        lag = lip_lag(readings, from_ms=found.from_ms, to_ms=found.to_ms)
-    if lag is None:
+    if cell.content != "talking-head":
         return found
-    return found.model_copy(update={"lip_lag_ms": lag.lag_ms, "lip_correlation": lag.correlation})
+    blocks = round((found.to_ms - found.from_ms) / BLOCK_MS)
+    update = {"speech_quality": speech_quality(speak(), recorded[-blocks:])} if recorded else {}
+    lag = lip_lag(readings, from_ms=found.from_ms, to_ms=found.to_ms)
+    if lag is not None:
+        update |= {"lip_lag_ms": lag.lag_ms, "lip_correlation": lag.correlation}
+    return found.model_copy(update=update)
 
 
 def _carried(before: Counters, after: Counters) -> Carried:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 RATE_HZ: Final = 48_000
 BLOCK: Final = 480
-_BLOCK_MS: Final = 10.0
+BLOCK_MS: Final = 10.0
 _TONE_HZ: Final = 300
 _BURST_HZ: Final = 1000
 _STARTS_WITHIN_S: Final = 10.0
@@ -64,21 +64,22 @@ class Pace:
 
     def at_ms(self, came_ms: float) -> float:
         """Return when the block that came at `came_ms` began to be played."""
-        late_ms = came_ms - self._begin_ms - _BLOCK_MS * (self._blocks + 1)
+        late_ms = came_ms - self._begin_ms - BLOCK_MS * (self._blocks + 1)
         if not self._late_ms or abs(late_ms - min(self._late_ms)) > _APART_MS:
-            self._begin_ms, self._blocks, self._late_ms = came_ms - _BLOCK_MS, 0, []
+            self._begin_ms, self._blocks, self._late_ms = came_ms - BLOCK_MS, 0, []
             late_ms = 0.0
         self._late_ms = [*self._late_ms[-_RECENT:], late_ms]
-        begin_ms = self._begin_ms + _BLOCK_MS * self._blocks + min(self._late_ms)
+        begin_ms = self._begin_ms + BLOCK_MS * self._blocks + min(self._late_ms)
         self._blocks += 1
         return begin_ms
 
 
 class Tap:
-    """What one listener has heard and not yet taken."""
+    """What one listener has heard and not yet taken; with `records` the samples, too."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, records: bool = False) -> None:
         self.heard: list[Block] = []
+        self.recorded: list[NDArray[np.float32]] | None = [] if records else None
         self._sounds = asyncio.Event()
         self.first_ms: float | None = None
 
@@ -93,8 +94,10 @@ class Tap:
             await asyncio.wait_for(self._sounds.wait(), within_s)
         return self._sounds.is_set()
 
-    def add(self, block: Block) -> None:
+    def add(self, block: Block, samples: NDArray[np.float32]) -> None:
         self.heard.append(block)
+        if self.recorded is not None:
+            self.recorded.append(samples)
         if block.rms > _SILENT and self.first_ms is None:
             self.first_ms = block.start_ms
             self._sounds.set()
@@ -111,9 +114,9 @@ class Ear:
         at = np.arange(BLOCK) / RATE_HZ
         self._waves = [np.exp(-2j * np.pi * hz * at) for hz in (_TONE_HZ, _BURST_HZ)]
 
-    def tap(self) -> Tap:
+    def tap(self, *, records: bool = False) -> Tap:
         """Have all that is heard from now on; whoever lets go of it ends it."""
-        tap = Tap()
+        tap = Tap(records=records)
         self._taps.add(tap)
         return tap
 
@@ -129,7 +132,7 @@ class Ear:
         after_ms = len(self._left) / (4 * RATE_HZ) * 1000
         for number in range(count):
             block = np.frombuffer(data, np.float32, BLOCK, number * size)
-            later_ms = _BLOCK_MS * (count - 1 - number) + after_ms
+            later_ms = BLOCK_MS * (count - 1 - number) + after_ms
             at_ms = self._pace.at_ms(came_ms - later_ms) + _LATENCY_MS
             self._tell(block, at_ms)
 
@@ -140,7 +143,7 @@ class Ear:
         rms = float(np.sqrt(np.mean(samples**2)))
         block = Block(round(at_ms, 2), round(rms, 4), round(tone, 4), round(burst, 4))
         for tap in self._taps:
-            tap.add(block)
+            tap.add(block, samples)
 
     async def listen(self, stream: asyncio.StreamReader) -> None:
         clock = SystemClock()

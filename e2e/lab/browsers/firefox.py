@@ -80,6 +80,9 @@ class FirefoxBrowser:
         self._session = session
         self.ear = ear
 
+    async def cpu_s(self) -> float | None:
+        return None
+
     @asynccontextmanager
     async def window(self, preload: str) -> AsyncIterator[FirefoxWindow]:
         send = self._session.send

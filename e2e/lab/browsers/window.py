@@ -40,6 +40,9 @@ class Browser(Protocol):
 
     ear: Ear
 
+    async def cpu_s(self) -> float | None:
+        """Return the processor time of its processes, s; None where it does not tell."""
+
     def window(self, preload: str) -> AbstractAsyncContextManager[Window]:
         """Have a page without a past; the script `preload` runs in it before its own ones."""
 
