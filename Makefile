@@ -32,6 +32,10 @@ goals: ## the goals, compared with stock aiortc and LiveKit: make goals ARGS="--
 	@sh .make/install.sh test
 	@sh .make/suite.sh lab --goals $(ARGS)
 
+sound: ## the sound at the ear, by both players and the peers: make sound ARGS="--resume"
+	@sh .make/install.sh test
+	@sh .make/suite.sh lab --sound $(ARGS)
+
 faults: ## break each link from finger to wheel while the robot drives: make faults ARGS="--only server-killed"
 	@sh .make/install.sh test
 	@sh .make/suite.sh faults $(ARGS)
@@ -72,4 +76,4 @@ clean: ## remove everything installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run unit test test-all check bench lab goals faults public figures mutants soak fuzz ablation coverage lock clean
+.PHONY: help run unit test test-all check bench lab goals sound faults public figures mutants soak fuzz ablation coverage lock clean

@@ -12,7 +12,8 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from e2e.lab import chapter5, goals, plan
+from e2e.lab import chapter5, goals, plan, sound
+from e2e.lab.link import DRIVE
 from e2e.lab.names import profiles
 from e2e.measure.command import NOT_RUN, OUT, parser_of, run
 from e2e.measure.errors import MeasureError, NotRunError
@@ -62,7 +63,7 @@ def _measure(arguments: argparse.Namespace, cells: Sequence[Cell]) -> int:
             _say(arguments, cells)
         cases = _cases(arguments, cells, apparatus)
         status = run(_suite(name, arguments, cases), arguments, out=arguments.out)
-    if cells and not arguments.goals:
+    if cells and not (arguments.goals or arguments.sound):
         from e2e.lab import report  # noqa: PLC0415  # so do plots
 
         print(report.write(arguments.out / name, cells), file=sys.stderr)
@@ -84,7 +85,7 @@ def _cases(
 
 
 def _suite(name: str, arguments: argparse.Namespace, cases: Sequence[Case]) -> Suite:
-    judged = goals if arguments.goals else chapter5
+    judged = goals if arguments.goals else sound if arguments.sound else chapter5
     return Suite(
         name=name,
         about=ABOUT,
@@ -101,7 +102,8 @@ def _name(arguments: argparse.Namespace) -> str:
     if arguments.emulator:
         return "emulator"
     form = "-quick" if arguments.quick else "-long" if arguments.long else ""
-    return f"{'goals' if arguments.goals else 'lab'}{form}"
+    name = "goals" if arguments.goals else "sound" if arguments.sound else "lab"
+    return f"{name}{form}"
 
 
 def _cells(arguments: argparse.Namespace) -> list[Cell]:
@@ -133,6 +135,9 @@ def _planned(arguments: argparse.Namespace, only: Sequence[str]) -> list[Cell]:
     if arguments.goals:
         repeats = arguments.n or goals.REPEATS
         return goals.planned(long=arguments.long, repeats=repeats, only=only)
+    if arguments.sound:
+        repeats = arguments.n or sound.REPEATS
+        return sound.planned(drives=_drives(arguments.drives), repeats=repeats, only=only)
     return plan.full(
         seconds=plan.LONG_SECONDS if arguments.long else plan.SECONDS,
         repeats=arguments.n or (plan.LONG_REPEATS if arguments.long else 1),
@@ -141,9 +146,20 @@ def _planned(arguments: argparse.Namespace, only: Sequence[str]) -> list[Cell]:
     )
 
 
+def _drives(folder: Path | None) -> list[str]:
+    """Find the recorded drives in a folder; raises `MeasureError` where there is none."""
+    if folder is None:
+        return []
+    found = sorted(str(path.resolve()) for path in folder.glob(f"*{DRIVE}"))
+    if not found:
+        raise MeasureError(f"{folder} has no recorded drive: no file ends in {DRIVE}")
+    return found
+
+
 def _is_trimmed(arguments: argparse.Namespace) -> bool:
     """Whether cells are left out so that the hour is kept, which nobody else has to keep."""
-    return not (arguments.quick or arguments.long or arguments.goals or arguments.only)
+    others = (arguments.quick, arguments.long, arguments.goals, arguments.sound, arguments.only)
+    return not any(others)
 
 
 def _list(arguments: argparse.Namespace, cells: Sequence[Cell]) -> int:
@@ -172,6 +188,19 @@ def _arguments(words: Sequence[str] | None) -> argparse.Namespace:
         "of 5 and 10 minutes and both roles",
     )
     parser.add_argument(
+        "--sound",
+        action="store_true",
+        help="the sound at the ear, by our player, the browser's and the peers, 3 times for 60 s, "
+        "about two hours",
+    )
+    parser.add_argument(
+        "--drives",
+        type=Path,
+        metavar="FOLDER",
+        help="with --sound also over recorded cellular links: mahimahi's traces, NAME.down and "
+        "NAME.up",
+    )
+    parser.add_argument(
         "--long",
         action="store_true",
         help="all cells 3 times for 60 s and the emulator verified before, about a night long",
@@ -189,8 +218,12 @@ def _arguments(words: Sequence[str] | None) -> argparse.Namespace:
         parser.error(f"--n {arguments.n}: allowed is a whole number from 1 to 100")
     if sum((arguments.quick, arguments.long, arguments.emulator)) > 1:
         parser.error("give one of --quick, --long and --emulator")
-    if arguments.quick and arguments.goals:
-        parser.error("the goals are judged by three repetitions; give --goals without --quick")
+    if arguments.goals and arguments.sound:
+        parser.error("give one of --goals and --sound")
+    if arguments.quick and (arguments.goals or arguments.sound):
+        parser.error("goals are judged by three repetitions; give --goals or --sound alone")
+    if arguments.drives and not arguments.sound:
+        parser.error("only --sound measures over --drives")
     if arguments.publish and (arguments.quick or arguments.n or arguments.only):
         parser.error("only everything is published; give --publish without --quick, --n and --only")
     return arguments

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from e2e.lab.link import Profile, load, names
@@ -55,7 +56,7 @@ WIRED: Final = ("same-machine", "lan", "campus", "internet-5m")
 NARROW: Final = ("wireless-2m", "wireless-1m", "modem-56k", "dual-modem", "isdn-64k")
 TODAY: Final = ("lte-good", "lte-edge", "wifi-bad", "satellite")
 CHANGING: Final = ("step-down", "outage")
-_KNOWN: Final = (*WIRED, *NARROW, *TODAY, *CHANGING)
+CHAPTER5: Final = (*WIRED, *NARROW, *TODAY, *CHANGING)
 
 
 @cache
@@ -68,9 +69,19 @@ def profiles() -> list[str]:
     return in_order(names())
 
 
+def shown(name: str) -> str:
+    """Name a profile as a person does, who has recorded drives in a folder of their own."""
+    return Path(name).stem
+
+
 def in_order(found: Iterable[str]) -> list[str]:
     """Each once, in the order of `profiles`."""
-    return sorted(set(found), key=lambda one: (_KNOWN.index(one) if one in _KNOWN else 99, one))
+    return sorted(set(found), key=place)
+
+
+def place(name: str) -> tuple[int, str]:
+    """Give what profiles are sorted by."""
+    return CHAPTER5.index(name) if name in CHAPTER5 else len(CHAPTER5), name
 
 
 def loses(name: str) -> bool:

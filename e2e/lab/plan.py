@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 from tests.baseline.client2004.table import MU_LENGTHS_MS
 
 from e2e.lab.cell import Cell, SystemName
-from e2e.lab.names import CHANGING, NARROW, PEERS, SYSTEMS, TODAY, WIRED, profile, profiles
+from e2e.lab.names import CHANGING, CHAPTER5, NARROW, PEERS, SYSTEMS, TODAY, WIRED, place, profile
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -118,7 +118,7 @@ def quick(*, repeats: int = 1, only: Sequence[str] = ()) -> list[Cell]:
 
 def everything() -> Iterator[Cell]:
     """Give what every experiment needs, untrimmed."""
-    for name, mu_ms in product(profiles(), MU_LENGTHS_MS):
+    for name, mu_ms in product(CHAPTER5, MU_LENGTHS_MS):
         yield _cell("E1", name, "thesis", audio_mu_ms=mu_ms)
     for name, system, content in product(WIRED, WATCHED, ("testcard", "talking-head")):
         yield _cell("E2", name, system, content=content)
@@ -148,10 +148,7 @@ def in_order(wanted: Iterable[Cell], only: Sequence[str]) -> list[Cell]:
     for cell in wanted:
         if not only or matches(cell, only):
             once.setdefault(cell.variant.partition("/")[2], cell)
-    order = profiles()
-    return sorted(
-        once.values(), key=lambda cell: (order.index(cell.profile), cell.browser != "chromium")
-    )
+    return sorted(once.values(), key=lambda cell: (place(cell.profile), cell.browser != "chromium"))
 
 
 def repeated(cells: Sequence[Cell], repeats: int) -> list[Cell]:

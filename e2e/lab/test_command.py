@@ -61,7 +61,7 @@ def run_lab(
         (["--emulator", "--only", "campsu"], "lab: there is no case *campsu*"),
         (["--n", "0"], "--n 0: allowed is a whole number from 1 to 100"),
         (["--quick", "--long"], "give one of --quick, --long and --emulator"),
-        (["--goals", "--quick"], "give --goals without --quick"),
+        (["--goals", "--quick"], "give --goals or --sound alone"),
         (["--publish", "--only", "E1"], "only everything is published"),
     ],
 )

@@ -45,7 +45,7 @@ def test_what_is_judged_is_measured_three_times() -> None:
     assert set(times.values()) == {1, goals.REPEATS}
     once = {variant for variant, number in times.items() if number == 1}
     assert all("/stock" in variant or "/livekit" in variant for variant in once)
-    assert times["G/same-machine/livekit/20s"] == times["G/internet-5m/stock/20s"] == 3
+    assert times["G/same-machine/livekit/20s"] == 3
     keys = [one.key for one in goals.planned()]
     assert len(keys) == len(set(keys))
 
@@ -57,7 +57,7 @@ def test_every_promise_has_its_cells(monkeypatch: pytest.MonkeyPatch, cores: int
     values = dict.fromkeys(MEASURES, 1.0)
     rows = [measured(one, **values) for one in goals.planned(repeats=1)]
     found = goals.derive(rows)
-    assert len(found) >= 26
+    assert len(found) >= 20
     assert all(row.met is not None for row in found)
     crowd = next(row for row in found if row.key.endswith("/crowd"))
     assert crowd.load.startswith("100 observers" if cores == 8 else "40 observers")

@@ -1,12 +1,13 @@
 """A network between two ends on one machine, with the delays, losses and rates of a profile."""
 
 from tests.link.errors import LinkError, ProfileError
-from tests.link.profile import Profile, load, names
+from tests.link.profile import DRIVE, Profile, load, names
 
 from e2e.lab.link.errors import UnavailableError
 from e2e.lab.link.link import End, Link
 
 __all__ = [
+    "DRIVE",
     "End",
     "Link",
     "LinkError",
