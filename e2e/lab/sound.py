@@ -36,7 +36,7 @@ _LIVEKIT: Final = SYSTEMS["livekit-whip"]
 _COLUMNS: Final[judging.Columns] = {
     "WAX": lambda goal, cell: cell.system == goal.system and cell.player == "auto",
     BROWSERS: lambda goal, cell: cell.system == goal.system and cell.player == "browser",
-    **judging.columns_of(("stock", "livekit-whip")),
+    **judging.columns_of(("video-first", "stock", "livekit-whip")),
 }
 COLUMNS: Final = tuple(_COLUMNS)
 NOTES: Final = (
@@ -45,6 +45,7 @@ NOTES: Final = (
     "output is recorded, so that the browser’s way to the device is included.",
     "Concealed is what was heard and never sent: by our own player’s count of every sample, or by "
     "the browser’s. Stretched is what was heard twice.",
+    "video-first: an observer whose picture waits for no sound, so that it is as old as its way.",
     "Speech: ViSQOL’s mean opinion score (1 to 5) of what the ear recorded, against the voice that "
     "was played; the median over its sentences.",
     AGE,
@@ -143,6 +144,8 @@ def _beside(drives: Sequence[str]) -> Iterator[Cell]:
     yield _cell("stalls", "audio-master", player="browser")
     yield _cell("cafe", "operator", player="browser")
     yield _cell("internet-5m", "operator", player="browser")
+    for profile in ("internet-5m", "cafe"):
+        yield _cell(profile, "video-first")
     for profile in ("stalls", "cafe", "wifi-bad", "modem-56k"):
         yield _cell(profile, "stock")
     for profile in ("stalls", "cafe", "wifi-bad"):

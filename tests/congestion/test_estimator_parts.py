@@ -71,14 +71,14 @@ def test_jitter_is_the_quantile_above_the_least(ways_s: list[float], share: floa
     assert jitter.quantile_ms(share) == pytest.approx(wanted_ms, abs=1e-6)
 
 
-def test_jitter_forgets_after_20_s() -> None:
-    """What was late 21 s ago is not bridged any more."""
+def test_jitter_forgets_after_8_s() -> None:
+    """What was late 9 s ago is not bridged any more."""
     jitter = Jitter()
     jitter.add(0.0, 0.0)
     jitter.add(0.5, 0.1)
     jitter.add(0.0, 1.0)
     assert jitter.quantile_ms(1.0) == pytest.approx(500)
-    jitter.add(0.01, 21.0)
+    jitter.add(0.01, 9.0)
     assert jitter.quantile_ms(1.0) == pytest.approx(10)
 
 
