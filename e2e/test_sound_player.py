@@ -37,6 +37,12 @@ AudioDecoder.prototype.decode = function (chunk) {
   decode.call(this, chunk);
 };
 """
+IS_BEHIND = """new Promise((done) => {
+  let frames = 0;
+  const count = () => { frames++; requestAnimationFrame(count); };
+  count();
+  setTimeout(() => done(frames < 5), 1000);
+})"""
 KEPT_CONTEXTS = """
 const made = [];
 window.contexts = made;
@@ -117,6 +123,27 @@ async def test_a_page_that_is_busy_does_not_break_the_sound(
             "const end = performance.now() + 800; while (performance.now() < end);"
         )
         await asyncio.sleep(0.3)
+    assert audio_probe.gaps_ms(viewer.heard()) == []
+    await plays_by(viewer, OWN)
+
+
+@pytest.mark.timeout(90)
+@pytest.mark.full
+async def test_a_tab_in_the_background_plays_on(server: Server, open_viewer: OpenViewer) -> None:
+    """Where nobody sees it a page is hardly drawn; no gap is heard for 15 s."""
+    viewer = await open_viewer(server)
+    await viewer.listen()
+    await plays_by(viewer, OWN)
+    await asyncio.sleep(3)
+    cdp = await viewer.page.context.new_cdp_session(viewer.page)
+    # A page that is driven counts as seen, whatever lies over it.
+    await cdp.send("Emulation.setFocusEmulationEnabled", {"enabled": False})
+    window = (await cdp.send("Browser.getWindowForTarget"))["windowId"]
+    bounds = {"windowId": window, "bounds": {"windowState": "minimized"}}
+    await cdp.send("Browser.setWindowBounds", bounds)
+    await eventually(lambda: viewer.page.evaluate(IS_BEHIND), "it is behind")
+    viewer.forget()
+    await asyncio.sleep(15)
     assert audio_probe.gaps_ms(viewer.heard()) == []
     await plays_by(viewer, OWN)
 

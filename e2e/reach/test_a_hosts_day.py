@@ -99,6 +99,8 @@ async def _day(net: Internet, folder: Path, settings: str) -> None:
         at_home = next(link for link in links if link.startswith(f"http://{ROBOT.address}:{HTTP}/"))
         host = await opens(laptop, at_home)
         await host.sees_picture()
+        # Without HTTPS the browser's player has the sound; the page says what HTTPS would bring.
+        await host.page.get_by_text("over HTTPS this page could play").wait_for(state="attached")
         await host.page.locator("summary", has_text="Host").click()
         await host.button("Make a link").click()
         assert await host.page.evaluate(_FITS)
