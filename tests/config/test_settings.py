@@ -83,6 +83,20 @@ def test_manual_equals_the_defaults() -> None:
     assert config.load(None) == defaults
 
 
+@pytest.mark.parametrize("table", ["sync.operator", "sync.observer", "robot.serial", "video"])
+def test_a_key_alone_leaves_the_others_as_they_are(table: str, tmp_path: Path) -> None:
+    """A file that writes one key of a table gives every other its default of that very table."""
+    defaults = tomllib.loads(MANUAL)
+    for name in table.split("."):
+        defaults = defaults[name]
+    for name, value in defaults.items():
+        if isinstance(value, str | int | float | bool):
+            file = tmp_path / "robot.toml"
+            written = str(value).lower() if isinstance(value, bool) else repr(value)
+            file.write_text(f"[{table}]\n{name} = {written}\n", encoding="utf-8")
+            assert config.load(file) == config.Settings()
+
+
 @pytest.mark.parametrize("path", list(_keys()), ids=lambda path: ".".join(str(p) for p in path))
 def test_manual_explains_every_key(path: tuple[str | int, ...]) -> None:
     """Above each key stands why one would change it, its unit, and the words of the check."""

@@ -272,13 +272,20 @@ class SyncSettings(_Section):
     max_skew_ms: Annotated[float, Field(ge=0, le=500)] = 20.0
 
 
+class OperatorSyncSettings(SyncSettings):
+    """`[sync.operator]`: a file that sets one key leaves the others at these."""
+
+    least_audio_mu_ms: Literal[10, 20, 40, 60, 120] = 10
+    own_rendition: bool = True
+    max_holdback_ms: Annotated[float, Field(ge=0, le=2000)] = 50.0
+    max_skew_ms: Annotated[float, Field(ge=0, le=500)] = 145.0
+
+
 class RoleSyncSettings(_Section):
     """`[sync]`."""
 
     policy: Literal["by-role", "thesis"] = "by-role"
-    operator: SyncSettings = SyncSettings(
-        max_holdback_ms=50.0, max_skew_ms=100.0, least_audio_mu_ms=10, own_rendition=True
-    )
+    operator: OperatorSyncSettings = OperatorSyncSettings()
     observer: SyncSettings = SyncSettings()
 
 
