@@ -21,13 +21,21 @@ stage() {
     say "$name took $(($(date +%s) - began_s)) s"
 }
 
-page_tests() { npm run --silent --prefix web test; }
-
 # usage: python_tests FOLDER MARKERS ARGUMENTS…
 python_tests() {
     folder=$1 markers=$2
     shift 2
     pytest -q "$folder" -m "$markers" --hypothesis-profile="$profile" "$@"
+}
+
+# Beside each other: neither keeps two cores busy. Python's are last, for their summary.
+unit_tests() {
+    npm run --silent --prefix web test >.cache/page-tests.log 2>&1 &
+    page=$!
+    failures=0
+    python_tests tests "not system$short" -n logical || failures=1
+    wait $page || { cat .cache/page-tests.log && failures=1; }
+    return $failures
 }
 
 # If no link can be made, the lab says why and exits with 77; only CI treats that as a failure.
@@ -53,21 +61,8 @@ if [ "$what" != unit ]; then
     [ "$what" = test ] || sh .make/livekit.sh
     stage "checks" sh .make/check.sh
 fi
-if [ "$what" = unit ]; then
-    # Beside each other: neither keeps two cores busy.
-    page_tests >.cache/page-tests.log 2>&1 &
-    page=$!
-    python_tests tests "not system and not full" -n logical || status=1
-    if wait $page; then
-        say "the page's unit tests passed"
-    else
-        cat .cache/page-tests.log
-        failed "the page's unit tests"
-    fi
-    exit $status
-fi
-stage "the page's unit tests" page_tests
-stage "Python's unit tests" python_tests tests "not system$short" -n logical
+stage "the unit tests of both languages" unit_tests
+[ "$what" != unit ] || exit $status
 # The soak waits more than it computes, so it does that beside the others.
 started() {
     python_tests tests/soak "system$short" >.cache/soak-tests.log 2>&1 &
