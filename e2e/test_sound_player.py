@@ -73,6 +73,15 @@ async def choose(viewer: Viewer, option: str) -> None:
     await viewer.page.get_by_role("combobox", name="Play sound by").select_option(option)
 
 
+async def opened(open_viewer: OpenViewer, server: Server) -> Viewer:
+    """Open a page whose sound our own player has played for a while."""
+    viewer = await open_viewer(server)
+    await viewer.listen()
+    await plays_by(viewer, OWN)
+    await asyncio.sleep(3)
+    return viewer
+
+
 async def age_ms(viewer: Viewer) -> float:
     """How old the sound is at the ear, median over six bursts."""
     viewer.forget()
@@ -85,10 +94,7 @@ async def test_it_plays_by_itself_and_is_heard_sooner(
     server: Server, open_viewer: OpenViewer
 ) -> None:
     """Nobody chooses anything; the browser's player, chosen then, is heard later, without a gap."""
-    viewer = await open_viewer(server)
-    await viewer.listen()
-    await plays_by(viewer, OWN)
-    await asyncio.sleep(3)
+    viewer = await opened(open_viewer, server)
     own_ms = await age_ms(viewer)
     own = viewer.heard()
     assert 0.02 < median(block.tone for block in own) < 0.1
@@ -113,10 +119,7 @@ async def test_a_page_that_is_busy_does_not_break_the_sound(
     server: Server, open_viewer: OpenViewer
 ) -> None:
     """Nothing of the player is on the main thread: blocked four times for 0.8 s, no gap."""
-    viewer = await open_viewer(server)
-    await viewer.listen()
-    await plays_by(viewer, OWN)
-    await asyncio.sleep(3)
+    viewer = await opened(open_viewer, server)
     viewer.forget()
     for _ in range(4):
         await viewer.page.evaluate(
@@ -131,10 +134,7 @@ async def test_a_page_that_is_busy_does_not_break_the_sound(
 @pytest.mark.full
 async def test_a_tab_in_the_background_plays_on(server: Server, open_viewer: OpenViewer) -> None:
     """Where nobody sees it a page is hardly drawn; no gap is heard for 15 s."""
-    viewer = await open_viewer(server)
-    await viewer.listen()
-    await plays_by(viewer, OWN)
-    await asyncio.sleep(3)
+    viewer = await opened(open_viewer, server)
     cdp = await viewer.page.context.new_cdp_session(viewer.page)
     # A page that is driven counts as seen, whatever lies over it.
     await cdp.send("Emulation.setFocusEmulationEnabled", {"enabled": False})
