@@ -259,26 +259,31 @@ class AudioSettings(_Section):
         return forms
 
 
+_MediaUnitMs = Literal[10, 20, 40, 60, 120]
+_HoldbackMs = Annotated[float, Field(ge=0, le=2000)]
+_SkewMs = Annotated[float, Field(ge=0, le=500)]
+
+
 class SyncSettings(_Section):
     """`[sync.operator]` and `[sync.observer]`: which stream waits for which, and how long."""
 
     policy: Literal["audio-master", "video-first"] = "audio-master"
     audio_mu_ms: Literal["auto", 10, 20, 40, 60, 120] = "auto"
-    least_audio_mu_ms: Literal[10, 20, 40, 60, 120] = 20
+    least_audio_mu_ms: _MediaUnitMs = 20
     own_rendition: bool = False
     audio_delay_ms: Literal["auto"] | Annotated[float, Field(ge=20, le=500)] = "auto"
     player: Literal["auto", "browser", "own"] = "auto"
-    max_holdback_ms: Annotated[float, Field(ge=0, le=2000)] = 500.0
-    max_skew_ms: Annotated[float, Field(ge=0, le=500)] = 20.0
+    max_holdback_ms: _HoldbackMs = 500.0
+    max_skew_ms: _SkewMs = 20.0
 
 
 class OperatorSyncSettings(SyncSettings):
     """`[sync.operator]`: a file that sets one key leaves the others at these."""
 
-    least_audio_mu_ms: Literal[10, 20, 40, 60, 120] = 10
+    least_audio_mu_ms: _MediaUnitMs = 10
     own_rendition: bool = True
-    max_holdback_ms: Annotated[float, Field(ge=0, le=2000)] = 50.0
-    max_skew_ms: Annotated[float, Field(ge=0, le=500)] = 145.0
+    max_holdback_ms: _HoldbackMs = 50.0
+    max_skew_ms: _SkewMs = 145.0
 
 
 class RoleSyncSettings(_Section):
