@@ -191,7 +191,7 @@ def _arguments(words: Sequence[str] | None) -> argparse.Namespace:
         "--sound",
         action="store_true",
         help="the sound at the ear, by our player, the browser's and the peers, 3 times for 60 s, "
-        "about two hours",
+        "and once for half an hour, about two and a half hours",
     )
     parser.add_argument(
         "--drives",

@@ -71,6 +71,18 @@ def test_each_player_has_a_column_of_its_own() -> None:
     assert "≤ 0.8 × browser’s player’s" in row.what
 
 
+def test_drift_is_judged_by_the_half_hour_and_nothing_else_is() -> None:
+    """A minute is too short for a drift of 5 ms, and half an hour is not a row's repetition."""
+    p50 = "sound_age_p50_ms"
+    short = measured("same-machine", "audio-master", {p50: 60.0, sound.DRIFT: 3.0}, seconds=60.0)
+    hour = {p50: 70.0, sound.DRIFT: -0.2}
+    long = measured("same-machine", "audio-master", hour, seconds=sound.LONG_SECONDS)
+    drift = judged([short, long], f"same-machine/audio-master/{sound.DRIFT}")
+    assert (drift.values["WAX"], drift.met, drift.load) == (0.2, False, "1800 s")
+    age = judged([short, long], f"same-machine/audio-master/{p50}")
+    assert (age.values["WAX"], age.met, age.load) == (60.0, True, "60 s")
+
+
 def test_more_speech_quality_is_better_and_more_cpu_is_not() -> None:
     """A score below the browser's player is missed; so is a page that costs 6 % of a core more."""
     name = "speech_quality"
