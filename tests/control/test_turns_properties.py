@@ -54,9 +54,11 @@ class TurnsMachine(RuleBasedStateMachine):
         self.turns = Turns(self.policy)
         self.number = 0
         self.running: int | None = None  # the operator according to the events alone
-        self.started_s = 0.0
+        self.begun_s = 0.0
+        self.renewed_s = 0.0  # or begun
         self.stood_s = 0.0  # for how long the turn's clock stood still
         self.is_kept = False
+        self.is_paused = False  # its clock stands still: it was told at the newest tick
         self.is_held = False
         self.late_s = 0.0
         self.known: set[int] = set()
@@ -94,6 +96,8 @@ class TurnsMachine(RuleBasedStateMachine):
         events = method(*arguments, self.now_s)
         for event in events:
             self.follow(event, order)
+        if method == self.tick:
+            self.follow_pause()
         self.check_order(order, events)
         self.renew_promises()
 
@@ -111,8 +115,8 @@ class TurnsMachine(RuleBasedStateMachine):
                 promise_s = self.drives_by_s.pop(operator, self.now_s)
                 assert self.now_s <= promise_s + EPSILON_S, "somebody waited longer than promised"
                 self.number = number
-                self.running, self.started_s, self.stood_s = operator, self.now_s, 0.0
-                self.expect_a_pause()
+                self.running, self.begun_s, self.renewed_s = operator, self.now_s, self.now_s
+                self.begin_clock()
                 self.begin_calls()
             case TurnRenewed(number, operator, ends_s):
                 assert (number, operator) == (self.number, self.running)
@@ -120,18 +124,18 @@ class TurnsMachine(RuleBasedStateMachine):
                 assert not self.is_held, "a turn renewed while the queue was held"
                 assert not self.there(), "a turn renewed while somebody was waiting"
                 assert self.now_s < ends_s <= self.now_s + self.policy.turn_s
-                self.started_s, self.stood_s = ends_s - self.policy.turn_s, 0.0
-                self.expect_a_pause()
+                self.renewed_s = ends_s - self.policy.turn_s
+                self.begin_clock()
                 self.begin_calls()
             case TurnEnded(number, operator, why):
                 assert (number, operator) == (self.number, self.running)
                 if why is Why.EXPIRED:
-                    drove_s = self.now_s - self.started_s - self.stood_s
+                    drove_s = self.now_s - self.renewed_s - self.stood_s
                     assert drove_s >= self.policy.turn_s - EPSILON_S
                 if why is Why.IDLE:
                     assert self.now_s >= self.acted_s.get(operator, 0.0) + self.policy.idle_s
-                self.driven.append((PEOPLE[operator], self.started_s, self.now_s))
-                self.running = None
+                self.driven.append((PEOPLE[operator], self.begun_s, self.now_s))
+                self.running, self.is_paused = None, False
             case Called(viewer, until_s):
                 if self.running is None and not self.there():
                     self.passed_over.clear()  # nobody else is there
@@ -229,8 +233,13 @@ class TurnsMachine(RuleBasedStateMachine):
         for viewer in self.drives_by_s:
             self.drives_by_s[viewer] += by_s
 
-    def expect_a_pause(self) -> None:
-        if self.is_kept:
+    def begin_clock(self) -> None:
+        """Let the clock run: only a tick says what keeps an operator from driving."""
+        self.is_paused, self.stood_s = False, 0.0
+
+    def follow_pause(self) -> None:
+        was_paused, self.is_paused = self.is_paused, self.is_kept and self.running is not None
+        if self.is_paused and not was_paused:
             self.postpone(MAX_PAUSE_S - self.stood_s)
 
     def next_due_s(self) -> float:
@@ -246,7 +255,7 @@ class TurnsMachine(RuleBasedStateMachine):
         return min(pending_s, default=math.inf)
 
     def pass_time(self, until_s: float) -> None:
-        if self.is_kept and self.running is not None:
+        if self.is_paused:
             left_s = MAX_PAUSE_S - self.stood_s
             self.stood_s += min(left_s, until_s - self.now_s)
         if self.running is None:
@@ -349,9 +358,7 @@ class TurnsMachine(RuleBasedStateMachine):
 
     @rule(is_kept=st.booleans())
     def something_keeps_them_from_driving(self, is_kept: bool) -> None:
-        was_kept, self.is_kept = self.is_kept, is_kept
-        if not was_kept:
-            self.expect_a_pause()
+        self.is_kept = is_kept
         self.act(self.tick)
 
     @rule(pass_s=st.floats(0.0, 200.0))
