@@ -928,6 +928,19 @@ def test_a_line_that_is_too_long_is_for_watching() -> None:
     assert bench.statuses[-1] == (A, False, Refusal.TOO_SLOW.value)
 
 
+def test_a_line_that_gets_faster_is_driven_over_in_the_same_turn() -> None:
+    """Only the first answer was late: who lets go and presses again drives."""
+    bench = Bench()
+    bench.delays_s[A] = 0.351
+    bench.enter(A)
+    bench.step()
+    assert bench.offer(1.0) is Refusal.TOO_SLOW
+    bench.delays_s[A] = 0.1
+    bench.step()
+    bench.drive()
+    assert bench.statuses[-1] == (A, True, None)
+
+
 @pytest.mark.parametrize(("lapse_s", "goes_on"), [(0.9, True), (1.1, False)])
 def test_driving_goes_on_after_a_short_lapse(bench: Bench, lapse_s: float, goes_on: bool) -> None:
     """After up to a second of silence an operator drives on; after more they must let go first."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from tests.control.rules import RULES
+
 from wax.control.operator_delay import OperatorDelay
 
 
@@ -20,7 +22,7 @@ class Meter:
 def test_it_is_measured_once() -> None:
     """It is asked for until it is known, and what grows later is not seen."""
     meter = Meter(None)
-    line = OperatorDelay(meter.measure)
+    line = OperatorDelay(meter.measure, RULES)
     assert line.one_way_s(7) is None
     meter.one_way_s = 0.1
     assert line.one_way_s(7) == 0.1
@@ -32,14 +34,14 @@ def test_it_is_measured_once() -> None:
 def test_nobodys_line_is_not_measured() -> None:
     """Without an operator there is no line to ask for."""
     meter = Meter(0.1)
-    assert OperatorDelay(meter.measure).one_way_s(None) is None
+    assert OperatorDelay(meter.measure, RULES).one_way_s(None) is None
     assert meter.asked == []
 
 
 def test_another_connection_is_measured_anew() -> None:
     """What the last operator's line was allows the next one nothing."""
     meter = Meter(0.1)
-    line = OperatorDelay(meter.measure)
+    line = OperatorDelay(meter.measure, RULES)
     assert line.one_way_s(7) == 0.1
     line.begin()
     meter.one_way_s = None
@@ -51,7 +53,7 @@ def test_another_connection_is_measured_anew() -> None:
 def test_a_turn_that_renews_is_measured_anew() -> None:
     """The delay of this moment counts for the next turn; the old one where there is none."""
     meter = Meter(0.1)
-    line = OperatorDelay(meter.measure)
+    line = OperatorDelay(meter.measure, RULES)
     assert line.one_way_s(7) == 0.1
     meter.one_way_s = 0.2
     line.renew(7)
@@ -59,3 +61,16 @@ def test_a_turn_that_renews_is_measured_anew() -> None:
     meter.one_way_s = None
     line.renew(7)
     assert line.one_way_s(7) == 0.2
+
+
+def test_one_late_answer_costs_nobody_their_turn() -> None:
+    """A delay that nobody may drive with is measured again, until it is one to drive with."""
+    meter = Meter(0.36)
+    line = OperatorDelay(meter.measure, RULES)
+    assert line.one_way_s(7) == 0.36
+    meter.one_way_s = None
+    assert line.one_way_s(7) == 0.36
+    meter.one_way_s = 0.3
+    assert line.one_way_s(7) == 0.3
+    meter.one_way_s = 0.1
+    assert line.one_way_s(7) == 0.3

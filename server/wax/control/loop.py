@@ -44,11 +44,11 @@ MIN_GAP_S: Final = 0.005
 class ControlLoop:
     """Connects turns, gate and robot.
 
-    `link_delay_s` returns the operator's one-way delay; it is called until the delay is known, and
-    again when the turn renews or the operator reconnects. `sees` returns whether a viewer wants the
-    picture: False if it is switched off or the robot has no camera. `camera_fails` returns whether
-    nobody gets a picture, `on_hold` why nobody may drive by the host's wish, `max_fraction` how
-    much of the robot's speed the host lets a viewer use.
+    `link_delay_s` returns the operator's one-way delay; it is called until somebody can drive with
+    it, and again when the turn renews or the operator reconnects. `sees` returns whether a viewer
+    wants the picture: False if it is switched off or the robot has no camera. `camera_fails`
+    returns whether nobody gets a picture, `on_hold` why nobody may drive by the host's wish,
+    `max_fraction` how much of the robot's speed the host lets a viewer use.
     `on_events` gets every change of the turns. `on_status` gets the operator, whether the robot
     moves, and a sentence if it is held or slowed, whenever one of them changes.
     """
@@ -73,7 +73,7 @@ class ControlLoop:
         self._turns = turns
         self._safe_driver = SafeDriver(driver)
         self._rules = Rules.of(settings, robot, driver.limits)
-        self._operator_delay = OperatorDelay(link_delay_s)
+        self._operator_delay = OperatorDelay(link_delay_s, self._rules)
         self._sees = sees
         self._camera_fails = camera_fails
         self._on_hold = on_hold

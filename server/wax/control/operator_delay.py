@@ -1,21 +1,27 @@
 """The one-way delay of the operator's link: measured when a turn begins, used until it ends.
 
-A link whose delay grows during a turn gets no further allowance.
+A link whose delay grows during a turn gets no further allowance. One over which nobody can drive
+is measured until it can be driven over: a single late answer costs nobody their turn.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from wax.control.command_freshness import time_to_live_s
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from wax.control.rules import Rules
+
 
 class OperatorDelay:
-    """Asks `measure` for a viewer's one-way delay, in seconds, until it is known."""
+    """Asks `measure` for a viewer's one-way delay, in seconds, until it is one to drive with."""
 
-    def __init__(self, measure: Callable[[int], float | None]) -> None:
+    def __init__(self, measure: Callable[[int], float | None], rules: Rules) -> None:
         self._measure = measure
+        self._rules = rules
         self._one_way_s: float | None = None
 
     def begin(self) -> None:
@@ -28,6 +34,10 @@ class OperatorDelay:
 
     def one_way_s(self, operator: int | None) -> float | None:
         """Return the delay to use, None while it is unknown."""
-        if operator is not None and self._one_way_s is None:
-            self._one_way_s = self._measure(operator)
+        if operator is not None and not self._is_settled():
+            self.renew(operator)
         return self._one_way_s
+
+    def _is_settled(self) -> bool:
+        is_known = self._one_way_s is not None
+        return is_known and time_to_live_s(self._one_way_s, self._rules) is not None
