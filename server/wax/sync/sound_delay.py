@@ -196,9 +196,13 @@ class SoundDelay:
         above_ms = self._level_ms - need_ms
         if need_ms > _LEAST_MS and above_ms < 2.5 * _STEP_MS:
             return  # the packets' need varies, too
+        # Likewise at the least: while any packet is late, one step more than it stays.
+        least_ms = _LEAST_MS + _STEP_MS if need_ms > _STEP_MS else _LEAST_MS
+        if self._level_ms <= least_ms:
+            return
         is_new = self._patience_s == _PATIENCE_S[0]
         fall_ms = _steps(_FALL_SHARE * above_ms) if is_new else _STEP_MS
-        self._level_ms = max(self._level_ms - fall_ms, _steps(need_ms))
+        self._level_ms = max(self._level_ms - fall_ms, _steps(need_ms), least_ms)
         self._fell_s = now_s
         self._calm_since_s = now_s - self._patience_s + _FALL_EVERY_S
 
