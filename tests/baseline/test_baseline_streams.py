@@ -6,7 +6,6 @@ import asyncio
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import av
 import numpy as np
 import pytest
 from tests.open_boundary import OpenFence
@@ -18,7 +17,7 @@ from wax.baseline.unit_lane import UnitLane
 from wax.capture.source import BLOCK_SAMPLES, Sound
 from wax.config.settings import SyncSettings, VideoSettings
 from wax.config.thesis import ThesisSettings
-from wax.encode.encoded import VIDEO_TIME_BASE, EncodedPicture
+from wax.encode.encoded import EncodedPicture
 from wax.fanout.video_hub import VideoHub
 from wax.protocol import messages
 from wax.sync.playout import PlayoutReport, StreamPlayout
@@ -84,7 +83,7 @@ class Rig:
             packets = _waiting(lane)
             left += packets
             if packets and acknowledge:
-                self.streams.received(kind, (packets[-1].packet.pts or 0) % 2**32)  # type: ignore[arg-type]
+                self.streams.received(kind, packets[-1].pts % 2**32)  # type: ignore[arg-type]
         return left
 
     @property
@@ -93,12 +92,8 @@ class Rig:
 
 
 def _picture(captured_s: float) -> EncodedPicture:
-    packet: av.Packet[Any] = av.Packet(b"picture")
-    packet.pts = round(captured_s * 90_000)
-    packet.time_base = VIDEO_TIME_BASE
-    return EncodedPicture(
-        packet=packet, rendition=NAME, keyframe=True, layer=0, captured_s=captured_s
-    )
+    pts = round(captured_s * 90_000)
+    return EncodedPicture(b"picture", pts, NAME, keyframe=True, layer=0, captured_s=captured_s)
 
 
 def _waiting(lane: UnitLane[Any]) -> list[Any]:
@@ -218,7 +213,7 @@ async def test_release_ends_it_all(rig: Rig) -> None:
     told = len(rig.told)
     rig.streams.want(sound=True, picture=True, size=SIZE, policy=None)
     for kind in ("audio", "video"):
-        rig.streams.received(kind, (last.packet.pts or 0) % 2**32)
+        rig.streams.received(kind, last.pts % 2**32)
     rig.streams.round_trip(0.1)
     rig.streams.reported(PlayoutReport(sound=None, picture=None))
     assert await rig.capture(1.0) == []

@@ -35,7 +35,8 @@ def _decode(units: list[SoundUnit]) -> NDArray[np.int16]:
     assert isinstance(decoder, av.AudioCodecContext)
     decoder.sample_rate = MULAW_RATE_HZ
     decoder.layout = "mono"
-    frames = [f for unit in units for sound in unit.packets for f in decoder.decode(sound.packet)]
+    sounds = [sound for unit in units for sound in unit.packets]
+    frames = [frame for one in sounds for frame in decoder.decode(av.Packet(one.data))]
     return np.concatenate([frame.to_ndarray().reshape(-1) for frame in frames])
 
 
@@ -47,7 +48,7 @@ def test_a_unit_is_whole_and_ready_with_its_last_sample(mu_ms: int, packet_ms: i
     assert [unit.number for unit in units] == [1, 2]
     for unit in units:
         assert len(unit.packets) == mu_ms // packet_ms
-        assert {len(bytes(sound.packet)) for sound in unit.packets} == {8 * packet_ms}
+        assert {len(sound.data) for sound in unit.packets} == {8 * packet_ms}
         assert unit.packets[0].pts % encoder.unit_samples == 0
     pts = [sound.pts for unit in units for sound in unit.packets]
     assert set(np.diff(pts)) == {8 * packet_ms}

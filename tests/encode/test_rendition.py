@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from contextlib import suppress
 from queue import Empty, Queue
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from av.packet import Packet
 from tests.turned_clock import TurnedClock
 
 from wax.capture.newest_slot import NewestSlot
@@ -43,8 +42,7 @@ class Studio:
 
     def encode(self, picture: Picture, *, keyframe: bool) -> EncodedPicture | None:
         self.clock.time_s += TAKES_S
-        packet: Packet[Any] = Packet(b"x")
-        return EncodedPicture(packet, SETTINGS.name, keyframe, 0, picture.captured_s)
+        return EncodedPicture(b"x", 1, SETTINGS.name, keyframe, 0, picture.captured_s)
 
     def film(self, pictures: int) -> list[EncodedPicture]:
         """Take pictures until so many are encoded, each when the one before is."""

@@ -67,7 +67,7 @@ def _decode(sounds: list[EncodedSound]) -> NDArray[np.float64]:
     assert isinstance(decoder, av.AudioCodecContext)
     decoder.sample_rate = SAMPLE_RATE_HZ
     decoder.layout = "mono"
-    frames = [frame for one in sounds for frame in decoder.decode(Packet(bytes(one.packet)))]
+    frames = [frame for one in sounds for frame in decoder.decode(Packet(one.data))]
     return np.concatenate([frame.to_ndarray().reshape(-1) for frame in frames]).astype(float)
 
 
@@ -117,7 +117,7 @@ def test_a_voice_keeps_its_colour(form: SoundForm) -> None:
 @pytest.mark.parametrize("samples", [TONE, _voice()], ids=["tone", "voice"])
 def test_the_rate_is_kept(form: SoundForm, samples: NDArray[np.float64]) -> None:
     """Nothing costs more than what the ladder counts with; on a thin line no packet does."""
-    sizes = [len(bytes(one.packet)) for one in _encode(form, samples)]
+    sizes = [len(one.data) for one in _encode(form, samples)]
     whole = form.bitrate_bps * form.mu_ms // 8000
     assert np.mean(sizes) <= whole * 1.05
     if form.bitrate_bps < 20_000:

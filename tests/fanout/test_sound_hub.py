@@ -237,7 +237,7 @@ async def test_a_change_of_form_is_not_heard() -> None:
     assert isinstance(decoder, av.AudioCodecContext)
     decoder.sample_rate = 48_000
     decoder.layout = "mono"
-    frames = [frame for one in sounds for frame in decoder.decode(Packet(bytes(one.packet)))]
+    frames = [frame for one in sounds for frame in decoder.decode(Packet(one.data))]
     heard = np.concatenate([frame.to_ndarray().reshape(-1) for frame in frames]).astype(float)
     assert len(sounds) > 100
     blocks = heard[4800 : len(heard) // 480 * 480].reshape(-1, 480)

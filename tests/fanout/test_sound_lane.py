@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Any
 
-from av.packet import Packet
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,9 +17,7 @@ LONG = SoundForm(60, 12_000)
 
 def _sound(number: int, form: SoundForm = SHORT) -> EncodedSound:
     """Make the packet that begins `number` times 20 ms after the start."""
-    packet: Packet[Any] = Packet(b"x")
-    packet.pts = number * 960
-    return EncodedSound(packet, number / 50, form.mu_ms * 48)
+    return EncodedSound(b"x", number * 960, number / 50, form.mu_ms * 48)
 
 
 def _earlier(lane: SoundLane, sound: EncodedSound, count: int) -> tuple[EncodedSound, ...]:

@@ -103,7 +103,7 @@ def test_real_pictures_arrive(max_bytes: int) -> None:
     for index in range(3):
         encoded = encoder.encode(Picture(noise, 1 + index / 30), keyframe=False)
         assert encoded is not None
-        data = bytes(encoded.packet)
+        data = encoded.data
         payloads = h264.packets(data, max_bytes=max_bytes)
         assert all(len(payload) <= max_bytes for payload in payloads)
         found = unpacked(payloads).replace(START, START[1:])

@@ -263,7 +263,7 @@ def _encoded(count: int, keyframes: set[int]) -> list[Source]:
         encoded = encoder.encode(picture, keyframe=source.keyframe)
         assert encoded is not None
         assert (encoded.layer, encoded.keyframe) == (source.layer, source.keyframe)
-        found.append(replace(source, data=bytes(encoded.packet)))
+        found.append(replace(source, data=encoded.data))
     return found
 
 

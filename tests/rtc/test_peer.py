@@ -25,12 +25,11 @@ from aiortc.rtp import (
     is_rtcp,
 )
 from aiortc.sdp import SessionDescription
-from av.packet import Packet
 from tests.rtc.networks import network, opened_network
 
 from wax.clock import SystemClock
 from wax.congestion.control import NoCongestionControl
-from wax.encode.encoded import VIDEO_TIME_BASE, EncodedPicture, EncodedSound
+from wax.encode.encoded import EncodedPicture, EncodedSound
 from wax.errors import SignallingError
 from wax.rtc import private, rtp
 from wax.rtc.peer import Peer
@@ -79,12 +78,10 @@ class Ticking:
     def __init__(self) -> None:
         self.number = 0
 
-    def _next(self) -> tuple[Packet[Any], float]:
+    def _next(self) -> tuple[bytes, int, float]:
         self.number += 1
-        packet: Packet[Any] = Packet(b"\x00\x00\x00\x01\x41" + b"\x80" * 60)
-        packet.pts = 90_000 * 5 + 900 * self.number
-        packet.time_base = VIDEO_TIME_BASE
-        return packet, 5 + self.number / 100
+        data = b"\x00\x00\x00\x01\x41" + b"\x80" * 60
+        return data, 90_000 * 5 + 900 * self.number, 5 + self.number / 100
 
 
 class Sounds(Ticking):
@@ -120,8 +117,8 @@ class Pictures(Ticking):
         self._has_one = not self._has_one
         if not self._has_one:
             return None
-        packet, captured_s = self._next()
-        return EncodedPicture(packet, "any", keyframe=True, layer=0, captured_s=captured_s)
+        data, pts, captured_s = self._next()
+        return EncodedPicture(data, pts, "any", keyframe=True, layer=0, captured_s=captured_s)
 
 
 @dataclass
@@ -339,11 +336,9 @@ async def test_sound_carries_what_may_be_lost_again(
     wire: asyncio.Queue[bytes] = asyncio.Queue()
     monkeypatch.setattr(sender.transport, "_send_rtp", wire.put)
     monkeypatch.setattr(sender, "_extra_payload_type", 63)
-    packet: Packet[Any] = Packet(b"before")
     lane = pair.peer._sound._lane
     assert isinstance(lane, Sounds)
-    packet.pts = 90_000 * 5 + 900 * lane.number
-    lane.again = (EncodedSound(packet, 5.0, 900),)
+    lane.again = (EncodedSound(b"before", 90_000 * 5 + 900 * lane.number, 5.0, 900),)
     while True:
         data = await asyncio.wait_for(wire.get(), 5)
         if is_rtcp(data):

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 import numpy as np
 import pytest
-from av.packet import Packet
 from structlog.testing import capture_logs
 from tests.session.test_room import FakePeer, Rig
 from tests.turned_clock import TurnedClock
@@ -21,7 +20,7 @@ from wax.config.settings import VideoSettings
 from wax.config.thesis import ThesisSettings
 from wax.congestion.allocation import SoundForm
 from wax.control.turns import Turns
-from wax.encode.encoded import VIDEO_TIME_BASE, EncodedPicture
+from wax.encode.encoded import EncodedPicture
 from wax.error_boundary import ErrorBoundary
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
@@ -259,10 +258,8 @@ async def test_the_status_tells_of_all_others(rig: Rig, monkeypatch: pytest.Monk
 
 
 def _picture(captured_s: float, rendition: str) -> EncodedPicture:
-    packet: Packet[Any] = Packet(b"picture")
-    packet.pts = round(captured_s * 90_000)
-    packet.time_base = VIDEO_TIME_BASE
-    return EncodedPicture(packet, rendition, keyframe=True, layer=0, captured_s=captured_s)
+    pts = round(captured_s * 90_000)
+    return EncodedPicture(b"picture", pts, rendition, keyframe=True, layer=0, captured_s=captured_s)
 
 
 def test_a_lane_that_cannot_take_a_picture_keeps_none_from_others() -> None:

@@ -6,7 +6,6 @@ import asyncio
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import av
 import numpy as np
 import pytest
 from tests.open_boundary import OpenFence
@@ -15,7 +14,7 @@ from tests.turned_clock import TurnedClock
 from wax.capture.source import BLOCK_SAMPLES, Sound
 from wax.config.settings import AudioSettings, SyncSettings, VideoSettings
 from wax.congestion.delivery import Delivery
-from wax.encode.encoded import VIDEO_TIME_BASE, EncodedPicture
+from wax.encode.encoded import EncodedPicture
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
 from wax.fanout.video_lane import VideoLane
@@ -115,13 +114,11 @@ class Rig:
         if keyframe:
             self.asked.append(name)
         mean = rendition.settings.bitrate_bps / rendition.settings.fps / 8
-        packet: av.Packet[Any] = av.Packet(bytes(round(mean * (3 if keyframe else 1))))
-        packet.pts = round(now_s * 90_000)
-        packet.time_base = VIDEO_TIME_BASE
-        return EncodedPicture(packet, name, keyframe, 0, now_s)
+        data = bytes(round(mean * (3 if keyframe else 1)))
+        return EncodedPicture(data, round(now_s * 90_000), name, keyframe, 0, now_s)
 
     def _send(self, congestion: CongestionControl, picture: EncodedPicture) -> None:
-        size = picture.packet.size
+        size = len(picture.data)
         train: Train = congestion.plan_train(size, self.clock.now_s())
         while size > 0:
             self._wire(min(size, train.payload_bytes) + 62, "video", train.number)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import TYPE_CHECKING, Final
 
 import av
@@ -84,11 +83,12 @@ class MuLawEncoder:
         samples = unit[begin : begin + self._packet_samples]
         frame = av.AudioFrame.from_ndarray(samples.reshape(1, -1), format="s16", layout="mono")
         frame.sample_rate = MULAW_RATE_HZ
-        packet = av.Packet(b"".join(bytes(part) for part in self._codec.encode(frame)))
-        packet.pts = unit_pts + begin
-        packet.time_base = Fraction(1, MULAW_RATE_HZ)
-        captured_s = self._captured_s + begin / MULAW_RATE_HZ
-        return EncodedSound(packet=packet, captured_s=captured_s, duration_samples=len(samples))
+        return EncodedSound(
+            data=b"".join(bytes(part) for part in self._codec.encode(frame)),
+            pts=unit_pts + begin,
+            captured_s=self._captured_s + begin / MULAW_RATE_HZ,
+            duration_samples=len(samples),
+        )
 
     def _resample(self, samples: NDArray[np.int16]) -> NDArray[np.int16]:
         frame = av.AudioFrame.from_ndarray(samples.reshape(1, -1), format="s16", layout="mono")

@@ -176,7 +176,7 @@ class BaselineStreams:
         """Carry out a decision; sound comes first in it, and so on the wire."""
         for unit in decision.send:
             packets = self._payloads.pop((unit.stream, unit.number))
-            self._under_way[unit.stream] = (unit.number, packets[-1].packet.pts or 0)
+            self._under_way[unit.stream] = (unit.number, packets[-1].pts)
             self._lanes[unit.stream].put(packets)
             self._counts["sent"] += 1
         for unit in decision.skipped:

@@ -1,13 +1,9 @@
-"""An encoder's output: packets with the properties that a lane needs."""
+"""An encoder's output: bytes with the properties that a lane needs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from av.packet import Packet
 
 VIDEO_RATE_HZ = 90_000
 """RTP clock of every video codec (RFC 3551, section 5)."""
@@ -17,13 +13,14 @@ VIDEO_TIME_BASE = Fraction(1, VIDEO_RATE_HZ)
 
 @dataclass(frozen=True, slots=True)
 class EncodedPicture:
-    """One encoded picture. `packet.pts` is its capture time at 90 kHz on the server's clock.
+    """One encoded picture. `pts` is its capture time at 90 kHz on the server's clock.
 
     `layer` is the temporal layer: pictures depend only on pictures of the same or a lower layer,
     `sync` ones only on layer 0, and nothing depends on `droppable` ones.
     """
 
-    packet: Packet[Any]
+    data: bytes
+    pts: int
     rendition: str
     keyframe: bool
     layer: int
@@ -34,15 +31,12 @@ class EncodedPicture:
 
 @dataclass(frozen=True, slots=True)
 class EncodedSound:
-    """One packet of sound. `packet.pts` counts samples: 48 kHz for Opus, 8 kHz for PCMU."""
+    """One packet of sound. `pts` counts samples: 48 kHz for Opus, 8 kHz for PCMU."""
 
-    packet: Packet[Any]
+    data: bytes
+    pts: int
     captured_s: float
     duration_samples: int
-
-    @property
-    def pts(self) -> int:
-        return self.packet.pts or 0
 
 
 @dataclass(frozen=True, slots=True)

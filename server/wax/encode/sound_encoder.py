@@ -17,9 +17,6 @@ from wax.capture.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ
 from wax.encode.encoded import EncodedSound
 
 if TYPE_CHECKING:
-    from typing import Any
-
-    from av.packet import Packet
     from numpy.typing import NDArray
 
     from wax.capture.source import Sound
@@ -73,11 +70,9 @@ class SoundEncoder:
             return None
         # A packet's content is older than its unit by the codec's look-ahead: 2.5 or 6.5 ms.
         ahead = 0 if parts[0].pts is None else self._pts - parts[0].pts
-        packet: Packet[Any] = av.Packet(b"".join(bytes(part) for part in parts))
-        packet.pts = self._pts
-        packet.time_base = _TIME_BASE
         return EncodedSound(
-            packet=packet,
+            data=b"".join(bytes(part) for part in parts),
+            pts=self._pts,
             captured_s=captured_s - ahead / SAMPLE_RATE_HZ,
             duration_samples=len(samples),
         )

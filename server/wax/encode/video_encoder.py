@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Final, Literal, Protocol
+from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 import av
 import cv2
@@ -78,15 +78,16 @@ class VideoEncoder:
         self._newest_pts = pts
         keyframe = keyframe or self._fresh
         kind = PictureType.I if keyframe else PictureType.NONE
-        packet = _encode(self._context, self._rendition, picture, pts, kind)
-        if packet is None:
+        data = _encode(self._context, self._rendition, picture, pts, kind)
+        if not data:
             return None
         self._fresh = False
         self._since_keyframe = 0 if keyframe else self._since_keyframe + 1
         place = self._since_keyframe % len(self._layers)
         layer = self._layers[place]
         return EncodedPicture(
-            packet=packet,
+            data=data,
+            pts=pts,
             rendition=self._rendition.name,
             keyframe=keyframe,
             layer=layer,
@@ -124,12 +125,12 @@ class IntraEncoder:
         self._newest_pts = pts
         # Evenly spaced for the rate control, so that a late picture does not become larger.
         self._even_pts += round(VIDEO_RATE_HZ / self._rendition.fps)
-        packet = _encode(self._context, self._rendition, picture, self._even_pts, PictureType.I)
-        if packet is None:
+        data = _encode(self._context, self._rendition, picture, self._even_pts, PictureType.I)
+        if not data:
             return None
-        packet.pts = pts
         return EncodedPicture(
-            packet=packet,
+            data=data,
+            pts=pts,
             rendition=self._rendition.name,
             keyframe=True,
             layer=0,
@@ -143,20 +144,15 @@ def _encode(
     picture: Picture,
     pts: int,
     kind: PictureType,
-) -> av.Packet[Any] | None:
+) -> bytes:
+    """Return the encoded picture, empty if the encoder dropped it."""
     frame = VideoFrame.from_ndarray(
         resize_i420(picture.i420, rendition.width, rendition.height), format="yuv420p"
     )
     frame.pts = pts
     frame.time_base = VIDEO_TIME_BASE
     frame.pict_type = kind
-    data = b"".join(bytes(packet) for packet in context.encode(frame))
-    if not data:
-        return None
-    packet = av.Packet(data)
-    packet.pts = pts
-    packet.time_base = VIDEO_TIME_BASE
-    return packet
+    return b"".join(bytes(packet) for packet in context.encode(frame))
 
 
 def resize_i420(i420: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:

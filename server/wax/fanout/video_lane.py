@@ -8,11 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
-
-from av.packet import Packet
-
-from wax.encode.encoded import VIDEO_TIME_BASE
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -84,7 +80,7 @@ class VideoLane:
         if picture.rendition != self._current:
             if picture.rendition != self._rendition or not picture.keyframe:
                 return
-            if _pts(picture) < self._newest_pts:
+            if picture.pts < self._newest_pts:
                 return  # its encoder was slower: never send a picture after a newer one
             self._current = picture.rendition
         if picture.keyframe:
@@ -97,9 +93,9 @@ class VideoLane:
         if picture.layer > self.top_layer:
             self._drop(picture)
             return
-        if _pts(picture) == self._newest_pts:
-            picture = _one_tick_later(picture)  # the same moment in another rendition
-        self._newest_pts = _pts(picture)
+        if picture.pts == self._newest_pts:  # the same moment in another rendition
+            picture = replace(picture, pts=picture.pts + 1)
+        self._newest_pts = picture.pts
         self._queue.append(picture)
         base = sum(one.layer == 0 for one in self._queue)
         if base > _BASE_PICTURES or len(self._queue) > _PICTURES:
@@ -162,15 +158,3 @@ class VideoLane:
 
 
 def _nobody() -> None: ...
-
-
-def _pts(picture: EncodedPicture) -> int:
-    return picture.packet.pts or 0
-
-
-def _one_tick_later(picture: EncodedPicture) -> EncodedPicture:
-    """Return the picture with an RTP time of its own; the packet is shared with other lanes."""
-    packet: Packet[Any] = Packet(bytes(picture.packet))
-    packet.pts = _pts(picture) + 1
-    packet.time_base = VIDEO_TIME_BASE
-    return replace(picture, packet=packet)

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-
-    from av.packet import Packet
 
     from wax.encode.encoded import EncodedSound
 
 
 class Encoded(Protocol):
-    """A packet and the capture time of its content, on the server's clock."""
+    """What an encoder made, its media time, and the capture time on the server's clock."""
 
     @property
-    def packet(self) -> Packet[Any]: ...
+    def data(self) -> bytes: ...
+
+    @property
+    def pts(self) -> int: ...
 
     @property
     def captured_s(self) -> float: ...

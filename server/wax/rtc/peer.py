@@ -218,7 +218,7 @@ class Peer:
         if "state" not in self._channels:
             return
         self._clock_told_s[kind] = now_s
-        self._events.rtp_clock(kind, self.rtp_time(kind, sent.packet.pts or 0), sent.captured_s)
+        self._events.rtp_clock(kind, self.rtp_time(kind, sent.pts), sent.captured_s)
 
     def _state_changed(self) -> None:
         state = self._pc.connectionState

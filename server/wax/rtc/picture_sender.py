@@ -95,8 +95,7 @@ class PictureSender(Sender):
                 await self._news.wait()
 
     async def _send_picture(self, picture: Picture) -> None:
-        data = bytes(picture.packet)
-        pts = picture.packet.pts or 0
+        data, pts = picture.data, picture.pts
         now_s = self._now_s()
         train = self._tap.congestion.plan_train(len(data), now_s)
         payloads = self._packetizer(picture, data, train.payload_bytes)

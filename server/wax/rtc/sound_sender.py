@@ -34,13 +34,13 @@ class SoundSender(Sender):
     async def _run_lane(self) -> None:
         while True:
             sound = await self._lane.get()
-            pts = sound.packet.pts or 0
-            payload_type, payload = self._payload_type, bytes(sound.packet)
+            pts = sound.pts
+            payload_type, payload = self._payload_type, sound.data
             earlier = self._lane.earlier(sound) if self._extra_payload_type is not None else ()
             if earlier:
                 payload = red_payload(
                     payload,
-                    [(pts - (one.packet.pts or 0), bytes(one.packet)) for one in earlier],
+                    [(pts - one.pts, one.data) for one in earlier],
                     payload_type=payload_type,
                     max_bytes=_MAX_BYTES,
                 )
