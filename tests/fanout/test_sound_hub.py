@@ -41,10 +41,10 @@ def _speak(hub: SoundHub, first: int, count: int) -> None:
         hub.push(Sound(samples, number / 100))
 
 
-async def _drain(lane: SoundLane) -> list[EncodedSound]:
+def _drain(lane: SoundLane) -> list[EncodedSound]:
     found = []
-    while lane._queue:
-        found.append(await lane.get())
+    while (one := lane.take()) is not None:
+        found.append(one)
     return found
 
 
@@ -61,7 +61,7 @@ async def _heard(hub: SoundHub, form: SoundForm, preroll_ms: float) -> list[int]
     """Return the numbers of the blocks that a fresh lane begins with."""
     lane = hub.add(OpenFence())
     hub.choose(lane, form, preroll_ms)
-    return _numbers(await _drain(lane))
+    return _numbers(_drain(lane))
 
 
 @pytest.mark.parametrize("others", [0, 1])
@@ -124,7 +124,7 @@ async def test_sound_goes_on_where_the_past_ended() -> None:
     hub.choose(lane, FORMS[20], 60.0)
     _speak(hub, 31, 5)
     await asyncio.sleep(0.01)
-    assert _numbers(await _drain(lane)) == list(range(24, 36))
+    assert _numbers(_drain(lane)) == list(range(24, 36))
 
 
 async def test_forms_are_encoded_while_wanted() -> None:
@@ -192,7 +192,7 @@ def test_every_sample_is_sent_once_whatever_the_changes(
         _speak(hub, now, begun)
         now += begun
         hub.choose(lanes[0], FORMS[first], 40)
-        heard = await _drain(lanes[0])
+        heard = _drain(lanes[0])
         for act, one, two in acts:
             if act == "choose":
                 hub.choose(lanes[one], FORMS[two], 40)
@@ -204,10 +204,10 @@ def test_every_sample_is_sent_once_whatever_the_changes(
                 waiting += one
             if act == "deliver" or waiting > 60:  # a lane holds no more than 100
                 await asyncio.sleep(0)
-                heard += await _drain(lanes[0])
+                heard += _drain(lanes[0])
                 waiting = 0
         await asyncio.sleep(0)
-        return heard + await _drain(lanes[0]), now
+        return heard + _drain(lanes[0]), now
 
     heard, now = asyncio.run(listen())
     numbers = _numbers(heard)
@@ -232,7 +232,7 @@ async def test_a_change_of_form_is_not_heard() -> None:
             hub.choose(lane, forms[number // 57 % 3], 0)
         hub.push(Sound(tone[number * 480 : number * 480 + 480], (FIRST + number) / 100))
         await asyncio.sleep(0)
-        sounds += await _drain(lane)
+        sounds += _drain(lane)
     decoder = av.CodecContext.create("libopus", "r")
     assert isinstance(decoder, av.AudioCodecContext)
     decoder.sample_rate = 48_000
@@ -257,7 +257,7 @@ async def test_after_a_real_gap_the_sound_goes_on_in_the_form_that_was_chosen() 
     hub.choose(lane, FORMS[60], 0)
     _speak(hub, 1004, 20)
     await asyncio.sleep(0)
-    numbers = _numbers(await _drain(lane))
+    numbers = _numbers(_drain(lane))
     assert numbers[:2] == [0, 1]
     assert numbers[2:] == list(range(1008, 1008 + len(numbers) - 2))
     assert len(numbers) >= 2 + 12

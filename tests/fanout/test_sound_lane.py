@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
+from functools import partial
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -26,7 +26,7 @@ def _earlier(lane: SoundLane, sound: EncodedSound, count: int) -> tuple[EncodedS
 
 
 def _take(lane: SoundLane, count: int) -> list[EncodedSound]:
-    return [asyncio.run(lane.get()) for _ in range(count)]
+    return [one for _ in range(count) if (one := lane.take()) is not None]
 
 
 def _numbers(sounds: list[EncodedSound] | tuple[EncodedSound, ...]) -> list[int]:
@@ -130,9 +130,16 @@ def test_what_is_sent_again_is_of_the_same_form() -> None:
     assert _earlier(lane, sounds[8], 1) == (sounds[7],)
 
 
-async def test_get_waits() -> None:
-    """An empty lane waits instead of turning in circles."""
-    task = asyncio.ensure_future(SoundLane().get())
-    await asyncio.sleep(0)
-    assert not task.done()
-    task.cancel()
+def test_news_are_told_of() -> None:
+    """Whoever listens last is told when there is something to take; nothing is taken from empty."""
+    lane = SoundLane()
+    told: list[str] = []
+    lane.choose(SHORT)
+    for who in ("first", "second"):
+        lane.listen(partial(told.append, who))
+    assert lane.take() is None
+    lane.put(SHORT, _sound(0))
+    assert told == ["second"]
+    lane.put(LONG, _sound(3, LONG))
+    assert told == ["second"]
+    assert _numbers(_take(lane, 2)) == [0]

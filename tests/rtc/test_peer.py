@@ -73,10 +73,28 @@ class Noted(NoCongestionControl):
 
 
 class Ticking:
-    """Gives a small packet every 10 ms."""
+    """Has a small packet every 10 ms, and tells of it."""
 
     def __init__(self) -> None:
         self.number = 0
+        self._on_news: Callable[[], None] | None = None
+        self.is_empty = False
+
+    def listen(self, on_news: Callable[[], None]) -> None:
+        self._on_news = on_news
+
+    def _has_one(self) -> bool:
+        """Whether there is one; then there is none for 10 ms."""
+        if self.is_empty:
+            return False
+        self.is_empty = True
+        asyncio.get_running_loop().call_later(0.01, self._tick)
+        return True
+
+    def _tick(self) -> None:
+        self.is_empty = False
+        if self._on_news is not None:
+            self._on_news()
 
     def _next(self) -> tuple[bytes, int, float]:
         self.number += 1
@@ -92,9 +110,8 @@ class Sounds(Ticking):
         self.again: tuple[EncodedSound, ...] = ()
         self.takes_redundancy: bool | None = None
 
-    async def get(self) -> EncodedSound:
-        await asyncio.sleep(0.01)
-        return EncodedSound(*self._next(), 900)
+    def take(self) -> EncodedSound | None:
+        return EncodedSound(*self._next(), 900) if self._has_one() else None
 
     def offered(self, *, redundancy: bool) -> None:
         self.takes_redundancy = redundancy
@@ -104,18 +121,10 @@ class Sounds(Ticking):
 
 
 class Pictures(Ticking):
-    """A lane of pictures that has one every other time, so that the sender also waits for news."""
-
-    _has_one = False
-
-    def listen(self, on_news: Callable[[], None]) -> None:
-        self._on_news = on_news
-        asyncio.get_running_loop().call_later(0.01, on_news)
+    """A lane of pictures."""
 
     def take(self) -> EncodedPicture | None:
-        asyncio.get_running_loop().call_later(0.01, self._on_news)
-        self._has_one = not self._has_one
-        if not self._has_one:
+        if not self._has_one():
             return None
         data, pts, captured_s = self._next()
         return EncodedPicture(data, pts, "any", keyframe=True, layer=0, captured_s=captured_s)
@@ -230,8 +239,7 @@ async def test_the_rtp_clock_is_the_one_on_the_wire(
     assert isinstance(told, tuple)
     rtp, captured_s = told
     sender = pair.peer._senders["video"]
-    wire: asyncio.Queue[bytes] = asyncio.Queue()
-    monkeypatch.setattr(sender.transport, "_send_rtp", wire.put)
+    wire = _wire(pair, monkeypatch)
     while (packet := RtpPacket.parse(await asyncio.wait_for(wire.get(), 5))).ssrc != sender._ssrc:
         pass
     lane = pair.lane
@@ -242,11 +250,24 @@ async def test_the_rtp_clock_is_the_one_on_the_wire(
     assert pair.peer.rtp_time("video", media_time) == packet.timestamp
 
 
+def _wire(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> asyncio.Queue[bytes]:
+    """Have what both senders send from now on, before it would be protected."""
+    wire: asyncio.Queue[bytes] = asyncio.Queue()
+
+    def kept(packets: Sequence[bytes], *, is_rtcp: bool = False) -> list[int]:
+        for packet in packets:
+            wire.put_nowait(packet)
+        return [len(packet) for packet in packets]
+
+    for sender in pair.peer._senders.values():
+        monkeypatch.setattr(sender._egress, "send", kept)
+    return wire
+
+
 async def _asked_ten_times(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
     """Ask ten times for one packet that was sent; return the copies that were sent of it."""
     sender = pair.peer._picture
-    wire: asyncio.Queue[bytes] = asyncio.Queue()
-    monkeypatch.setattr(sender.transport, "_send_rtp", wire.put)
+    wire = _wire(pair, monkeypatch)
     while (packet := RtpPacket.parse(await asyncio.wait_for(wire.get(), 5))).ssrc != sender._ssrc:
         pass
     asked = RtcpRtpfbPacket(fmt=1, ssrc=1, media_ssrc=sender._ssrc, lost=[packet.sequence_number])
@@ -333,8 +354,7 @@ async def test_sound_carries_what_may_be_lost_again(
 ) -> None:
     """Earlier sound goes with the next packets where the browser takes that (RFC 2198)."""
     sender = pair.peer._sound
-    wire: asyncio.Queue[bytes] = asyncio.Queue()
-    monkeypatch.setattr(sender.transport, "_send_rtp", wire.put)
+    wire = _wire(pair, monkeypatch)
     monkeypatch.setattr(sender, "_extra_payload_type", 63)
     lane = pair.peer._sound._lane
     assert isinstance(lane, Sounds)
@@ -361,8 +381,7 @@ async def test_a_report_tells_the_time_of_capture(
 ) -> None:
     """A sender report pairs now with the RTP time of what is captured now, not sent now."""
     sender = pair.peer._picture
-    wire: asyncio.Queue[bytes] = asyncio.Queue()
-    monkeypatch.setattr(sender.transport, "_send_rtp", wire.put)
+    wire = _wire(pair, monkeypatch)
     # The newest picture left just now and was captured a second ago.
     monkeypatch.setattr(sender, "_newest", (450_000, monotonic() - 1.0))
     monkeypatch.setattr(sender, "_left", lambda *_: None)
@@ -378,7 +397,7 @@ async def test_a_report_tells_the_time_of_capture(
 async def test_feedback_reaches_congestion_control(pair: Pair) -> None:
     """What the browser tells of packets is matched with what was sent."""
     tap = pair.peer._tap
-    number = tap.mark(100, "audio", None)
+    number = tap.mark(100, monotonic(), kind="audio", train=None)
     assert number is not None
     # One packet, received 0.25 ms after the reference time (draft-holmer-rmcat, 3.1).
     feedback = struct.pack("!BBHLLHHLHBB", 0x8F, 205, 5, 1, 2, number, 1, 1 << 8, 1 << 13 | 1, 1, 0)

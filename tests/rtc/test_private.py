@@ -9,6 +9,7 @@ import aioice.candidate
 import aioice.ice
 import aioice.stun
 import aiortc.rtp
+import pylibsrtp
 import pytest
 from aiortc import (
     RTCDtlsTransport,
@@ -47,7 +48,7 @@ def test_all_private_parts_are_there() -> None:
         (aioice.candidate, "candidate_priority"),
         (rtcicetransport, "Connection"),
         (RTCIceGatherer, "getLocalParameters"),
-        (RTCDtlsTransport, "_send_rtp"),
+        (pylibsrtp, "_srtp_assert"),
         (RTCDtlsTransport, "_handle_rtcp_data"),
         (RTCDtlsTransport, "_register_rtp_sender"),
         (RTCDtlsTransport, "_unregister_rtp_sender"),
@@ -80,6 +81,11 @@ def test_a_part_that_moved_is_named(
         (RTCRtpSender, "replaceTrack", "_track_id"),
         (RTCIceGatherer, "__init__", "_connection"),
         (RTCIceTransport, "__init__", "_send"),
+        (RTCIceTransport, "__init__", "_connection"),
+        (RTCDtlsTransport, "__init__", "_state"),
+        (RTCDtlsTransport, "__init__", "_tx_srtp"),
+        (aioice.ice.Connection, "__init__", "_nominated"),
+        (pylibsrtp.Session, "__init__", "_srtp"),
         (RTCSctpTransport, "__init__", "_data_channels"),
         (RTCSctpTransport, "__init__", "_inbound_streams"),
         (RTCSctpTransport, "__init__", "_last_received_tsn"),

@@ -289,7 +289,7 @@ async def test_a_lane_that_cannot_take_sound_keeps_none_from_others(
     for number in range(6):
         hub.push(Sound(np.zeros(BLOCK_SAMPLES, np.int16), 1.0 + number / 100))
     await asyncio.sleep(0)
-    assert await asyncio.wait_for(whole.get(), 5)
+    assert whole.take() is not None
     assert first.count > 0
     assert second.count == 0
 

@@ -60,10 +60,10 @@ class Liar:
 
     def lie(self) -> None:
         """Take some packets and report on them; for half a second in the same manner."""
-        for _ in range(PACKETS):
-            self._tap.mark(1200, "video", None)
-            at_once(self._transport._send(b"\x80" * 1200))
         now_s = self._rig.clock.now_s()
+        for _ in range(PACKETS):
+            self._tap.mark(1200, now_s, kind="video", train=None)
+            self._tap.left(1200, now_s, has_feedback=True)
         if now_s >= self._lies_s:
             self._lies_s = now_s + 0.5
             self._lie = self._random.choice(("true", "lost", "late", "early", "noise"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections import deque
 from typing import TYPE_CHECKING, Generic, TypeVar
 
@@ -23,8 +22,7 @@ class UnitLane(Generic[ItemT]):
 
     def __init__(self) -> None:
         self._queue: deque[ItemT] = deque()
-        self._ready = asyncio.Event()
-        self._on_news: Callable[[], None] = self._ready.set
+        self._on_news: Callable[[], None] = _nobody
 
     def listen(self, on_news: Callable[[], None]) -> None:
         """Set the callback for when there is something to take."""
@@ -38,12 +36,9 @@ class UnitLane(Generic[ItemT]):
         """Return the next packet to send, None if there is none."""
         return self._queue.popleft() if self._queue else None
 
-    async def get(self) -> ItemT:
-        """Wait for the next packet to send."""
-        while not self._queue:
-            self._ready.clear()
-            await self._ready.wait()
-        return self._queue.popleft()
+    @property
+    def is_empty(self) -> bool:
+        return not self._queue
 
     def offered(self, *, redundancy: bool) -> None: ...  # none is sent
 
@@ -74,3 +69,6 @@ class PictureIntake:
         if picture.rendition == self.rendition:
             self._number += 1
             self._take(self._number, picture)
+
+
+def _nobody() -> None: ...

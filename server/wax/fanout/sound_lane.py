@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections import deque
 from typing import TYPE_CHECKING, Final
 
 from wax.capture.source import SAMPLE_RATE_HZ
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from wax.congestion.allocation import SoundForm
     from wax.encode.encoded import EncodedSound
 
@@ -31,7 +32,7 @@ class SoundLane:
         self._queue: deque[tuple[SoundForm, EncodedSound]] = deque()
         self._held = 0
         self._sent: deque[tuple[SoundForm, EncodedSound]] = deque(maxlen=_SENT)
-        self._ready = asyncio.Event()
+        self._on_news: Callable[[], None] = _nobody
         self._end_pts = 0
         self._form: SoundForm | None = None
         self._next: SoundForm | None = None
@@ -59,11 +60,14 @@ class SoundLane:
             self._form = None
             self._queue.clear()
             self._held = 0
-            self._ready.clear()
         elif self._form is None:
             self._form = form
         elif form != self._form:
             self._next, self._change_pts = form, change_pts
+
+    def listen(self, on_news: Callable[[], None]) -> None:
+        """Set the callback for when there is something to take, replacing the previous one."""
+        self._on_news = on_news
 
     def put(self, form: SoundForm, sound: EncodedSound) -> None:
         """Queue a packet if it is of the current form and was not queued before."""
@@ -77,13 +81,12 @@ class SoundLane:
         while self._held > _HELD_SAMPLES:
             self._held -= self._queue.popleft()[1].duration_samples
             self.dropped += 1
-        self._ready.set()
+        self._on_news()
 
-    async def get(self) -> EncodedSound:
-        """Wait for the next packet to send; a burst is returned without pauses."""
-        while not self._queue:
-            self._ready.clear()
-            await self._ready.wait()
+    def take(self) -> EncodedSound | None:
+        """Return the next packet to send, None if there is none."""
+        if not self._queue:
+            return None
         form, sound = self._queue.popleft()
         self._held -= sound.duration_samples
         self._sent.append((form, sound))
@@ -95,7 +98,7 @@ class SoundLane:
     def earlier(self, sound: EncodedSound) -> tuple[EncodedSound, ...]:
         """Return up to `redundancy` packets to repeat with this one, the oldest first.
 
-        `sound` was returned by `get`. They have its form, and each ends where the next begins.
+        `sound` was returned by `take`. They have its form, and each ends where the next begins.
         """
         if self.redundancy == 0:
             return ()
@@ -113,3 +116,6 @@ class SoundLane:
             found.append(earlier)
             later = earlier
         return tuple(reversed(found))
+
+
+def _nobody() -> None: ...

@@ -75,6 +75,10 @@ class VideoLane:
         """Set the callback for when there is something to take, replacing the previous one."""
         self._on_news = on_news
 
+    @property
+    def is_empty(self) -> bool:
+        return not self._queue
+
     def put(self, picture: EncodedPicture) -> None:
         """Queue a picture, if it is wanted and decodable."""
         if picture.rendition != self._current:

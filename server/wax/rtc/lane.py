@@ -39,11 +39,19 @@ class Picture(Encoded, Protocol):
     def droppable(self) -> bool: ...
 
 
-class SoundLane(Protocol):
+class Lane(Protocol):
+    """Tells its sender when there is something to take."""
+
+    def listen(self, on_news: Callable[[], None]) -> None:
+        """Set the callback for when there is something to take, replacing the previous one."""
+        ...
+
+
+class SoundLane(Lane, Protocol):
     """Returns sound in the order of capture."""
 
-    async def get(self) -> EncodedSound:
-        """Wait for the next packet to send."""
+    def take(self) -> EncodedSound | None:
+        """Return the next packet to send, None if there is none."""
         ...
 
     def offered(self, *, redundancy: bool) -> None:
@@ -55,11 +63,12 @@ class SoundLane(Protocol):
         ...
 
 
-class PictureLane(Protocol):
+class PictureLane(Lane, Protocol):
     """Returns the best picture to send now."""
 
-    def listen(self, on_news: Callable[[], None]) -> None:
-        """Set the callback for when there is something to take, replacing the previous one."""
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing to take."""
         ...
 
     def take(self) -> Picture | None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import asyncio
 import random
 from collections import deque
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 from aiortc.rtp import RtcpPsfbPacket, RtcpRtpfbPacket
@@ -14,14 +14,15 @@ from wax.rtc import rtp
 from wax.rtc.payload import h264
 from wax.rtc.payload.vp8 import Vp8Packetizer
 from wax.rtc.retransmissions import Retransmissions
-from wax.rtc.sender import UINT16, UINT32, Sender, SenderContext
-from wax.rtc.sent_history import SentHistory, SentPacket
+from wax.rtc.sender import UINT16, UINT32, Sender, SenderContext, wire_bytes
+from wax.rtc.sent_history import SentHistory
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from aiortc.rtp import AnyRtcpPacket
 
+    from wax.congestion.delivery import Train
     from wax.rtc.lane import Picture, PictureLane
 
 _TICK_S: Final = 0.001
@@ -34,6 +35,16 @@ _NOT_AT_ONCE_10MS: Final = 51
 _NACK: Final = 1
 _PLI: Final = 1
 _FIR: Final = 4
+
+
+@dataclass(slots=True)
+class _UnderWay:
+    """A picture whose packets are leaving at the pace of their train; the next one at `due_s`."""
+
+    picture: Picture
+    train: Train
+    packets: deque[rtp.Packet]
+    due_s: float
 
 
 class PictureSender(Sender):
@@ -51,7 +62,7 @@ class PictureSender(Sender):
         round_trip_s: Callable[[], float | None],
         on_keyframe_wanted: Callable[[], None],
     ) -> None:
-        super().__init__(context)
+        super().__init__(context, lane)
         self._lane = lane
         self._packetizer = _packetizer(codec)
         self._round_trip_s = round_trip_s
@@ -59,12 +70,11 @@ class PictureSender(Sender):
         self.shows_at_once = True
         """The browser tells of pictures that it shows at once as of others; Firefox does not."""
         self._playout_delay: rtp.PlayoutDelay | None = None
-        self._news = asyncio.Event()
+        self._under_way: _UnderWay | None = None
         self._history = SentHistory()
         self._repeats = Retransmissions()
         self._asked_for: deque[int] = deque(maxlen=256)
         self._rtx_number = random.getrandbits(15)
-        lane.listen(self._news.set)
 
     def hold_back(self, least_ms: float) -> bool:
         """Hold pictures back this long in the browser; False if it does not support that."""
@@ -78,85 +88,94 @@ class PictureSender(Sender):
     def _asked(self, packet: AnyRtcpPacket) -> None:
         if isinstance(packet, RtcpRtpfbPacket) and packet.fmt == _NACK:
             self._asked_for.extend(packet.lost)
-            self._news.set()
+            self._wake()
         elif isinstance(packet, RtcpPsfbPacket) and packet.fmt in (_PLI, _FIR):
             self._on_keyframe_wanted()
 
-    async def _run_lane(self) -> None:
+    def _work(self) -> float | None:
         while True:
-            if (wait_s := self._tap.free_in_s(self._now_s())) > _TICK_S:
-                await asyncio.sleep(min(wait_s, ASK_AGAIN_S))
+            now_s = self._now_s()
+            if self._under_way is not None:
+                if (wait_s := self._send_due(self._under_way, now_s)) is not None:
+                    return wait_s
+            elif not self._asked_for and self._lane.is_empty:
+                return None
+            elif (wait_s := self._tap.free_in_s(now_s)) > _TICK_S:
+                return min(wait_s, ASK_AGAIN_S)
             elif self._asked_for:
-                await self._repeat(self._asked_for.popleft())
+                self._repeat(self._asked_for.popleft(), now_s)
             elif (picture := self._lane.take()) is not None:
-                await self._send_picture(picture)
+                self._under_way = self._begin(picture, now_s)
             else:
-                self._news.clear()
-                await self._news.wait()
+                return None
 
-    async def _send_picture(self, picture: Picture) -> None:
-        data, pts = picture.data, picture.pts
-        now_s = self._now_s()
-        train = self._tap.congestion.plan_train(len(data), now_s)
-        payloads = self._packetizer(picture, data, train.payload_bytes)
-        timestamp = (self.origin + pts) % UINT32
-        due_s = now_s
-        for index, payload in enumerate(payloads):
-            if due_s - self._now_s() > _TICK_S:
-                await asyncio.sleep(due_s - self._now_s())
-            last = index == len(payloads) - 1
-            packet = SentPacket(timestamp, last, payload, self._now_s())
-            number, size = await self._send_new(
-                self._payload_type,
-                packet,
-                train=train.number,
+    def _begin(self, picture: Picture, now_s: float) -> _UnderWay:
+        train = self._tap.congestion.plan_train(len(picture.data), now_s)
+        has_delay = self._playout_delay is not None and self._ids.playout_delay is not None
+        first_less = rtp.PLAYOUT_DELAY_BYTES if has_delay else 0
+        payloads = self._packetizer(picture, train.payload_bytes, first_less)
+        timestamp = (self.origin + picture.pts) % UINT32
+        packets = deque(
+            rtp.Packet(
+                payload_type=self._payload_type,
+                sequence_number=self._next_number(),
+                ssrc=self.ssrc,
+                timestamp=timestamp,
+                marker=index == len(payloads) - 1,
+                payload=payload,
                 playout_delay=self._playout_delay if index == 0 else None,
             )
-            self._history.add(number, packet)
-            due_s += gap_s(size, train.pace_bps)
-        self._left(picture, pts)
+            for index, payload in enumerate(payloads)
+        )
+        return _UnderWay(picture, train, packets, now_s)
 
-    async def _repeat(self, number: int) -> None:
-        now_s = self._now_s()
-        lost = self._history.get(number)
-        if lost is None or not self._repeats.is_due(number, self._round_trip_s(), now_s):
+    def _send_due(self, under_way: _UnderWay, now_s: float) -> float | None:
+        """Send the packets that are due together; return when the next is, None after the last."""
+        due: list[rtp.Packet] = []
+        while under_way.packets and under_way.due_s - now_s <= _TICK_S:
+            packet = under_way.packets.popleft()
+            due.append(packet)
+            under_way.due_s += gap_s(wire_bytes(packet), under_way.train.pace_bps)
+        self._history.add(due, now_s)
+        self._put(due, now_s, train=under_way.train.number)
+        if under_way.packets:
+            return under_way.due_s - now_s
+        self._under_way = None
+        self._left(under_way.picture)
+        return None
+
+    def _repeat(self, number: int, now_s: float) -> None:
+        kept = self._history.get(number)
+        if kept is None or not self._repeats.is_due(number, self._round_trip_s(), now_s):
             return
-        if not self._tap.congestion.may_retransmit(len(lost.payload), now_s - lost.sent_s, now_s):
+        lost, sent_s = kept
+        if not self._tap.congestion.may_retransmit(len(lost.payload), now_s - sent_s, now_s):
             return
         self._repeats.sent(number, now_s)
-        if self._extra_payload_type is None:
-            payload_type, to_send, ssrc, sequence_number = (
-                self._payload_type,
-                lost,
-                self.ssrc,
-                number,
-            )
-        else:  # RFC 4588: the number that it first had stands before the payload
-            payload_type, ssrc, sequence_number = (
-                self._extra_payload_type,
-                self.rtx_ssrc,
-                self._rtx_number,
+        again = lost._replace(playout_delay=None)
+        if self._extra_payload_type is not None:
+            # RFC 4588: the number that it first had stands before the payload.
+            again = again._replace(
+                payload_type=self._extra_payload_type,
+                sequence_number=self._rtx_number,
+                ssrc=self.rtx_ssrc,
+                payload=number.to_bytes(2, "big") + lost.payload,
             )
             self._rtx_number = (self._rtx_number + 1) % UINT16
-            to_send = lost._replace(payload=number.to_bytes(2, "big") + lost.payload)
-        await self._send(
-            payload_type=payload_type,
-            sequence_number=sequence_number,
-            ssrc=ssrc,
-            packet=to_send,
-            repeat=True,
-        )
+        self._transmit([again], now_s, kind="repeat")
 
 
-def _packetizer(codec: Literal["vp8", "h264"]) -> Callable[[Picture, bytes, int], list[bytes]]:
+def _packetizer(codec: Literal["vp8", "h264"]) -> Callable[[Picture, int, int], list[bytes]]:
+    """Make what cuts a picture: into payloads of at most so many bytes, the first with so less."""
     if codec == "h264":
-        return lambda _picture, data, max_bytes: h264.packets(data, max_bytes=max_bytes)
+        return lambda picture, max_bytes, _less: h264.packets(picture.data, max_bytes=max_bytes)
     vp8 = Vp8Packetizer(picture_id=random.getrandbits(15), tl0_picidx=random.getrandbits(8))
-    return lambda picture, data, max_bytes: vp8.packets(
-        data,
+    return lambda picture, max_bytes, first_less: vp8.packets(
+        picture.data,
         layer=picture.layer,
         sync=picture.sync,
         droppable=picture.droppable,
         keyframe=picture.keyframe,
         max_bytes=max_bytes,
+        first_less=first_less,
     )

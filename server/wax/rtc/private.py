@@ -1,4 +1,4 @@
-"""The server's only module that touches private parts of aiortc and aioice, and why it needs each.
+"""The server's only module that touches private parts of aiortc and what it stands on, and why.
 
 pyproject.toml pins the minor versions that this was written for; `check` fails with a readable
 sentence if a new version has moved something.
@@ -20,6 +20,7 @@ import aioice.candidate
 import aioice.ice
 import aioice.stun
 import aiortc.rtp
+import pylibsrtp
 from aiortc import (
     RTCDtlsTransport,
     RTCIceGatherer,
@@ -27,6 +28,7 @@ from aiortc import (
     RTCPeerConnection,
     RTCRtpSender,
     RTCSctpTransport,
+    rtcdtlstransport,
     rtcicetransport,
     rtcsctptransport,
 )
@@ -41,7 +43,7 @@ from aiortc.rtcrtptransceiver import RTCRtpTransceiver
 from wax.errors import StartError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator
+    from collections.abc import Callable, Collection, Iterator, Sequence
 
     from aiortc.rtcicetransport import RTCIceParameters
     from aiortc.rtcrtpparameters import RTCRtpSendParameters
@@ -110,7 +112,15 @@ def check() -> None:
             ("RTCRtpSender._ssrc", sets(RTCRtpSender, "_ssrc")),
             ("RTCRtpSender._rtx_ssrc", sets(RTCRtpSender, "_rtx_ssrc")),
             ("RTCRtpSender._track_id", "_track_id" in RTCRtpSender.replaceTrack.__code__.co_names),
-            ("RTCDtlsTransport._send_rtp", hasattr(RTCDtlsTransport, "_send_rtp")),
+            ("RTCDtlsTransport._state", sets(RTCDtlsTransport, "_state")),
+            ("RTCDtlsTransport._tx_srtp", sets(RTCDtlsTransport, "_tx_srtp")),
+            ("RTCIceTransport._connection", sets(RTCIceTransport, "_connection")),
+            ("aioice.ice.Connection._nominated", sets(aioice.ice.Connection, "_nominated")),
+            ("pylibsrtp.Session._srtp", sets(pylibsrtp.Session, "_srtp")),
+            *(
+                (f"pylibsrtp.{name}", hasattr(pylibsrtp, name))
+                for name in ("ffi", "lib", "_srtp_assert")
+            ),
             ("RTCDtlsTransport._handle_rtcp_data", hasattr(RTCDtlsTransport, "_handle_rtcp_data")),
             (
                 "RTCDtlsTransport._register_rtp_sender",
@@ -321,26 +331,62 @@ class SenderInPlace(ABC):
         if self._is_sending:
             self._is_sending = False
             self._transport._unregister_rtp_sender(self)
-            await self.end()
+            self.end()
 
     async def _handle_rtcp_packet(self, packet: AnyRtcpPacket) -> None:
         self.heard(packet)
-
-    async def put(self, data: bytes) -> None:
-        """Send one RTP or RTCP packet; raises ConnectionError once the transport is closed."""
-        await self._transport._send_rtp(data)
 
     @abstractmethod
     def begin(self, parameters: RTCRtpSendParameters) -> None:
         """Start sending as negotiated."""
 
     @abstractmethod
-    async def end(self) -> None:
+    def end(self) -> None:
         """Stop sending."""
 
     @abstractmethod
     def heard(self, packet: AnyRtcpPacket) -> None:
         """Handle the browser's RTCP for this stream."""
+
+
+_srtp: Any = pylibsrtp
+
+
+class MediaTransport:
+    """The keys and the path of one DTLS transport (`egress.MediaTransport`)."""
+
+    def __init__(self, dtls: RTCDtlsTransport) -> None:
+        self._dtls = dtls
+        self._size = _srtp.ffi.new("int *")
+        self._memory: Any = None
+
+    def protect(self, buffer: bytearray, at: int, size: int, *, is_rtcp: bool) -> int:
+        """Protect a packet in place, for which pylibsrtp would copy it twice."""
+        if self._dtls._state is not rtcdtlstransport.State.CONNECTED:
+            raise ConnectionError("the DTLS transport is not connected")
+        if self._memory is None:
+            self._memory = _srtp.ffi.from_buffer(buffer)
+        self._size[0] = size
+        protect = _srtp.lib.srtp_protect_rtcp if is_rtcp else _srtp.lib.srtp_protect
+        session = self._dtls._tx_srtp._srtp[0]
+        _srtp._srtp_assert(protect(session, self._memory + at, self._size))
+        protected: int = self._size[0]
+        return protected
+
+    def send(self, datagrams: memoryview, sizes: Sequence[int]) -> None:
+        """Send by the shared port, or by the pair that aioice has nominated last."""
+        connection: Any = self._dtls.transport._connection
+        if hasattr(connection, "send_together"):
+            connection.send_together(datagrams, sizes)
+            return
+        pair = connection._nominated.get(1)
+        if pair is None:
+            raise ConnectionError("there is no nominated pair")
+        at = 0
+        for size in sizes:
+            # A relay has a transport of this kind, too.
+            pair.protocol.transport.sendto(bytes(datagrams[at : at + size]), pair.remote_addr)
+            at += size
 
 
 def put_sender(transceiver: RTCRtpTransceiver, sender: SenderInPlace) -> None:
@@ -410,7 +456,7 @@ def break_circles(pc: RTCPeerConnection) -> None:
 
 
 def on_datagram(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) -> None:
-    """Call back with each outgoing datagram, including data channels and RTCP."""
+    """Call back with each datagram that aiortc itself sends: all but our media."""
     ice = transport.transport
     send = ice._send
 
@@ -421,13 +467,16 @@ def on_datagram(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) 
     ice._send = counted
 
 
-def on_rtcp(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) -> None:
-    """Call back with all incoming RTCP: aiortc misreads transport-wide feedback."""
+def on_rtcp(transport: RTCDtlsTransport, callback: Callable[[bytes], bool]) -> None:
+    """Call back with all incoming RTCP: aiortc misreads transport-wide feedback.
+
+    Where `callback` returns true, aiortc does not get it.
+    """
     handle = transport._handle_rtcp_data
 
     async def heard(data: bytes) -> None:
-        callback(data)
-        await handle(data)
+        if not callback(data):
+            await handle(data)
 
     transport._handle_rtcp_data = heard  # type: ignore[method-assign]  # see above
 

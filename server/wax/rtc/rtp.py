@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 TRANSPORT_SEQUENCE: Final = (
     "http://www.ietf.org/id/draft-holmer-rmcat-transport-wide-cc-extensions-01"
 )
 PLAYOUT_DELAY: Final = "http://www.webrtc.org/experiments/rtp-hdrext/playout-delay"
+
+PLAYOUT_DELAY_BYTES: Final = 4
+"""What that adds to the extensions of a packet that has a transport-wide number."""
 
 NTP_EPOCH_S: Final = 2_208_988_800
 """From 1900, where NTP begins (RFC 5905), to 1970."""
@@ -43,25 +46,30 @@ class PlayoutDelay:
     most_10ms: int
 
 
-def rtp_packet(
-    *,
-    payload_type: int,
-    marker: bool,
-    sequence_number: int,
-    timestamp: int,
-    ssrc: int,
-    extensions: bytes,
-    payload: bytes,
-) -> bytes:
-    """Return one packet; `extensions` as `extension_block` makes them, or empty."""
-    header = _HEADER.pack(
-        _VERSION | (_HAS_EXTENSION if extensions else 0),
-        payload_type | (0x80 if marker else 0),
-        sequence_number,
-        timestamp,
-        ssrc,
-    )
-    return header + extensions + payload
+class Packet(NamedTuple):
+    """One packet without its header extensions, which differ each time that it is sent.
+
+    `timestamp` is its RTP time. `playout_delay` is what the extensions are to say of it.
+    """
+
+    payload_type: int
+    sequence_number: int
+    ssrc: int
+    timestamp: int
+    marker: bool
+    payload: bytes
+    playout_delay: PlayoutDelay | None = None
+
+    def to_bytes(self, extensions: bytes) -> bytes:
+        """Return it as it is sent; `extensions` as `extension_block` makes them, or empty."""
+        header = _HEADER.pack(
+            _VERSION | (_HAS_EXTENSION if extensions else 0),
+            self.payload_type | (0x80 if self.marker else 0),
+            self.sequence_number,
+            self.timestamp,
+            self.ssrc,
+        )
+        return b"".join((header, extensions, self.payload))
 
 
 def extension_block(

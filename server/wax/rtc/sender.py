@@ -2,7 +2,8 @@
 
 aiortc's own encodes for each viewer, has no pacing and no transport-wide numbers, retransmits
 without limit, reports the time of sending as that of capture, and loses keyframe requests. This one
-sends what was encoded for everybody, and asks congestion control before a picture leaves.
+sends what was encoded for everybody, and asks congestion control before a picture leaves. It is a
+state machine with one timer: a coroutine a packet costs as much as the packet.
 """
 
 from __future__ import annotations
@@ -18,18 +19,18 @@ from aiortc.rtp import RtcpRrPacket
 
 from wax.congestion.delivery import UDP_IP_BYTES
 from wax.rtc import private, rtp
+from wax.rtc.egress import Egress
 from wax.rtc.receiver_reports import SenderReportTimes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Coroutine
+    from collections.abc import Callable, Sequence
 
     from aiortc import RTCRtpSender
     from aiortc.rtcrtpparameters import RTCRtpSendParameters
     from aiortc.rtp import AnyRtcpPacket, RtcpReceiverInfo
 
     from wax.clock import Clock
-    from wax.rtc.lane import Encoded
-    from wax.rtc.sent_history import SentPacket
+    from wax.rtc.lane import Encoded, Lane
     from wax.rtc.transport_tap import TransportTap
 
 _LOG = structlog.get_logger(__name__)
@@ -42,6 +43,9 @@ _SRTP_BYTES: Final = 10
 """Authentication tag of the profile that Chromium negotiates (RFC 3711)."""
 _RTP_BYTES: Final = 20
 """Header with the extension that every packet has."""
+_APART_S: Final = 1e-6
+"""Between the packets of one call, which leave one after the other: the estimator tells them apart
+by their times."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,18 +62,24 @@ class SenderContext:
     on_sent: Callable[[Encoded], None]
 
 
+def wire_bytes(packet: rtp.Packet) -> int:
+    """Return about the size of the packet's datagram, all headers included."""
+    return len(packet.payload) + _RTP_BYTES + _SRTP_BYTES + UDP_IP_BYTES
+
+
 class Sender(private.SenderInPlace):
     """The common part of both senders."""
 
     kind: ClassVar[Literal["audio", "video"]]
 
-    def __init__(self, context: SenderContext) -> None:
+    def __init__(self, context: SenderContext, lane: Lane) -> None:
         # A browser delays sound in the same stream for a late picture; here the sound is the master
         # and only sync/ couples them.
         super().__init__(context.stock, f"wax-{self.kind}")
         self.origin = random.getrandbits(32)
         """The RTP time of media time zero, random by RFC 3550, 5.1."""
         self.failed = False
+        self._source = lane
         self._tap = context.tap
         self._now_s = context.clock.now_s
         self._wall_ms = context.clock.wall_ms
@@ -84,7 +94,10 @@ class Sender(private.SenderInPlace):
         self._octets = 0
         self._newest: tuple[int, float] | None = None
         self._reported = SenderReportTimes()
-        self._tasks: list[asyncio.Task[None]] = []
+        self._egress: Egress | None = None
+        self._has_news = self._is_working = False
+        self._timer: asyncio.TimerHandle | None = None
+        self._report_timer: asyncio.TimerHandle | None = None
 
     # --- the transceiver's interface -------------------------------------------------------
 
@@ -101,16 +114,17 @@ class Sender(private.SenderInPlace):
         self._payload_type = parameters.codecs[0].payloadType or 0
         extra = next((c for c in parameters.codecs if c.name.lower() == self._extra_name), None)
         self._extra_payload_type = None if extra is None else extra.payloadType
-        self._tasks = [
-            asyncio.create_task(self._guard(self._run_lane()), name=f"send {self.kind}"),
-            asyncio.create_task(self._guard(self._report()), name=f"report {self.kind}"),
-        ]
+        self._egress = Egress(private.MediaTransport(self.transport))
+        self._source.listen(self._wake)
+        self._plan_report()
+        self._wake()
 
-    async def end(self) -> None:
-        tasks, self._tasks = self._tasks, []  # a cancelled task holds its sender
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+    def end(self) -> None:
+        self._egress = None
+        self._source.listen(_nobody)
+        for timer in (self._timer, self._report_timer):
+            if timer is not None:
+                timer.cancel()
 
     def heard(self, packet: AnyRtcpPacket) -> None:
         if isinstance(packet, RtcpRrPacket):
@@ -132,8 +146,8 @@ class Sender(private.SenderInPlace):
     """The companion of the stream's codec."""
 
     @abstractmethod
-    async def _run_lane(self) -> None:
-        """Send the lane's items, for ever."""
+    def _work(self) -> float | None:
+        """Send what may leave now; return in how many seconds to go on, None to wait for news."""
 
     @abstractmethod
     def _asked(self, packet: AnyRtcpPacket) -> None:
@@ -141,97 +155,114 @@ class Sender(private.SenderInPlace):
 
     # --- sending ---------------------------------------------------------------------------
 
-    async def _guard(self, work: Coroutine[None, None, None]) -> None:
-        """Close the peer when either of its tasks ends."""
+    def _wake(self) -> None:
+        """Send what there is, or what has come while something was being sent; never raises.
+
+        What is sent is counted, which may change what is sent next: so this may be called inside
+        itself. A time to go on that has been set is kept.
+        """
+        self._has_news = True
+        if self._is_working or self._timer is not None:
+            return
+        self._is_working = True
         try:
-            await work
-        except ConnectionError:
-            pass  # the transport is closed, and the peer will be
-        except Exception:
+            wait_s: float | None = None
+            while self._has_news and self._egress is not None:
+                self._has_news = False
+                wait_s = self._work()
+            if wait_s is not None and self._egress is not None:
+                self._timer = asyncio.get_running_loop().call_later(wait_s, self._go_on)
+        except Exception as error:
+            self._fail(error)
+        finally:
+            self._is_working = False
+
+    def _go_on(self) -> None:
+        self._timer = None
+        self._wake()
+
+    def _fail(self, error: Exception) -> None:
+        """Stop for good; the peer is closed by whoever looks."""
+        if not isinstance(error, ConnectionError):  # then the transport is closed, the peer will be
             _LOG.exception("a sender failed", kind=self.kind)
         self.failed = True
+        self.end()
 
-    async def _send(
-        self,
-        *,
-        payload_type: int,
-        sequence_number: int,
-        ssrc: int,
-        packet: SentPacket,
-        train: int | None = None,
-        playout_delay: rtp.PlayoutDelay | None = None,
-        repeat: bool = False,
-    ) -> int:
-        """Send one packet now; return its size on the wire."""
-        extensions = b""
-        size = len(packet.payload) + _RTP_BYTES + _SRTP_BYTES + UDP_IP_BYTES
-        if self._ids.transport_sequence is not None or playout_delay is not None:
-            kind: Literal["audio", "video", "repeat"] = "repeat" if repeat else self.kind
-            extensions = rtp.extension_block(
-                self._ids,
-                transport_sequence=(
-                    None
-                    if self._ids.transport_sequence is None
-                    else self._tap.mark(size, kind, train)
-                ),
-                playout_delay=playout_delay,
-            )
-        data = rtp.rtp_packet(
-            payload_type=payload_type,
-            marker=packet.marker,
-            sequence_number=sequence_number,
-            timestamp=packet.timestamp,
-            ssrc=ssrc,
-            extensions=extensions,
-            payload=packet.payload,
-        )
-        await self.put(data)
-        return size
-
-    async def _send_new(
-        self,
-        payload_type: int,
-        packet: SentPacket,
-        *,
-        train: int | None = None,
-        playout_delay: rtp.PlayoutDelay | None = None,
-    ) -> tuple[int, int]:
-        """Send the next packet of the stream; return its number and its size on the wire."""
+    def _next_number(self) -> int:
+        """Return the sequence number of the stream's next packet."""
         number = self._sequence_number
         self._sequence_number = (number + 1) % UINT16
-        size = await self._send(
-            payload_type=payload_type,
-            sequence_number=number,
-            ssrc=self.ssrc,
-            packet=packet,
-            train=train,
-            playout_delay=playout_delay,
-        )
-        self._packets += 1
-        self._octets += len(packet.payload)
-        return number, size
+        return number
 
-    def _left(self, item: Encoded, pts: int) -> None:
-        self._newest = (pts, item.captured_s)
+    def _put(
+        self, packets: Sequence[rtp.Packet], now_s: float, *, train: int | None = None
+    ) -> None:
+        """Send packets of the stream, which leave together."""
+        self._transmit(packets, now_s, kind=self.kind, train=train)
+        self._packets += len(packets)
+        self._octets += sum([len(one.payload) for one in packets])
+
+    def _transmit(
+        self,
+        packets: Sequence[rtp.Packet],
+        now_s: float,
+        *,
+        kind: Literal["audio", "video", "repeat"],
+        train: int | None = None,
+    ) -> None:
+        ready = []
+        has_feedback = self._ids.transport_sequence is not None
+        for index, packet in enumerate(packets):
+            number = None
+            if has_feedback:
+                sent_s = now_s + index * _APART_S
+                number = self._tap.mark(wire_bytes(packet), sent_s, kind=kind, train=train)
+            extensions = rtp.extension_block(
+                self._ids, transport_sequence=number, playout_delay=packet.playout_delay
+            )
+            ready.append(packet.to_bytes(extensions))
+        self._leave(ready, now_s, has_feedback=has_feedback)
+
+    def _leave(
+        self, ready: Sequence[bytes], now_s: float, *, has_feedback: bool, is_rtcp: bool = False
+    ) -> None:
+        if self._egress is None:
+            raise ConnectionError("the sender has ended")
+        for index, size in enumerate(self._egress.send(ready, is_rtcp=is_rtcp)):
+            self._tap.left(size, now_s + index * _APART_S, has_feedback=has_feedback)
+
+    def _left(self, item: Encoded) -> None:
+        self._newest = (item.pts, item.captured_s)
         self._on_sent(item)
 
-    async def _report(self) -> None:
+    def _plan_report(self) -> None:
+        wait_s = _REPORT_S * (0.5 + random.random())
+        self._report_timer = asyncio.get_running_loop().call_later(wait_s, self._report)
+
+    def _report(self) -> None:
         """Report the RTP time of now in capture time, so that encoding delay causes no skew."""
-        while True:
-            await asyncio.sleep(_REPORT_S * (0.5 + random.random()))
-            if self._newest is None:
-                continue
-            pts, captured_s = self._newest
-            now_s = self._now_s()
-            ntp = rtp.ntp_time(self._wall_ms() / 1000)
-            now_pts = pts + round((now_s - captured_s) * self._rate_hz)
-            report = rtp.sender_report(
-                ssrc=self.ssrc,
-                ntp=ntp,
-                timestamp=(self.origin + now_pts) % UINT32,
-                packets=self._packets,
-                octets=self._octets,
-                cname=self._cname,
-            )
-            self._reported.sent(ntp, now_s)
-            await self.put(report)
+        try:
+            if self._newest is not None:
+                self._send_report(*self._newest)
+        except Exception as error:
+            self._fail(error)
+        else:
+            self._plan_report()
+
+    def _send_report(self, pts: int, captured_s: float) -> None:
+        now_s = self._now_s()
+        ntp = rtp.ntp_time(self._wall_ms() / 1000)
+        now_pts = pts + round((now_s - captured_s) * self._rate_hz)
+        report = rtp.sender_report(
+            ssrc=self.ssrc,
+            ntp=ntp,
+            timestamp=(self.origin + now_pts) % UINT32,
+            packets=self._packets,
+            octets=self._octets,
+            cname=self._cname,
+        )
+        self._reported.sent(ntp, now_s)
+        self._leave([report], now_s, has_feedback=False, is_rtcp=True)
+
+
+def _nobody() -> None: ...

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
-from typing import Final, NamedTuple
+from collections import deque
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wax.rtc.rtp import Packet
 
 _MOST: Final = 1024
 """Chromium requests packets up to about this far back (its NACK module: 1000)."""
@@ -11,31 +16,28 @@ _KEPT_S: Final = 2.0
 """Older packets are of no use to anybody: congestion control refuses them after 0.5 s and a round
 trip. A good rendition sends 150 packets/s, so time bounds the memory, and the number only a burst.
 """
-
-
-class SentPacket(NamedTuple):
-    """One packet as first sent; `timestamp` is its RTP time."""
-
-    timestamp: int
-    marker: bool
-    payload: bytes
-    sent_s: float
+_UINT16: Final = 2**16
 
 
 class SentHistory:
-    """The newest packets of one stream by sequence number."""
+    """The newest packets of one stream, by what left together, which most often is a picture."""
 
     def __init__(self) -> None:
-        self._sent: OrderedDict[int, SentPacket] = OrderedDict()
+        self._sent: deque[tuple[float, Sequence[Packet]]] = deque()
+        self._packets = 0
 
-    def add(self, sequence_number: int, packet: SentPacket) -> None:
-        self._sent[sequence_number] = packet
-        while len(self._sent) > _MOST or self._oldest_s() < packet.sent_s - _KEPT_S:
-            self._sent.popitem(last=False)
+    def add(self, packets: Sequence[Packet], now_s: float) -> None:
+        """Keep packets with consecutive sequence numbers that leave now."""
+        if packets:
+            self._sent.append((now_s, packets))
+            self._packets += len(packets)
+        while len(self._sent) > 1 and (self._packets > _MOST or self._sent[0][0] < now_s - _KEPT_S):
+            self._packets -= len(self._sent.popleft()[1])
 
-    def get(self, sequence_number: int) -> SentPacket | None:
-        """Return a packet, None if it is too old or was never sent."""
-        return self._sent.get(sequence_number)
-
-    def _oldest_s(self) -> float:
-        return next(iter(self._sent.values())).sent_s
+    def get(self, sequence_number: int) -> tuple[Packet, float] | None:
+        """Return a packet and when it left, None if it is too old or was never sent."""
+        for sent_s, packets in reversed(self._sent):
+            place = (sequence_number - packets[0].sequence_number) % _UINT16
+            if place < len(packets):
+                return packets[place], sent_s
+        return None

@@ -13,7 +13,7 @@ from wax.rtc import feedback, private
 from wax.rtc.in_flight import InFlight
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from aiortc import RTCDtlsTransport
 
@@ -37,8 +37,6 @@ class TransportTap:
         self._now_s = now_s
         self._transmissions = InFlight()
         self._transports: WeakSet[RTCDtlsTransport] = WeakSet()
-        self._marked_s: float | None = None
-        self._has_feedback = False
 
     def join(self, transport: RTCDtlsTransport) -> None:
         """Count what this transport sends and handle the feedback; safe to repeat."""
@@ -48,41 +46,47 @@ class TransportTap:
             private.on_rtcp(transport, self._told)
 
     def mark(
-        self, size_bytes: int, kind: Literal["audio", "video", "repeat"], train: int | None
+        self,
+        size_bytes: int,
+        now_s: float,
+        *,
+        kind: Literal["audio", "video", "repeat"],
+        train: int | None,
     ) -> int | None:
         """Return the transport-wide sequence number for a packet of about this size, or None.
 
-        To be called just before each packet of a stream with feedback is sent.
+        To be called for each packet of a stream with feedback, just before it leaves.
         """
-        self._has_feedback = True
-        now_s = self._now_s()
         if not self.congestion.requests_feedback(train, now_s):
             return None
-        self._marked_s = now_s
         return self._transmissions.sent(now_s, size_bytes=size_bytes, kind=kind, train=train)
+
+    def left(self, size_bytes: int, now_s: float, *, has_feedback: bool) -> None:
+        """Count a datagram of media; `has_feedback` says whether its stream has any."""
+        self.congestion.sent(
+            size_bytes + UDP_IP_BYTES, now_s, is_media=True, has_feedback=has_feedback
+        )
 
     def free_in_s(self, now_s: float) -> float:
         """Return how long a picture has to wait in s; 0 to send it now."""
         return self.congestion.free_in_s(self._transmissions.oldest_unreported_s(now_s), now_s)
 
     def _sent(self, datagram: bytes) -> None:
-        # DTLS, and with it the data channels, has first bytes 20 to 63, RTP 128 to 191 (RFC 7983).
-        is_media = datagram[0] > 127
-        # A packet that was marked leaves before anything else can: it has one time, not two.
-        now_s, self._marked_s = self._marked_s, None
-        has_feedback, self._has_feedback = self._has_feedback, False
+        """Count a datagram of DTLS, and with it of the data channels."""
         self.congestion.sent(
-            len(datagram) + UDP_IP_BYTES,
-            self._now_s() if now_s is None else now_s,
-            is_media=is_media,
-            has_feedback=has_feedback,
+            len(datagram) + UDP_IP_BYTES, self._now_s(), is_media=False, has_feedback=False
         )
 
-    def _told(self, rtcp: bytes) -> None:
-        if not self.congestion.uses_feedback:
-            return
+    def _told(self, rtcp: bytes) -> bool:
+        """Handle feedback; return whether there is nothing else in the datagram."""
+        found = feedback.find(rtcp)
+        if self.congestion.uses_feedback:
+            self._delivered(found)
+        return sum(map(len, found)) == len(rtcp)
+
+    def _delivered(self, found: Sequence[bytes]) -> None:
         now_s = self._now_s()
-        for one in feedback.find(rtcp):
+        for one in found:
             try:
                 deliveries = self._transmissions.reported(feedback.parse(one), now_s)
             except ProtocolError as error:

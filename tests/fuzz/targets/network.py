@@ -106,8 +106,8 @@ class _Page:
     def send(self) -> None:
         for _ in range(_A_TIME):
             self.clock.time_s += 0.002
-            self.tap.mark(1200, "video", None)
-            at_once(self.transport._send(b"\x80" * 1200))
+            self.tap.mark(1200, self.clock.time_s, kind="video", train=None)
+            self.tap.left(1200, self.clock.time_s, has_feedback=True)
 
     def hear(self, data: bytes) -> None:
         self.clock.time_s += 0.03

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import os
 import socket
+import sys
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
@@ -16,12 +18,14 @@ from hypothesis import strategies as st
 
 from wax.clock import SystemClock
 from wax.errors import StartError
-from wax.rtc.one_port import lite_connection
+from wax.rtc.one_port import lite_connection, udp_hub
 from wax.rtc.one_port.lite_connection import LiteConnection
 from wax.rtc.one_port.udp_hub import UdpHub
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Iterator
+    from collections.abc import AsyncIterator, Iterator, Sequence
+
+    from wax.rtc.one_port.lite_agent import Path
 
 HERE: Final = "127.0.0.1"
 ELSEWHERE: Final = "127.0.0.2"
@@ -395,3 +399,84 @@ async def test_an_empty_datagram_is_dropped(rig: Rig) -> None:
     rig.ada.sends(b"from ada")
     async with asyncio.timeout(5):
         assert await rig.ada.peer.recv() == b"from ada"
+
+
+def together(pieces: Sequence[bytes]) -> tuple[memoryview, list[int]]:
+    return memoryview(b"".join(pieces)), [len(piece) for piece in pieces]
+
+
+PICTURE: Final = (b"a" * 900, b"b" * 900, b"c" * 900, b"d" * 899, b"e" * 20)
+
+
+async def test_what_leaves_together_arrives_apart(rig: Rig) -> None:
+    """Datagrams sent in one call are the datagrams that a browser gets, in their order."""
+    await rig.ada.verifies()
+    rig.ada.peer.send_together(*together(PICTURE))
+    assert [await rig.ada.hears() for _ in PICTURE] == list(PICTURE)
+    assert nothing(rig.bob.socket)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux segments datagrams")
+@pytest.mark.parametrize("refusal", [errno.EIO, errno.EINVAL, errno.EMSGSIZE])
+async def test_a_way_that_refuses_segments_is_not_asked_again(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch, refusal: int
+) -> None:
+    """A tunnel or an old kernel may not segment: this viewer's datagrams leave one by one then."""
+    asked: list[int] = []
+
+    def refuse(_bound: socket.socket, datagrams: memoryview, size: int, path: Path) -> None:
+        if len(datagrams) > size:
+            asked.append(size)
+            raise OSError(refusal, "no")
+        send(_bound, datagrams, size, path)
+
+    send = udp_hub._send
+    await rig.ada.verifies()
+    await rig.bob.verifies()
+    monkeypatch.setattr(udp_hub, "_send", refuse)
+    for _ in range(3):
+        rig.ada.peer.send_together(*together(PICTURE))
+        assert [await rig.ada.hears() for _ in PICTURE] == list(PICTURE)
+    assert asked == [900]
+    monkeypatch.undo()
+    rig.bob.peer.send_together(*together(PICTURE))
+    assert [await rig.bob.hears() for _ in PICTURE] == list(PICTURE)
+
+
+async def test_a_full_socket_keeps_the_order(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What it does not take now is sent once it does, and nothing overtakes it."""
+
+    def full(*_: object) -> None:
+        raise BlockingIOError
+
+    await rig.ada.verifies()
+    with monkeypatch.context() as patched:
+        patched.setattr(udp_hub, "_send", full)
+        rig.ada.peer.send_together(*together(PICTURE))
+    assert [await rig.ada.hears() for _ in PICTURE] == list(PICTURE)
+
+
+async def test_an_address_that_cannot_be_reached_ends_nothing(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A route that is gone is that viewer's loss, and segments are tried again when it is back."""
+
+    def unreachable(*_: object) -> None:
+        raise OSError(errno.ENETUNREACH, "gone")
+
+    await rig.ada.verifies()
+    with monkeypatch.context() as patched:
+        patched.setattr(udp_hub, "_send", unreachable)
+        rig.ada.peer.send_together(*together(PICTURE))
+    assert rig.ada.peer._may_segment
+    rig.ada.peer.send_together(*together(PICTURE))
+    assert [await rig.ada.hears() for _ in PICTURE] == list(PICTURE)
+
+
+async def test_a_closed_connection_sends_nothing(rig: Rig) -> None:
+    """Its sender is told by the error that tells of any closed connection."""
+    await rig.ada.verifies()
+    await rig.ada.peer.close()
+    with pytest.raises(ConnectionError):
+        rig.ada.peer.send_together(*together(PICTURE))
+    assert nothing(rig.ada.socket)

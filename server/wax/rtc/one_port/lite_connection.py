@@ -47,6 +47,7 @@ class LiteConnection:
         self._timer: asyncio.TimerHandle | None = None
         self._local: list[Candidate] = []
         self._remote: list[Candidate] = []
+        self._may_segment = True
         # Set by aiortc; a lite agent is always controlled.
         self.ice_controlling = False
         self.remote_is_lite = False
@@ -147,6 +148,15 @@ class LiteConnection:
             raise ConnectionError("the connection is closed")
         if self._agent.selected is not None:
             self._hub.send(self._agent.selected, data)
+
+    def send_together(self, datagrams: memoryview, sizes: Sequence[int]) -> None:
+        """Send datagrams that lie one after the other; as `send` does each."""
+        if self._closed.is_set():
+            raise ConnectionError("the connection is closed")
+        if self._agent.selected is not None:
+            self._may_segment = self._hub.send_together(
+                self._agent.selected, datagrams, sizes, segmented=self._may_segment
+            )
 
     # --- the hub's (HubPeer) -----------------------------------------------------------------
 

@@ -11,17 +11,19 @@ import errno
 import os
 import socket
 import struct
+import sys
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Final, Protocol, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, cast
 
 import structlog
 from aioice.stun import COOKIE, Class, Message, parse_message
 
 from wax.errors import StartError
+from wax.rtc.egress import runs
 from wax.rtc.one_port.lite_agent import Path
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
 _LOG = structlog.get_logger(__name__)
 
@@ -39,6 +41,15 @@ _TRIES: Final = 5
 """For a port that is free on all addresses, where any will do."""
 
 
+_CAN_SEGMENT: Final = sys.platform == "linux"
+_UDP_SEGMENT: Final = 103
+"""A socket option, and ancillary data of one call (linux/udp.h): the size of each datagram."""
+_MOST_SEGMENTS: Final = 64
+"""In one call (UDP_MAX_SEGMENTS)."""
+_REFUSALS: Final = {errno.EINVAL, errno.EIO, errno.EMSGSIZE, errno.EOPNOTSUPP, errno.ENOPROTOOPT}
+"""Of a kernel or an interface that cannot segment, or of a way that takes no such size."""
+
+
 class HubPeer(Protocol):
     """A peer of the hub's; none of these may raise."""
 
@@ -49,6 +60,13 @@ class HubPeer(Protocol):
     def displaced(self, path: Path) -> None:
         """Give up a path, which another peer has verified as its own."""
         ...
+
+
+class _Bound(NamedTuple):
+    """A socket, and asyncio's transport that reads from it."""
+
+    transport: asyncio.DatagramTransport
+    bound: socket.socket
 
 
 class UdpHub:
@@ -62,7 +80,7 @@ class UdpHub:
         self._is_any = port == 0
         self._find = addresses
         self._next = 0
-        self._sockets: dict[int, asyncio.DatagramTransport] = {}
+        self._sockets: dict[int, _Bound] = {}
         self._numbers: dict[str, int] = {}
         self._failed: dict[str, str] = {}
         self._opening = asyncio.Lock()
@@ -89,7 +107,7 @@ class UdpHub:
         async with self._opening:
             wanted = self._find()
             for address in self._numbers.keys() - set(wanted):
-                self._sockets.pop(self._numbers.pop(address)).close()
+                self._sockets.pop(self._numbers.pop(address)).transport.close()
             for address in wanted:
                 if address not in self._numbers:
                     await self._bind(address)
@@ -108,7 +126,7 @@ class UdpHub:
         )
         self._failed.pop(address, None)
         self.port = bound.getsockname()[1]
-        self._sockets[number] = transport
+        self._sockets[number] = _Bound(transport, bound)
         self._numbers[address] = number
 
     def _why_not(self) -> str:
@@ -160,14 +178,41 @@ class UdpHub:
 
     def send(self, path: Path, data: bytes) -> None:
         """Send at once, or not at all."""
-        transport = self._sockets.get(path.socket)
-        if transport is not None and _waiting_bytes(transport) < _MAX_WAITING_BYTES:
-            transport.sendto(data, (path.host, path.port))
+        found = self._sockets.get(path.socket)
+        if found is not None and _waiting_bytes(found.transport) < _MAX_WAITING_BYTES:
+            found.transport.sendto(data, (path.host, path.port))
+
+    def send_together(
+        self, path: Path, datagrams: memoryview, sizes: Sequence[int], *, segmented: bool
+    ) -> bool:
+        """Send datagrams that lie one after the other, each at once or not at all.
+
+        With `segmented`, those of one size leave in one call; returns whether to do so again.
+        """
+        found = self._sockets.get(path.socket)
+        if found is None or (waiting := _waiting_bytes(found.transport)) >= _MAX_WAITING_BYTES:
+            return segmented
+        if waiting or os.name != "posix":
+            _queue(found.transport, datagrams, sizes, path)
+            return segmented
+        index = at = 0
+        for count in runs(sizes, _MOST_SEGMENTS if segmented and _CAN_SEGMENT else 1):
+            end = at + sum(sizes[index : index + count])
+            try:
+                _send(found.bound, datagrams[at:end], sizes[index], path)
+            except BlockingIOError:
+                _queue(found.transport, datagrams[at:], sizes[index:], path)
+                break
+            except OSError as error:  # of this address, which says nothing about the others
+                if count > 1 and error.errno in _REFUSALS:
+                    return self.send_together(path, datagrams[at:], sizes[index:], segmented=False)
+            index, at = index + count, end
+        return segmented
 
     def close(self) -> None:
         """Close every socket; safe to call twice."""
-        for transport in self._sockets.values():
-            transport.close()
+        for bound in self._sockets.values():
+            bound.transport.close()
         self._sockets.clear()
         self._numbers.clear()
 
@@ -217,6 +262,26 @@ class _Socket(asyncio.DatagramProtocol):
 
     def error_received(self, error: Exception) -> None:
         """Ignore an ICMP message about one address, which says nothing about the others."""
+
+
+def _send(bound: socket.socket, datagrams: memoryview, size: int, path: Path) -> None:
+    """Send datagrams of `size` bytes, the last of which may be shorter; raises `OSError`."""
+    address = (path.host, path.port)
+    if len(datagrams) <= size:
+        bound.sendto(datagrams, address)
+    else:
+        segment = (socket.IPPROTO_UDP, _UDP_SEGMENT, struct.pack("=H", size))
+        bound.sendmsg([datagrams], [segment], 0, address)
+
+
+def _queue(
+    transport: asyncio.DatagramTransport, datagrams: memoryview, sizes: Sequence[int], path: Path
+) -> None:
+    """Send behind what asyncio keeps until the socket has room."""
+    at = 0
+    for size in sizes:
+        transport.sendto(bytes(datagrams[at : at + size]), (path.host, path.port))
+        at += size
 
 
 def _waiting_bytes(transport: asyncio.DatagramTransport) -> int:

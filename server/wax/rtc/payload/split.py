@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Final
 
 MIN_PACKET_BYTES: Final = 32
 """The smallest payload limit; below it descriptors would dominate."""
 
 
-def split_evenly(data: bytes, max_bytes: int) -> list[bytes]:
-    """Cut into the fewest pieces of at most `max_bytes`, sizes differing by one byte at most.
+_CUT: Final = 64
+"""How many pictures' pieces are kept for the next viewer: a few renditions, cut in a few ways."""
 
-    A small last packet costs a whole header and tells the estimator less. `max_bytes` is at least
-    1; no data gives no pieces.
+
+@lru_cache(_CUT)
+def split_evenly(data: bytes, max_bytes: int, first_less: int = 0) -> tuple[bytes, ...]:
+    """Cut into the fewest pieces of at most `max_bytes`, all of one size but the ends.
+
+    The first is shorter by `first_less`, for what its header has more; the last takes what is left,
+    by less than a byte a piece. Packets of one size leave in one call; a small last one would cost
+    a whole header, and tell the estimator less. `max_bytes` is at least twice `first_less`, and 1;
+    no data gives no pieces. The same pieces are given again to whoever cuts the same.
     """
-    count = -(-len(data) // max_bytes)
-    if count <= 1:
-        return [data] if data else []
-    size, larger = divmod(len(data), count)
-    cut = larger * (size + 1)
-    return [data[at : at + size + 1] for at in range(0, cut, size + 1)] + [
-        data[at : at + size] for at in range(cut, len(data), size)
-    ]
+    whole = len(data) + first_less
+    count = -(-whole // max_bytes)
+    if count <= 1 or not data:
+        return (data,) if data else ()
+    size = -(-whole // count)
+    first = size - first_less
+    return data[:first], *(data[at : at + size] for at in range(first, len(data), size))

@@ -45,8 +45,11 @@ class Vp8Packetizer:
         droppable: bool,
         keyframe: bool,
         max_bytes: int,
+        first_less: int = 0,
     ) -> list[bytes]:
         """Return one picture's payloads, each of at most `max_bytes` with its descriptor.
+
+        The first is shorter by `first_less` (`split_evenly`).
 
         `layer` is the temporal layer, 0 to 3. `sync` says that the picture depends on the newest
         of layer 0 only, `droppable` that no other depends on it. Call it for pictures that are
@@ -59,7 +62,7 @@ class Vp8Packetizer:
             raise ValueError("a keyframe belongs to layer 0")
         if max_bytes < MIN_PACKET_BYTES:
             raise ValueError(f"a payload needs room for {MIN_PACKET_BYTES} bytes")
-        pieces = split_evenly(data, max_bytes - DESCRIPTOR_BYTES)
+        pieces = split_evenly(data, max_bytes - DESCRIPTOR_BYTES, first_less)
         if not pieces:
             return []
         number = self._numbers(self._numbered_layer(layer, sync), sync)
