@@ -96,6 +96,7 @@ class LossControl:
 
     def __init__(self) -> None:
         self._buckets: deque[_Bucket] = deque()
+        self._packets = self._lost = 0  # of all buckets
         self._bursts = _Bursts()
         self._sound_bursts = _Bursts()
         self._usual_share = 0.0
@@ -106,7 +107,7 @@ class LossControl:
     @property
     def share(self) -> float:
         """The share of packets lost in the last 10 s."""
-        return self._since(-math.inf).lost_share
+        return self._lost / self._packets if self._packets else 0.0
 
     @property
     def congested(self) -> bool:
@@ -119,8 +120,10 @@ class LossControl:
             self._buckets.append(_Bucket(now_s))
         bucket = self._buckets[-1]
         bucket.packets += 1
+        self._packets += 1
         if lost:
             bucket.lost += 1
+            self._lost += 1
         else:
             bucket.arrived_bytes += size_bytes
         self._bursts.add(lost=lost, now_s=now_s)
@@ -160,6 +163,7 @@ class LossControl:
     def forget(self, now_s: float) -> None:
         """Reset the counts, but keep the burst lengths."""
         self._buckets.clear()
+        self._packets = self._lost = 0
         self._congested, self._judged_from_s = False, now_s
 
     def _fallen_bps(self, came_bps: float, rate_bps: float, now_s: float) -> float:
@@ -183,7 +187,9 @@ class LossControl:
             gain = max(_USUAL_GAIN, 1 / (_USUAL_MIN_BUCKETS + self._closed))
             self._usual_share += gain * (bucket.lost / bucket.packets - self._usual_share)
         while self._buckets and self._buckets[0].start_s < now_s - _MEMORY_S:
-            self._buckets.popleft()
+            old = self._buckets.popleft()
+            self._packets -= old.packets
+            self._lost -= old.lost
 
 
 class _Bursts:
