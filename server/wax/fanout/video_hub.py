@@ -181,7 +181,8 @@ class VideoHub:
             self._loop.call_soon_threadsafe(self._fan_out, picture)
 
     def _fan_out(self, picture: EncodedPicture) -> None:
-        calls: list[Callable[[], None]] = [partial(put, picture) for put in self._lanes.values()]
+        takers = [put for lane, put in self._lanes.items() if lane.takes(picture.rendition)]
+        calls: list[Callable[[], None]] = [partial(put, picture) for put in takers]
         if picture.keyframe:  # lanes switch now, after which the old rendition may be unused
             calls.append(self._refresh)
         in_portions(calls)
