@@ -115,6 +115,7 @@ class App:
                 audio_settings=settings.audio,
                 video=self._video,
                 audio=self._audio,
+                upload_bps=settings.network.upload_bps,
             )
         put: Callable[[Picture], None] = self._video.slot.put
         if settings.video.timestamp_overlay:

@@ -137,6 +137,7 @@ class Rig:
             audio_settings=settings.audio,
             video=VideoHub(settings=settings.video, clock=self.clock),
             audio=SoundHub(),
+            upload_bps=settings.network.upload_bps,
         )
         self.house = House()
         self.records = Records(self.clock)
@@ -318,6 +319,18 @@ async def test_a_full_house_says_so(rig: Rig) -> None:
     await rig.enter("bob-1111")
     with pytest.raises(FullError, match="2 places"):
         await rig.room.answer(visitor("eve-1111"), TAB, OFFER)
+    assert len(rig.names()) == 2
+
+
+@pytest.mark.usefixtures("rig")
+async def test_a_full_upload_says_so_to_all_but_who_was_here_and_the_host() -> None:
+    """Who cannot be sent a picture is refused with a sentence; who has a place may return to it."""
+    rig = Rig({"network": {"upload_bps": 60_000}})
+    await rig.enter("ada-1111")
+    with pytest.raises(FullError, match="carries no more viewers"):
+        await rig.room.answer(visitor("eve-1111"), TAB, OFFER)
+    await rig.enter("ada-1111")
+    await rig.enter("host-111", is_host=True)
     assert len(rig.names()) == 2
 
 

@@ -25,8 +25,9 @@ from wax.sync.playout import PlayoutReport, StreamPlayout
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+    from wax.congestion.allocation import Allocation
     from wax.congestion.control import CongestionControl
-    from wax.congestion.delivery import Train
+    from wax.congestion.delivery import LinkEstimate, Train
     from wax.error_boundary import ErrorBoundary
 
 SIZES = VideoSettings()
@@ -39,6 +40,7 @@ class Rig:
 
     rate_bps: float = 20e6
     takes_hold_back: bool = True
+    upload_bps: float = 0
     clock: TurnedClock = field(default_factory=lambda: TurnedClock(100.0))
     told: list[BaseModel] = field(default_factory=list)
     held_ms: list[float] = field(default_factory=list)
@@ -47,14 +49,15 @@ class Rig:
     def __post_init__(self) -> None:
         self.video = VideoHub(settings=SIZES, clock=self.clock)
         self.audio = SoundHub()
-        service = LiveService(
+        self.service = LiveService(
             clock=self.clock,
             video_settings=SIZES,
             audio_settings=AudioSettings(),
             video=self.video,
             audio=self.audio,
+            upload_bps=self.upload_bps,
         )
-        self.streams = service.streams(self, SyncSettings())
+        self.streams = self.service.streams(self, SyncSettings())
         lanes = self.streams.lanes()
         assert isinstance(lanes.picture, VideoLane)
         self.lane, self.congestion = lanes.picture, lanes.congestion
@@ -183,6 +186,68 @@ async def test_a_link_that_narrows_gets_a_fresh_start_with_less() -> None:
     assert later
     assert rig.sizes[-1] != TOP
     assert rig.sizes == sorted(rig.sizes, key=lambda name: name != TOP)
+
+
+async def test_a_short_upload_is_shared_whatever_the_links_carry() -> None:
+    """Alone a viewer is sent what the robot can, beside another half of it, and is told why."""
+    rig = Rig(upload_bps=640_000)
+    rig.begin()
+    await rig.run(8.0)
+    alone = rig.streams.status()
+    assert alone["rendition"] == "320x240 at 300 kbit/s"
+    assert alone["reason"] == "your share of the robot's upload carries about 580 kbit/s"
+    assert rig.service.has_room
+    other = rig.service.streams(rig, SyncSettings())
+    other.lanes()
+    other.want(sound=True, picture=True, size="640x480", policy=None)
+    await rig.run(8.0)
+    assert rig.streams.status()["rendition"] == "320x240 at 120 kbit/s"
+    other.release()
+    await rig.run(8.0)
+    assert rig.streams.status()["rendition"] == alone["rendition"]
+
+
+async def test_a_full_upload_has_no_room() -> None:
+    """Nobody is let in who could be sent no picture; room is there again when somebody leaves."""
+    rig = Rig(upload_bps=60_000)
+    assert rig.service.has_room
+    rig.begin()
+    assert not rig.service.has_room
+    rig.streams.release()
+    assert rig.service.has_room
+
+
+async def test_what_a_decision_sends_does_not_decide_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A pre-roll leaves while it is decided on; counting it must not change what is half done."""
+    rig = Rig()
+    rig.begin()
+    await rig.run(2.0)
+    lane = rig.streams._sound_lane
+    assert lane is not None
+    decided: list[float] = []
+    decide = rig.streams._allocator.decide
+
+    def counted(*estimates: LinkEstimate, **wanted: Any) -> Allocation:
+        decided.append(rig.clock.now_s())
+        return decide(*estimates, **wanted)
+
+    def send() -> None:
+        while lane.take() is not None:
+            rig.clock.time_s += 0.6
+            rig.congestion.sent(1200, rig.clock.now_s(), is_media=True)
+
+    monkeypatch.setattr(rig.streams._allocator, "decide", counted)
+    rig.streams.want(sound=False, picture=True, size="640x480", policy=None)
+    lane.listen(send)
+    decided.clear()
+    began_s = rig.clock.now_s()
+    rig.streams.want(sound=True, picture=True, size="640x480", policy=None)
+    assert rig.clock.now_s() > began_s, "nothing was sent ahead"
+    assert len(decided) == 1
+    rig.congestion.sent(1200, rig.clock.now_s() + 0.6, is_media=True)
+    assert len(decided) == 2
 
 
 async def test_a_picture_that_lost_its_thread_is_helped_when_there_is_room() -> None:

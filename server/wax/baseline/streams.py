@@ -257,6 +257,7 @@ class BaselineService:
     acknowledged = True
     state_messages = MessageRate(rate_hz=120.0, burst=200)
     codecs = Codecs(audio="pcmu", video="vp8")
+    has_room = True
 
     def __init__(
         self, *, clock: Clock, settings: ThesisSettings, video: VideoHub, audio: UnitHub

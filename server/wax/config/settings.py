@@ -141,6 +141,7 @@ class NetworkSettings(_Section):
     public_addresses: Annotated[list[IpAddress], Field(max_length=4)] = []
     interfaces: Annotated[list[Interface], Field(max_length=16)] = []
     stun: Annotated[list[StunUrl], Field(max_length=4)] = []
+    upload_bps: Annotated[int, Field(ge=0, le=10_000_000_000)] = 0
 
     @field_validator("public_addresses")
     @classmethod

@@ -42,3 +42,11 @@ class Allocation:
     sound: SoundForm | None
     redundancy: int
     reason: str
+
+
+def area(size: str) -> int:
+    """Return the pixels of a size as "640x480"; raises ValueError for any other text."""
+    width, _, height = size.partition("x")
+    if not (width.isascii() and width.isdecimal() and height.isascii() and height.isdecimal()):
+        raise ValueError(f"{size} is no size; write it as 640x480")
+    return int(width) * int(height)

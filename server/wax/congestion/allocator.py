@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from wax.congestion.allocation import Allocation
+from wax.congestion.allocation import Allocation, area
 from wax.congestion.sound_choice import Budget, SoundChoice
 from wax.congestion.wire_cost import picture_bps
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from wax.congestion.allocation import SoundForm, Step
     from wax.congestion.delivery import LinkEstimate
 
-_FIT_SHARE: Final = 0.85
+FIT_SHARE: Final = 0.85
 """Share of the rate that a chosen step may take; the rest is for keyframes and jitter. Ours.
 Half: lte-edge: use 95 % → 34 %; double: short-queue: picture 156 ms → 453 ms."""
 
@@ -117,7 +117,7 @@ class Allocator:
         if not steps or not sounds:
             raise ValueError("a ladder needs at least one step and one form of the sound")
         self._steps = tuple(sorted(steps, key=lambda step: -step.bitrate_bps))
-        self._areas = tuple(_area(step.size) for step in self._steps)
+        self._areas = tuple(area(step.size) for step in self._steps)
         self._sound = SoundChoice(sounds)
         self._now_s = self._begun_s = -math.inf
         self._at: int | None = None
@@ -155,7 +155,7 @@ class Allocator:
         if self._begun_s == -math.inf:
             self._begun_s = self._now_s
         quick = estimate.state == "starting" or self._now_s - self._begun_s < _STARTUP_S
-        budget = Budget(estimate.rate_bps, _FIT_SHARE, other_bps)
+        budget = Budget(estimate.rate_bps, FIT_SHARE, other_bps)
         form, redundancy = None, 0
         if sound:
             form, redundancy = self._sound.choose(
@@ -219,7 +219,7 @@ class Allocator:
     def _target(self, estimate: LinkEstimate, budget: Budget, allowed: Sequence[int]) -> int:
         if estimate.assumed:
             return allowed[-1]  # the assumed rate would overload a modem line
-        left_bps = self._sound.left_bps(budget, _FIT_SHARE)
+        left_bps = self._sound.left_bps(budget, FIT_SHARE)
         fitting = (
             at for at in allowed if picture_bps(self._steps[at], 0, estimate.rate_bps) <= left_bps
         )
@@ -277,13 +277,14 @@ class Allocator:
         self._at = at
 
     def _allowed(self, size: str) -> list[int]:
-        area = _area(size)
-        fitting = [at for at, other in enumerate(self._areas) if other <= area]
+        most = area(size)
+        fitting = [at for at, other in enumerate(self._areas) if other <= most]
         least = min(self._areas)
         return fitting or [at for at, other in enumerate(self._areas) if other == least]
 
     def _reason(self, estimate: LinkEstimate, allowed: Sequence[int]) -> str:
-        carries = f"the link carries about {_rate(estimate.rate_bps)}"
+        what = "the link" if estimate.limit == "link" else "your share of the robot's upload"
+        carries = f"{what} carries about {_rate(estimate.rate_bps)}"
         if estimate.state == "blind":
             return "nothing is heard from the browser"
         if self._at is None:
@@ -295,13 +296,6 @@ class Allocator:
         if estimate.state == "starting":
             return "finding out what the link carries"
         return carries
-
-
-def _area(size: str) -> int:
-    width, _, height = size.partition("x")
-    if not (width.isascii() and width.isdecimal() and height.isascii() and height.isdecimal()):
-        raise ValueError(f"{size} is no size; write it as 640x480")
-    return int(width) * int(height)
 
 
 def _rate(bps: float) -> str:

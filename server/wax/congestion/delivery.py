@@ -47,7 +47,8 @@ class LinkEstimate:
     of the last second. `queue_ms` is the queuing delay now; `jitter_ms` is the delay variation of
     the sound (99th percentile). `lost` is the share of packets lost lately, and `burst` the number
     lost in a row (95th percentile), both of the sound if it is sent. `assumed`: no picture has come
-    through yet, so the rate is a guess.
+    through yet, so the rate is a guess. `limit` is what limits the rate: the link, or what the
+    robot has left to send over it.
     """
 
     state: LinkState
@@ -59,3 +60,4 @@ class LinkEstimate:
     burst: int
     round_trip_ms: float | None
     assumed: bool = False
+    limit: Literal["link", "upload"] = "link"

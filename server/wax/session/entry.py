@@ -6,6 +6,7 @@ import asyncio
 from typing import TYPE_CHECKING
 from weakref import WeakValueDictionary
 
+from wax.errors import FullError
 from wax.rtc.peer import Peer
 from wax.rtc.signalling import clean_offer
 from wax.session.newcomers import Asking, Newcomers
@@ -112,10 +113,15 @@ class Entry:
         others = [one.visitor for one in self._viewers if one is not viewer]
         if viewer is None:
             self._access.admission.check_tabs(visitor, others)
+        asking = _asking(visitor, viewer)
+        if not (self._service.has_room or asking.is_host or asking.has_been_here):
+            raise FullError(
+                "The robot's connection carries no more viewers; try again later.", retry_after_s=5
+            )
         number = self._viewers.take_number() if viewer is None else viewer.number
         self._newcomers.admit(
             number,
-            _asking(visitor, viewer),
+            asking,
             [_asking(one, None) for one in others],
             self._clock.now_s(),
             lambda: self._abandon(number),

@@ -146,6 +146,11 @@ class Service(Protocol):
     """How often a page may write on the state channel."""
 
     @property
+    def has_room(self) -> bool:
+        """Whether the robot's upload carries one more observer, with picture and sound."""
+        ...
+
+    @property
     def sizes(self) -> Sequence[str]:
         """The sizes on offer, the default first."""
         ...

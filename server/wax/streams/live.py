@@ -7,10 +7,12 @@ Three decisions are made for each viewer, each by pure code: what their link car
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from wax.congestion.allocator import Allocator
 from wax.congestion.sender_side import SenderSideControl
+from wax.congestion.upload_budget import UploadBudget
 from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, Units
 from wax.streams.playout_controller import PlayoutController
 from wax.streams.rendition_ladder import RenditionLadder
@@ -46,6 +48,7 @@ class LiveStreams:
         video: VideoHub,
         audio: SoundHub,
         ladder: RenditionLadder,
+        budget: UploadBudget,
         page: Page,
         sync: SyncSettings,
     ) -> None:
@@ -53,12 +56,14 @@ class LiveStreams:
         self._video = video
         self._audio = audio
         self._ladder = ladder
+        self._budget = budget
         self._page = page
         self._role_sync = sync
         self._wanted_policy: Policy | None = None
         self._size: str | None = video.sizes[0]
         self._sound_wanted = False
         self._is_ready = False
+        self._is_deciding = False
         self._drives = False
         self._picture_lane: VideoLane | None = None
         self._sound_lane: SoundLane | None = None
@@ -107,6 +112,7 @@ class LiveStreams:
         if self._picture_lane is not None and self._sound_lane is not None:
             self._video.remove(self._picture_lane)
             self._audio.remove(self._sound_lane)
+        self._budget.leave(self)
         self._picture_lane = self._sound_lane = None
         self._sound_wanted = False
         self._is_ready = False
@@ -171,10 +177,20 @@ class LiveStreams:
         self._decide(self._congestion.estimate(now_s), now_s)
 
     def _decide(self, estimate: LinkEstimate, now_s: float) -> None:
+        """Decide anew. What is sent while that is carried out, as a pre-roll, is for the next."""
+        if self._is_deciding:
+            return
+        self._is_deciding = True
+        try:
+            self._carry_out(estimate, now_s)
+        finally:
+            self._is_deciding = False
+
+    def _carry_out(self, estimate: LinkEstimate, now_s: float) -> None:
         if self._picture_lane is None or self._sound_lane is None:
             return
         allocation = self._allocator.decide(
-            estimate,
+            self._within_budget(estimate, now_s),
             size=self._size,
             sound=self._sound_wanted,
             sound_form=self._fixed_form(),
@@ -188,6 +204,14 @@ class LiveStreams:
         if self._is_ready:
             in_step = self._playout.is_in_step
             self._notifier.tell(estimate, allocation, in_step=in_step, now_s=now_s)
+
+    def _within_budget(self, estimate: LinkEstimate, now_s: float) -> LinkEstimate:
+        """Return the estimate of a link that carries no more than this viewer's share."""
+        wants_bps = min(estimate.rate_bps, self._ladder.most_bps(self._size))
+        share_bps = self._budget.share_bps(self, wants_bps, drives=self._drives, now_s=now_s)
+        if share_bps >= wants_bps:
+            return estimate
+        return replace(estimate, rate_bps=share_bps, limit="upload")
 
     def _send_picture(
         self,
@@ -246,12 +270,19 @@ class LiveService:
         audio_settings: AudioSettings,
         video: VideoHub,
         audio: SoundHub,
+        upload_bps: float = 0,
     ) -> None:
+        """`upload_bps` is what all viewers together may be sent, 0 for no limit."""
         self.codecs = Codecs(audio="opus", video=video_settings.codec)
         self._clock = clock
         self._video = video
         self._audio = audio
         self._ladder = RenditionLadder(video_settings, audio_settings)
+        self._budget = UploadBudget(upload_bps)
+
+    @property
+    def has_room(self) -> bool:
+        return self._budget.next_bps() >= self._ladder.least_bps
 
     @property
     def sizes(self) -> Sequence[str]:
@@ -263,6 +294,7 @@ class LiveService:
             video=self._video,
             audio=self._audio,
             ladder=self._ladder,
+            budget=self._budget,
             page=page,
             sync=sync,
         )

@@ -6,7 +6,9 @@ from itertools import pairwise
 from math import sqrt
 from typing import TYPE_CHECKING, Final
 
-from wax.congestion.allocation import SoundForm, Step
+from wax.congestion.allocation import SoundForm, Step, area
+from wax.congestion.allocator import FIT_SHARE
+from wax.congestion.wire_cost import picture_bps, sound_bps
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -29,6 +31,21 @@ class RenditionLadder:
         self._shared = [_step(one, layers) for one in video.renditions]
         self._own = [_step(one, layers) for one in own]
         self._forms = [SoundForm(one.mu_ms, one.bitrate_bps) for one in audio.forms]
+
+    def most_bps(self, size: str | None) -> float:
+        """Return the rate of a link on which pictures of at most `size` could not be better.
+
+        It is more than they take, since a part of it is kept free. None is for sound alone.
+        """
+        fitting = (one for one in self._shared if size is not None and area(one.size) <= area(size))
+        picture = max((picture_bps(one, 0, one.bitrate_bps) for one in fitting), default=0.0)
+        return (picture + sound_bps(self._forms[0], 0)) / FIT_SHARE
+
+    @property
+    def least_bps(self) -> float:
+        """The rate on the wire of the smallest picture with the sound that goes with it."""
+        step, form = self._shared[-1], self._forms[-1]
+        return picture_bps(step, 0, step.bitrate_bps) + sound_bps(form, 0)
 
     def steps(self, *, is_own: bool) -> Sequence[Step]:
         """Return the shared renditions, or the finer ladder of a viewer with their own encoder.

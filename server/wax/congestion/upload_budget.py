@@ -1,0 +1,76 @@
+"""Shares the robot's upload among its viewers: the operator first, everybody else alike. Pure.
+
+Max-min fairness by filling (Bertsekas and Gallager, Data Networks, 6.5.2): no observer gets more
+than another who wants more, and nothing is kept back that somebody wants.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable
+
+_MEDIA_SHARE: Final = 0.9
+"""Of the upload; the rest is for retransmissions, keyframes, and the page itself. Ours.
+Half: the same; double: the same."""
+_FILL_S: Final = 0.1
+"""How long a level holds while nobody comes, goes, or begins to drive. Links are estimated as
+often. Ours.
+Half: the same; double: the same."""
+
+
+@dataclass(slots=True)
+class _Want:
+    bps: float
+    drives: bool
+
+
+class UploadBudget:
+    """`upload_bps` for all; 0 is no limit. `who` is anything by which a viewer is known."""
+
+    def __init__(self, upload_bps: float) -> None:
+        self._all_bps = _MEDIA_SHARE * upload_bps if upload_bps > 0 else float("inf")
+        self._wants: dict[Hashable, _Want] = {}
+        self._level_bps = self._all_bps
+        self._filled_s = float("-inf")
+
+    def share_bps(self, who: Hashable, wants_bps: float, *, drives: bool, now_s: float) -> float:
+        """Return how much of what one viewer wants they may be sent from now on."""
+        if self._all_bps == float("inf"):
+            return wants_bps
+        known = self._wants.get(who)
+        self._wants[who] = _Want(wants_bps, drives)
+        is_new = known is None or known.drives != drives
+        if is_new or not 0 <= now_s - self._filled_s < _FILL_S:
+            self._filled_s = now_s
+            self._level_bps = _level(self._left_bps(), self._observers())
+        return min(wants_bps, self._all_bps if drives else self._level_bps)
+
+    def leave(self, who: Hashable) -> None:
+        """Give their share to the others; safe to call twice."""
+        if self._wants.pop(who, None) is not None:
+            self._filled_s = float("-inf")
+
+    def next_bps(self) -> float:
+        """Return what one more observer would get who takes whatever there is."""
+        return _level(self._left_bps(), [*self._observers(), float("inf")])
+
+    def _left_bps(self) -> float:
+        driven_bps = sum(one.bps for one in self._wants.values() if one.drives)
+        return max(self._all_bps - driven_bps, 0.0)
+
+    def _observers(self) -> list[float]:
+        return [one.bps for one in self._wants.values() if not one.drives]
+
+
+def _level(left_bps: float, wants_bps: list[float]) -> float:
+    """Return the most that anybody gets, so that all together get `left_bps` or what they want."""
+    waiting = len(wants_bps)
+    for wants in sorted(wants_bps):
+        if wants * waiting >= left_bps:
+            return left_bps / waiting
+        left_bps -= wants
+        waiting -= 1
+    return float("inf")
