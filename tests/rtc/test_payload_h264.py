@@ -31,6 +31,10 @@ streams = st.lists(
 )
 
 
+def packets(data: bytes, *, max_bytes: int) -> list[bytes]:
+    return [head + piece for head, piece in h264.packets(data, max_bytes=max_bytes)]
+
+
 def unpacked(payloads: list[bytes]) -> bytes:
     return b"".join(H264PayloadDescriptor.parse(payload)[1] for payload in payloads)
 
@@ -39,7 +43,7 @@ def unpacked(payloads: list[bytes]) -> bytes:
 def test_what_goes_in_comes_out(stream: list[tuple[bytes, bytes, int]], max_bytes: int) -> None:
     """Any NAL units, behind either start code and with zeros after them, by aiortc's reading."""
     data = b"".join(start + unit + bytes(zeros) for start, unit, zeros in stream)
-    payloads = h264.packets(data, max_bytes=max_bytes)
+    payloads = packets(data, max_bytes=max_bytes)
     assert unpacked(payloads) == b"".join(START + unit for _, unit, _ in stream)
     assert all(len(payload) <= max_bytes for payload in payloads)
 
@@ -47,7 +51,7 @@ def test_what_goes_in_comes_out(stream: list[tuple[bytes, bytes, int]], max_byte
 @given(units, st.integers(32, 1300))
 def test_a_large_unit_is_cut_into_parts_of_one_size(unit: bytes, max_bytes: int) -> None:
     """As few parts as can be; the first and the last are marked and no other is."""
-    payloads = h264.packets(START + unit, max_bytes=max_bytes)
+    payloads = packets(START + unit, max_bytes=max_bytes)
     if len(unit) <= max_bytes:
         assert payloads == [unit]
         return
@@ -65,20 +69,20 @@ def test_small_units_share_a_packet() -> None:
     """Parameter sets and a small picture travel together, as important as the most important."""
     sets, picture = [b"\x67abc", b"\x68de"], b"\x65" + b"x" * 40
     data = b"".join(START + unit for unit in [*sets, picture])
-    assert h264.packets(data, max_bytes=55) == [
+    assert packets(data, max_bytes=55) == [
         b"\x78" + b"\x00\x04\x67abc" + b"\x00\x03\x68de" + b"\x00\x29" + picture
     ]
-    assert h264.packets(data, max_bytes=54) == [
+    assert packets(data, max_bytes=54) == [
         b"\x78" + b"\x00\x04\x67abc" + b"\x00\x03\x68de",
         picture,
     ]
-    assert h264.packets(START + b"\x06m" + START + b"\xa1n", max_bytes=55)[0][0] == 0x80 | 0x20 | 24
+    assert packets(START + b"\x06m" + START + b"\xa1n", max_bytes=55)[0][0] == 0x80 | 0x20 | 24
 
 
 def test_a_large_unit_between_small_ones_keeps_its_place() -> None:
     """What was gathered leaves before it, what follows starts anew."""
     units = [b"\x67a", b"\x68b", b"\x65" + b"x" * 100, b"\x06c", b"\x06d"]
-    payloads = h264.packets(b"".join(START + unit for unit in units), max_bytes=64)
+    payloads = packets(b"".join(START + unit for unit in units), max_bytes=64)
     assert [payload[0] & 31 for payload in payloads] == [24, 28, 28, 24]
     assert unpacked(payloads) == b"".join(START + unit for unit in units)
 
@@ -86,13 +90,13 @@ def test_a_large_unit_between_small_ones_keeps_its_place() -> None:
 @pytest.mark.parametrize("data", [b"", b"no start code", b"\x00\x00\x01", START + START])
 def test_what_holds_no_unit_makes_no_packet(data: bytes) -> None:
     """Nothing is sent for nothing."""
-    assert h264.packets(data, max_bytes=100) == []
+    assert packets(data, max_bytes=100) == []
 
 
 def test_too_little_room_is_refused() -> None:
     """Below 32 bytes a packet is hardly more than its headers."""
     with pytest.raises(ValueError, match="32 bytes"):
-        h264.packets(START + b"\x65abc", max_bytes=31)
+        packets(START + b"\x65abc", max_bytes=31)
 
 
 @pytest.mark.parametrize("max_bytes", [200, 1200])
@@ -105,7 +109,7 @@ def test_real_pictures_arrive(max_bytes: int) -> None:
         encoded = encoder.encode(Picture(noise, 1 + index / 30), keyframe=False)
         assert encoded is not None
         data = encoded.data
-        payloads = h264.packets(data, max_bytes=max_bytes)
+        payloads = packets(data, max_bytes=max_bytes)
         assert all(len(payload) <= max_bytes for payload in payloads)
         found = unpacked(payloads).replace(START, START[1:])
         assert found == data.replace(START, START[1:])

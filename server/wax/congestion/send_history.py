@@ -6,8 +6,8 @@ from array import array
 from bisect import bisect_right
 from typing import Final
 
-_KEPT_PACKETS: Final = 4096
-"""Datagrams kept at least: 8 s at the 500 a second of the largest rendition. Bounds the memory;
+_KEPT_PACKETS: Final = 2048
+"""Datagrams kept at least: 4 s at the 500 a second of the largest rendition. Bounds the memory;
 `between` and `queue_s` look back 2 s and one round trip."""
 
 _USED_S: Final = 1.0

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from wax.congestion.delivery import Train
     from wax.rtc.lane import Picture, PictureLane
+    from wax.rtc.payload.split import Payload
 
 _TICK_S: Final = 0.001
 """An event loop's timer resolution."""
@@ -122,10 +123,11 @@ class PictureSender(Sender):
                 ssrc=self.ssrc,
                 timestamp=timestamp,
                 marker=index == len(payloads) - 1,
-                payload=payload,
+                head=head,
+                payload=piece,
                 playout_delay=self._playout_delay if index == 0 else None,
             )
-            for index, payload in enumerate(payloads)
+            for index, (head, piece) in enumerate(payloads)
         )
         return _UnderWay(picture, train, packets, now_s)
 
@@ -159,13 +161,13 @@ class PictureSender(Sender):
                 payload_type=self._extra_payload_type,
                 sequence_number=self._rtx_number,
                 ssrc=self.rtx_ssrc,
-                payload=number.to_bytes(2, "big") + lost.payload,
+                head=number.to_bytes(2, "big") + lost.head,
             )
             self._rtx_number = (self._rtx_number + 1) % UINT16
         self._transmit([again], now_s, kind="repeat")
 
 
-def _packetizer(codec: Literal["vp8", "h264"]) -> Callable[[Picture, int, int], list[bytes]]:
+def _packetizer(codec: Literal["vp8", "h264"]) -> Callable[[Picture, int, int], list[Payload]]:
     """Make what cuts a picture: into payloads of at most so many bytes, the first with so less."""
     if codec == "h264":
         return lambda picture, max_bytes, _less: h264.packets(picture.data, max_bytes=max_bytes)

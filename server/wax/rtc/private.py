@@ -26,6 +26,7 @@ from aiortc import (
     RTCIceGatherer,
     RTCIceTransport,
     RTCPeerConnection,
+    RTCRtpReceiver,
     RTCRtpSender,
     RTCSctpTransport,
     rtcdtlstransport,
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
 
 _FOR_EVER: Final = 10**9
 _SENDER: Final = "_RTCRtpTransceiver__sender"
+_RATE: Final = "_RTCRtpReceiver__remote_bitrate_estimator"
 _OFFER: Final = "_RTCPeerConnection__pendingRemoteDescription"
 _FEEDBACK: Final = RTCRtcpFeedback(type="transport-cc")
 _RED: Final = "audio/red"
@@ -107,6 +109,7 @@ def check() -> None:
                 sets(RTCPeerConnection, _OFFER),
             ),
             ("RTCRtpTransceiver.__sender", sets(RTCRtpTransceiver, _SENDER)),
+            ("RTCRtpReceiver.__remote_bitrate_estimator", sets(RTCRtpReceiver, _RATE)),
             ("RTCRtpTransceiver._codecs", sets(RTCRtpTransceiver, "_codecs")),
             ("RTCRtpTransceiver._headerExtensions", sets(RTCRtpTransceiver, "_headerExtensions")),
             ("RTCRtpSender._ssrc", sets(RTCRtpSender, "_ssrc")),
@@ -390,8 +393,12 @@ class MediaTransport:
 
 
 def put_sender(transceiver: RTCRtpTransceiver, sender: SenderInPlace) -> None:
-    """Use our sender in this transceiver; aiortc has no public way to do that."""
+    """Use our sender in this transceiver; aiortc has no public way to do that.
+
+    Nothing is received, so what estimates the rate of that (95 KiB) is not kept.
+    """
     setattr(transceiver, _SENDER, sender)
+    setattr(transceiver.receiver, _RATE, None)
 
 
 def widen(pc: RTCPeerConnection, extensions: Collection[str]) -> None:

@@ -59,6 +59,8 @@ class Packet(NamedTuple):
     marker: bool
     payload: bytes
     playout_delay: PlayoutDelay | None = None
+    head: bytes = b""
+    """What comes before the payload: its descriptor, apart from what all viewers share."""
 
     def to_bytes(self, extensions: bytes) -> bytes:
         """Return it as it is sent; `extensions` as `extension_block` makes them, or empty."""
@@ -69,7 +71,7 @@ class Packet(NamedTuple):
             self.timestamp,
             self.ssrc,
         )
-        return b"".join((header, extensions, self.payload))
+        return b"".join((header, extensions, self.head, self.payload))
 
 
 def extension_block(

@@ -64,7 +64,7 @@ class SenderContext:
 
 def wire_bytes(packet: rtp.Packet) -> int:
     """Return about the size of the packet's datagram, all headers included."""
-    return len(packet.payload) + _RTP_BYTES + _SRTP_BYTES + UDP_IP_BYTES
+    return len(packet.head) + len(packet.payload) + _RTP_BYTES + _SRTP_BYTES + UDP_IP_BYTES
 
 
 class Sender(private.SenderInPlace):
@@ -200,7 +200,7 @@ class Sender(private.SenderInPlace):
         """Send packets of the stream, which leave together."""
         self._transmit(packets, now_s, kind=self.kind, train=train)
         self._packets += len(packets)
-        self._octets += sum([len(one.payload) for one in packets])
+        self._octets += sum([len(one.head) + len(one.payload) for one in packets])
 
     def _transmit(
         self,

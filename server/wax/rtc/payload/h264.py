@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from wax.rtc.payload.split import MIN_PACKET_BYTES, split_evenly
+from wax.rtc.payload.split import MIN_PACKET_BYTES, Payload, split_evenly
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -19,7 +19,7 @@ _FU_FIRST: Final = 0x80
 _FU_LAST: Final = 0x40
 
 
-def packets(data: bytes, *, max_bytes: int) -> list[bytes]:
+def packets(data: bytes, *, max_bytes: int) -> list[Payload]:
     """Return one picture's payloads of at most `max_bytes` each; `data` is an Annex B stream.
 
     Consecutive small NAL units share a packet (STAP-A), large ones are split into equal parts
@@ -28,7 +28,7 @@ def packets(data: bytes, *, max_bytes: int) -> list[bytes]:
     """
     if max_bytes < MIN_PACKET_BYTES:
         raise ValueError(f"a payload needs room for {MIN_PACKET_BYTES} bytes")
-    payloads: list[bytes] = []
+    payloads: list[Payload] = []
     together: list[bytes] = []
     room = 0
     for unit in _units(data):
@@ -56,19 +56,18 @@ def _units(data: bytes) -> Iterator[bytes]:
         at = following
 
 
-def _joined(units: list[bytes]) -> list[bytes]:
+def _joined(units: list[bytes]) -> list[Payload]:
     if len(units) < 2:
-        return units
+        return [(b"", unit) for unit in units]
     header = _STAP_A | max(unit[0] & _IMPORTANCE for unit in units)
     if any(unit[0] & _FORBIDDEN for unit in units):
         header |= _FORBIDDEN
-    return [
-        bytes((header,)) + b"".join(len(unit).to_bytes(2, "big") + unit for unit in units),
-    ]
+    together = b"".join(len(unit).to_bytes(2, "big") + unit for unit in units)
+    return [(bytes((header,)), together)]
 
 
-def _fragments(unit: bytes, max_bytes: int) -> list[bytes]:
+def _fragments(unit: bytes, max_bytes: int) -> list[Payload]:
     indicator, kind = unit[0] & ~_TYPE | _FU_A, unit[0] & _TYPE
     parts = split_evenly(unit[1:], max_bytes - 2)
     heads = [kind | _FU_FIRST, *([kind] * (len(parts) - 2)), kind | _FU_LAST]
-    return [bytes((indicator, head)) + part for head, part in zip(heads, parts, strict=True)]
+    return [(bytes((indicator, head)), part) for head, part in zip(heads, parts, strict=True)]

@@ -9,6 +9,9 @@ MIN_PACKET_BYTES: Final = 32
 """The smallest payload limit; below it descriptors would dominate."""
 
 
+Payload = tuple[bytes, bytes]
+"""A payload: a head that is one viewer's, and a piece of the picture, which all of them share."""
+
 _CUT: Final = 64
 """How many pictures' pieces are kept for the next viewer: a few renditions, cut in a few ways."""
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from wax.rtc.payload.split import MIN_PACKET_BYTES, split_evenly
+from wax.rtc.payload.split import MIN_PACKET_BYTES, Payload, split_evenly
 
 DESCRIPTOR_BYTES: Final = 6
 
@@ -46,7 +46,7 @@ class Vp8Packetizer:
         keyframe: bool,
         max_bytes: int,
         first_less: int = 0,
-    ) -> list[bytes]:
+    ) -> list[Payload]:
         """Return one picture's payloads, each of at most `max_bytes` with its descriptor.
 
         The first is shorter by `first_less` (`split_evenly`).
@@ -67,9 +67,11 @@ class Vp8Packetizer:
             return []
         number = self._numbers(self._numbered_layer(layer, sync), sync)
         first = _EXTENDED | (_NON_REFERENCE if droppable else 0)
-        payloads = [bytes((first | _START,)) + number + pieces[0]]
-        payloads += [bytes((first,)) + number + piece for piece in pieces[1:]]
-        return payloads
+        head = bytes((first,)) + number
+        return [
+            (bytes((first | _START,)) + number, pieces[0]),
+            *((head, piece) for piece in pieces[1:]),
+        ]
 
     def _numbered_layer(self, layer: int, sync: bool) -> int:
         """Return the layer that the picture is numbered in, and remember it.
