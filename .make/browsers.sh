@@ -95,6 +95,13 @@ want_relay() {
         _missing "the relay cannot be tested; type: sudo apt-get install -y coturn"
 }
 
+# What the benchmarks compare a viewer's cost with; without it that column stays empty.
+want_janus() {
+    [ "$(uname)" = Linux ] || return 0
+    command -v janus >/dev/null || apt_install janus ||
+        say "Janus cannot be compared with; type: sudo apt-get install -y janus"
+}
+
 # Everything that tests and lab drive.
 want_all() {
     want_playwright

@@ -10,7 +10,7 @@ export PATH PYTHON
 suite=$1
 shift
 case $suite in
-bench) want_playwright && want_chromium ;;
+bench) want_playwright && want_chromium && want_janus ;;
 faults)
     want_playwright && want_chromium
     sh .make/firmware.sh board >/dev/null

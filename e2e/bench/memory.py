@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 VIEWERS: Final = {WAX: (1, 2, 4, 8, 16), STOCK: (1, 2, 4)}
 ONE_MIB: Final = 250.0
-FURTHER_MIB: Final = 2.0
+FURTHER_MIB: Final = 0.5
 FLAT_MIB: Final = 2.0
 """Growth over all joins and leaves that still counts as flat: the allocator's own unrest."""
 BATCHES: Final = 10

@@ -12,15 +12,17 @@ from typing import TYPE_CHECKING, Any, Final
 from e2e.bench.process import ProcessMeter, pinned
 from e2e.crowd.sample import Offering
 from e2e.harness import toml
-from e2e.harness.server import Server
+from e2e.harness.server import Server, free_port
 from e2e.measure.errors import MeasureError
 from e2e.measure.suite import ROOT
+from e2e.peers import janus
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
 WAX: Final = "WAX"
 STOCK: Final = "stock aiortc"
+JANUS: Final = "Janus"
 SIDES: Final = (WAX, STOCK)
 
 _SETTINGS: Final[dict[str, Any]] = {
@@ -59,7 +61,28 @@ class MeasuredServer(Server):
 
     @property
     def offering(self) -> Offering:
-        return Offering(url=self.url, wax=self.side == WAX)
+        return Offering(url=self.url, how="wax" if self.side == WAX else "stock")
+
+    async def dropped(self) -> int:
+        """Return what our server itself has dropped; the others do not report it."""
+        if self.side != WAX:
+            return 0
+        streams = (await self.status())["streams"]
+        return sum(int(streams[kind]["dropped"]) for kind in ("video", "audio"))
+
+
+class JanusServer:
+    """Janus, kept on a core; what feeds it is not counted."""
+
+    side = JANUS
+
+    def __init__(self, pid: int, url: str) -> None:
+        self.meter = ProcessMeter(pid)
+        self.offering = Offering(url=url, how="janus")
+
+    async def dropped(self) -> int:
+        """Return 0: it tells nobody."""
+        return 0
 
 
 @asynccontextmanager
@@ -78,3 +101,14 @@ async def serving(
             yield server
         finally:
             await server.kill()
+
+
+@asynccontextmanager
+async def serving_janus(core: int, feeders_core: int) -> AsyncIterator[JanusServer]:
+    """Serve by Janus; raises `NotRunError` where there is none."""
+    port = free_port()
+    with TemporaryDirectory(prefix="janus-") as folder, pinned(core):
+        async with janus.running(Path(folder), port) as process:
+            with pinned(feeders_core):
+                async with janus.feeding(port):
+                    yield JanusServer(process.pid, f"http://127.0.0.1:{port}/janus")

@@ -9,7 +9,7 @@ from e2e.bench.fan_out import fan_out
 from e2e.bench.first_picture import first_picture
 from e2e.bench.key_to_byte import key_to_byte
 from e2e.bench.memory import memory
-from e2e.bench.servers import STOCK, WAX
+from e2e.bench.servers import JANUS, STOCK, WAX
 from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Case, Suite
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ SUITE: Final = Suite(
     name="bench",
     about="Measure WAX and a stock aiortc server, the same work on the same machine.",
     measures=(*SERVER, *PAGE, *FIRMWARE, "e2e/peers/stock.py"),
-    columns=(WAX, STOCK),
+    columns=(WAX, STOCK, JANUS),
     cases=(
         _case("fan-out", 6, fan_out, "windows of 2 s for each number of viewers", 1),
         _case("first-picture", 20, first_picture, "page loads", 3),
@@ -38,6 +38,8 @@ SUITE: Final = Suite(
     notes=(
         "Stock is aiortc as its examples have it: MediaRelay, an encoder for each peer; a second "
         "of its first picture is waiting for names that nobody answers.",
+        "Janus: Debian’s, its streaming plugin fed by RTP, which encodes nothing and estimates no "
+        "link.",
         "640×480 at 30 fps; for the fan-out the server is held to one core.",
     ),
 )

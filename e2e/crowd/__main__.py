@@ -1,7 +1,7 @@
 """``python -m e2e.crowd URL HOW SLOW``: hold a crowd until the input ends.
 
-HOW is ``wax`` or ``stock``; the first SLOW viewers are behind a modem each. Each line of the input
-is a `Request`, answered by a line with a `Sample`.
+HOW is ``wax``, ``stock`` or ``janus``; the first SLOW viewers are behind a modem each. Each line of
+the input is a `Request`, answered by a line with a `Sample`.
 """
 
 from __future__ import annotations
@@ -11,12 +11,13 @@ import sys
 import time
 from contextlib import AsyncExitStack
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast, get_args
 
 import aiohttp
 from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
 
-from e2e.crowd.sample import Offering, Request, Sample, ViewerCounts
+from e2e.crowd.janus import JanusViewer
+from e2e.crowd.sample import How, Offering, Request, Sample, ViewerCounts
 from wax.client import Client
 from wax.client.media import Media
 from wax.client.sdp import as_browser
@@ -61,7 +62,7 @@ class Viewers:
     def __init__(self, offering: Offering, slow: int) -> None:
         self._offering = offering
         self._slow = slow
-        self._here: list[Client | StockViewer] = []
+        self._here: list[Client | StockViewer | JanusViewer] = []
         self._modems = AsyncExitStack()
 
     async def answer(self, request: Request) -> Sample:
@@ -95,14 +96,10 @@ class Viewers:
             viewers = await asyncio.gather(*(self._join(self._slow + one) for one in some))
             await asyncio.gather(*(viewer.close() for viewer in viewers))
 
-    async def _join(self, index: int) -> Client | StockViewer:
+    async def _join(self, index: int) -> Client | StockViewer | JanusViewer:
         is_slow = index < self._slow
         on_socket = partial(self._put_behind_modem, index) if is_slow else None
-        viewer = (
-            Client(self._offering.url, size=SIZE, on_socket=on_socket)
-            if self._offering.wax
-            else StockViewer(self._offering.url, on_socket)
-        )
+        viewer = self._viewer(on_socket)
         try:
             async with asyncio.timeout(CONNECT_TIMEOUT_S):
                 await viewer.connect()
@@ -114,13 +111,25 @@ class Viewers:
             raise
         return viewer
 
+    def _viewer(
+        self, on_socket: Callable[[Any], None] | None
+    ) -> Client | StockViewer | JanusViewer:
+        url = self._offering.url
+        match self._offering.how:
+            case "wax":
+                return Client(url, size=SIZE, on_socket=on_socket)
+            case "stock":
+                return StockViewer(url, on_socket)
+            case "janus":
+                return JanusViewer(url, on_socket)
+
     def _put_behind_modem(self, seed: int, protocol: Any) -> None:
         from e2e.crowd.modem import put_behind  # noqa: PLC0415  # the lab's; few crowds are slow
 
         self._modems.callback(put_behind(protocol, seed))
 
 
-def _counts(viewer: Client | StockViewer) -> ViewerCounts:
+def _counts(viewer: Client | StockViewer | JanusViewer) -> ViewerCounts:
     media = viewer.media
     return ViewerCounts(
         video=media.counts("video"), audio=media.counts("audio"), answers=media.answers
@@ -142,7 +151,9 @@ def main() -> None:
     # more than 0.5 s as lost, and leaves a server that hangs now and then.
     private.install()
     url, how, slow = sys.argv[1:]
-    asyncio.run(_serve(Offering(url=url, wax=how == "wax"), int(slow)))
+    if how not in get_args(How):
+        sys.exit(f"{how} is no kind of server; {', '.join(get_args(How))} are")
+    asyncio.run(_serve(Offering(url=url, how=cast("How", how)), int(slow)))
 
 
 if __name__ == "__main__":

@@ -8,6 +8,8 @@ import subprocess
 import sys
 from typing import TYPE_CHECKING, Final, Self
 
+import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev tools
+
 from e2e.bench.process import ProcessMeter, pinned
 from e2e.crowd.sample import Request, Sample
 from e2e.measure.errors import MeasureError
@@ -20,24 +22,26 @@ if TYPE_CHECKING:
 
 ANSWER_TIMEOUT_S: Final = 180.0
 LEAVE_TIMEOUT_S: Final = 10.0
+_NICE: Final = 10
 
 
 class Crowd:
     """`with Crowd(offering, core) as crowd: crowd.hold(8); crowd.count()`.
 
-    Every request raises `MeasureError` if the crowd's process could not carry it out.
+    The first `slow` of them are behind a modem each. On its core the crowd yields to whoever
+    measures. Every request raises `MeasureError` if the crowd's process could not carry it out.
     """
 
-    def __init__(self, offering: Offering, core: int | None = None) -> None:
-        how = "wax" if offering.wax else "stock"
+    def __init__(self, offering: Offering, core: int | None = None, *, slow: int = 0) -> None:
         with pinned(core):
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "e2e.crowd", offering.url, how, "0"],
+                [sys.executable, "-m", "e2e.crowd", offering.url, offering.how, str(slow)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 cwd=ROOT,
             )
         self.meter = ProcessMeter(self._process.pid)
+        psutil.Process(self._process.pid).nice(_NICE)
 
     def __enter__(self) -> Self:
         return self

@@ -9,13 +9,15 @@ from pydantic import BaseModel, ConfigDict
 
 from wax.client.media import Answers, StreamCounts
 
+How = Literal["wax", "stock", "janus"]
+
 
 @dataclass(frozen=True, slots=True)
 class Offering:
-    """A server: ours, or one that takes offers at ``/offer`` and has no data channels."""
+    """A server: ours, one that takes offers at ``/offer`` and has no data channels, or Janus."""
 
     url: str
-    wax: bool
+    how: How
 
 
 class Request(BaseModel):

@@ -45,7 +45,7 @@ def test_a_crowd_that_cannot_be_is_one_sentence() -> None:
     """Where nobody answers the near end says so, and the far end has ended."""
     with (
         pytest.raises(MeasureError, match=r"127\.0\.0\.1:9"),
-        Crowd(Offering(url="http://127.0.0.1:9", wax=True)) as crowd,
+        Crowd(Offering(url="http://127.0.0.1:9", how="wax")) as crowd,
     ):
         crowd.hold(1)
 

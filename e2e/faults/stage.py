@@ -103,7 +103,7 @@ class Stage:
             ending.push_async_callback(self.server.kill)
             await self.answers()
             if self.load.observers:
-                offering = Offering(url=self.server.url, wax=True)
+                offering = Offering(url=self.server.url, how="wax")
                 self.crowd = ending.enter_context(await asyncio.to_thread(Crowd, offering))
             await self._fill()
             self._ending = ending.pop_all()

@@ -1,0 +1,139 @@
+"""Janus, a gateway written in C: Debian's, with nothing but its streaming plugin, fed by RTP.
+
+Its cost a viewer is what is aimed at. Its viewers are offered what it sends and answer that, by its
+HTTP API, which is the one way that Debian's version (1.1) has.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import shutil
+import sys
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, Final
+
+import aiohttp
+
+from e2e.harness.wait import eventually
+from e2e.measure.errors import MeasureError, NotRunError
+from e2e.measure.suite import ROOT
+from e2e.peers.janus_feed import AUDIO_PT, VIDEO_PT
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+MOUNTPOINT: Final = 1
+_STARTS_WITHIN_S: Final = 10.0
+
+_GENERAL: Final = """
+general: {{
+  configs_folder = "{folder}"
+  debug_level = 3
+  session_timeout = 0  # its viewers ask for nothing more
+  log_to_file = "{folder}/janus.log"
+}}
+certificates: {{ dtls_ciphers = "DEFAULT" }}
+media: {{ ipv6 = false  rtp_port_range = "20000-29999" }}
+nat: {{ ice_lite = true  ice_enforce_list = "127.0.0.1"  ignore_mdns = true  ice_ignore_list = "" }}
+plugins: {{ disable = "{others}" }}
+transports: {{ disable = "libjanus_websockets.so,libjanus_pfunix.so,libjanus_mqtt.so,\
+libjanus_nanomsg.so,libjanus_rabbitmq.so" }}
+"""
+_HTTP: Final = """
+general: {{
+  base_path = "/janus"
+  http = true
+  ip = "127.0.0.1"
+  port = {port}
+}}
+"""
+_STREAMING: Final = """
+card: {{
+  type = "rtp"
+  id = {mountpoint}
+  media = (
+    {{ type = "audio"  mid = "a"  port = {audio}  pt = {audio_pt}  codec = "opus" }},
+    {{ type = "video"  mid = "v"  port = {video}  pt = {video_pt}  codec = "vp8"
+      bufferkf = true }}
+  )
+}}
+"""
+_OTHERS: Final = ",".join(
+    f"libjanus_{name}.so"
+    for name in (
+        *("audiobridge", "duktape", "echotest", "lua", "nosip", "recordplay", "sip", "textroom"),
+        *("videocall", "videoroom", "voicemail"),
+    )
+)
+
+
+@asynccontextmanager
+async def running(folder: Path, port: int) -> AsyncIterator[asyncio.subprocess.Process]:
+    """Run Janus inside the block, on the core that its caller is on; its API is on `port`.
+
+    The feeder of its mountpoint listens to `port` + 1 and + 2, and is `feeding`'s. Raises
+    `NotRunError` where there is no Janus, and `MeasureError` if it does not start.
+    """
+    program = shutil.which("janus")
+    if program is None:
+        raise NotRunError("Janus is not installed (Debian: sudo apt-get install -y janus)")
+    values = {
+        "folder": folder,
+        "others": _OTHERS,
+        "port": port,
+        "mountpoint": MOUNTPOINT,
+        "audio": port + 1,
+        "video": port + 2,
+        "audio_pt": AUDIO_PT,
+        "video_pt": VIDEO_PT,
+    }
+    for name, text in (
+        ("janus.jcfg", _GENERAL),
+        ("janus.transport.http.jcfg", _HTTP),
+        ("janus.plugin.streaming.jcfg", _STREAMING),
+    ):
+        (folder / name).write_text(text.format(**values), encoding="utf-8")
+    with (folder / "output.log").open("ab") as log:
+        process = await asyncio.create_subprocess_exec(
+            program, f"--configs-folder={folder}", "--disable-colors", stdout=log, stderr=log
+        )
+    try:
+        await _answers(port, folder)
+        yield process
+    finally:
+        if process.returncode is None:
+            process.kill()
+        await process.wait()
+
+
+@asynccontextmanager
+async def feeding(port: int) -> AsyncIterator[None]:
+    """Send the test card to the mountpoint of the Janus whose API is on `port`."""
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "e2e.peers.janus_feed", str(port + 1), str(port + 2)), cwd=ROOT
+    )
+    try:
+        yield
+    finally:
+        process.kill()
+        await process.wait()
+
+
+async def _answers(port: int, folder: Path) -> None:
+    async def answers() -> bool:
+        try:
+            async with (
+                aiohttp.ClientSession() as http,
+                http.get(f"http://127.0.0.1:{port}/janus/info") as response,
+            ):
+                return response.status == 200
+        except aiohttp.ClientError:
+            return False
+
+    try:
+        await eventually(answers, "Janus answers", within_s=_STARTS_WITHIN_S)
+    except AssertionError as error:
+        log = (folder / "output.log").read_text(encoding="utf-8", errors="replace").splitlines()
+        last = log[-1] if log else "no log"
+        raise MeasureError(f"Janus does not start; its log ends: {last}") from error

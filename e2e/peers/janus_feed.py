@@ -1,0 +1,93 @@
+"""Feed Janus's streaming plugin by RTP: `python -m e2e.peers.janus_feed AUDIO_PORT VIDEO_PORT`.
+
+The test card as every peer sends it, encoded once: VP8 640×480 at 30 fps and 1 Mbit/s, Opus of
+20 ms. Nobody can ask it for a keyframe, so there is one every two seconds, which Janus keeps for
+whoever comes.
+"""
+
+from __future__ import annotations
+
+import socket
+import sys
+import threading
+from typing import TYPE_CHECKING, Final
+
+from e2e.peers.media import BITRATE_BPS, sources
+from wax.config.settings import RenditionSettings
+from wax.congestion.allocation import SoundForm
+from wax.encode.sample_clock import SampleClock
+from wax.encode.sound_encoder import SoundEncoder
+from wax.encode.video_encoder import VideoEncoder
+from wax.rtc.payload.vp8 import Vp8Packetizer
+from wax.rtc.rtp import Packet
+
+if TYPE_CHECKING:
+    from wax.capture.source import AudioSource, VideoSource
+
+AUDIO_PT: Final = 111
+VIDEO_PT: Final = 96
+_KEYFRAME_EVERY: Final = 60
+_PAYLOAD_BYTES: Final = 1200
+_UINT32: Final = 2**32
+
+
+class Stream:
+    """One stream to a port on this machine."""
+
+    def __init__(self, port: int, payload_type: int, ssrc: int) -> None:
+        self._socket = socket.socket(type=socket.SOCK_DGRAM)
+        self._socket.connect(("127.0.0.1", port))
+        self._payload_type = payload_type
+        self._ssrc = ssrc
+        self._number = 0
+
+    def send(self, pts: int, payload: bytes, *, marker: bool) -> None:
+        packet = Packet(
+            self._payload_type, self._number, self._ssrc, pts % _UINT32, marker, payload
+        )
+        self._number = (self._number + 1) % 2**16
+        self._socket.send(packet.to_bytes(b""))
+
+
+def feed_video(camera: VideoSource, port: int) -> None:
+    stream = Stream(port, VIDEO_PT, ssrc=1)
+    rendition = RenditionSettings(width=640, height=480, fps=30, bitrate_bps=BITRATE_BPS)
+    encoder = VideoEncoder(codec="vp8", rendition=rendition)
+    packetizer = Vp8Packetizer(picture_id=0, tl0_picidx=0)
+    number = 0
+    while True:
+        picture = encoder.encode(camera.read(), keyframe=number % _KEYFRAME_EVERY == 0)
+        number += 1
+        if picture is None:
+            continue
+        payloads = packetizer.packets(
+            picture.data,
+            layer=picture.layer,
+            sync=picture.sync,
+            droppable=picture.droppable,
+            keyframe=picture.keyframe,
+            max_bytes=_PAYLOAD_BYTES,
+        )
+        for index, (head, piece) in enumerate(payloads):
+            stream.send(picture.pts, head + piece, marker=index == len(payloads) - 1)
+
+
+def feed_audio(microphone: AudioSource, port: int) -> None:
+    stream = Stream(port, AUDIO_PT, ssrc=2)
+    clock, encoder = SampleClock(), SoundEncoder(SoundForm(20, 32_000))
+    while True:
+        block = microphone.read()
+        sound = encoder.encode(block, clock.stamp(block.captured_s))
+        if sound is not None:
+            stream.send(sound.pts, sound.data, marker=False)
+
+
+def main() -> None:
+    audio_port, video_port = map(int, sys.argv[1:])
+    with sources(None) as (camera, microphone):
+        threading.Thread(target=feed_audio, args=(microphone, audio_port), daemon=True).start()
+        feed_video(camera, video_port)
+
+
+if __name__ == "__main__":
+    main()
