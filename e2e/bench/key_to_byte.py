@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 GOAL_MS: Final = 25.0
 _KEY: Final = "ArrowUp"
-_REST_S: Final = (0.2, 0.4)
-_HOLD_S: Final = (0.12, 0.3)
+REST_S: Final = (0.2, 0.4)
+HOLD_S: Final = (0.12, 0.3)
 _SETTLE_S: Final = 1.0
 _KEYS: Final = """
 (() => {
@@ -115,9 +115,9 @@ async def _strokes(board: Board, n: int) -> tuple[list[Stroke], float]:
         before = await page_clock(viewer.page.evaluate)
         for _ in range(n):
             await viewer.page.keyboard.down(_KEY)
-            await asyncio.sleep(random.uniform(*_HOLD_S))
+            await asyncio.sleep(random.uniform(*HOLD_S))
             await viewer.page.keyboard.up(_KEY)
-            await asyncio.sleep(random.uniform(*_REST_S))
+            await asyncio.sleep(random.uniform(*REST_S))
         after = await page_clock(viewer.page.evaluate)
         noted = await viewer.page.evaluate("window.waxBenchKeys")
         await browser.close()

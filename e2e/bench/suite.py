@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import TYPE_CHECKING, Any, Final
 
+from e2e.bench.crowded import crowded
 from e2e.bench.fan_out import fan_out
 from e2e.bench.first_picture import first_picture
 from e2e.bench.key_to_byte import key_to_byte
@@ -31,6 +32,7 @@ SUITE: Final = Suite(
     columns=(WAX, STOCK, JANUS),
     cases=(
         _case("fan-out", 6, fan_out, "windows of 2 s for each number of viewers", 1),
+        _case("crowd", 5, crowded, "pairs of 30 s, alone and beside the crowd", 1),
         _case("first-picture", 20, first_picture, "page loads", 3),
         _case("key-to-byte", 220, key_to_byte, "key presses", 15),
         _case("memory", 200, memory, "joins and leaves", 20),

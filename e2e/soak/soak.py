@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, Final
 from e2e.bench.memory import FLAT_MIB, handles, is_empty
 from e2e.bench.servers import WAX, serving
 from e2e.crowd import Crowd
+from e2e.measure.age import Ages
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, counted, judged
 from wax.client import Client, Operator
-from wax.protocol.messages import RtpClock
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,7 +31,6 @@ _GROWN_MS: Final = 5.0
 """Two medians over minutes differ by less on a machine that does other things too."""
 _PRESS_S: Final = 0.3
 _KINDS: Final[tuple[Kind, ...]] = ("audio", "video")
-_UINT32: Final = 2**32
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,20 +60,8 @@ class _Listener(Client):
     """Measures how old sound and picture are on arrival."""
 
     def __init__(self, url: str) -> None:
-        self._clocks: dict[str, RtpClock] = {}
-        super().__init__(url, on_message=self._learn)
-
-    def age_ms(self, kind: Kind) -> float | None:
-        clock, newest = self._clocks.get(kind), self.media.newest(kind)
-        if clock is None or newest is None:
-            return None
-        ticks = (newest.rtp - clock.rtp_origin + _UINT32 // 2) % _UINT32 - _UINT32 // 2
-        captured_ms = clock.origin_server_ms + ticks * 1000 / clock.rate_hz
-        return newest.at_s * 1000 + self.clock.ahead_ms - captured_ms
-
-    def _learn(self, message: dict[str, Any]) -> None:
-        if message["type"] == "rtp_clock":
-            self._clocks[message["kind"]] = RtpClock(**message)
+        self.ages = Ages()
+        super().__init__(url, on_message=self.ages.learn)
 
 
 async def soak(seconds: float) -> Soaked:
@@ -146,7 +133,7 @@ async def _watch(
         if gone:
             raise MeasureError(f"after {now_s - began_s:.0f} s {' and '.join(gone)} is gone")
         trips = {one["id"]: one.get("round_trip_ms") for one in (await server.status())["viewers"]}
-        sound_ms, picture_ms = (listener.age_ms(kind) for kind in _KINDS)
+        sound_ms, picture_ms = (listener.ages.age_ms(listener, kind) for kind in _KINDS)
         found.samples.append(
             Sample(
                 at=(now_s - began_s) / found.lasted_s,
