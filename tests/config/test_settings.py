@@ -55,7 +55,7 @@ def _documented(path: tuple[str | int, ...]) -> str:
     *table, name = [str(part) for part in path if part != 0]
     listed = table.pop() if 0 in path else name
     lines = MANUAL.splitlines()
-    start = lines.index(f"[{'.'.join(table)}]")
+    start = lines.index(f"[{'.'.join(table)}]") if table else 0
     end = next(n for n in range(start, len(lines)) if lines[n].startswith(f"{listed} = "))
     first = next(n for n in range(end, start, -1) if not lines[n - 1].startswith("#"))
     comment = [line.removeprefix("#").strip() for line in lines[first:end]]

@@ -73,6 +73,7 @@ def test_a_part_that_moved_is_named(
     ("owner", "method", "name"),
     [
         (RTCPeerConnection, "__init__", "__pendingRemoteDescription"),
+        (RTCPeerConnection, "__init__", "__currentRemoteDescription"),
         (RTCRtpTransceiver, "__init__", "__sender"),
         (RTCRtpTransceiver, "__init__", "_codecs"),
         (RTCRtpTransceiver, "__init__", "_headerExtensions"),

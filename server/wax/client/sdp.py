@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from wax.client.transport_feedback import URI
+from wax.rtc import rtp
+from wax.rtc.offered import with_extensions
 
 Kind = Literal["audio", "video"]
 KINDS: Final[tuple[Kind, ...]] = ("audio", "video")
-
-_PLAYOUT_DELAY: Final = "http://www.webrtc.org/experiments/rtp-hdrext/playout-delay"
-_EXTENSIONS: Final = (f"a=extmap:5 {URI}", f"a=extmap:6 {_PLAYOUT_DELAY}")
-"""Their IDs are ones that aiortc does not use."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,18 +25,8 @@ class Agreed:
 
 
 def as_browser(offer: str) -> str:
-    """Add Chromium's extensions and feedback to aiortc's offer (RFC 8285, 5; RFC 4585, 4.2)."""
-    lines: list[str] = []
-    kind: Kind | None = None
-    for line in offer.splitlines():
-        lines.append(line)
-        if line.startswith("m="):
-            kind = _kind(line)
-        elif kind is not None and line.startswith("a=mid:"):
-            lines += _EXTENSIONS
-        elif kind is not None and line.startswith("a=rtpmap:") and " rtx/" not in line:
-            lines.append(f"a=rtcp-fb:{line.partition(':')[2].split()[0]} transport-cc")
-    return "\r\n".join(lines) + "\r\n"
+    """Add Chromium's extensions and feedback to aiortc's offer."""
+    return with_extensions(offer, (rtp.TRANSPORT_SEQUENCE, rtp.PLAYOUT_DELAY))
 
 
 def agreed(answer: str) -> Agreed:
@@ -58,7 +45,7 @@ def agreed(answer: str) -> Agreed:
                 retransmissions.add(int(number))
             else:
                 kinds[int(number)] = kind
-        elif name == "a=extmap" and value.endswith(f" {URI}"):
+        elif name == "a=extmap" and value.endswith(f" {rtp.TRANSPORT_SEQUENCE}"):
             extension_id = int(value.split()[0].partition("/")[0])
     return Agreed(kinds, frozenset(retransmissions), extension_id)
 

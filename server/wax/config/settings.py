@@ -23,6 +23,7 @@ from pydantic import (
 
 from wax.config import allowed, opening_hours
 from wax.config.network import HostName, Network, PageUrl
+from wax.config.publish import PublishSettings
 from wax.config.thesis import ThesisSettings
 from wax.errors import ConfigError
 
@@ -420,6 +421,7 @@ class RobotSettings(_Section):
 class Settings(_Section):
     """The whole configuration."""
 
+    publish: Annotated[list[PublishSettings], Field(max_length=16)] = []
     server: ServerSettings = ServerSettings()
     access: AccessSettings = AccessSettings()
     log: LogSettings = LogSettings()

@@ -7,10 +7,11 @@ import weakref
 from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 import structlog
-from aiortc import RTCPeerConnection, RTCRtpSender, RTCSessionDescription
+from aiortc import RTCPeerConnection, RTCSessionDescription
 
 from wax.errors import SignallingError
 from wax.rtc import private, rtp
+from wax.rtc.codecs import prefer
 from wax.rtc.picture_sender import PictureSender
 from wax.rtc.sender import Sender, SenderContext
 from wax.rtc.signalling import is_firefox
@@ -190,15 +191,7 @@ class Peer:
 
     def _transceiver(self, kind: Kind) -> RTCRtpTransceiver:
         transceiver = self._pc.addTransceiver(kind, direction="sendonly")
-        codec = self._codecs.audio if kind == "audio" else self._codecs.video
-        # Otherwise aiortc uses the browser's first codec, whatever our packets are.
-        transceiver.setCodecPreferences(
-            [
-                one
-                for one in RTCRtpSender.getCapabilities(kind).codecs
-                if one.mimeType.lower() in (f"{kind}/{codec}", f"{kind}/rtx")
-            ]
-        )
+        prefer(transceiver, self._codecs.audio if kind == "audio" else self._codecs.video)
         return transceiver
 
     def _context(self, kind: Kind, transceiver: RTCRtpTransceiver) -> SenderContext:

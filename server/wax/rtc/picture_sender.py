@@ -112,8 +112,8 @@ class PictureSender(Sender):
 
     def _begin(self, picture: Picture, now_s: float) -> _UnderWay:
         train = self._tap.congestion.plan_train(len(picture.data), now_s)
-        has_delay = self._playout_delay is not None and self._ids.playout_delay is not None
-        first_less = rtp.PLAYOUT_DELAY_BYTES if has_delay else 0
+        captured_ntp = self._captured_ntp(picture, now_s)
+        first_less = rtp.first_more_bytes(self._ids, self._playout_delay, captured_ntp)
         payloads = self._packetizer(picture, train.payload_bytes, first_less)
         timestamp = (self.origin + picture.pts) % UINT32
         packets = deque(
@@ -126,6 +126,7 @@ class PictureSender(Sender):
                 head=head,
                 payload=piece,
                 playout_delay=self._playout_delay if index == 0 else None,
+                captured_ntp=captured_ntp if index == 0 else None,
             )
             for index, (head, piece) in enumerate(payloads)
         )
@@ -154,7 +155,7 @@ class PictureSender(Sender):
         if not self._tap.congestion.may_retransmit(len(lost.payload), now_s - sent_s, now_s):
             return
         self._repeats.sent(number, now_s)
-        again = lost._replace(playout_delay=None)
+        again = lost._replace(playout_delay=None, captured_ntp=None)
         if self._extra_payload_type is not None:
             # RFC 4588: the number that it first had stands before the payload.
             again = again._replace(

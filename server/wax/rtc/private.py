@@ -55,6 +55,7 @@ _FOR_EVER: Final = 10**9
 _SENDER: Final = "_RTCRtpTransceiver__sender"
 _RATE: Final = "_RTCRtpReceiver__remote_bitrate_estimator"
 _OFFER: Final = "_RTCPeerConnection__pendingRemoteDescription"
+_ANSWER: Final = "_RTCPeerConnection__currentRemoteDescription"
 _FEEDBACK: Final = RTCRtcpFeedback(type="transport-cc")
 _RED: Final = "audio/red"
 _BURST: Final = 4
@@ -107,6 +108,10 @@ def check() -> None:
             (
                 "RTCPeerConnection.__pendingRemoteDescription",
                 sets(RTCPeerConnection, _OFFER),
+            ),
+            (
+                "RTCPeerConnection.__currentRemoteDescription",
+                sets(RTCPeerConnection, _ANSWER),
             ),
             ("RTCRtpTransceiver.__sender", sets(RTCRtpTransceiver, _SENDER)),
             ("RTCRtpReceiver.__remote_bitrate_estimator", sets(RTCRtpReceiver, _RATE)),
@@ -402,13 +407,14 @@ def put_sender(transceiver: RTCRtpTransceiver, sender: SenderInPlace) -> None:
 
 
 def widen(pc: RTCPeerConnection, extensions: Collection[str]) -> None:
-    """Accept what the browser offers and aiortc does not know; call between offer and answer.
+    """Accept what the other end offers and aiortc does not know; call between offer and answer.
 
-    That is the header extensions with these URIs, transport-wide feedback, and redundant audio
-    (RFC 2198) for the chosen codec. The offer is not parsed again.
+    Or, where we have offered it, right after the answer. That is the header extensions with these
+    URIs, transport-wide feedback, and redundant audio (RFC 2198) for the chosen codec. Nothing is
+    parsed again.
     """
-    offer: SessionDescription = getattr(pc, _OFFER)
-    for media in offer.media:
+    theirs: SessionDescription = getattr(pc, _OFFER) or getattr(pc, _ANSWER)
+    for media in theirs.media:
         for transceiver in pc.getTransceivers():
             if transceiver.mid == media.rtp.muxId and transceiver._codecs:
                 _widen(transceiver, media, extensions)

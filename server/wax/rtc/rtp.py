@@ -13,9 +13,7 @@ TRANSPORT_SEQUENCE: Final = (
     "http://www.ietf.org/id/draft-holmer-rmcat-transport-wide-cc-extensions-01"
 )
 PLAYOUT_DELAY: Final = "http://www.webrtc.org/experiments/rtp-hdrext/playout-delay"
-
-PLAYOUT_DELAY_BYTES: Final = 4
-"""What that adds to the extensions of a packet that has a transport-wide number."""
+CAPTURE_TIME: Final = "http://www.webrtc.org/experiments/rtp-hdrext/abs-capture-time"
 
 NTP_EPOCH_S: Final = 2_208_988_800
 """From 1900, where NTP begins (RFC 5905), to 1970."""
@@ -36,6 +34,7 @@ class ExtensionIds:
 
     transport_sequence: int | None = None
     playout_delay: int | None = None
+    capture_time: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +48,8 @@ class PlayoutDelay:
 class Packet(NamedTuple):
     """One packet without its header extensions, which differ each time that it is sent.
 
-    `timestamp` is its RTP time. `playout_delay` is what the extensions are to say of it.
+    `timestamp` is its RTP time. `playout_delay` and `captured_ntp` (64 bits) are what the
+    extensions are to say of it.
     """
 
     payload_type: int
@@ -59,6 +59,7 @@ class Packet(NamedTuple):
     marker: bool
     payload: bytes
     playout_delay: PlayoutDelay | None = None
+    captured_ntp: int | None = None
     head: bytes = b""
     """What comes before the payload: its descriptor, apart from what all viewers share."""
 
@@ -75,11 +76,16 @@ class Packet(NamedTuple):
 
 
 def extension_block(
-    ids: ExtensionIds, *, transport_sequence: int | None, playout_delay: PlayoutDelay | None
+    ids: ExtensionIds,
+    *,
+    transport_sequence: int | None,
+    playout_delay: PlayoutDelay | None = None,
+    captured_ntp: int | None = None,
 ) -> bytes:
     """Return the header extensions (RFC 8285, one-byte form), empty if there are none."""
     number = ids.transport_sequence
-    if playout_delay is None and number is not None and transport_sequence is not None:
+    is_plain = playout_delay is None and captured_ntp is None
+    if is_plain and number is not None and transport_sequence is not None:
         # The common case, in one step.
         return _SEQUENCE_ALONE.pack(_ONE_BYTE_EXTENSIONS, 1, number << 4 | 1, transport_sequence, 0)
     elements = b""
@@ -88,10 +94,23 @@ def extension_block(
     if ids.playout_delay is not None and playout_delay is not None:
         limits = playout_delay.least_10ms << 12 | playout_delay.most_10ms
         elements += bytes((ids.playout_delay << 4 | 2,)) + limits.to_bytes(3, "big")
+    if ids.capture_time is not None and captured_ntp is not None:
+        elements += bytes((ids.capture_time << 4 | 7,)) + captured_ntp.to_bytes(8, "big")
     if not elements:
         return b""
     words = (len(elements) + 3) // 4
     return struct.pack("!HH", _ONE_BYTE_EXTENSIONS, words) + elements.ljust(words * 4, b"\0")
+
+
+def first_more_bytes(
+    ids: ExtensionIds, playout_delay: PlayoutDelay | None, captured_ntp: int | None
+) -> int:
+    """Return by how much the extensions of a picture's first packet exceed those of the others."""
+    number = None if ids.transport_sequence is None else 0
+    more = extension_block(
+        ids, transport_sequence=number, playout_delay=playout_delay, captured_ntp=captured_ntp
+    )
+    return len(more) - len(extension_block(ids, transport_sequence=number))
 
 
 def ntp_time(unix_s: float) -> int:

@@ -79,6 +79,10 @@ class Sender(private.SenderInPlace):
         self.origin = random.getrandbits(32)
         """The RTP time of media time zero, random by RFC 3550, 5.1."""
         self.failed = False
+        self.heard_s: float | None = None
+        """When the other end last reported on this stream (RFC 3550, 6.4)."""
+        self.round_trip_s: float | None = None
+        """By the newest of those reports; None before the first."""
         self._source = lane
         self._tap = context.tap
         self._now_s = context.clock.now_s
@@ -107,6 +111,7 @@ class Sender(private.SenderInPlace):
         self._ids = rtp.ExtensionIds(
             transport_sequence=numbers.get(rtp.TRANSPORT_SEQUENCE),
             playout_delay=numbers.get(rtp.PLAYOUT_DELAY),
+            capture_time=numbers.get(rtp.CAPTURE_TIME),
         )
         has_feedback = self._ids.transport_sequence is not None
         self._tap.congestion.negotiated(has_feedback=has_feedback, kind=self.kind)
@@ -136,8 +141,10 @@ class Sender(private.SenderInPlace):
 
     def _told(self, report: RtcpReceiverInfo, now_s: float) -> None:
         self._tap.congestion.lost(report.fraction_lost / 256, now_s, self.kind)
+        self.heard_s = now_s
         trip_s = self._reported.round_trip_s(report.lsr, report.dlsr, now_s)
         if trip_s is not None:
+            self.round_trip_s = trip_s
             self._tap.congestion.round_trip(trip_s, now_s)
 
     # --- what the two kinds do differently -------------------------------------------------
@@ -188,6 +195,12 @@ class Sender(private.SenderInPlace):
         self.failed = True
         self.end()
 
+    def _captured_ntp(self, item: Encoded, now_s: float) -> int | None:
+        """Return when its content was captured, None if nobody wants to know."""
+        if self._ids.capture_time is None:
+            return None
+        return rtp.ntp_time(self._wall_ms() / 1000 - (now_s - item.captured_s))
+
     def _next_number(self) -> int:
         """Return the sequence number of the stream's next packet."""
         number = self._sequence_number
@@ -218,7 +231,10 @@ class Sender(private.SenderInPlace):
                 sent_s = now_s + index * _APART_S
                 number = self._tap.mark(wire_bytes(packet), sent_s, kind=kind, train=train)
             extensions = rtp.extension_block(
-                self._ids, transport_sequence=number, playout_delay=packet.playout_delay
+                self._ids,
+                transport_sequence=number,
+                playout_delay=packet.playout_delay,
+                captured_ntp=packet.captured_ntp,
             )
             ready.append(packet.to_bytes(extensions))
         self._leave(ready, now_s, has_feedback=has_feedback)

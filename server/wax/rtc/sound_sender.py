@@ -34,10 +34,11 @@ class SoundSender(Sender):
 
     def _work(self) -> None:
         while (sound := self._lane.take()) is not None:
-            self._put([self._packet(sound)], self._now_s())
+            now_s = self._now_s()
+            self._put([self._packet(sound, now_s)], now_s)
             self._left(sound)
 
-    def _packet(self, sound: EncodedSound) -> Packet:
+    def _packet(self, sound: EncodedSound, now_s: float) -> Packet:
         payload_type, payload = self._payload_type, sound.data
         earlier = self._lane.earlier(sound) if self._extra_payload_type is not None else ()
         if earlier:
@@ -55,6 +56,7 @@ class SoundSender(Sender):
             timestamp=(self.origin + sound.pts) % UINT32,
             marker=True,
             payload=payload,
+            captured_ntp=self._captured_ntp(sound, now_s),
         )
 
     def _asked(self, packet: AnyRtcpPacket) -> None:

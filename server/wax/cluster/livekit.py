@@ -1,0 +1,136 @@
+"""LiveKit's server API, and the tokens by which people get into a room.
+
+Its services are Twirp: a POST of JSON each (docs.livekit.io, "Room service API"), for which the
+HTTP client that is here anyway is enough.
+"""
+
+from __future__ import annotations
+
+import base64
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import aiohttp
+import jwt
+
+from wax.cluster.errors import RoomError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+_CALL_S: Final = 3.0
+_SERVICE_TOKEN_S: Final = 60
+_PUBLISH_TOKEN_S: Final = 60
+"""For the one request of WHIP; a session outlives its token."""
+WATCH_TOKEN_S: Final = 120
+"""Long enough to join by; LiveKit gives whoever is connected fresh ones."""
+_CLOCKS_APART_S: Final = 30
+_PLAYOUT_DELAY_MS: Final = 10
+"""The most that a browser holds pictures back; 0 would be ignored."""
+_EMPTY_S: Final = 300
+TOPIC: Final = "wax"
+
+
+class LiveKitRoom:
+    """One room; `url` is LiveKit's address as pages use it (``wss://…``).
+
+    Every call raises `RoomError` where LiveKit does not do what it is asked.
+    """
+
+    def __init__(
+        self,
+        *,
+        http: Callable[[], aiohttp.ClientSession],
+        url: str,
+        name: str,
+        api_key: str,
+        api_secret: str,
+        wall_s: Callable[[], float],
+    ) -> None:
+        self.url = url
+        self.name = name
+        self._http = http
+        self._key = api_key
+        self._secret = api_secret
+        self._wall_s = wall_s
+
+    @property
+    def whip_url(self) -> str:
+        """Where the robot publishes (RFC 9725)."""
+        return f"{self._api}/whip/v1"
+
+    def publish_token(self, identity: str) -> str:
+        """Let the robot publish under this name, and do nothing else."""
+        return self._signed(identity, _PUBLISH_TOKEN_S, canPublish=True, canSubscribe=False)
+
+    def watch_token(self, identity: str) -> str:
+        """Let one person watch, whom nobody else in the room sees."""
+        return self._signed(
+            identity, WATCH_TOKEN_S, canPublish=False, canSubscribe=True, hidden=True
+        )
+
+    async def create(self) -> None:
+        """Make the room if there is none, so that sound and picture have one clock."""
+        await self._call(
+            "CreateRoom",
+            {
+                "name": self.name,
+                "empty_timeout": _EMPTY_S,
+                "sync_streams": True,
+                "max_playout_delay": _PLAYOUT_DELAY_MS,
+            },
+        )
+
+    async def count(self) -> int:
+        """Return how many are in the room, 0 if there is none."""
+        told = await self._call("ListRooms", {"names": [self.name]})
+        rooms = told.get("rooms") or []
+        return sum(int(one.get("num_participants", 0)) for one in rooms)
+
+    async def tell(self, text: str) -> None:
+        """Send a text to everybody in the room, without being in it."""
+        data = base64.b64encode(text.encode()).decode()
+        await self._call(
+            "SendData", {"room": self.name, "data": data, "kind": "RELIABLE", "topic": TOPIC}
+        )
+
+    async def remove(self, identity: str) -> None:
+        """Take one person out of the room; without a new token they do not come back."""
+        await self._call("RemoveParticipant", {"room": self.name, "identity": identity})
+
+    @property
+    def _api(self) -> str:
+        return self.url.replace("ws", "http", 1)
+
+    def _signed(self, subject: str, lasts_s: int, **grants: bool | str) -> str:
+        now_s = int(self._wall_s())
+        claims = {
+            "iss": self._key,
+            "sub": subject,
+            "nbf": now_s - _CLOCKS_APART_S,
+            "exp": now_s + lasts_s,
+            "video": {"room": self.name, "roomJoin": True, "canPublishData": False, **grants},
+        }
+        return jwt.encode(claims, self._secret, algorithm="HS256")
+
+    async def _call(
+        self,
+        what: Literal["CreateRoom", "ListRooms", "SendData", "RemoveParticipant"],
+        body: Mapping[str, Any],
+    ) -> dict[str, Any]:
+        token = self._signed(
+            "wax", _SERVICE_TOKEN_S, roomCreate=True, roomList=True, roomAdmin=True
+        )
+        try:
+            async with self._http().post(
+                f"{self._api}/twirp/livekit.RoomService/{what}",
+                json=body,
+                headers={"Authorization": f"Bearer {token}"},
+                timeout=aiohttp.ClientTimeout(total=_CALL_S),
+            ) as response:
+                told: dict[str, Any] = await response.json()
+        except (aiohttp.ClientError, TimeoutError, ValueError) as error:
+            raise RoomError(f"{self.url} does not answer: {str(error) or 'too slow'}") from error
+        if response.status != 200:
+            why = told.get("msg") or response.reason
+            raise RoomError(f"{self.url} refuses {what}: {why}; check its key, secret and name")
+        return told

@@ -1,0 +1,134 @@
+"""One session that publishes: a rendition, or the sound with it, into a room, again and again."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Final
+
+import structlog
+
+from wax.cluster.errors import RoomError
+from wax.congestion.allocation import SoundForm
+from wax.error_boundary import ErrorBoundary
+from wax.errors import SignallingError
+from wax.rtc.publisher import Publisher
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.clock import Clock
+    from wax.cluster.whip import WhipSession
+    from wax.fanout.sound_hub import SoundHub
+    from wax.fanout.video_hub import VideoHub
+    from wax.streams.interface import Codecs
+    from wax.telemetry import Counters
+
+_LOG = structlog.get_logger(__name__)
+
+_CONNECT_S: Final = 8.0
+_LOOK_S: Final = 0.25
+SILENT_S: Final = 3.5
+"""A media server reports each second; one that has missed three is gone. aiortc alone would notice
+after half a minute."""
+_FIRST_RETRY_S: Final = 0.5
+_LAST_RETRY_S: Final = 4.0
+"""A server that is back is used again within five seconds."""
+_SOUND: Final = SoundForm(20, 32_000)
+
+
+class Publication:
+    """`session` makes one WHIP session after another; `rendition` is the hub's name of it."""
+
+    def __init__(
+        self,
+        *,
+        name: str,
+        rendition: str,
+        with_sound: bool,
+        codecs: Codecs,
+        video: VideoHub,
+        audio: SoundHub,
+        clock: Clock,
+        counters: Counters,
+        session: Callable[[], WhipSession],
+    ) -> None:
+        self.name = name
+        self.problem: str | None = "it has not begun"
+        """Why nothing is published now, None while it is."""
+        self._rendition = rendition
+        self._with_sound = with_sound
+        self._codecs = codecs
+        self._video = video
+        self._audio = audio
+        self._clock = clock
+        self._counters = counters
+        self._session = session
+        self._is_told = False
+
+    async def run(self) -> None:
+        """Publish until cancelled; what fails is tried again, soon and then less often."""
+        retry_s = _FIRST_RETRY_S
+        while True:
+            try:
+                await self._publish()
+            except (RoomError, SignallingError, ConnectionError, TimeoutError) as error:
+                self._fails(str(error) or "the connection takes too long")
+            else:
+                retry_s = _FIRST_RETRY_S
+                self._fails("the server has fallen silent")
+            await asyncio.sleep(retry_s)
+            retry_s = min(2 * retry_s, _LAST_RETRY_S)
+
+    async def _publish(self) -> None:
+        """Publish once, until it ends; raises what `run` expects if it does not begin."""
+        boundary = ErrorBoundary(viewer=0, counters=self._counters, end=_nothing)
+        picture = self._video.add(boundary)
+        sound = self._audio.add(boundary) if self._with_sound else None
+        publisher = Publisher(
+            codecs=self._codecs,
+            video=picture,
+            audio=sound,
+            clock=self._clock,
+            on_keyframe_wanted=lambda: self._video.request_keyframe(picture),
+        )
+        session = self._session()
+        try:
+            async with asyncio.timeout(_CONNECT_S):
+                await publisher.accept(await session.offer(await publisher.offer()))
+                await publisher.connected()
+            self._video.choose(picture, self._rendition)
+            if sound is not None:
+                self._audio.choose(sound, _SOUND, 0)
+            self._succeeds()
+            await self._ended(publisher)
+        finally:
+            self._video.remove(picture)
+            if sound is not None:
+                self._audio.remove(sound)
+            await asyncio.shield(_both(session, publisher))
+
+    async def _ended(self, publisher: Publisher) -> None:
+        """Wait until it is closed, or nothing has been heard of it for a while."""
+        began_s = self._clock.now_s()
+        while publisher.is_alive:
+            heard_s = began_s if publisher.heard_s is None else publisher.heard_s
+            if self._clock.now_s() - heard_s > SILENT_S:
+                return
+            await asyncio.sleep(_LOOK_S)
+
+    def _succeeds(self) -> None:
+        _LOG.info("publishing", room=self.name, rendition=self._rendition)
+        self.problem, self._is_told = None, False
+
+    def _fails(self, why: str) -> None:
+        self._counters.add("publications failed")
+        if not self._is_told:
+            _LOG.warning("not publishing", room=self.name, rendition=self._rendition, why=why)
+        self.problem, self._is_told = why, True
+
+
+async def _both(session: WhipSession, publisher: Publisher) -> None:
+    await asyncio.gather(session.end(), publisher.close())
+
+
+def _nothing() -> None: ...

@@ -1,0 +1,59 @@
+"""Which room an observer is sent to. Pure."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from wax.config.settings import RenditionSettings
+
+_SMALL: Final = 0.25
+"""The smaller of two renditions takes at most this share of the larger one's rate."""
+_SEATS: Final = 2
+"""Rooms that a page is told of: one to watch, and one to go to when that fails."""
+
+
+@dataclass(slots=True)
+class Occupancy:
+    """What is known of one room: whether it is published to, and how many are in it.
+
+    `sent` counts those who were sent there since it was counted.
+    """
+
+    name: str
+    most: int
+    is_live: bool = False
+    counted: int = 0
+    sent: int = 0
+
+    @property
+    def free(self) -> int:
+        return max(self.most - self.counted - self.sent, 0)
+
+
+def choose(rooms: Iterable[Occupancy]) -> list[Occupancy]:
+    """Return the room with the most free places, and a second one; empty where all are full.
+
+    The second may be full: it is for when the first one is gone, and everybody in it.
+    """
+    live = sorted((one for one in rooms if one.is_live), key=lambda one: -one.free)
+    if not live or live[0].free == 0:
+        return []
+    live[0].sent += 1
+    return live[:_SEATS]
+
+
+def renditions(ladder: Sequence[RenditionSettings]) -> list[str]:
+    """Return the two that are published, by name: the best, and one for a thin link."""
+    best = ladder[0]
+    small = next((one for one in ladder if one.bitrate_bps <= _SMALL * best.bitrate_bps), None)
+    return [best.name] if small is None else [best.name, small.name]
+
+
+def person(identity: str, tab: str) -> str:
+    """Return under which name somebody is in a room, from which nobody learns their cookie."""
+    return "p-" + hashlib.sha256(f"{identity} {tab}".encode()).hexdigest()[:24]

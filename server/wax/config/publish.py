@@ -1,0 +1,66 @@
+"""`[[publish]]`: rooms of a media engine, from which observers watch when the robot is full."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from wax.errors import StartError
+
+_WebSocket = Annotated[
+    str,
+    Field(
+        pattern=r"^(wss?://[^\s/?#]+[^\s?#]*)?$",
+        description='an address as "wss://livekit.example.org"',
+    ),
+]
+_Http = Annotated[
+    str,
+    Field(
+        pattern=r"^(https?://[^\s/?#]+[^\s?#]*)?$",
+        description='an address as "https://media.example.org"',
+    ),
+]
+
+
+class PublishSettings(BaseModel):
+    """One room, of LiveKit, or of any server that takes WHIP (RFC 9725)."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+    livekit: _WebSocket = ""
+    room: Annotated[str, Field(max_length=64)] = "robot"
+    api_key: str = ""
+    api_secret: Annotated[str, Field(repr=False)] = ""
+    api_secret_file: str = ""
+    whip: _Http = ""
+    whip_token: Annotated[str, Field(repr=False)] = ""
+    watch: _Http = ""
+    max_viewers: Annotated[int, Field(ge=1, le=100_000)] = 1000
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Self:
+        if bool(self.livekit) == bool(self.whip):
+            raise ValueError("name one of livekit and whip: who passes picture and sound on")
+        if self.livekit and not (self.api_key and (self.api_secret or self.api_secret_file)):
+            raise ValueError("livekit needs api_key, and api_secret or api_secret_file")
+        return self
+
+    @property
+    def name(self) -> str:
+        """How the room is called in the log and on the status page."""
+        return f"{self.livekit or self.whip} {self.room}" if self.livekit else self.whip
+
+    def secret(self) -> str:
+        """Return the secret that signs LiveKit's tokens; raises `StartError`."""
+        if not self.api_secret_file:
+            return self.api_secret
+        try:
+            return Path(self.api_secret_file).read_text(encoding="utf-8").strip()
+        except (OSError, UnicodeDecodeError) as error:
+            raise StartError(
+                f"publish.api_secret_file: {self.api_secret_file} cannot be read: {error};"
+                " it holds the secret of LiveKit's api_key"
+            ) from error

@@ -1,0 +1,30 @@
+"""Adds to aiortc's offer what it does not know: header extensions and their feedback. Pure.
+
+RFC 8285, 5; RFC 4585, 4.2.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_FIRST_ID: Final = 5
+"""aiortc uses the ones below."""
+
+
+def with_extensions(offer: str, uris: Sequence[str]) -> str:
+    """Offer these extensions, and transport-wide feedback, for sound and picture."""
+    extensions = [f"a=extmap:{number} {uri}" for number, uri in enumerate(uris, _FIRST_ID)]
+    lines: list[str] = []
+    is_media = False
+    for line in offer.splitlines():
+        lines.append(line)
+        if line.startswith("m="):
+            is_media = line.startswith(("m=audio", "m=video"))
+        elif is_media and line.startswith("a=mid:"):
+            lines += extensions
+        elif is_media and line.startswith("a=rtpmap:") and " rtx/" not in line:
+            lines.append(f"a=rtcp-fb:{line.partition(':')[2].split()[0]} transport-cc")
+    return "\r\n".join(lines) + "\r\n"

@@ -1,0 +1,146 @@
+"""LiveKit's API as it is asked, and the tokens as LiveKit reads them."""
+
+from __future__ import annotations
+
+import base64
+from typing import TYPE_CHECKING, Any
+
+import aiohttp
+import jwt
+import pytest
+from aiohttp import web
+
+from wax.cluster.errors import RoomError
+from wax.cluster.livekit import TOPIC, LiveKitRoom
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+KEY, SECRET = "APIkey", "a secret of thirty-two characters"
+NOW_S = 1_900_000_000
+
+
+class Twirp:
+    """A server that notes what it is asked, and answers as it is told."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[str, dict[str, Any], dict[str, Any]]] = []
+        self.answer: tuple[int, str] = (200, "{}")
+
+    async def handle(self, request: web.Request) -> web.Response:
+        token = request.headers["Authorization"].removeprefix("Bearer ")
+        grants = jwt.decode(token, SECRET, algorithms=["HS256"], options={"verify_exp": False})
+        self.asked.append((request.match_info["method"], await request.json(), grants))
+        status, text = self.answer
+        return web.Response(status=status, text=text, content_type="application/json")
+
+
+@pytest.fixture
+async def twirp() -> AsyncIterator[tuple[Twirp, LiveKitRoom]]:
+    server = Twirp()
+    application = web.Application()
+    application.router.add_post("/twirp/livekit.RoomService/{method}", server.handle)
+    runner = web.AppRunner(application)
+    await runner.setup()
+    site = web.TCPSite(runner, "127.0.0.1", 0)
+    await site.start()
+    _, port = runner.addresses[0]
+    async with aiohttp.ClientSession() as http:
+        yield (
+            server,
+            LiveKitRoom(
+                http=lambda: http,
+                url=f"ws://127.0.0.1:{port}",
+                name="robot-1",
+                api_key=KEY,
+                api_secret=SECRET,
+                wall_s=lambda: NOW_S,
+            ),
+        )
+    await runner.cleanup()
+
+
+async def test_a_room_is_made_with_one_clock_and_hardly_any_delay(
+    twirp: tuple[Twirp, LiveKitRoom],
+) -> None:
+    """Sound and picture are of one stream, and browsers hold pictures back by 10 ms at most."""
+    server, room = twirp
+    await room.create()
+    ((method, body, grants),) = server.asked
+    assert method == "CreateRoom"
+    assert (body["name"], body["sync_streams"], body["max_playout_delay"]) == ("robot-1", True, 10)
+    assert grants["video"]["roomCreate"] is True
+
+
+async def test_everybody_is_told_and_counted(twirp: tuple[Twirp, LiveKitRoom]) -> None:
+    """Data goes by the API, base64 as JSON wants it; a room that nobody has made is empty."""
+    server, room = twirp
+    assert await room.count() == 0
+    server.answer = (200, '{"rooms": [{"name": "robot-1", "num_participants": 7}]}')
+    assert await room.count() == 7
+    server.answer = (200, "{}")
+    await room.tell('{"type": "room"}')
+    await room.remove("p-1")
+    (_, told, _), (_, removed, _) = server.asked[2:]
+    assert base64.b64decode(told["data"]) == b'{"type": "room"}'
+    assert (told["room"], told["topic"]) == ("robot-1", TOPIC)
+    assert removed == {"room": "robot-1", "identity": "p-1"}
+
+
+@pytest.mark.parametrize(
+    ("answer", "why"),
+    [
+        ((401, '{"code": "unauthenticated", "msg": "invalid token"}'), "invalid token"),
+        ((503, "{}"), "Service Unavailable"),
+        ((200, "no JSON"), "does not answer"),
+    ],
+)
+async def test_what_livekit_refuses_is_a_sentence(
+    twirp: tuple[Twirp, LiveKitRoom], answer: tuple[int, str], why: str
+) -> None:
+    """With LiveKit's own reason, where it gives one."""
+    server, room = twirp
+    server.answer = answer
+    with pytest.raises(RoomError, match=why):
+        await room.create()
+
+
+async def test_a_livekit_that_is_not_there_is_a_sentence() -> None:
+    """Its address is in it."""
+    async with aiohttp.ClientSession() as http:
+        room = LiveKitRoom(
+            http=lambda: http,
+            url="ws://127.0.0.1:9",
+            name="robot-1",
+            api_key=KEY,
+            api_secret=SECRET,
+            wall_s=lambda: NOW_S,
+        )
+        with pytest.raises(RoomError, match=r"127\.0\.0\.1:9 does not answer"):
+            await room.create()
+
+
+def test_a_token_lets_one_person_watch_one_room_for_two_minutes() -> None:
+    """Unseen by the others, and without a right to publish anything."""
+    room = LiveKitRoom(
+        http=aiohttp.ClientSession,
+        url="wss://livekit.example.org",
+        name="robot-1",
+        api_key=KEY,
+        api_secret=SECRET,
+        wall_s=lambda: NOW_S,
+    )
+    options = {"verify_exp": False, "verify_nbf": False}
+    claims = jwt.decode(room.watch_token("p-1"), SECRET, algorithms=["HS256"], options=options)
+    assert (claims["iss"], claims["sub"], claims["exp"]) == (KEY, "p-1", NOW_S + 120)
+    assert claims["video"] == {
+        "room": "robot-1",
+        "roomJoin": True,
+        "canPublishData": False,
+        "canPublish": False,
+        "canSubscribe": True,
+        "hidden": True,
+    }
+    claims = jwt.decode(room.publish_token("robot"), SECRET, algorithms=["HS256"], options=options)
+    assert (claims["video"]["canPublish"], claims["video"]["canSubscribe"]) == (True, False)
+    assert room.whip_url == "https://livekit.example.org/whip/v1"
