@@ -27,6 +27,8 @@ from wax.capture.blanking import Blanking
 from wax.capture.find_sources import make_sources
 from wax.capture.source_thread import SourceThread
 from wax.capture.timestamp_overlay import TimestampOverlay
+from wax.cluster.cluster import Cluster, Sources
+from wax.cluster.rooms import published
 from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
 from wax.encode.video_encoder import IntraEncoder
@@ -95,6 +97,7 @@ class App:
         self._blanking = Blanking(lambda: self._house.is_blanked)
         sources = make_sources(settings.video, settings.audio, clock, self._driver)
         self._audio: SoundHub | UnitHub
+        self._cluster = Cluster(clock=clock, counters=counters)
         service: Service
         if settings.sync.policy == "thesis":
             self._video = VideoHub(
@@ -117,14 +120,16 @@ class App:
                 audio=self._audio,
                 upload_bps=settings.network.upload_bps,
             )
-        put: Callable[[Picture], None] = self._video.slot.put
-        if settings.video.timestamp_overlay:
-            put = TimestampOverlay(clock, put)
+            self._cluster.publish(
+                settings.publish,
+                [one.name for one in published(settings.video.renditions)],
+                Sources(service.codecs, self._video, self._audio),
+            )
         self._captures: dict[str, SourceThread[Picture] | SourceThread[Sound]] = {}
         if sources.video is not None:
             self._captures["video"] = SourceThread(
                 sources.video,
-                self._blanked(put),
+                self._take_picture(),
                 name="camera",
                 clock=clock,
                 retry_s=settings.video.retry_s,
@@ -193,6 +198,7 @@ class App:
             records=self._records,
             keeper=self._keeper,
             network=self._network,
+            cluster=self._cluster,
         )
         self._status = Status(
             clock=clock,
@@ -306,6 +312,7 @@ class App:
         self._supervisor.spawn("status", self._status.run())
         self._supervisor.spawn("public address", self._network.run())
         self._supervisor.spawn("records", self._keeper.run())
+        self._supervisor.spawn("cluster", self._cluster.run())
         self._supervisor.spawn("service manager", self._service_manager.run())
 
     async def _shut_down(self) -> None:
@@ -345,8 +352,11 @@ class App:
         self._died = name
         self.stop()
 
-    def _blanked(self, put: Callable[[Picture], None]) -> Callable[[Picture], None]:
-        """Handle pictures, in the camera's thread."""
+    def _take_picture(self) -> Callable[[Picture], None]:
+        """Return what handles pictures, in the camera's thread."""
+        put: Callable[[Picture], None] = self._video.slot.put
+        if self._settings.video.timestamp_overlay:
+            put = TimestampOverlay(self._clock, put)
         return lambda picture: put(self._blanking.picture(picture))
 
     def _take_sound(self, sound: Sound) -> None:

@@ -12,6 +12,7 @@ from tests.rtc.networks import network
 from tests.turned_clock import TurnedClock
 from tests.visitors import TAB, make_access, visitor
 
+from wax.cluster.cluster import Cluster
 from wax.config.settings import Settings
 from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
@@ -185,6 +186,7 @@ class Rig:
             records=self.records,
             keeper=self.keeper,
             network=network(),
+            cluster=Cluster(clock=self.clock, counters=self.counters),
         )
 
     async def enter(self, client: str, *, is_host: bool = False) -> FakePeer:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import aiohttp
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from wax.clock import Clock
-    from wax.config.settings import PublishSettings, VideoSettings
+    from wax.config.publish import PublishSettings
     from wax.fanout.sound_hub import SoundHub
     from wax.fanout.video_hub import VideoHub
     from wax.streams.interface import Codecs
@@ -51,29 +52,35 @@ class _Published:
     watch: str
 
 
+@dataclass(frozen=True, slots=True)
+class Sources:
+    """What is published: the hubs, of which the rooms are one more viewer each."""
+
+    codecs: Codecs
+    video: VideoHub
+    audio: SoundHub
+
+
 class Cluster:
     """The rooms of `[[publish]]`; without any, nothing here does anything."""
 
-    def __init__(
-        self,
-        *,
-        settings: Sequence[PublishSettings],
-        ladder: VideoSettings,
-        codecs: Codecs,
-        video: VideoHub,
-        audio: SoundHub,
-        clock: Clock,
-        counters: Counters,
-    ) -> None:
+    def __init__(self, *, clock: Clock, counters: Counters) -> None:
         self._clock = clock
-        self._codecs = codecs
-        self._video = video
-        self._audio = audio
         self._counters = counters
-        self._names = rooms.renditions(ladder.renditions)
         self._http: aiohttp.ClientSession | None = None
-        self._rooms = [self._room(one) for one in settings]
+        self._rooms: list[_Published] = []
         self._text: str | None = None
+        self._removing: set[asyncio.Task[None]] = set()
+
+    def publish(
+        self, settings: Sequence[PublishSettings], renditions: Sequence[str], sources: Sources
+    ) -> None:
+        """Publish into these rooms once `run` begins; raises `StartError` for an unread secret.
+
+        `renditions` are the names of what a room gets, the best first; where a page cannot choose,
+        only that.
+        """
+        self._rooms = [self._room(one, renditions, sources) for one in settings]
 
     # --- for whoever admits viewers --------------------------------------------------------
 
@@ -86,6 +93,11 @@ class Cluster:
             for one in found
             if (livekit := by_name[one.name]) is not None
         ]
+
+    @property
+    def is_used(self) -> bool:
+        """Whether there is a room whose viewers are told anything."""
+        return any(one.livekit is not None for one in self._rooms)
 
     @property
     def links(self) -> list[str]:
@@ -102,8 +114,8 @@ class Cluster:
         for one in self._rooms:
             if one.livekit is not None:
                 task = asyncio.create_task(self._removed(one.livekit, person), name="remove")
-                _TASKS.add(task)
-                task.add_done_callback(_TASKS.discard)
+                self._removing.add(task)
+                task.add_done_callback(self._removing.discard)
 
     def tell(self, text: str) -> None:
         """Tell everybody this, within a second; what they were not told before is left out."""
@@ -123,7 +135,16 @@ class Cluster:
     # --- what runs -------------------------------------------------------------------------
 
     async def run(self) -> None:
-        """Keep every room going until cancelled."""
+        """Keep every room going until cancelled; never ends, since driving does not need it."""
+        while True:
+            try:
+                await self._run()
+            except Exception:
+                self._counters.add("cluster faults")
+                _LOG.exception("the rooms failed; they begin anew")
+            await asyncio.sleep(_RETRY_S)
+
+    async def _run(self) -> None:
         if not self._rooms:
             await asyncio.Event().wait()
         async with aiohttp.ClientSession() as self._http, asyncio.TaskGroup() as together:
@@ -187,7 +208,9 @@ class Cluster:
 
     # --- making ----------------------------------------------------------------------------
 
-    def _room(self, settings: PublishSettings) -> _Published:
+    def _room(
+        self, settings: PublishSettings, renditions: Sequence[str], sources: Sources
+    ) -> _Published:
         livekit = None
         if settings.livekit:
             livekit = LiveKitRoom(
@@ -198,47 +221,38 @@ class Cluster:
                 api_secret=settings.secret(),
                 wall_s=lambda: self._clock.wall_ms() / 1000,
             )
-        return _Published(
-            Occupancy(settings.name, settings.max_viewers),
-            livekit,
-            [self._publication(settings, livekit, name) for name in self._published(settings)],
-            settings.watch,
-        )
-
-    def _published(self, settings: PublishSettings) -> Sequence[str]:
-        """Return the renditions of a room: two where a page can choose, else the best."""
-        return self._names if settings.livekit else self._names[:1]
-
-    def _publication(
-        self, settings: PublishSettings, livekit: LiveKitRoom | None, rendition: str
-    ) -> Publication:
-        """Publish a rendition; the sound goes with the last, which the thinnest uplink carries."""
-
-        def session() -> WhipSession:
-            if livekit is None:
-                token = settings.whip_token
-                return WhipSession(http=self._session, url=settings.whip, token=lambda: token)
-            return WhipSession(
-                http=self._session,
-                url=livekit.whip_url,
-                token=lambda: livekit.publish_token(f"robot {rendition}"),
+        chosen = renditions if livekit is not None else renditions[:1]
+        publications = [
+            Publication(
+                name=settings.name,
+                rendition=rendition,
+                # With the smaller picture: the thinnest uplink carries that.
+                with_sound=rendition == chosen[-1],
+                codecs=sources.codecs,
+                video=sources.video,
+                audio=sources.audio,
+                clock=self._clock,
+                counters=self._counters,
+                session=partial(self._whip, settings, livekit, rendition),
             )
+            for rendition in chosen
+        ]
+        occupancy = Occupancy(settings.name, settings.max_viewers)
+        return _Published(occupancy, livekit, publications, settings.watch)
 
-        return Publication(
-            name=settings.name,
-            rendition=rendition,
-            with_sound=rendition == self._published(settings)[-1],
-            codecs=self._codecs,
-            video=self._video,
-            audio=self._audio,
-            clock=self._clock,
-            counters=self._counters,
-            session=session,
+    def _whip(
+        self, settings: PublishSettings, livekit: LiveKitRoom | None, rendition: str
+    ) -> WhipSession:
+        if livekit is None:
+            return WhipSession(
+                http=self._session, url=settings.whip, token=lambda: settings.whip_token
+            )
+        return WhipSession(
+            http=self._session,
+            url=livekit.whip_url,
+            token=lambda: livekit.publish_token(f"robot {rendition}"),
         )
 
     def _session(self) -> aiohttp.ClientSession:
         assert self._http is not None, "run() comes first"
         return self._http
-
-
-_TASKS: Final[set[asyncio.Task[None]]] = set()

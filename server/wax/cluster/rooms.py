@@ -47,11 +47,11 @@ def choose(rooms: Iterable[Occupancy]) -> list[Occupancy]:
     return live[:_SEATS]
 
 
-def renditions(ladder: Sequence[RenditionSettings]) -> list[str]:
-    """Return the two that are published, by name: the best, and one for a thin link."""
+def published(ladder: Sequence[RenditionSettings]) -> list[RenditionSettings]:
+    """Return the two renditions that are published: the best, and one for a thin link."""
     best = ladder[0]
     small = next((one for one in ladder if one.bitrate_bps <= _SMALL * best.bitrate_bps), None)
-    return [best.name] if small is None else [best.name, small.name]
+    return [best] if small is None else [best, small]
 
 
 def person(identity: str, tab: str) -> str:

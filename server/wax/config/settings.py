@@ -438,6 +438,12 @@ class Settings(_Section):
     stop: StopSettings = StopSettings()
     robot: RobotSettings = RobotSettings()
 
+    @model_validator(mode="after")
+    def _is_of_today(self) -> Self:
+        if self.publish and self.sync.policy == "thesis":
+            raise ValueError("publish has no use for the thesis's policy; leave one of them out")
+        return self
+
 
 _RENAMED: Final = {
     "video.imprint": "video.timestamp_overlay",

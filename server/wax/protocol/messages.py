@@ -581,6 +581,38 @@ class InvitationLink(_Outgoing):
     ends_wall_ms: float
 
 
+class Seat(_Outgoing):
+    """A room of LiveKit's, and the token that lets this person in for the next two minutes."""
+
+    url: str
+    token: str
+
+
+class Elsewhere(_Outgoing):
+    """Where this page is to watch: the robot's own places, or its upload, are taken.
+
+    The first of `rooms` for now, the second if that one fails; `links` are pages of other servers.
+    `hello` is what the page would be told here, with 0 for its viewer.
+    """
+
+    type: Literal["elsewhere"] = "elsewhere"
+    rooms: list[Seat]
+    links: list[str]
+    hello: Hello
+
+
+class Told(_Outgoing):
+    """What everybody elsewhere is told once a second: the room, and when it was so.
+
+    Of the viewers only those who drive or wait; `watching` counts all, here and there.
+    """
+
+    type: Literal["told"] = "told"
+    server_ms: float
+    watching: int
+    room: RoomState
+
+
 class Goodbye(_Outgoing):
     """The last message of a server that stops or restarts; the page reconnects by itself."""
 
@@ -606,6 +638,7 @@ StateOut = (
     | Ended
     | Console
     | InvitationLink
+    | Elsewhere
 )
 
 DRIVE_COLUMNS: Final = compact.by_type(*get_args(DriveIn), DriveOut)

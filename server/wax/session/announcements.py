@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from wax.access.access import Access
+    from wax.access.admission import Grant, Visitor
     from wax.capture.source import Picture, Sound
     from wax.capture.source_thread import SourceThread
     from wax.config.settings import Settings
@@ -48,11 +49,16 @@ class Announcements:
         self._access = access
         self._house = house
 
-    def hello(self, viewer: Viewer, *, lost_after_s: float) -> messages.Hello:
-        """Return the greeting for a viewer; an operator silent for `lost_after_s` is lost."""
+    def hello(
+        self, number: int, visitor: Visitor, grant: Grant, *, lost_after_s: float
+    ) -> messages.Hello:
+        """Return the greeting for the viewer with this number, 0 for one who watches elsewhere.
+
+        An operator silent for `lost_after_s` is lost.
+        """
         return messages.Hello(
             version=__version__,
-            viewer=viewer.number,
+            viewer=number,
             robot=messages.RobotInfo(
                 kind=self._kind,
                 max_linear_mps=self._limits.linear_mps,
@@ -65,10 +71,10 @@ class Announcements:
             grace_s=self._settings.turns.grace_s,
             command_rate_hz=self._settings.drive.command_rate_hz,
             on_loss=self._on_loss(lost_after_s),
-            is_host=viewer.visitor.is_host,
+            is_host=visitor.is_host,
             has_microphone="audio" in self._captures,
-            may_hear=viewer.grant.hear,
-            may_queue=viewer.grant.queue,
+            may_hear=grant.hear,
+            may_queue=grant.queue,
             acknowledge=self._acknowledge,
         )
 
@@ -104,6 +110,15 @@ class Announcements:
                 problem=self._problem("video", "This robot has no camera.")
             ),
             audio=messages.SourceStatus(problem=self._problem("audio", None)),
+        )
+
+    def told(self, room: messages.RoomState, watching: int, now_s: float) -> messages.Told:
+        """Return the room for those who watch elsewhere, `watching` of them."""
+        placed = [one for one in room.viewers if one.place is not None]
+        return messages.Told(
+            server_ms=now_s * 1000,
+            watching=len(room.viewers) + watching,
+            room=room.model_copy(update={"viewers": placed}),
         )
 
     def console(self, viewers: Iterable[Viewer]) -> messages.Console:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 from weakref import WeakValueDictionary
 
 from wax.errors import FullError
@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     from wax.session.viewers import Viewers
     from wax.streams.interface import Service
     from wax.telemetry import Counters
+
+
+_MOST_EXPECTED: Final = 100
+"""Who wait in the queue and watch elsewhere."""
 
 
 class Entry:
@@ -107,6 +111,17 @@ class Entry:
         )
         viewer.peer = peer
         return await peer.answer(offer)
+
+    def expect(self, visitor: Visitor, tab: str) -> Viewer:
+        """Make a viewer of somebody who watches elsewhere; raises what `answer` does."""
+        grant = self._access.admit(visitor)
+        others = [one.visitor for one in self._viewers]
+        self._access.admission.check_tabs(visitor, others)
+        if sum(one.peer is None for one in self._viewers) >= _MOST_EXPECTED:
+            raise FullError("The queue is full; try again later.", retry_after_s=5)
+        viewer = self._enter(visitor, grant, tab, self._viewers.take_number())
+        viewer.was_ready = True  # for them a place is kept
+        return viewer
 
     def _admit(self, visitor: Visitor, viewer: Viewer | None) -> int:
         """Return the viewer's number if there is room for them; raises what `answer` does."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 import structlog
 
+from wax.cluster.rooms import person as person_in_room
 from wax.control.fairness import Person
 from wax.errors import ForbiddenError, FullError, NotAdmittedError
 from wax.protocol import messages, room_change
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from wax.access.admission import Visitor
     from wax.access.permissions import Role
     from wax.clock import Clock
+    from wax.cluster.cluster import Cluster
     from wax.config.settings import Settings
     from wax.control.gate import Command
     from wax.control.loop import ControlLoop
@@ -58,6 +60,11 @@ _GOODBYE: Final = "The server is restarting or was switched off."
 _CHECK_S: Final = 1.0
 """How often is looked whether everybody may still stay: hours and invitations end by themselves."""
 _NOT_INVITED: Final = "Only invited people drive this robot. Ask its host for a link."
+_NOT_QUEUED: Final = "You are not in the queue."
+_ELSEWHERE_S: Final = 20.0
+"""A page that watches elsewhere and waits asks four times as often."""
+_COMES_S: Final = 1.0
+"""By then the page of the next operator is connected: it begins ten seconds before."""
 _OTHER_TAB: Final = "You are in the queue already, in another tab of this page."
 
 
@@ -80,8 +87,10 @@ class Room:
         access: Access,
         house: House,
         records: Records,
+        cluster: Cluster,
     ) -> None:
         self._settings = settings
+        self._cluster = cluster
         self._network = network
         self._clock = clock
         self._counters = counters
@@ -134,12 +143,61 @@ class Room:
             raise FullError(_GOODBYE)
         return await self._entry.answer(visitor, tab, offer)
 
+    def elsewhere(self, visitor: Visitor, tab: str) -> messages.Elsewhere | None:
+        """Return where somebody may watch for whom there is no place here; None if nowhere.
+
+        Raises `NotAdmittedError` for whom there is none anywhere.
+        """
+        grant = self._access.admit(visitor)
+        seats = self._cluster.seats(person_in_room(visitor.identity, tab))
+        links = self._cluster.links
+        if not seats and not links:
+            return None
+        return messages.Elsewhere(
+            rooms=[messages.Seat(url=one.url, token=one.token) for one in seats],
+            links=links,
+            hello=self._announcements.hello(0, visitor, grant, lost_after_s=_LOST_S),
+        )
+
+    def queue_by(
+        self, visitor: Visitor, tab: str, wants: Literal["join", "leave", "here", "stay"]
+    ) -> messages.ViewerInfo:
+        """Do what a page asks for that watches elsewhere; returns its line in the room.
+
+        It has to ask again within `_ELSEWHERE_S`. Raises `NotAdmittedError`, `FullError`, and
+        `ForbiddenError` with the reason why it may not queue.
+        """
+        now_s = self._clock.now_s()
+        viewer = self._viewers.of_tab(visitor.identity, tab)
+        if viewer is None:
+            if wants != "join":
+                raise ForbiddenError(_NOT_QUEUED)
+            viewer = self._entry.expect(visitor, tab)
+            self._control.connect(viewer.number, _person(viewer))
+        viewer.elsewhere_until_s = now_s + _ELSEWHERE_S
+        match wants:
+            case "join":
+                self._check_queue(viewer)
+                self._control.join(viewer.number)
+            case "leave":
+                self._control.leave(viewer.number)
+            case "here":
+                self._control.here(viewer.number)
+            case "stay":
+                pass
+        self._viewers.changed()
+        return self._announcements.line(viewer, now_s)
+
     # --- viewers' events (ViewerEvents) ----------------------------------------------------
 
     def viewer_connected(self, viewer: Viewer) -> None:
         _LOG.info("viewer connected", viewer=viewer.number)
         self._entry.connected(viewer.number)
-        viewer.send(self._announcements.hello(viewer, lost_after_s=_LOST_S))
+        viewer.send(
+            self._announcements.hello(
+                viewer.number, viewer.visitor, viewer.grant, lost_after_s=_LOST_S
+            )
+        )
         if self._turns.is_lost(viewer.number):
             self._control.returned(viewer.number)
         else:
@@ -331,6 +389,9 @@ class Room:
 
     def _sweep(self, now_s: float) -> None:
         for viewer in self._viewers:
+            if viewer.peer is None and now_s < viewer.elsewhere_until_s:
+                self._expect(viewer, now_s)
+                continue
             if viewer.peer is None:
                 since_s = self._gone_since_s.setdefault(viewer.number, now_s)
                 if now_s - since_s >= self._settings.turns.grace_s:
@@ -347,6 +408,12 @@ class Room:
             elif viewer.is_ready and self._turns.is_lost(viewer.number):
                 self._control.returned(viewer.number)
 
+    def _expect(self, viewer: Viewer, now_s: float) -> None:
+        """Pass over somebody who watches elsewhere and has not come when their turn does."""
+        wait_s = self._turns.wait_s(viewer.number, now_s)
+        if viewer.number == self._turns.operator or (wait_s is not None and wait_s < _COMES_S):
+            self._control.lost(viewer.number)
+
     def _lost_after_s(self, viewer: Viewer) -> float:
         return _LOST_S if viewer.number == self._turns.operator else _OTHERS_LOST_S
 
@@ -361,10 +428,17 @@ class Room:
         update = self._updates.next(self.snapshot(now_s), now_s)
         if update is None:
             return
+        self._tell_elsewhere(now_s)
         text = room_change.text_of(update)
         for viewer in self._viewers:
             if viewer.is_ready:
                 viewer.send_text(text)  # inside the viewer's own boundary
+
+    def _tell_elsewhere(self, now_s: float) -> None:
+        if not self._cluster.is_used:
+            return
+        told = self._announcements.told(self.snapshot(now_s), self._cluster.watching, now_s)
+        self._cluster.tell(told.model_dump_json())
 
 
 def _person(viewer: Viewer) -> Person:

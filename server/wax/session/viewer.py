@@ -103,6 +103,8 @@ class Viewer:
         self.is_ready = False
         self.was_ready = False
         self.wants_picture = True
+        self.elsewhere_until_s = float("-inf")
+        """Until then they watch elsewhere, and keep a place here without a peer."""
         self._clock = clock
         self._counters = counters
         self._service = service

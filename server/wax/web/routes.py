@@ -91,6 +91,15 @@ class Entry(BaseModel):
     token: Annotated[str, Field(min_length=1, max_length=MAX_TOKEN_CHARS)]
 
 
+class Queue(BaseModel):
+    """What a page asks for that watches elsewhere: a place, none any more, or just to keep it."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    client: Client
+    wants: Literal["join", "leave", "here", "stay"]
+
+
 class StopPress(BaseModel):
     """The tab in which somebody presses Stop, if the request names one."""
 
@@ -167,6 +176,7 @@ class Routes:
                 web.post("/api/host", self.become_host),
                 web.post("/api/enter", self.enter),
                 web.post("/api/offer", self.offer),
+                web.post("/api/queue", self.queue),
                 web.post("/api/stop", self.stop),
                 web.post("/api/release", self.release),
                 web.post("/api/proof", self.prove),
@@ -225,18 +235,30 @@ class Routes:
 
     async def offer(self, request: web.Request) -> web.Response:
         visitor = request[_VISITOR]
-        # Before the body is read.
-        if not visitor.is_host and not self._offers.take(visitor.address, self._clock.now_s()):
-            raise TooOftenError(
-                "Too many connections from your address; wait a few seconds and try again."
-            )
+        self._limit(request)
         offer = await _body(request, Offer)
         response, identity = self._somebody(request)
         visitor = replace(visitor, identity=identity)
-        answer = await self._room.answer(visitor, offer.client, offer.sdp)
+        try:
+            answer = await self._room.answer(visitor, offer.client, offer.sdp)
+        except FullError:
+            elsewhere = self._room.elsewhere(visitor, offer.client)
+            if elsewhere is None:
+                raise
+            response.text = elsewhere.model_dump_json()
+            return response
         response.text = json.dumps({"sdp": answer})
         if visitor.is_host:
             self._renew(request, response)
+        return response
+
+    async def queue(self, request: web.Request) -> web.Response:
+        self._limit(request)
+        queue = await _body(request, Queue)
+        response, identity = self._somebody(request)
+        visitor = replace(request[_VISITOR], identity=identity)
+        line = self._room.queue_by(visitor, queue.client, queue.wants)
+        response.text = line.model_dump_json()
         return response
 
     async def stop(self, request: web.Request) -> web.Response:
@@ -297,6 +319,14 @@ class Routes:
         if cookie is not None:
             cookies.give_host(response, cookie, self._guards.seen(request).scheme)
         self._warn_of_plain_http(request)
+
+    def _limit(self, request: web.Request) -> None:
+        """Refuse an address that asks too often, before a body is read."""
+        visitor = request[_VISITOR]
+        if not visitor.is_host and not self._offers.take(visitor.address, self._clock.now_s()):
+            raise TooOftenError(
+                "Too many connections from your address; wait a few seconds and try again."
+            )
 
     def _knock(self, request: web.Request) -> None:
         if not self._knocks.take(self._guards.sender(request), self._clock.now_s()):

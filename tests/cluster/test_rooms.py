@@ -1,0 +1,60 @@
+"""Observers spread over the rooms, and are known there by nothing that they would not show."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.cluster.rooms import Occupancy, choose, person, published
+from wax.config.settings import RenditionSettings, VideoSettings
+
+
+@given(st.lists(st.integers(1, 20), min_size=1, max_size=5), st.integers(0, 120))
+def test_no_room_gets_more_than_it_takes(most: list[int], crowd: int) -> None:
+    """Everybody gets a place while there is one, the emptiest room first, and nobody after that."""
+    rooms = [Occupancy(str(number), places, is_live=True) for number, places in enumerate(most)]
+    sent = [choose(rooms) for _ in range(crowd)]
+    assert sum(bool(seats) for seats in sent) == min(crowd, sum(most))
+    assert all(room.sent <= room.most for room in rooms)
+    free = [room.free for room in rooms]
+    assert crowd >= sum(most) or max(free) - min(free, default=0) <= max(most) - min(most) + 1
+
+
+def test_a_room_that_is_not_published_to_gets_nobody() -> None:
+    """Nor is it where anybody would go next."""
+    dead, alive = Occupancy("dead", 10), Occupancy("alive", 10, is_live=True)
+    assert choose([dead, alive]) == [alive]
+    assert choose([dead]) == []
+
+
+def test_the_second_room_is_another_one_even_if_it_is_full() -> None:
+    """It is for when the first is gone with all its viewers."""
+    first, second = (Occupancy(name, 1, is_live=True) for name in ("a", "b"))
+    assert choose([first, second]) == [first, second]
+    assert choose([first, second]) == [second, first]
+    assert choose([first, second]) == []
+
+
+def test_those_who_were_counted_are_not_counted_twice() -> None:
+    """A count includes whoever was sent before it."""
+    room = Occupancy("a", 2, is_live=True)
+    assert choose([room])
+    room.counted, room.sent = 1, 0
+    assert room.free == 1
+
+
+def test_two_renditions_are_published() -> None:
+    """The best, and one of at most a quarter of its rate; only one where there is none such."""
+    assert [one.bitrate_bps for one in published(VideoSettings().renditions)] == [
+        1_000_000,
+        120_000,
+    ]
+    only = RenditionSettings(width=640, height=480, fps=30, bitrate_bps=600_000)
+    assert published([only]) == [only]
+
+
+def test_a_name_in_a_room_tells_nothing() -> None:
+    """Each tab has its own, the same each time, from which its cookie cannot be had."""
+    assert person("cookie", "tab") == person("cookie", "tab")
+    assert len({person("cookie", "a"), person("cookie", "b"), person("other", "a")}) == 3
+    assert "cookie" not in person("cookie", "tab")
