@@ -38,10 +38,13 @@ class Ports:
     media_udp: int = 7882
 
 
-def settings(address: str, ports: Ports, key: Key, *, is_by_default: bool = True) -> dict[str, Any]:
+def settings(
+    address: str, ports: Ports, key: Key, *, is_by_default: bool = True, redis: str = ""
+) -> dict[str, Any]:
     """Return LiveKit's configuration: on this address only, and nobody outside is asked.
 
-    Unless `is_by_default` with its preset for teleoperation.
+    Unless `is_by_default` with its preset for teleoperation. With an address of `redis` it is one
+    node of several.
     """
     # https://docs.livekit.io/robotics/media/performance/low-latency/playout-delay/
     preset = {"room": {"playout_delay": {"enabled": True, "min": 0, "max": 10}}}
@@ -58,6 +61,7 @@ def settings(address: str, ports: Ports, key: Key, *, is_by_default: bool = True
             "ips": {"includes": [f"{address}/32"]},
         },
         **({} if is_by_default else preset),
+        **({"redis": {"address": redis}} if redis else {}),
     }
 
 
@@ -70,11 +74,20 @@ class LiveKit:
     """One server; what it logs goes to standard error."""
 
     def __init__(
-        self, program: Path, address: str, ports: Ports, key: Key, *, is_by_default: bool = True
+        self,
+        program: Path,
+        address: str,
+        ports: Ports,
+        key: Key,
+        *,
+        is_by_default: bool = True,
+        redis: str = "",
     ) -> None:
         self.url = f"http://{address}:{ports.signal}"
         self._program = program
-        self._environment = environment(settings(address, ports, key, is_by_default=is_by_default))
+        self._environment = environment(
+            settings(address, ports, key, is_by_default=is_by_default, redis=redis)
+        )
         self._process: Process | None = None
 
     async def start(self) -> None:
@@ -104,6 +117,12 @@ class LiveKit:
         """Wait until the process has ended; return its status."""
         assert self._process is not None
         return await self._process.wait()
+
+    async def kill(self) -> None:
+        """End it as a power cut does; safe to call twice."""
+        if self._process is not None and self._process.returncode is None:
+            self._process.kill()
+            await self._process.wait()
 
     async def stop(self) -> None:
         """Bounded, safe to call twice. It waits for viewers unless it is asked a second time."""

@@ -1,0 +1,155 @@
+"""Two nodes of LiveKit on one Redis, and a room pinned to each."""
+
+from __future__ import annotations
+
+import asyncio
+import shutil
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, Any, Final
+
+import aiohttp
+import jwt
+
+from e2e.harness.missing import missing
+from e2e.harness.server import free_port
+from e2e.harness.wait import eventually
+from e2e.peers.livekit.errors import LiveKitError
+from e2e.peers.livekit.installation import find_server
+from e2e.peers.livekit.server import LiveKit, Ports
+from e2e.peers.livekit.tokens import Key
+
+if TYPE_CHECKING:
+    from asyncio.subprocess import Process
+    from collections.abc import AsyncIterator
+
+KEY: Final = Key("APItest", "s" * 32)
+ROOMS: Final = ("robot-1", "robot-2")
+_ADDRESS: Final = "127.0.0.1"
+_FOREVER_S: Final = 2**31
+
+
+class Redis:
+    """Brings the nodes together; it keeps nothing on a disk."""
+
+    def __init__(self) -> None:
+        self.port = free_port()
+        self._process: Process | None = None
+
+    async def start(self) -> None:
+        self._process = await asyncio.create_subprocess_exec(
+            *("redis-server", "--port", str(self.port), "--bind", _ADDRESS),
+            *("--save", "", "--appendonly", "no"),
+            stdout=asyncio.subprocess.DEVNULL,
+        )
+        await eventually(self._answers, "Redis answers")
+
+    async def kill(self) -> None:
+        """End it as a power cut does; safe to call twice."""
+        if self._process is not None and self._process.returncode is None:
+            self._process.kill()
+            await self._process.wait()
+
+    async def nodes(self) -> set[str]:
+        """Return the ids of all nodes that have ever come; those gone stay for a while."""
+        return set((await self._ask("HKEYS", "nodes")).split())
+
+    async def _answers(self) -> bool:
+        return "PONG" in await self._ask("PING")
+
+    async def _ask(self, *command: str) -> str:
+        process = await asyncio.create_subprocess_exec(
+            *("redis-cli", "-p", str(self.port), *command),
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.DEVNULL,
+        )
+        said, _ = await process.communicate()
+        return said.decode()
+
+
+class Engine:
+    """The cluster; `nodes` in the order of `ROOMS`, each of which has its room."""
+
+    def __init__(self) -> None:
+        self.redis = Redis()
+        self._ids: list[str] = ["", ""]
+        program = find_server()
+        self.nodes = [
+            LiveKit(
+                program,
+                _ADDRESS,
+                Ports(free_port(), free_port(), free_port()),
+                KEY,
+                redis=f"{_ADDRESS}:{self.redis.port}",
+            )
+            for _ in ROOMS
+        ]
+
+    async def start(self) -> None:
+        await self.redis.start()
+        for number in range(len(self.nodes)):
+            await self.start_node(number)
+
+    async def start_node(self, number: int) -> None:
+        """Start a node, again or for the first time, and pin its room to it."""
+        before = await self.redis.nodes()
+        await self.nodes[number].start()
+
+        async def is_known() -> bool:
+            return len(await self.redis.nodes() - before) == 1
+
+        await eventually(is_known, "Redis knows the node")
+        (self._ids[number],) = await self.redis.nodes() - before
+        await self.pin(number)
+
+    async def pin(self, number: int) -> None:
+        """Make the room of this node on it, with what the origin would ask for."""
+        room = {"name": ROOMS[number], "node_id": self._ids[number], "empty_timeout": 600}
+        room |= {"sync_streams": True, "max_playout_delay": 10}
+        await self.call(number, "CreateRoom", room)
+
+    async def stop(self) -> None:
+        for node in self.nodes:
+            await node.kill()
+        await self.redis.kill()
+
+    def url(self, number: int) -> str:
+        """Return the address that pages use of this node."""
+        return self.nodes[number].url.replace("http", "ws", 1)
+
+    async def call(self, number: int, what: str, body: dict[str, Any]) -> dict[str, Any]:
+        """Ask a node, as an administrator does; raises `aiohttp.ClientError`."""
+        grants = {"room": body.get("room", ""), "roomCreate": True, "roomAdmin": True}
+        claims = {"iss": KEY.name, "exp": _FOREVER_S, "video": {**grants, "roomList": True}}
+        token = jwt.encode(claims, KEY.secret, algorithm="HS256")
+        async with (
+            aiohttp.ClientSession(raise_for_status=True) as http,
+            http.post(
+                f"{self.nodes[number].url}/twirp/livekit.RoomService/{what}",
+                json=body,
+                headers={"Authorization": f"Bearer {token}"},
+            ) as response,
+        ):
+            told: dict[str, Any] = await response.json()
+        return told
+
+    async def people(self, number: int) -> list[dict[str, Any]]:
+        """Return who is in the room of this node, and what they publish."""
+        told = await self.call(number, "ListParticipants", {"room": ROOMS[number]})
+        people: list[dict[str, Any]] = told["participants"]
+        return people
+
+
+@asynccontextmanager
+async def running() -> AsyncIterator[Engine]:
+    """Run it for a test; skips where LiveKit or Redis is missing."""
+    if shutil.which("redis-server") is None:
+        missing("there is no Redis; install the package redis-server")
+    try:
+        engine = Engine()
+    except LiveKitError as error:
+        missing(str(error))
+    try:
+        await engine.start()
+        yield engine
+    finally:
+        await engine.stop()
