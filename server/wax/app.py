@@ -123,7 +123,11 @@ class App:
             self._cluster.publish(
                 settings.publish,
                 [one.name for one in published(settings.video.renditions)],
-                Sources(service.codecs, self._video, self._audio),
+                Sources(
+                    service.codecs,
+                    self._video,
+                    self._audio if settings.access.strangers_hear else None,
+                ),
             )
         self._captures: dict[str, SourceThread[Picture] | SourceThread[Sound]] = {}
         if sources.video is not None:
@@ -211,6 +215,7 @@ class App:
             audio=self._audio,
             captures=self._captures,
             blocks=self._blocks,
+            cluster=self._cluster,
             counters=counters,
             rates=Rates(),
         )
@@ -227,7 +232,12 @@ class App:
             ice=ice,
             status=lambda: self._status() | {"connections": self._entrance.status()},
             page_data=_page_data(service, settings.sync),
-            guards=Guards(settings.server, clock, self._network.public_addresses),
+            guards=Guards(
+                settings.server,
+                clock,
+                self._network.public_addresses,
+                [one.livekit for one in settings.publish if one.livekit],
+            ),
             access=self._access,
             offers_hz=settings.server.max_offers_per_address_hz,
             missing=Readiness(

@@ -7,6 +7,7 @@ WaxError
  ├── ProtocolError    bytes from outside that are not a valid message; refused and counted
  ├── SignallingError  an offer that cannot be answered
  ├── FullError        no room for one more viewer
+ │    └── NoPlaceError  … here, but perhaps in a room of the cluster
  ├── TooOftenError    one address requests connections too often
  ├── ForbiddenError   a request that its sender may not make, or not now
  │    └── NotAdmittedError  somebody who may not come in, or not stay
@@ -55,6 +56,10 @@ class FullError(_LaterError):
     """The configured number of viewers is reached."""
 
 
+class NoPlaceError(FullError):
+    """The places, or the upload, of this machine are taken; a room elsewhere may have some."""
+
+
 class TooOftenError(_LaterError):
     """One address requests connections too often."""
 
@@ -89,5 +94,6 @@ HTTP_STATUS: Final[dict[type[WaxError], int]] = {
     NotAdmittedError: 403,
     TooOftenError: 429,
     FullError: 503,
+    NoPlaceError: 503,
 }
 """The HTTP status of each error; any other is 500."""

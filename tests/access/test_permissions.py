@@ -34,6 +34,8 @@ CELLS: dict[permissions.Act, str] = {
     "POST /api/host": ANYBODY,
     "POST /api/enter": ANYBODY,
     "POST /api/offer": ANYBODY,
+    "POST /api/queue": ANYBODY,
+    "POST /api/seat": ANYBODY,
     "POST /api/stop": INSIDE,
     "POST /api/release": "operator host",
     "GET /api/status": "host",

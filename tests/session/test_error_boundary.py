@@ -16,6 +16,7 @@ from tests.visitors import EVERYTHING, TAB, visitor
 from wax.baseline.streams import BaselineService, thesis_video
 from wax.baseline.unit_hub import UnitHub
 from wax.capture.source import BLOCK_SAMPLES, Sound
+from wax.cluster.cluster import Cluster
 from wax.config.settings import VideoSettings
 from wax.config.thesis import ThesisSettings
 from wax.congestion.allocation import SoundForm
@@ -245,6 +246,7 @@ async def test_the_status_tells_of_all_others(rig: Rig, monkeypatch: pytest.Monk
         audio=SoundHub(),
         captures={},
         blocks=cast("Any", SimpleNamespace(filled_ms=0.0, dropped_ms=0.0)),
+        cluster=Cluster(clock=rig.clock, counters=rig.counters),
         counters=rig.counters,
         rates=Rates(),
     )

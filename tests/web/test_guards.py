@@ -19,6 +19,7 @@ from wax.rtc.ice_servers import IceServers
 from wax.web import routes
 from wax.web.guards import Guards
 from wax.web.routes import Routes
+from wax.web.security_headers import always
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -198,6 +199,17 @@ async def test_paths_that_no_file_can_have(line: Line, path: bytes) -> None:
     answer = await line.ask(b"GET %s HTTP/1.1" % path, line.host)
     assert answer.status == 404
     assert json.loads(answer.body)["error"]
+
+
+def test_the_page_may_connect_to_the_rooms_and_nowhere_else() -> None:
+    """Where observers watch elsewhere their page speaks to that server, by both protocols."""
+    assert "connect-src 'self';" in always()["Content-Security-Policy"]
+    there = ["wss://livekit.example.org/a", "wss://livekit.example.org", "ws://127.0.0.1:7880"]
+    policy = always(there)["Content-Security-Policy"]
+    assert (
+        "connect-src 'self' wss://livekit.example.org https://livekit.example.org"
+        " ws://127.0.0.1:7880 http://127.0.0.1:7880;"
+    ) in policy
 
 
 @pytest.mark.parametrize(

@@ -59,6 +59,7 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     "POST /api/enter": _ANYBODY,
     "POST /api/offer": _ANYBODY,
     "POST /api/queue": _ANYBODY,
+    "POST /api/seat": _ANYBODY,
     "GET /api/ice": _ANYBODY,
     "POST /api/stop": _INSIDE,
     "POST /api/release": _IN_CHARGE,

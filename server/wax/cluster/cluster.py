@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from dataclasses import dataclass
 from functools import partial
+from heapq import heappop, heappush
 from typing import TYPE_CHECKING, Final
 
 import aiohttp
@@ -18,7 +19,7 @@ from wax.cluster.rooms import Occupancy
 from wax.cluster.whip import WhipSession
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from wax.clock import Clock
     from wax.config.publish import PublishSettings
@@ -31,13 +32,18 @@ _LOG = structlog.get_logger(__name__)
 
 _TELL_S: Final = 1.0
 _COUNT_S: Final = 5.0
+_LOOK_S: Final = 0.1
 _RETRY_S: Final = 2.0
+_AGAIN_S: Final = (5.0, 30.0, 120.0, 300.0, 660.0)
+"""LiveKit lets whoever was removed in again by the token that they have, and whoever is connected
+has one of ten minutes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Seat:
-    """Where somebody may watch: LiveKit's address and a token for it."""
+    """Where somebody may watch: a room, LiveKit's address, and a token for it."""
 
+    room: str
     url: str
     token: str
 
@@ -54,11 +60,14 @@ class _Published:
 
 @dataclass(frozen=True, slots=True)
 class Sources:
-    """What is published: the hubs, of which the rooms are one more viewer each."""
+    """What is published: the hubs, of which the rooms are one more viewer each.
+
+    `audio` is None where not everybody may hear: nobody in a room can be kept from it.
+    """
 
     codecs: Codecs
     video: VideoHub
-    audio: SoundHub
+    audio: SoundHub | None
 
 
 class Cluster:
@@ -69,8 +78,9 @@ class Cluster:
         self._counters = counters
         self._http: aiohttp.ClientSession | None = None
         self._rooms: list[_Published] = []
-        self._text: str | None = None
-        self._removing: set[asyncio.Task[None]] = set()
+        self._news: Callable[[], str | None] = _nothing
+        self._leaving: list[tuple[float, str]] = []
+        self._out: set[str] = set()
 
     def publish(
         self, settings: Sequence[PublishSettings], renditions: Sequence[str], sources: Sources
@@ -82,22 +92,40 @@ class Cluster:
         """
         self._rooms = [self._room(one, renditions, sources) for one in settings]
 
+    def tell(self, news: Callable[[], str | None]) -> None:
+        """Ask `news` once a second what all are to be told; None for nothing."""
+        self._news = news
+
     # --- for whoever admits viewers --------------------------------------------------------
 
-    def seats(self, person: str) -> list[Seat]:
-        """Return where this person may watch, the first for now; empty where all is full."""
+    def seats(self, person: str, before: Sequence[str] = ()) -> list[Seat]:
+        """Return where this person may watch, the first for now; empty where all is full.
+
+        `before` are the rooms that they were sent to already, in which they stay.
+        """
         by_name = {one.occupancy.name: one.livekit for one in self._rooms}
-        found = rooms.choose(one.occupancy for one in self._rooms if one.livekit is not None)
+        mine = (one.occupancy for one in self._rooms if one.livekit is not None)
+        self._out.discard(person)
         return [
-            Seat(livekit.url, livekit.watch_token(person))
-            for one in found
+            Seat(one.name, livekit.url, livekit.watch_token(person))
+            for one in rooms.choose(mine, before)
             if (livekit := by_name[one.name]) is not None
         ]
 
     @property
     def is_used(self) -> bool:
-        """Whether there is a room whose viewers are told anything."""
-        return any(one.livekit is not None for one in self._rooms)
+        """Whether there is any room, whatever its state."""
+        return bool(self._rooms)
+
+    @property
+    def capacity(self) -> int:
+        """How many may watch in LiveKit's rooms together."""
+        return sum(one.occupancy.most for one in self._rooms if one.livekit is not None)
+
+    @property
+    def has_sound(self) -> bool:
+        """Whether the rooms carry sound."""
+        return any(told.has_sound for one in self._rooms for told in one.publications)
 
     @property
     def links(self) -> list[str]:
@@ -109,25 +137,25 @@ class Cluster:
         """How many watch there, by the newest count."""
         return sum(one.occupancy.counted for one in self._rooms)
 
-    def remove(self, person: str) -> None:
-        """Take somebody out of every room; whoever is gone already is none to complain of."""
-        for one in self._rooms:
-            if one.livekit is not None:
-                task = asyncio.create_task(self._removed(one.livekit, person), name="remove")
-                self._removing.add(task)
-                task.add_done_callback(self._removing.discard)
+    def remove(self, person: str, *, for_good: bool = False) -> None:
+        """Take somebody out of every room; whoever is gone already is none to complain of.
 
-    def tell(self, text: str) -> None:
-        """Tell everybody this, within a second; what they were not told before is left out."""
-        self._text = text
+        `for_good` until they get a seat again: their token outlives the removal.
+        """
+        now_s = self._clock.now_s()
+        self._out.add(person)
+        for after_s in (0.0, *_AGAIN_S) if for_good else (0.0,):
+            heappush(self._leaving, (now_s + after_s, person))
 
     def status(self) -> list[dict[str, object]]:
         """Return each room as the host's status page has it."""
         return [
             {
                 "name": one.occupancy.name,
+                "is_live": one.occupancy.is_live,
                 "watching": one.occupancy.counted,
-                "problems": [told.problem for told in one.publications if told.problem],
+                "max_viewers": one.occupancy.most,
+                "publications": {told.rendition: told.problem for told in one.publications},
             }
             for one in self._rooms
         ]
@@ -149,27 +177,16 @@ class Cluster:
             await asyncio.Event().wait()
         async with aiohttp.ClientSession() as self._http, asyncio.TaskGroup() as together:
             for one in self._rooms:
-                together.create_task(self._keep(one), name=f"room {one.occupancy.name}")
+                for publication in one.publications:
+                    together.create_task(publication.run(), name=f"publish {publication.name}")
             together.create_task(self._tell_all(), name="tell the rooms")
             together.create_task(self._count_all(), name="count the rooms")
-
-    async def _keep(self, room: _Published) -> None:
-        """Make the room, then publish into it."""
-        while room.livekit is not None:
-            try:
-                await room.livekit.create()
-                break
-            except RoomError as error:
-                _LOG.warning("no room", room=room.occupancy.name, why=str(error))
-                await asyncio.sleep(_RETRY_S)
-        async with asyncio.TaskGroup() as together:
-            for one in room.publications:
-                together.create_task(one.run(), name=f"publish {one.name}")
+            together.create_task(self._remove_all(), name="remove people")
 
     async def _tell_all(self) -> None:
         while True:
             await asyncio.sleep(_TELL_S)
-            text, self._text = self._text, None
+            text = self._news()
             if text is not None:
                 await asyncio.gather(*(self._told(one, text) for one in self._rooms))
 
@@ -195,10 +212,21 @@ class Cluster:
         if room.livekit is None:
             return
         try:
-            room.occupancy.counted = max(await room.livekit.count() - len(room.publications), 0)
-            room.occupancy.sent = 0
+            people = await room.livekit.count()
         except RoomError:
             self._counters.add("rooms not counted")
+        else:
+            room.occupancy.count(max(people - len(room.publications), 0))
+
+    async def _remove_all(self) -> None:
+        """Remove one after the other: a crowd that leaves at once must not become one of calls."""
+        while True:
+            await asyncio.sleep(_LOOK_S)
+            while self._leaving and self._leaving[0][0] <= self._clock.now_s():
+                _, person = heappop(self._leaving)
+                if person in self._out:
+                    mine = [one.livekit for one in self._rooms if one.livekit is not None]
+                    await asyncio.gather(*(self._removed(one, person) for one in mine))
 
     async def _removed(self, room: LiveKitRoom, person: str) -> None:
         try:
@@ -227,23 +255,26 @@ class Cluster:
                 name=settings.name,
                 rendition=rendition,
                 # With the smaller picture: the thinnest uplink carries that.
-                with_sound=rendition == chosen[-1],
+                audio=sources.audio if rendition == chosen[-1] else None,
                 codecs=sources.codecs,
                 video=sources.video,
-                audio=sources.audio,
                 clock=self._clock,
                 counters=self._counters,
-                session=partial(self._whip, settings, livekit, rendition),
+                session=partial(self._session_for, settings, livekit, rendition),
             )
             for rendition in chosen
         ]
         occupancy = Occupancy(settings.name, settings.max_viewers)
         return _Published(occupancy, livekit, publications, settings.watch)
 
-    def _whip(
+    async def _session_for(
         self, settings: PublishSettings, livekit: LiveKitRoom | None, rendition: str
     ) -> WhipSession:
-        if livekit is None:
+        """Make a session; raises `RoomError`."""
+        if livekit is not None:
+            # Each time: a room that nobody was in is gone, and WHIP would make one by default.
+            await livekit.create()
+        else:
             return WhipSession(
                 http=self._session, url=settings.whip, token=lambda: settings.whip_token
             )
@@ -256,3 +287,6 @@ class Cluster:
     def _session(self) -> aiohttp.ClientSession:
         assert self._http is not None, "run() comes first"
         return self._http
+
+
+def _nothing() -> None: ...

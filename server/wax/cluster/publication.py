@@ -14,12 +14,13 @@ from wax.errors import SignallingError
 from wax.rtc.publisher import Publisher
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Awaitable, Callable
 
     from wax.clock import Clock
     from wax.cluster.whip import WhipSession
     from wax.fanout.sound_hub import SoundHub
     from wax.fanout.video_hub import VideoHub
+    from wax.fanout.video_lane import VideoLane
     from wax.streams.interface import Codecs
     from wax.telemetry import Counters
 
@@ -31,32 +32,35 @@ SILENT_S: Final = 3.5
 """A media server reports each second; one that has missed three is gone. aiortc alone would notice
 after half a minute."""
 _FIRST_RETRY_S: Final = 0.5
-_LAST_RETRY_S: Final = 4.0
+_LAST_RETRY_S: Final = 2.0
 """A server that is back is used again within five seconds."""
+_KEYFRAMES_APART_S: Final = 1.0
+"""Somebody joins all the time, and a keyframe costs everybody; LiveKit asks until one comes."""
 _SOUND: Final = SoundForm(20, 32_000)
 
 
 class Publication:
-    """`session` makes one WHIP session after another; `rendition` is the hub's name of it."""
+    """`session` makes one WHIP session after another; raises `RoomError` where it cannot.
+
+    `rendition` is the hub's name of it; `audio` is None where others bring the sound.
+    """
 
     def __init__(
         self,
         *,
         name: str,
         rendition: str,
-        with_sound: bool,
         codecs: Codecs,
         video: VideoHub,
-        audio: SoundHub,
+        audio: SoundHub | None,
         clock: Clock,
         counters: Counters,
-        session: Callable[[], WhipSession],
+        session: Callable[[], Awaitable[WhipSession]],
     ) -> None:
         self.name = name
         self.problem: str | None = "it has not begun"
         """Why nothing is published now, None while it is."""
-        self._rendition = rendition
-        self._with_sound = with_sound
+        self.rendition = rendition
         self._codecs = codecs
         self._video = video
         self._audio = audio
@@ -64,6 +68,12 @@ class Publication:
         self._counters = counters
         self._session = session
         self._is_told = False
+        self._keyframe_s = float("-inf")
+
+    @property
+    def has_sound(self) -> bool:
+        """Whether it carries the sound."""
+        return self._audio is not None
 
     async def run(self) -> None:
         """Publish until cancelled; what fails is tried again, soon and then less often."""
@@ -73,6 +83,9 @@ class Publication:
                 await self._publish()
             except (RoomError, SignallingError, ConnectionError, TimeoutError) as error:
                 self._fails(str(error) or "the connection takes too long")
+            except Exception:
+                _LOG.exception("a publication failed", room=self.name, rendition=self.rendition)
+                self._fails("it failed; see the log")
             else:
                 retry_s = _FIRST_RETRY_S
                 self._fails("the server has fallen silent")
@@ -81,54 +94,58 @@ class Publication:
 
     async def _publish(self) -> None:
         """Publish once, until it ends; raises what `run` expects if it does not begin."""
-        boundary = ErrorBoundary(viewer=0, counters=self._counters, end=_nothing)
+        session = await self._session()
+        broken = asyncio.Event()
+        boundary = ErrorBoundary(viewer=0, counters=self._counters, end=broken.set)
         picture = self._video.add(boundary)
-        sound = self._audio.add(boundary) if self._with_sound else None
+        sound = None if self._audio is None else self._audio.add(boundary)
         publisher = Publisher(
             codecs=self._codecs,
             video=picture,
             audio=sound,
             clock=self._clock,
-            on_keyframe_wanted=lambda: self._video.request_keyframe(picture),
+            on_keyframe_wanted=lambda: self._keyframe_wanted(picture),
         )
-        session = self._session()
         try:
             async with asyncio.timeout(_CONNECT_S):
                 await publisher.accept(await session.offer(await publisher.offer()))
                 await publisher.connected()
-            self._video.choose(picture, self._rendition)
-            if sound is not None:
+            self._video.choose(picture, self.rendition)
+            if self._audio is not None and sound is not None:
                 self._audio.choose(sound, _SOUND, 0)
             self._succeeds()
-            await self._ended(publisher)
+            await self._ended(publisher, broken)
         finally:
             self._video.remove(picture)
-            if sound is not None:
+            if self._audio is not None and sound is not None:
                 self._audio.remove(sound)
             await asyncio.shield(_both(session, publisher))
 
-    async def _ended(self, publisher: Publisher) -> None:
-        """Wait until it is closed, or nothing has been heard of it for a while."""
+    async def _ended(self, publisher: Publisher, broken: asyncio.Event) -> None:
+        """Wait until it is closed or broken, or nothing has been heard of it for a while."""
         began_s = self._clock.now_s()
-        while publisher.is_alive:
+        while publisher.is_alive and not broken.is_set():
             heard_s = began_s if publisher.heard_s is None else publisher.heard_s
             if self._clock.now_s() - heard_s > SILENT_S:
                 return
             await asyncio.sleep(_LOOK_S)
 
+    def _keyframe_wanted(self, picture: VideoLane) -> None:
+        now_s = self._clock.now_s()
+        if now_s - self._keyframe_s >= _KEYFRAMES_APART_S:
+            self._keyframe_s = now_s
+            self._video.request_keyframe(picture)
+
     def _succeeds(self) -> None:
-        _LOG.info("publishing", room=self.name, rendition=self._rendition)
+        _LOG.info("publishing", room=self.name, rendition=self.rendition)
         self.problem, self._is_told = None, False
 
     def _fails(self, why: str) -> None:
         self._counters.add("publications failed")
         if not self._is_told:
-            _LOG.warning("not publishing", room=self.name, rendition=self._rendition, why=why)
+            _LOG.warning("not publishing", room=self.name, rendition=self.rendition, why=why)
         self.problem, self._is_told = why, True
 
 
 async def _both(session: WhipSession, publisher: Publisher) -> None:
     await asyncio.gather(session.end(), publisher.close())
-
-
-def _nothing() -> None: ...

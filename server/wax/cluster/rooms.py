@@ -21,30 +21,40 @@ _SEATS: Final = 2
 class Occupancy:
     """What is known of one room: whether it is published to, and how many are in it.
 
-    `sent` counts those who were sent there since it was counted.
+    `sent` counts those who were sent there since it was counted, `coming` those in the interval
+    before, whom LiveKit's count, which is seconds old, may not include.
     """
 
     name: str
     most: int
     is_live: bool = False
     counted: int = 0
+    coming: int = 0
     sent: int = 0
 
     @property
     def free(self) -> int:
-        return max(self.most - self.counted - self.sent, 0)
+        return max(self.most - self.counted - self.coming - self.sent, 0)
+
+    def count(self, people: int) -> None:
+        """Note how many there are now."""
+        self.counted, self.coming, self.sent = people, self.sent, 0
 
 
-def choose(rooms: Iterable[Occupancy]) -> list[Occupancy]:
+def choose(rooms: Iterable[Occupancy], before: Sequence[str] = ()) -> list[Occupancy]:
     """Return the room with the most free places, and a second one; empty where all are full.
 
-    The second may be full: it is for when the first one is gone, and everybody in it.
+    The second may be full: it is for when the first one is gone, and everybody in it. Whoever was
+    sent `before` to some of them keeps those that are live.
     """
-    live = sorted((one for one in rooms if one.is_live), key=lambda one: -one.free)
-    if not live or live[0].free == 0:
-        return []
-    live[0].sent += 1
-    return live[:_SEATS]
+    live = [one for one in rooms if one.is_live]
+    kept = [one for name in before for one in live if one.name == name]
+    others = sorted((one for one in live if one not in kept), key=lambda one: -one.free)
+    if not kept:
+        if not others or others[0].free == 0:
+            return []
+        others[0].sent += 1
+    return [*kept, *others][:_SEATS]
 
 
 def published(ladder: Sequence[RenditionSettings]) -> list[RenditionSettings]:

@@ -442,6 +442,9 @@ class Settings(_Section):
     def _is_of_today(self) -> Self:
         if self.publish and self.sync.policy == "thesis":
             raise ValueError("publish has no use for the thesis's policy; leave one of them out")
+        named = [one.name for one in self.publish]
+        if len(set(named)) < len(named):
+            raise ValueError("publish names a room twice; give each its own name in `room`")
         return self
 
 

@@ -604,7 +604,9 @@ class Elsewhere(_Outgoing):
 class Told(_Outgoing):
     """What everybody elsewhere is told once a second: the room, and when it was so.
 
-    Of the viewers only those who drive or wait; `watching` counts all, here and there.
+    Of the viewers only who drives and the first who wait: a message of LiveKit's holds 15 kB. In
+    which place one is oneself comes with each answer to ``POST /api/queue``. `watching` counts all,
+    here and there.
     """
 
     type: Literal["told"] = "told"

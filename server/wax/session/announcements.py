@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from operator import itemgetter
+from typing import TYPE_CHECKING, Final
 
 from wax import __version__
 from wax.control.gate import LAPSE_S
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
     from wax.session.house import House
     from wax.session.viewer import Viewer
     from wax.streams.interface import Service
+
+_MOST_TOLD: Final = 40
+"""Of those who wait, in a message to those who watch elsewhere."""
 
 
 class Announcements:
@@ -113,12 +117,13 @@ class Announcements:
         )
 
     def told(self, room: messages.RoomState, watching: int, now_s: float) -> messages.Told:
-        """Return the room for those who watch elsewhere, `watching` of them."""
-        placed = [one for one in room.viewers if one.place is not None]
+        """Return the room for those who watch elsewhere; `watching` are all, here and there."""
+        placed = ((one.place, one) for one in room.viewers if one.place is not None)
+        first = [one for _, one in sorted(placed, key=itemgetter(0))[:_MOST_TOLD]]
         return messages.Told(
             server_ms=now_s * 1000,
-            watching=len(room.viewers) + watching,
-            room=room.model_copy(update={"viewers": placed}),
+            watching=watching,
+            room=room.model_copy(update={"viewers": first}),
         )
 
     def console(self, viewers: Iterable[Viewer]) -> messages.Console:

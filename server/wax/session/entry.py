@@ -6,7 +6,7 @@ import asyncio
 from typing import TYPE_CHECKING, Final
 from weakref import WeakValueDictionary
 
-from wax.errors import FullError
+from wax.errors import FullError, NoPlaceError
 from wax.rtc.peer import Peer
 from wax.rtc.signalling import clean_offer
 from wax.session.newcomers import Asking, Newcomers
@@ -31,7 +31,10 @@ _MOST_EXPECTED: Final = 100
 
 
 class Entry:
-    """Makes viewers and their peers; `part` drops the peer that a viewer had before."""
+    """Makes viewers and their peers; `part` drops the peer that a viewer had before.
+
+    `is_due` says whether somebody who waits elsewhere gets a place now, whoever has the others.
+    """
 
     def __init__(
         self,
@@ -45,6 +48,7 @@ class Entry:
         viewers: Viewers,
         events: ViewerEvents,
         part: Callable[[Viewer], None],
+        is_due: Callable[[Viewer], bool],
     ) -> None:
         self._sync = settings.sync.observer
         self._clock = clock
@@ -55,6 +59,7 @@ class Entry:
         self._viewers = viewers
         self._events = events
         self._part = part
+        self._is_due = is_due
         self._newcomers = Newcomers(
             most=settings.server.max_viewers,
             most_silent_per_address=settings.server.max_silent_per_address,
@@ -75,7 +80,7 @@ class Entry:
         `TooOftenError` or `SignallingError`.
         """
         viewer = self._viewers.of_tab(visitor.identity, tab)
-        self._newcomers.check(_asking(visitor, viewer), self._clock.now_s())
+        self._newcomers.check(self._asking(visitor, viewer), self._clock.now_s())
         # Before anything else: a bad offer must neither take a place nor end a good peer.
         offer = clean_offer(offer, visitor.address)
         key = f"{visitor.identity} {tab}"
@@ -109,7 +114,7 @@ class Entry:
             clock=self._clock,
             round_trip_s=lambda: viewer.link.newest_s,
         )
-        viewer.peer = peer
+        viewer.peer, viewer.elsewhere_until_s = peer, float("-inf")
         return await peer.answer(offer)
 
     def expect(self, visitor: Visitor, tab: str) -> Viewer:
@@ -117,7 +122,8 @@ class Entry:
         grant = self._access.admit(visitor)
         others = [one.visitor for one in self._viewers]
         self._access.admission.check_tabs(visitor, others)
-        if sum(one.peer is None for one in self._viewers) >= _MOST_EXPECTED:
+        now_s = self._clock.now_s()
+        if sum(one.is_elsewhere(now_s) for one in self._viewers) >= _MOST_EXPECTED:
             raise FullError("The queue is full; try again later.", retry_after_s=5)
         viewer = self._enter(visitor, grant, tab, self._viewers.take_number())
         viewer.was_ready = True  # for them a place is kept
@@ -125,20 +131,21 @@ class Entry:
 
     def _admit(self, visitor: Visitor, viewer: Viewer | None) -> int:
         """Return the viewer's number if there is room for them; raises what `answer` does."""
-        others = [one.visitor for one in self._viewers if one is not viewer]
+        now_s = self._clock.now_s()
+        others = [one for one in self._viewers if one is not viewer]
         if viewer is None:
-            self._access.admission.check_tabs(visitor, others)
-        asking = _asking(visitor, viewer)
+            self._access.admission.check_tabs(visitor, [one.visitor for one in others])
+        asking = self._asking(visitor, viewer)
         if not (self._service.has_room or asking.is_host or asking.has_been_here):
-            raise FullError(
+            raise NoPlaceError(
                 "The robot's connection carries no more viewers; try again later.", retry_after_s=5
             )
         number = self._viewers.take_number() if viewer is None else viewer.number
         self._newcomers.admit(
             number,
             asking,
-            [_asking(one, None) for one in others],
-            self._clock.now_s(),
+            [self._asking(one.visitor, None) for one in others if not one.is_elsewhere(now_s)],
+            now_s,
             lambda: self._abandon(number),
         )
         return number
@@ -165,7 +172,8 @@ class Entry:
         self._viewers.add(viewer)
         return viewer
 
-
-def _asking(visitor: Visitor, viewer: Viewer | None) -> Asking:
-    has_been_here = viewer is not None and viewer.was_ready
-    return Asking(visitor.address, visitor.is_host, has_been_here)
+    def _asking(self, visitor: Visitor, viewer: Viewer | None) -> Asking:
+        keeps_place = viewer is not None and viewer.was_ready
+        if viewer is not None and viewer.is_elsewhere(self._clock.now_s()):
+            keeps_place = self._is_due(viewer)
+        return Asking(visitor.address, visitor.is_host, keeps_place)

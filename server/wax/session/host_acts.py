@@ -33,7 +33,10 @@ class Door(Protocol):
         """Tell a viewer why they may not stay, and forget them."""
 
     def check_all(self) -> None:
-        """Send away everybody who may not stay any more."""
+        """Send away everybody here who may not stay any more."""
+
+    def check_elsewhere(self) -> None:
+        """Do the same for everybody who watches elsewhere, soon."""
 
 
 class HostActs:
@@ -94,10 +97,10 @@ class HostActs:
                 self._remove(host, act)
             case messages.Lock():
                 self._access.admission.is_locked = act.locked
-                self._door.check_all()
+                self._check_all()
             case messages.Close():
                 self._access.close(act.closed)
-                self._door.check_all()
+                self._check_all()
             case messages.Invite():
                 self._invite(host, act)
             case _:
@@ -119,8 +122,13 @@ class HostActs:
             return
         if act.ban:
             self._access.ban(viewer.visitor)
+            self._door.check_elsewhere()  # their address, too
         for one in self._viewers.of_identity(viewer.visitor.identity):
             self._door.send_away(one, BANNED if act.ban else REMOVED)
+
+    def _check_all(self) -> None:
+        self._door.check_all()
+        self._door.check_elsewhere()
 
     def _mute(self, act: messages.Mute) -> None:
         viewer = self._viewers.numbered(act.viewer)

@@ -13,7 +13,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from wax.errors import FullError, TooOftenError
+from wax.errors import FullError, NoPlaceError, TooOftenError
 from wax.session.token_bucket import TokenBucket
 
 if TYPE_CHECKING:
@@ -103,13 +103,15 @@ class Newcomers:
         if asking.is_host and hosts < _MOST_HOSTS:
             return
         if len(present) - min(hosts, _MOST_HOSTS) >= self._most:
-            raise FullError(f"All {self._most} places are taken; try again later.", retry_after_s=5)
+            raise NoPlaceError(
+                f"All {self._most} places are taken; try again later.", retry_after_s=5
+            )
         if asking.is_host:
             return
         guests = [one for one in present if not one.is_host]
         own = sum(one.address == asking.address for one in guests)
         if asking.address and own >= self._most_per_address:
-            raise FullError(
+            raise NoPlaceError(
                 f"All {self._most_per_address} places for your address are taken; try again later.",
                 retry_after_s=5,
             )

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.cluster.rooms import person as person_in_room
 from wax.control.fairness import Person
 from wax.errors import ForbiddenError, FullError, NotAdmittedError
 from wax.protocol import messages, room_change
 from wax.session import names
+from wax.session.elsewhere import Elsewhere
 from wax.session.entry import Entry
 from wax.session.host_acts import HostActs
 from wax.session.room_updates import RoomUpdates
@@ -60,11 +60,6 @@ _GOODBYE: Final = "The server is restarting or was switched off."
 _CHECK_S: Final = 1.0
 """How often is looked whether everybody may still stay: hours and invitations end by themselves."""
 _NOT_INVITED: Final = "Only invited people drive this robot. Ask its host for a link."
-_NOT_QUEUED: Final = "You are not in the queue."
-_ELSEWHERE_S: Final = 20.0
-"""A page that watches elsewhere and waits asks four times as often."""
-_COMES_S: Final = 1.0
-"""By then the page of the next operator is connected: it begins ten seconds before."""
 _OTHER_TAB: Final = "You are in the queue already, in another tab of this page."
 
 
@@ -90,7 +85,6 @@ class Room:
         cluster: Cluster,
     ) -> None:
         self._settings = settings
-        self._cluster = cluster
         self._network = network
         self._clock = clock
         self._counters = counters
@@ -128,7 +122,24 @@ class Room:
             viewers=viewers,
             events=self,
             part=self._part,
+            is_due=self._is_due,
         )
+        self._elsewhere = Elsewhere(
+            settings=settings.server,
+            clock=clock,
+            cluster=cluster,
+            access=access,
+            viewers=viewers,
+            turns=turns,
+            control=control,
+            entry=self._entry,
+            announcements=announcements,
+            connect=lambda viewer: control.connect(viewer.number, _person(viewer)),
+            check_queue=self._check_queue,
+            forget=self._forget,
+            lost_after_s=_LOST_S,
+        )
+        cluster.tell(self._news_elsewhere)
         self._gone_since_s: dict[int, float] = {}
         self._is_closing = False
         self._updates = RoomUpdates(clock.now_s())
@@ -143,50 +154,10 @@ class Room:
             raise FullError(_GOODBYE)
         return await self._entry.answer(visitor, tab, offer)
 
-    def elsewhere(self, visitor: Visitor, tab: str) -> messages.Elsewhere | None:
-        """Return where somebody may watch for whom there is no place here; None if nowhere.
-
-        Raises `NotAdmittedError` for whom there is none anywhere.
-        """
-        grant = self._access.admit(visitor)
-        seats = self._cluster.seats(person_in_room(visitor.identity, tab))
-        links = self._cluster.links
-        if not seats and not links:
-            return None
-        return messages.Elsewhere(
-            rooms=[messages.Seat(url=one.url, token=one.token) for one in seats],
-            links=links,
-            hello=self._announcements.hello(0, visitor, grant, lost_after_s=_LOST_S),
-        )
-
-    def queue_by(
-        self, visitor: Visitor, tab: str, wants: Literal["join", "leave", "here", "stay"]
-    ) -> messages.ViewerInfo:
-        """Do what a page asks for that watches elsewhere; returns its line in the room.
-
-        It has to ask again within `_ELSEWHERE_S`. Raises `NotAdmittedError`, `FullError`, and
-        `ForbiddenError` with the reason why it may not queue.
-        """
-        now_s = self._clock.now_s()
-        viewer = self._viewers.of_tab(visitor.identity, tab)
-        if viewer is None:
-            if wants != "join":
-                raise ForbiddenError(_NOT_QUEUED)
-            viewer = self._entry.expect(visitor, tab)
-            self._control.connect(viewer.number, _person(viewer))
-        viewer.elsewhere_until_s = now_s + _ELSEWHERE_S
-        match wants:
-            case "join":
-                self._check_queue(viewer)
-                self._control.join(viewer.number)
-            case "leave":
-                self._control.leave(viewer.number)
-            case "here":
-                self._control.here(viewer.number)
-            case "stay":
-                pass
-        self._viewers.changed()
-        return self._announcements.line(viewer, now_s)
+    @property
+    def elsewhere(self) -> Elsewhere:
+        """Those who watch in a room of the cluster."""
+        return self._elsewhere
 
     # --- viewers' events (ViewerEvents) ----------------------------------------------------
 
@@ -269,11 +240,17 @@ class Room:
         if visitor.is_host:
             return "host"
         viewer = self._acting(visitor, None)
-        return "stranger" if viewer is None else self.viewer_role(viewer)
+        if viewer is None:
+            return "observer" if self._elsewhere.has_seat(visitor) else "stranger"
+        return self.viewer_role(viewer)
 
     def stop_by(self, visitor: Visitor, tab: str | None) -> int:
         """Latch the stop, ahead of everything; returns its number. Raises `ForbiddenError`."""
-        number = self._stops.press(self._acting(visitor, tab), is_host=visitor.is_host)
+        viewer = self._acting(visitor, tab)
+        if viewer is None and not visitor.is_host and self._elsewhere.has_seat(visitor):
+            number = self._stops.press_elsewhere(visitor)
+        else:
+            number = self._stops.press(viewer, is_host=visitor.is_host)
         self._viewers.changed()
         return number
 
@@ -294,6 +271,7 @@ class Room:
     def send_away(self, viewer: Viewer, sentence: str, opens_wall_ms: float | None = None) -> None:
         """Tell a viewer why they may not stay, and forget them."""
         _LOG.info("viewer sent away", viewer=viewer.number, why=sentence)
+        self._elsewhere.send_away(viewer.visitor.identity, sentence)
         viewer.send(messages.Ended(text=sentence, opens_wall_ms=opens_wall_ms))
         peer, viewer.peer = viewer.peer, None
         with viewer.boundary:
@@ -311,6 +289,10 @@ class Room:
                 viewer.visitor, viewer.grant = visitor, self._access.admit(visitor)
             except NotAdmittedError as error:
                 self.send_away(viewer, str(error), error.opens_wall_ms)
+
+    def check_elsewhere(self) -> None:
+        """Do the same for everybody who watches elsewhere, soon."""
+        self._elsewhere.check_all()
 
     def _check_queue(self, viewer: Viewer) -> None:
         """Raise `ForbiddenError` with the reason why a viewer may not queue."""
@@ -352,6 +334,7 @@ class Room:
     def round(self, now_s: float) -> None:
         """Run one round; the rate of rounds does not depend on how much changes."""
         self._sweep(now_s)
+        self._elsewhere.round(now_s)
         for viewer in self._viewers:
             with viewer.boundary:
                 viewer.settle(now_s)
@@ -389,10 +372,11 @@ class Room:
 
     def _sweep(self, now_s: float) -> None:
         for viewer in self._viewers:
-            if viewer.peer is None and now_s < viewer.elsewhere_until_s:
-                self._expect(viewer, now_s)
+            if viewer.is_elsewhere(now_s):
+                self._elsewhere.wait(viewer, now_s)
                 continue
             if viewer.peer is None:
+                self._control.lost(viewer.number)
                 since_s = self._gone_since_s.setdefault(viewer.number, now_s)
                 if now_s - since_s >= self._settings.turns.grace_s:
                     self._forget(viewer)
@@ -408,12 +392,6 @@ class Room:
             elif viewer.is_ready and self._turns.is_lost(viewer.number):
                 self._control.returned(viewer.number)
 
-    def _expect(self, viewer: Viewer, now_s: float) -> None:
-        """Pass over somebody who watches elsewhere and has not come when their turn does."""
-        wait_s = self._turns.wait_s(viewer.number, now_s)
-        if viewer.number == self._turns.operator or (wait_s is not None and wait_s < _COMES_S):
-            self._control.lost(viewer.number)
-
     def _lost_after_s(self, viewer: Viewer) -> float:
         return _LOST_S if viewer.number == self._turns.operator else _OTHERS_LOST_S
 
@@ -428,17 +406,17 @@ class Room:
         update = self._updates.next(self.snapshot(now_s), now_s)
         if update is None:
             return
-        self._tell_elsewhere(now_s)
         text = room_change.text_of(update)
         for viewer in self._viewers:
             if viewer.is_ready:
                 viewer.send_text(text)  # inside the viewer's own boundary
 
-    def _tell_elsewhere(self, now_s: float) -> None:
-        if not self._cluster.is_used:
-            return
-        told = self._announcements.told(self.snapshot(now_s), self._cluster.watching, now_s)
-        self._cluster.tell(told.model_dump_json())
+    def _is_due(self, viewer: Viewer) -> bool:
+        return self._elsewhere.is_due(viewer)
+
+    def _news_elsewhere(self) -> str | None:
+        now_s = self._clock.now_s()
+        return self._elsewhere.news(self.snapshot(now_s), now_s)
 
 
 def _person(viewer: Viewer) -> Person:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from wax.capture.source import Picture, Sound
     from wax.capture.source_thread import SourceThread
     from wax.clock import Clock
+    from wax.cluster.cluster import Cluster
     from wax.control.loop import ControlLoop
     from wax.control.turns import Turns
     from wax.driver.interface import Driver
@@ -44,6 +45,7 @@ class Status:
         audio: SoundHub | UnitHub,
         captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
         blocks: Blocks,
+        cluster: Cluster,
         counters: Counters,
         rates: Rates,
     ) -> None:
@@ -57,6 +59,7 @@ class Status:
         self._audio = audio
         self._captures = captures
         self._blocks = blocks
+        self._cluster = cluster
         self._counters = counters
         self._rates = rates
 
@@ -106,6 +109,7 @@ class Status:
                     "cut_ms": self._blocks.dropped_ms,
                 },
             },
+            "elsewhere": self._cluster.status(),
             "counters": self._counters.snapshot() | self._control.counts(),
             "tasks": len(asyncio.all_tasks()),
         }

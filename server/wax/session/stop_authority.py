@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 ONLY_THE_OPERATOR_STOPS: Final = "Only the operator or the host can stop this robot."
 MUTED: Final = "The host does not let you press Stop any more."
+ELSEWHERE: Final = "somebody who watches elsewhere"
 TOO_OFTEN: Final = "You have pressed Stop very often; wait a moment."
 
 _MOST: Final = 1024
@@ -61,13 +62,13 @@ class StopAuthority:
         """
         drives = viewer is not None and viewer.number == self._turns.operator
         if not (drives or is_host):
-            self._check(viewer)
-        name = "the host" if viewer is None else viewer.name
-        number = self._control.press_stop(
-            name, viewer=None if viewer is None else viewer.number, by_host=is_host
-        )
-        self._keeper.stop_pressed(viewer, name, number)
-        return number
+            self._check(None if viewer is None else viewer.visitor)
+        return self._press(viewer, "the host" if viewer is None else viewer.name, is_host=is_host)
+
+    def press_elsewhere(self, visitor: Visitor) -> int:
+        """Do the same for somebody who watches in a room of the cluster."""
+        self._check(visitor)
+        return self._press(None, ELSEWHERE, is_host=False)
 
     def release(
         self, viewer: Viewer | None, stop: int, sent_s: float | None, *, is_host: bool
@@ -79,12 +80,19 @@ class StopAuthority:
             raise ForbiddenError(refusal.value)
         self._keeper.stop_released("the host" if viewer is None else viewer.name)
 
-    def _check(self, viewer: Viewer | None) -> None:
-        if viewer is None or self._settings.by != "everybody":
+    def _press(self, viewer: Viewer | None, name: str, *, is_host: bool) -> int:
+        number = self._control.press_stop(
+            name, viewer=None if viewer is None else viewer.number, by_host=is_host
+        )
+        self._keeper.stop_pressed(viewer, name, number)
+        return number
+
+    def _check(self, visitor: Visitor | None) -> None:
+        if visitor is None or self._settings.by != "everybody":
             raise ForbiddenError(ONLY_THE_OPERATOR_STOPS)
-        if viewer.visitor.identity in self._house.muted:
+        if visitor.identity in self._house.muted:
             raise ForbiddenError(MUTED)
-        if not self._has_budget(viewer.visitor):
+        if not self._has_budget(visitor):
             raise ForbiddenError(TOO_OFTEN)
 
     def _has_budget(self, visitor: Visitor) -> bool:

@@ -127,6 +127,10 @@ class Viewer:
         )
         self.streams = service.streams(self, sync)
 
+    def is_elsewhere(self, now_s: float) -> bool:
+        """Whether they watch elsewhere, and only wait here."""
+        return self.peer is None and now_s < self.elsewhere_until_s
+
     # --- the peer's life -------------------------------------------------------------------
 
     def lanes(self) -> Lanes:

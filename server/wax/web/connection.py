@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, Literal, cast
 
 from aiohttp import web
 
-from wax.web.security_headers import ALWAYS
+from wax.web.security_headers import always
 
 if TYPE_CHECKING:
     import asyncio
@@ -168,7 +168,7 @@ class Connection(web.RequestHandler):
         answer = web.json_response(
             {"error": "That is no HTTP request that this server understands."},
             status=status,
-            headers=ALWAYS,
+            headers=always(),
         )
         answer.force_close()
         return answer

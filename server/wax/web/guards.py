@@ -10,7 +10,7 @@ from aiohttp import web
 
 from wax.web.connection import Connection
 from wax.web.host_names import HostNames, host_of
-from wax.web.security_headers import ALWAYS, UNDER_HTTPS
+from wax.web.security_headers import UNDER_HTTPS, always
 from wax.web.senders import Proxies, Seen, is_same_origin
 from wax.web.sparse_log import SparseLog
 
@@ -45,7 +45,8 @@ _BROKEN: Final = "The request has not come as a whole."
 class Guards:
     """Make one for each server; add `middlewares`, and `add_headers` to each response.
 
-    `public_addresses` are those of the machine's router, by which it is known too.
+    `public_addresses` are those of the machine's router, by which it is known too; `elsewhere` is
+    to where the page may connect besides.
     """
 
     def __init__(
@@ -53,7 +54,9 @@ class Guards:
         server: ServerSettings,
         clock: Clock,
         public_addresses: Callable[[], Collection[str]] = tuple,
+        elsewhere: Collection[str] = (),
     ) -> None:
+        self._headers = always(elsewhere)
         self._public_addresses = public_addresses
         listening = [] if server.host in ("0.0.0.0", "::") else [server.host]
         self._names = HostNames([*server.all_names, *listening])
@@ -93,7 +96,7 @@ class Guards:
     async def add_headers(self, request: web.Request, response: web.StreamResponse) -> None:
         """Tell browsers what not to allow; which software this is, is nobody's business."""
         response.headers["Server"] = "WAX"
-        for name, value in ALWAYS.items():
+        for name, value in self._headers.items():
             response.headers.setdefault(name, value)
         seen = self.seen(request)
         if seen.scheme == "https" and seen.name in self._public:

@@ -20,6 +20,7 @@ from wax.access.keyring import MAX_TOKEN_CHARS
 from wax.errors import (
     HTTP_STATUS,
     FullError,
+    NoPlaceError,
     NotAdmittedError,
     ProtocolError,
     StartError,
@@ -52,6 +53,9 @@ MAX_BODY_BYTES: Final = 65_536
 
 _OFFERS_BURST_S: Final = 20
 """A class behind one router connects at once, and each answer takes 10 ms of CPU."""
+_ASKS_PER_OFFER: Final = 10
+"""What watching elsewhere and waiting costs is a tenth of an answer's CPU at most; a page that
+watches asks once a minute, one that waits each five seconds."""
 _KNOCKS_HZ: Final = 0.2
 _KNOCKS_BURST: Final = 10
 """Per address: tries of a secret or an invitation, which nobody could guess anyway."""
@@ -98,6 +102,14 @@ class Queue(BaseModel):
 
     client: Client
     wants: Literal["join", "leave", "here", "stay"]
+
+
+class Seat(BaseModel):
+    """The tab that watches elsewhere and wants to go on, or to begin."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    client: Client
 
 
 class StopPress(BaseModel):
@@ -149,6 +161,10 @@ class Routes:
         self._offers = TokenBuckets(
             rate_hz=offers_hz, burst=ceil(offers_hz * _OFFERS_BURST_S), most=_MAX_ADDRESSES
         )
+        asks_hz = _ASKS_PER_OFFER * offers_hz
+        self._asks = TokenBuckets(
+            rate_hz=asks_hz, burst=ceil(asks_hz * _OFFERS_BURST_S), most=_MAX_ADDRESSES
+        )
         self._knocks = TokenBuckets(rate_hz=_KNOCKS_HZ, burst=_KNOCKS_BURST, most=_MAX_ADDRESSES)
         self._warned: set[str] = set()
         self._proof_runner = proving
@@ -177,6 +193,7 @@ class Routes:
                 web.post("/api/enter", self.enter),
                 web.post("/api/offer", self.offer),
                 web.post("/api/queue", self.queue),
+                web.post("/api/seat", self.seat),
                 web.post("/api/stop", self.stop),
                 web.post("/api/release", self.release),
                 web.post("/api/proof", self.prove),
@@ -235,17 +252,15 @@ class Routes:
 
     async def offer(self, request: web.Request) -> web.Response:
         visitor = request[_VISITOR]
-        self._limit(request)
+        self._limit(request, self._offers)
         offer = await _body(request, Offer)
         response, identity = self._somebody(request)
         visitor = replace(visitor, identity=identity)
         try:
             answer = await self._room.answer(visitor, offer.client, offer.sdp)
-        except FullError:
-            elsewhere = self._room.elsewhere(visitor, offer.client)
-            if elsewhere is None:
-                raise
-            response.text = elsewhere.model_dump_json()
+        except NoPlaceError as error:
+            seat = self._room.elsewhere.instead(visitor, offer.client, error)
+            response.text = seat.model_dump_json()
             return response
         response.text = json.dumps({"sdp": answer})
         if visitor.is_host:
@@ -253,12 +268,20 @@ class Routes:
         return response
 
     async def queue(self, request: web.Request) -> web.Response:
-        self._limit(request)
+        self._limit(request, self._asks)
         queue = await _body(request, Queue)
         response, identity = self._somebody(request)
         visitor = replace(request[_VISITOR], identity=identity)
-        line = self._room.queue_by(visitor, queue.client, queue.wants)
+        line = self._room.elsewhere.queue(visitor, queue.client, queue.wants)
         response.text = line.model_dump_json()
+        return response
+
+    async def seat(self, request: web.Request) -> web.Response:
+        self._limit(request, self._asks)
+        tab = (await _body(request, Seat)).client
+        response, identity = self._somebody(request)
+        visitor = replace(request[_VISITOR], identity=identity)
+        response.text = self._room.elsewhere.seat(visitor, tab).model_dump_json()
         return response
 
     async def stop(self, request: web.Request) -> web.Response:
@@ -320,10 +343,10 @@ class Routes:
             cookies.give_host(response, cookie, self._guards.seen(request).scheme)
         self._warn_of_plain_http(request)
 
-    def _limit(self, request: web.Request) -> None:
+    def _limit(self, request: web.Request, buckets: TokenBuckets) -> None:
         """Refuse an address that asks too often, before a body is read."""
         visitor = request[_VISITOR]
-        if not visitor.is_host and not self._offers.take(visitor.address, self._clock.now_s()):
+        if not visitor.is_host and not buckets.take(visitor.address, self._clock.now_s()):
             raise TooOftenError(
                 "Too many connections from your address; wait a few seconds and try again."
             )

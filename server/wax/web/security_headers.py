@@ -5,7 +5,11 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
-from typing import Final
+from typing import TYPE_CHECKING, Final
+from urllib.parse import urlsplit
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
 
 _STYLE: Final = re.compile(r"<style>(.*?)</style>", re.DOTALL)
 
@@ -29,11 +33,7 @@ _UNUSED: Final = (
     "xr-spatial-tracking",
 )
 
-ALWAYS: Final = {
-    "Content-Security-Policy": (
-        "default-src 'self'; connect-src 'self'; img-src 'self' data:; media-src 'self' blob:;"
-        " object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'"
-    ),
+_ALWAYS: Final = {
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Permissions-Policy": ", ".join(
@@ -45,6 +45,21 @@ ALWAYS: Final = {
 
 UNDER_HTTPS: Final = {"Strict-Transport-Security": "max-age=31536000"}
 """Not for sub-domains: they may be other people's."""
+
+
+def always(elsewhere: Iterable[str] = ()) -> Mapping[str, str]:
+    """Return what goes with each answer; the page may connect to these addresses, too.
+
+    They are WebSockets' (``wss://…``), and what answers there by HTTP is meant as well.
+    """
+    origins = [f"{parts.scheme}://{parts.netloc}" for parts in map(urlsplit, elsewhere)]
+    both = [one for url in origins for one in (url, url.replace("ws", "http", 1))]
+    connects = " ".join(["'self'", *dict.fromkeys(both)])
+    policy = (
+        f"default-src 'self'; connect-src {connects}; img-src 'self' data:; media-src 'self' blob:;"
+        " object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'"
+    )
+    return {"Content-Security-Policy": policy, **_ALWAYS}
 
 
 def policy_of_document(html: str) -> str:

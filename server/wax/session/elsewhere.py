@@ -1,0 +1,244 @@
+"""Those who watch in a room of the cluster: their seats there, their places in the queue here.
+
+Somebody who waits is a viewer without a peer; ten seconds before their turn their page connects.
+"""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from dataclasses import replace
+from itertools import islice
+from typing import TYPE_CHECKING, Final, Literal
+
+from wax.cluster.rooms import person
+from wax.errors import ForbiddenError, FullError, NoPlaceError, NotAdmittedError
+from wax.protocol import messages
+from wax.session.seats import Seats
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from wax.access.access import Access
+    from wax.access.admission import Visitor
+    from wax.clock import Clock
+    from wax.cluster.cluster import Cluster
+    from wax.config.settings import ServerSettings
+    from wax.control.loop import ControlLoop
+    from wax.control.turns import Turns
+    from wax.session.announcements import Announcements
+    from wax.session.entry import Entry
+    from wax.session.viewer import Viewer
+    from wax.session.viewers import Viewers
+
+Wants = Literal["join", "leave", "here", "stay"]
+
+WATCHING_IS_FULL: Final = "Watching is full; try again later."
+_TOO_MANY: Final = "All places for your address are taken; try again later."
+_NOT_QUEUED: Final = "You are not in the queue; join it first."
+_FULL_AFTER_S: Final = 5
+_LEAST_PER_ADDRESS: Final = 4
+_STAYS_S: Final = 20.0
+"""A page that waits asks four times as often."""
+_COMES_S: Final = 1.0
+"""By then the page of the next operator is connected: it begins ten seconds before."""
+_DUE_S: Final = 15.0
+_CHECKED_AT_ONCE: Final = 200
+"""A millisecond's work; driving does not wait for a crowd to be looked through."""
+_SENT_AWAY_S: Final = 60.0
+
+
+class Elsewhere:
+    """Gives and takes the seats; `check_queue` raises `ForbiddenError` for who may not queue.
+
+    `connect` makes a viewer known to the turns, `forget` drops one.
+    """
+
+    def __init__(
+        self,
+        *,
+        settings: ServerSettings,
+        clock: Clock,
+        cluster: Cluster,
+        access: Access,
+        viewers: Viewers,
+        turns: Turns,
+        control: ControlLoop,
+        entry: Entry,
+        announcements: Announcements,
+        connect: Callable[[Viewer], None],
+        check_queue: Callable[[Viewer], None],
+        forget: Callable[[Viewer], None],
+        lost_after_s: float,
+    ) -> None:
+        self._clock = clock
+        self._cluster = cluster
+        self._access = access
+        self._viewers = viewers
+        self._turns = turns
+        self._control = control
+        self._entry = entry
+        self._announcements = announcements
+        self._connect = connect
+        self._check_queue = check_queue
+        self._forget = forget
+        self._lost_after_s = lost_after_s
+        self._share = settings.max_share_per_address
+        self._seats = Seats()
+        self._unchecked: list[str] = []
+        self._sent_away: dict[str, tuple[str, float]] = {}
+
+    # --- seats -------------------------------------------------------------------------------
+
+    def has_seat(self, visitor: Visitor) -> bool:
+        """Whether this browser watches elsewhere."""
+        return self._seats.has(visitor.identity)
+
+    def seat(self, visitor: Visitor, tab: str) -> messages.Elsewhere:
+        """Return where somebody may watch; renews a seat that they have.
+
+        Raises `NotAdmittedError` for who may not, and `FullError` where there is no place.
+        """
+        now_s = self._clock.now_s()
+        name = person(visitor.identity, tab)
+        self._check_sent_away(name, now_s)
+        seated = self._seats.get(name)
+        try:
+            grant = self._access.admit(visitor)
+        except NotAdmittedError as error:
+            if seated is not None:
+                self._end(name, str(error))
+            raise
+        if seated is None:
+            self._check_room(visitor)
+        seats = self._cluster.seats(name, () if seated is None else seated.rooms)
+        links = self._cluster.links
+        if seats:
+            self._seats.give(visitor, tab, [one.room for one in seats], now_s)
+        elif not links:
+            raise FullError(WATCHING_IS_FULL, retry_after_s=_FULL_AFTER_S)
+        grant = replace(grant, hear=grant.hear and self._cluster.has_sound)
+        return messages.Elsewhere(
+            rooms=[messages.Seat(url=one.url, token=one.token) for one in seats],
+            links=links,
+            hello=self._announcements.hello(0, visitor, grant, lost_after_s=self._lost_after_s),
+        )
+
+    def instead(self, visitor: Visitor, tab: str, here: NoPlaceError) -> messages.Elsewhere:
+        """Return a seat for whom there is no place `here`; raises what `seat` does.
+
+        Without a cluster the reason stays the one that it was.
+        """
+        if not self._cluster.is_used:
+            raise here
+        return self.seat(visitor, tab)
+
+    def send_away(self, identity: str, sentence: str) -> None:
+        """Take all seats of a browser; for a minute it is told the sentence."""
+        for seated in self._seats.of_identity(identity):
+            self._end(seated.person, sentence)
+
+    def check_all(self) -> None:
+        """Look soon whether everybody may still watch."""
+        self._unchecked = self._seats.people()
+
+    def _check_sent_away(self, name: str, now_s: float) -> None:
+        self._sent_away = {one: told for one, told in self._sent_away.items() if now_s < told[1]}
+        if name in self._sent_away:
+            raise NotAdmittedError(self._sent_away[name][0])
+
+    def _check_room(self, visitor: Visitor) -> None:
+        """Raise `FullError` if there is no place left for one more page of this person."""
+        own = self._seats.of_identity(visitor.identity)
+        here = [one.visitor for one in self._viewers]
+        self._access.admission.check_tabs(visitor, [*here, *(one.visitor for one in own)])
+        capacity = self._cluster.capacity
+        if capacity and len(self._seats) >= capacity:
+            raise FullError(WATCHING_IS_FULL, retry_after_s=_FULL_AFTER_S)
+        most = max(_LEAST_PER_ADDRESS, int(capacity * self._share))
+        if not visitor.is_host and self._seats.at(visitor.address) >= most:
+            raise FullError(_TOO_MANY, retry_after_s=_FULL_AFTER_S)
+
+    def _end(self, name: str, sentence: str) -> None:
+        self._seats.take(name)
+        self._sent_away[name] = (sentence, self._clock.now_s() + _SENT_AWAY_S)
+        self._cluster.remove(name, for_good=True)
+
+    # --- the queue ---------------------------------------------------------------------------
+
+    def queue(self, visitor: Visitor, tab: str, wants: Wants) -> messages.ViewerInfo:
+        """Do what a page asks for that watches elsewhere; returns its line in the room.
+
+        It has to ask again within `_STAYS_S`. Raises `NotAdmittedError`, `FullError`, and
+        `ForbiddenError` with the reason why it may not queue.
+        """
+        now_s = self._clock.now_s()
+        viewer = self._viewers.of_tab(visitor.identity, tab)
+        if viewer is None:
+            if wants != "join":
+                raise ForbiddenError(_NOT_QUEUED)
+            viewer = self._entry.expect(visitor, tab)
+            self._connect(viewer)
+        if viewer.peer is None and not viewer.is_elsewhere(now_s):
+            self._control.returned(viewer.number)
+        viewer.elsewhere_until_s = now_s + _STAYS_S
+        with self._leaving_none(viewer):
+            self._do(viewer, wants)
+        self._viewers.changed()
+        return self._announcements.line(viewer, now_s)
+
+    def _do(self, viewer: Viewer, wants: Wants) -> None:
+        match wants:
+            case "join":
+                self._check_queue(viewer)
+                self._control.join(viewer.number)
+            case "leave":
+                self._control.leave(viewer.number)
+            case "here":
+                self._control.here(viewer.number)
+            case "stay":
+                pass
+
+    @contextmanager
+    def _leaving_none(self, viewer: Viewer) -> Iterator[None]:
+        """Forget a viewer who is not here and has no place when it is over."""
+        try:
+            yield
+        finally:
+            if viewer.peer is None and self._turns.place(viewer.number) is None:
+                self._forget(viewer)
+
+    def is_due(self, viewer: Viewer) -> bool:
+        """Whether somebody who waits elsewhere may come, as their turn is near."""
+        place = self._turns.place(viewer.number)
+        wait_s = self._turns.wait_s(viewer.number, self._clock.now_s())
+        return place in (0, 1) or (wait_s is not None and wait_s <= _DUE_S)
+
+    # --- what falls due ----------------------------------------------------------------------
+
+    def round(self, now_s: float) -> None:
+        """End what nobody has renewed, and go on looking who may stay; cheap."""
+        for over in self._seats.expire(now_s):
+            self._cluster.remove(over.person)
+        for name in islice(self._unchecked, _CHECKED_AT_ONCE):
+            seated = self._seats.get(name)
+            if seated is not None:
+                try:
+                    self._access.admit(self._access.again(seated.visitor))
+                except NotAdmittedError as error:
+                    self._end(name, str(error))
+        del self._unchecked[:_CHECKED_AT_ONCE]
+
+    def wait(self, viewer: Viewer, now_s: float) -> None:
+        """Pass over somebody who has not come when their turn does."""
+        wait_s = self._turns.wait_s(viewer.number, now_s)
+        if viewer.number == self._turns.operator or (wait_s is not None and wait_s < _COMES_S):
+            self._control.lost(viewer.number)
+
+    def news(self, room: messages.RoomState, now_s: float) -> str | None:
+        """Return what all elsewhere are told of the room; None if nobody is there."""
+        if not len(self._seats):
+            return None
+        here = sum(not one.is_elsewhere(now_s) for one in self._viewers)
+        return self._announcements.told(
+            room, here + self._cluster.watching, now_s
+        ).model_dump_json()

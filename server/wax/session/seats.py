@@ -1,0 +1,104 @@
+"""Who has a seat in the rooms of the cluster, and until when. Pure.
+
+A seat lasts until its page renews it; so somebody who is sent away, or whose time is over, loses it
+within minutes even where nobody tells the cluster.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from wax.cluster.rooms import person
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wax.access.admission import Visitor
+
+SEAT_S: Final = 180.0
+"""Longer than a token, with what LiveKit allows its clock to be wrong; pages renew twice as often
+as the token ends."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seated:
+    """One page elsewhere; `rooms` are those that it was told of, the first for now."""
+
+    visitor: Visitor
+    tab: str
+    rooms: tuple[str, ...]
+    until_s: float
+
+    @property
+    def person(self) -> str:
+        """Their name in the rooms."""
+        return person(self.visitor.identity, self.tab)
+
+
+class Seats:
+    """The seats, those first that end first; each costs a few hundred bytes."""
+
+    def __init__(self) -> None:
+        self._seats: dict[str, Seated] = {}
+        self._tabs: Counter[str] = Counter()
+        self._addresses: Counter[str] = Counter()
+
+    def __len__(self) -> int:
+        return len(self._seats)
+
+    def people(self) -> list[str]:
+        """Return everybody's name in the rooms."""
+        return list(self._seats)
+
+    def get(self, name: str) -> Seated | None:
+        """Return the seat of this person; None if they have none."""
+        return self._seats.get(name)
+
+    def at(self, address: str) -> int:
+        """Return how many seats an address has."""
+        return self._addresses[address]
+
+    def of_identity(self, identity: str) -> list[Seated]:
+        """Return all seats of one browser."""
+        if not self._tabs[identity]:  # nearly everybody, asked with each request
+            return []
+        return [one for one in self._seats.values() if one.visitor.identity == identity]
+
+    def has(self, identity: str) -> bool:
+        """Whether this browser has any."""
+        return bool(identity) and self._tabs[identity] > 0
+
+    def give(self, visitor: Visitor, tab: str, rooms: Sequence[str], now_s: float) -> None:
+        """Give a seat, or renew it."""
+        self.take(person(visitor.identity, tab))
+        seated = Seated(visitor, tab, tuple(rooms), now_s + SEAT_S)
+        self._seats[seated.person] = seated
+        self._tabs[visitor.identity] += 1
+        self._addresses[visitor.address] += 1
+
+    def take(self, name: str) -> Seated | None:
+        """Take this person's seat and return it; None if they have none."""
+        seated = self._seats.pop(name, None)
+        if seated is not None:
+            _one_less(self._tabs, seated.visitor.identity)
+            _one_less(self._addresses, seated.visitor.address)
+        return seated
+
+    def expire(self, now_s: float) -> list[Seated]:
+        """Take and return the seats that nobody has renewed."""
+        over: list[Seated] = []
+        while self._seats:
+            seated = next(iter(self._seats.values()))
+            if now_s < seated.until_s:
+                break
+            self.take(seated.person)
+            over.append(seated)
+        return over
+
+
+def _one_less(counter: Counter[str], key: str) -> None:
+    counter[key] -= 1
+    if not counter[key]:
+        del counter[key]
