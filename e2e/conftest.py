@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 load_profiles()
 
-MEASURES = ("bench", "lab", "peers")
-"""Folders of what measures, whose own tests `make test-all` runs."""
+MEASURES = ("bench", "cluster", "lab", "peers")
+"""Folders of what measures or needs another's server, whose tests `make test-all` runs."""
 
 BESIDE = (
     "reach",

@@ -50,7 +50,7 @@ class Redis:
             await self._process.wait()
 
     async def nodes(self) -> set[str]:
-        """Return the ids of all nodes that have ever come; those gone stay for a while."""
+        """Return the ids of the nodes, which are drawn anew at each start."""
         return set((await self._ask("HKEYS", "nodes")).split())
 
     async def _answers(self) -> bool:
@@ -71,7 +71,6 @@ class Engine:
 
     def __init__(self) -> None:
         self.redis = Redis()
-        self._ids: list[str] = ["", ""]
         program = find_server()
         self.nodes = [
             LiveKit(
@@ -87,10 +86,10 @@ class Engine:
     async def start(self) -> None:
         await self.redis.start()
         for number in range(len(self.nodes)):
-            await self.start_node(number)
+            await self._start_node(number)
 
-    async def start_node(self, number: int) -> None:
-        """Start a node, again or for the first time, and pin its room to it."""
+    async def _start_node(self, number: int) -> None:
+        """Start a node, and pin its room to it."""
         before = await self.redis.nodes()
         await self.nodes[number].start()
 
@@ -98,12 +97,9 @@ class Engine:
             return len(await self.redis.nodes() - before) == 1
 
         await eventually(is_known, "Redis knows the node")
-        (self._ids[number],) = await self.redis.nodes() - before
-        await self.pin(number)
-
-    async def pin(self, number: int) -> None:
-        """Make the room of this node on it, with what the origin would ask for."""
-        room = {"name": ROOMS[number], "node_id": self._ids[number], "empty_timeout": 600}
+        (node,) = await self.redis.nodes() - before
+        # With what the origin would ask for.
+        room = {"name": ROOMS[number], "node_id": node, "empty_timeout": 600}
         room |= {"sync_streams": True, "max_playout_delay": 10}
         await self.call(number, "CreateRoom", room)
 

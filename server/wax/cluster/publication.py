@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 import structlog
@@ -123,12 +124,10 @@ class Publication:
 
     async def _ended(self, publisher: Publisher, broken: asyncio.Event) -> None:
         """Wait until it is closed or broken, or nothing has been heard of it for a while."""
-        began_s = self._clock.now_s()
-        while publisher.is_alive and not broken.is_set():
-            heard_s = began_s if publisher.heard_s is None else publisher.heard_s
-            if self._clock.now_s() - heard_s > SILENT_S:
+        while publisher.is_alive and publisher.unheard_s <= SILENT_S:
+            with suppress(TimeoutError):
+                await asyncio.wait_for(broken.wait(), _LOOK_S)
                 return
-            await asyncio.sleep(_LOOK_S)
 
     def _keyframe_wanted(self, picture: VideoLane) -> None:
         now_s = self._clock.now_s()

@@ -1,4 +1,4 @@
-"""Adds to aiortc's offer what it does not know: header extensions and their feedback. Pure.
+"""Adds to aiortc's offer what it does not know: header extensions and the feedback. Pure.
 
 RFC 8285, 5; RFC 4585, 4.2.
 """
@@ -6,6 +6,8 @@ RFC 8285, 5; RFC 4585, 4.2.
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
+
+from wax.rtc.rtp import TRANSPORT_SEQUENCE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,8 +17,9 @@ _FIRST_ID: Final = 5
 
 
 def with_extensions(offer: str, uris: Sequence[str]) -> str:
-    """Offer these extensions, and transport-wide feedback, for sound and picture."""
+    """Offer these extensions for sound and picture; feedback where packets are numbered for it."""
     extensions = [f"a=extmap:{number} {uri}" for number, uri in enumerate(uris, _FIRST_ID)]
+    has_feedback = TRANSPORT_SEQUENCE in uris
     lines: list[str] = []
     is_media = False
     for line in offer.splitlines():
@@ -25,6 +28,6 @@ def with_extensions(offer: str, uris: Sequence[str]) -> str:
             is_media = line.startswith(("m=audio", "m=video"))
         elif is_media and line.startswith("a=mid:"):
             lines += extensions
-        elif is_media and line.startswith("a=rtpmap:") and " rtx/" not in line:
+        elif has_feedback and is_media and line.startswith("a=rtpmap:") and " rtx/" not in line:
             lines.append(f"a=rtcp-fb:{line.partition(':')[2].split()[0]} transport-cc")
     return "\r\n".join(lines) + "\r\n"

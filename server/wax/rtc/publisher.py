@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import structlog
@@ -31,7 +33,17 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _CLOSE_S: Final = 2.0
-_EXTENSIONS: Final = (rtp.TRANSPORT_SEQUENCE, rtp.CAPTURE_TIME)
+_EXTENSIONS: Final = (rtp.CAPTURE_TIME,)
+"""Not transport-wide feedback: LiveKit's comes after twenty packets, and who waits for that before
+they send more waits for ever. The receiver's reports tell of the loss."""
+
+
+@dataclass(slots=True)
+class _Sent:
+    """When the first and the last was sent since the newest report, in seconds."""
+
+    first_s: float
+    last_s: float
 
 
 class Publisher:
@@ -57,6 +69,7 @@ class Publisher:
         self._pc = RTCPeerConnection(RTCConfiguration(iceServers=[]))
         self._pc.on("connectionstatechange", self._changed.set)
         self._senders: list[Sender] = []
+        self._unanswered: dict[Kind, _Sent] = {}
         if audio is not None:
             transceiver = self._transceiver("audio")
             self._put(transceiver, SoundSender(self._context("audio", transceiver), lane=audio))
@@ -78,9 +91,12 @@ class Publisher:
         return self._pc.connectionState in states and not any(one.failed for one in self._senders)
 
     @property
-    def heard_s(self) -> float | None:
-        """When the other end last reported on any stream; it does so each second."""
-        return max((one.heard_s for one in self._senders if one.heard_s is not None), default=None)
+    def unheard_s(self) -> float:
+        """For how long it has been sent to without a report; 0 before the first packet.
+
+        Whoever receives reports each second on what comes, but not on a source that is silent.
+        """
+        return max((self._unheard_s(one) for one in self._senders), default=0.0)
 
     async def offer(self) -> str:
         """Return the offer, with every candidate."""
@@ -131,12 +147,31 @@ class Publisher:
             rate_hz=self._codecs.rates_hz[kind],
             tap=self._tap,
             clock=self._clock,
-            on_sent=_ignore,
+            on_sent=partial(self._on_sent, kind),
         )
+
+    def _unheard_s(self, sender: Sender) -> float:
+        sent = self._unanswered.get(sender.kind)
+        if sent is None or _answered(sender, sent.first_s):
+            return 0.0
+        return sent.last_s - sent.first_s
+
+    def _on_sent(self, kind: Kind, *_: object) -> None:
+        now_s = self._clock.now_s()
+        sent = self._unanswered.get(kind)
+        sender = next((one for one in self._senders if one.kind == kind), None)
+        if sent is None or (sender is not None and _answered(sender, sent.first_s)):
+            self._unanswered[kind] = _Sent(now_s, now_s)
+        else:
+            sent.last_s = now_s
 
     def _round_trip_s(self) -> float | None:
         trips = [one.round_trip_s for one in self._senders if one.round_trip_s is not None]
         return min(trips, default=None)
+
+
+def _answered(sender: Sender, sent_s: float) -> bool:
+    return sender.heard_s is not None and sender.heard_s >= sent_s
 
 
 def _ignore(*_: object) -> None: ...
