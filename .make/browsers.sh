@@ -102,6 +102,13 @@ want_janus() {
         say "Janus cannot be compared with; type: sudo apt-get install -y janus"
 }
 
+# What brings the nodes of LiveKit together.
+want_redis() {
+    [ "$(uname)" = Linux ] || return 0
+    command -v redis-server >/dev/null || apt_install redis-server ||
+        _missing "the cluster cannot be tested; type: sudo apt-get install -y redis-server"
+}
+
 # Everything that tests and lab drive.
 want_all() {
     want_playwright
