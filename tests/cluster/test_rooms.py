@@ -35,11 +35,23 @@ def test_the_second_room_is_another_one_even_if_it_is_full() -> None:
     assert choose([first, second]) == []
 
 
-def test_those_who_were_counted_are_not_counted_twice() -> None:
-    """A count includes whoever was sent before it."""
+def test_who_was_sent_somewhere_stays_there() -> None:
+    """Renewed, a seat is where it was, even if that room is full; a dead one is left."""
+    first, second = (Occupancy(name, 1, is_live=True) for name in ("a", "b"))
+    assert choose([first, second]) == [first, second]
+    assert choose([first, second], ["a", "b"]) == [first, second]
+    assert second.free == 1, "nobody was sent twice"
+    first.is_live = False
+    assert choose([first, second], ["a", "b"]) == [second]
+
+
+def test_who_is_on_the_way_counts_until_the_next_count_but_one() -> None:
+    """LiveKit's count is some seconds old, and then includes whoever was sent before it."""
     room = Occupancy("a", 2, is_live=True)
     assert choose([room])
-    room.counted, room.sent = 1, 0
+    room.count(0)
+    assert room.free == 1
+    room.count(1)
     assert room.free == 1
 
 

@@ -125,7 +125,7 @@ class FakePeer:
 class Rig:
     """A server with everything real but peers, robot and time."""
 
-    def __init__(self, tree: dict[str, Any]) -> None:
+    def __init__(self, tree: dict[str, Any], cluster: Cluster | None = None) -> None:
         settings = Settings.model_validate(tree)
         self.clock = TurnedClock()
         self.robot = Robot()
@@ -186,7 +186,7 @@ class Rig:
             records=self.records,
             keeper=self.keeper,
             network=network(),
-            cluster=Cluster(clock=self.clock, counters=self.counters),
+            cluster=cluster or Cluster(clock=self.clock, counters=self.counters),
         )
 
     async def enter(self, client: str, *, is_host: bool = False) -> FakePeer:

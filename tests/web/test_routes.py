@@ -6,6 +6,7 @@ import base64
 import gzip
 import hashlib
 import json
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, cast
 
 import pytest
@@ -19,7 +20,7 @@ from wax.config.settings import (
     RelaySettings,
     ServerSettings,
 )
-from wax.errors import ForbiddenError, FullError, SignallingError, StartError
+from wax.errors import ForbiddenError, FullError, NoPlaceError, SignallingError, StartError
 from wax.records.records import Records
 from wax.rtc.ice_servers import IceServers
 from wax.web import routes
@@ -43,11 +44,23 @@ if TYPE_CHECKING:
 GOOD = {"sdp": "v=0", "client": "12345678-abcd"}
 
 
+@dataclass(frozen=True)
+class Told:
+    """Any message."""
+
+    what: str
+    is_somebody: bool
+
+    def model_dump_json(self) -> str:
+        return json.dumps(asdict(self))
+
+
 class FakeRoom:
     """A room that answers every offer in the same way."""
 
     def __init__(self) -> None:
         self.error: Exception | None = None
+        self.full: Exception | None = None
         self.offers: list[tuple[str, str]] = []
         self.visitors: list[Visitor] = []
         self.missing: dict[str, str] = {}
@@ -65,6 +78,21 @@ class FakeRoom:
         self.stops.append((tab, stop, visitor.is_host))
         if self.error is not None:
             raise self.error
+
+    @property
+    def elsewhere(self) -> FakeRoom:
+        return self
+
+    def instead(self, visitor: Visitor, tab: str, here: NoPlaceError) -> Told:
+        return self.seat(visitor, tab)
+
+    def seat(self, visitor: Visitor, tab: str) -> Told:
+        if self.full is not None:
+            raise self.full
+        return Told(f"seat of {tab}", bool(visitor.identity))
+
+    def queue(self, visitor: Visitor, tab: str, wants: str) -> Told:
+        return Told(f"{wants} of {tab}", bool(visitor.identity))
 
     async def answer(self, visitor: Visitor, tab: str, offer: str) -> str:
         self.visitors.append(visitor)
@@ -275,6 +303,42 @@ async def test_errors_become_a_status_and_a_sentence(
     response = await client.post("/api/offer", json=GOOD)
     assert response.status == status
     assert says in (await response.json())["error"]
+
+
+async def test_who_finds_no_place_gets_a_seat_elsewhere(client: Client, room: FakeRoom) -> None:
+    """Only where the places are taken: a tab too many is one elsewhere, too."""
+    tab = GOOD["client"]
+    room.error = NoPlaceError("all taken")
+    response = await client.post("/api/offer", json=GOOD)
+    assert response.status == 200
+    assert await response.json() == {"what": f"seat of {tab}", "is_somebody": True}
+    room.full = FullError("Watching is full")
+    response = await client.post("/api/offer", json=GOOD)
+    assert (response.status, response.headers["Retry-After"]) == (503, "1")
+    assert (await response.json())["error"] == "Watching is full"
+    room.full, room.error = None, FullError("too many tabs")
+    response = await client.post("/api/offer", json=GOOD)
+    assert (await response.json())["error"] == "too many tabs"
+
+
+@pytest.mark.parametrize(
+    ("path", "body", "what"),
+    [("/api/seat", {}, "seat"), ("/api/queue", {"wants": "stay"}, "stay")],
+)
+async def test_who_watches_elsewhere_asks_by_http(
+    client: Client, clock: TurnedClock, path: str, body: dict[str, str], what: str
+) -> None:
+    """As somebody who is known again, and ten times as often as others connect."""
+    asked = body | {"client": GOOD["client"]}
+    headers = {"X-Forwarded-For": "192.0.2.7"}
+    response = await client.post(path, json=asked, headers=headers)
+    assert await response.json() == {"what": f"{what} of {GOOD['client']}", "is_somebody": True}
+    for wrong in (body, asked | {"client": "x"}, asked | {"wants": "everything"}):
+        assert (await client.post(path, json=wrong, headers=headers)).status == 400
+    answers = [(await client.post(path, json=asked, headers=headers)).status for _ in range(400)]
+    assert answers == [200] * 396 + [429] * 4
+    clock.time_s += 0.1
+    assert (await client.post(path, json=asked, headers=headers)).status == 200
 
 
 async def test_one_address_does_not_take_the_servers_time(

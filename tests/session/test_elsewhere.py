@@ -1,0 +1,313 @@
+"""Those who watch in a room of the cluster: who gets a seat, who loses it, who comes to drive."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, cast
+
+import pytest
+from tests.session.test_room import OFFER, FakePeer, Rig
+from tests.visitors import TAB, visitor
+
+from wax.access.admission import BANNED, CLOSED
+from wax.cluster.cluster import Cluster, Seat
+from wax.cluster.rooms import Occupancy, choose, person
+from wax.errors import ForbiddenError, FullError, NoPlaceError, NotAdmittedError
+from wax.session import entry as entry_module
+from wax.session.elsewhere import WATCHING_IS_FULL
+from wax.session.host_acts import REMOVED
+from wax.session.seats import SEAT_S, Seats
+from wax.session.stop_authority import ELSEWHERE, TOO_OFTEN
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from wax.access.admission import Visitor
+
+
+class Rooms:
+    """A cluster of two rooms, without the network."""
+
+    def __init__(self, most: int = 2) -> None:
+        self.rooms = [Occupancy(name, most, is_live=True) for name in ("a", "b")]
+        self.removed: list[tuple[str, bool]] = []
+        self.has_sound = True
+        self.links: list[str] = []
+        self.is_used = True
+        self.watching = 3
+        self.news: Callable[[], str | None] = lambda: None
+
+    @property
+    def capacity(self) -> int:
+        return sum(one.most for one in self.rooms)
+
+    def seats(self, person: str, before: Sequence[str] = ()) -> list[Seat]:
+        return [Seat(one.name, f"wss://{one.name}", person) for one in choose(self.rooms, before)]
+
+    def tell(self, news: Callable[[], str | None]) -> None:
+        self.news = news
+
+    def remove(self, person: str, *, for_good: bool = False) -> None:
+        self.removed.append((person, for_good))
+
+
+@pytest.fixture
+def rooms() -> Rooms:
+    return Rooms()
+
+
+@pytest.fixture
+def rig(monkeypatch: pytest.MonkeyPatch, rooms: Rooms) -> Rig:
+    """Have a room here with one place, and two elsewhere with two each."""
+    FakePeer.made = []
+    monkeypatch.setattr(entry_module, "Peer", FakePeer)
+    tree = {"turns": {"turn_s": 30.0, "grace_s": 2.0}, "server": {"max_viewers": 1}}
+    return Rig(tree, cast("Cluster", rooms))
+
+
+EVE = visitor("eve-1111")
+NAME = person("eve-1111", TAB)
+
+
+def guest(number: int) -> Visitor:
+    return visitor(f"guest-{number}", address=f"192.0.2.{number}")
+
+
+def wait(rig: Rig, seconds: float, *alive: FakePeer) -> None:
+    """Let time pass in steps of a second."""
+    for _ in range(round(seconds)):
+        rig.wait(1.0, *alive)
+
+
+# --- seats -----------------------------------------------------------------------------------
+
+
+async def test_who_finds_no_place_is_sent_elsewhere(rig: Rig, rooms: Rooms) -> None:
+    """With two rooms to choose from, and what they would be told here."""
+    await rig.enter("ada-1111")
+    with pytest.raises(NoPlaceError) as here:
+        await rig.room.answer(EVE, TAB, OFFER)
+    told = rig.room.elsewhere.instead(EVE, TAB, here.value)
+    assert [one.url for one in told.rooms] == ["wss://a", "wss://b"]
+    assert {one.token for one in told.rooms} == {NAME}
+    assert (told.hello.viewer, told.hello.may_queue, told.hello.may_hear) == (0, True, True)
+    rooms.has_sound = False
+    assert rig.room.elsewhere.seat(EVE, TAB).hello.may_hear is False
+    rooms.is_used = False
+    with pytest.raises(NoPlaceError, match="All 1 places"):
+        rig.room.elsewhere.instead(guest(1), TAB, here.value)
+
+
+async def test_where_nothing_is_free_watching_is_full(rig: Rig, rooms: Rooms) -> None:
+    """All rooms are full, or gone; whoever has a seat keeps it while its room is there."""
+    for number in range(4):
+        rig.room.elsewhere.seat(guest(number), TAB)
+    with pytest.raises(FullError, match=WATCHING_IS_FULL):
+        rig.room.elsewhere.seat(EVE, TAB)
+    assert rig.room.elsewhere.seat(guest(1), TAB).rooms[0].url == "wss://b"
+    for one in rooms.rooms:
+        one.is_live = False
+    with pytest.raises(FullError, match=WATCHING_IS_FULL):
+        rig.room.elsewhere.seat(guest(1), TAB)
+    rooms.links.append("https://media.example.org")
+    assert rig.room.elsewhere.seat(guest(1), TAB).links == ["https://media.example.org"]
+
+
+async def test_a_seat_ends_unless_it_is_renewed(rig: Rig, rooms: Rooms) -> None:
+    """Whoever does not renew is taken out of the rooms, where LiveKit would let them stay."""
+    rig.room.elsewhere.seat(EVE, TAB)
+    rig.room.elsewhere.seat(guest(1), TAB)
+    rig.clock.time_s += SEAT_S - 1
+    rig.room.elsewhere.seat(EVE, TAB)
+    rig.room.round(rig.clock.time_s)
+    assert rooms.removed == []
+    rig.clock.time_s += 1
+    rig.room.round(rig.clock.time_s)
+    assert rooms.removed == [(person("guest-1", TAB), False)]
+    assert rig.room.role_of(EVE) == "observer"
+    assert rig.room.role_of(guest(1)) == "stranger"
+
+
+async def test_a_closed_door_empties_the_rooms(rig: Rig, rooms: Rooms) -> None:
+    """As it does here; the host's own pages stay, and who asks is told why."""
+    host = await rig.enter("hedy-111", is_host=True)
+    rig.room.elsewhere.seat(EVE, TAB)
+    rig.room.elsewhere.seat(visitor("hedy-111", is_host=True), "tab-2222")
+    host.says(type="close", closed=True)
+    rig.wait(0.1, host)
+    assert rooms.removed == [(NAME, True)]
+    with pytest.raises(NotAdmittedError, match=CLOSED):
+        rig.room.elsewhere.seat(EVE, TAB)
+    with pytest.raises(NotAdmittedError, match=CLOSED):
+        rig.room.elsewhere.queue(EVE, TAB, "join")
+
+
+@pytest.mark.parametrize(("ban", "sentence"), [(True, BANNED), (False, REMOVED)])
+async def test_who_is_removed_loses_the_seat(
+    rig: Rig, rooms: Rooms, ban: bool, sentence: str
+) -> None:
+    """In every tab, and is told so; without a ban they may come again after a minute."""
+    host = await rig.enter("hedy-111", is_host=True)
+    rig.room.elsewhere.seat(EVE, TAB)
+    rig.room.elsewhere.seat(EVE, "tab-2222")
+    line = rig.room.elsewhere.queue(EVE, TAB, "join")
+    host.says(type="remove", viewer=line.id, ban=ban)
+    rig.wait(0.1, host)
+    assert {who for who, for_good in rooms.removed if for_good} == {
+        NAME,
+        person("eve-1111", "tab-2222"),
+    }
+    with pytest.raises(NotAdmittedError, match=sentence):
+        rig.room.elsewhere.seat(EVE, TAB)
+    rig.clock.time_s += 61
+    if ban:
+        with pytest.raises(NotAdmittedError, match=sentence):
+            rig.room.elsewhere.seat(EVE, TAB)
+    else:
+        assert rig.room.elsewhere.seat(EVE, TAB).rooms
+
+
+async def test_a_ban_is_of_the_address_too(rig: Rig, rooms: Rooms) -> None:
+    """Others who are seated from there lose their seats; they had no number to be named by."""
+    host = await rig.enter("hedy-111", is_host=True)
+    rig.room.elsewhere.seat(EVE, TAB)
+    rig.room.elsewhere.seat(visitor("eva-2222"), TAB)  # the same address
+    rig.room.elsewhere.seat(guest(7), TAB)
+    line = rig.room.elsewhere.queue(EVE, TAB, "join")
+    host.says(type="remove", viewer=line.id, ban=True)
+    rig.wait(0.1, host)
+    assert {who for who, _ in rooms.removed} == {NAME, person("eva-2222", TAB)}
+
+
+async def test_one_address_does_not_take_every_seat(
+    monkeypatch: pytest.MonkeyPatch, rooms: Rooms
+) -> None:
+    """It has a share, as it has of the places here."""
+    rooms.rooms[0].most = 100
+    tree = {"server": {"max_share_per_address": 0.1}}
+    rig = Rig(tree, cast("Cluster", rooms))
+    for number in range(10):
+        rig.room.elsewhere.seat(visitor(f"one-{number:04}"), TAB)
+    with pytest.raises(FullError, match="your address"):
+        rig.room.elsewhere.seat(EVE, TAB)
+    assert rig.room.elsewhere.seat(guest(7), TAB).rooms
+
+
+async def test_who_has_a_seat_stops_the_robot_within_a_budget(rig: Rig) -> None:
+    """As everybody who watches; without a seat nobody does."""
+    with pytest.raises(ForbiddenError):
+        rig.room.stop_by(EVE, TAB)
+    rig.room.elsewhere.seat(EVE, TAB)
+    number = rig.room.stop_by(EVE, TAB)
+    latched = rig.room.snapshot(rig.clock.time_s).stop
+    assert latched is not None
+    assert (latched.number, latched.by) == (number, ELSEWHERE)
+    pressed = (rig.room.stop_by(EVE, TAB) for _ in range(1000))
+    with pytest.raises(ForbiddenError, match=TOO_OFTEN):
+        list(pressed)
+
+
+# --- the queue -------------------------------------------------------------------------------
+
+
+async def test_who_joins_and_leaves_leaves_nothing(rig: Rig) -> None:
+    """Not even where they were refused."""
+    for number in range(50):
+        one = guest(number)
+        assert rig.room.elsewhere.queue(one, TAB, "join").place is not None
+        assert rig.room.elsewhere.queue(one, TAB, "leave").place is None
+    with pytest.raises(ForbiddenError, match="join it first"):
+        rig.room.elsewhere.queue(EVE, TAB, "stay")
+    rig.room.elsewhere.queue(EVE, TAB, "join")
+    with pytest.raises(ForbiddenError, match="another tab"):
+        rig.room.elsewhere.queue(EVE, "tab-2222", "join")
+    assert len(rig.viewers) == 1
+
+
+async def test_who_does_not_ask_again_loses_the_place(rig: Rig) -> None:
+    """After twenty seconds they are lost, and after the grace time forgotten."""
+    ada = await rig.enter("ada-1111")
+    ada.says(type="join")
+    wait(rig, 1, ada)
+    rig.room.elsewhere.queue(EVE, TAB, "join")
+    for _ in range(3):
+        wait(rig, 6, ada)
+        assert rig.room.elsewhere.queue(EVE, TAB, "stay").place == 1
+    wait(rig, 24, ada)
+    assert [line["name"] for line in ada.last("room")["viewers"]] == ["Guest 1"]
+
+
+async def test_who_does_not_come_is_passed_over(rig: Rig) -> None:
+    """Nobody drives from elsewhere: the turn goes on to who is there."""
+    ada = await rig.enter("ada-1111")
+    ada.says(type="join")
+    rig.wait(0.5, ada)
+    rig.room.elsewhere.queue(EVE, TAB, "join")
+    for _ in range(7):
+        wait(rig, 5, ada)
+        if rig.viewers.of_tab("eve-1111", TAB) is not None:
+            rig.room.elsewhere.queue(EVE, TAB, "stay")
+    assert ada.last("room")["turn"]["operator"] == 1
+
+
+async def test_who_comes_in_time_drives(rig: Rig) -> None:
+    """Though all places here are taken; before that, who waits elsewhere takes none."""
+    ada = await rig.enter("ada-1111")
+    ada.says(type="join")
+    rig.wait(0.5, ada)
+    first = rig.room.elsewhere.queue(EVE, TAB, "join")
+    second = rig.room.elsewhere.queue(guest(7), TAB, "join")
+    assert (first.place, second.place) == (1, 2)
+    with pytest.raises(NoPlaceError):
+        await rig.room.answer(guest(7), TAB, OFFER)
+    eve = await rig.enter("eve-1111")
+    ada.says(type="leave")
+    rig.wait(0.3, ada, eve)
+    assert eve.last("room")["turn"]["operator"] == first.id
+
+
+async def test_who_goes_back_elsewhere_keeps_the_place(rig: Rig) -> None:
+    """A page that has driven and watches elsewhere again waits for its next turn there."""
+    eve = await rig.enter("eve-1111")
+    eve.says(type="join")
+    rig.wait(0.3, eve)
+    bob = rig.room.elsewhere.queue(guest(7), TAB, "join")
+    eve.abandon()
+    line = rig.room.elsewhere.queue(EVE, TAB, "stay")
+    assert not line.lost
+    assert bob.id != line.id
+
+
+async def test_those_elsewhere_are_told_of_the_room(rig: Rig, rooms: Rooms) -> None:
+    """While anybody is there: who drives, the first who wait, and how many watch in all."""
+    ada = await rig.enter("ada-1111")
+    assert rooms.news() is None
+    rig.room.elsewhere.seat(EVE, TAB)
+    ada.says(type="join")
+    rig.wait(0.3, ada)
+    rooms.rooms[0].most = 1000
+    for number in range(60):
+        rig.room.elsewhere.queue(guest(number + 10), TAB, "join")
+    text = rooms.news()
+    assert text is not None
+    assert len(text) < 15_000, "LiveKit passes on no more"
+    told: dict[str, Any] = json.loads(text)
+    assert told["watching"] == 1 + rooms.watching
+    assert [line["place"] for line in told["room"]["viewers"]] == list(range(40))
+    assert told["server_ms"] == rig.clock.time_s * 1000
+
+
+def test_seats_are_counted_by_address_and_browser() -> None:
+    """Renewed they are the same; the last one leaves no trace."""
+    seats = Seats()
+    for tab in ("tab-1111", "tab-2222", "tab-1111"):
+        seats.give(EVE, tab, ["a"], 0.0)
+    assert (len(seats), seats.at(EVE.address)) == (2, 2)
+    assert {one.tab for one in seats.of_identity("eve-1111")} == {"tab-1111", "tab-2222"}
+    assert seats.expire(SEAT_S - 1) == []
+    assert len(seats.expire(SEAT_S)) == 2
+    assert not seats.has("eve-1111")
+    assert (seats.at(EVE.address), vars(seats)) == (
+        0,
+        {"_seats": {}, "_tabs": {}, "_addresses": {}},
+    )
