@@ -53,6 +53,10 @@ class Redis:
         """Return the ids of the nodes, which are drawn anew at each start."""
         return set((await self._ask("HKEYS", "nodes")).split())
 
+    async def nodes_of_rooms(self) -> set[str]:
+        """Return the ids of the nodes that have a room."""
+        return set((await self._ask("HVALS", "room_node_map")).split())
+
     async def _answers(self) -> bool:
         return "PONG" in await self._ask("PING")
 
@@ -101,7 +105,7 @@ class Engine:
         # With what the origin would ask for.
         room = {"name": ROOMS[number], "node_id": node, "empty_timeout": 600}
         room |= {"sync_streams": True, "max_playout_delay": 10}
-        await self.call(number, "CreateRoom", room)
+        await call(self.nodes[number].url, "CreateRoom", room)
 
     async def stop(self) -> None:
         for node in self.nodes:
@@ -112,27 +116,28 @@ class Engine:
         """Return the address that pages use of this node."""
         return self.nodes[number].url.replace("http", "ws", 1)
 
-    async def call(self, number: int, what: str, body: dict[str, Any]) -> dict[str, Any]:
-        """Ask a node, as an administrator does; raises `aiohttp.ClientError`."""
-        grants = {"room": body.get("room", ""), "roomCreate": True, "roomAdmin": True}
-        claims = {"iss": KEY.name, "exp": _FOREVER_S, "video": {**grants, "roomList": True}}
-        token = jwt.encode(claims, KEY.secret, algorithm="HS256")
-        async with (
-            aiohttp.ClientSession(raise_for_status=True) as http,
-            http.post(
-                f"{self.nodes[number].url}/twirp/livekit.RoomService/{what}",
-                json=body,
-                headers={"Authorization": f"Bearer {token}"},
-            ) as response,
-        ):
-            told: dict[str, Any] = await response.json()
-        return told
-
     async def people(self, number: int) -> list[dict[str, Any]]:
         """Return who is in the room of this node, and what they publish."""
-        told = await self.call(number, "ListParticipants", {"room": ROOMS[number]})
+        told = await call(self.nodes[number].url, "ListParticipants", {"room": ROOMS[number]})
         people: list[dict[str, Any]] = told["participants"]
         return people
+
+
+async def call(url: str, what: str, body: dict[str, Any]) -> dict[str, Any]:
+    """Ask a node, as an administrator does; raises `aiohttp.ClientError`."""
+    grants = {"room": body.get("room", ""), "roomCreate": True, "roomAdmin": True}
+    claims = {"iss": KEY.name, "exp": _FOREVER_S, "video": {**grants, "roomList": True}}
+    token = jwt.encode(claims, KEY.secret, algorithm="HS256")
+    async with (
+        aiohttp.ClientSession(raise_for_status=True) as http,
+        http.post(
+            f"{url}/twirp/livekit.RoomService/{what}",
+            json=body,
+            headers={"Authorization": f"Bearer {token}"},
+        ) as response,
+    ):
+        told: dict[str, Any] = await response.json()
+    return told
 
 
 @asynccontextmanager
