@@ -266,6 +266,28 @@ async def test_who_waits_elsewhere_comes_when_it_is_their_turn(
             assert answer["type"] == "elsewhere"
 
 
+async def test_any_whip_server_gets_the_best_picture_and_the_sound(
+    serve: Serve, tmp_path: Path
+) -> None:
+    """Here LiveKit's, as if it were another's; pages are given the link to where it is watched."""
+    grants = {"room": ROOMS[0], "roomJoin": True, "canPublish": True}
+    claims = {"iss": KEY.name, "sub": "whip", "exp": 2**31, "video": grants}
+    async with running() as engine:
+        table = {
+            "whip": f"{engine.nodes[0].url}/whip/v1",
+            "whip_token": jwt.encode(claims, KEY.secret, algorithm="HS256"),
+            "watch": "https://media.example.org/robot",
+        }
+        toml_text = f"{toml.card_with(server='max_viewers = 1')}[[publish]]\n{toml.dumps(table)}"
+        async with serve(tmp_path, toml_text) as server, person(server) as ada:
+            await eventually(lambda: are_live(server, 1), "it is published to")
+            (robot,) = await engine.people(0)
+            assert sorted(track["type"] for track in robot["tracks"]) == ["AUDIO", "VIDEO"]
+            told = await ada.post("/api/seat", {})
+            assert (told["rooms"], told["links"]) == ([], [table["watch"]])
+        assert await engine.people(0) == [], "it has said goodbye"
+
+
 async def test_fifty_who_join_and_leave_leave_nothing(serve: Serve, tmp_path: Path) -> None:
     """Neither a viewer nor a task is left of people who waited elsewhere and went."""
     async with published(serve, tmp_path) as (_, server):

@@ -186,7 +186,12 @@ class Cluster:
     async def _tell_all(self) -> None:
         while True:
             await asyncio.sleep(_TELL_S)
-            text = self._news()
+            try:
+                text = self._news()
+            except Exception:  # the picture goes on
+                self._counters.add("room messages failed")
+                _LOG.exception("there is no news for the rooms")
+                continue
             if text is not None:
                 await asyncio.gather(*(self._told(one, text) for one in self._rooms))
 

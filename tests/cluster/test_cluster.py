@@ -1,0 +1,167 @@
+"""All rooms together: who is taken out of them, what they are told, and what they may not break."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any, cast
+
+import jwt
+import pytest
+from aiohttp import web
+from tests.turned_clock import TurnedClock
+
+from wax.cluster import cluster as cluster_module
+from wax.cluster.cluster import Cluster, Sources
+from wax.config.publish import PublishSettings
+from wax.telemetry import Counters
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable
+
+    from wax.fanout.sound_hub import SoundHub
+    from wax.fanout.video_hub import VideoHub
+    from wax.streams.interface import Codecs
+
+SECRET = "s" * 32
+
+
+class LiveKit:
+    """Notes what it is asked, and refuses to be published to."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[str, dict[str, Any]]] = []
+        self.url = ""
+
+    async def handle(self, request: web.Request) -> web.Response:
+        jwt.decode(
+            request.headers["Authorization"].removeprefix("Bearer "),
+            SECRET,
+            algorithms=["HS256"],
+            options={"verify_exp": False, "verify_nbf": False},
+        )
+        if request.path.startswith("/whip"):
+            return web.Response(status=503)
+        what = request.path.rpartition("/")[2]
+        self.asked.append((what, await request.json()))
+        return web.json_response({"rooms": [{"num_participants": 9}]})
+
+    def of(self, what: str) -> list[dict[str, Any]]:
+        return [body for asked, body in self.asked if asked == what]
+
+
+@pytest.fixture
+async def livekit() -> AsyncIterator[LiveKit]:
+    made = LiveKit()
+    application = web.Application()
+    application.router.add_route("POST", "/{path:.*}", made.handle)
+    runner = web.AppRunner(application)
+    await runner.setup()
+    await web.TCPSite(runner, "127.0.0.1", 0).start()
+    made.url = f"ws://127.0.0.1:{runner.addresses[0][1]}"
+    yield made
+    await runner.cleanup()
+
+
+@pytest.fixture
+async def rig(
+    livekit: LiveKit, monkeypatch: pytest.MonkeyPatch
+) -> AsyncIterator[tuple[Cluster, TurnedClock]]:
+    """Have two rooms, which are published to by nobody: their renditions are none."""
+    monkeypatch.setattr(cluster_module, "_TELL_S", 0.02)
+    monkeypatch.setattr(cluster_module, "_LOOK_S", 0.01)
+    clock = TurnedClock()
+    made = Cluster(clock=clock, counters=Counters())
+    rooms = [
+        PublishSettings(livekit=livekit.url, room=room, api_key="APIkey", api_secret=SECRET)
+        for room in ("a", "b")
+    ]
+    nothing = cast("Codecs", None), cast("VideoHub", None), cast("SoundHub", None)
+    made.publish(rooms, [], Sources(*nothing))
+    running = asyncio.create_task(made.run())
+    await until(lambda: len(livekit.of("ListRooms")) == 2)
+    yield made, clock
+    running.cancel()
+    await asyncio.gather(running, return_exceptions=True)
+
+
+async def until(holds: Callable[[], bool]) -> None:
+    async with asyncio.timeout(5):
+        while not holds():  # noqa: ASYNC110  # of another's server
+            await asyncio.sleep(0.01)
+
+
+def names(livekit: LiveKit) -> list[str]:
+    return [body["identity"] for body in livekit.of("RemoveParticipant")]
+
+
+async def test_who_is_out_for_good_is_removed_again(
+    livekit: LiveKit, rig: tuple[Cluster, TurnedClock]
+) -> None:
+    """From every room, until their token is over; once is enough for a seat that has ended."""
+    cluster, clock = rig
+    cluster.remove("p-gone")
+    cluster.remove("p-banned", for_good=True)
+    await until(lambda: len(names(livekit)) == 4)
+    assert {body["room"] for body in livekit.of("RemoveParticipant")} == {"a", "b"}
+    clock.time_s += 6
+    await until(lambda: len(names(livekit)) == 6)
+    assert names(livekit)[4:] == ["p-banned"] * 2
+    assert cluster.seats("p-banned")
+    clock.time_s += 1000
+    cluster.remove("p-other")
+    await until(lambda: "p-other" in names(livekit))
+    assert names(livekit).count("p-banned") == 4, "they have a seat again"
+
+
+async def test_all_are_told_while_there_is_something_to_tell(
+    livekit: LiveKit, rig: tuple[Cluster, TurnedClock]
+) -> None:
+    """Each room is; where the news cannot be made the rest goes on."""
+    cluster, _ = rig
+    assert livekit.of("SendData") == []
+
+    def broken() -> str | None:
+        raise ZeroDivisionError
+
+    cluster.tell(broken)
+    await until(lambda: cluster._counters.snapshot().get("room messages failed", 0) >= 2)
+    assert cluster._counters.snapshot().get("cluster faults", 0) == 0
+    cluster.tell(lambda: "news")
+    await until(lambda: len(livekit.of("SendData")) >= 4)
+    assert {body["room"] for body in livekit.of("SendData")} == {"a", "b"}
+    assert cluster.watching == 18
+    assert [one["is_live"] for one in cluster.status()] == [True, True]
+
+
+async def test_without_rooms_there_is_nothing() -> None:
+    """No seat, no status, and no connection to anywhere."""
+    cluster = Cluster(clock=TurnedClock(), counters=Counters())
+    assert (cluster.seats("p-1"), cluster.links, cluster.status()) == ([], [], [])
+    assert not cluster.is_used
+    running = asyncio.create_task(cluster.run())
+    await asyncio.sleep(0)
+    assert not running.done()
+    running.cancel()
+    await asyncio.gather(running, return_exceptions=True)
+
+
+async def test_a_fault_of_the_rooms_is_contained(
+    monkeypatch: pytest.MonkeyPatch, livekit: LiveKit
+) -> None:
+    """Whatever fails in there is counted and begun anew; `run` never ends by itself."""
+    monkeypatch.setattr(cluster_module, "_RETRY_S", 0.01)
+    counters = Counters()
+    cluster = Cluster(clock=TurnedClock(), counters=counters)
+    settings = PublishSettings(livekit=livekit.url, api_key="APIkey", api_secret=SECRET)
+    nothing = cast("Codecs", None), cast("VideoHub", None), None
+    cluster.publish([settings], [], Sources(*nothing))
+
+    async def broken(*_: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(cluster, "_count", broken)
+    running = asyncio.create_task(cluster.run())
+    await until(lambda: counters.snapshot().get("cluster faults", 0) >= 2)
+    assert not running.done()
+    running.cancel()
+    await asyncio.gather(running, return_exceptions=True)
