@@ -1,0 +1,87 @@
+"""A peer that publishes: what it offers, and when it counts as forgotten."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.turned_clock import TurnedClock
+
+from wax.errors import SignallingError
+from wax.fanout.sound_lane import SoundLane
+from wax.fanout.video_lane import VideoLane
+from wax.rtc import rtp
+from wax.rtc.offered import with_extensions
+from wax.rtc.publisher import Publisher
+from wax.streams.interface import Codecs
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+OFFER = "v=0\r\nm=video 9 x 96 97\r\na=mid:0\r\na=rtpmap:96 VP8/90000\r\na=rtpmap:97 rtx/90000\r\n"
+
+
+@pytest.fixture
+def clock() -> TurnedClock:
+    return TurnedClock()
+
+
+@pytest.fixture
+async def publisher(clock: TurnedClock) -> AsyncIterator[Publisher]:
+    made = Publisher(
+        codecs=Codecs("opus", "vp8"),
+        video=VideoLane(),
+        audio=SoundLane(),
+        clock=clock,
+        on_keyframe_wanted=lambda: None,
+    )
+    yield made
+    await made.close()
+
+
+async def test_it_offers_one_codec_of_each_and_the_capture_time(publisher: Publisher) -> None:
+    """No feedback that would come too late, and nothing that it does not send."""
+    offer = await publisher.offer()
+    names = [line.split()[1].split("/")[0] for line in offer.splitlines() if "rtpmap" in line]
+    assert set(names) == {"opus", "VP8", "rtx"}
+    assert offer.count(rtp.CAPTURE_TIME) == 2
+    assert "transport-cc" not in offer
+    assert offer.count("a=sendonly") == 2
+
+
+async def test_an_answer_that_is_none_is_a_sentence(publisher: Publisher) -> None:
+    """A server that says something else is told of, not believed."""
+    await publisher.offer()
+    with pytest.raises(SignallingError, match="cannot be used"):
+        await publisher.accept("<html>")
+
+
+def test_feedback_is_offered_where_packets_are_numbered_for_it() -> None:
+    """For the codec, not for its retransmissions."""
+    offer = with_extensions(OFFER, (rtp.TRANSPORT_SEQUENCE, rtp.PLAYOUT_DELAY))
+    assert f"a=extmap:5 {rtp.TRANSPORT_SEQUENCE}\r\na=extmap:6 {rtp.PLAYOUT_DELAY}" in offer
+    assert "a=rtcp-fb:96 transport-cc" in offer
+    assert "a=rtcp-fb:97" not in offer
+
+
+async def test_what_is_sent_and_not_reported_on_counts_as_silence(
+    publisher: Publisher, clock: TurnedClock
+) -> None:
+    """From the first packet on; a source that sends nothing for a while is nobody's silence."""
+    (picture,) = (one for one in publisher._senders if one.kind == "video")
+
+    def send(seconds: int) -> None:
+        for _ in range(seconds):
+            publisher._on_sent("video")
+            clock.time_s += 1.0
+        publisher._on_sent("video")
+
+    assert publisher.unheard_s == 0.0
+    send(3)
+    assert publisher.unheard_s == 3.0
+    picture.heard_s = clock.time_s
+    assert publisher.unheard_s == 0.0
+    clock.time_s += 60.0  # the camera fails
+    assert publisher.unheard_s == 0.0
+    send(2)
+    assert publisher.unheard_s == 2.0
