@@ -641,6 +641,7 @@ StateOut = (
     | Console
     | InvitationLink
     | Elsewhere
+    | Told
 )
 
 DRIVE_COLUMNS: Final = compact.by_type(*get_args(DriveIn), DriveOut)

@@ -1,5 +1,14 @@
 /** Messages as the server would send them, for tests. */
-import type { Hello, Playout, RoomState, Served, ViewerInfo } from "../messages";
+import type {
+  Elsewhere,
+  Hello,
+  Playout,
+  RoomState,
+  Seat,
+  Served,
+  Told,
+  ViewerInfo,
+} from "../messages";
 
 export function hello(more: Partial<Hello> = {}): Hello {
   return {
@@ -68,6 +77,26 @@ export function served(more: Partial<Served> = {}): Served {
     layers_made: 3,
     ...more,
   };
+}
+
+/** A token for a room as LiveKit's are, but for the signature. */
+export function seat(name: string, more: Partial<Seat> = {}): Seat {
+  const claims = btoa(JSON.stringify({ video: { room: name } })).replaceAll("=", "");
+  return { url: "wss://rooms.example.org", token: `e30.${claims}.c2ln`, ...more };
+}
+
+export function elsewhere(more: Partial<Elsewhere> = {}): Elsewhere {
+  return {
+    type: "elsewhere",
+    rooms: [seat("one"), seat("two")],
+    links: [],
+    hello: hello({ viewer: 0 }),
+    ...more,
+  };
+}
+
+export function told(of: RoomState, more: Partial<Told> = {}): Told {
+  return { type: "told", server_ms: 0, watching: 1000, room: of, ...more };
 }
 
 const NAMES = ["Ada", "Bob", "Cleo", "Dan", "Eve"];

@@ -1,0 +1,87 @@
+const MAKES_KBPS = /at (\S+) kbit\/s$/;
+
+/** A change is not judged before it has had its effect. */
+const SETTLES_MS = 2000;
+/** A queue of so much, or pictures that stood for so long in a second: the link is too thin. */
+const QUEUE_MS = 250;
+const FROZEN_MS = 200;
+/** So long without either before the better one is tried; after each try in vain twice as long. */
+const FIRST_CALM_MS = 5000;
+const MOST_CALM_MS = 120_000;
+/** A better one that lasts so long was not in vain. */
+const PROVEN_MS = 20_000;
+/** The clocks of the robot and of this page may run apart by so much. */
+const DRIFT = 200e-6;
+
+/** What is measured of a picture since the time before. */
+export interface Arriving {
+  /** From capture to arrival, by clocks that need not agree; null if unknown. */
+  delayMs: number | null;
+  /** How long it stood. */
+  frozenMs: number;
+}
+
+/** The publishers by the rate that their names tell, the best first. */
+export function inQuality(publishers: readonly string[]): string[] {
+  const kbps = (name: string) => Number(MAKES_KBPS.exec(name)?.[1] ?? 0);
+  return publishers.toSorted((a, b) => kbps(b) - kbps(a) || a.localeCompare(b));
+}
+
+/**
+ * Whether this page's link is too thin for the better picture, by how it arrives: pictures that
+ * queue arrive later and later, and those that do not fit are missing. Pure.
+ */
+export class RenditionChoice {
+  #isSmall = false;
+  #changedMs = Number.NEGATIVE_INFINITY;
+  #calmSinceMs: number | null = null;
+  #calmMs = FIRST_CALM_MS;
+  #least: { delayMs: number; atMs: number } | null = null;
+  #wasBad = false;
+
+  get isSmall(): boolean {
+    return this.#isSmall;
+  }
+
+  /** Takes a measurement, one or more a second. */
+  add(arriving: Arriving, nowMs: number): void {
+    if (nowMs - this.#changedMs < SETTLES_MS) return;
+    const isBad =
+      this.#queueMs(arriving.delayMs, nowMs) > QUEUE_MS || arriving.frozenMs > FROZEN_MS;
+    const isSure = isBad && this.#wasBad;
+    this.#wasBad = isBad;
+    this.#calmSinceMs = isBad ? null : (this.#calmSinceMs ?? nowMs);
+    const calmMs = this.#calmSinceMs === null ? 0 : nowMs - this.#calmSinceMs;
+    if (this.#isSmall) {
+      if (calmMs >= this.#calmMs) this.#change(false, nowMs);
+    } else if (isSure) {
+      this.#calmMs = Math.min(2 * this.#calmMs, MOST_CALM_MS);
+      this.#change(true, nowMs);
+    } else if (nowMs - this.#changedMs >= PROVEN_MS && calmMs >= PROVEN_MS) {
+      this.#calmMs = FIRST_CALM_MS;
+    }
+  }
+
+  /** Another room: its delay says nothing of the one before. */
+  forget(): void {
+    this.#least = null;
+    this.#calmSinceMs = null;
+    this.#wasBad = false;
+  }
+
+  #change(isSmall: boolean, nowMs: number): void {
+    this.#isSmall = isSmall;
+    this.#changedMs = nowMs;
+    this.#calmSinceMs = null;
+    this.#wasBad = false;
+  }
+
+  /** How much later it comes than it could. */
+  #queueMs(delayMs: number | null, nowMs: number): number {
+    if (delayMs === null) return 0;
+    const least = this.#least;
+    const bestMs = least ? least.delayMs + DRIFT * (nowMs - least.atMs) : delayMs;
+    this.#least = { delayMs: Math.min(bestMs, delayMs), atMs: nowMs };
+    return delayMs - this.#least.delayMs;
+  }
+}
