@@ -6,6 +6,7 @@
  */
 export class Playback {
   #element: HTMLMediaElement | null = null;
+  #track: MediaStreamTrack | null = null;
   #stream: MediaStream | null = null;
   #playing = false;
 
@@ -14,8 +15,10 @@ export class Playback {
     this.#show();
   }
 
-  /** Sets the track of a new peer, null for none. */
+  /** Sets the track of a new peer, null for none; one that plays already goes on. */
   take(track: MediaStreamTrack | null): void {
+    if (track === this.#track && this.#stream) return;
+    this.#track = track;
     this.#stream = track && new MediaStream([track]);
     this.#show();
   }

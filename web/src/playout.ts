@@ -10,11 +10,11 @@ interface Buffered {
 /** Sets the targets of the two jitter buffers, if the browser supports it. */
 export function applyPlayout(
   playout: Playout,
-  sound: RTCRtpReceiver,
-  picture: RTCRtpReceiver,
+  sound: RTCRtpReceiver | null,
+  picture: RTCRtpReceiver | null,
 ): void {
-  aim(sound, playout.sound_target_ms);
-  aim(picture, playout.picture_target_ms);
+  if (sound) aim(sound, playout.sound_target_ms);
+  if (picture) aim(picture, playout.picture_target_ms);
 }
 
 function aim(receiver: RTCRtpReceiver & Buffered, targetMs: number | null): void {

@@ -5,6 +5,7 @@ import { Chime } from "./chime";
 import { DriveController } from "./drive/driveController";
 import type { Direction } from "./drive/inputState";
 import { StopControl } from "./drive/stopControl";
+import type { Elsewhere } from "./elsewhere/elsewhere";
 import { type Entry, showEntry, takeEntry } from "./entry";
 import { returnFocusAfterPointer } from "./focus";
 import { Identity, openIdentityChannel } from "./link/identity";
@@ -21,6 +22,7 @@ import {
   type RoomChange,
   type RoomState,
   type StateOut,
+  type Elsewhere as Where,
 } from "./messages";
 import { Playback } from "./playback";
 import { applyPlayout } from "./playout";
@@ -34,6 +36,8 @@ import { createState, type State } from "./state";
 const CLOCKS_EVERY_MS = 200;
 /** Over this time those come back who wait for the opening. */
 const OPENING_MS = 20_000;
+/** What could not be loaded is tried again after so long. */
+const LOAD_AGAIN_MS = 5000;
 /** On a slower link than this, the page's own traffic matters. */
 const THIN_BPS = 100_000;
 
@@ -95,15 +99,20 @@ export function startSession(): Session {
 
   const link = new Link(() => identity.client, {
     changed: (now) => {
-      state.link.value = now;
+      if (elsewhere) elsewhere.linkChanged(now);
+      else state.link.value = now;
     },
     fresh,
+    sent: (where) => void goElsewhere(where),
     received,
     receivers(ofSound, ofPicture) {
       if (acknowledger.isReady) acknowledger.watch(ofSound, ofPicture);
       else sound.watch(ofSound);
     },
   });
+
+  /** What watches at others, once the server had no place; loaded only then. */
+  let elsewhere: Elsewhere | null = null;
 
   const wants = () => ({
     sound: state.isSoundOn.peek(),
@@ -114,7 +123,7 @@ export function startSession(): Session {
     wants,
     heard: (nowMs) => sound.heard(nowMs),
     onFacts: (facts) => {
-      state.facts.value = facts;
+      if (!elsewhere?.isOnScreen) state.facts.value = facts;
     },
   });
 
@@ -144,8 +153,13 @@ export function startSession(): Session {
   });
 
   function fresh(peer: Peer): void {
-    picture.take(peer.picture.track);
-    sound.take(peer);
+    const show = () => {
+      picture.take(peer.picture.track);
+      sound.take(peer.sound);
+      choosePlayer();
+    };
+    if (elsewhere?.isOnScreen) elsewhere.arrives(peer.picture, show);
+    else show();
     reporter.reset();
     state.driveReason.value = null;
     state.playout.value = null;
@@ -204,9 +218,36 @@ export function startSession(): Session {
     }
   }
 
+  /** Watches at others, since the server has no place. */
+  async function goElsewhere(where: Where): Promise<void> {
+    try {
+      const loaded = await import("./elsewhere/elsewhere");
+      elsewhere ??= new loaded.Elsewhere({
+        state,
+        link,
+        client: () => identity.client,
+        wants,
+        show(receivers) {
+          picture.take(receivers.picture?.track ?? null);
+          sound.take(receivers.sound);
+          sound.choose("browser", null);
+          reporter.reset();
+        },
+        enterRoom,
+        say,
+      });
+    } catch {
+      const retryAtMs = performance.now() + LOAD_AGAIN_MS;
+      state.link.value = { is: "waiting", retryAtMs, reason: "The page could not be loaded." };
+      setTimeout(() => link.connect(), LOAD_AGAIN_MS);
+      return;
+    }
+    elsewhere.sent(where);
+  }
+
   function choosePlayer(): void {
     const playout = state.playout.peek();
-    if (!playout) return;
+    if (!playout || elsewhere?.isOnScreen) return;
     sound.leastDelayMs = playout.sound_target_ms;
     const choice = state.preferences.peek().player ?? playout.player;
     sound.choose(choice, link.peer?.redundancy ?? null);
@@ -230,6 +271,7 @@ export function startSession(): Session {
 
   /** This page may not stay; it comes back when the robot opens, if that is known. */
   function end(ended: Ended): void {
+    elsewhere?.leave();
     state.ended.value = ended;
     state.room.value = null;
     state.console.value = null;
@@ -286,6 +328,11 @@ export function startSession(): Session {
     if (size) link.sendState({ type: "want", ...wants(), size, policy });
   }
 
+  /** Asks for something of the queue, by whichever way there is. */
+  function ask(type: "join" | "leave" | "here"): void {
+    if (!elsewhere?.ask(type)) link.sendState({ type });
+  }
+
   function prefer(change: Partial<Preferences>): void {
     state.preferences.value = { ...state.preferences.peek(), ...change };
     savePreferences(store, state.preferences.peek());
@@ -332,14 +379,14 @@ export function startSession(): Session {
       controller.paced();
     },
     setAxis: (name, position) => controller.setAxis(name, position),
-    join: () => link.sendState({ type: "join" }),
-    leave: () => link.sendState({ type: "leave" }),
+    join: () => ask("join"),
+    leave: () => ask("leave"),
     stop: () => stopControl.stop(),
     releaseStop: () => stopControl.release(),
     press: (holder, direction) => input.press(holder, direction),
     release: (holder) => input.release(holder),
     letGo,
-    answerCall: () => link.sendState({ type: "here" }),
+    answerCall: () => ask("here"),
     actAsHost: (act) => {
       if (!link.sendState(act)) say("There is no connection; try again in a moment.");
     },
@@ -372,7 +419,8 @@ export function startSession(): Session {
   });
   setInterval(() => {
     state.pageMs.value = performance.now();
-    state.serverMs.value = link.clock.toServerMs(performance.now());
+    const clock = state.isElsewhere.peek() && elsewhere ? elsewhere : link.clock;
+    state.serverMs.value = clock.toServerMs(performance.now());
   }, CLOCKS_EVERY_MS);
 
   picture.play();
@@ -385,9 +433,15 @@ export function startSession(): Session {
   identity.share(openIdentityChannel(), () => link.connect());
 
   function presented(rtp: number | undefined, atMs: number): void {
+    if (elsewhere?.isOnScreen) {
+      elsewhere.presented(rtp, atMs);
+      return;
+    }
     link.heard();
     reporter.picture.presented(rtp, atMs);
   }
+
+  const shown = () => elsewhere?.picture ?? link.peer?.picture;
 
   let unwatch = () => {};
   return {
@@ -395,7 +449,7 @@ export function startSession(): Session {
     actions,
     attachPicture(element) {
       unwatch();
-      unwatch = element ? watchFrames(element, { presented }, () => link.peer?.picture) : () => {};
+      unwatch = element ? watchFrames(element, { presented }, shown) : () => {};
       picture.attach(element);
     },
     attachSound: (element) => sound.attach(element),

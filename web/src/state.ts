@@ -23,6 +23,8 @@ export interface Facts {
   /** The largest possible error of `pictureMs`. */
   pictureErrorMs: number | null;
   soundMs: number | null;
+  /** How much later than the picture the sound plays; known even where the ages are not. */
+  skewMs: number | null;
   roundTripMs: number | null;
   fps: number | null;
   pauses: Breaks | null;
@@ -33,6 +35,7 @@ const NO_FACTS: Facts = {
   pictureMs: null,
   pictureErrorMs: null,
   soundMs: null,
+  skewMs: null,
   roundTripMs: null,
   fps: null,
   pauses: null,
@@ -44,6 +47,12 @@ export interface State {
   link: Signal<LinkState>;
   hello: Signal<Hello | null>;
   room: Signal<RoomState | null>;
+  /** Whether this page watches by others than the robot's server; it cannot drive there. */
+  isElsewhere: Signal<boolean>;
+  /** How many watch, where not everybody is named; null where everybody is. */
+  watching: Signal<number | null>;
+  /** Pages of others on which the robot can be watched while there is no place here. */
+  links: Signal<readonly string[]>;
   /** Why the robot stands, or moves more slowly than commanded, while somebody drives it. */
   driveReason: Signal<string | null>;
   /** The newest notice; always a new object, so that the same text shows again. */
@@ -109,6 +118,7 @@ export function createState(kept: Preferences): State {
   const hello = signal<Hello | null>(null);
   const room = signal<RoomState | null>(null);
   const serverMs = signal<number | null>(null);
+  const isElsewhere = signal(false);
 
   const isSilent = computed(() => link.value.is === "silent");
   const isConnected = computed(() => link.value.is === "connected" || isSilent.value);
@@ -122,13 +132,16 @@ export function createState(kept: Preferences): State {
   const drivingTurn = computed(() => {
     const turn = room.value?.turn;
     const mine = turn !== undefined && turn.operator === hello.value?.viewer;
-    return isConnected.value && mine ? turn.number : null;
+    return isConnected.value && !isElsewhere.value && mine ? turn.number : null;
   });
 
   return {
     link,
     hello,
     room,
+    isElsewhere,
+    watching: signal(null),
+    links: signal([]),
     driveReason: signal(null),
     notice: signal(null),
     preferences: signal(kept),

@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import type { StateOut } from "../messages";
-import { hello } from "../testing/messages";
+import type { Elsewhere, StateOut } from "../messages";
+import { elsewhere, hello } from "../testing/messages";
 import { Link, type LinkState } from "./link";
 import type { PeerEvents } from "./peer";
 
@@ -43,6 +43,7 @@ vi.mock("./peer", () => ({ Peer: FakePeer }));
 let link: Link;
 let states: LinkState[];
 let heard: StateOut[];
+let sentTo: Elsewhere[];
 
 beforeEach(() => {
   vi.useFakeTimers({
@@ -52,11 +53,13 @@ beforeEach(() => {
   peers.length = 0;
   states = [];
   heard = [];
+  sentTo = [];
   link = new Link(() => "client", {
     changed: (state) => states.push(state),
     fresh: () => {},
     received: (message) => heard.push(message),
     receivers: () => {},
+    sent: (where) => sentTo.push(where),
   });
   link.connect();
 });
@@ -487,4 +490,14 @@ it("says nothing of a silence before the server has greeted", () => {
   peer().events.opened();
   fallSilentFor(2);
   expect(states).toEqual([{ is: "connecting", reason: null }]);
+});
+
+it("is closed and tries no more where the server has no place but says who has", () => {
+  peer().events.sent(elsewhere());
+  expect(sentTo).toEqual([elsewhere()]);
+  expect(states.at(-1)).toEqual({ is: "closed" });
+  vi.advanceTimersByTime(60_000);
+  expect(peers).toHaveLength(1);
+  link.connect();
+  expect(peers).toHaveLength(2);
 });

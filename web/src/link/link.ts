@@ -1,5 +1,5 @@
 import { ServerClock } from "../clock";
-import type { Channel, DriveIn, Ended, StateIn, StateOut } from "../messages";
+import type { Channel, DriveIn, Elsewhere, Ended, StateIn, StateOut } from "../messages";
 import { Heartbeat } from "./heartbeat";
 import { Peer } from "./peer";
 import { attemptAfterMs, type LostLink, patienceMs } from "./reconnect";
@@ -26,6 +26,8 @@ export interface LinkEvents {
   received(message: StateOut): void;
   /** Called only at the moment when a peer's receivers are created. */
   receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
+  /** The link has closed: the server has no place, but says who else has. */
+  sent(elsewhere: Elsewhere): void;
 }
 
 const OPEN_MS = 4000;
@@ -163,6 +165,10 @@ export class Link {
       received: (channel, text) => this.#received(channel, text),
       lost: (why, retryAfterMs) => this.#lostPeer(peer, why, retryAfterMs),
       refused: (ended) => this.#end(ended),
+      sent: (elsewhere) => {
+        this.close();
+        this.events.sent(elsewhere);
+      },
       receivers: this.events.receivers,
     });
     this.#next = peer;

@@ -69,6 +69,7 @@ afterEach(() => vi.unstubAllGlobals());
 function connect() {
   const lost = vi.fn();
   const refused = vi.fn();
+  const sent = vi.fn();
   const reached = vi.fn();
   const answered = vi.fn();
   const peer = new Peer({
@@ -78,12 +79,13 @@ function connect() {
     received: () => {},
     lost,
     refused,
+    sent,
     receivers: () => {},
   });
   const connected = peer.connect("client");
   const connection = FakeConnection.made.at(-1);
   if (!connection) throw new Error("there is no connection");
-  return { peer, connected, connection, lost, refused, reached, answered };
+  return { peer, connected, connection, lost, refused, sent, reached, answered };
 }
 
 it("sends no offer into a network that is dead, where it might arrive much later", async () => {
@@ -221,4 +223,19 @@ describe("sending", () => {
     expect(peer.send("state", "stop")).toBe(false);
     expect(state.sent).toEqual([]);
   });
+});
+
+it("ends where the server has no place, and says who has", async () => {
+  const where = { type: "elsewhere", rooms: [], links: ["https://watch.example.org"] };
+  const bodies = { "/api/ice": { iceServers: [] }, "/api/offer": where };
+  vi.stubGlobal("fetch", async (url: keyof typeof bodies) => {
+    return new Response(JSON.stringify(bodies[url]));
+  });
+  const { connected, connection, sent, lost } = connect();
+  const closing = vi.spyOn(connection, "close");
+  await connected;
+  expect(sent).toHaveBeenCalledWith(where);
+  expect(closing).toHaveBeenCalledOnce();
+  expect(connection.remoteDescription).toBeNull();
+  expect(lost).not.toHaveBeenCalled();
 });

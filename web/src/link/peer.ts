@@ -1,4 +1,4 @@
-import type { Channel, Ended } from "../messages";
+import type { Channel, Elsewhere, Ended } from "../messages";
 import { RequestError } from "./http";
 import { askIce, gathered, postOffer } from "./signalling";
 
@@ -17,6 +17,8 @@ export interface PeerEvents {
   lost(reason: string, retryAfterMs: number | null): void;
   /** The server does not let this page in. */
   refused(ended: Ended): void;
+  /** The server has no place, but says who else has. */
+  sent(elsewhere: Elsewhere): void;
   /** The receivers exist; transforms must be attached now. */
   receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
 }
@@ -71,10 +73,15 @@ export class Peer {
       await pc.setLocalDescription(offer);
       // Without ICE servers there is nothing to wait for: the server learns our address from us.
       if (servers.length > 0 && ice.wantsCandidates) await gathered(pc);
-      const sdp = await postOffer(pc.localDescription?.sdp ?? "", client, signal);
+      const answer = await postOffer(pc.localDescription?.sdp ?? "", client, signal);
       if (signal.aborted) return;
+      if (typeof answer !== "string") {
+        this.close();
+        this.events.sent(answer);
+        return;
+      }
       this.events.answered();
-      await pc.setRemoteDescription({ type: "answer", sdp });
+      await pc.setRemoteDescription({ type: "answer", sdp: answer });
     } catch (error) {
       const refusal = error instanceof RequestError ? error : null;
       if (refusal?.ended && !signal.aborted) {

@@ -1,5 +1,6 @@
 /** The HTTP requests before there is a connection. */
 
+import type { Elsewhere } from "../messages";
 import { ask, post, RequestError } from "./http";
 
 const GATHERING_MS = 2000;
@@ -32,10 +33,17 @@ export async function askIce(signal: AbortSignal): Promise<Ice> {
   }
 }
 
-/** Posts the offer and returns the answer's text; throws `RequestError`. */
-export async function postOffer(sdp: string, client: string, signal: AbortSignal): Promise<string> {
+/**
+ * Posts the offer and returns the answer's text, or where to watch instead; throws `RequestError`.
+ */
+export async function postOffer(
+  sdp: string,
+  client: string,
+  signal: AbortSignal,
+): Promise<string | Elsewhere> {
   const answer = await post("/api/offer", { sdp, client }, { signal });
   if (typeof answer.sdp === "string") return answer.sdp;
+  if (answer.type === "elsewhere") return answer as unknown as Elsewhere;
   throw new RequestError("The server answered with no session description.", true);
 }
 

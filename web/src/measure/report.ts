@@ -1,5 +1,4 @@
-import type { Link } from "../link/link";
-import type { Peer } from "../link/peer";
+import type { ServerClock } from "../clock";
 import type { Report, RtpClock } from "../messages";
 import type { Heard } from "../sound/ownPlayer";
 import type { Facts } from "../state";
@@ -21,8 +20,23 @@ const REPORTS_PER_FACTS = 4;
 /** This many reports are all sent after a stream has begun, until the figures have settled. */
 const UNSETTLED_REPORTS = 40;
 
+/** What is measured, null while there is nothing; and who is told. */
+export interface Measured {
+  readonly peer: Receivers | null;
+  readonly clock: Pick<ServerClock, "toServerMs" | "errorMs" | "rttMs">;
+  readonly isThin: boolean;
+  readonly mayDrive: boolean;
+  sendDrive(report: Report): void;
+}
+
+/** What a stream comes by, null where there is none. */
+export interface Receivers {
+  readonly sound: RTCRtpReceiver | null;
+  readonly picture: RTCRtpReceiver | null;
+}
+
 export interface ReporterOptions {
-  link: Link;
+  link: Measured;
   /** What is on; a stream that is off is not measured. */
   wants: () => { sound: boolean; picture: boolean };
   /** What our own player sounds; null while the browser's plays. */
@@ -76,10 +90,10 @@ export class Reporter {
   }
 
   /** Returns how old what our own player sounds is; null while the browser's plays. */
-  #listen(peer: Peer, nowMs: number): number | null {
+  #listen(peer: Receivers, nowMs: number): number | null {
     const own = this.options.heard(nowMs);
     if (own) return own.rtp === null ? null : this.#sound.heard(own.rtp, own.atMs);
-    this.#sound.sample(peer.sound.getSynchronizationSources()[0], nowMs);
+    this.#sound.sample(peer.sound?.getSynchronizationSources()[0], nowMs);
     return null;
   }
 
@@ -88,15 +102,15 @@ export class Reporter {
     return Math.abs(heardMs - this.#toldMs) > MOVED_MS;
   }
 
-  async #report(peer: Peer, isDue: boolean): Promise<void> {
+  async #report(peer: Receivers, isDue: boolean): Promise<void> {
     const { link, wants, onFacts } = this.options;
     const { sound, picture } = wants();
     const reported = `${sound} ${picture}`;
     if (reported !== this.#reported) this.#reports = 0;
     this.#reported = reported;
     const [ofSound, ofPicture] = await Promise.all([
-      sound ? look(peer.sound) : null,
-      picture ? look(peer.picture) : null,
+      sound && peer.sound ? look(peer.sound) : null,
+      picture && peer.picture ? look(peer.picture) : null,
     ]);
     if (peer !== link.peer) return;
     const nowMs = performance.now();
@@ -138,10 +152,13 @@ export class Reporter {
   }
 
   #facts({ sound, picture, clock_error_ms }: Report, nowMs: number): Facts {
+    const pictureMs = picture?.age_ms ?? null;
+    const soundMs = sound?.age_ms ?? null;
     return {
-      pictureMs: picture?.age_ms ?? null,
+      pictureMs,
       pictureErrorMs: this.#pictureErrorMs(clock_error_ms),
-      soundMs: sound?.age_ms ?? null,
+      soundMs,
+      skewMs: soundMs === null || pictureMs === null ? null : soundMs - pictureMs,
       roundTripMs: this.options.link.clock.rttMs,
       fps: picture?.rate_hz ?? null,
       pauses: sound && this.#counts.sound.pauses.take(nowMs),

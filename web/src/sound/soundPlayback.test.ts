@@ -1,5 +1,4 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import type { Peer } from "../link/peer";
 import { SoundPlayback } from "./soundPlayback";
 
 const own = vi.hoisted(() => ({
@@ -53,7 +52,7 @@ async function made({ isStarted = true } = {}): Promise<SoundPlayback> {
   const playback = new SoundPlayback({ changed, reconnect });
   if (isStarted) await playback.start("own");
   playback.attach(element as unknown as HTMLAudioElement);
-  playback.take({ sound: receiver } as unknown as Peer);
+  playback.take(receiver as unknown as RTCRtpReceiver);
   return playback;
 }
 

@@ -1,4 +1,3 @@
-import type { Peer } from "../link/peer";
 import { look } from "../measure/stats";
 import type { Playout } from "../messages";
 import { Playback } from "../playback";
@@ -38,7 +37,7 @@ export class SoundPlayback {
   #choice: PlayerChoice = "browser";
   #isPlaying = false;
   #isTakingOver = false;
-  #peer: Peer | null = null;
+  #receiver: RTCRtpReceiver | null = null;
   #state: SoundPlayerState = { by: "browser", why: null };
   #againMs = AGAIN_AFTER_MS;
 
@@ -66,10 +65,10 @@ export class SoundPlayback {
     this.#own.watch(receiver);
   }
 
-  /** Sets a new peer. */
-  take(peer: Peer): void {
-    this.#peer = peer;
-    this.#browser.take(peer.sound.track);
+  /** Sets what a new peer's sound comes by, null for none. */
+  take(receiver: RTCRtpReceiver | null): void {
+    this.#receiver = receiver;
+    this.#browser.take(receiver?.track ?? null);
     this.#update();
   }
 
@@ -161,7 +160,7 @@ export class SoundPlayback {
 
   async #emitted(): Promise<number> {
     try {
-      const found = this.#peer && (await look(this.#peer.sound));
+      const found = this.#receiver && (await look(this.#receiver));
       return found?.inbound.jitterBufferEmittedCount ?? 0;
     } catch {
       return 0; // a peer that was closed meanwhile

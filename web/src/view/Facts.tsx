@@ -19,7 +19,8 @@ const NOT_IN_PICTURE_AGE = "the camera's own 20–60 ms, your screen's refresh";
 /** The delays, and when opened: how well it plays, what is sent, and why. */
 export function Facts() {
   const { facts, served, playout, player, isConnected, isSilent, room } = useState();
-  const { pictureMs, pictureErrorMs, soundMs, roundTripMs, fps, pauses, freezes } = facts.value;
+  const { pictureMs, pictureErrorMs, soundMs, skewMs, roundTripMs, fps } = facts.value;
+  const { pauses, freezes } = facts.value;
   const battery = room.value && batteryWords(room.value.robot);
   return (
     <details class={isConnected.value ? "facts" : "facts is-unknown"}>
@@ -30,7 +31,7 @@ export function Facts() {
         <Fact name="Picture age">{ageWords(pictureMs, pictureErrorMs)}</Fact>
         {pictureMs !== null && <Fact name="Not included">{NOT_IN_PICTURE_AGE}</Fact>}
         <Fact name="Sound age">{msWords(soundMs)}</Fact>
-        <Fact name="Skew">{skewWords(soundMs, pictureMs)}</Fact>
+        <Fact name="Skew">{skewWords(skewMs)}</Fact>
         <Fact name="Round trip">{msWords(roundTripMs)}</Fact>
         <Fact name="Frame rate">{fps === null ? "–" : `${fps} fps`}</Fact>
         <Fact name="Sound gaps, last minute">{breakWords(pauses)}</Fact>

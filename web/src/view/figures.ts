@@ -18,11 +18,11 @@ export function ageWords(ms: number | null, errorMs: number | null): string {
 }
 
 /** How much later than the picture the sound plays. */
-export function skewWords(soundMs: number | null, pictureMs: number | null): string {
-  if (soundMs === null || pictureMs === null) return UNKNOWN;
-  const skewMs = Math.round(soundMs - pictureMs);
-  if (skewMs === 0) return "in step";
-  return `sound ${Math.abs(skewMs)} ms ${skewMs > 0 ? "later" : "earlier"}`;
+export function skewWords(skewMs: number | null): string {
+  if (skewMs === null) return UNKNOWN;
+  const ms = Math.round(skewMs);
+  if (ms === 0) return "in step";
+  return `sound ${Math.abs(ms)} ms ${ms > 0 ? "later" : "earlier"}`;
 }
 
 /** The interruptions of the last minute: `2, longest 120 ms`. */

@@ -909,6 +909,7 @@ it("shows how well it plays, what is sent and why", () => {
       pictureMs: 46.2,
       pictureErrorMs: 2.4,
       soundMs: 80,
+      skewMs: 33.8,
       roundTripMs: 12,
       fps: 25,
       pauses: { count: 0, longestMs: 0 },

@@ -1,0 +1,351 @@
+import { RequestError } from "../link/http";
+import type { Link, LinkState } from "../link/link";
+import type { Receivers } from "../measure/report";
+import type { RoomState, Told, ViewerInfo, Elsewhere as Where } from "../messages";
+import type { State } from "../state";
+import { InStep } from "./inStep";
+import { postQueue, type Wants } from "./queueing";
+import { RenditionChoice } from "./rendition";
+import { ToldClock } from "./toldClock";
+import { mayGo, mustCome, withMe } from "./visit";
+import { Watch } from "./watch";
+
+export interface ElsewhereOptions {
+  state: State;
+  link: Pick<Link, "connect" | "close">;
+  client: () => string;
+  wants: () => { sound: boolean; picture: boolean };
+  /** Plays these in the place of what played before. */
+  show: (receivers: Receivers) => void;
+  enterRoom: (room: RoomState) => void;
+  /** Shows a sentence to the user. */
+  say: (sentence: string) => void;
+}
+
+const LOOK_EVERY_MS = 50;
+/** Tokens let a page in for two minutes. */
+const RENEW_MS = 90_000;
+/** The robot's server was busy or away when asked for new ones; the room plays. */
+const AGAIN_MS = 15_000;
+/** After so many failures in a row the robot's server is asked so much later. */
+const RETRY_MS = [0, 1000, 2000, 4000, 8000] as const;
+const LONGEST_RETRY_MS = 10_000;
+const STAY_EVERY_MS = 5000;
+/** What everybody is told of a request may come so much later than its answer. */
+const TOLD_LATE_MS = 3000;
+
+const CONNECTING: LinkState = { is: "connecting", reason: null };
+const STOOD = "The picture stopped coming.";
+const FULL = "Watching is full.";
+const GUEST = "Guest";
+
+/** Who plays: a room, the robot's server, or nobody yet. */
+type Place = "room" | "server" | null;
+
+/**
+ * The page while the robot's server has no place for it: it watches at a room of others, queues by
+ * HTTP, comes to the server for its turn and goes back after it. Wherever it goes, what is on the
+ * screen stays there until the next picture has come.
+ */
+export class Elsewhere {
+  readonly #rendition = new RenditionChoice();
+  readonly #watch: Watch;
+  readonly #inStep: InStep;
+  readonly #clock = new ToldClock();
+  #onScreen: Place = null;
+  #link: LinkState = { is: "closed" };
+  #roomLink = CONNECTING;
+  /** Whether the robot's server has greeted this page, which is its viewer now. */
+  #isServed = false;
+  /** Whether that is for its turn. */
+  #isVisiting = false;
+  #isReturning = false;
+  /** A peer of the server's whose first picture is waited for, and what shows it. */
+  #arriving: { picture: RTCRtpReceiver; show: () => void } | null = null;
+  /** This page's number in the queue, null while it has none. */
+  #number: number | null = null;
+  #askedMs = 0;
+  #failures = 0;
+  #asking: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(private readonly options: ElsewhereOptions) {
+    const { state, wants } = options;
+    this.#watch = new Watch({
+      rendition: this.#rendition,
+      wants: () => ({ ...wants(), isSmall: this.#wantsSmall() }),
+      isPictureExpected: () => isPictureExpected(state.room.peek()),
+      events: {
+        show: (receivers) => this.#show(receivers),
+        told: (told) => this.#told(told),
+        plays: (isPlaying) => this.#plays(isPlaying),
+        failed: () => this.#failed(),
+      },
+    });
+    this.#inStep = new InStep({
+      wants,
+      rendition: this.#rendition,
+      isPictureFirst: () => state.preferences.peek().policy === "video-first",
+      onFacts: (facts) => {
+        if (this.isOnScreen) state.facts.value = facts;
+      },
+      onPlayout: (playout) => {
+        if (this.isOnScreen) state.playout.value = playout;
+      },
+    });
+    setInterval(() => this.#look(performance.now()), LOOK_EVERY_MS);
+  }
+
+  /** Whether what is on the screen comes from a room. */
+  get isOnScreen(): boolean {
+    return this.#onScreen === "room";
+  }
+
+  /** What the picture on the screen comes by; undefined where it comes from no room. */
+  get picture(): RTCRtpReceiver | undefined {
+    return this.#inStep.picture;
+  }
+
+  /** The server's clock, as far as it is known here. */
+  toServerMs(pageMs: number): number | null {
+    return this.#clock.toServerMs(pageMs);
+  }
+
+  // --- what the session tells ----------------------------------------------------------------
+
+  /** The robot's server has no place, or no more; it says who has. */
+  sent(where: Where): void {
+    const { state } = this.options;
+    const me = state.me.peek();
+    this.#number = me && me.role !== "observer" ? me.id : null;
+    this.#isServed = this.#isVisiting = this.#isReturning = false;
+    this.#arriving = null;
+    if (this.#onScreen === "server") this.#watch.resume(performance.now());
+    state.isElsewhere.value = true;
+    state.links.value = where.links;
+    if (!this.#watch.hasRoom) this.#roomLink = CONNECTING;
+    state.hello.value = { ...where.hello, viewer: this.#number ?? 0 };
+    this.#askIn(RENEW_MS * (0.9 + Math.random() / 5));
+    if (where.rooms.length === 0 && !this.#watch.hasRoom) this.#failed();
+    else this.#watch.offer(where.rooms, performance.now());
+    this.#tellLink();
+  }
+
+  /** The state of the link to the robot's server. */
+  linkChanged(link: LinkState): void {
+    this.#link = link;
+    if (link.is === "connected" && !this.#isServed) {
+      this.#isServed = true;
+      clearTimeout(this.#asking);
+      this.options.state.isElsewhere.value = false;
+      this.options.state.watching.value = null;
+      this.options.state.links.value = [];
+    }
+    const isTrying = link.is === "waiting" || (link.is === "connecting" && link.reason !== null);
+    const isNeeded = this.#isServed || this.#isVisiting || this.#roomLink.is !== "connected";
+    if (isTrying && !isNeeded) {
+      // The link is about to set its timer for the next attempt.
+      queueMicrotask(() => this.options.link.close());
+      this.#askIn(AGAIN_MS * (1 + Math.random()));
+    }
+    this.#tellLink();
+  }
+
+  /** The server has taken this peer; `show` is called once its picture is there, or has to be. */
+  arrives(picture: RTCRtpReceiver, show: () => void): void {
+    this.#arriving = { picture, show };
+    this.#arrive();
+  }
+
+  /** Asks for something of the queue; returns false where the page is the server's viewer. */
+  ask(wants: Wants): boolean {
+    if (this.#isServed) return false;
+    void this.#post(wants).catch((error: unknown) => {
+      if (error instanceof RequestError) this.options.say(error.message);
+    });
+    return true;
+  }
+
+  presented(rtp: number | undefined, atMs: number): void {
+    this.#inStep.presented(rtp, atMs);
+  }
+
+  /** Ends it all, until the server sends the page here again. */
+  leave(): void {
+    clearTimeout(this.#asking);
+    this.#watch.leave();
+    this.#inStep.take(null);
+    this.#onScreen = this.#arriving = null;
+    this.#roomLink = CONNECTING;
+    this.#isServed = this.#isVisiting = this.#isReturning = false;
+  }
+
+  // --- the rooms -----------------------------------------------------------------------------
+
+  #look(nowMs: number): void {
+    this.#watch.look(nowMs);
+    if (this.isOnScreen) this.#inStep.look(nowMs);
+    this.#arrive();
+    this.#return(nowMs);
+    if (this.#number !== null && !this.#isServed && nowMs - this.#askedMs >= STAY_EVERY_MS) {
+      // Whether the place is kept is what everybody is told.
+      this.#post("stay").catch(() => {});
+    }
+  }
+
+  #show(receivers: Receivers): void {
+    if (this.#isReturning) this.#leaveServer();
+    this.#onScreen = "room";
+    this.options.show(receivers);
+    this.#inStep.take(receivers);
+  }
+
+  #plays(isPlaying: boolean): void {
+    if (isPlaying) this.#failures = 0;
+    this.#roomLink = isPlaying ? { is: "connected" } : { is: "connecting", reason: STOOD };
+    this.#tellLink();
+  }
+
+  #failed(): void {
+    if (this.#isServed) {
+      this.#watch.leave();
+      this.#isVisiting = this.#isReturning = false;
+      return;
+    }
+    const pauseMs = RETRY_MS[this.#failures++] ?? LONGEST_RETRY_MS;
+    const retryAtMs = performance.now() + pauseMs;
+    this.#roomLink = { is: "waiting", retryAtMs, reason: FULL };
+    this.#askIn(pauseMs);
+    this.#tellLink();
+  }
+
+  #told({ server_ms, watching, room }: Told): void {
+    const nowMs = performance.now();
+    this.#clock.add(server_ms, nowMs);
+    if (this.#isServed) return;
+    const isThere = room.viewers.some((one) => one.id === this.#number);
+    if (!isThere && nowMs - this.#askedMs > TOLD_LATE_MS) this.#number = null;
+    this.options.state.watching.value = watching;
+    this.#enter(room);
+  }
+
+  /** This page's wish for a smaller picture; there are two. */
+  #wantsSmall(): boolean {
+    const { hello, preferences } = this.options.state;
+    const place = hello.peek()?.sizes.indexOf(preferences.peek().size) ?? 0;
+    return place > 0;
+  }
+
+  // --- the queue -----------------------------------------------------------------------------
+
+  async #post(wants: Wants): Promise<void> {
+    this.#askedMs = performance.now();
+    const line = await postQueue(this.options.client(), wants);
+    const room = this.options.state.room.peek();
+    if (this.#isServed || !room) return;
+    this.#number = line.role === "observer" ? null : line.id;
+    const others = room.viewers.filter((one) => one.id !== line.id && one.id !== 0);
+    this.#enter({ ...room, viewers: this.#number === null ? others : [...others, line] });
+  }
+
+  #enter(room: RoomState): void {
+    const { state, enterRoom } = this.options;
+    const id = this.#number ?? 0;
+    const hello = state.hello.peek();
+    if (hello && hello.viewer !== id) state.hello.value = { ...hello, viewer: id };
+    enterRoom(withMe(room, id, state.preferences.peek().name || GUEST));
+    const me = state.me.peek();
+    if (me) this.#visit(room, me);
+  }
+
+  // --- to the robot's server, and back -------------------------------------------------------
+
+  #visit(room: RoomState, me: ViewerInfo): void {
+    const must = mustCome(room, me);
+    if (must === this.#isVisiting) return;
+    this.#isVisiting = must;
+    if (must) {
+      clearTimeout(this.#asking);
+      this.options.link.connect();
+    } else {
+      this.options.link.close();
+      this.#askIn(RENEW_MS);
+    }
+  }
+
+  #askIn(ms: number): void {
+    clearTimeout(this.#asking);
+    this.#asking = setTimeout(() => this.options.link.connect(), ms);
+  }
+
+  /** Shows the server's picture once it is there; then the room is not needed, or not now. */
+  #arrive(): void {
+    if (!this.#arriving) return;
+    const { state, wants } = this.options;
+    const { picture, show } = this.#arriving;
+    const isWaited = wants().picture && isPictureExpected(state.room.peek()) && this.isOnScreen;
+    const hasCome = picture.getSynchronizationSources().length > 0;
+    if (isWaited && !hasCome && state.drivingTurn.peek() === null) return;
+    this.#arriving = null;
+    this.#onScreen = "server";
+    this.#inStep.take(null);
+    if (this.#isVisiting) this.#watch.rest();
+    else this.#watch.leave();
+    show();
+  }
+
+  /** Has the room play again after the turn. */
+  #return(nowMs: number): void {
+    const { state } = this.options;
+    const [room, me] = [state.room.peek(), state.me.peek()];
+    const isVisitor = this.#isServed && this.#isVisiting && this.#onScreen === "server";
+    if (!isVisitor || this.#link.is !== "connected" || !room || !me) return;
+    if (!this.#watch.hasRoom) {
+      // It ended meanwhile: the page has a place here, and stays.
+      this.#isVisiting = false;
+    } else if (!this.#isReturning && mayGo(room, me)) {
+      this.#isReturning = true;
+      this.#watch.resume(nowMs);
+    } else if (this.#isReturning && mustCome(room, me)) {
+      this.#isReturning = false;
+      this.#watch.rest();
+    }
+  }
+
+  /** The room's picture is there: gives the place at the server back. */
+  #leaveServer(): void {
+    const { state, link } = this.options;
+    const me = state.me.peek();
+    const room = state.room.peek();
+    this.#isServed = this.#isVisiting = this.#isReturning = false;
+    this.#number = me?.role === "queued" ? me.id : null;
+    state.isElsewhere.value = true;
+    state.served.value = null;
+    const kept = this.#number === null ? Promise.resolve() : this.#post("stay");
+    void kept
+      .catch(() => {})
+      .then(() => {
+        if (!this.#isVisiting) link.close();
+      });
+    this.#askIn(RENEW_MS);
+    if (room) {
+      const isGone = (one: ViewerInfo) => one.id === me?.id && this.#number === null;
+      this.#enter({ ...room, viewers: room.viewers.filter((one) => !isGone(one)) });
+    }
+  }
+
+  #tellLink(): void {
+    const { state } = this.options;
+    const isTold = this.#isServed || (this.#roomLink.is !== "connected" && hasReason(this.#link));
+    state.link.value = isTold ? this.#link : this.#roomLink;
+  }
+}
+
+/** Whether the link says why there is no connection. */
+function hasReason(link: LinkState): boolean {
+  return link.is === "waiting" || (link.is === "connecting" && link.reason !== null);
+}
+
+/** Whether there is a picture to wait for. */
+function isPictureExpected(room: RoomState | null): boolean {
+  return room === null || room.video.problem === null;
+}

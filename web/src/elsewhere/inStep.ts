@@ -1,0 +1,128 @@
+import { type Receivers, Reporter } from "../measure/report";
+import type { Playout, Report } from "../messages";
+import { applyPlayout } from "../playout";
+import type { Facts } from "../state";
+import { CaptureClock, rtpClock, type Source } from "./captures";
+import { HoldBack } from "./holdBack";
+import type { RenditionChoice } from "./rendition";
+
+export interface InStepOptions {
+  wants: () => { sound: boolean; picture: boolean };
+  /** Whether the picture is not to wait for its sound. */
+  isPictureFirst: () => boolean;
+  rendition: RenditionChoice;
+  onFacts: (facts: Facts) => void;
+  onPlayout: (playout: Playout) => void;
+}
+
+const REPORTS_PER_ARRIVING = 4;
+
+const REASONS = {
+  first: "the picture does not wait for its sound",
+  none: "there is nothing to hold the picture back for",
+  held: "the picture follows the sound",
+};
+
+/**
+ * Measures what a room sends and plays it in step, as the robot's server has the page do it for its
+ * own: nobody else knows here what arrives at this page. Ages are not told, because nobody knows how
+ * far the clocks are apart; their difference is the skew.
+ */
+export class InStep {
+  readonly #reporter: Reporter;
+  readonly #clock = new CaptureClock();
+  readonly #hold = new HoldBack();
+  #receivers: Receivers | null = null;
+  #reports = 0;
+  #frozenMs: number | null = null;
+
+  constructor(private readonly options: InStepOptions) {
+    const peer = () => this.#receivers;
+    this.#reporter = new Reporter({
+      link: {
+        get peer() {
+          return peer();
+        },
+        clock: this.#clock,
+        isThin: false,
+        // Every report is of use: it goes nowhere.
+        mayDrive: true,
+        sendDrive: (report) => this.#reported(report, performance.now()),
+      },
+      wants: options.wants,
+      heard: () => null,
+      onFacts: (facts) =>
+        options.onFacts({ ...facts, pictureMs: null, pictureErrorMs: null, soundMs: null }),
+    });
+  }
+
+  get picture(): RTCRtpReceiver | undefined {
+    return this.#receivers?.picture ?? undefined;
+  }
+
+  /** Sets what plays, null for nothing. */
+  take(receivers: Receivers | null): void {
+    const isNew = receivers?.picture !== this.#receivers?.picture;
+    this.#receivers = receivers;
+    this.#reporter.reset();
+    this.#frozenMs = null;
+    if (isNew) this.#hold.again(performance.now());
+    if (receivers) this.#apply();
+  }
+
+  /** Records that the frame with this RTP time is presented at `atMs`. */
+  presented(rtp: number | undefined, atMs: number): void {
+    this.#reporter.picture.presented(rtp, atMs);
+  }
+
+  /** To be called several times a second. */
+  look(nowMs: number): void {
+    const { sound, picture } = this.#receivers ?? {};
+    for (const [kind, receiver] of [["audio", sound] as const, ["video", picture] as const]) {
+      const source: Source | undefined = receiver?.getSynchronizationSources()[0];
+      const clock = rtpClock(kind, source);
+      if (!clock) continue;
+      this.#clock.add(clock.origin_server_ms, nowMs);
+      this.#reporter.mapped(clock);
+    }
+  }
+
+  #reported({ sound, picture }: Report, nowMs: number): void {
+    const ages = difference(sound?.age_ms, picture?.age_ms);
+    const earlyMs = ages ?? difference(sound?.delay_ms, picture?.delay_ms);
+    const heldMs = this.#hold.heldMs;
+    if (this.options.isPictureFirst() || !sound) this.#hold.forget();
+    else if (earlyMs !== null) this.#hold.add(earlyMs, nowMs);
+    if (this.#hold.heldMs !== heldMs) this.#apply();
+    if (picture && ++this.#reports % REPORTS_PER_ARRIVING === 0) {
+      const frozenMs = picture.frozen_ms ?? 0;
+      this.options.rendition.add(
+        {
+          delayMs: difference(picture.age_ms, picture.delay_ms),
+          frozenMs: this.#frozenMs === null ? 0 : frozenMs - this.#frozenMs,
+        },
+        nowMs,
+      );
+      this.#frozenMs = frozenMs;
+    }
+  }
+
+  #apply(): void {
+    const isFirst = this.options.isPictureFirst();
+    const { heldMs } = this.#hold;
+    const playout: Playout = {
+      type: "playout",
+      policy: isFirst ? "video-first" : "audio-master",
+      player: "browser",
+      sound_target_ms: null,
+      picture_target_ms: heldMs,
+      reason: isFirst ? REASONS.first : heldMs === 0 ? REASONS.none : REASONS.held,
+    };
+    applyPlayout(playout, this.#receivers?.sound ?? null, this.#receivers?.picture ?? null);
+    this.options.onPlayout(playout);
+  }
+}
+
+function difference(a: number | null | undefined, b: number | null | undefined): number | null {
+  return typeof a === "number" && typeof b === "number" ? a - b : null;
+}
