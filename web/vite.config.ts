@@ -8,6 +8,8 @@ export default defineConfig({
     // The server's security policy allows no inline code or style.
     assetsInlineLimit: 0,
     modulePreload: false,
+    // livekit-client is as large as that; it is loaded only while the robot is full.
+    chunkSizeWarningLimit: 600,
   },
   server: {
     // `npm run dev` beside a running `wax`.

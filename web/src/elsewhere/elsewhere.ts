@@ -214,7 +214,8 @@ export class Elsewhere {
     const pauseMs = RETRY_MS[this.#failures++] ?? LONGEST_RETRY_MS;
     const retryAtMs = performance.now() + pauseMs;
     this.#roomLink = { is: "waiting", retryAtMs, reason: FULL };
-    this.#askIn(pauseMs);
+    // Whoever comes for their turn is on the way already.
+    if (!this.#isVisiting) this.#askIn(pauseMs);
     this.#tellLink();
   }
 

@@ -44,7 +44,7 @@ export class Watch {
   #next: Tried | null = null;
   #shown = NOTHING;
   /** The picture that is to come on the screen, and its newest RTP time when it was subscribed. */
-  #coming: { receiver: RTCRtpReceiver; rtp: number | undefined; sinceMs: number } | null = null;
+  #coming: { receiver: RTCRtpReceiver; rtp: number | undefined } | null = null;
   /** Whose picture was asked for last, and when. */
   #target: { name: string | null; sinceMs: number } = { name: null, sinceMs: 0 };
   #newestRtp: number | undefined;
@@ -120,7 +120,7 @@ export class Watch {
   #try({ room, sinceMs }: Tried, nowMs: number): void {
     const picture = this.#choose(room, nowMs);
     const isNeeded = this.options.wants().picture && this.options.isPictureExpected();
-    if (isNeeded ? this.#hasCome(picture, nowMs) : room.isConnected) {
+    if (isNeeded ? this.#hasCome(picture) : room.isConnected) {
       this.#room?.leave();
       this.#room = room;
       this.#next = null;
@@ -173,7 +173,7 @@ export class Watch {
     const isOff = !this.options.wants().picture;
     const isOther = picture !== this.#shown.picture;
     // Until another picture is there the one before stays.
-    if (isOther && (isOff || this.#hasCome(picture, nowMs))) {
+    if (isOther && (isOff || this.#hasCome(picture))) {
       this.#show({ sound, picture });
     } else if (sound !== this.#shown.sound) {
       this.#show({ ...this.#shown, sound });
@@ -189,9 +189,10 @@ export class Watch {
   #moves(): boolean {
     const { wants, isPictureExpected } = this.options;
     const { picture, sound } = wants();
-    const watched = picture && isPictureExpected() ? "picture" : sound ? "sound" : null;
-    if (watched === null) return true;
-    const rtp = newestOf(this.#shown[watched]);
+    const isPictureDue = picture && isPictureExpected();
+    // Not every robot has a microphone.
+    if (!isPictureDue && !(sound && this.#shown.sound)) return true;
+    const rtp = newestOf(isPictureDue ? this.#shown.picture : this.#shown.sound);
     const isNew = rtp !== undefined && rtp !== this.#newestRtp;
     this.#newestRtp = rtp;
     return isNew;
@@ -208,12 +209,13 @@ export class Watch {
   }
 
   /** Whether a first frame of this has arrived; receivers are used again, so an old one may be. */
-  #hasCome(receiver: RTCRtpReceiver | null, nowMs: number): boolean {
+  #hasCome(receiver: RTCRtpReceiver | null): boolean {
     if (receiver === null) return false;
     if (this.#coming?.receiver !== receiver) {
-      this.#coming = { receiver, rtp: newestOf(receiver), sinceMs: nowMs };
+      this.#coming = { receiver, rtp: newestOf(receiver) };
     }
-    return newestOf(receiver) !== this.#coming.rtp;
+    const rtp = newestOf(receiver);
+    return rtp !== undefined && rtp !== this.#coming.rtp;
   }
 
   /** Nothing of it is on the screen any more. */

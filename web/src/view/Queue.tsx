@@ -2,11 +2,11 @@ import { useSignal } from "@preact/signals";
 import type { TargetedEvent, TargetedKeyboardEvent } from "preact";
 import { MAX_NAME_CHARS } from "../messages";
 import { useActions, useState } from "./context";
-import { inOrder, placeWords } from "./words";
+import { inOrder, placeWords, watchingWords } from "./words";
 
 /** Everybody who is here, and your name. */
 export function Queue() {
-  const { room, hello } = useState();
+  const { room, hello, watching } = useState();
   return (
     <section class="queue">
       <h2 id="queue-title">Who is here</h2>
@@ -21,6 +21,7 @@ export function Queue() {
           </li>
         ))}
       </ol>
+      {watching.value !== null && <p class="quiet">{watchingWords(watching.value)}</p>}
       <NameField />
     </section>
   );

@@ -74,11 +74,23 @@ function Blanked() {
   );
 }
 
-/** Before the first connection: why it takes a while. */
+/** Before there is a connection: why it takes a while, and where else there is one. */
 function Door() {
-  const { hello, link } = useState();
+  const { hello, link, links, isConnected } = useState();
   const reason =
     link.value.is === "connecting" || link.value.is === "waiting" ? link.value.reason : null;
+  if (links.value.length > 0 && !isConnected.value) {
+    return (
+      <div class="picture-off">
+        <p>There is no place for you here now. You can watch at</p>
+        {links.value.map((url) => (
+          <a key={url} href={url} rel="noreferrer">
+            {url}
+          </a>
+        ))}
+      </div>
+    );
+  }
   if (hello.value || reason === null) return null;
   return (
     <div class="picture-off">

@@ -902,6 +902,37 @@ describe("a picture that is not live", () => {
   });
 });
 
+it("says how many watch where they are too many to name", () => {
+  show({ watching: [1] });
+  expect(queryByText(body, /people watch/)).toBeNull();
+  act(() => {
+    state.watching.value = 12_345;
+  });
+  expect(getByText(body, "12,345 people watch.")).toBeTruthy();
+});
+
+it("names the pages of others while there is no place here", () => {
+  const url = "https://watch.example.org/robot";
+  act(() => {
+    state.links.value = [url];
+    state.link.value = { is: "waiting", retryAtMs: 5000, reason: "Watching is full." };
+  });
+  expect(getByRole(body, "link", { name: url }).getAttribute("href")).toBe(url);
+  act(() => {
+    state.link.value = { is: "connected" };
+  });
+  expect(queryByRole(body, "link", { name: url })).toBeNull();
+});
+
+it("does not take a page for the operator's that watches elsewhere", () => {
+  show({ operator: 1 });
+  expect(state.mayMove.value).toBe(true);
+  act(() => {
+    state.isElsewhere.value = true;
+  });
+  expect(state.mayMove.value).toBe(false);
+});
+
 it("shows how well it plays, what is sent and why", () => {
   show({ watching: [1] });
   act(() => {

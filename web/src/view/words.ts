@@ -162,6 +162,11 @@ function waitingWords(count: number): string {
   return count === 1 ? "One person is waiting." : `${count} people are waiting.`;
 }
 
+/** How many watch, where there are too many to name. */
+export function watchingWords(count: number): string {
+  return count === 1 ? "One person watches." : `${count.toLocaleString("en")} people watch.`;
+}
+
 /** How to get to drive, below controls that do not work yet. */
 export function joinWords(me: ViewerInfo | null, mayQueue = true): string {
   if (!mayQueue) return NOT_INVITED;

@@ -1,0 +1,363 @@
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import type { Receivers } from "../measure/report";
+import type { Seat, ViewerInfo } from "../messages";
+import { loadPreferences } from "../preferences";
+import { createState, type State } from "../state";
+import { elsewhere, hello, room, seat, told, viewer } from "../testing/messages";
+import { Elsewhere } from "./elsewhere";
+import type { WatchOptions } from "./watch";
+
+/** Stands where the rooms would: the test says what becomes of them. */
+const watch = vi.hoisted(() => ({
+  options: null as WatchOptions | null,
+  hasRoom: false,
+  offer: vi.fn<(seats: Seat[]) => void>(),
+  rest: vi.fn(),
+  resume: vi.fn(),
+  leave: vi.fn(),
+  look: vi.fn(),
+}));
+
+vi.mock("./watch", () => ({
+  Watch: class {
+    constructor(options: WatchOptions) {
+      Object.assign(watch, { options, hasRoom: false });
+    }
+    get hasRoom() {
+      return watch.hasRoom;
+    }
+    offer = watch.offer;
+    rest = watch.rest;
+    resume = watch.resume;
+    leave() {
+      watch.hasRoom = false;
+      watch.leave();
+    }
+    look = watch.look;
+  },
+}));
+
+const NOTHING: Receivers = { sound: null, picture: null };
+
+let state: State;
+let away: Elsewhere;
+let link: { connect: () => void; close: () => void };
+let shown: string[];
+let said: string[];
+/** What was asked of the queue, and what the server answers. */
+let asked: string[];
+let answer: () => Response;
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  vi.clearAllMocks();
+  vi.spyOn(Math, "random").mockReturnValue(0.5);
+  state = createState(loadPreferences(null));
+  [shown, said, asked] = [[], [], []];
+  answer = () => json(viewer(7, { role: "queued", place: 3, wait_s: 150 }));
+  vi.stubGlobal("document", { hidden: false });
+  vi.stubGlobal("fetch", async (_: string, { body }: { body: string }) => {
+    asked.push(JSON.parse(body).wants);
+    return answer();
+  });
+  link = { connect: vi.fn(), close: vi.fn(() => away.linkChanged({ is: "closed" })) };
+  away = new Elsewhere({
+    state,
+    link,
+    client: () => "client",
+    wants: () => ({ sound: true, picture: true }),
+    show: () => shown.push("room"),
+    enterRoom: (now) => {
+      state.room.value = now;
+    },
+    say: (sentence) => said.push(sentence),
+  });
+});
+
+afterEach(() => {
+  vi.clearAllTimers();
+  vi.useRealTimers();
+  vi.unstubAllGlobals();
+});
+
+function json(line: ViewerInfo): Response {
+  return new Response(JSON.stringify(line));
+}
+
+function events() {
+  if (!watch.options) throw new Error("nothing is watched");
+  return watch.options.events;
+}
+
+/** The page was sent to a room, which plays. */
+function play(): void {
+  away.sent(elsewhere());
+  watch.hasRoom = true;
+  events().show(NOTHING);
+  events().plays(true);
+}
+
+function tell(...lines: ViewerInfo[]): void {
+  events().told(told({ ...room({ operator: 2 }), viewers: lines }));
+}
+
+const picture = { frames: [] as object[] };
+const receiver = {
+  getSynchronizationSources: () => picture.frames,
+} as unknown as RTCRtpReceiver;
+
+/** The robot's server takes this page: its peer, then its greeting. */
+function comeTo(number: number): void {
+  picture.frames = [];
+  away.linkChanged({ is: "connecting", reason: null });
+  away.arrives(receiver, () => shown.push("server"));
+  state.hello.value = hello({ viewer: number });
+  away.linkChanged({ is: "connected" });
+}
+
+it("watches where it is sent, and says that it is connected once a room plays", () => {
+  away.sent(elsewhere());
+  expect(watch.offer.mock.lastCall?.[0]).toEqual([seat("one"), seat("two")]);
+  expect(state.link.value).toEqual({ is: "connecting", reason: null });
+  expect(state.isElsewhere.value).toBe(true);
+  events().show(NOTHING);
+  events().plays(true);
+  expect(state.link.value).toEqual({ is: "connected" });
+  expect(away.isOnScreen).toBe(true);
+});
+
+it("shows the room as everybody is told of it, with this page among those who watch", () => {
+  play();
+  tell(viewer(2, { role: "operator" }));
+  expect(state.me.value).toMatchObject({ id: 0, role: "observer" });
+  expect(state.operator.value?.name).toBe("Bob");
+  expect(state.watching.value).toBe(1000);
+});
+
+it("gets new tokens before the old ones end, while the room plays on", () => {
+  play();
+  vi.advanceTimersByTime(89_000);
+  expect(link.connect).not.toHaveBeenCalled();
+  vi.advanceTimersByTime(20_000);
+  expect(link.connect).toHaveBeenCalledOnce();
+  away.sent(elsewhere({ rooms: [seat("two")] }));
+  expect(watch.offer.mock.lastCall?.[0]).toEqual([seat("two")]);
+  expect(state.link.value).toEqual({ is: "connected" });
+});
+
+it("does not press a server that has no time for new tokens", async () => {
+  play();
+  vi.advanceTimersByTime(100_000);
+  away.linkChanged({ is: "connecting", reason: "The server cannot be reached." });
+  await vi.advanceTimersByTimeAsync(0);
+  expect(link.close).toHaveBeenCalledOnce();
+  expect(state.link.value).toEqual({ is: "connected" });
+  vi.advanceTimersByTime(30_000);
+  expect(link.connect).toHaveBeenCalledTimes(2);
+});
+
+describe("when no room plays", () => {
+  it("says so and asks the robot's server, at first at once, then less often", () => {
+    play();
+    events().plays(false);
+    expect(state.link.value).toEqual({
+      is: "connecting",
+      reason: "The picture stopped coming.",
+    });
+    events().failed();
+    expect(state.link.value).toMatchObject({ is: "waiting", reason: "Watching is full." });
+    vi.advanceTimersByTime(0);
+    expect(link.connect).toHaveBeenCalledTimes(1);
+    events().failed();
+    vi.advanceTimersByTime(900);
+    expect(link.connect).toHaveBeenCalledTimes(1);
+    vi.advanceTimersByTime(200);
+    expect(link.connect).toHaveBeenCalledTimes(2);
+  });
+
+  it("says what the robot's server says", () => {
+    play();
+    events().plays(false);
+    events().failed();
+    const full = { is: "waiting", retryAtMs: 9, reason: "All 8 places are taken." } as const;
+    away.linkChanged(full);
+    expect(state.link.value).toEqual(full);
+    expect(link.close).not.toHaveBeenCalled();
+  });
+
+  it("uses the rooms again once there are some", () => {
+    play();
+    events().plays(false);
+    watch.hasRoom = false;
+    events().failed();
+    away.sent(elsewhere());
+    expect(watch.offer).toHaveBeenCalledTimes(2);
+    expect(state.link.value).toEqual({ is: "connecting", reason: null });
+  });
+
+  it("shows the pages of others where there are no rooms", () => {
+    away.sent(elsewhere({ rooms: [], links: ["https://watch.example.org"] }));
+    expect(state.links.value).toEqual(["https://watch.example.org"]);
+    expect(state.link.value).toMatchObject({ is: "waiting", reason: "Watching is full." });
+  });
+});
+
+describe("the queue", () => {
+  it("is joined by HTTP, and the place is kept every five seconds", async () => {
+    play();
+    tell(viewer(2, { role: "operator" }));
+    expect(away.ask("join")).toBe(true);
+    await vi.advanceTimersByTimeAsync(0);
+    expect(state.me.value).toMatchObject({ id: 7, role: "queued", place: 3 });
+    expect(state.drivingTurn.value).toBeNull();
+    for (let i = 0; i < 20; i++) {
+      await vi.advanceTimersByTimeAsync(1000);
+      tell(viewer(7, { role: "queued", place: 2, wait_s: 100 }));
+    }
+    expect(asked.filter((one) => one === "stay")).toHaveLength(4);
+    expect(state.me.value?.place).toBe(2);
+  });
+
+  it("is left by HTTP", async () => {
+    play();
+    tell(viewer(2, { role: "operator" }));
+    away.ask("join");
+    await vi.advanceTimersByTimeAsync(0);
+    answer = () => json(viewer(7));
+    away.ask("leave");
+    await vi.advanceTimersByTimeAsync(20_000);
+    expect(asked).toEqual(["join", "leave"]);
+    expect(state.me.value).toMatchObject({ id: 0, role: "observer" });
+  });
+
+  it("says why it cannot be joined", async () => {
+    play();
+    tell();
+    const error = "Only invited people drive this robot. Ask its host for a link.";
+    answer = () => new Response(JSON.stringify({ error }), { status: 403 });
+    away.ask("join");
+    await vi.advanceTimersByTimeAsync(0);
+    expect(said).toEqual([error]);
+    expect(state.me.value?.role).toBe("observer");
+  });
+
+  it("is lost where everybody is told of a queue without this page", async () => {
+    play();
+    tell();
+    away.ask("join");
+    await vi.advanceTimersByTimeAsync(1000);
+    tell(viewer(2, { role: "operator" }));
+    expect(state.me.value?.id).toBe(7);
+    await vi.advanceTimersByTimeAsync(3000);
+    tell(viewer(2, { role: "operator" }));
+    expect(state.me.value).toMatchObject({ id: 0, role: "observer" });
+  });
+});
+
+describe("for its turn", () => {
+  const soon = viewer(7, { role: "queued", place: 1, wait_s: 10 });
+
+  /** It waits, and its turn comes near. */
+  async function near(): Promise<void> {
+    play();
+    tell(viewer(2, { role: "operator" }));
+    away.ask("join");
+    await vi.advanceTimersByTimeAsync(0);
+    expect(link.connect).not.toHaveBeenCalled();
+    tell(soon);
+  }
+
+  it("connects to the robot's server, and keeps the room's picture until there is another", async () => {
+    await near();
+    expect(link.connect).toHaveBeenCalledOnce();
+    tell(soon);
+    expect(link.connect).toHaveBeenCalledOnce();
+    comeTo(7);
+    expect(state.isElsewhere.value).toBe(false);
+    vi.advanceTimersByTime(500);
+    expect(shown).toEqual(["room"]);
+    picture.frames = [{}];
+    vi.advanceTimersByTime(50);
+    expect(shown).toEqual(["room", "server"]);
+    expect(watch.rest).toHaveBeenCalledOnce();
+    expect(away.ask("here")).toBe(false);
+  });
+
+  it("shows the server's picture at the latest when it drives", async () => {
+    await near();
+    comeTo(7);
+    state.room.value = room({ operator: 7 });
+    vi.advanceTimersByTime(50);
+    expect(shown).toEqual(["room", "server"]);
+  });
+
+  it("stays away where it leaves the queue meanwhile", async () => {
+    await near();
+    answer = () => json(viewer(7));
+    away.ask("leave");
+    await vi.advanceTimersByTimeAsync(0);
+    expect(link.close).toHaveBeenCalledOnce();
+  });
+
+  /** It drives, and the turn is over. */
+  async function driven(then: ViewerInfo): Promise<void> {
+    await near();
+    comeTo(7);
+    picture.frames = [{}];
+    state.room.value = room({ operator: 7 });
+    vi.advanceTimersByTime(60_000);
+    expect(watch.resume).not.toHaveBeenCalled();
+    state.room.value = { ...room({ operator: 2 }), viewers: [then] };
+    vi.advanceTimersByTime(50);
+  }
+
+  it("and goes back after it, once the room's picture is there", async () => {
+    await driven(viewer(7));
+    expect(watch.resume).toHaveBeenCalledOnce();
+    expect(link.close).not.toHaveBeenCalled();
+    events().show(NOTHING);
+    await vi.advanceTimersByTimeAsync(0);
+    expect(link.close).toHaveBeenCalledOnce();
+    expect(shown).toEqual(["room", "server", "room"]);
+    expect(state.me.value).toMatchObject({ id: 0, role: "observer" });
+    expect(state.link.value).toEqual({ is: "connected" });
+  });
+
+  it("keeps its next place before it goes back", async () => {
+    const again = viewer(7, { role: "queued", place: 2, wait_s: 90 });
+    answer = () => json(again);
+    await driven(again);
+    asked.length = 0;
+    vi.mocked(link.close).mockImplementation(() => asked.push("closed"));
+    events().show(NOTHING);
+    await vi.advanceTimersByTimeAsync(0);
+    expect(asked).toEqual(["stay", "closed"]);
+    expect(state.me.value).toMatchObject({ id: 7, role: "queued" });
+  });
+
+  it("stays with the server where the room has ended meanwhile", async () => {
+    await near();
+    comeTo(7);
+    picture.frames = [{}];
+    vi.advanceTimersByTime(50);
+    watch.hasRoom = false;
+    state.room.value = room({ watching: [7] });
+    vi.advanceTimersByTime(10_000);
+    expect(link.close).not.toHaveBeenCalled();
+    expect(watch.resume).not.toHaveBeenCalled();
+  });
+});
+
+it("takes a place at the robot's server when there is one, and leaves the room for good", () => {
+  play();
+  vi.advanceTimersByTime(110_000);
+  comeTo(9);
+  picture.frames = [{}];
+  vi.advanceTimersByTime(50);
+  expect(shown).toEqual(["room", "server"]);
+  expect(watch.leave).toHaveBeenCalledOnce();
+  expect(watch.rest).not.toHaveBeenCalled();
+  state.room.value = room({ watching: [9] });
+  vi.advanceTimersByTime(60_000);
+  expect(link.close).not.toHaveBeenCalled();
+});

@@ -1,0 +1,40 @@
+import { readFileSync } from "node:fs";
+import { dirname, join } from "node:path";
+import { expect, it } from "vitest";
+
+const ROOT = import.meta.dirname;
+/** What is loaded before anything else; types and `import(…)` are not. */
+const STATIC = /^(?:import|export) (?!type )(?:[^"']*? from )?"([^"]+)";$/gm;
+
+/** Every module and package that the page loads at once. */
+function loadedBy(path: string, found = new Set<string>()): Set<string> {
+  if (found.has(path)) return found;
+  found.add(path);
+  for (const [, name = ""] of readFileSync(path, "utf8").matchAll(STATIC)) {
+    if (!name.startsWith(".")) found.add(name);
+    else if (!/\.css$|\?|generated/.test(name)) loadedBy(resolve(dirname(path), name), found);
+  }
+  return found;
+}
+
+function resolve(folder: string, name: string): string {
+  for (const end of [".ts", ".tsx"]) {
+    try {
+      readFileSync(join(folder, name + end));
+      return join(folder, name + end);
+    } catch {
+      // The other end, then.
+    }
+  }
+  throw new Error(`${name} is not in ${folder}`);
+}
+
+it("does not have the first load wait for what only watches elsewhere", () => {
+  const loaded = [...loadedBy(join(ROOT, "main.tsx"))];
+  expect(loaded).toContain("preact");
+  expect(loaded).toContain(join(ROOT, "measure/report.ts"));
+  expect(loaded).not.toContain("livekit-client");
+  expect(loaded.filter((one) => one.startsWith(join(ROOT, "elsewhere")))).toEqual([]);
+  const later = [...loadedBy(join(ROOT, "elsewhere/elsewhere.ts"))];
+  expect(later).toContain("livekit-client");
+});
