@@ -3,7 +3,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { PeerEvents } from "./link/peer";
 import { MAX_NAME_CHARS, type StateIn, type StateOut } from "./messages";
 import { type Session, startSession } from "./session";
-import { hello, room, served } from "./testing/messages";
+import { elsewhere, hello, room, served } from "./testing/messages";
 
 const { FakePeer, peers } = vi.hoisted(() => {
   const made: InstanceType<typeof Fake>[] = [];
@@ -50,6 +50,27 @@ const { FakePeer, peers } = vi.hoisted(() => {
 });
 
 vi.mock("./link/peer", () => ({ Peer: FakePeer }));
+
+/** What watches at others, once it is loaded. */
+const away = vi.hoisted(() => ({
+  isOnScreen: false,
+  picture: undefined,
+  sent: vi.fn(),
+  linkChanged: vi.fn(),
+  arrives: vi.fn(),
+  presented: vi.fn(),
+  leave: vi.fn(),
+  ask: vi.fn(() => true),
+  toServerMs: () => 4000,
+  made: 0,
+}));
+
+vi.mock("./elsewhere/elsewhere", () => ({
+  Elsewhere: function make() {
+    away.made++;
+    return away;
+  },
+}));
 
 /** Each test is alone: the session of the one before does not ask who else is there. */
 class Alone {
@@ -353,4 +374,63 @@ it("rings once for each call of its own", () => {
   expect(session.state.room.value?.call).toEqual(call);
   session.actions.answerCall();
   expect(peer().sent.at(-1)).toEqual({ type: "here" });
+});
+
+describe("a page for which the server has no place", () => {
+  beforeEach(async () => {
+    vi.clearAllMocks();
+    Object.assign(away, { isOnScreen: false, made: 0 });
+    expect(session.state.link.value.is).toBe("connecting");
+    peer().events.sent(elsewhere());
+    await vi.dynamicImportSettled();
+  });
+
+  it("loads what watches at others, and tells it where, each time", async () => {
+    expect(away.sent).toHaveBeenCalledWith(elsewhere());
+    session.actions.comeBack();
+    peer().events.sent(elsewhere({ rooms: [] }));
+    await vi.dynamicImportSettled();
+    expect(away.sent).toHaveBeenCalledTimes(2);
+    expect(away.made).toBe(1);
+  });
+
+  it("asks for the queue there, and by its channel once it is the server's viewer", () => {
+    session.actions.join();
+    session.actions.answerCall();
+    expect(away.ask.mock.calls).toEqual([["join"], ["here"]]);
+    away.ask.mockReturnValue(false);
+    session.actions.comeBack();
+    open();
+    receive(hello({ viewer: 1 }));
+    session.actions.leave();
+    expect(peer().sent.at(-1)).toEqual({ type: "leave" });
+    away.ask.mockReturnValue(true);
+  });
+
+  it("presses Stop by HTTP", () => {
+    const fetching = vi.fn(async (_path: string, _init: RequestInit) => new Response("{}"));
+    vi.stubGlobal("fetch", fetching);
+    session.actions.stop();
+    expect(fetching.mock.lastCall?.[0]).toBe("/api/stop");
+  });
+
+  it("counts down by what it is told of the server's clock", () => {
+    session.state.isElsewhere.value = true;
+    vi.advanceTimersByTime(200);
+    expect(session.state.serverMs.value).toBe(4000);
+  });
+
+  it("leaves it to that when a peer's picture comes on the screen", () => {
+    away.isOnScreen = true;
+    session.actions.comeBack();
+    peer().events.answered();
+    expect(away.arrives).toHaveBeenCalledOnce();
+  });
+
+  it("leaves the rooms where it may not stay", () => {
+    session.actions.comeBack();
+    open();
+    receive({ type: "ended", text: "You were removed.", opens_wall_ms: null });
+    expect(away.leave).toHaveBeenCalledOnce();
+  });
 });
