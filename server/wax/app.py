@@ -28,7 +28,7 @@ from wax.capture.find_sources import make_sources
 from wax.capture.source_thread import SourceThread
 from wax.capture.timestamp_overlay import TimestampOverlay
 from wax.cluster.cluster import Cluster, Sources
-from wax.cluster.rooms import published
+from wax.cluster.rooms import published, upload_left_bps
 from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
 from wax.encode.video_encoder import IntraEncoder
@@ -118,7 +118,9 @@ class App:
                 audio_settings=settings.audio,
                 video=self._video,
                 audio=self._audio,
-                upload_bps=settings.network.upload_bps,
+                upload_bps=upload_left_bps(
+                    settings.network.upload_bps, settings.video.renditions, settings.publish
+                ),
             )
             self._cluster.publish(
                 settings.publish,

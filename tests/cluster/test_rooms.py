@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.cluster.rooms import Occupancy, choose, person, published
+from wax.cluster.rooms import Occupancy, choose, person, published, upload_left_bps
+from wax.config.publish import PublishSettings
 from wax.config.settings import RenditionSettings, VideoSettings
+from wax.errors import StartError
 
 
 @given(st.lists(st.integers(1, 20), min_size=1, max_size=5), st.integers(0, 120))
@@ -63,6 +66,20 @@ def test_two_renditions_are_published() -> None:
     ]
     only = RenditionSettings(width=640, height=480, fps=30, bitrate_bps=600_000)
     assert published([only]) == [only]
+
+
+def test_the_rooms_come_off_the_upload_first() -> None:
+    """LiveKit's take both renditions and the sound, another's the best; no limit stays none."""
+    ladder = VideoSettings().renditions
+    rooms = [
+        PublishSettings(livekit="wss://a", api_key="k", api_secret="s"),
+        PublishSettings(whip="https://b"),
+    ]
+    assert upload_left_bps(0, ladder, rooms) == 0
+    assert upload_left_bps(5_000_000, ladder, rooms) == 5_000_000 - 1_170_000 - 1_050_000
+    assert upload_left_bps(5_000_000, ladder, []) == 5_000_000
+    with pytest.raises(StartError, match="does not even carry the rooms"):
+        upload_left_bps(2_220_000, ladder, rooms)
 
 
 def test_a_name_in_a_room_tells_nothing() -> None:

@@ -6,13 +6,18 @@ import hashlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from wax.errors import StartError
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from wax.config.publish import PublishSettings
     from wax.config.settings import RenditionSettings
 
 _SMALL: Final = 0.25
 """The smaller of two renditions takes at most this share of the larger one's rate."""
+_SOUND_BPS: Final = 50_000
+"""With the headers of its fifty packets a second."""
 _SEATS: Final = 2
 """Rooms that a page is told of: one to watch, and one to go to when that fails."""
 
@@ -62,6 +67,28 @@ def published(ladder: Sequence[RenditionSettings]) -> list[RenditionSettings]:
     best = ladder[0]
     small = next((one for one in ladder if one.bitrate_bps <= _SMALL * best.bitrate_bps), None)
     return [best] if small is None else [best, small]
+
+
+def upload_left_bps(
+    upload_bps: int, ladder: Sequence[RenditionSettings], rooms: Sequence[PublishSettings]
+) -> int:
+    """Return what the rooms leave of an upload to the viewers here; 0 is no limit.
+
+    Raises `StartError` where they leave nothing.
+    """
+    if not upload_bps:
+        return 0
+    chosen = published(ladder)
+    bits = sum(
+        _SOUND_BPS + sum(one.bitrate_bps for one in (chosen if room.livekit else chosen[:1]))
+        for room in rooms
+    )
+    if bits >= upload_bps:
+        raise StartError(
+            f"network.upload_bps: {upload_bps} does not even carry the rooms of publish, which"
+            f" take {bits}; name fewer of them, or choose smaller video.renditions"
+        )
+    return upload_bps - bits
 
 
 def person(identity: str, tab: str) -> str:
