@@ -15,7 +15,7 @@ from wax.errors import StartError
 @given(st.lists(st.integers(1, 20), min_size=1, max_size=5), st.integers(0, 120))
 def test_no_room_gets_more_than_it_takes(most: list[int], crowd: int) -> None:
     """Everybody gets a place while there is one, the emptiest room first, and nobody after that."""
-    rooms = [Occupancy(str(number), places, is_live=True) for number, places in enumerate(most)]
+    rooms = [Occupancy(str(number), places) for number, places in enumerate(most)]
     sent = [choose(rooms) for _ in range(crowd)]
     assert sum(bool(seats) for seats in sent) == min(crowd, sum(most))
     assert all(room.sent <= room.most for room in rooms)
@@ -23,16 +23,9 @@ def test_no_room_gets_more_than_it_takes(most: list[int], crowd: int) -> None:
     assert crowd >= sum(most) or max(free) - min(free, default=0) <= max(most) - min(most) + 1
 
 
-def test_a_room_that_is_not_published_to_gets_nobody() -> None:
-    """Nor is it where anybody would go next."""
-    dead, alive = Occupancy("dead", 10), Occupancy("alive", 10, is_live=True)
-    assert choose([dead, alive]) == [alive]
-    assert choose([dead]) == []
-
-
 def test_the_second_room_is_another_one_even_if_it_is_full() -> None:
     """It is for when the first is gone with all its viewers."""
-    first, second = (Occupancy(name, 1, is_live=True) for name in ("a", "b"))
+    first, second = (Occupancy(name, 1) for name in ("a", "b"))
     assert choose([first, second]) == [first, second]
     assert choose([first, second]) == [second, first]
     assert choose([first, second]) == []
@@ -40,17 +33,16 @@ def test_the_second_room_is_another_one_even_if_it_is_full() -> None:
 
 def test_who_was_sent_somewhere_stays_there() -> None:
     """Renewed, a seat is where it was, even if that room is full; a dead one is left."""
-    first, second = (Occupancy(name, 1, is_live=True) for name in ("a", "b"))
+    first, second = (Occupancy(name, 1) for name in ("a", "b"))
     assert choose([first, second]) == [first, second]
     assert choose([first, second], ["a", "b"]) == [first, second]
     assert second.free == 1, "nobody was sent twice"
-    first.is_live = False
-    assert choose([first, second], ["a", "b"]) == [second]
+    assert choose([second], ["a", "b"]) == [second], "the first is gone"
 
 
 def test_who_is_on_the_way_counts_until_the_next_count_but_one() -> None:
     """LiveKit's count is some seconds old, and then includes whoever was sent before it."""
-    room = Occupancy("a", 2, is_live=True)
+    room = Occupancy("a", 2)
     assert choose([room])
     room.count(0)
     assert room.free == 1

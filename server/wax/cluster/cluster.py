@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
-from heapq import heappop, heappush
 from typing import TYPE_CHECKING, Final
 
 import aiohttp
@@ -13,6 +12,7 @@ import structlog
 
 from wax.cluster import rooms
 from wax.cluster.errors import RoomError
+from wax.cluster.leaving import Leaving
 from wax.cluster.livekit import LiveKitRoom
 from wax.cluster.publication import Publication
 from wax.cluster.rooms import Occupancy
@@ -56,6 +56,11 @@ class _Published:
     livekit: LiveKitRoom | None
     publications: Sequence[Publication]
     watch: str
+    leaving: Leaving = field(default_factory=Leaving)
+
+    @property
+    def is_live(self) -> bool:
+        return all(told.problem is None for told in self.publications)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,8 +84,6 @@ class Cluster:
         self._http: aiohttp.ClientSession | None = None
         self._rooms: list[_Published] = []
         self._news: Callable[[], str | None] = _nothing
-        self._leaving: list[tuple[float, str]] = []
-        self._out: set[str] = set()
 
     def publish(
         self, settings: Sequence[PublishSettings], renditions: Sequence[str], sources: Sources
@@ -104,11 +107,12 @@ class Cluster:
         `before` are the rooms that they were sent to already, in which they stay.
         """
         by_name = {one.occupancy.name: one.livekit for one in self._rooms}
-        mine = (one.occupancy for one in self._rooms if one.livekit is not None)
-        self._out.discard(person)
+        mine = [one for one in self._rooms if one.livekit is not None]
+        for one in mine:
+            one.leaving.let_in(person)
         return [
             Seat(one.name, livekit.url, livekit.watch_token(person))
-            for one in rooms.choose(mine, before)
+            for one in rooms.choose([one.occupancy for one in mine if one.is_live], before)
             if (livekit := by_name[one.name]) is not None
         ]
 
@@ -130,7 +134,7 @@ class Cluster:
     @property
     def links(self) -> list[str]:
         """Pages elsewhere on which anybody may watch, of rooms that are not LiveKit's."""
-        return [one.watch for one in self._rooms if one.watch and one.occupancy.is_live]
+        return [one.watch for one in self._rooms if one.watch and one.is_live]
 
     @property
     def watching(self) -> int:
@@ -143,16 +147,17 @@ class Cluster:
         `for_good` until they get a seat again: their token outlives the removal.
         """
         now_s = self._clock.now_s()
-        self._out.add(person)
-        for after_s in (0.0, *_AGAIN_S) if for_good else (0.0,):
-            heappush(self._leaving, (now_s + after_s, person))
+        after_s = (0.0, *_AGAIN_S) if for_good else (0.0,)
+        for room in self._rooms:
+            if room.livekit is not None:
+                room.leaving.add(person, (now_s + one for one in after_s))
 
     def status(self) -> list[dict[str, object]]:
         """Return each room as the host's status page has it."""
         return [
             {
                 "name": one.occupancy.name,
-                "is_live": one.occupancy.is_live,
+                "is_live": one.is_live,
                 "watching": one.occupancy.counted,
                 "max_viewers": one.occupancy.most,
                 "publications": {told.rendition: told.problem for told in one.publications},
@@ -179,65 +184,45 @@ class Cluster:
             for one in self._rooms:
                 for publication in one.publications:
                     together.create_task(publication.run(), name=f"publish {publication.name}")
-            together.create_task(self._tell_all(), name="tell the rooms")
-            together.create_task(self._count_all(), name="count the rooms")
-            together.create_task(self._remove_all(), name="remove people")
+                if one.livekit is not None:
+                    # Each on its own: a room that does not answer holds up no other.
+                    for what in (self._tell, self._count, self._remove):
+                        together.create_task(what(one.livekit, one), name=f"tend {what.__name__}")
 
-    async def _tell_all(self) -> None:
+    async def _tell(self, livekit: LiveKitRoom, room: _Published) -> None:
         while True:
             await asyncio.sleep(_TELL_S)
             try:
-                text = self._news()
+                text = self._news() if room.is_live else None
             except Exception:  # the picture goes on
                 self._counters.add("room messages failed")
                 _LOG.exception("there is no news for the rooms")
                 continue
             if text is not None:
-                await asyncio.gather(*(self._told(one, text) for one in self._rooms))
+                try:
+                    await livekit.tell(text)
+                except RoomError:
+                    self._counters.add("room messages lost")
 
-    async def _told(self, room: _Published, text: str) -> None:
-        if room.livekit is None or not room.occupancy.is_live:
-            return
-        try:
-            await room.livekit.tell(text)
-        except RoomError:
-            self._counters.add("room messages lost")
-
-    async def _count_all(self) -> None:
-        looked_s = float("-inf")
+    async def _count(self, livekit: LiveKitRoom, room: _Published) -> None:
         while True:
-            for one in self._rooms:
-                one.occupancy.is_live = all(told.problem is None for told in one.publications)
-            if self._clock.now_s() - looked_s >= _COUNT_S:
-                looked_s = self._clock.now_s()
-                await asyncio.gather(*(self._count(one) for one in self._rooms))
-            await asyncio.sleep(_TELL_S / 4)
+            try:
+                people = await livekit.count()
+            except RoomError:
+                self._counters.add("rooms not counted")
+            else:
+                room.occupancy.count(max(people - len(room.publications), 0))
+            await asyncio.sleep(_COUNT_S)
 
-    async def _count(self, room: _Published) -> None:
-        if room.livekit is None:
-            return
-        try:
-            people = await room.livekit.count()
-        except RoomError:
-            self._counters.add("rooms not counted")
-        else:
-            room.occupancy.count(max(people - len(room.publications), 0))
-
-    async def _remove_all(self) -> None:
+    async def _remove(self, livekit: LiveKitRoom, room: _Published) -> None:
         """Remove one after the other: a crowd that leaves at once must not become one of calls."""
         while True:
             await asyncio.sleep(_LOOK_S)
-            while self._leaving and self._leaving[0][0] <= self._clock.now_s():
-                _, person = heappop(self._leaving)
-                if person in self._out:
-                    mine = [one.livekit for one in self._rooms if one.livekit is not None]
-                    await asyncio.gather(*(self._removed(one, person) for one in mine))
-
-    async def _removed(self, room: LiveKitRoom, person: str) -> None:
-        try:
-            await room.remove(person)
-        except RoomError:
-            self._counters.add("people not removed")
+            while (person := room.leaving.due(self._clock.now_s())) is not None:
+                try:
+                    await livekit.remove(person)
+                except RoomError:
+                    self._counters.add("people not removed")
 
     # --- making ----------------------------------------------------------------------------
 
@@ -276,13 +261,12 @@ class Cluster:
         self, settings: PublishSettings, livekit: LiveKitRoom | None, rendition: str
     ) -> WhipSession:
         """Make a session; raises `RoomError`."""
-        if livekit is not None:
-            # Each time: a room that nobody was in is gone, and WHIP would make one by default.
-            await livekit.create()
-        else:
+        if livekit is None:
             return WhipSession(
                 http=self._session, url=settings.whip, token=lambda: settings.whip_token
             )
+        # Each time: a room that nobody was in is gone, and WHIP would make one by default.
+        await livekit.create()
         return WhipSession(
             http=self._session,
             url=livekit.whip_url,

@@ -29,7 +29,7 @@ _LOG = structlog.get_logger(__name__)
 
 _CONNECT_S: Final = 8.0
 _LOOK_S: Final = 0.25
-SILENT_S: Final = 3.5
+SILENT_S: Final = 3.3
 """A media server reports each second; one that has missed three is gone. aiortc alone would notice
 after half a minute."""
 _FIRST_RETRY_S: Final = 0.5

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from wax.errors import StartError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
     from wax.config.publish import PublishSettings
     from wax.config.settings import RenditionSettings
@@ -24,7 +24,7 @@ _SEATS: Final = 2
 
 @dataclass(slots=True)
 class Occupancy:
-    """What is known of one room: whether it is published to, and how many are in it.
+    """How many are in one room.
 
     `sent` counts those who were sent there since it was counted, `coming` those in the interval
     before, whom LiveKit's count, which is seconds old, may not include.
@@ -32,7 +32,6 @@ class Occupancy:
 
     name: str
     most: int
-    is_live: bool = False
     counted: int = 0
     coming: int = 0
     sent: int = 0
@@ -46,13 +45,12 @@ class Occupancy:
         self.counted, self.coming, self.sent = people, self.sent, 0
 
 
-def choose(rooms: Iterable[Occupancy], before: Sequence[str] = ()) -> list[Occupancy]:
+def choose(live: Sequence[Occupancy], before: Sequence[str] = ()) -> list[Occupancy]:
     """Return the room with the most free places, and a second one; empty where all are full.
 
-    The second may be full: it is for when the first one is gone, and everybody in it. Whoever was
-    sent `before` to some of them keeps those that are live.
+    `live` are those that are published to. The second may be full: it is for when the first one is
+    gone, and everybody in it. Whoever was sent `before` to some of them keeps those that are live.
     """
-    live = [one for one in rooms if one.is_live]
     kept = [one for name in before for one in live if one.name == name]
     others = sorted((one for one in live if one not in kept), key=lambda one: -one.free)
     if not kept:
