@@ -230,6 +230,8 @@ class Elsewhere:
 
     def wait(self, viewer: Viewer, now_s: float) -> None:
         """Pass over somebody who has not come when their turn does."""
+        if self._turns.is_lost(viewer.number):
+            return
         wait_s = self._turns.wait_s(viewer.number, now_s)
         if viewer.number == self._turns.operator or (wait_s is not None and wait_s < _COMES_S):
             self._control.lost(viewer.number)

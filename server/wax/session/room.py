@@ -376,7 +376,8 @@ class Room:
                 self._elsewhere.wait(viewer, now_s)
                 continue
             if viewer.peer is None:
-                self._control.lost(viewer.number)
+                if not self._turns.is_lost(viewer.number):  # their page asks no more
+                    self._control.lost(viewer.number)
                 since_s = self._gone_since_s.setdefault(viewer.number, now_s)
                 if now_s - since_s >= self._settings.turns.grace_s:
                     self._forget(viewer)
