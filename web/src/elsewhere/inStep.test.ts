@@ -1,0 +1,108 @@
+import { beforeEach, expect, it, vi } from "vitest";
+import type { Receivers, ReporterOptions } from "../measure/report";
+import type { Playout, Report } from "../messages";
+import type { Facts } from "../state";
+import { InStep } from "./inStep";
+import { RenditionChoice } from "./rendition";
+
+const made = vi.hoisted(() => ({ options: null as ReporterOptions | null, mapped: vi.fn() }));
+
+vi.mock("../measure/report", () => ({
+  Reporter: class {
+    constructor(options: ReporterOptions) {
+      made.options = options;
+    }
+    reset() {}
+    mapped = made.mapped;
+  },
+}));
+
+let isFirst: boolean;
+let playouts: Playout[];
+let facts: Facts[];
+let rendition: RenditionChoice;
+let inStep: InStep;
+let nowMs: number;
+
+function receiver(source: object = {}) {
+  const made = { jitterBufferTarget: null, getSynchronizationSources: () => [source] };
+  return made as unknown as RTCRtpReceiver & { jitterBufferTarget: number | null };
+}
+
+beforeEach(() => {
+  [isFirst, playouts, facts, nowMs] = [false, [], [], 0];
+  vi.spyOn(performance, "now").mockImplementation(() => nowMs);
+  made.mapped.mockClear();
+  rendition = new RenditionChoice();
+  inStep = new InStep({
+    wants: () => ({ sound: true, picture: true }),
+    isPictureFirst: () => isFirst,
+    rendition,
+    onFacts: (now) => facts.push(now),
+    onPlayout: (playout) => playouts.push(playout),
+  });
+});
+
+/** Reports four times a second, for so many seconds. */
+function report(seconds: number, soundMs: number | null, pictureMs: number, frozenMs = () => 0) {
+  for (let i = 0; i < 4 * seconds; i++) {
+    nowMs += 250;
+    const sound = soundMs === null ? null : { age_ms: soundMs, delay_ms: 60 };
+    const picture = { age_ms: pictureMs, delay_ms: 20, frozen_ms: frozenMs() };
+    made.options?.link.sendDrive({ sound, picture } as Report);
+  }
+}
+
+function take(): { sound: ReturnType<typeof receiver>; picture: ReturnType<typeof receiver> } {
+  const receivers = { sound: receiver(), picture: receiver() };
+  inStep.take(receivers satisfies Receivers);
+  nowMs += 1000;
+  return receivers;
+}
+
+it("holds the picture back until its sound is heard, and leaves the sound to the browser", () => {
+  const { sound, picture } = take();
+  report(1, 180, 60);
+  expect(picture.jitterBufferTarget).toBe(120);
+  expect(sound.jitterBufferTarget).toBeNull();
+  expect(playouts.at(-1)).toMatchObject({ policy: "audio-master", picture_target_ms: 120 });
+});
+
+it("holds another rendition back by as much at once", () => {
+  take();
+  report(1, 180, 60);
+  expect(take().picture.jitterBufferTarget).toBe(120);
+});
+
+it("holds nothing back where the picture goes first, or without sound", () => {
+  const { picture } = take();
+  report(1, 180, 60);
+  report(1, null, 60);
+  expect(picture.jitterBufferTarget).toBe(0);
+  isFirst = true;
+  report(10, 180, 60);
+  expect(picture.jitterBufferTarget).toBe(0);
+});
+
+it("has the smaller rendition chosen where pictures stand", () => {
+  take();
+  report(5, 60, 60);
+  let frozenMs = 0;
+  report(5, 60, 60, () => {
+    frozenMs += 100;
+    return frozenMs;
+  });
+  expect(rendition.isSmall).toBe(true);
+});
+
+it("maps both streams by their packets' capture times", () => {
+  const source = { rtpTimestamp: 7, captureTimestamp: 3e12 };
+  inStep.take({ sound: receiver(source), picture: receiver(source) });
+  inStep.look(0);
+  expect(made.mapped.mock.calls.map(([clock]) => clock.kind)).toEqual(["audio", "video"]);
+});
+
+it("tells the skew, but no ages, which nobody knows", () => {
+  made.options?.onFacts({ pictureMs: 5, soundMs: 65, skewMs: 60 } as Facts);
+  expect(facts).toEqual([{ pictureMs: null, pictureErrorMs: null, soundMs: null, skewMs: 60 }]);
+});
