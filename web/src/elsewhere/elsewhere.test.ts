@@ -44,9 +44,11 @@ let away: Elsewhere;
 let link: { connect: () => void; close: () => void };
 let shown: string[];
 let said: string[];
-/** What was asked of the queue, and what the server answers. */
+/** What was asked of the queue, and what the server answers; and to a page that renews its seat. */
 let asked: string[];
 let answer: () => Response;
+let renewed: () => Response;
+let renewals: number;
 
 beforeEach(() => {
   vi.useFakeTimers();
@@ -56,7 +58,13 @@ beforeEach(() => {
   [shown, said, asked] = [[], [], []];
   answer = () => json(viewer(7, { role: "queued", place: 3, wait_s: 150 }));
   vi.stubGlobal("document", { hidden: false });
-  vi.stubGlobal("fetch", async (_: string, { body }: { body: string }) => {
+  renewals = 0;
+  renewed = () => new Response(JSON.stringify(elsewhere({ rooms: [seat("two")] })));
+  vi.stubGlobal("fetch", async (path: string, { body }: { body: string }) => {
+    if (path === "/api/seat") {
+      renewals++;
+      return renewed();
+    }
     asked.push(JSON.parse(body).wants);
     return answer();
   });
@@ -134,26 +142,44 @@ it("shows the room as everybody is told of it, with this page among those who wa
   expect(state.watching.value).toBe(1000);
 });
 
-it("gets new tokens before the old ones end, while the room plays on", () => {
+it("gets new tokens before the old ones end, while the room plays on", async () => {
   play();
-  vi.advanceTimersByTime(89_000);
+  await vi.advanceTimersByTimeAsync(80_000);
+  expect(renewals).toBe(0);
+  await vi.advanceTimersByTimeAsync(20_000);
+  expect(renewals).toBe(1);
+  await vi.advanceTimersByTimeAsync(100_000);
+  expect(renewals).toBe(2);
   expect(link.connect).not.toHaveBeenCalled();
-  vi.advanceTimersByTime(20_000);
-  expect(link.connect).toHaveBeenCalledOnce();
-  away.sent(elsewhere({ rooms: [seat("two")] }));
   expect(watch.offer.mock.lastCall?.[0]).toEqual([seat("two")]);
   expect(state.link.value).toEqual({ is: "connected" });
 });
 
 it("does not press a server that has no time for new tokens", async () => {
   play();
-  vi.advanceTimersByTime(100_000);
+  renewed = () => new Response(JSON.stringify({ error: "Busy." }), { status: 503 });
+  await vi.advanceTimersByTimeAsync(100_000);
+  expect(renewals).toBe(1);
+  expect(state.link.value).toEqual({ is: "connected" });
+  await vi.advanceTimersByTimeAsync(30_000);
+  expect(renewals).toBe(2);
+  expect(link.connect).not.toHaveBeenCalled();
+});
+
+it("hears from the robot's server why it may not stay", async () => {
+  play();
+  const said = { error: "The host has sent you away.", ended: true };
+  renewed = () => new Response(JSON.stringify(said), { status: 403 });
+  await vi.advanceTimersByTimeAsync(100_000);
+  expect(link.connect).toHaveBeenCalledOnce();
+});
+
+it("lets go of a server that it asked in vain once a room plays again", async () => {
+  play();
   away.linkChanged({ is: "connecting", reason: "The server cannot be reached." });
   await vi.advanceTimersByTimeAsync(0);
   expect(link.close).toHaveBeenCalledOnce();
   expect(state.link.value).toEqual({ is: "connected" });
-  vi.advanceTimersByTime(30_000);
-  expect(link.connect).toHaveBeenCalledTimes(2);
 });
 
 describe("when no room plays", () => {

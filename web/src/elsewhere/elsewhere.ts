@@ -4,7 +4,7 @@ import type { Receivers } from "../measure/report";
 import type { RoomState, Told, ViewerInfo, Elsewhere as Where } from "../messages";
 import type { State } from "../state";
 import { InStep } from "./inStep";
-import { postQueue, type Wants } from "./queueing";
+import { postQueue, postSeat, type Wants } from "./queueing";
 import { RenditionChoice } from "./rendition";
 import { ToldClock } from "./toldClock";
 import { mayGo, mustCome, withMe } from "./visit";
@@ -124,7 +124,7 @@ export class Elsewhere {
     state.links.value = where.links;
     if (!this.#watch.hasRoom) this.#roomLink = CONNECTING;
     state.hello.value = { ...where.hello, viewer: this.#number ?? 0 };
-    this.#askIn(RENEW_MS * (0.9 + Math.random() / 5));
+    this.#renewIn(RENEW_MS * (0.9 + Math.random() / 5));
     if (where.rooms.length === 0 && !this.#watch.hasRoom) this.#failed();
     else this.#watch.offer(where.rooms, performance.now());
     this.#tellLink();
@@ -145,7 +145,7 @@ export class Elsewhere {
     if (isTrying && !isNeeded) {
       // The link is about to set its timer for the next attempt.
       queueMicrotask(() => this.options.link.close());
-      this.#askIn(AGAIN_MS * (1 + Math.random()));
+      this.#renewIn(AGAIN_MS * (1 + Math.random()));
     }
     this.#tellLink();
   }
@@ -269,13 +269,29 @@ export class Elsewhere {
       this.options.link.connect();
     } else {
       this.options.link.close();
-      this.#askIn(RENEW_MS);
+      this.#renewIn(RENEW_MS);
     }
   }
 
+  /** Asks for a place here again, or for another room: no room plays. */
   #askIn(ms: number): void {
     clearTimeout(this.#asking);
     this.#asking = setTimeout(() => this.options.link.connect(), ms);
+  }
+
+  /** Asks for fresh tokens, which costs the server next to nothing. */
+  #renewIn(ms: number): void {
+    clearTimeout(this.#asking);
+    this.#asking = setTimeout(() => void this.#renew(), ms);
+  }
+
+  async #renew(): Promise<void> {
+    const where = await postSeat(this.options.client()).catch((error: unknown) => error);
+    if (this.#isServed || this.#isVisiting) return;
+    if (!(where instanceof Error)) this.sent(where as Where);
+    else if (where instanceof RequestError && where.ended)
+      this.options.link.connect(); // it says why
+    else this.#renewIn(AGAIN_MS * (1 + Math.random()));
   }
 
   /** Shows the server's picture once it is there; then the room is not needed, or not now. */
@@ -327,7 +343,7 @@ export class Elsewhere {
       .then(() => {
         if (!this.#isVisiting) link.close();
       });
-    this.#askIn(RENEW_MS);
+    this.#renewIn(RENEW_MS);
     if (room) {
       const isGone = (one: ViewerInfo) => one.id === me?.id && this.#number === null;
       this.#enter({ ...room, viewers: room.viewers.filter((one) => !isGone(one)) });

@@ -1,5 +1,5 @@
 import { post } from "../link/http";
-import type { ViewerInfo } from "../messages";
+import type { Elsewhere, ViewerInfo } from "../messages";
 
 export type Wants = "join" | "leave" | "here" | "stay";
 
@@ -12,4 +12,10 @@ const ASK_MS = 5000;
 export async function postQueue(client: string, wants: Wants): Promise<ViewerInfo> {
   const signal = AbortSignal.timeout(ASK_MS);
   return (await post("/api/queue", { client, wants }, { signal })) as unknown as ViewerInfo;
+}
+
+/** Renews this page's seat in the rooms; returns fresh tokens. Throws `RequestError`. */
+export async function postSeat(client: string): Promise<Elsewhere> {
+  const signal = AbortSignal.timeout(ASK_MS);
+  return (await post("/api/seat", { client }, { signal })) as unknown as Elsewhere;
 }
