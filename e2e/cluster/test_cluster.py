@@ -11,7 +11,8 @@ import jwt
 import pytest
 from livekit import rtc
 
-from e2e.cluster.engine import KEY, ROOMS, Engine, running
+from e2e.cluster.engine import KEY, ROOMS, running
+from e2e.cluster.published import are_live, published
 from e2e.cluster.watcher import Watcher, watching
 from e2e.harness import toml
 from e2e.harness.wait import eventually
@@ -33,34 +34,6 @@ BACK_S = 5.0
 ENGINES_OWN_S = 5.0
 """LiveKit gives a dead node's rooms to nobody before."""
 _PRESS_S = 0.1
-
-
-def configuration(engine: Engine) -> str:
-    """Publish the test card into the room of each node, with one place here."""
-    rooms = [
-        {
-            "livekit": engine.url(number),
-            "room": room,
-            "api_key": KEY.name,
-            "api_secret": KEY.secret,
-        }
-        for number, room in enumerate(ROOMS)
-    ]
-    tables = "\n".join(f"[[publish]]\n{toml.dumps(room)}" for room in rooms)
-    return toml.card_with(server="max_viewers = 1") + tables
-
-
-@asynccontextmanager
-async def published(serve: Serve, folder: Path) -> AsyncIterator[tuple[Engine, Server]]:
-    """Have a server that publishes into both rooms of a cluster."""
-    async with running() as engine, serve(folder, configuration(engine)) as server:
-        await eventually(lambda: are_live(server, 2), "both rooms are published to", within_s=20)
-        yield engine, server
-
-
-async def are_live(server: Server, count: int) -> bool:
-    rooms: list[dict[str, Any]] = (await server.status())["elsewhere"]
-    return [room["is_live"] for room in rooms].count(True) == count
 
 
 @asynccontextmanager
