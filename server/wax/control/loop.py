@@ -8,7 +8,6 @@ the robot has its set-point, and must not call back into the control loop.
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import math
 from collections import Counter
 from typing import TYPE_CHECKING, Final
@@ -88,7 +87,9 @@ class ControlLoop:
         self._counts: Counter[str] = Counter()
         self._stopped = False
         self._steered_s = -math.inf
-        self._hurry = asyncio.Event()
+        self._is_urgent = False
+        self._rested: asyncio.Future[None] | None = None
+        self._alarm: asyncio.TimerHandle | None = None
 
     # --- the beat --------------------------------------------------------------------------
 
@@ -97,7 +98,7 @@ class ControlLoop:
         try:
             while not self._stopped:
                 now_s = self._clock.now_s()
-                if now_s - self._steered_s >= MIN_GAP_S:
+                if self._gap_s(now_s) == 0.0:
                     self.step(now_s)
                 await self._rest()
             await asyncio.Event().wait()
@@ -113,7 +114,7 @@ class ControlLoop:
         """Run one tick: do what is due and give the robot its set-point."""
         if self._stopped:
             return
-        self._hurry.clear()
+        self._is_urgent = False
         if self._timer.is_too_late(now_s):
             self._counts["control.late"] += 1
             self._hold(now_s, Hold.LATE)
@@ -130,11 +131,26 @@ class ControlLoop:
         self._tell(turn, failure or self._target.reason or self._limit())
 
     async def _rest(self) -> None:
-        """Sleep until the next tick or an urgent command; keep the minimum gap either way."""
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(self._timer.rest_s(self._clock.now_s())):
-                await self._hurry.wait()
-        await asyncio.sleep(max(0.0, self._steered_s + MIN_GAP_S - self._clock.now_s()))
+        """Sleep until the next tick or an urgent command; keep the minimum gap either way.
+
+        By a timer and a future: each further pass of the event loop is a delay beside a crowd.
+        """
+        now_s = self._clock.now_s()
+        self._rested = asyncio.get_running_loop().create_future()
+        gap_s = self._gap_s(now_s)
+        self._wake_in(gap_s if self._is_urgent else max(gap_s, self._timer.rest_s(now_s)))
+        await self._rested
+
+    def _wake_in(self, rest_s: float) -> None:
+        if self._rested is None:
+            return
+        if self._alarm is not None:
+            self._alarm.cancel()
+        self._alarm = asyncio.get_running_loop().call_later(rest_s, _wake, self._rested)
+
+    def _gap_s(self, now_s: float) -> float:
+        """Return how long the robot must not yet be given another set-point."""
+        return max(0.0, self._steered_s + MIN_GAP_S - now_s)
 
     # --- viewers ---------------------------------------------------------------------------
 
@@ -199,10 +215,12 @@ class ControlLoop:
         if refusal is None and command.held:
             self._turns.drives(viewer, now_s)
         if refusal is None and self._is_news(turn, now_s):
-            if now_s - self._steered_s >= MIN_GAP_S:
-                self.step(now_s)
+            gap_s = self._gap_s(now_s)
+            if gap_s > 0.0:
+                self._is_urgent = True
+                self._wake_in(gap_s)
             else:
-                self._hurry.set()
+                self.step(now_s)
         return refusal
 
     # --- stop, and what else keeps the robot standing ------------------------------------------
@@ -357,3 +375,8 @@ class ControlLoop:
         if status != self._status:
             self._status = status
             self._on_status(*status)
+
+
+def _wake(rested: asyncio.Future[None]) -> None:
+    if not rested.done():
+        rested.set_result(None)
