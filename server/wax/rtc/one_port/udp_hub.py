@@ -12,6 +12,7 @@ import os
 import socket
 import struct
 import sys
+import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, cast
 
@@ -33,9 +34,9 @@ _MAX_STUN_BYTES: Final = 548
 _BUFFER_BYTES: Final = 1 << 20
 _MAX_WAITING_BYTES: Final = 1 << 18
 """Of a socket that the system does not empty; what is older than that is of no use to anybody."""
-_BATCH: Final = 64
-"""Datagrams read at once. asyncio alone reads one each time round its loop, so that what somebody
-floods us with would delay everybody behind it; junk costs a few microseconds."""
+_BATCH_S: Final = 0.001
+"""Datagrams are read for this long at once. asyncio alone reads one each time round its loop, so
+that what somebody floods us with would delay everybody behind it; junk costs a few microseconds."""
 _LONGEST_BYTES: Final = 65_536
 _TRIES: Final = 5
 """For a port that is free on all addresses, where any will do."""
@@ -253,7 +254,8 @@ class _Socket(asyncio.DatagramProtocol):
         if os.name != "posix":  # elsewhere asyncio is reading the next one already
             return
         with suppress(OSError):  # there are no more
-            for _ in range(_BATCH):
+            ends_s = time.monotonic() + _BATCH_S
+            while time.monotonic() < ends_s:
                 self._take(*self._bound.recvfrom(_LONGEST_BYTES))
 
     def _take(self, data: bytes, address: tuple[str, int]) -> None:
