@@ -291,7 +291,7 @@ async def test_those_elsewhere_are_told_of_the_room(rig: Rig, rooms: Rooms) -> N
     assert text is not None
     assert len(text) < 15_000, "LiveKit passes on no more"
     told: dict[str, Any] = json.loads(text)
-    assert told["watching"] == 1 + rooms.watching
+    assert told["watching"] == rooms.watching, "who drives does not watch"
     assert [line["place"] for line in told["room"]["viewers"]] == list(range(40))
     assert told["server_ms"] == rig.clock.time_s * 1000
 
@@ -310,3 +310,44 @@ def test_seats_are_counted_by_address_and_browser() -> None:
         0,
         {"_seats": {}, "_tabs": {}, "_addresses": {}},
     )
+async def test_each_who_watches_is_counted_once(rig: Rig, rooms: Rooms) -> None:
+    """Not the operator, wherever they watched before; whoever waits elsewhere is counted there."""
+
+    def watching() -> int:
+        text = rooms.news()
+        assert text is not None
+        count = json.loads(text)["watching"]
+        assert isinstance(count, int)
+        return count
+
+    rig.room.elsewhere.seat(EVE, TAB)
+    rig.room.elsewhere.seat(guest(7), TAB)
+    rooms.watching = 2
+    ada = await rig.enter("ada-1111")
+    assert watching() == 3
+    ada.says(type="join")
+    rig.wait(0.3, ada)
+    assert watching() == 2
+    number = rig.room.elsewhere.queue(EVE, TAB, "join").id
+    assert watching() == 2
+    eve = await rig.enter("eve-1111")
+    assert watching() == 2, "their page rests in the room meanwhile"
+    ada.says(type="leave")
+    rig.wait(0.3, ada, eve)
+    assert ada.last("room")["turn"]["operator"] == number
+    assert watching() == 2, "one in the room, and one here"
+
+
+async def test_who_waits_elsewhere_is_known_by_name(rig: Rig) -> None:
+    """To those here; the name of somebody else stays theirs."""
+    ada = await rig.enter("ada-1111")
+    ada.says(type="name", name="Ada")
+    ada.says(type="join")
+    rig.wait(0.3, ada)
+    assert rig.room.elsewhere.queue(EVE, TAB, "join", "Eve").name == "Eve"
+    rig.wait(3, ada)
+    assert rig.room.elsewhere.queue(EVE, TAB, "stay", "Ada").name == "Eve"
+    rig.wait(3, ada)
+    assert [line["name"] for line in ada.last("room")["viewers"]] == ["Ada", "Eve"]
+
+

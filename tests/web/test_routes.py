@@ -91,8 +91,11 @@ class FakeRoom:
             raise self.full
         return Told(f"seat of {tab}", bool(visitor.identity))
 
-    def queue(self, visitor: Visitor, tab: str, wants: str) -> Told:
-        return Told(f"{wants} of {tab}", bool(visitor.identity))
+    def leave(self, visitor: Visitor, tab: str) -> None:
+        self.left.append((visitor.identity, tab))
+
+    def queue(self, visitor: Visitor, tab: str, wants: str, name: str | None) -> Told:
+        return Told(f"{wants} of {tab}{name or ''}", bool(visitor.identity))
 
     async def answer(self, visitor: Visitor, tab: str, offer: str) -> str:
         self.visitors.append(visitor)
@@ -323,7 +326,11 @@ async def test_who_finds_no_place_gets_a_seat_elsewhere(client: Client, room: Fa
 
 @pytest.mark.parametrize(
     ("path", "body", "what"),
-    [("/api/seat", {}, "seat"), ("/api/queue", {"wants": "stay"}, "stay")],
+    [
+        ("/api/seat", {}, "seat of {}"),
+        ("/api/queue", {"wants": "stay"}, "stay of {}"),
+        ("/api/queue", {"wants": "join", "name": "Eve"}, "join of {}Eve"),
+    ],
 )
 async def test_who_watches_elsewhere_asks_by_http(
     client: Client, clock: TurnedClock, path: str, body: dict[str, str], what: str
@@ -332,7 +339,7 @@ async def test_who_watches_elsewhere_asks_by_http(
     asked = body | {"client": GOOD["client"]}
     headers = {"X-Forwarded-For": "192.0.2.7"}
     response = await client.post(path, json=asked, headers=headers)
-    assert await response.json() == {"what": f"{what} of {GOOD['client']}", "is_somebody": True}
+    assert await response.json() == {"what": what.format(GOOD["client"]), "is_somebody": True}
     for wrong in (body, asked | {"client": "x"}, asked | {"wants": "everything"}):
         assert (await client.post(path, json=wrong, headers=headers)).status == 400
     answers = [(await client.post(path, json=asked, headers=headers)).status for _ in range(400)]

@@ -605,8 +605,8 @@ class Told(_Outgoing):
     """What everybody elsewhere is told once a second: the room, and when it was so.
 
     Of the viewers only who drives and the first who wait: a message of LiveKit's holds 15 kB. In
-    which place one is oneself comes with each answer to ``POST /api/queue``. `watching` counts all,
-    here and there.
+    which place one is oneself comes with each answer to ``POST /api/queue``. `watching` counts all
+    but the operator, here and there.
     """
 
     type: Literal["told"] = "told"

@@ -117,7 +117,7 @@ class Announcements:
         )
 
     def told(self, room: messages.RoomState, watching: int, now_s: float) -> messages.Told:
-        """Return the room for those who watch elsewhere; `watching` are all, here and there."""
+        """Return the room for those elsewhere; `watching` are all but the operator."""
         placed = ((one.place, one) for one in room.viewers if one.place is not None)
         first = [one for _, one in sorted(placed, key=itemgetter(0))[:_MOST_TOLD]]
         return messages.Told(

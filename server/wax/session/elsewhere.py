@@ -165,11 +165,13 @@ class Elsewhere:
 
     # --- the queue ---------------------------------------------------------------------------
 
-    def queue(self, visitor: Visitor, tab: str, wants: Wants) -> messages.ViewerInfo:
+    def queue(
+        self, visitor: Visitor, tab: str, wants: Wants, name: str | None = None
+    ) -> messages.ViewerInfo:
         """Do what a page asks for that watches elsewhere; returns its line in the room.
 
-        It has to ask again within `_STAYS_S`. Raises `NotAdmittedError`, `FullError`, and
-        `ForbiddenError` with the reason why it may not queue.
+        It has to ask again within `_STAYS_S`. `name` is how others are to see it. Raises
+        `NotAdmittedError`, `FullError`, and `ForbiddenError` with the reason why it may not queue.
         """
         now_s = self._clock.now_s()
         viewer = self._viewers.of_tab(visitor.identity, tab)
@@ -188,6 +190,8 @@ class Elsewhere:
 
     def _do(self, viewer: Viewer, wants: Wants) -> None:
         match wants:
+            if name is not None:
+                viewer.call(name)
             case "join":
                 self._check_queue(viewer)
                 self._control.join(viewer.number)
@@ -240,7 +244,16 @@ class Elsewhere:
         """Return what all elsewhere are told of the room; None if nobody is there."""
         if not len(self._seats):
             return None
-        here = sum(not one.is_elsewhere(now_s) for one in self._viewers)
-        return self._announcements.told(
-            room, here + self._cluster.watching, now_s
-        ).model_dump_json()
+        return self._announcements.told(room, self._watching(), now_s).model_dump_json()
+
+    def _watching(self) -> int:
+        """Count who only watches or waits, here and there; who came for a turn is in both."""
+        there = self._cluster.watching
+        for viewer in self._viewers:
+            is_there = self._seats.get(person(viewer.visitor.identity, viewer.tab)) is not None
+            drives = viewer.number == self._turns.operator
+            if is_there and drives:
+                there -= 1
+            elif not is_there and not drives and viewer.peer is not None:
+                there += 1
+        return max(there, 0)

@@ -212,6 +212,10 @@ class Viewer:
             if self.peer is not None:
                 self.peer.send(channel, text)
 
+    def call(self, name: str) -> None:
+        """Have others see this name, if it may be; soon, where it was another just now."""
+        self._names.ask(name, self._clock.now_s())
+
     def settle(self, now_s: float) -> None:
         """Do what was put off, a few times a second."""
         self._names.settle(now_s)
@@ -294,7 +298,7 @@ class Viewer:
     def _on_state(self, message: messages.StateIn) -> None:
         match message:
             case messages.SetName():
-                self._names.ask(message.name, self._clock.now_s())
+                self.call(message.name)
             case messages.Join() | messages.Leave() | messages.Here():
                 self._events.viewer_asks(self, message)
             case messages.Stop():

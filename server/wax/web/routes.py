@@ -96,12 +96,16 @@ class Entry(BaseModel):
 
 
 class Queue(BaseModel):
-    """What a page asks for that watches elsewhere: a place, none any more, or just to keep it."""
+    """What a page asks for that watches elsewhere: a place, none any more, or just to keep it.
+
+    `name` is cut by the server, as in the message of that name.
+    """
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
     client: Client
     wants: Literal["join", "leave", "here", "stay"]
+    name: Annotated[str, Field(max_length=200)] | None = None
 
 
 class Seat(BaseModel):
@@ -272,7 +276,7 @@ class Routes:
         queue = await _body(request, Queue)
         response, identity = self._somebody(request)
         visitor = replace(request[_VISITOR], identity=identity)
-        line = self._room.elsewhere.queue(visitor, queue.client, queue.wants)
+        line = self._room.elsewhere.queue(visitor, queue.client, queue.wants, queue.name)
         response.text = line.model_dump_json()
         return response
 
