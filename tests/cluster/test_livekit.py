@@ -127,7 +127,7 @@ async def test_a_livekit_that_is_not_there_is_a_sentence() -> None:
             await room.create()
 
 
-def test_a_token_lets_one_person_watch_one_room_for_two_minutes() -> None:
+def test_a_token_lets_one_person_watch_one_room_for_five_minutes() -> None:
     """Unseen by the others, and without a right to publish anything."""
     room = LiveKitRoom(
         http=aiohttp.ClientSession,
@@ -138,7 +138,7 @@ def test_a_token_lets_one_person_watch_one_room_for_two_minutes() -> None:
         wall_s=lambda: NOW_S,
     )
     claims = claims_of(room.watch_token("p-1"))
-    assert (claims["iss"], claims["sub"], claims["exp"]) == (KEY, "p-1", NOW_S + 120)
+    assert (claims["iss"], claims["sub"], claims["exp"]) == (KEY, "p-1", NOW_S + 300)
     assert claims["video"] == {
         "room": "robot-1",
         "roomJoin": True,

@@ -127,6 +127,21 @@ async def test_a_seat_ends_unless_it_is_renewed(rig: Rig, rooms: Rooms) -> None:
     assert rig.room.role_of(guest(1)) == "stranger"
 
 
+async def test_a_page_that_is_closed_gives_its_seat_back(rig: Rig, rooms: Rooms) -> None:
+    """It is free for others at once; whoever has none leaves nothing."""
+    rooms.rooms.pop()
+    for number in range(2):
+        rig.room.elsewhere.seat(guest(number), TAB)
+    rig.room.elsewhere.leave(EVE, TAB)
+    rooms.rooms[0].count(1)
+    rooms.rooms[0].count(1)
+    with pytest.raises(FullError):
+        rig.room.elsewhere.seat(EVE, TAB)
+    rig.room.elsewhere.leave(guest(1), TAB)
+    assert rig.room.elsewhere.seat(EVE, TAB).wall_ms == rig.clock.wall_ms()
+    assert rig.room.role_of(guest(1)) == "stranger"
+
+
 async def test_a_closed_door_empties_the_rooms(rig: Rig, rooms: Rooms) -> None:
     """As it does here; the host's own pages stay, and who asks is told why."""
     host = await rig.enter("hedy-111", is_host=True)
@@ -296,20 +311,6 @@ async def test_those_elsewhere_are_told_of_the_room(rig: Rig, rooms: Rooms) -> N
     assert told["server_ms"] == rig.clock.time_s * 1000
 
 
-def test_seats_are_counted_by_address_and_browser() -> None:
-    """Renewed they are the same; the last one leaves no trace."""
-    seats = Seats()
-    for tab in ("tab-1111", "tab-2222", "tab-1111"):
-        seats.give(EVE, tab, ["a"], 0.0)
-    assert (len(seats), seats.at(EVE.address)) == (2, 2)
-    assert {one.tab for one in seats.of_identity("eve-1111")} == {"tab-1111", "tab-2222"}
-    assert seats.expire(SEAT_S - 1) == []
-    assert len(seats.expire(SEAT_S)) == 2
-    assert not seats.has("eve-1111")
-    assert (seats.at(EVE.address), vars(seats)) == (
-        0,
-        {"_seats": {}, "_tabs": {}, "_addresses": {}},
-    )
 async def test_each_who_watches_is_counted_once(rig: Rig, rooms: Rooms) -> None:
     """Not the operator, wherever they watched before; whoever waits elsewhere is counted there."""
 
@@ -351,3 +352,17 @@ async def test_who_waits_elsewhere_is_known_by_name(rig: Rig) -> None:
     assert [line["name"] for line in ada.last("room")["viewers"]] == ["Ada", "Eve"]
 
 
+def test_seats_are_counted_by_address_and_browser() -> None:
+    """Renewed they are the same; the last one leaves no trace."""
+    seats = Seats()
+    for tab in ("tab-1111", "tab-2222", "tab-1111"):
+        seats.give(EVE, tab, ["a"], 0.0)
+    assert (len(seats), seats.at(EVE.address)) == (2, 2)
+    assert {one.tab for one in seats.of_identity("eve-1111")} == {"tab-1111", "tab-2222"}
+    assert seats.expire(SEAT_S - 1) == []
+    assert len(seats.expire(SEAT_S)) == 2
+    assert not seats.has("eve-1111")
+    assert (seats.at(EVE.address), vars(seats)) == (
+        0,
+        {"_seats": {}, "_tabs": {}, "_addresses": {}},
+    )

@@ -65,6 +65,7 @@ class FakeRoom:
         self.visitors: list[Visitor] = []
         self.missing: dict[str, str] = {}
         self.stops: list[tuple[object, ...]] = []
+        self.left: list[tuple[str, str]] = []
 
     def role_of(self, visitor: Visitor) -> Role:
         known = any(one.identity == visitor.identity for one in self.visitors)
@@ -346,6 +347,15 @@ async def test_who_watches_elsewhere_asks_by_http(
     assert answers == [200] * 396 + [429] * 4
     clock.time_s += 0.1
     assert (await client.post(path, json=asked, headers=headers)).status == 200
+
+
+async def test_a_page_that_is_closed_leaves_its_seat(client: Client, room: FakeRoom) -> None:
+    """It says which tab it was; its browser is known by its cookie."""
+    response = await client.post("/api/seat", json={"client": GOOD["client"], "leaves": True})
+    assert (response.status, await response.json()) == (200, {})
+    ((identity, tab),) = room.left
+    assert identity
+    assert tab == GOOD["client"]
 
 
 async def test_one_address_does_not_take_the_servers_time(

@@ -21,8 +21,8 @@ _CALL_S: Final = 3.0
 _SERVICE_TOKEN_S: Final = 60
 _PUBLISH_TOKEN_S: Final = 60
 """For the one request of WHIP; a session outlives its token."""
-WATCH_TOKEN_S: Final = 120
-"""Long enough to join by; LiveKit gives whoever is connected fresh ones."""
+WATCH_TOKEN_S: Final = 300
+"""Pages ask for another before; LiveKit gives whoever is connected one of ten minutes anyway."""
 _CLOCKS_APART_S: Final = 30
 _PLAYOUT_DELAY_MS: Final = 10
 """The most that a browser holds pictures back; 0 would be ignored."""

@@ -582,7 +582,7 @@ class InvitationLink(_Outgoing):
 
 
 class Seat(_Outgoing):
-    """A room of LiveKit's, and the token that lets this person in for the next two minutes."""
+    """A room of LiveKit's, and the token that lets this person in for the next five minutes."""
 
     url: str
     token: str
@@ -592,10 +592,12 @@ class Elsewhere(_Outgoing):
     """Where this page is to watch: the robot's own places, or its upload, are taken.
 
     The first of `rooms` for now, the second if that one fails; `links` are pages of other servers.
-    `hello` is what the page would be told here, with 0 for its viewer.
+    `hello` is what the page would be told here, with 0 for its viewer. `wall_ms` is when this
+    was written, by the clock that the pictures' capture times are of.
     """
 
     type: Literal["elsewhere"] = "elsewhere"
+    wall_ms: int
     rooms: list[Seat]
     links: list[str]
     hello: Hello

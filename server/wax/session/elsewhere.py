@@ -118,10 +118,15 @@ class Elsewhere:
             raise FullError(WATCHING_IS_FULL, retry_after_s=_FULL_AFTER_S)
         grant = replace(grant, hear=grant.hear and self._cluster.has_sound)
         return messages.Elsewhere(
+            wall_ms=self._clock.wall_ms(),
             rooms=[messages.Seat(url=one.url, token=one.token) for one in seats],
             links=links,
             hello=self._announcements.hello(0, visitor, grant, lost_after_s=self._lost_after_s),
         )
+
+    def leave(self, visitor: Visitor, tab: str) -> None:
+        """Take the seat of a page that is closed; it may have none."""
+        self._seats.take(person(visitor.identity, tab))
 
     def instead(self, visitor: Visitor, tab: str, here: NoPlaceError) -> messages.Elsewhere:
         """Return a seat for whom there is no place `here`; raises what `seat` does.
@@ -185,13 +190,13 @@ class Elsewhere:
         viewer.elsewhere_until_s = now_s + _STAYS_S
         with self._leaving_none(viewer):
             self._do(viewer, wants)
+            if name is not None:
+                viewer.call(name)
         self._viewers.changed()
         return self._announcements.line(viewer, now_s)
 
     def _do(self, viewer: Viewer, wants: Wants) -> None:
         match wants:
-            if name is not None:
-                viewer.call(name)
             case "join":
                 self._check_queue(viewer)
                 self._control.join(viewer.number)

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
     from wax.access.admission import Visitor
 
-SEAT_S: Final = 180.0
-"""Longer than a token, with what LiveKit allows its clock to be wrong; pages renew twice as often
-as the token ends."""
+SEAT_S: Final = 420.0
+"""Longer than a token, with what LiveKit allows its clock to be wrong; pages renew before their
+token ends, and give the seat back where they are closed."""
 
 
 @dataclass(frozen=True, slots=True)

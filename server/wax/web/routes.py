@@ -55,7 +55,7 @@ _OFFERS_BURST_S: Final = 20
 """A class behind one router connects at once, and each answer takes 10 ms of CPU."""
 _ASKS_PER_OFFER: Final = 10
 """What watching elsewhere and waiting costs is a tenth of an answer's CPU at most; a page that
-watches asks once a minute, one that waits each five seconds."""
+watches asks every four minutes, one that waits each five seconds."""
 _KNOCKS_HZ: Final = 0.2
 _KNOCKS_BURST: Final = 10
 """Per address: tries of a secret or an invitation, which nobody could guess anyway."""
@@ -109,11 +109,12 @@ class Queue(BaseModel):
 
 
 class Seat(BaseModel):
-    """The tab that watches elsewhere and wants to go on, or to begin."""
+    """The tab that watches elsewhere and wants to go on, or to begin; or `leaves`."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
     client: Client
+    leaves: bool = False
 
 
 class StopPress(BaseModel):
@@ -282,10 +283,13 @@ class Routes:
 
     async def seat(self, request: web.Request) -> web.Response:
         self._limit(request, self._asks)
-        tab = (await _body(request, Seat)).client
+        seat = await _body(request, Seat)
         response, identity = self._somebody(request)
         visitor = replace(request[_VISITOR], identity=identity)
-        response.text = self._room.elsewhere.seat(visitor, tab).model_dump_json()
+        if seat.leaves:
+            self._room.elsewhere.leave(visitor, seat.client)
+        else:
+            response.text = self._room.elsewhere.seat(visitor, seat.client).model_dump_json()
         return response
 
     async def stop(self, request: web.Request) -> web.Response:
