@@ -60,6 +60,7 @@ const away = vi.hoisted(() => ({
   arrives: vi.fn(),
   presented: vi.fn(),
   leave: vi.fn(),
+  giveUp: vi.fn(),
   ask: vi.fn(() => true),
   toServerMs: () => 4000,
   made: 0,
@@ -418,6 +419,11 @@ describe("a page for which the server has no place", () => {
     session.state.isElsewhere.value = true;
     vi.advanceTimersByTime(200);
     expect(session.state.serverMs.value).toBe(4000);
+  });
+
+  it("gives the seat there back when the page is closed", () => {
+    window.dispatchEvent(new Event("pagehide"));
+    expect(away.giveUp).toHaveBeenCalled();
   });
 
   it("leaves it to that when a peer's picture comes on the screen", () => {

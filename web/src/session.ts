@@ -12,6 +12,7 @@ import { Identity, openIdentityChannel } from "./link/identity";
 import { Link } from "./link/link";
 import { watchNetwork } from "./link/network";
 import type { Peer } from "./link/peer";
+import type { Sent } from "./link/signalling";
 import { watchFrames } from "./measure/picture";
 import { measureRefresh } from "./measure/refresh";
 import { Reporter } from "./measure/report";
@@ -22,7 +23,6 @@ import {
   type RoomChange,
   type RoomState,
   type StateOut,
-  type Elsewhere as Where,
 } from "./messages";
 import { Playback } from "./playback";
 import { applyPlayout } from "./playout";
@@ -219,7 +219,7 @@ export function startSession(): Session {
   }
 
   /** Watches at others, since the server has no place. */
-  async function goElsewhere(where: Where): Promise<void> {
+  async function goElsewhere(where: Sent): Promise<void> {
     try {
       const loaded = await import("./elsewhere/elsewhere");
       elsewhere ??= new loaded.Elsewhere({
@@ -405,7 +405,10 @@ export function startSession(): Session {
   const { signal } = new AbortController();
   controller.listen(window, actions.stop, signal);
   returnFocusAfterPointer(document, signal);
-  window.addEventListener("pagehide", () => link.close());
+  window.addEventListener("pagehide", () => {
+    link.close();
+    elsewhere?.giveUp();
+  });
   window.addEventListener("pageshow", (event) => {
     if (event.persisted && !state.ended.peek()) link.connect();
   });

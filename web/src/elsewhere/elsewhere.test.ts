@@ -46,6 +46,9 @@ let shown: string[];
 let said: string[];
 /** What was asked of the queue, and what the server answers; and to a page that renews its seat. */
 let asked: string[];
+/** The name that the queue was last told, and each goodbye: whether it outlives the page. */
+let named: string | undefined;
+let left: (boolean | undefined)[];
 let answer: () => Response;
 let renewed: () => Response;
 let renewals: number;
@@ -55,17 +58,21 @@ beforeEach(() => {
   vi.clearAllMocks();
   vi.spyOn(Math, "random").mockReturnValue(0.5);
   state = createState(loadPreferences(null));
-  [shown, said, asked] = [[], [], []];
+  [shown, said, asked, left] = [[], [], [], []];
+  named = undefined;
   answer = () => json(viewer(7, { role: "queued", place: 3, wait_s: 150 }));
   vi.stubGlobal("document", { hidden: false });
   renewals = 0;
   renewed = () => new Response(JSON.stringify(elsewhere({ rooms: [seat("two")] })));
-  vi.stubGlobal("fetch", async (path: string, { body }: { body: string }) => {
+  vi.stubGlobal("fetch", async (path: string, init: { body: string; keepalive?: boolean }) => {
+    const body = JSON.parse(init.body);
     if (path === "/api/seat") {
-      renewals++;
+      if (body.leaves) left.push(init.keepalive);
+      else renewals++;
       return renewed();
     }
-    asked.push(JSON.parse(body).wants);
+    asked.push(body.wants);
+    named = body.name;
     return answer();
   });
   link = { connect: vi.fn(), close: vi.fn(() => away.linkChanged({ is: "closed" })) };
@@ -144,21 +151,41 @@ it("shows the room as everybody is told of it, with this page among those who wa
 
 it("gets new tokens before the old ones end, while the room plays on", async () => {
   play();
-  await vi.advanceTimersByTimeAsync(80_000);
+  await vi.advanceTimersByTimeAsync(230_000);
   expect(renewals).toBe(0);
   await vi.advanceTimersByTimeAsync(20_000);
   expect(renewals).toBe(1);
-  await vi.advanceTimersByTimeAsync(100_000);
+  await vi.advanceTimersByTimeAsync(250_000);
   expect(renewals).toBe(2);
   expect(link.connect).not.toHaveBeenCalled();
   expect(watch.offer.mock.lastCall?.[0]).toEqual([seat("two")]);
   expect(state.link.value).toEqual({ is: "connected" });
 });
 
+it("gives its seat back when the page is closed, if it has one", () => {
+  away.giveUp();
+  expect(left).toEqual([]);
+  play();
+  away.giveUp();
+  expect(left).toEqual([true]);
+});
+
+it("tells the queue its name, if it has one", async () => {
+  play();
+  tell(viewer(2, { role: "operator" }));
+  away.ask("join");
+  expect(named).toBeUndefined();
+  state.preferences.value = { ...state.preferences.value, name: "Eve" };
+  tell(viewer(2, { role: "operator" }), viewer(7, { role: "queued" }));
+  await vi.advanceTimersByTimeAsync(6000);
+  expect(asked.at(-1)).toBe("stay");
+  expect(named).toBe("Eve");
+});
+
 it("does not press a server that has no time for new tokens", async () => {
   play();
   renewed = () => new Response(JSON.stringify({ error: "Busy." }), { status: 503 });
-  await vi.advanceTimersByTimeAsync(100_000);
+  await vi.advanceTimersByTimeAsync(250_000);
   expect(renewals).toBe(1);
   expect(state.link.value).toEqual({ is: "connected" });
   await vi.advanceTimersByTimeAsync(30_000);
@@ -170,7 +197,7 @@ it("hears from the robot's server why it may not stay", async () => {
   play();
   const said = { error: "The host has sent you away.", ended: true };
   renewed = () => new Response(JSON.stringify(said), { status: 403 });
-  await vi.advanceTimersByTimeAsync(100_000);
+  await vi.advanceTimersByTimeAsync(250_000);
   expect(link.connect).toHaveBeenCalledOnce();
 });
 
@@ -347,6 +374,8 @@ describe("for its turn", () => {
     expect(shown).toEqual(["room", "server", "room"]);
     expect(state.me.value).toMatchObject({ id: 0, role: "observer" });
     expect(state.link.value).toEqual({ is: "connected" });
+    await vi.advanceTimersByTimeAsync(3000);
+    expect(renewals, "its tokens have aged meanwhile").toBe(1);
   });
 
   it("keeps its next place before it goes back", async () => {

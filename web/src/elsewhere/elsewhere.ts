@@ -1,10 +1,12 @@
+import { ServerClock } from "../clock";
 import { RequestError } from "../link/http";
 import type { Link, LinkState } from "../link/link";
+import type { Sent } from "../link/signalling";
 import type { Receivers } from "../measure/report";
-import type { RoomState, Told, ViewerInfo, Elsewhere as Where } from "../messages";
+import type { RoomState, Told, ViewerInfo } from "../messages";
 import type { State } from "../state";
 import { InStep } from "./inStep";
-import { postQueue, postSeat, type Wants } from "./queueing";
+import { postLeave, postQueue, postSeat, type Wants } from "./queueing";
 import { RenditionChoice } from "./rendition";
 import { ToldClock } from "./toldClock";
 import { mayGo, mustCome, withMe } from "./visit";
@@ -23,8 +25,10 @@ export interface ElsewhereOptions {
 }
 
 const LOOK_EVERY_MS = 50;
-/** Tokens let a page in for two minutes. */
-const RENEW_MS = 90_000;
+/** Tokens let a page in for five minutes. */
+const RENEW_MS = 240_000;
+/** After a turn, when nobody knows how old they are. */
+const RENEW_SOON_MS = 2000;
 /** The robot's server was busy or away when asked for new ones; the room plays. */
 const AGAIN_MS = 15_000;
 /** After so many failures in a row the robot's server is asked so much later. */
@@ -52,6 +56,8 @@ export class Elsewhere {
   readonly #watch: Watch;
   readonly #inStep: InStep;
   readonly #clock = new ToldClock();
+  /** The clock of the robot's server that captures are stamped by. */
+  readonly #wall = new ServerClock();
   #onScreen: Place = null;
   #link: LinkState = { is: "closed" };
   #roomLink = CONNECTING;
@@ -85,6 +91,7 @@ export class Elsewhere {
       wants,
       rendition: this.#rendition,
       isPictureFirst: () => state.preferences.peek().policy === "video-first",
+      wall: this.#wall,
       onFacts: (facts) => {
         if (this.isOnScreen) state.facts.value = facts;
       },
@@ -113,8 +120,10 @@ export class Elsewhere {
   // --- what the session tells ----------------------------------------------------------------
 
   /** The robot's server has no place, or no more; it says who has. */
-  sent(where: Where): void {
+  sent(where: Sent): void {
     const { state } = this.options;
+    const { sentMs, receivedMs, wall_ms } = where;
+    this.#wall.add({ sentMs, receivedMs, serverMs: wall_ms });
     const me = state.me.peek();
     this.#number = me && me.role !== "observer" ? me.id : null;
     this.#isServed = this.#isVisiting = this.#isReturning = false;
@@ -179,6 +188,11 @@ export class Elsewhere {
     this.#isServed = this.#isVisiting = this.#isReturning = false;
   }
 
+  /** The page is closed, or put away: its seat is for others. */
+  giveUp(): void {
+    if (this.#watch.hasRoom) postLeave(this.options.client());
+  }
+
   // --- the rooms -----------------------------------------------------------------------------
 
   #look(nowMs: number): void {
@@ -240,7 +254,8 @@ export class Elsewhere {
 
   async #post(wants: Wants): Promise<void> {
     this.#askedMs = performance.now();
-    const line = await postQueue(this.options.client(), wants);
+    const { name } = this.options.state.preferences.peek();
+    const line = await postQueue(this.options.client(), wants, name);
     const room = this.options.state.room.peek();
     if (this.#isServed || !room) return;
     this.#number = line.role === "observer" ? null : line.id;
@@ -269,7 +284,7 @@ export class Elsewhere {
       this.options.link.connect();
     } else {
       this.options.link.close();
-      this.#renewIn(RENEW_MS);
+      this.#renewIn(RENEW_SOON_MS);
     }
   }
 
@@ -288,7 +303,7 @@ export class Elsewhere {
   async #renew(): Promise<void> {
     const where = await postSeat(this.options.client()).catch((error: unknown) => error);
     if (this.#isServed || this.#isVisiting) return;
-    if (!(where instanceof Error)) this.sent(where as Where);
+    if (!(where instanceof Error)) this.sent(where as Sent);
     else if (where instanceof RequestError && where.ended)
       this.options.link.connect(); // it says why
     else this.#renewIn(AGAIN_MS * (1 + Math.random()));
@@ -343,7 +358,7 @@ export class Elsewhere {
       .then(() => {
         if (!this.#isVisiting) link.close();
       });
-    this.#renewIn(RENEW_MS);
+    this.#renewIn(RENEW_SOON_MS);
     if (room) {
       const isGone = (one: ViewerInfo) => one.id === me?.id && this.#number === null;
       this.#enter({ ...room, viewers: room.viewers.filter((one) => !isGone(one)) });

@@ -17,10 +17,15 @@ vi.mock("../measure/report", () => ({
   },
 }));
 
+/** From the beginning of NTP's time to 1970. */
+const NTP_MS = 2_208_988_800_000;
+
 let isFirst: boolean;
 let playouts: Playout[];
 let facts: Facts[];
 let rendition: RenditionChoice;
+/** By how much the server's clock is ahead of the page's; null while nobody knows. */
+let aheadMs: number | null;
 let inStep: InStep;
 let nowMs: number;
 
@@ -31,6 +36,7 @@ function receiver(source: object = {}) {
 
 beforeEach(() => {
   [isFirst, playouts, facts, nowMs] = [false, [], [], 0];
+  aheadMs = null;
   vi.spyOn(performance, "now").mockImplementation(() => nowMs);
   made.mapped.mockClear();
   rendition = new RenditionChoice();
@@ -38,6 +44,10 @@ beforeEach(() => {
     wants: () => ({ sound: true, picture: true }),
     isPictureFirst: () => isFirst,
     rendition,
+    wall: {
+      toServerMs: (pageMs) => aheadMs && pageMs + aheadMs,
+      errorMs: () => aheadMs && 7,
+    },
     onFacts: (now) => facts.push(now),
     onPlayout: (playout) => playouts.push(playout),
   });
@@ -102,7 +112,17 @@ it("maps both streams by their packets' capture times", () => {
   expect(made.mapped.mock.calls.map(([clock]) => clock.kind)).toEqual(["audio", "video"]);
 });
 
-it("tells the skew, but no ages, which nobody knows", () => {
+it("tells ages by the server's clock, though it compares them by what came the fastest", () => {
+  const source = { rtpTimestamp: 7, captureTimestamp: NTP_MS + 5000 };
+  inStep.take({ sound: receiver(source), picture: receiver(source) });
+  nowMs = 1000;
+  inStep.look(nowMs);
+  aheadMs = 4030;
+  made.options?.onFacts({ pictureMs: 5, soundMs: 65, skewMs: 60 } as Facts);
+  expect(facts).toEqual([{ pictureMs: 35, pictureErrorMs: 7, soundMs: 95, skewMs: 60 }]);
+});
+
+it("tells the skew, but no ages while nobody knows the server's clock", () => {
   made.options?.onFacts({ pictureMs: 5, soundMs: 65, skewMs: 60 } as Facts);
   expect(facts).toEqual([{ pictureMs: null, pictureErrorMs: null, soundMs: null, skewMs: 60 }]);
 });

@@ -1,3 +1,4 @@
+import type { ServerClock } from "../clock";
 import { type Receivers, Reporter } from "../measure/report";
 import type { Playout, Report } from "../messages";
 import { applyPlayout } from "../playout";
@@ -11,6 +12,8 @@ export interface InStepOptions {
   /** Whether the picture is not to wait for its sound. */
   isPictureFirst: () => boolean;
   rendition: RenditionChoice;
+  /** The clock that capture times are of, as far as it is known. */
+  wall: Pick<ServerClock, "toServerMs" | "errorMs">;
   onFacts: (facts: Facts) => void;
   onPlayout: (playout: Playout) => void;
 }
@@ -25,8 +28,8 @@ const REASONS = {
 
 /**
  * Measures what a room sends and plays it in step, as the robot's server has the page do it for its
- * own: nobody else knows here what arrives at this page. Ages are not told, because nobody knows how
- * far the clocks are apart; their difference is the skew.
+ * own: nobody else knows here what arrives at this page. What came the fastest counts as of age 0;
+ * only the ages that are shown are by the server's clock, whose error is larger than the skew.
  */
 export class InStep {
   readonly #reporter: Reporter;
@@ -51,8 +54,7 @@ export class InStep {
       },
       wants: options.wants,
       heard: () => null,
-      onFacts: (facts) =>
-        options.onFacts({ ...facts, pictureMs: null, pictureErrorMs: null, soundMs: null }),
+      onFacts: (facts) => options.onFacts(this.#aged(facts, performance.now())),
     });
   }
 
@@ -107,6 +109,18 @@ export class InStep {
     }
   }
 
+  /** The facts with ages by the server's clock; without them where it is not known. */
+  #aged(facts: Facts, nowMs: number): Facts {
+    const { wall } = this.options;
+    const fastestMs = difference(wall.toServerMs(nowMs), this.#clock.toServerMs(nowMs));
+    return {
+      ...facts,
+      pictureMs: sum(facts.pictureMs, fastestMs),
+      pictureErrorMs: wall.errorMs(nowMs),
+      soundMs: sum(facts.soundMs, fastestMs),
+    };
+  }
+
   #apply(): void {
     const isFirst = this.options.isPictureFirst();
     const { heldMs } = this.#hold;
@@ -121,6 +135,10 @@ export class InStep {
     applyPlayout(playout, this.#receivers?.sound ?? null, this.#receivers?.picture ?? null);
     this.options.onPlayout(playout);
   }
+}
+
+function sum(a: number | null, b: number | null): number | null {
+  return a !== null && b !== null ? a + b : null;
 }
 
 function difference(a: number | null | undefined, b: number | null | undefined): number | null {

@@ -30,6 +30,23 @@ export function post(path: string, body: object, init: RequestInit = {}): Promis
 
 export type Answer = Record<string, unknown>;
 
+/** When a request was sent and its answer was there, by the page's clock. */
+export interface Asked {
+  sentMs: number;
+  receivedMs: number;
+}
+
+/** Posts as `post` does, and notes when. */
+export async function postTimed(
+  path: string,
+  body: object,
+  init: RequestInit,
+): Promise<Answer & Asked> {
+  const sentMs = performance.now();
+  const answer = await post(path, body, init);
+  return { ...answer, sentMs, receivedMs: performance.now() };
+}
+
 /** The JSON object at this path; throws `RequestError`. */
 export async function ask(path: string, init: RequestInit = {}): Promise<Answer> {
   let response: Response;

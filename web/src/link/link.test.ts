@@ -1,8 +1,9 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import type { Elsewhere, StateOut } from "../messages";
+import type { StateOut } from "../messages";
 import { elsewhere, hello } from "../testing/messages";
 import { Link, type LinkState } from "./link";
 import type { PeerEvents } from "./peer";
+import type { Sent } from "./signalling";
 
 /** What is looked at of what went over the drive channel. */
 interface DrivePing {
@@ -43,7 +44,7 @@ vi.mock("./peer", () => ({ Peer: FakePeer }));
 let link: Link;
 let states: LinkState[];
 let heard: StateOut[];
-let sentTo: Elsewhere[];
+let sentTo: Sent[];
 
 beforeEach(() => {
   vi.useFakeTimers({

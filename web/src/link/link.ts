@@ -1,9 +1,10 @@
 import { ServerClock } from "../clock";
-import type { Channel, DriveIn, Elsewhere, Ended, StateIn, StateOut } from "../messages";
+import type { Channel, DriveIn, Ended, StateIn, StateOut } from "../messages";
 import { Heartbeat } from "./heartbeat";
 import { Peer } from "./peer";
 import { attemptAfterMs, type LostLink, patienceMs } from "./reconnect";
 import { readRow, writeRow } from "./rows";
+import type { Sent } from "./signalling";
 import { Silence } from "./silence";
 
 /**
@@ -27,7 +28,7 @@ export interface LinkEvents {
   /** Called only at the moment when a peer's receivers are created. */
   receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
   /** The link has closed: the server has no place, but says who else has. */
-  sent(elsewhere: Elsewhere): void;
+  sent(elsewhere: Sent): void;
 }
 
 const OPEN_MS = 4000;

@@ -1,6 +1,6 @@
-import type { Channel, Elsewhere, Ended } from "../messages";
+import type { Channel, Ended } from "../messages";
 import { RequestError } from "./http";
-import { askIce, gathered, postOffer } from "./signalling";
+import { askIce, gathered, postOffer, type Sent } from "./signalling";
 
 /** A peer's events; there are none after `lost` or `close`. */
 export interface PeerEvents {
@@ -18,7 +18,7 @@ export interface PeerEvents {
   /** The server does not let this page in. */
   refused(ended: Ended): void;
   /** The server has no place, but says who else has. */
-  sent(elsewhere: Elsewhere): void;
+  sent(elsewhere: Sent): void;
   /** The receivers exist; transforms must be attached now. */
   receivers(sound: RTCRtpReceiver, picture: RTCRtpReceiver): void;
 }

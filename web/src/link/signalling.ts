@@ -1,7 +1,7 @@
 /** The HTTP requests before there is a connection. */
 
 import type { Elsewhere } from "../messages";
-import { ask, post, RequestError } from "./http";
+import { type Asked, ask, postTimed, RequestError } from "./http";
 
 const GATHERING_MS = 2000;
 
@@ -13,6 +13,9 @@ export interface Ice {
   /** The server checks the offer's candidates, which take a moment to learn from those servers. */
   wantsCandidates: boolean;
 }
+
+/** Where to watch instead, and when that was asked. */
+export type Sent = Elsewhere & Asked;
 
 const NO_ICE: Ice = { servers: [], relayOnly: false, wantsCandidates: false };
 
@@ -40,10 +43,10 @@ export async function postOffer(
   sdp: string,
   client: string,
   signal: AbortSignal,
-): Promise<string | Elsewhere> {
-  const answer = await post("/api/offer", { sdp, client }, { signal });
+): Promise<string | Sent> {
+  const answer = await postTimed("/api/offer", { sdp, client }, { signal });
   if (typeof answer.sdp === "string") return answer.sdp;
-  if (answer.type === "elsewhere") return answer as unknown as Elsewhere;
+  if (answer.type === "elsewhere") return answer as unknown as Sent;
   throw new RequestError("The server answered with no session description.", true);
 }
 

@@ -1,14 +1,6 @@
 /** Messages as the server would send them, for tests. */
-import type {
-  Elsewhere,
-  Hello,
-  Playout,
-  RoomState,
-  Seat,
-  Served,
-  Told,
-  ViewerInfo,
-} from "../messages";
+import type { Sent } from "../link/signalling";
+import type { Hello, Playout, RoomState, Seat, Served, Told, ViewerInfo } from "../messages";
 
 export function hello(more: Partial<Hello> = {}): Hello {
   return {
@@ -85,9 +77,12 @@ export function seat(name: string, more: Partial<Seat> = {}): Seat {
   return { url: "wss://rooms.example.org", token: `e30.${claims}.c2ln`, ...more };
 }
 
-export function elsewhere(more: Partial<Elsewhere> = {}): Elsewhere {
+export function elsewhere(more: Partial<Sent> = {}): Sent {
   return {
     type: "elsewhere",
+    wall_ms: 0,
+    sentMs: 0,
+    receivedMs: 0,
     rooms: [seat("one"), seat("two")],
     links: [],
     hello: hello({ viewer: 0 }),
