@@ -41,15 +41,15 @@ STOPS_A_MINUTE: Final = 3
 HERS: Final = "192.0.2.7"
 TROLLS: Final = "192.0.2.66"
 """Addresses for documentation (RFC 5737)."""
-_LUMA: Final = """() => {
+LUMA: Final = """() => {
     const context = new OffscreenCanvas(16, 16).getContext("2d");
     context.drawImage(document.querySelector("video"), 0, 0, 16, 16);
     const { data } = context.getImageData(0, 0, 16, 16);
     return Math.max(...data.filter((_, index) => index % 4 !== 3));
 }"""
 """The brightest of what the page's picture shows, 0…255."""
-_BLACK: Final = 16
-_SILENT: Final = 0.001
+BLACK: Final = 16
+SILENT: Final = 0.001
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
@@ -255,13 +255,13 @@ async def test_blanked_there_is_nothing_to_see(
         return max((one.rms for one in viewer.heard()), default=0.0)
 
     async def is_dark() -> bool:
-        return bool(await viewer.page.evaluate(_LUMA) <= _BLACK)
+        return bool(await viewer.page.evaluate(LUMA) <= BLACK)
 
     async def is_silent() -> bool:
-        return await loudest() <= _SILENT
+        return await loudest() <= SILENT
 
     await eventually(turns, "the robot turns")
-    assert await loudest() > _SILENT
+    assert await loudest() > SILENT
     assert not await is_dark()
     host.say(type="blank", blanked=True)
     try:
@@ -272,7 +272,7 @@ async def test_blanked_there_is_nothing_to_see(
     finally:
         host.say(type="blank", blanked=False)
     await eventually(turns, "the robot turns again")
-    assert await loudest() > _SILENT
+    assert await loudest() > SILENT
 
 
 async def test_no_secret_is_in_the_log(server: Server, come: Come) -> None:

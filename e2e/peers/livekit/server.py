@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import signal
 import sys
 from contextlib import suppress
 from dataclasses import dataclass
@@ -117,6 +118,11 @@ class LiveKit:
         """Wait until the process has ended; return its status."""
         assert self._process is not None
         return await self._process.wait()
+
+    def freeze(self) -> None:
+        """Let it hang as it is: its connections stay open, and nothing comes any more."""
+        assert self._process is not None
+        self._process.send_signal(signal.SIGSTOP)
 
     async def kill(self) -> None:
         """End it as a power cut does; safe to call twice."""
