@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import signal
 import time
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any
@@ -140,6 +142,18 @@ async def test_a_killed_node_is_noticed_and_used_again(serve: Serve, tmp_path: P
             assert took_s <= BACK_S, f"{took_s:.1f} s after the node was back"
             assert not watcher.is_out
         assert moved == []
+
+
+async def test_a_server_that_stood_still_keeps_its_rooms(serve: Serve, tmp_path: Path) -> None:
+    """Its machine was busy, or asleep: the rooms have reported all the time."""
+    async with published(serve, tmp_path) as (_, server):
+        before = (await server.status())["counters"].get("publications failed", 0)
+        os.kill(server.pid, signal.SIGSTOP)
+        await asyncio.sleep(NOTICED_S)
+        os.kill(server.pid, signal.SIGCONT)
+        await asyncio.sleep(NOTICED_S)
+        assert (await server.status())["counters"].get("publications failed", 0) == before
+        assert await are_live(server, 2)
 
 
 async def test_without_redis_and_without_the_cluster_driving_goes_on(

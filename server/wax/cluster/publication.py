@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import structlog
 
 from wax.cluster.errors import RoomError
+from wax.cluster.silence import Silence
 from wax.congestion.allocation import SoundForm
 from wax.error_boundary import ErrorBoundary
 from wax.errors import SignallingError
@@ -28,10 +29,7 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _CONNECT_S: Final = 8.0
-_LOOK_S: Final = 0.25
-SILENT_S: Final = 3.3
-"""A media server reports each second; one that has missed three is gone. aiortc alone would notice
-after half a minute."""
+_LOOK_S: Final = 0.15
 _FIRST_RETRY_S: Final = 0.5
 _LAST_RETRY_S: Final = 2.0
 """A server that is back is used again within five seconds."""
@@ -124,7 +122,8 @@ class Publication:
 
     async def _ended(self, publisher: Publisher, broken: asyncio.Event) -> None:
         """Wait until it is closed or broken, or nothing has been heard of it for a while."""
-        while publisher.is_alive and publisher.unheard_s <= SILENT_S:
+        silence = Silence()
+        while publisher.is_alive and not silence.is_certain(publisher.unheard_s):
             with suppress(TimeoutError):
                 await asyncio.wait_for(broken.wait(), _LOOK_S)
                 return
