@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import shutil
 from contextlib import asynccontextmanager
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TextIO
 
 import aiohttp
 import jwt
@@ -13,6 +13,7 @@ import jwt
 from e2e.harness.missing import missing
 from e2e.harness.server import free_port
 from e2e.harness.wait import eventually
+from e2e.measure.errors import NotRunError
 from e2e.peers.livekit.errors import LiveKitError
 from e2e.peers.livekit.installation import find_server
 from e2e.peers.livekit.server import LiveKit, Ports
@@ -25,6 +26,12 @@ if TYPE_CHECKING:
 KEY: Final = Key("APItest", "s" * 32)
 ROOMS: Final = ("robot-1", "robot-2")
 _ADDRESS: Final = "127.0.0.1"
+_SELECTOR: Final = {
+    "kind": "regionaware",
+    "sort_by": "rooms",
+    "regions": [{"name": room, "lat": 0, "lon": 90 * at} for at, room in enumerate(ROOMS)],
+}
+"""As config/deploy has it: a room that is made anew, too, lives on the node that was asked."""
 _FOREVER_S: Final = 2**31
 
 
@@ -73,7 +80,7 @@ class Redis:
 class Engine:
     """The cluster; `nodes` in the order of `ROOMS`, each of which has its room."""
 
-    def __init__(self) -> None:
+    def __init__(self, log: TextIO | None = None) -> None:
         self.redis = Redis()
         program = find_server()
         self.nodes = [
@@ -82,9 +89,12 @@ class Engine:
                 _ADDRESS,
                 Ports(free_port(), free_port(), free_port()),
                 KEY,
-                redis=f"{_ADDRESS}:{self.redis.port}",
+                log=log,
+                redis={"address": f"{_ADDRESS}:{self.redis.port}"},
+                region=room,
+                node_selector=_SELECTOR,
             )
-            for _ in ROOMS
+            for room in ROOMS
         ]
 
     async def start(self) -> None:
@@ -140,14 +150,22 @@ async def call(url: str, what: str, body: dict[str, Any]) -> dict[str, Any]:
     return told
 
 
+def installed(log: TextIO | None = None) -> Engine:
+    """Return a cluster to start, whose nodes log to `log`; raises `NotRunError` without one."""
+    if shutil.which("redis-server") is None:
+        raise NotRunError("there is no Redis; install the package redis-server")
+    try:
+        return Engine(log)
+    except LiveKitError as error:
+        raise NotRunError(str(error)) from error
+
+
 @asynccontextmanager
 async def running() -> AsyncIterator[Engine]:
     """Run it for a test; skips where LiveKit or Redis is missing."""
-    if shutil.which("redis-server") is None:
-        missing("there is no Redis; install the package redis-server")
     try:
-        engine = Engine()
-    except LiveKitError as error:
+        engine = installed()
+    except NotRunError as error:
         missing(str(error))
     try:
         await engine.start()

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
 
 
-def configuration(engine: Engine, **settings: str) -> str:
-    """Publish the test card into the room of each node, with one place here."""
-    rooms = [
+def rooms(engine: Engine) -> list[dict[str, Any]]:
+    """Return the configuration's `publish`: the room of each node."""
+    return [
         {
             "livekit": engine.url(number),
             "room": room,
@@ -28,7 +28,11 @@ def configuration(engine: Engine, **settings: str) -> str:
         }
         for number, room in enumerate(ROOMS)
     ]
-    tables = "\n".join(f"[[publish]]\n{toml.dumps(room)}" for room in rooms)
+
+
+def configuration(engine: Engine, **settings: str) -> str:
+    """Publish the test card into the room of each node, with one place here."""
+    tables = "\n".join(f"[[publish]]\n{toml.dumps(room)}" for room in rooms(engine))
     return toml.card_with(server="max_viewers = 1", **settings) + tables
 
 
@@ -43,5 +47,5 @@ async def published(
 
 
 async def are_live(server: Server, count: int) -> bool:
-    rooms: list[dict[str, Any]] = (await server.status())["elsewhere"]
-    return [room["is_live"] for room in rooms].count(True) == count
+    told: list[dict[str, Any]] = (await server.status())["elsewhere"]
+    return [room["is_live"] for room in told].count(True) == count

@@ -10,7 +10,7 @@ import sys
 from contextlib import suppress
 from dataclasses import dataclass
 from ipaddress import ip_address
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TextIO
 
 import aiohttp
 
@@ -40,12 +40,11 @@ class Ports:
 
 
 def settings(
-    address: str, ports: Ports, key: Key, *, is_by_default: bool = True, redis: str = ""
+    address: str, ports: Ports, key: Key, *, is_by_default: bool = True, **more: Any
 ) -> dict[str, Any]:
     """Return LiveKit's configuration: on this address only, and nobody outside is asked.
 
-    Unless `is_by_default` with its preset for teleoperation. With an address of `redis` it is one
-    node of several.
+    Unless `is_by_default` with its preset for teleoperation; `more` are further tables of it.
     """
     # https://docs.livekit.io/robotics/media/performance/low-latency/playout-delay/
     preset = {"room": {"playout_delay": {"enabled": True, "min": 0, "max": 10}}}
@@ -62,7 +61,7 @@ def settings(
             "ips": {"includes": [f"{address}/32"]},
         },
         **({} if is_by_default else preset),
-        **({"redis": {"address": redis}} if redis else {}),
+        **more,
     }
 
 
@@ -72,7 +71,7 @@ def environment(configuration: Mapping[str, Any]) -> dict[str, str]:
 
 
 class LiveKit:
-    """One server; what it logs goes to standard error."""
+    """One server; it logs to `log`, else to standard error. `more` as for `settings`."""
 
     def __init__(
         self,
@@ -82,13 +81,15 @@ class LiveKit:
         key: Key,
         *,
         is_by_default: bool = True,
-        redis: str = "",
+        log: TextIO | None = None,
+        **more: Any,
     ) -> None:
         self.url = f"http://{address}:{ports.signal}"
         self._program = program
         self._environment = environment(
-            settings(address, ports, key, is_by_default=is_by_default, redis=redis)
+            settings(address, ports, key, is_by_default=is_by_default, **more)
         )
+        self._log = log
         self._process: Process | None = None
 
     async def start(self) -> None:
@@ -97,7 +98,8 @@ class LiveKit:
             self._process = await asyncio.create_subprocess_exec(
                 self._program,
                 stdin=asyncio.subprocess.DEVNULL,
-                stdout=sys.stderr,
+                stdout=self._log or sys.stderr,
+                stderr=self._log,
                 env=self._environment,
                 start_new_session=True,  # Ctrl-C is for us alone: we end it when we are ready
             )
@@ -130,6 +132,14 @@ class LiveKit:
             self._process.kill()
             await self._process.wait()
 
+    def freeze(self) -> None:
+        """Have it do nothing until `thaw`, as a machine does that hangs."""
+        self._signal(signal.SIGSTOP)
+
+    def thaw(self) -> None:
+        """Let it go on."""
+        self._signal(signal.SIGCONT)
+
     async def stop(self) -> None:
         """Bounded, safe to call twice. It waits for viewers unless it is asked a second time."""
         process = self._process
@@ -142,6 +152,10 @@ class LiveKit:
             with suppress(TimeoutError):
                 await asyncio.wait_for(process.wait(), patience_s)
                 return
+
+    def _signal(self, which: signal.Signals) -> None:
+        assert self._process is not None, "it was not started"
+        self._process.send_signal(which)
 
     async def _answers(self, http: aiohttp.ClientSession) -> bool:
         assert self._process is not None
