@@ -44,6 +44,10 @@ public: ## strangers who flood and dawdle while somebody drives: make public ARG
 	@sh .make/install.sh test
 	@sh .make/suite.sh public $(ARGS)
 
+cluster: ## rooms of LiveKit beside the robot's own server, and what breaks: make cluster ARGS="--only watch"
+	@sh .make/install.sh test
+	@sh .make/suite.sh cluster $(ARGS)
+
 figures: ## render the tables of README.md from e2e/published
 	@sh .make/install.sh test
 	@.venv/bin/python -m e2e.measure
@@ -76,4 +80,4 @@ clean: ## remove everything installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run unit test test-all check bench lab goals sound faults public figures mutants soak fuzz ablation coverage lock clean
+.PHONY: help run unit test test-all check bench lab goals sound faults public cluster figures mutants soak fuzz ablation coverage lock clean

@@ -1,5 +1,5 @@
 # Run a suite that measures, or tests the tests, after installing what it drives.
-# usage: suite.sh bench | faults | public | lab | soak | fuzz | mutants | coverage   ARGUMENTS…
+# usage: suite.sh bench | faults | public | cluster | lab | soak | fuzz | mutants | coverage   ARGUMENTS…
 set -eu
 . .make/lib.sh
 . .make/browsers.sh
@@ -17,6 +17,11 @@ faults)
     ;;
 soak) ;;
 public) sh .make/firmware.sh board >/dev/null ;;
+cluster)
+    want_playwright && want_chromium && want_ear && want_redis
+    sh .make/firmware.sh board >/dev/null
+    sh .make/livekit.sh
+    ;;
 lab)
     want_all && sh .make/livekit.sh
     uv pip install -q --require-hashes -r .make/speech.lock ||
@@ -38,6 +43,6 @@ coverage)
     npm run --silent --prefix web coverage || status=1
     exit $status
     ;;
-*) die "usage: suite.sh bench | faults | public | lab | soak | fuzz | mutants | coverage ARGUMENTS…" ;;
+*) die "usage: suite.sh bench | faults | public | cluster | lab | soak | fuzz | mutants | coverage ARGUMENTS…" ;;
 esac
 exec python -m "e2e.$suite" "$@"

@@ -1,0 +1,44 @@
+// Runs in the page before the page's own script: notes what it says and whose picture it shows, each
+// change with its Unix time in ms. It changes nothing that the page sees.
+(() => {
+  const unix = (pageMs) => Date.now() - (performance.now() - pageMs);
+
+  // The robot's own server is who gets the channel of the room's state; LiveKit has channels of its own.
+  const servers = [];
+  const create = RTCPeerConnection.prototype.createDataChannel;
+  RTCPeerConnection.prototype.createDataChannel = function (label, ...rest) {
+    if (label === "state") servers.push(this);
+    return create.call(this, label, ...rest);
+  };
+  const isServers = (track) =>
+    servers.some((peer) => peer.getReceivers().some((one) => one.track === track));
+
+  const places = []; // [ms, "server" or "room"]
+  const watch = (video) => {
+    const onFrame = (_nowMs, { presentationTime }) => {
+      video.requestVideoFrameCallback(onFrame);
+      const track = video.srcObject?.getVideoTracks()[0];
+      const place = isServers(track) ? "server" : "room";
+      if (track && places.at(-1)?.[1] !== place) places.push([unix(presentationTime), place]);
+    };
+    video.requestVideoFrameCallback(onFrame);
+  };
+
+  const texts = { status: "[role=status]", turn: "section[aria-label=Turn]" };
+  const said = Object.fromEntries(Object.keys(texts).map((name) => [name, []])); // [ms, text]
+  const watched = new WeakSet();
+  const look = () => {
+    for (const [name, selector] of Object.entries(texts)) {
+      const text = document.querySelector(selector)?.textContent ?? "";
+      if (text !== (said[name].at(-1)?.[1] ?? "")) said[name].push([unix(performance.now()), text]);
+    }
+    for (const video of document.querySelectorAll("video")) {
+      if (!watched.has(video)) watch(video);
+      watched.add(video);
+    }
+  };
+  const everything = { subtree: true, childList: true, characterData: true };
+  new MutationObserver(look).observe(document, everything);
+
+  window.waxPage = { places, said };
+})();

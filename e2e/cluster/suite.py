@@ -1,0 +1,41 @@
+"""The suite: what observers past one machine see, and what becomes of them when it breaks."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.cluster.engine_lost import engine_lost
+from e2e.cluster.next_operator import next_operator
+from e2e.cluster.node_lost import node_lost
+from e2e.cluster.watch import watch
+from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Case, Suite
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+
+    from e2e.measure.row import Row
+
+    Measure = Callable[[int], Coroutine[Any, Any, list[Row]]]
+
+
+def _case(key: str, n: int, measure: Measure, title: str, quick: int) -> Case:
+    return Case(key, title, n, lambda n: asyncio.run(measure(n)), quick)
+
+
+SUITE: Final = Suite(
+    name="cluster",
+    about="Watch in rooms of LiveKit beside the robot's own server, and break the rooms.",
+    measures=(*SERVER, *PAGE, *FIRMWARE, "e2e/peers/livekit/*.py"),
+    columns=("median", "p95", "max"),
+    cases=(
+        _case("watch", 5, watch, "windows of 20 s", 1),
+        _case("node-lost", 5, node_lost, "nodes killed, and as many frozen", 1),
+        _case("engine-lost", 5, engine_lost, "times without Redis, nodes, and good tokens", 1),
+        _case("next-operator", 20, next_operator, "turns", 4),
+    ),
+    notes=(
+        "LiveKit: two nodes and a Redis on the machine on which everything else is. Where they are "
+        "lost, they and the page have one core, the robot’s server and its operator the other.",
+    ),
+)
