@@ -292,6 +292,21 @@ async def test_who_goes_back_elsewhere_keeps_the_place(rig: Rig) -> None:
     assert bob.id != line.id
 
 
+async def test_who_says_so_before_they_go_back_keeps_the_place(rig: Rig) -> None:
+    """As pages do it: they have the place kept, and only then close their connection."""
+    ada = await rig.enter("ada-1111")
+    ada.says(type="join")
+    rig.wait(0.5, ada)
+    rig.room.elsewhere.queue(EVE, TAB, "join")
+    eve = await rig.enter("eve-1111")
+    rig.room.elsewhere.queue(EVE, TAB, "stay")
+    eve.abandon()
+    for _ in range(4):
+        line = rig.room.elsewhere.queue(EVE, TAB, "stay")
+        assert (line.place, line.lost) == (1, False)
+        wait(rig, 5, ada)
+
+
 async def test_those_elsewhere_are_told_of_the_room(rig: Rig, rooms: Rooms) -> None:
     """While anybody is there: who drives, the first who wait, and how many watch in all."""
     ada = await rig.enter("ada-1111")

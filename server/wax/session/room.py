@@ -319,8 +319,12 @@ class Room:
         viewer.peer = None
         with viewer.boundary:
             viewer.release()
+        now_s = self._clock.now_s()
         self._control.lost(viewer.number)
-        self._gone_since_s[viewer.number] = self._clock.now_s()
+        if viewer.is_elsewhere(now_s):  # their page said so before it went
+            self._control.returned(viewer.number)
+        else:
+            self._gone_since_s[viewer.number] = now_s
         self._viewers.changed()
 
     # --- housekeeping ----------------------------------------------------------------------
