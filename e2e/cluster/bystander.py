@@ -27,6 +27,7 @@ class Bystander:
         self._pictures_ms: list[float] = []
         self._commands_ms: list[float] = []
         self._stops = 0
+        self._reasons: list[str] = []
 
     @asynccontextmanager
     async def beside(self) -> AsyncIterator[None]:
@@ -38,6 +39,7 @@ class Bystander:
         self._pictures_ms.append(self._operator.picture_gap_ms(from_ms, to_ms))
         self._commands_ms.append(self._operator.command_gap_ms(from_ms, to_ms))
         self._stops += self._operator.stops(from_ms, to_ms)
+        self._reasons = self._operator.reasons()
 
     def rows(self, key: str) -> list[Row]:
         """Judge the longest gap around each fault, and count the stops."""
@@ -59,6 +61,6 @@ class Bystander:
                 "… stops",
                 self._stops,
                 len(self._commands_ms),
-                reasons=self._operator.reasons(),
+                reasons=self._reasons,
             ),
         ]

@@ -55,10 +55,12 @@ async def drive(url: str, log: TextIO) -> None:
 
     async with Sweeping(url, sees=True, on_message=heard) as operator:
         await operator.join()
-        looking = asyncio.gather(_look(operator, log), _press(operator, moves))
+        works = (_look(operator, log), _press(operator, moves))
+        tasks = [asyncio.create_task(work) for work in works]
         while line := await asyncio.to_thread(sys.stdin.readline):
             operator.say(type="name", name=line.strip())
-        looking.cancel()
+        for task in tasks:
+            task.cancel()
 
 
 async def _press(operator: Operator, moves: Sequence[bool]) -> None:
