@@ -72,8 +72,10 @@ class Turns:
 async def next_operator(n: int) -> list[Row]:
     """Have pages take `n` turns, by turns with somebody who stays at the robot's own server."""
     turns = Turns()
-    tables = {"turns": {"turn_s": TURN_S}, "server": {"max_viewers": 1}}
-    async with staged(**tables) as stage, browsers() as chromium:
+    async with (
+        staged(turns={"turn_s": TURN_S}, server={"max_viewers": 1}) as stage,
+        browsers() as chromium,
+    ):
         async with Operator(stage.server.url, on_message=turns.learn) as first:
             pages = [await chromium.open(stage.server.url) for _ in range(_PAGES)]
             for number, page in enumerate(pages):
