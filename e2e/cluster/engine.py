@@ -93,6 +93,7 @@ class Engine:
                 redis={"address": f"{_ADDRESS}:{self.redis.port}"},
                 region=room,
                 node_selector=_SELECTOR,
+                rtc={"use_ice_lite": True},
             )
             for room in ROOMS
         ]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TextIO
 
 import aiohttp
 
+from e2e.harness.toml import merged
 from e2e.peers.livekit.errors import LiveKitError
 
 if TYPE_CHECKING:
@@ -44,11 +45,11 @@ def settings(
 ) -> dict[str, Any]:
     """Return LiveKit's configuration: on this address only, and nobody outside is asked.
 
-    Unless `is_by_default` with its preset for teleoperation; `more` are further tables of it.
+    Unless `is_by_default` with its preset for teleoperation; `more` is merged into it.
     """
     # https://docs.livekit.io/robotics/media/performance/low-latency/playout-delay/
     preset = {"room": {"playout_delay": {"enabled": True, "min": 0, "max": 10}}}
-    return {
+    tree = {
         "port": ports.signal,
         "bind_addresses": [address],
         "keys": {key.name: key.secret},
@@ -61,8 +62,8 @@ def settings(
             "ips": {"includes": [f"{address}/32"]},
         },
         **({} if is_by_default else preset),
-        **more,
     }
+    return merged(tree, more)
 
 
 def environment(configuration: Mapping[str, Any]) -> dict[str, str]:
