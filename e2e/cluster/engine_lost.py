@@ -59,7 +59,7 @@ async def engine_lost(n: int) -> list[Row]:
     return [
         timed(
             "engine-lost: redis",
-            "Redis killed, and the page goes on: its longest time without a new picture",
+            "Redis killed: no news of the queue comes; longest time without a new picture",
             standing_ms,
             SAID_MS,
             untold=untold,
