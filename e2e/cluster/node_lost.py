@@ -56,6 +56,7 @@ async def node_lost(n: int) -> list[Row]:
                 await asyncio.sleep(_STEADY_S + random.uniform(0, _PHASE_S))
                 async with bystander.beside():
                     fault = await lose(stage, page)
+                await page.goes_on()
                 gaps_ms[how].append(await _gap_ms(page, fault))
                 found[how].append(fault)
     return [

@@ -79,6 +79,16 @@ class Page:
         """Wait until it says that it is connected."""
         await eventually(self.viewer.says_connected, "the page is connected", within_s=_OPENS_S)
 
+    async def goes_on(self) -> None:
+        """Wait until it shows a picture that is newer than this call."""
+        from_ms = now_ms()
+
+        async def is_newer() -> bool:
+            shown_ms = pictures_ms(await self.readings())
+            return bool(shown_ms) and shown_ms[-1] > from_ms
+
+        await eventually(is_newer, "the page shows new pictures", within_s=2 * _OPENS_S)
+
     async def readings(self) -> Readings:
         """Return all that was shown and heard since it was opened."""
         return await self.instrument.readings()
