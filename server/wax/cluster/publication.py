@@ -87,7 +87,6 @@ class Publication:
                 self._fails("it failed; see the log")
             else:
                 retry_s = _FIRST_RETRY_S
-                self._fails("the server has fallen silent")
             await asyncio.sleep(retry_s)
             retry_s = min(2 * retry_s, _LAST_RETRY_S)
 
@@ -114,6 +113,8 @@ class Publication:
                 self._audio.choose(sound, _SOUND, 0)
             self._succeeds()
             await self._ended(publisher, broken)
+            # Before the goodbye, which a frozen server does not answer.
+            self._fails("the server has fallen silent")
         finally:
             self._video.remove(picture)
             if self._audio is not None and sound is not None:
