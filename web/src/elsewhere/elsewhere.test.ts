@@ -116,6 +116,12 @@ function tell(...lines: ViewerInfo[]): void {
   events().told(told({ ...room({ operator: 2 }), viewers: lines }));
 }
 
+/** The robot's server says something, and the page has looked. */
+function hear(): void {
+  tell();
+  vi.advanceTimersByTime(50);
+}
+
 const picture = { frames: [] as object[] };
 const receiver = {
   getSynchronizationSources: () => picture.frames,
@@ -129,6 +135,17 @@ function comeTo(number: number): void {
   state.hello.value = hello({ viewer: number });
   away.linkChanged({ is: "connected" });
 }
+
+it("says that nothing is heard of the robot's server while the room goes on playing", () => {
+  play();
+  tell();
+  vi.advanceTimersByTime(2400);
+  expect(state.link.value).toEqual({ is: "connected" });
+  vi.advanceTimersByTime(200);
+  expect(state.link.value.is).toBe("silent");
+  hear();
+  expect(state.link.value).toEqual({ is: "connected" });
+});
 
 it("watches where it is sent, and says that it is connected once a room plays", () => {
   away.sent(elsewhere());
@@ -159,6 +176,7 @@ it("gets new tokens before the old ones end, while the room plays on", async () 
   expect(renewals).toBe(2);
   expect(link.connect).not.toHaveBeenCalled();
   expect(watch.offer.mock.lastCall?.[0]).toEqual([seat("two")]);
+  hear();
   expect(state.link.value).toEqual({ is: "connected" });
 });
 
@@ -187,6 +205,7 @@ it("does not press a server that has no time for new tokens", async () => {
   renewed = () => new Response(JSON.stringify({ error: "Busy." }), { status: 503 });
   await vi.advanceTimersByTimeAsync(250_000);
   expect(renewals).toBe(1);
+  hear();
   expect(state.link.value).toEqual({ is: "connected" });
   await vi.advanceTimersByTimeAsync(30_000);
   expect(renewals).toBe(2);
@@ -373,6 +392,7 @@ describe("for its turn", () => {
     expect(link.close).toHaveBeenCalledOnce();
     expect(shown).toEqual(["room", "server", "room"]);
     expect(state.me.value).toMatchObject({ id: 0, role: "observer" });
+    hear();
     expect(state.link.value).toEqual({ is: "connected" });
     await vi.advanceTimersByTimeAsync(3000);
     expect(renewals, "its tokens have aged meanwhile").toBe(1);

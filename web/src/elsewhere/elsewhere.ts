@@ -37,6 +37,8 @@ const LONGEST_RETRY_MS = 10_000;
 const STAY_EVERY_MS = 5000;
 /** What everybody is told of a request may come so much later than its answer. */
 const TOLD_LATE_MS = 3000;
+/** The robot's server is heard of each second. */
+const SILENT_MS = 2500;
 
 const CONNECTING: LinkState = { is: "connecting", reason: null };
 const STOOD = "The picture stopped coming.";
@@ -61,6 +63,9 @@ export class Elsewhere {
   #onScreen: Place = null;
   #link: LinkState = { is: "closed" };
   #roomLink = CONNECTING;
+  /** When this page last heard of the robot's server by a room that plays. */
+  #heardMs = 0;
+  #isSilent = false;
   /** Whether the robot's server has greeted this page, which is its viewer now. */
   #isServed = false;
   /** Whether that is for its turn. */
@@ -200,10 +205,19 @@ export class Elsewhere {
     if (this.isOnScreen) this.#inStep.look(nowMs);
     this.#arrive();
     this.#return(nowMs);
+    this.#listen(nowMs);
     if (this.#number !== null && !this.#isServed && nowMs - this.#askedMs >= STAY_EVERY_MS) {
       // Whether the place is kept is what everybody is told.
       this.#post("stay").catch(() => {});
     }
+  }
+
+  /** A room can go on playing when nothing is heard of the robot's queue any more. */
+  #listen(nowMs: number): void {
+    const isSilent = nowMs - this.#heardMs > SILENT_MS;
+    if (isSilent === this.#isSilent) return;
+    this.#isSilent = isSilent;
+    this.#tellLink();
   }
 
   #show(receivers: Receivers): void {
@@ -214,7 +228,10 @@ export class Elsewhere {
   }
 
   #plays(isPlaying: boolean): void {
-    if (isPlaying) this.#failures = 0;
+    if (isPlaying) {
+      this.#failures = 0;
+      this.#heardMs = performance.now();
+    }
     this.#roomLink = isPlaying ? { is: "connected" } : { is: "connecting", reason: STOOD };
     this.#tellLink();
   }
@@ -236,6 +253,7 @@ export class Elsewhere {
   #told({ server_ms, watching, room }: Told): void {
     const nowMs = performance.now();
     this.#clock.add(server_ms, nowMs);
+    this.#heardMs = nowMs;
     if (this.#isServed) return;
     const isThere = room.viewers.some((one) => one.id === this.#number);
     if (!isThere && nowMs - this.#askedMs > TOLD_LATE_MS) this.#number = null;
@@ -368,7 +386,12 @@ export class Elsewhere {
   #tellLink(): void {
     const { state } = this.options;
     const isTold = this.#isServed || (this.#roomLink.is !== "connected" && hasReason(this.#link));
-    state.link.value = isTold ? this.#link : this.#roomLink;
+    state.link.value = isTold ? this.#link : this.#played();
+  }
+
+  #played(): LinkState {
+    const isSilent = this.#isSilent && this.#roomLink.is === "connected";
+    return isSilent ? { is: "silent", sinceMs: this.#heardMs } : this.#roomLink;
   }
 }
 
