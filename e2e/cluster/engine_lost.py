@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 SAID_MS: Final = 3000.0
 _FULL: Final = "Watching is full"
+_UNHEARD: Final = "No answer"
 _WITHIN_S: Final = 20.0
 _WITHOUT_REDIS_S: Final = 6.0
 _STEADY_S: Final = 2.0
@@ -34,6 +35,7 @@ _PHASE_S: Final = 1.0
 async def engine_lost(n: int) -> list[Row]:
     """Lose Redis, all nodes and the right to watch, `n` times each."""
     standing_ms: list[float | None] = []
+    unheard_ms: list[float | None] = []
     gone_ms: list[float | None] = []
     refused_ms: list[float | None] = []
     untold = 0
@@ -49,7 +51,9 @@ async def engine_lost(n: int) -> list[Row]:
             await asyncio.sleep(_STEADY_S + random.uniform(0, _PHASE_S))
             before = await _untold(stage)
             async with bystander.beside():
-                standing_ms.append(await _without_redis(stage, page))
+                stood_ms, said_ms = await _without_redis(stage, page)
+            standing_ms.append(stood_ms)
+            unheard_ms.append(said_ms)
             untold += await _untold(stage) - before
             await asyncio.sleep(_STEADY_S + random.uniform(0, _PHASE_S))
             async with bystander.beside():
@@ -59,10 +63,16 @@ async def engine_lost(n: int) -> list[Row]:
     return [
         timed(
             "engine-lost: redis",
-            "Redis killed: no news of the queue comes; longest time without a new picture",
-            standing_ms,
+            f"Redis killed: no news of the queue → the page says “{_UNHEARD}”",
+            unheard_ms,
             SAID_MS,
             untold=untold,
+        ),
+        timed(
+            "engine-lost: redis, picture",
+            "… and the longest time without a new picture",
+            standing_ms,
+            SAID_MS,
         ),
         timed(
             "engine-lost: nodes", f"all nodes killed → the page says “{_FULL}”", gone_ms, SAID_MS
@@ -77,23 +87,24 @@ async def engine_lost(n: int) -> list[Row]:
     ]
 
 
-async def _without_redis(stage: Stage, page: Page) -> float:
-    """Return the longest time for which the page stood."""
+async def _without_redis(stage: Stage, page: Page) -> tuple[float, float | None]:
+    """Return the longest time for which the page stood, and how soon it said what is missing."""
     lost_ms = now_ms()
     await stage.engine.redis.kill()
     await asyncio.sleep(_WITHOUT_REDIS_S)
+    said_ms = await _says(page, _UNHEARD, lost_ms)
     until_ms = now_ms()
     await stage.engine.redis.start()
     await asyncio.sleep(_STEADY_S)
     gap_ms = longest_gap_ms(pictures_ms(await page.readings()), lost_ms, until_ms)
     await _whole(stage, page)
-    return gap_ms
+    return gap_ms, said_ms
 
 
 async def _without_nodes(stage: Stage, page: Page) -> float | None:
     lost_ms = now_ms()
     await asyncio.gather(*(node.kill() for node in stage.engine.nodes))
-    said_ms = await _says_full(page, lost_ms)
+    said_ms = await _says(page, _FULL, lost_ms)
     await asyncio.gather(*(stage.is_live(number, live=False) for number in range(2)))
     await asyncio.sleep(max(0.0, (lost_ms - now_ms()) / 1000 + ENGINES_OWN_S))
     for node in stage.engine.nodes:
@@ -119,7 +130,7 @@ async def _refused(stage: Stage, chromium: Browsers, *, is_forged: bool) -> floa
         await page.viewer.page.route(f"**/api/{path}", spoil)
     await page.viewer.page.goto(stage.server.url)
     await eventually(_true_of(told_ms), "the page is sent elsewhere")
-    said_ms = await _says_full(page, told_ms[0])
+    said_ms = await _says(page, _FULL, told_ms[0])
     await page.viewer.page.context.close()
     return said_ms
 
@@ -140,12 +151,12 @@ def _spoilt(token: str, *, is_forged: bool) -> str:
     return jwt.encode(over, KEY.secret, algorithm="HS256")
 
 
-async def _says_full(page: Page, since_ms: float) -> float | None:
-    """Return how long after a moment the page says that watching is full; None for never."""
+async def _says(page: Page, sentence: str, since_ms: float) -> float | None:
+    """Return how long after a moment the page's status has a sentence; None for never."""
 
     async def said() -> list[float]:
         texts = await page.said("status")
-        return [at_ms for at_ms, text in texts if at_ms >= since_ms and _FULL in text]
+        return [at_ms for at_ms, text in texts if at_ms >= since_ms and sentence in text]
 
     try:
         return (await eventually(said, "the page says it", within_s=_WITHIN_S))[0] - since_ms

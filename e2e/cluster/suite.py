@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from e2e.cluster.engine_lost import engine_lost
 from e2e.cluster.next_operator import next_operator
 from e2e.cluster.node_lost import node_lost
+from e2e.cluster.origin_cost import origin_cost
 from e2e.cluster.watch import watch
 from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Case, Suite
 
@@ -33,6 +34,7 @@ SUITE: Final = Suite(
         _case("node-lost", 5, node_lost, "nodes killed, and as many frozen", 1),
         _case("engine-lost", 5, engine_lost, "times without Redis, nodes, and good tokens", 1),
         _case("next-operator", 20, next_operator, "turns", 4),
+        _case("origin-cost", 12, origin_cost, "pairs of 10 s, with and without 1,000 pages", 1),
     ),
     notes=(
         "LiveKit: two nodes and a Redis on the machine on which everything else is. Where they are "

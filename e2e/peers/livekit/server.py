@@ -122,11 +122,6 @@ class LiveKit:
         assert self._process is not None
         return await self._process.wait()
 
-    def freeze(self) -> None:
-        """Let it hang as it is: its connections stay open, and nothing comes any more."""
-        assert self._process is not None
-        self._process.send_signal(signal.SIGSTOP)
-
     async def kill(self) -> None:
         """End it as a power cut does; safe to call twice."""
         if self._process is not None and self._process.returncode is None:
