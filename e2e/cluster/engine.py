@@ -115,7 +115,7 @@ class Engine:
         (node,) = await self.redis.nodes() - before
         # With what the origin would ask for.
         room = {"name": ROOMS[number], "node_id": node, "empty_timeout": 600}
-        room |= {"sync_streams": True, "max_playout_delay": 500}
+        room |= {"sync_streams": True, "max_playout_delay": 200}
         await call(self.nodes[number].url, "CreateRoom", room)
 
     async def stop(self) -> None:

@@ -75,7 +75,7 @@ async def test_a_room_is_made_with_one_clock_and_room_to_wait_for_the_sound(
     await room.create()
     ((method, body, grants),) = server.asked
     assert method == "CreateRoom"
-    assert (body["name"], body["sync_streams"], body["max_playout_delay"]) == ("robot-1", True, 500)
+    assert (body["name"], body["sync_streams"], body["max_playout_delay"]) == ("robot-1", True, 200)
     assert grants["video"]["roomCreate"] is True
 
 

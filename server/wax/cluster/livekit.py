@@ -24,9 +24,9 @@ _PUBLISH_TOKEN_S: Final = 60
 WATCH_TOKEN_S: Final = 300
 """Pages ask for another before; LiveKit gives whoever is connected one of ten minutes anyway."""
 _CLOCKS_APART_S: Final = 30
-_PLAYOUT_DELAY_MS: Final = 500
-"""The most that a browser holds pictures back, whatever the page asks for while the sound is late.
-Up to this, Chromium shows a picture at once where nobody asks."""
+_PLAYOUT_DELAY_MS: Final = 200
+"""The most that a browser holds pictures back: whatever the page asks for while the sound is late,
+and whatever LiveKit does, which asks for ten times the link's jitter."""
 _EMPTY_S: Final = 300
 TOPIC: Final = "wax"
 
