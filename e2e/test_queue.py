@@ -30,6 +30,19 @@ async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> Asyn
         yield running
 
 
+@pytest_asyncio.fixture(autouse=True, loop_scope="session")
+async def _nobody_is_left(server: Server) -> None:
+    """Wait for those of the test before.
+
+    A page that was killed before it said goodbye keeps place and name for a while.
+    """
+
+    async def is_empty() -> bool:
+        return (await server.status())["viewers"] == []
+
+    await eventually(is_empty, "those of the test before are gone", within_s=20)
+
+
 async def person(open_viewer: OpenViewer, server: Server, name: str) -> Viewer:
     viewer = await open_viewer(server)
     await viewer.call_oneself(name)
