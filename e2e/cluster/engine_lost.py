@@ -27,6 +27,8 @@ SAID_MS: Final = 3000.0
 _FULL: Final = "Watching is full"
 _UNHEARD: Final = "No answer"
 _WITHIN_S: Final = 20.0
+_LIFE_S: Final = 600
+"""Longer than a token lasts, and LiveKit's patience with it."""
 _WITHOUT_REDIS_S: Final = 6.0
 _STEADY_S: Final = 2.0
 _PHASE_S: Final = 1.0
@@ -147,7 +149,7 @@ def _spoilt(token: str, *, is_forged: bool) -> str:
     claims = jwt.decode(token, KEY.secret, algorithms=["HS256"])
     if is_forged:
         return jwt.encode(claims, "x" * 32, algorithm="HS256")
-    over = {**claims, "exp": int(claims["exp"]) - 200, "nbf": int(claims["nbf"]) - 300}
+    over = claims | {name: claims[name] - _LIFE_S for name in ("exp", "nbf")}
     return jwt.encode(over, KEY.secret, algorithm="HS256")
 
 
