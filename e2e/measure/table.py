@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from textwrap import fill
 from typing import TYPE_CHECKING
 
@@ -85,12 +86,22 @@ def _with_unit(value: float, unit: str) -> str:
     return f"{number(value)} {unit}".strip()
 
 
+def _served(rows: Sequence[Row]) -> list[str]:
+    """Return what was served meanwhile as a sentence, and in how many rows if not in all."""
+    loads = Counter(row.load for row in rows if row.load)
+    if not loads:
+        return []
+    if loads.total() == len(rows) and len(loads) == 1:
+        return [f"Served meanwhile: {', '.join(loads)}."]
+    each = "; in ".join(f"{count}: {load}" for load, count in loads.items())
+    return [f"Served meanwhile, of {len(rows)} rows in {each}."]
+
+
 def _origin(published: Published, *, is_stale: bool) -> str:
     """Return the figures' origin in sentences."""
     load = "" if published.load is None else f", load {published.load:g} before"
     what = f"{published.date}, commit {published.commit}, {published.machine}{load}."
-    meanwhile = "; ".join({row.load: None for row in published.rows if row.load})
-    said = [what, *([f"Served meanwhile: {meanwhile}."] if meanwhile else []), *published.notes]
+    said = [what, *_served(published.rows), *published.notes]
     if is_stale:
         said.append(f"Stale: {published.source or 'the product has changed since'}.")
     return " ".join(said)

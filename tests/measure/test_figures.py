@@ -16,6 +16,8 @@ from e2e.measure.table import to_markdown
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from e2e.measure.row import Row
+
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
@@ -78,7 +80,32 @@ def test_a_table_says_missed_and_stale() -> None:
         judged("c", "only told", "", {"WAX": 0.125}, n=1, column=""),
         judged("d", "|error| is", "ms", {"off": 0.2}, 5.0, n=1, column="off"),
     ]
-    published = Published(
+    published = _published(rows)
+    lines = to_markdown(published, is_stale=True).splitlines()
+    assert lines[2:6] == [
+        "| slow | 3 | **30 ms** | 40 ms | ≤ 20 ms | **missed**, stale |",
+        "| unknown | 0 | – | – | ≤ 20 ms | not measured, stale |",
+        "| only told | 1 | 0.125 | – |  | stale |",
+        "| \\|error\\| is: 0.2 ms | 1 | – | – | ≤ 5 ms | met, stale |",
+    ]
+    assert "stale" not in to_markdown(published, is_stale=False).lower()
+    assert published.is_stale
+
+
+def test_what_was_served_meanwhile_is_said_of_its_rows_only() -> None:
+    """In how many of them, unless it was the same in all."""
+    alone, crowd, bigger = (
+        judged("a", "slow", "ms", {"WAX": 1.0}, n=3, load=load) for load in ("", "five", "nine")
+    )
+    assert "Served" not in to_markdown(_published([alone]), is_stale=False)
+    assert "Served meanwhile: five." in to_markdown(_published([crowd, crowd]), is_stale=False)
+    assert "Served meanwhile, of 4 rows in 2: five; in 1: nine." in to_markdown(
+        _published([alone, crowd, crowd, bigger]), is_stale=False
+    )
+
+
+def _published(rows: list[Row]) -> Published:
+    return Published(
         suite="x",
         commit="abc",
         date="2026-11-22",
@@ -89,15 +116,6 @@ def test_a_table_says_missed_and_stale() -> None:
         columns=["WAX", "stock"],
         rows=rows,
     )
-    lines = to_markdown(published, is_stale=True).splitlines()
-    assert lines[2:6] == [
-        "| slow | 3 | **30 ms** | 40 ms | ≤ 20 ms | **missed**, stale |",
-        "| unknown | 0 | – | – | ≤ 20 ms | not measured, stale |",
-        "| only told | 1 | 0.125 | – |  | stale |",
-        "| \\|error\\| is: 0.2 ms | 1 | – | – | ≤ 5 ms | met, stale |",
-    ]
-    assert "stale" not in to_markdown(published, is_stale=False).lower()
-    assert published.is_stale
 
 
 def test_only_what_is_between_markers_is_rendered() -> None:
