@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from e2e.cluster.engine_lost import engine_lost
 from e2e.cluster.next_operator import next_operator
+from e2e.cluster.node_cost import node_cost
 from e2e.cluster.node_lost import node_lost
 from e2e.cluster.origin_cost import origin_cost
 from e2e.cluster.watch import watch
@@ -35,6 +36,7 @@ SUITE: Final = Suite(
         _case("engine-lost", 5, engine_lost, "times without Redis, nodes, and good tokens", 1),
         _case("next-operator", 20, next_operator, "turns", 4),
         _case("origin-cost", 12, origin_cost, "pairs of 10 s, with and without 1,000 pages", 1),
+        _case("node-cost", 4, node_cost, "pairs of 8 s, with nobody in a room and with 16", 1),
     ),
     notes=(
         "LiveKit: two nodes and a Redis on the machine on which everything else is. Where they are "
