@@ -15,7 +15,7 @@ import psutil  # type: ignore[import-untyped]  # its stubs are not among the dev
 
 from e2e.bench.process import ProcessMeter, pinned, two_cores
 from e2e.bench.servers import WAX, serving
-from e2e.cluster.engine import installed
+from e2e.cluster.engine import installed, quiet_log
 from e2e.cluster.published import are_live, rooms
 from e2e.harness.wait import eventually
 from e2e.measure.errors import NotRunError
@@ -55,7 +55,7 @@ async def node_cost(n: int) -> list[Row]:
         raise NotRunError("this needs two cores and a way to pin processes to them (Linux)")
     node_core, others_core = cores
     async with AsyncExitStack() as leaving:
-        engine = installed()
+        engine = installed(leaving.enter_context(quiet_log()))
         leaving.push_async_callback(engine.stop)
         with pinned(node_core):
             await engine.start()

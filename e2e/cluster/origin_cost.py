@@ -15,7 +15,7 @@ import aiohttp
 
 from e2e.bench.process import pinned, two_cores
 from e2e.bench.servers import WAX, serving
-from e2e.cluster.engine import KEY, ROOMS, installed
+from e2e.cluster.engine import KEY, ROOMS, installed, quiet_log
 from e2e.cluster.published import are_live
 from e2e.cluster.wire import Wire, counted
 from e2e.harness.wait import eventually
@@ -141,7 +141,7 @@ async def origin_cost(n: int) -> list[Row]:
     requests, news = Wire(), Wire()
     async with AsyncExitStack() as leaving:
         leaving.enter_context(pinned(others_core))
-        engine = installed()
+        engine = installed(leaving.enter_context(quiet_log()))
         leaving.push_async_callback(engine.stop)
         await engine.start()
         server = await leaving.enter_async_context(_published(engine, server_core, news))
