@@ -38,7 +38,7 @@ async def _nobody_is_left(server: Server) -> None:
     """
 
     async def is_empty() -> bool:
-        return (await server.status())["viewers"] == []
+        return not (await server.status())["viewers"]
 
     await eventually(is_empty, "those of the test before are gone", within_s=20)
 
