@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
-from typing import TYPE_CHECKING, Any, Final
+from typing import Final
 
 from e2e.bench.crowded import crowded
 from e2e.bench.fan_out import fan_out
@@ -11,19 +10,7 @@ from e2e.bench.first_picture import first_picture
 from e2e.bench.key_to_byte import key_to_byte
 from e2e.bench.memory import memory
 from e2e.bench.servers import JANUS, STOCK, WAX
-from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Case, Suite
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Coroutine
-
-    from e2e.measure.row import Row
-
-    Measure = Callable[[int], Coroutine[Any, Any, list[Row]]]
-
-
-def _case(key: str, n: int, measure: Measure, title: str, quick: int) -> Case:
-    return Case(key, title, n, lambda n: asyncio.run(measure(n)), quick)
-
+from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Suite, measured
 
 SUITE: Final = Suite(
     name="bench",
@@ -31,11 +18,11 @@ SUITE: Final = Suite(
     measures=(*SERVER, *PAGE, *FIRMWARE, "e2e/peers/stock.py"),
     columns=(WAX, STOCK, JANUS),
     cases=(
-        _case("fan-out", 6, fan_out, "windows of 2 s for each number of viewers", 1),
-        _case("crowd", 5, crowded, "pairs of 30 s, alone and beside the crowd", 1),
-        _case("first-picture", 20, first_picture, "page loads", 3),
-        _case("key-to-byte", 220, key_to_byte, "key presses", 15),
-        _case("memory", 200, memory, "joins and leaves", 20),
+        measured("fan-out", 6, fan_out, "windows of 2 s for each number of viewers", 1),
+        measured("crowd", 5, crowded, "pairs of 30 s, alone and beside the crowd", 1),
+        measured("first-picture", 20, first_picture, "page loads", 3),
+        measured("key-to-byte", 220, key_to_byte, "key presses", 15),
+        measured("memory", 200, memory, "joins and leaves", 20),
     ),
     notes=(
         "Stock is aiortc as its examples have it: MediaRelay, an encoder for each peer; a second "

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
-from typing import TYPE_CHECKING, Any, Final
+from typing import Final
 
 from e2e.cluster.engine_lost import engine_lost
 from e2e.cluster.next_operator import next_operator
@@ -11,19 +10,7 @@ from e2e.cluster.node_cost import node_cost
 from e2e.cluster.node_lost import node_lost
 from e2e.cluster.origin_cost import origin_cost
 from e2e.cluster.watch import watch
-from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Case, Suite
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Coroutine
-
-    from e2e.measure.row import Row
-
-    Measure = Callable[[int], Coroutine[Any, Any, list[Row]]]
-
-
-def _case(key: str, n: int, measure: Measure, title: str, quick: int) -> Case:
-    return Case(key, title, n, lambda n: asyncio.run(measure(n)), quick)
-
+from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Suite, measured
 
 SUITE: Final = Suite(
     name="cluster",
@@ -31,12 +18,12 @@ SUITE: Final = Suite(
     measures=(*SERVER, *PAGE, *FIRMWARE, "e2e/peers/livekit/*.py"),
     columns=("median", "p95", "max"),
     cases=(
-        _case("watch", 5, watch, "windows of 20 s", 1),
-        _case("node-lost", 5, node_lost, "nodes killed, and as many frozen", 1),
-        _case("engine-lost", 5, engine_lost, "times without Redis, nodes, and good tokens", 1),
-        _case("next-operator", 20, next_operator, "turns", 4),
-        _case("origin-cost", 12, origin_cost, "pairs of 10 s, with and without 1,000 pages", 1),
-        _case("node-cost", 4, node_cost, "pairs of 8 s, with nobody in a room and with 16", 1),
+        measured("watch", 5, watch, "windows of 20 s", 1),
+        measured("node-lost", 5, node_lost, "nodes killed, and as many frozen", 1),
+        measured("engine-lost", 5, engine_lost, "times without Redis, nodes, and good tokens", 1),
+        measured("next-operator", 20, next_operator, "turns", 4),
+        measured("origin-cost", 12, origin_cost, "pairs of 10 s, with and without 1,000 pages", 1),
+        measured("node-cost", 4, node_cost, "pairs of 8 s, with nobody in a room and with 16", 1),
     ),
     notes=(
         "LiveKit: two nodes and a Redis on the machine on which everything else is. Where they are "

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import ast
+import asyncio
 import hashlib
 import io
 import tokenize
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Coroutine, Sequence
 
     from e2e.measure.row import Row
 
@@ -36,6 +37,17 @@ class Case:
     n: int
     run: Callable[[int], Sequence[Row]]
     quick: int = 1
+
+
+def measured(
+    key: str,
+    n: int,
+    measure: Callable[[int], Coroutine[Any, Any, list[Row]]],
+    title: str,
+    quick: int,
+) -> Case:
+    """Make a case of a coroutine function."""
+    return Case(key, title, n, lambda n: asyncio.run(measure(n)), quick)
 
 
 @dataclass(frozen=True, slots=True)
