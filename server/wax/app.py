@@ -75,8 +75,8 @@ _STOP_S: Final = 2.5
 """Once the robot stands, peers, sockets and threads together get this long to end."""
 
 _GC_THRESHOLDS: Final = (700, 10, 1000)
-"""As usual, but full collections a hundred times less often: each stops the event loop for 50 ms
-while a crowd joins, and a closed peer needs none (`tests/rtc/test_peer.py`)."""
+"""As usual, but full collections a hundred times less often: one stopped the event loop for 35 ms
+while a crowd joined, and a closed peer needs none (`tests/rtc/test_peer.py`)."""
 
 
 class App:

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
 PORTION: Final = 4
-"""Sending one picture to one viewer takes about a fifth of a millisecond, a keyframe nearly one."""
+"""Sending one picture to one viewer takes about a fifth of a millisecond."""
 
 
 def in_portions(calls: Sequence[Callable[[], None]]) -> None:
