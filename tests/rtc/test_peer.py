@@ -476,10 +476,10 @@ async def test_nothing_is_sent_after_the_end(pair: Pair) -> None:
     pair.peer.send("state", "late")
 
 
-@pytest.mark.parametrize("with_answer", [False, True], ids=["unanswered", "connected"])
-async def test_a_closed_peer_is_free_at_once(pair: Pair, with_answer: bool) -> None:
+@pytest.mark.parametrize("state", ["unanswered", "connected", "unsent"])
+async def test_a_closed_peer_is_free_at_once(pair: Pair, state: str) -> None:
     """It does not wait for the collector, whose full run stops the event loop."""
-    if with_answer:
+    if state != "unanswered":
         peer, pair.peer, pair.events = pair.peer, _peer(Events(), Noted()), Events()
     else:
         peer = _peer(Events(), Noted())
@@ -489,6 +489,9 @@ async def test_a_closed_peer_is_free_at_once(pair: Pair, with_answer: bool) -> N
     left = [weakref.ref(one) for one in (*parts, peer, pc.getReceivers()[0].transport)]
     gc.disable()
     try:
+        if state == "unsent":
+            for _ in range(300):
+                peer.send("state", "x" * 1000)
         await peer.close()
         del peer, pc, parts
         for _ in range(200):  # tasks end on later passes of the event loop

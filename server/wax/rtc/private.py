@@ -144,6 +144,7 @@ def check() -> None:
             *(
                 (f"RTCSctpTransport.{name}", sets(RTCSctpTransport, name))
                 for name in (
+                    "_data_channel_queue",
                     "_data_channels",
                     "_inbound_streams",
                     "_last_received_tsn",
@@ -460,6 +461,9 @@ def break_circles(pc: RTCPeerConnection) -> None:
         pc.sctp.remove_all_listeners()
         for channel in pc.sctp._data_channels.values():
             channel.remove_all_listeners()
+        # Those that the page had not closed, and what had not left.
+        pc.sctp._data_channels.clear()
+        pc.sctp._data_channel_queue.clear()
         for patched in ("_send_sack", "_receive_chunk"):
             vars(pc.sctp).pop(patched, None)
     for dtls in transports:
