@@ -315,7 +315,7 @@ from wax.config.settings import RecordSettings
 from wax.records import writer
 from wax.records.entries import Person
 from wax.records.opening import open_records
-writer.RETRY_S = 0.1
+writer.RETRY_S = 600.0
 records = open_records(RecordSettings(path=sys.argv[1]), "", SystemClock())
 records.start()
 host = Person("host", "Hedy")
@@ -323,29 +323,33 @@ records.host_act(host, "announce", detail="before")
 time.sleep(0.6)
 size = sum(one.stat().st_size for one in Path(sys.argv[1]).parent.iterdir())
 resource.setrlimit(resource.RLIMIT_FSIZE, (size, resource.RLIM_INFINITY))
-slowest_s = 0.0
 for number in range(3000):
-    began_s = time.perf_counter()
     records.host_act(host, "announce", detail=str(number).ljust(150, "."))
-    slowest_s = max(slowest_s, time.perf_counter() - began_s)
-time.sleep(1.0)
+    if number == 2000:
+        time.sleep(1.0)  # the writer has tried, and waits
 waiting = records.waiting
 resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
 records.host_act(host, "announce", detail="after")
 records.stop(10.0)
-print(waiting, records.dropped, slowest_s)
+print(waiting, records.dropped)
 """
 
 
 @pytest.mark.system
 def test_a_full_disk_costs_nothing_that_fits_in_memory(path: Path) -> None:
-    """Calls stay fast while nothing can be written, and all is there when there is room again."""
+    """No call waits for the writer, and all is there when there is room again.
+
+    The writer waits for longer than the calls may take, so one that waited for it never returned.
+    """
     said = subprocess.run(
-        [sys.executable, "-c", _FULL, str(path)], capture_output=True, text=True, check=True
+        [sys.executable, "-c", _FULL, str(path)],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
     )
-    waiting, dropped, slowest_s = map(float, said.stdout.splitlines()[-1].split())
-    assert (waiting >= 2000, dropped) == (True, 0)
-    assert slowest_s < 0.1
+    waiting, dropped = map(int, said.stdout.splitlines()[-1].split())
+    assert (waiting, dropped) == (3000, 0)
     assert [acts(path)[0], len(acts(path)), acts(path)[-1]] == ["before", 3002, "after"]
 
 
