@@ -76,7 +76,7 @@ _STOP_S: Final = 2.5
 
 _GC_THRESHOLDS: Final = (700, 10, 1000)
 """As usual, but full collections a hundred times less often: one stopped the event loop for 35 ms
-while a crowd joined, and a closed peer needs none (`tests/rtc/test_peer.py`)."""
+while a crowd joined, and who is gone needs none (`wax.weakly`, `private.break_circles`)."""
 
 
 class App:

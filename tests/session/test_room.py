@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import json
+import weakref
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, cast
 
@@ -313,6 +315,26 @@ async def test_a_server_that_ends_says_goodbye(rig: Rig, monkeypatch: pytest.Mon
         assert (peer.sent[-1]["type"], peer.is_alive) == ("goodbye", False)
     with pytest.raises(FullError, match="restarting"):
         await rig.enter("client-eve")
+
+
+async def test_a_viewer_who_is_gone_is_free_at_once(rig: Rig) -> None:
+    """They do not wait for the collector, whose full run stops the event loop."""
+    ada = await rig.enter("ada-1111")
+    ada.says(type="name", name="Ada")
+    ada.says(type="join")
+    rig.wait(0.5, ada)
+    (viewer,) = rig.viewers
+    left = [weakref.ref(one) for one in (viewer, viewer.streams)]
+    gc.disable()
+    try:
+        ada.abandon()
+        del ada, viewer
+        FakePeer.made.clear()
+        rig.wait(60.0)
+        assert rig.names() == []
+        assert [one() for one in left if one() is not None] == []
+    finally:
+        gc.enable()
 
 
 async def test_a_full_house_says_so(rig: Rig) -> None:

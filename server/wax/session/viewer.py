@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Protocol
 
@@ -18,6 +19,7 @@ from wax.session.last_wins import LastWins
 from wax.session.names import clean_name
 from wax.session.token_bucket import TokenBucket
 from wax.sync.playout import PlayoutReport, StreamPlayout
+from wax.weakly import weakly
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -121,11 +123,13 @@ class Viewer:
         }
         self._commands = TokenBucket(rate_hz=_COMMANDS_HZ, burst=_COMMANDS_BURST, now_s=now_s)
         self._keyframes = TokenBucket(rate_hz=_KEYFRAMES_HZ, burst=_KEYFRAMES_BURST, now_s=now_s)
-        self._names = LastWins(self._ask_name, TokenBucket(rate_hz=_NAMES_HZ, burst=1, now_s=now_s))
-        self._wants = LastWins(
-            self._want, TokenBucket(rate_hz=_WANTS_HZ, burst=_WANTS_BURST, now_s=now_s)
+        self._names = LastWins(
+            weakly(self._ask_name), TokenBucket(rate_hz=_NAMES_HZ, burst=1, now_s=now_s)
         )
-        self.streams = service.streams(self, sync)
+        self._wants = LastWins(
+            weakly(self._want), TokenBucket(rate_hz=_WANTS_HZ, burst=_WANTS_BURST, now_s=now_s)
+        )
+        self.streams = service.streams(weakref.proxy(self), sync)
 
     def is_elsewhere(self, now_s: float) -> bool:
         """Whether they watch elsewhere, and only wait here."""
@@ -148,7 +152,9 @@ class Viewer:
         self.drive_status, self._drive_told = None, (None, float("-inf"))
 
     def _make_boundary(self) -> ErrorBoundary:
-        return ErrorBoundary(viewer=self.number, counters=self._counters, end=self._end_peer)
+        return ErrorBoundary(
+            viewer=self.number, counters=self._counters, end=weakly(self._end_peer)
+        )
 
     def _end_peer(self) -> None:
         if self.peer is not None:

@@ -17,6 +17,7 @@ from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, Unit
 from wax.streams.playout_controller import PlayoutController
 from wax.streams.rendition_ladder import RenditionLadder
 from wax.streams.served_notifier import ServedNotifier, served
+from wax.weakly import weakly
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -73,7 +74,7 @@ class LiveStreams:
         """Start without knowledge of the link."""
         self._playout = PlayoutController(self._page, self._sync)
         self._notifier = ServedNotifier(self._page)
-        self._congestion = SenderSideControl(self._decide)
+        self._congestion = SenderSideControl(weakly(self._decide))
         self._congestion.full_feedback = self._drives
         self._allocator = self._make_allocator()
         self._allocation: Allocation | None = None
