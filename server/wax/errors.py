@@ -3,6 +3,7 @@
 WaxError
  ├── ConfigError      the configuration cannot be used; the server does not start
  ├── SourceError      a camera, microphone or file does not deliver; retried
+ ├── SpeakerError     a speaker cannot be opened, or takes no more; retried
  ├── DriverError      the robot cannot be reached; retried, nothing moves meanwhile
  ├── ProtocolError    bytes from outside that are not a valid message; refused and counted
  ├── SignallingError  an offer that cannot be answered
@@ -38,6 +39,10 @@ class ConfigError(WaxError):
 
 class SourceError(WaxError):
     """A source that cannot be opened or has stopped delivering."""
+
+
+class SpeakerError(WaxError):
+    """A speaker that cannot be opened or has stopped taking sound."""
 
 
 class DriverError(WaxError):
