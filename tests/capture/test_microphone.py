@@ -10,7 +10,8 @@ import pytest
 from structlog.testing import capture_logs
 
 from wax.capture import microphone
-from wax.capture.microphone import PortAudioMicrophone, load_portaudio
+from wax.capture.microphone import PortAudioMicrophone
+from wax.capture.portaudio import load_portaudio
 from wax.config.settings import AudioSettings
 from wax.errors import SourceError
 

@@ -1,4 +1,4 @@
-"""List this machine's cameras and microphones, as written in the configuration."""
+"""List this machine's cameras, microphones and speakers, as written in the configuration."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.capture.camera import VideoDevice, open_device
-from wax.capture.microphone import load_portaudio
+from wax.capture.portaudio import load_portaudio
 from wax.errors import SourceError
 
 if TYPE_CHECKING:
@@ -38,15 +38,15 @@ class Device:
 
 
 def list_devices() -> list[str]:
-    """Return printable lines: each camera and microphone, or why there is none."""
+    """Return printable lines: each camera, microphone and speaker, or why there is none."""
     cameras = list_cameras()
-    microphones, problem = list_microphones()
     lines = ["Cameras:"]
     lines += [f"  {camera}" for camera in cameras] or ["  none found"]
-    lines += ["Microphones:"]
-    lines += [f"  {microphone}" for microphone in microphones]
-    if problem is not None or not microphones:
-        lines.append(f"  {problem or 'none found'}")
+    for heading, listed in (("Microphones:", list_microphones), ("Speakers:", list_speakers)):
+        devices, problem = listed()
+        lines += [heading, *(f"  {device}" for device in devices)]
+        if problem is not None or not devices:
+            lines.append(f"  {problem or 'none found'}")
     return lines
 
 
@@ -95,16 +95,28 @@ def _captures(path: Path) -> bool:
 def list_microphones(
     *, load_portaudio: Callable[[], Any] = load_portaudio
 ) -> tuple[list[Device], str | None]:
-    """List what PortAudio knows, and a sentence if it is missing."""
+    """List the microphones that PortAudio knows, and a sentence if it is missing."""
+    return _sound_devices(load_portaudio, "[audio] source", "microphone", "max_input_channels")
+
+
+def list_speakers(
+    *, load_portaudio: Callable[[], Any] = load_portaudio
+) -> tuple[list[Device], str | None]:
+    """List the speakers that PortAudio knows, and a sentence if it is missing."""
+    return _sound_devices(load_portaudio, "[voice] speaker", "speaker", "max_output_channels")
+
+
+def _sound_devices(
+    load_portaudio: Callable[[], Any], key: str, kind: str, channels: str
+) -> tuple[list[Device], str | None]:
     found = []
     problem = None
     try:
         portaudio = load_portaudio()
         for number, entry in enumerate(portaudio.query_devices()):
-            if entry["max_input_channels"] > 0:
+            if entry[channels] > 0:
                 host = portaudio.query_hostapis(entry["hostapi"])["name"]
-                name = f"{entry['name']} ({host})"
-                found.append(Device("[audio] source", f"microphone:{number}", name))
+                found.append(Device(key, f"{kind}:{number}", f"{entry['name']} ({host})"))
     except SourceError as error:
         problem = str(error)
     except Exception as error:  # without a sound system PortAudio raises its own errors

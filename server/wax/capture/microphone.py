@@ -5,7 +5,6 @@ FFmpeg's ALSA input, which PyAV brings, was as late to within a millisecond at t
 
 from __future__ import annotations
 
-import importlib
 import queue
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,6 +12,7 @@ import numpy as np
 import structlog
 from av.audio.frame import AudioFrame
 
+from wax.capture.portaudio import first_line, given_up, in_use, load_portaudio, look_for_new_devices
 from wax.capture.resample import Resampler
 from wax.capture.source import SAMPLE_RATE_HZ, Sound
 from wax.errors import SourceError
@@ -33,18 +33,6 @@ _QUEUE_BLOCKS: Final = 50
 
 _SILENT_S: Final = 1.8
 _LOG_EVERY_S: Final = 10.0
-
-
-def load_portaudio() -> Any:
-    """Import `sounddevice`, which needs the PortAudio library; raises `SourceError`."""
-    try:
-        return importlib.import_module("sounddevice")
-    except OSError as error:
-        raise SourceError(
-            "Microphones need the PortAudio library; install it (Debian, Ubuntu: "
-            "apt install libportaudio2, macOS: brew install portaudio) or set "
-            '[audio] source = "none".'
-        ) from error
 
 
 class PortAudioMicrophone:
@@ -84,13 +72,13 @@ class PortAudioMicrophone:
         self.close()
         portaudio = self._load_portaudio()
         if self._opened_before:
-            _look_for_new_devices(portaudio)
+            look_for_new_devices(portaudio)
         self._opened_before = True
         try:
             self._stream = self._start(portaudio)
         except (portaudio.PortAudioError, ValueError) as error:
             raise SourceError(
-                f"{self.name} cannot be opened ({_first_line(error)}); check that it is plugged "
+                f"{self.name} cannot be opened ({first_line(error)}); check that it is plugged "
                 "in and that no other program uses it. 'wax devices' lists the microphones."
             ) from error
 
@@ -111,6 +99,7 @@ class PortAudioMicrophone:
         if stream is not None:
             stream.abort(ignore_errors=True)
             stream.close(ignore_errors=True)
+            given_up(stream)
         self._blocks = queue.Queue(_QUEUE_BLOCKS)
 
     def _start(self, portaudio: Any) -> Any:
@@ -134,6 +123,7 @@ class PortAudioMicrophone:
             callback=self._receiver(rate_hz, channels),
         )
         stream.start()
+        in_use(stream)
         return stream
 
     def _receiver(
@@ -183,15 +173,6 @@ class PortAudioMicrophone:
                     continue
 
 
-def _look_for_new_devices(portaudio: Any) -> None:
-    """Make PortAudio list its devices again, which it does only when it starts.
-
-    There is no public function for that.
-    """
-    portaudio._terminate()
-    portaudio._initialize()
-
-
 def _age_s(times: Any, length_s: float) -> float:
     """Return how long ago the block's first sample was captured.
 
@@ -208,7 +189,3 @@ def _frame(samples: NDArray[np.int16], rate_hz: int, pts: int) -> AudioFrame:
     frame.sample_rate = rate_hz
     frame.pts = pts
     return frame
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error).strip().splitlines() or [type(error).__name__])[0]

@@ -261,6 +261,14 @@ class AudioSettings(_Section):
         return forms
 
 
+class VoiceSettings(_Section):
+    """`[voice]`: speaking to the people beside the robot."""
+
+    speaker: Annotated[str, Field(min_length=1)] = "none"
+    open_microphone: bool = False
+    retry_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
+
+
 _MediaUnitMs = Literal[10, 20, 40, 60, 120]
 _HoldbackMs = Annotated[float, Field(ge=0, le=2000)]
 _SkewMs = Annotated[float, Field(ge=0, le=500)]
@@ -431,6 +439,7 @@ class Settings(_Section):
     relay: RelaySettings = RelaySettings()
     video: VideoSettings = VideoSettings()
     audio: AudioSettings = AudioSettings()
+    voice: VoiceSettings = VoiceSettings()
     sync: RoleSyncSettings = RoleSyncSettings()
     thesis: ThesisSettings = ThesisSettings()
     turns: TurnSettings = TurnSettings()
@@ -442,6 +451,11 @@ class Settings(_Section):
     def _is_of_today(self) -> Self:
         if self.publish and self.sync.policy == "thesis":
             raise ValueError("publish has no use for the thesis's policy; leave one of them out")
+        if self.voice.speaker != "none" and self.sync.policy == "thesis":
+            raise ValueError(
+                "nobody spoke in the system of 2004; set [voice] speaker to none, or sync.policy to"
+                " by-role"
+            )
         named = [one.name for one in self.publish]
         if len(set(named)) < len(named):
             raise ValueError("publish names a room twice; give each its own name in `room`")

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from wax.capture.source import AudioSource, VideoSource
     from wax.clock import Clock
     from wax.config.settings import VideoSettings
+    from wax.speaker.interface import Speaker
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,4 +137,13 @@ class HasMicrophone(Protocol):
 
     def microphone(self, clock: Clock) -> AudioSource:
         """Make a source of the robot's sound; it may outlive a closed robot."""
+        ...
+
+
+@runtime_checkable
+class HasSpeaker(Protocol):
+    """A robot with its own speaker: `[voice] speaker = "robot"`."""
+
+    def speaker(self, clock: Clock) -> Speaker:
+        """Make an output for voices; it may outlive a closed robot."""
         ...

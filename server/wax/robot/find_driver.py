@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.driver.interface import HasCamera, HasMicrophone, Limits
+from wax.driver.interface import HasCamera, HasMicrophone, HasSpeaker, Limits
 from wax.errors import ConfigError
 from wax.plugin import is_plugin_name, make_plugin
 from wax.robot.process.driver import ProcessDriver
@@ -22,7 +22,7 @@ _LOG = structlog.get_logger(__name__)
 
 NO_WATCHDOG: Final = (
     "if this server hangs, the robot keeps moving: its driver runs in the server process, because"
-    " it has a camera or a microphone, and declares no watchdog of its own (ttl_s)"
+    " it has a camera, microphone or speaker, and declares no watchdog of its own (ttl_s)"
 )
 _KEY: Final = "robot.driver"
 _CONTRACT: Final = "wax/driver/interface.py"
@@ -33,11 +33,11 @@ def make_robot(settings: RobotSettings, clock: Clock, log: LogSettings | None = 
     """Build the driver that the server uses, not yet opened; raises `ConfigError`.
 
     It runs in a driver process, which stops the robot when the server is silent or gone. Only a
-    robot with its own camera or microphone runs inside the server process, because it shares memory
-    with them. Either way the driver is built here, to read its kind and limits.
+    robot with its own camera, microphone or speaker runs inside the server process, because it
+    shares memory with them. Either way the driver is built here, to read its kind and limits.
     """
     driver = make_driver(settings, clock)
-    if isinstance(driver, HasCamera | HasMicrophone):
+    if isinstance(driver, HasCamera | HasMicrophone | HasSpeaker):
         if driver.limits.ttl_s is None:
             _LOG.warning(NO_WATCHDOG, driver=settings.driver)
         return driver

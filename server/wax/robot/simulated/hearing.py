@@ -1,4 +1,4 @@
-"""What the simulated robot hears (pure): the radio, its own motors, its bumps, a quiet room."""
+"""What the simulated robot hears: the radio, its motors, bumps and speaker, a quiet room."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from wax.driver.interface import Pose
     from wax.robot.simulated.simulation import Senses
+    from wax.robot.simulated.speaker import SimulatedSpeaker
     from wax.robot.simulated.world import World
 BLOCK_S = BLOCK_SAMPLES / SAMPLE_RATE_HZ
 
@@ -23,6 +24,8 @@ WALL_GAIN = 0.35
 BEHIND_GAIN = 0.4
 ROOM_NOISE_RMS = 0.0006
 HUM_LEVEL = 0.03
+SPEAKER_GAIN = 0.5
+"""How much of the robot's own speaker comes back: they are a hand's breadth apart."""
 _SMOOTHING = 0.134
 """The fraction of a change of loudness that each block makes, so that a doorway makes no click."""
 _SPIN = 0.293
@@ -45,8 +48,11 @@ def radio_gain(world: World, pose: Pose, ear_rad: float) -> tuple[float, int]:
 class SoundMixer:
     """Makes one block of sound after the other, each joining the last without a click."""
 
-    def __init__(self, world: World, seed: int = 1) -> None:
+    def __init__(
+        self, world: World, seed: int = 1, speaker: SimulatedSpeaker | None = None
+    ) -> None:
         self._world = world
+        self._speaker = speaker
         self._clear, self._muffled = tune()
         self._random = np.random.default_rng(seed)
         self._at = 0
@@ -62,6 +68,8 @@ class SoundMixer:
         for motor, speed_mps in zip(self._motors, (senses.left_mps, senses.right_mps), strict=True):
             sound += motor.hum(speed_mps)
         sound += self._bump(senses)
+        if self._speaker is not None:
+            sound += SPEAKER_GAIN * self._speaker.heard(BLOCK_SAMPLES)
         return np.asarray(np.round(32_000.0 * np.tanh(sound)), np.int16)
 
     def _radio(self, senses: Senses) -> NDArray[np.float64]:

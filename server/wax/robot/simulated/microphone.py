@@ -15,23 +15,35 @@ if TYPE_CHECKING:
 
     from wax.clock import Clock
     from wax.robot.simulated.simulation import Senses
+    from wax.robot.simulated.speaker import SimulatedSpeaker
     from wax.robot.simulated.world import World
 
 
 class SimulatedMicrophone:
-    """Delivers what the robot hears in blocks of 10 ms; `listen` returns its current state."""
+    """Delivers what the robot hears in blocks of 10 ms; `listen` returns its current state.
 
-    def __init__(self, clock: Clock, *, world: World, listen: Callable[[], Senses]) -> None:
+    It hears the robot's own `speaker`, too.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        *,
+        world: World,
+        listen: Callable[[], Senses],
+        speaker: SimulatedSpeaker | None = None,
+    ) -> None:
         self._clock = clock
         self._world = world
         self._listen = listen
+        self._speaker = speaker
         self._closed = threading.Event()
         self._mixer: SoundMixer | None = None
         self._pacer: FrameTimer | None = None
 
     def open(self) -> None:
         self._closed.clear()
-        self._mixer = SoundMixer(self._world)
+        self._mixer = SoundMixer(self._world, speaker=self._speaker)
         self._pacer = FrameTimer(BLOCK_S, self._clock, self._closed.wait)
 
     def read(self) -> Sound:

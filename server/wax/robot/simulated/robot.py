@@ -11,6 +11,7 @@ from wax.robot.simulated.camera import SimulatedCamera
 from wax.robot.simulated.flat import furnished_flat
 from wax.robot.simulated.microphone import SimulatedMicrophone
 from wax.robot.simulated.simulation import STEP_S, Simulation
+from wax.robot.simulated.speaker import SimulatedSpeaker
 
 if TYPE_CHECKING:
     from wax.capture.source import AudioSource, VideoSource
@@ -18,19 +19,21 @@ if TYPE_CHECKING:
     from wax.config.settings import RobotSettings, VideoSettings
     from wax.driver.interface import Limits, Twist
     from wax.robot.simulated.simulation import Senses
+    from wax.speaker.interface import Speaker
 
 
 class SimulatedRobot:
-    """A `Driver` with a camera and a microphone.
+    """A `Driver` with a camera, a microphone and a speaker.
 
-    It has its own watchdog and stops when set-points stop coming. Camera and microphone also work
-    before `open` and after `close`; it just does not move then.
+    It has its own watchdog and stops when set-points stop coming. The three also work before `open`
+    and after `close`; it just does not move then.
     """
 
     def __init__(self, settings: RobotSettings, clock: Clock) -> None:
         self._clock = clock
         self._world = furnished_flat()
         self._simulation = Simulation(settings, self._world)
+        self._speaker = SimulatedSpeaker()
         self._limits = self._simulation.limits
         self._lock = threading.Lock()
         self._closing = threading.Event()
@@ -110,7 +113,14 @@ class SimulatedRobot:
 
     def microphone(self, clock: Clock) -> AudioSource:
         """Make a microphone that mixes what the robot hears."""
-        return SimulatedMicrophone(clock, world=self._world, listen=self.senses)
+        return SimulatedMicrophone(
+            clock, world=self._world, listen=self.senses, speaker=self._speaker
+        )
+
+    def speaker(self, clock: Clock) -> Speaker:
+        """Return its speaker, which its microphone hears."""
+        del clock  # it plays as fast as it is heard
+        return self._speaker
 
     def _live(self) -> None:
         while not self._closing.wait(STEP_S):

@@ -1,0 +1,57 @@
+"""PortAudio, of which a process has one: loading it, and looking for its devices again."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any, Final
+
+from wax.errors import SourceError
+
+_in_use: Final[set[int]] = set()
+"""The open streams of this process, which PortAudio itself does not tell."""
+
+
+def load_portaudio(what: str = "Microphones", instead: str = '[audio] source = "none"') -> Any:
+    """Import `sounddevice`, which needs the PortAudio library; raises `SourceError`.
+
+    `what` needs it, and `instead` is what to set where it cannot be had.
+    """
+    try:
+        return importlib.import_module("sounddevice")
+    except OSError as error:
+        raise SourceError(
+            f"{what} need the PortAudio library; install it (Debian, Ubuntu: "
+            f"apt install libportaudio2, macOS: brew install portaudio) or set {instead}."
+        ) from error
+    except ImportError as error:
+        raise SourceError(
+            f"{what} need the package sounddevice; install it (pip install sounddevice)"
+            f" or set {instead}."
+        ) from error
+
+
+def in_use(stream: object) -> None:
+    """Note that this stream is open."""
+    _in_use.add(id(stream))
+
+
+def given_up(stream: object) -> None:
+    """Note that it is closed; safe to call twice."""
+    _in_use.discard(id(stream))
+
+
+def look_for_new_devices(portaudio: Any) -> None:
+    """Make PortAudio list its devices again, which it does only when it starts.
+
+    There is no public function for that. It ends all streams of the process, so it is left out
+    while one is open: a microphone that fails must not end the speaker, nor the other way round.
+    """
+    if _in_use:
+        return
+    portaudio._terminate()
+    portaudio._initialize()
+
+
+def first_line(error: Exception) -> str:
+    """Return the part of PortAudio's errors that says something to people."""
+    return (str(error).strip().splitlines() or [type(error).__name__])[0]

@@ -1,0 +1,91 @@
+"""A voice kept in a file instead of played: a WAV that is whole after each word."""
+
+from __future__ import annotations
+
+import struct
+from typing import IO, TYPE_CHECKING, Final
+
+from wax.errors import SpeakerError
+from wax.voice.packet import RATE_HZ
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+_HEADER: Final = struct.Struct("<4sL4s4sLHHLLHH4sL")
+_PCM: Final = 1
+_MAX_BYTES: Final = 2**31
+"""Six hours; beyond twice that, a WAV cannot say how long it is."""
+
+
+class FileSpeaker:
+    """Writes what is said, without the pauses between, after what the file has already.
+
+    48 kHz mono, 16 bit. The header is right after each `write`, so that nothing is lost with the
+    power.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._file: IO[bytes] | None = None
+        self._bytes = 0
+
+    def open(self) -> None:
+        self.close()
+        try:
+            is_new = not self._path.exists() or self._path.stat().st_size == 0
+            self._file = self._path.open("w+b" if is_new else "r+b")
+            self._bytes = 0 if is_new else self._kept(self._file)
+            self._write_header(self._file)
+        except OSError as error:
+            self.close()
+            raise SpeakerError(
+                f"The voice cannot be written to {self._path} ({error.strerror or error});"
+                " name another file in [voice] speaker."
+            ) from error
+
+    def write(self, samples: NDArray[np.int16]) -> None:
+        if self._file is None:
+            raise SpeakerError(f"{self._path} was written before it was opened.")
+        if self._bytes > _MAX_BYTES:
+            raise SpeakerError(f"{self._path} is full; move it away, and a new one is begun.")
+        try:
+            self._file.seek(_HEADER.size + self._bytes)
+            self._bytes += self._file.write(samples.astype("<i2").tobytes())
+            self._write_header(self._file)
+        except OSError as error:
+            raise SpeakerError(
+                f"The voice cannot be written to {self._path}: {error.strerror or error}."
+            ) from error
+
+    def close(self) -> None:
+        file, self._file = self._file, None
+        if file is not None:
+            file.close()
+
+    def _kept(self, file: IO[bytes]) -> int:
+        """Return how much sound is in the file already."""
+        head = file.read(_HEADER.size)
+        ours = _header(0)
+        # All but the two lengths, at bytes 4 and 40.
+        if len(head) < _HEADER.size or head[:4] != ours[:4] or head[8:40] != ours[8:40]:
+            raise SpeakerError(
+                f"{self._path} holds something other than a voice kept by WAX; it was left as it"
+                " is. Name another file in [voice] speaker."
+            )
+        return (self._path.stat().st_size - _HEADER.size) // 2 * 2
+
+    def _write_header(self, file: IO[bytes]) -> None:
+        file.seek(0)
+        file.write(_header(self._bytes))
+        file.flush()
+
+
+def _header(size: int) -> bytes:
+    return _HEADER.pack(
+        *(b"RIFF", _HEADER.size - 8 + size, b"WAVE"),
+        *(b"fmt ", 16, _PCM, 1, RATE_HZ, 2 * RATE_HZ, 2, 16),
+        *(b"data", size),
+    )

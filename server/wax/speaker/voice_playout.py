@@ -1,0 +1,73 @@
+"""From the packets of a voice to the sound that is due: order, decode, make up, limit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wax.errors import ProtocolError
+from wax.speaker.opus_decoder import OpusDecoder
+from wax.voice.concealment import Concealer
+from wax.voice.jitter_buffer import JitterBuffer, Missing
+from wax.voice.limiter import Limiter, SilenceGate
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from wax.voice.packet import VoicePacket
+
+
+class VoicePlayout:
+    """One voice at a time; takes `now_s`, has no thread and waits for nothing.
+
+    Counts since the start: `lost_samples` were made up, `refused` packets could not be decoded.
+    """
+
+    def __init__(self) -> None:
+        self._buffer = JitterBuffer()
+        self._source: int | None = None
+        self._decoder = OpusDecoder()
+        self._concealer = Concealer()
+        self._limiter = Limiter()
+        self._gate = SilenceGate()
+        self.lost_samples = 0
+        self.refused = 0
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether there is nothing to play until the next packet comes."""
+        return self._buffer.is_idle
+
+    def push(self, packet: VoicePacket, now_s: float) -> None:
+        """Take a packet that has come now; that of another source ends the voice before."""
+        if packet.source != self._source:
+            self.hush()
+            self._source = packet.source
+        self._buffer.push(packet, now_s)
+
+    def hush(self) -> None:
+        """Play nothing of what has come so far."""
+        self._buffer.clear()
+        self._source = None
+        self._decoder = OpusDecoder()
+        self._concealer.reset()
+        self._gate = SilenceGate()
+
+    def due(self, now_s: float) -> list[NDArray[np.int16]]:
+        """Return the pieces that are due by now and not silent, int16 mono at 48 kHz."""
+        pieces = []
+        while (item := self._buffer.take(now_s)) is not None:
+            piece = self._limiter.limit(self._sound_of(item))
+            if self._gate.opens(piece) and len(piece):
+                pieces.append(piece)
+        return pieces
+
+    def _sound_of(self, item: VoicePacket | Missing) -> NDArray[np.int16]:
+        if isinstance(item, Missing):
+            self.lost_samples += item.samples
+            return self._concealer.make_up(item.samples)
+        try:
+            return self._concealer.played(self._decoder.decode(item))
+        except ProtocolError:
+            self.refused += 1
+            return self._concealer.make_up(item.samples)

@@ -1,0 +1,283 @@
+"""The outputs: a device by PortAudio, a file, the simulated robot, one of your own."""
+
+from __future__ import annotations
+
+import wave
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from tests.speaker.spoken import loudest_hz, tone
+
+from wax.capture import portaudio
+from wax.clock import SystemClock
+from wax.config.settings import RobotSettings, VoiceSettings
+from wax.errors import ConfigError, SourceError, SpeakerError
+from wax.robot.serial.driver import SerialRobot
+from wax.robot.simulated.robot import SimulatedRobot
+from wax.speaker.file import FileSpeaker
+from wax.speaker.find_speaker import make_speaker
+from wax.speaker.portaudio import PortAudioSpeaker
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+CLOCK = SystemClock()
+
+
+class PortAudioError(Exception):
+    pass
+
+
+class FakePortAudio:
+    """The part of `sounddevice` that is used, with one output of a given rate and channels."""
+
+    PortAudioError = PortAudioError
+
+    def __init__(self, rate_hz: int = 48_000, channels: int = 1) -> None:
+        self.rate_hz, self.channels, self.present = rate_hz, channels, True
+        self.streams: list[SimpleNamespace] = []
+        self.looked = 0
+
+    def OutputStream(self, **wanted: Any) -> SimpleNamespace:  # noqa: N802 - sounddevice's name
+        if not self.present:
+            raise PortAudioError("Error querying device -1\n[PaErrorCode -9996]")
+        if (wanted["samplerate"], wanted["channels"]) != (self.rate_hz, self.channels):
+            raise PortAudioError("Invalid sample rate")
+        stream = SimpleNamespace(**wanted, active=True, ended=0, start=lambda: None)
+
+        def end(*, ignore_errors: bool) -> None:
+            stream.ended += 1
+            stream.active = False
+
+        stream.abort = stream.close = end
+        self.streams.append(stream)
+        return stream
+
+    def query_devices(self, device: object, kind: str) -> dict[str, float]:
+        if not self.present:
+            raise PortAudioError("Error querying device -1")
+        return {"default_samplerate": float(self.rate_hz), "max_output_channels": self.channels}
+
+    def _terminate(self) -> None:
+        self.looked += 1
+
+    def _initialize(self) -> None:
+        pass
+
+    def pull(self, frames: int) -> NDArray[np.int16]:
+        """Ask for the next sound, as the device would."""
+        out = np.full((frames, self.channels), 99, np.int16)
+        self.streams[-1].callback(out, frames, None, None)
+        return out
+
+
+def make(fake: FakePortAudio, **more: Any) -> PortAudioSpeaker:
+    return PortAudioSpeaker(VoiceSettings(), CLOCK, load_portaudio=lambda: fake, **more)
+
+
+def test_a_device_pulls_what_was_written() -> None:
+    """In blocks of 10 ms at low latency; where there is nothing more it gets silence."""
+    fake = FakePortAudio()
+    speaker = make(fake, device="USB")
+    speaker.open()
+    stream = fake.streams[-1]
+    assert (stream.blocksize, stream.latency, stream.device) == (480, "low", "USB")
+    sound = tone(440, 0.015)
+    speaker.write(sound)
+    assert np.array_equal(fake.pull(480)[:, 0], sound[:480])
+    assert np.array_equal(fake.pull(480)[:, 0], np.append(sound[480:], np.zeros(240, np.int16)))
+    assert not fake.pull(480).any()
+    speaker.close()
+    assert stream.ended == 2
+
+
+@pytest.mark.parametrize(("rate_hz", "channels"), [(44_100, 2), (16_000, 1)])
+def test_a_device_of_another_rate_is_converted_for(rate_hz: int, channels: int) -> None:
+    """A device that cannot do 48 kHz mono plays the tone as high, on all its channels."""
+    fake = FakePortAudio(rate_hz, channels)
+    speaker = make(fake)
+    speaker.open()
+    heard = []
+    for begin in range(0, 24_000, 960):
+        speaker.write(tone(1000, 0.5)[begin : begin + 960])
+        heard.append(fake.pull(rate_hz // 50))
+    speaker.close()
+    sound = np.concatenate(heard)
+    assert sound.shape[1] == channels
+    assert np.array_equal(sound[:, 0], sound[:, -1])
+    steady = sound[rate_hz // 10 : rate_hz // 10 + rate_hz // 5, 0]
+    assert loudest_hz(steady) * rate_hz / 48_000 == pytest.approx(1000, abs=10)
+
+
+def test_no_more_than_200_ms_wait_for_a_device() -> None:
+    """A device that is slower than our clock loses sound, and gains no delay."""
+    fake = FakePortAudio()
+    speaker = make(fake)
+    speaker.open()
+    for _ in range(50):
+        speaker.write(np.ones(960, np.int16))
+    waited = 0
+    while fake.pull(480).any():
+        waited += 480
+    assert waited == 9600
+    speaker.close()
+
+
+def test_a_device_that_goes_is_said() -> None:
+    """A stream that the system has ended takes no more."""
+    fake = FakePortAudio()
+    speaker = make(fake)
+    speaker.open()
+    fake.streams[-1].active = False
+    with pytest.raises(SpeakerError, match=r"^The speaker has gone; check its cable"):
+        speaker.write(np.ones(480, np.int16))
+    speaker.close()
+
+
+def test_a_missing_device_is_looked_for_again() -> None:
+    """But not while a microphone is open, which looking would end."""
+    fake = FakePortAudio()
+    fake.present = False
+    speaker = make(fake, device=3)
+    with pytest.raises(SpeakerError, match=r"^Speaker 3 cannot be opened \(Error querying"):
+        speaker.open()
+    microphone = object()
+    portaudio.in_use(microphone)
+    with pytest.raises(SpeakerError):
+        speaker.open()
+    assert fake.looked == 0
+    portaudio.given_up(microphone)
+    fake.present = True
+    speaker.open()
+    assert fake.looked == 1
+    speaker.close()
+
+
+@pytest.mark.parametrize(
+    ("error", "install"),
+    [(OSError("no library"), "apt install libportaudio2"), (ImportError(), "pip install sound")],
+)
+def test_without_the_library_the_package_is_named(
+    monkeypatch: pytest.MonkeyPatch, error: Exception, install: str
+) -> None:
+    """The sentence says what to install, and what to set where that cannot be done."""
+
+    def fail(name: str) -> None:
+        raise error
+
+    monkeypatch.setattr("importlib.import_module", fail)
+    speaker = PortAudioSpeaker(VoiceSettings(), CLOCK)
+    with pytest.raises(SpeakerError, match=rf"^Speakers need .*{install}.*\[voice\] speaker"):
+        speaker.open()
+    with pytest.raises(SourceError, match=rf"^Microphones need .*{install}.*\[audio\] source"):
+        portaudio.load_portaudio()
+
+
+def read(path: Path) -> NDArray[np.int16]:
+    with wave.open(str(path)) as file:
+        assert (file.getnchannels(), file.getsampwidth(), file.getframerate()) == (1, 2, 48_000)
+        return np.frombuffer(file.readframes(file.getnframes()), np.int16)
+
+
+def test_a_file_is_whole_after_each_word(tmp_path: Path) -> None:
+    """It can be read while it is written, and the next server adds to it."""
+    path = tmp_path / "voice.wav"
+    first, second = tone(440, 0.1), tone(880, 0.05)
+    speaker = FileSpeaker(path)
+    speaker.open()
+    speaker.write(first)
+    assert np.array_equal(read(path), first)
+    again = FileSpeaker(path)
+    again.open()
+    again.write(second)
+    again.close()
+    speaker.close()
+    assert np.array_equal(read(path), np.concatenate((first, second)))
+
+
+@pytest.mark.parametrize("content", [b"RIFF", b"x" * 100, b"RIFF\0\0\0\0WAVEfmt " + bytes(60)])
+def test_a_file_of_something_else_is_left_as_it_is(tmp_path: Path, content: bytes) -> None:
+    """Nobody's recording is overwritten by a mistake in the configuration."""
+    path = tmp_path / "other.wav"
+    path.write_bytes(content)
+    speaker = FileSpeaker(path)
+    with pytest.raises(SpeakerError, match="it was left as it is"):
+        speaker.open()
+    speaker.close()
+    assert path.read_bytes() == content
+
+
+def test_a_folder_is_no_file(tmp_path: Path) -> None:
+    """What the system says is part of the sentence."""
+    (tmp_path / "voice.wav").mkdir()
+    speaker = FileSpeaker(tmp_path / "voice.wav")
+    with pytest.raises(SpeakerError, match="Is a directory"):
+        speaker.open()
+    with pytest.raises(SpeakerError, match="before it was opened"):
+        speaker.write(tone(440, 0.01))
+
+
+def test_the_simulated_robot_hears_itself() -> None:
+    """What is said by its speaker is in what its microphone delivers, once."""
+    robot = SimulatedRobot(RobotSettings(), CLOCK)
+    speaker = make_speaker(VoiceSettings(speaker="robot"), CLOCK, robot)
+    assert speaker is not None
+    speaker.open()
+    microphone = robot.microphone(CLOCK)
+    microphone.open()
+    speaker.write(tone(3000, 0.1, level=0.5))
+    loud = np.concatenate([microphone.read().samples for _ in range(10)])
+    after = np.concatenate([microphone.read().samples for _ in range(10)])
+    microphone.close()
+    speaker.close()
+    assert loudest_hz(loud) == pytest.approx(3000, abs=20)
+    assert loudest_hz(after) < 2900
+
+
+class Own:
+    """A speaker class of somebody's own."""
+
+    def __init__(self, settings: VoiceSettings, clock: object) -> None: ...
+
+    def open(self) -> None: ...
+
+    def write(self, samples: object) -> None: ...
+
+    def close(self) -> None: ...
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("none", type(None)),
+        ("speaker", PortAudioSpeaker),
+        ("speaker:2", PortAudioSpeaker),
+        ("speaker:USB", PortAudioSpeaker),
+        ("voice.wav", FileSpeaker),
+        (f"{__name__}:Own", Own),
+    ],
+)
+def test_a_speaker_is_found_by_its_name(name: str, kind: type) -> None:
+    """Each form of the key makes the speaker that it names."""
+    driver = SerialRobot(RobotSettings(driver="serial"), CLOCK)
+    assert isinstance(make_speaker(VoiceSettings(speaker=name), CLOCK, driver), kind)
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("robot", "the serial robot has no speaker of its own"),
+        ("loudspeaker", "possible are none, robot, speaker"),
+        ("/no/such/folder/voice.wav", "is no folder"),
+        ("wax.clock:SystemClock", "failed|has no method open"),
+    ],
+)
+def test_what_cannot_work_is_refused_at_the_start(name: str, problem: str) -> None:
+    """With the key and what to write instead."""
+    driver = SerialRobot(RobotSettings(driver="serial"), CLOCK)
+    with pytest.raises(ConfigError, match=rf"^\[voice\] speaker: .*({problem})"):
+        make_speaker(VoiceSettings(speaker=name), CLOCK, driver)

@@ -1,0 +1,154 @@
+"""The speaker's thread: it plays, is silenced, and a device that fails or hangs stops nobody."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+from structlog.testing import capture_logs
+from tests.speaker.spoken import packets, tone
+
+from wax.clock import SystemClock
+from wax.errors import SpeakerError
+from wax.speaker import speaker_thread
+from wax.speaker.speaker_thread import SpeakerThread
+from wax.voice.packet import RATE_HZ
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+CLOCK = SystemClock()
+
+
+class Box:
+    """A speaker that keeps what it is given, and fails or hangs when told."""
+
+    def __init__(self) -> None:
+        self.kept: list[NDArray[np.int16]] = []
+        self.opened = self.closed = 0
+        self.failing: Exception | None = None
+        self.fails_to_open: Exception | None = None
+        self.free = threading.Event()
+        self.free.set()
+
+    def open(self) -> None:
+        self.opened += 1
+        if self.fails_to_open is not None:
+            raise self.fails_to_open
+
+    def write(self, samples: NDArray[np.int16]) -> None:
+        self.free.wait()
+        if self.failing is not None:
+            raise self.failing
+        self.kept.append(samples)
+
+    def close(self) -> None:
+        self.closed += 1
+
+    @property
+    def samples(self) -> int:
+        return sum(map(len, self.kept))
+
+
+def until(is_so: Callable[[], bool]) -> None:
+    """Wait for what must come; pytest ends a test that waits for ever."""
+    while not is_so():
+        time.sleep(0.005)
+
+
+@pytest.fixture
+def box() -> Box:
+    return Box()
+
+
+@pytest.fixture
+def thread(box: Box) -> Iterator[SpeakerThread]:
+    made = SpeakerThread(box, CLOCK, retry_s=0.01)
+    made.start()
+    yield made
+    box.free.set()
+    made.stop()
+    made.stop()
+    assert box.closed >= box.opened
+
+
+def speak(thread: SpeakerThread, seconds: float = 0.4) -> None:
+    """Let all packets come at once, as after a stall."""
+    for packet in packets(tone(440, seconds)):
+        thread.push(packet, CLOCK.now_s())
+
+
+def test_a_voice_is_played(thread: SpeakerThread, box: Box) -> None:
+    """All of it but for the fade, and then the thread rests."""
+    until(lambda: thread.problem is None)
+    assert thread.sounded_s < CLOCK.now_s() - 1000
+    speak(thread)
+    until(lambda: box.samples >= 0.3 * RATE_HZ)
+    assert CLOCK.now_s() - thread.sounded_s < 5
+    until(lambda: thread._playout.is_idle)
+
+
+def test_hushed_no_more_is_played(thread: SpeakerThread, box: Box) -> None:
+    """Not even what the thread had in hand while the device was busy."""
+    until(lambda: thread.problem is None)
+    box.free.clear()
+    speak(thread)
+    until(lambda: thread._busy_since_s is not None)
+    thread.hush()
+    box.free.set()
+    until(lambda: thread._playout.is_idle and thread._busy_since_s is None)
+    assert len(box.kept) <= 1
+
+
+def test_a_device_that_hangs_is_said(
+    thread: SpeakerThread, box: Box, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`push`, `hush` and `problem` return at once all the while; it is heard again after."""
+    monkeypatch.setattr(speaker_thread, "_HANGS_S", 0.05)
+    until(lambda: thread.problem is None)
+    box.free.clear()
+    speak(thread)
+    until(lambda: thread.problem is not None)
+    assert thread.problem == "The robot's speaker takes no sound; check that it is connected."
+    speak(thread, 3)
+    thread.hush()
+    box.free.set()
+    until(lambda: thread.problem is None)
+
+
+@pytest.mark.parametrize(
+    ("error", "sentence"),
+    [
+        (SpeakerError("The speaker has gone; plug it in again."), "The speaker has gone"),
+        (RuntimeError("no bus"), "The robot's speaker failed: no bus"),
+    ],
+)
+def test_a_device_that_fails_is_opened_again(
+    thread: SpeakerThread, box: Box, error: Exception, sentence: str
+) -> None:
+    """Its sentence is shown until it plays again; a plug-in may raise anything."""
+    until(lambda: thread.problem is None)
+    with capture_logs():
+        box.failing = box.fails_to_open = error
+        speak(thread)
+        until(lambda: thread.problem is not None)
+        assert (thread.problem or "").startswith(sentence)
+        box.failing = box.fails_to_open = None
+        until(lambda: thread.problem is None)
+    assert thread.failures >= 1
+    assert box.opened >= 2
+
+
+def test_a_speaker_that_cannot_be_opened_is_a_sentence(box: Box) -> None:
+    """And nothing waits for it at the end."""
+    box.fails_to_open = SpeakerError("No speaker.")
+    thread = SpeakerThread(box, CLOCK, retry_s=60)
+    assert thread.problem is not None
+    thread.start()
+    until(lambda: thread.problem == "No speaker.")
+    thread.stop()
