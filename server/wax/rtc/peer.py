@@ -1,4 +1,4 @@
-"""One browser's peer connection: two tracks out, two data channels."""
+"""One browser's peer connection: two tracks out, perhaps a voice in, two data channels."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from wax.rtc.sender import Sender, SenderContext
 from wax.rtc.signalling import is_firefox
 from wax.rtc.sound_sender import SoundSender
 from wax.rtc.transport_tap import TransportTap
+from wax.rtc.voice_receiver import VoiceReceiver
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from wax.rtc.lane import Encoded, PictureLane, SoundLane
     from wax.rtc.network import Network
     from wax.streams.interface import Codecs, Kind
+    from wax.voice.packet import VoicePacket
 
 _LOG = structlog.get_logger(__name__)
 
@@ -73,7 +75,11 @@ class PeerEvents(Protocol):
 
 
 class Peer:
-    """A peer for one offer, answered once and closed once; a reconnect is a new peer."""
+    """A peer for one offer, answered once and closed once; a reconnect is a new peer.
+
+    `on_voice` gets the packets of the page's microphone, and None for each that cannot be read; it
+    must not raise. Without it nothing is received.
+    """
 
     def __init__(
         self,
@@ -86,6 +92,7 @@ class Peer:
         events: PeerEvents,
         clock: Clock,
         round_trip_s: Callable[[], float | None],
+        on_voice: Callable[[VoicePacket | None], None] | None = None,
     ) -> None:
         self._network = network
         self._events = events
@@ -99,7 +106,8 @@ class Peer:
         self._closing: asyncio.Task[None] | None = None
         with network.reached():
             self._pc = RTCPeerConnection(network.configuration())
-            sound, picture = self._transceiver("audio"), self._transceiver("video")
+            sound = self._transceiver("audio", receives=on_voice is not None)
+            picture = self._transceiver("video")
         self._picture = PictureSender(
             self._context("video", picture),
             lane=video,
@@ -110,6 +118,8 @@ class Peer:
         private.put_sender(picture, self._picture)
         self._sound = SoundSender(self._context("audio", sound), lane=audio)
         private.put_sender(sound, self._sound)
+        if on_voice is not None:
+            private.put_receiver(sound, VoiceReceiver(sound.receiver, on_voice))
         self._senders: dict[Kind, Sender] = {"audio": self._sound, "video": self._picture}
         self._pc.on("connectionstatechange", self._state_changed)
         self._pc.on("datachannel", self._channel_opened)
@@ -189,8 +199,9 @@ class Peer:
         """Return the media time modulo 2³² of an RTP time."""
         return (rtp_time - self._senders[kind].origin) % _UINT32
 
-    def _transceiver(self, kind: Kind) -> RTCRtpTransceiver:
-        transceiver = self._pc.addTransceiver(kind, direction="sendonly")
+    def _transceiver(self, kind: Kind, *, receives: bool = False) -> RTCRtpTransceiver:
+        direction = "sendrecv" if receives else "sendonly"
+        transceiver = self._pc.addTransceiver(kind, direction=direction)
         prefer(transceiver, self._codecs.audio if kind == "audio" else self._codecs.video)
         return transceiver
 

@@ -46,13 +46,15 @@ from wax.errors import StartError
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
 
+    from aiortc.mediastreams import MediaStreamTrack
     from aiortc.rtcicetransport import RTCIceParameters
-    from aiortc.rtcrtpparameters import RTCRtpSendParameters
+    from aiortc.rtcrtpparameters import RTCRtpReceiveParameters, RTCRtpSendParameters
     from aiortc.rtp import AnyRtcpPacket
     from aiortc.sdp import MediaDescription, SessionDescription
 
 _FOR_EVER: Final = 10**9
 _SENDER: Final = "_RTCRtpTransceiver__sender"
+_RECEIVER: Final = "_RTCRtpTransceiver__receiver"
 _RATE: Final = "_RTCRtpReceiver__remote_bitrate_estimator"
 _OFFER: Final = "_RTCPeerConnection__pendingRemoteDescription"
 _ANSWER: Final = "_RTCPeerConnection__currentRemoteDescription"
@@ -114,6 +116,9 @@ def check() -> None:
                 sets(RTCPeerConnection, _ANSWER),
             ),
             ("RTCRtpTransceiver.__sender", sets(RTCRtpTransceiver, _SENDER)),
+            ("RTCRtpTransceiver.__receiver", sets(RTCRtpTransceiver, _RECEIVER)),
+            ("RTCRtpReceiver._track", sets(RTCRtpReceiver, "_track")),
+            ("RTCDtlsTransport._handle_rtp_data", hasattr(RTCDtlsTransport, "_handle_rtp_data")),
             ("RTCRtpReceiver.__remote_bitrate_estimator", sets(RTCRtpReceiver, _RATE)),
             ("RTCRtpTransceiver._codecs", sets(RTCRtpTransceiver, "_codecs")),
             ("RTCRtpTransceiver._headerExtensions", sets(RTCRtpTransceiver, "_headerExtensions")),
@@ -358,6 +363,57 @@ class SenderInPlace(ABC):
         """Handle the browser's RTCP for this stream."""
 
 
+class ReceiverInPlace(ABC):
+    """Replaces aiortc's receiver `stock` in a transceiver.
+
+    That one starts a thread for each stream, queues without bound and holds back 80 ms of sound.
+    This has the attributes and methods that aiortc uses on a receiver. It gets all decrypted RTP of
+    its transport, and aiortc none: its router would keep each SSRC that a page makes up.
+    """
+
+    def __init__(self, stock: RTCRtpReceiver) -> None:
+        self._enabled = True
+        self._track: MediaStreamTrack | None = None
+        self._transport = stock.transport
+        self._is_receiving = False
+
+    @property
+    def track(self) -> MediaStreamTrack | None:
+        """What aiortc makes of the offer; nothing is ever put into it."""
+        return self._track
+
+    @property
+    def transport(self) -> RTCDtlsTransport:
+        return self._transport
+
+    def setTransport(self, transport: RTCDtlsTransport) -> None:  # noqa: N802  # aiortc's
+        self._transport = transport
+
+    async def receive(self, parameters: RTCRtpReceiveParameters) -> None:
+        """Start with the negotiated `parameters`; safe to repeat."""
+        if not self._is_receiving:
+            self._is_receiving = True
+            self.begin(parameters)
+            self._transport._handle_rtp_data = self._handle_rtp_data  # type: ignore[method-assign]  # see above
+
+    async def stop(self) -> None:
+        """End for good; safe to call twice."""
+        self._is_receiving = False
+
+    async def _handle_rtp_data(self, data: bytes, arrival_time_ms: int) -> None:
+        del arrival_time_ms  # by another clock
+        if self._is_receiving:
+            self.heard(data)
+
+    @abstractmethod
+    def begin(self, parameters: RTCRtpReceiveParameters) -> None:
+        """Start receiving as negotiated."""
+
+    @abstractmethod
+    def heard(self, packet: bytes) -> None:
+        """Handle a packet of RTP, whatever is in it; must not raise."""
+
+
 _srtp: Any = pylibsrtp
 
 
@@ -405,6 +461,11 @@ def put_sender(transceiver: RTCRtpTransceiver, sender: SenderInPlace) -> None:
     """
     setattr(transceiver, _SENDER, sender)
     setattr(transceiver.receiver, _RATE, None)
+
+
+def put_receiver(transceiver: RTCRtpTransceiver, receiver: ReceiverInPlace) -> None:
+    """Use our receiver in this transceiver, after `put_sender`; see there."""
+    setattr(transceiver, _RECEIVER, receiver)
 
 
 def widen(pc: RTCPeerConnection, extensions: Collection[str]) -> None:
@@ -469,7 +530,8 @@ def break_circles(pc: RTCPeerConnection) -> None:
     for dtls in transports:
         for one in (dtls, dtls.transport, dtls.transport.iceGatherer):
             one.remove_all_listeners()
-        vars(dtls).pop("_handle_rtcp_data", None)
+        for patched in ("_handle_rtcp_data", "_handle_rtp_data"):
+            vars(dtls).pop(patched, None)
 
 
 def on_datagram(transport: RTCDtlsTransport, callback: Callable[[bytes], None]) -> None:

@@ -1,0 +1,149 @@
+"""A voice from a real peer on loopback, and what happens to one that nobody asked for."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import weakref
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from aiortc import RTCPeerConnection, RTCSessionDescription
+from aiortc.mediastreams import AudioStreamTrack
+from tests.rtc.networks import opened_network
+from tests.rtc.test_peer import Events, Noted, Pictures, Sounds
+
+from wax.clock import SystemClock
+from wax.rtc import private
+from wax.rtc.peer import Peer
+from wax.speaker.opus_decoder import OpusDecoder
+from wax.streams.interface import Codecs
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Callable
+
+    from aiortc import RTCDtlsTransport
+
+    from wax.voice.packet import VoicePacket
+
+Heard = asyncio.Queue["VoicePacket | None"]
+
+
+@asynccontextmanager
+async def connected(
+    direction: str, on_voice: Callable[[VoicePacket | None], None] | None
+) -> AsyncIterator[tuple[Peer, RTCPeerConnection, str]]:
+    """Connect a peer of ours with a browser that sends sound if it may; yield the answer, too."""
+    private.install()
+    async with opened_network("one-port") as opened:
+        events = Events()
+        browser = RTCPeerConnection()
+        browser.addTransceiver(AudioStreamTrack(), direction=direction)
+        browser.addTransceiver("video", direction="recvonly")
+        browser.createDataChannel("drive", ordered=False, maxRetransmits=0)
+        browser.createDataChannel("state")
+        peer = Peer(
+            network=opened,
+            codecs=Codecs(audio="opus", video="vp8"),
+            video=Pictures(),
+            audio=Sounds(),
+            congestion=Noted(),
+            events=events,
+            clock=SystemClock(),
+            round_trip_s=lambda: 0.1,
+            on_voice=on_voice,
+        )
+        await browser.setLocalDescription(await browser.createOffer())
+        answer = await peer.answer(browser.localDescription.sdp)
+        await browser.setRemoteDescription(RTCSessionDescription(answer, "answer"))
+        await events.wait("ready")
+        yield peer, browser, answer
+        await peer.close()
+        await browser.close()
+
+
+def of_sound(answer: str) -> str:
+    return answer.partition("m=audio")[2].partition("m=video")[0]
+
+
+async def test_a_voice_arrives_packet_by_packet() -> None:
+    """Each packet is handed over as it comes, without a thread and without 80 ms of prefetch."""
+    heard: Heard = asyncio.Queue()
+    async with connected("sendrecv", heard.put_nowait) as (peer, _, answer):
+        assert "a=sendrecv" in of_sound(answer)
+        decoder = OpusDecoder()
+        packets = [await asyncio.wait_for(heard.get(), 5) for _ in range(5)]
+        for packet in packets:
+            assert packet is not None
+            assert packet.samples == 960
+            assert not decoder.decode(packet).any()  # its track is silent
+        numbers = [packet.timestamp for packet in packets if packet is not None]
+        assert list(np.diff(numbers)) == [960] * 4
+        assert peer._sound.transport._rtp_router.receivers == set()
+        assert peer.is_alive
+
+
+async def test_a_page_that_does_not_speak_gets_what_it_got() -> None:
+    """To an offer that only receives the answer only sends, voice or not."""
+    heard: Heard = asyncio.Queue()
+    async with connected("recvonly", heard.put_nowait) as (_, _, answer):
+        assert "a=sendonly" in of_sound(answer)
+    assert heard.empty()
+
+
+async def test_without_voice_nothing_is_received() -> None:
+    """A server that has no speaker answers as it always did."""
+    async with connected("sendrecv", None) as (peer, _, answer):
+        assert "a=sendonly" in of_sound(answer)
+        assert "_handle_rtp_data" not in vars(_transport(peer))
+
+
+def _transport(peer: Peer) -> RTCDtlsTransport:
+    return peer._sound.transport
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"\x80", b"\x80\x6f" + bytes(9), b"\x80\x60" + bytes(10), bytes(2000)]
+)
+async def test_what_cannot_be_read_is_told(data: bytes) -> None:
+    """Bytes that are no packet of a voice never end the peer."""
+    heard: Heard = asyncio.Queue()
+    async with connected("sendrecv", heard.put_nowait) as (peer, _, _):
+        await asyncio.wait_for(heard.get(), 5)
+        await _transport(peer)._handle_rtp_data(data, arrival_time_ms=0)
+        while await asyncio.wait_for(heard.get(), 5) is not None:
+            pass
+        assert peer.is_alive
+
+
+async def test_made_up_streams_are_not_remembered() -> None:
+    """A page that makes up an SSRC for each packet makes nothing grow."""
+    heard: Heard = asyncio.Queue()
+    async with connected("sendrecv", heard.put_nowait) as (peer, _, _):
+        await asyncio.wait_for(heard.get(), 5)
+        transport = _transport(peer)
+        for ssrc in range(1000):
+            data = b"\x80\x60" + bytes(6) + ssrc.to_bytes(4, "big") + b"\x08voice"
+            await transport._handle_rtp_data(data, arrival_time_ms=0)
+        assert transport._rtp_router.ssrc_table == {}
+
+
+async def test_a_closed_peer_with_a_voice_is_free_at_once() -> None:
+    """Its receiver keeps nothing alive."""
+    heard: Heard = asyncio.Queue()
+    gc.disable()
+    try:
+        async with connected("sendrecv", heard.put_nowait) as (peer, _, _):
+            await asyncio.wait_for(heard.get(), 5)
+            pc = peer._pc
+            left = [weakref.ref(one) for one in (pc, *pc.getReceivers(), _transport(peer))]
+            await peer.close()
+            del peer, pc
+            for _ in range(200):
+                if any(one() is not None for one in left):
+                    await asyncio.sleep(0.02)
+            assert [one() for one in left if one() is not None] == []
+    finally:
+        gc.enable()
