@@ -3,6 +3,7 @@
 picture: source → capture → slot → rendition → lane → track → browser
 sound:   source → capture → blocks → encoder → lane → track → browser
 command: browser → data channel → viewer → gate → control loop → driver
+voice:   browser → receiver → floor → jitter buffer → decoder → speaker
 """
 
 from __future__ import annotations
@@ -51,6 +52,9 @@ from wax.session.record_keeper import RecordKeeper, both, refused
 from wax.session.room import Room
 from wax.session.status import Status
 from wax.session.viewers import Viewers
+from wax.session.voices import Voices
+from wax.speaker.find_speaker import make_speaker
+from wax.speaker.speaker_thread import SpeakerThread
 from wax.streams.live import LiveService
 from wax.tasks import TaskSupervisor
 from wax.telemetry import Counters, Rates
@@ -64,9 +68,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from wax.access.permissions import Role
     from wax.capture.source import Picture, Sound
     from wax.clock import Clock
-    from wax.config.settings import RoleSyncSettings, Settings
+    from wax.config.settings import RoleSyncSettings, Settings, VoiceSettings
+    from wax.control.turns import TurnEvent
+    from wax.driver.interface import Driver
+    from wax.session.viewer import Viewer
     from wax.streams.interface import Service
 
 _LOG = structlog.get_logger(__name__)
@@ -162,6 +170,8 @@ class App:
             has_camera="video" in self._captures,
             house=self._house,
         )
+        self._speaker = _speaker_thread(settings.voice, clock, self._driver)
+        self._voices = self._make_voices(counters, viewers)
         self._records = open_records(settings.records, settings.server.state_dir, clock)
         self._access = Access(
             settings.access, self._records, clock, load_secret(settings.server.state_dir)
@@ -183,7 +193,7 @@ class App:
             camera_fails=self._camera_fails,
             on_hold=lambda: self._house.on_hold,
             max_fraction=viewers.max_fraction,
-            on_events=both(viewers.turn_events, self._keeper.turn_events),
+            on_events=both(both(viewers.turn_events, self._keeper.turn_events), self._check_voices),
             on_status=both(viewers.drive_status, self._keeper.drive_status),
         )
         self._room = Room(
@@ -202,6 +212,7 @@ class App:
                 captures=self._captures,
                 access=self._access,
                 house=self._house,
+                voices=self._voices,
             ),
             access=self._access,
             house=self._house,
@@ -209,6 +220,7 @@ class App:
             keeper=self._keeper,
             network=self._network,
             cluster=self._cluster,
+            voices=self._voices,
         )
         self._status = Status(
             clock=clock,
@@ -237,7 +249,7 @@ class App:
             proving=self._proof_runner,
             ice=ice,
             status=lambda: self._status() | {"connections": self._entrance.status()},
-            page_data=_page_data(service, settings.sync),
+            page_data=_page_data(service, settings.sync, has_voice=self._speaker is not None),
             guards=Guards(
                 settings.server,
                 clock,
@@ -324,6 +336,8 @@ class App:
         self._audio.start()
         for capture in self._captures.values():
             capture.start()
+        if self._speaker is not None:
+            self._speaker.start()
         self._supervisor.spawn("control loop", self._control.run())
         self._supervisor.spawn("room", self._room.run())
         self._supervisor.spawn("status", self._status.run())
@@ -354,7 +368,8 @@ class App:
             self._driver.close()
 
     def _stop_threads(self) -> None:
-        parts = (*self._captures.values(), self._video, self._records)
+        speakers = () if self._speaker is None else (self._speaker,)
+        parts = (*self._captures.values(), self._video, self._records, *speakers)
         for part in parts:
             part.request_stop()
         for part in parts:
@@ -364,6 +379,26 @@ class App:
         """Whether nobody gets a picture from a camera that there is."""
         camera = self._captures.get("video")
         return camera is not None and camera.problem is not None
+
+    def _make_voices(self, counters: Counters, viewers: Viewers) -> Voices | None:
+        if self._speaker is None:
+            return None
+        return Voices(
+            speaker=self._speaker,
+            clock=self._clock,
+            counters=counters,
+            house=self._house,
+            role=self._role_of,
+            changed=viewers.changed,
+        )
+
+    def _role_of(self, viewer: Viewer) -> Role:
+        return self._room.viewer_role(viewer)
+
+    def _check_voices(self, _events: tuple[TurnEvent, ...]) -> None:
+        """Let nobody speak for longer than their turn."""
+        if self._voices is not None:
+            self._voices.check()
 
     def _task_died(self, name: str) -> None:
         self._died = name
@@ -382,9 +417,15 @@ class App:
             self._audio.push(block)
 
 
-def _page_data(service: Service, sync: RoleSyncSettings) -> dict[str, str]:
+def _speaker_thread(settings: VoiceSettings, clock: Clock, driver: Driver) -> SpeakerThread | None:
+    speaker = make_speaker(settings, clock, driver)
+    return None if speaker is None else SpeakerThread(speaker, clock, retry_s=settings.retry_s)
+
+
+def _page_data(service: Service, sync: RoleSyncSettings, *, has_voice: bool) -> dict[str, str]:
     """Return what the page must know before it connects."""
     if service.acknowledged:
         return {"acknowledge": ""}
     players = {sync.operator.player, sync.observer.player}
-    return {"player": "browser"} if players == {"browser"} else {}
+    data = {"player": "browser"} if players == {"browser"} else {}
+    return data | ({"voice": ""} if has_voice else {})

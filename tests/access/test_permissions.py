@@ -25,6 +25,7 @@ CELLS: dict[permissions.Act, str] = {
     messages.Stop: INSIDE,
     messages.Drive: "operator host",
     messages.Release: "operator host",
+    permissions.SPEAK: "operator host",
     **dict.fromkeys(get_args(messages.HostIn), "host"),
     "GET /": ANYBODY,
     "GET /assets": ANYBODY,

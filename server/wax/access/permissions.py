@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 
 Role = Literal["stranger", "observer", "operator", "host"]
 Act = type | str
-"""A message of the protocol, or a route as ``METHOD /path``."""
+"""A message of the protocol, a route as ``METHOD /path``, or `SPEAK`."""
+
+SPEAK: Final = "a voice"
+"""Sound from the page's microphone, which is no message."""
 
 ROLES: Final[tuple[Role, ...]] = get_args(Role)
 
@@ -39,11 +42,14 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     messages.Drive: _IN_CHARGE,
     messages.Stop: _INSIDE,
     messages.Release: _IN_CHARGE,
+    # Speaking to the people beside the robot; never those who only watch.
+    SPEAK: _IN_CHARGE,
     # The host's.
     messages.HoldQueue: _HOST,
     messages.EndTurn: _HOST,
     messages.Remove: _HOST,
     messages.Mute: _HOST,
+    messages.MuteVoices: _HOST,
     messages.Lock: _HOST,
     messages.Close: _HOST,
     messages.Blank: _HOST,

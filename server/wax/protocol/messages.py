@@ -225,6 +225,13 @@ class Mute(_Incoming):
     muted: bool
 
 
+class MuteVoices(_Incoming):
+    """Let nobody speak through the robot, or let them speak again."""
+
+    type: Literal["mute_voices"]
+    muted: bool
+
+
 class Lock(_Incoming):
     """Let only invited people stay, or let strangers in again."""
 
@@ -317,12 +324,22 @@ class LossRules(_Outgoing):
     stop_by: Literal["everybody", "operator"]
 
 
+class VoiceRules(_Outgoing):
+    """How those who may can speak through the robot.
+
+    With `open_microphone` they need not press anything while they speak.
+    """
+
+    open_microphone: bool
+
+
 class Hello(_Outgoing):
     """The first message on the state channel; `acknowledge` asks the page for `Received`.
 
     `is_host` means that this page has shown the host's secret. `may_hear` and `may_queue` are false
     for strangers where the host lets only invited people do that. `has_microphone` is false where
-    nobody hears anything, because the host wants it so.
+    nobody hears anything, because the host wants it so. `voice` is null where nobody can speak
+    through the robot.
     """
 
     type: Literal["hello"] = "hello"
@@ -339,6 +356,7 @@ class Hello(_Outgoing):
     may_hear: bool
     may_queue: bool
     acknowledge: bool
+    voice: VoiceRules | None = None
 
 
 class ViewerInfo(_Outgoing):
@@ -397,6 +415,18 @@ class SourceStatus(_Outgoing):
     problem: str | None
 
 
+class VoiceInfo(_Outgoing):
+    """Who speaks through the robot, the viewer's number or null.
+
+    `muted`: nobody can, because the host wants it so. `problem` is a sentence about the robot's
+    speaker, null if it plays.
+    """
+
+    speaker: int | None
+    muted: bool
+    problem: str | None
+
+
 class StopInfo(_Outgoing):
     """The stop in force: its rising number, and who pressed it."""
 
@@ -420,7 +450,10 @@ class House(_Outgoing):
 
 
 class RoomState(_Outgoing):
-    """What everybody sees, sent once; then come changes. `stop` and `call` may be null."""
+    """What everybody sees, sent once; then come changes.
+
+    `stop` and `call` may be null; `voice` is, where nobody can speak through the robot.
+    """
 
     type: Literal["room"] = "room"
     viewers: list[ViewerInfo]
@@ -431,6 +464,7 @@ class RoomState(_Outgoing):
     robot: RobotStatus
     video: SourceStatus
     audio: SourceStatus
+    voice: VoiceInfo | None = None
 
 
 class RoomChange(_Outgoing):
@@ -450,6 +484,7 @@ class RoomChange(_Outgoing):
     robot: RobotStatus = _ABSENT
     video: SourceStatus = _ABSENT
     audio: SourceStatus = _ABSENT
+    voice: VoiceInfo | None = _ABSENT
 
 
 class Playout(_Outgoing):
@@ -521,6 +556,18 @@ class DriveStatus(_Outgoing):
 
     type: Literal["drive_status"] = "drive_status"
     moving: bool
+    reason: str | None
+
+
+class Heard(_Outgoing):
+    """What becomes of this viewer's voice; sent when it changes.
+
+    `heard`: it sounds at the robot. `reason` is a sentence, why it does not; null where it does, or
+    is silent.
+    """
+
+    type: Literal["heard"] = "heard"
+    heard: bool
     reason: str | None
 
 
@@ -625,7 +672,19 @@ class Goodbye(_Outgoing):
 
 
 DriveIn = Drive | Ping | Report
-HostIn = HoldQueue | EndTurn | Remove | Mute | Lock | Close | Blank | LimitSpeed | Announce | Invite
+HostIn = (
+    HoldQueue
+    | EndTurn
+    | Remove
+    | Mute
+    | MuteVoices
+    | Lock
+    | Close
+    | Blank
+    | LimitSpeed
+    | Announce
+    | Invite
+)
 StateIn = SetName | Join | Leave | Here | Stop | Release | Want | Received | HostIn
 DriveOut = Pong
 StateOut = (
@@ -637,6 +696,7 @@ StateOut = (
     | RtpClock
     | Units
     | DriveStatus
+    | Heard
     | Notice
     | Goodbye
     | Ended

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from wax.driver.interface import Driver, RobotState
     from wax.session.house import House
     from wax.session.viewer import Viewer
+    from wax.session.voices import Voices
     from wax.streams.interface import Service
 
 _MOST_TOLD: Final = 40
@@ -42,6 +43,7 @@ class Announcements:
         captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
         access: Access,
         house: House,
+        voices: Voices | None = None,
     ) -> None:
         self._settings = settings
         self._sizes = list(service.sizes)
@@ -52,6 +54,7 @@ class Announcements:
         self._captures = captures
         self._access = access
         self._house = house
+        self._voices = voices
 
     def hello(
         self, number: int, visitor: Visitor, grant: Grant, *, lost_after_s: float
@@ -80,6 +83,7 @@ class Announcements:
             may_hear=grant.hear,
             may_queue=grant.queue,
             acknowledge=self._acknowledge,
+            voice=self._voice_rules(number),
         )
 
     def room(
@@ -114,6 +118,7 @@ class Announcements:
                 problem=self._problem("video", "This robot has no camera.")
             ),
             audio=messages.SourceStatus(problem=self._problem("audio", None)),
+            voice=None if self._voices is None else self._voices.info(),
         )
 
     def told(self, room: messages.RoomState, watching: int, now_s: float) -> messages.Told:
@@ -195,6 +200,11 @@ class Announcements:
             lost=self._turns.is_lost(viewer.number),
             host=viewer.visitor.is_host,
         )
+
+    def _voice_rules(self, number: int) -> messages.VoiceRules | None:
+        if self._voices is None or number == 0:  # who watches elsewhere has no way to speak
+            return None
+        return messages.VoiceRules(open_microphone=self._settings.voice.open_microphone)
 
     def _problem(self, stream: str, absent: str | None) -> str | None:
         capture = self._captures.get(stream)

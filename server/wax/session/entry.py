@@ -22,8 +22,10 @@ if TYPE_CHECKING:
     from wax.rtc.network import Network
     from wax.session.viewer import ViewerEvents
     from wax.session.viewers import Viewers
+    from wax.session.voices import Voices
     from wax.streams.interface import Service
     from wax.telemetry import Counters
+    from wax.voice.packet import VoicePacket
 
 
 _MOST_EXPECTED: Final = 100
@@ -49,6 +51,7 @@ class Entry:
         events: ViewerEvents,
         part: Callable[[Viewer], None],
         is_due: Callable[[Viewer], bool],
+        voices: Voices | None = None,
     ) -> None:
         self._sync = settings.sync.observer
         self._clock = clock
@@ -60,6 +63,7 @@ class Entry:
         self._events = events
         self._part = part
         self._is_due = is_due
+        self._voices = voices
         self._newcomers = Newcomers(
             most=settings.server.max_viewers,
             most_silent_per_address=settings.server.max_silent_per_address,
@@ -113,9 +117,14 @@ class Entry:
             events=viewer,
             clock=self._clock,
             round_trip_s=lambda: viewer.link.newest_s,
+            on_voice=self._voice_of(viewer),
         )
         viewer.peer, viewer.elsewhere_until_s = peer, float("-inf")
         return await peer.answer(offer)
+
+    def _voice_of(self, viewer: Viewer) -> Callable[[VoicePacket | None], None] | None:
+        voices = self._voices
+        return None if voices is None else lambda packet: voices.heard(viewer, packet)
 
     def expect(self, visitor: Visitor, tab: str) -> Viewer:
         """Make a viewer of somebody who watches elsewhere; raises what `answer` does."""

@@ -83,6 +83,8 @@ class HostActs:
                     self._control.end_turn()
             case messages.Mute():
                 self._mute(act)
+            case messages.MuteVoices():
+                self._house.are_voices_muted = act.muted
             case messages.Blank():
                 self._house.is_blanked = act.blanked
             case messages.LimitSpeed():

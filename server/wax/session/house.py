@@ -13,11 +13,13 @@ class House:
     """`max_fraction` of the robot's speed is what guests may use; `message` is shown to all.
 
     While `is_blanked`, everybody sees a card instead of the picture and hears nothing, and the
-    robot stands. The Stop of the `muted` identities is not heard.
+    robot stands. The Stop of the `muted` identities is not heard, and of voices nobody's while
+    `are_voices_muted`.
     """
 
     max_fraction: float = 1.0
     is_blanked: bool = False
+    are_voices_muted: bool = False
     message: str = ""
     muted: set[str] = field(default_factory=set)
 

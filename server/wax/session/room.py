@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from wax.session.record_keeper import RecordKeeper
     from wax.session.viewer import Request, Viewer
     from wax.session.viewers import Viewers
+    from wax.session.voices import Voices
     from wax.streams.interface import Service
     from wax.telemetry import Counters
 
@@ -83,6 +84,7 @@ class Room:
         house: House,
         records: Records,
         cluster: Cluster,
+        voices: Voices | None = None,
     ) -> None:
         self._settings = settings
         self._network = network
@@ -123,7 +125,9 @@ class Room:
             events=self,
             part=self._part,
             is_due=self._is_due,
+            voices=voices,
         )
+        self._voices = voices
         self._elsewhere = Elsewhere(
             settings=settings.server,
             clock=clock,
@@ -342,6 +346,8 @@ class Room:
         for viewer in self._viewers:
             with viewer.boundary:
                 viewer.settle(now_s)
+        if self._voices is not None:
+            self._voices.settle(now_s)
         if now_s - self._checked_s >= _CHECK_S:
             self._checked_s = now_s
             self.check_all()

@@ -1,0 +1,184 @@
+"""Who speaks through the robot: one at a time, decided for each packet by who its sender is now."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final, Protocol
+
+from wax.access import permissions
+from wax.protocol import messages
+from wax.session.token_bucket import TokenBucket
+from wax.voice.floor import Floor, Verdict
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.access.permissions import Role
+    from wax.clock import Clock
+    from wax.session.house import House
+    from wax.session.viewer import Viewer
+    from wax.telemetry import Counters
+    from wax.voice.packet import VoicePacket
+
+_PACKETS_HZ: Final = 110.0
+"""Packets of 10 ms, and a clock that runs ahead."""
+_PACKETS_BURST: Final = 60
+"""What a link may hold back for more than half a second; all of it is too late then."""
+_OVER_S: Final = 0.5
+"""Who has sent nothing for this long has stopped speaking."""
+_TELL_S: Final = 0.3
+
+_ONLY: Final = "Only the operator and the host can speak to the people beside the robot."
+_MUTED: Final = "The host has muted all voices."
+
+
+class Output(Protocol):
+    """What plays a voice (`wax.speaker.speaker_thread.SpeakerThread`); nothing here raises."""
+
+    @property
+    def problem(self) -> str | None: ...
+
+    @property
+    def sounded_s(self) -> float: ...
+
+    def push(self, packet: VoicePacket, now_s: float) -> None: ...
+
+    def hush(self) -> None: ...
+
+
+@dataclass(slots=True)
+class _Speaking:
+    """Somebody who sends sound, and what their page was told."""
+
+    viewer: Viewer
+    bucket: TokenBucket
+    verdict: Verdict
+    came_s: float
+    told: messages.Heard | None = None
+    told_s: float = float("-inf")
+
+
+class Voices:
+    """Hands a voice to the `speaker`, or tells its sender why not; never raises.
+
+    `role` says what a viewer is now. Call all methods from the event loop.
+    """
+
+    def __init__(
+        self,
+        *,
+        speaker: Output,
+        clock: Clock,
+        counters: Counters,
+        house: House,
+        role: Callable[[Viewer], Role],
+        changed: Callable[[], None],
+    ) -> None:
+        self._speaker = speaker
+        self._clock = clock
+        self._counters = counters
+        self._house = house
+        self._role = role
+        self._changed = changed
+        self._floor = Floor()
+        self._speaking: dict[int, _Speaking] = {}
+        self._shown = self.info()
+
+    def info(self) -> messages.VoiceInfo:
+        """Return what everybody sees of the voices."""
+        return messages.VoiceInfo(
+            speaker=self._floor.holder(self._clock.now_s()),
+            muted=self._house.are_voices_muted,
+            problem=self._speaker.problem,
+        )
+
+    def heard(self, viewer: Viewer, packet: VoicePacket | None) -> None:
+        """Handle a packet of a viewer's voice, None for one that could not be read."""
+        with viewer.boundary:
+            now_s = self._clock.now_s()
+            one = self._speaking.get(viewer.number)
+            if one is None or one.viewer is not viewer:
+                bucket = TokenBucket(rate_hz=_PACKETS_HZ, burst=_PACKETS_BURST, now_s=now_s)
+                one = _Speaking(viewer, bucket, Verdict.NOT_ALLOWED, now_s)
+                self._speaking[viewer.number] = one
+            one.came_s = now_s
+            if packet is None:
+                self._counters.add("voice packets refused")
+            elif not one.bucket.take(now_s):
+                self._counters.add("voice packets over the rate")
+            else:
+                one.verdict = self._judged(viewer, now_s)
+                if one.verdict is Verdict.HEARD:
+                    source = viewer.number << 32 | packet.source
+                    self._speaker.push(replace(packet, source=source), now_s)
+                else:
+                    self._counters.add(f"voice packets {one.verdict.value}")
+
+    def check(self) -> None:
+        """Silence whoever may not speak any more, at once: call it when a turn ends."""
+        holder = self._floor.holder(self._clock.now_s())
+        if holder is None:
+            return
+        one = self._speaking.get(holder)
+        if one is None or self._is_muted or not self._may_speak(one.viewer):
+            self._floor.clear()
+            self._speaker.hush()
+
+    def settle(self, now_s: float) -> None:
+        """Tell the pages what has changed; call it some times a second."""
+        self.check()
+        for number, one in list(self._speaking.items()):
+            is_over = now_s - one.came_s > _OVER_S
+            told = messages.Heard(heard=False, reason=None) if is_over else self._news(one, now_s)
+            if told != one.told and (is_over or now_s - one.told_s >= _TELL_S):
+                one.told, one.told_s = told, now_s
+                one.viewer.send(told)
+            if is_over:
+                del self._speaking[number]
+        shown = self.info()
+        if shown != self._shown:
+            self._shown = shown
+            self._changed()
+
+    def _judged(self, viewer: Viewer, now_s: float) -> Verdict:
+        holder = self._floor.holder(now_s)
+        if holder is not None:
+            self._floor.sounded(holder, self._speaker.sounded_s)
+        verdict = self._floor.judge(
+            viewer.number,
+            now_s,
+            may_speak=self._may_speak(viewer),
+            is_muted=self._is_muted,
+            is_played=self._speaker.problem is None,
+        )
+        if holder == viewer.number and verdict in (Verdict.NOT_ALLOWED, Verdict.MUTED):
+            self._speaker.hush()
+        return verdict
+
+    def _may_speak(self, viewer: Viewer) -> bool:
+        return permissions.may(self._role(viewer), permissions.SPEAK)
+
+    @property
+    def _is_muted(self) -> bool:
+        return self._house.are_voices_muted or self._house.is_blanked
+
+    def _news(self, one: _Speaking, now_s: float) -> messages.Heard:
+        match one.verdict:
+            case Verdict.HEARD:
+                sounds = now_s - self._speaker.sounded_s < _OVER_S
+                return messages.Heard(heard=sounds, reason=None)
+            case Verdict.NOT_ALLOWED:
+                reason = _ONLY
+            case Verdict.MUTED:
+                reason = _MUTED
+            case Verdict.TAKEN:
+                reason = self._taken(now_s)
+            case Verdict.NO_SPEAKER:
+                reason = self._speaker.problem or "The robot's speaker does not play."
+        return messages.Heard(heard=False, reason=reason)
+
+    def _taken(self, now_s: float) -> str:
+        holder = self._floor.holder(now_s)
+        other = None if holder is None else self._speaking.get(holder)
+        name = "Somebody else" if other is None else other.viewer.name
+        return f"{name} is speaking; wait until they have finished."
