@@ -4,6 +4,7 @@ import "./style/bar.css";
 import "./style/stage.css";
 import "./style/turn.css";
 import "./style/drive.css";
+import "./style/voice.css";
 import "./style/queue.css";
 import "./style/settings.css";
 import "./style/panel.css";

@@ -43,6 +43,10 @@ const { FakePeer, peers } = vi.hoisted(() => {
       return true;
     }
 
+    async speak(): Promise<void> {}
+
+    shape(): void {}
+
     close(): void {}
   }
 

@@ -4,6 +4,7 @@ import { missedCall } from "./call";
 import { Chime } from "./chime";
 import { DriveController } from "./drive/driveController";
 import type { Direction } from "./drive/inputState";
+import { FLOOR_HZ } from "./drive/rate";
 import { StopControl } from "./drive/stopControl";
 import type { Elsewhere } from "./elsewhere/elsewhere";
 import { type Entry, showEntry, takeEntry } from "./entry";
@@ -32,12 +33,16 @@ import { Acknowledger } from "./receipt/acknowledge";
 import { changed } from "./roomChange";
 import { SoundPlayback } from "./sound/soundPlayback";
 import { createState, type State } from "./state";
+import { listenTalk } from "./voice/listenTalk";
+import { Talk } from "./voice/talk";
 
 const CLOCKS_EVERY_MS = 200;
 /** Over this time those come back who wait for the opening. */
 const OPENING_MS = 20_000;
 /** What could not be loaded is tried again after so long. */
 const LOAD_AGAIN_MS = 5000;
+/** What the robot's microphone heard of this user has passed after so long, at most. */
+const ECHO_MS = { least: 500, most: 2500 } as const;
 /** On a slower link than this, the page's own traffic matters. */
 const THIN_BPS = 100_000;
 
@@ -67,6 +72,11 @@ export interface Actions {
   actAsHost(act: HostAct): void;
   /** Tries again to come in, after the server has sent this page away. */
   comeBack(): void;
+  /** Speaks through the robot while any holder holds it. */
+  speak(holder: string): void;
+  hush(holder: string): void;
+  /** Keeps the microphone open, or ends that. */
+  keepSpeaking(on: boolean): void;
   lookAtProof(): void;
   prove(): void;
 }
@@ -141,6 +151,30 @@ export function startSession(): Session {
   const letGo = () => controller.letGo();
   const stopControl = new StopControl({ state, link, client: () => identity.client, letGo, say });
 
+  let echo: ReturnType<typeof setTimeout> | undefined;
+  const talk = new Talk({
+    link: () => link.peer,
+    uplink: () => ({
+      ...controller.uplink(),
+      roundTripMs: state.facts.peek().roundTripMs,
+      commandHz: state.drivingTurn.peek() === null ? 0 : FLOOR_HZ,
+    }),
+    changed: (voice) => {
+      state.voice.value = voice;
+    },
+    duck(isDucked) {
+      clearTimeout(echo);
+      const { soundMs, roundTripMs } = state.facts.peek();
+      const echoMs = 2 * ((soundMs ?? 0) + (roundTripMs ?? 0));
+      if (isDucked) sound.isDucked = true;
+      else echo = setTimeout(unduck, Math.max(ECHO_MS.least, Math.min(echoMs, ECHO_MS.most)));
+    },
+  });
+
+  function unduck(): void {
+    sound.isDucked = false;
+  }
+
   function say(text: string): void {
     state.notice.value = { text };
   }
@@ -161,6 +195,7 @@ export function startSession(): Session {
     if (elsewhere?.isOnScreen) elsewhere.arrives(peer.picture, show);
     else show();
     reporter.reset();
+    talk.reconnected();
     state.driveReason.value = null;
     state.playout.value = null;
     state.served.value = null;
@@ -200,6 +235,9 @@ export function startSession(): Session {
         break;
       case "drive_status":
         state.driveReason.value = message.reason;
+        break;
+      case "heard":
+        talk.told(message.heard, message.reason);
         break;
       case "notice":
         say(message.text);
@@ -394,16 +432,22 @@ export function startSession(): Session {
       state.ended.value = null;
       link.connect();
     },
+    speak: (holder) => talk.press(holder),
+    hush: (holder) => void talk.release(holder),
+    keepSpeaking: (on) => talk.keep(on),
     lookAtProof: () => void prover.look(),
     prove: () => void prover.start(),
   };
 
+  link.mayHaveVoice = document.documentElement.dataset.voice !== undefined;
+  state.maySpeak.subscribe((may) => talk.allow(may));
   state.me.subscribe((me) => {
     link.mayDrive = me !== null && me.role !== "observer";
   });
 
   const { signal } = new AbortController();
   controller.listen(window, actions.stop, signal);
+  listenTalk(window, talk, signal);
   returnFocusAfterPointer(document, signal);
   window.addEventListener("pagehide", () => {
     link.close();
@@ -424,6 +468,7 @@ export function startSession(): Session {
     state.pageMs.value = performance.now();
     const clock = state.isElsewhere.peek() && elsewhere ? elsewhere : link.clock;
     state.serverMs.value = clock.toServerMs(performance.now());
+    talk.look(performance.now());
   }, CLOCKS_EVERY_MS);
 
   picture.play();

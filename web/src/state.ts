@@ -16,6 +16,7 @@ import type {
 import type { Preferences } from "./preferences";
 import type { Proof } from "./proof";
 import type { SoundPlayerState } from "./sound/soundPlayback";
+import { SILENT, type Voice } from "./voice/talk";
 
 /** Measurements of the streams and the link, for people to read; null if unknown. */
 export interface Facts {
@@ -84,6 +85,8 @@ export interface State {
   entryProblem: Signal<string | null>;
   /** What became of the last call that this page has not answered. */
   missedCall: Signal<MissedCall>;
+  /** This page's own microphone, as it is used. */
+  voice: Signal<Voice>;
   /** Both clocks, updated a few times a second, for countdowns. */
   pageMs: Signal<number>;
   serverMs: Signal<number | null>;
@@ -100,6 +103,8 @@ export interface State {
   stopNumber: ReadonlySignal<number | null>;
   /** Whether this page drives and no stop is in force. */
   mayMove: ReadonlySignal<boolean>;
+  /** Whether this page may speak through the robot: while it drives, and the host's. */
+  maySpeak: ReadonlySignal<boolean>;
   /** Every viewer, unless the server allows only operator and host; even without a connection. */
   mayStop: ReadonlySignal<boolean>;
   /** The operator, and the host. */
@@ -160,6 +165,7 @@ export function createState(kept: Preferences): State {
     invitation: signal(null),
     entryProblem: signal(null),
     missedCall: signal(null),
+    voice: signal(SILENT),
     pageMs: signal(0),
     serverMs,
     isConnected,
@@ -169,6 +175,10 @@ export function createState(kept: Preferences): State {
     drivingTurn,
     stopNumber,
     mayMove: computed(() => drivingTurn.value !== null && stopNumber.value === null),
+    maySpeak: computed(() => {
+      const isTaken = hello.value?.voice != null && isConnected.value && !isElsewhere.value;
+      return isTaken && (drivingTurn.value !== null || hello.value?.is_host === true);
+    }),
     mayStop: computed(() => hello.value?.on_loss.stop_by !== "operator" || isInCharge.value),
     mayRelease: isInCharge,
     isHost: computed(() => hello.value?.is_host === true),

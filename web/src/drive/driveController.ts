@@ -58,6 +58,11 @@ export class DriveController {
     listenLetGo(window, { letGo, lift, signal });
   }
 
+  /** What is known of the uplink now. */
+  uplink(): Uplink {
+    return this.options.uplink();
+  }
+
   /** Releases everything, and sends that three times within the same task. */
   letGo(): void {
     this.input.releaseAll();

@@ -7,7 +7,7 @@ export interface Uplink {
 }
 
 /** At a lower rate a single loss is noticeable; at this one a modem's uplink is full. */
-const FLOOR_HZ = 20;
+export const FLOOR_HZ = 20;
 /** A set-point with its SCTP, DTLS, UDP and IP headers. */
 const SET_POINT_BITS = 190 * 8;
 /** Only the downlink is measured; the uplink is often a tenth of it. */

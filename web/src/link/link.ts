@@ -1,7 +1,7 @@
 import { ServerClock } from "../clock";
 import type { Channel, DriveIn, Ended, StateIn, StateOut } from "../messages";
 import { Heartbeat } from "./heartbeat";
-import { Peer } from "./peer";
+import { Peer, type PeerEvents } from "./peer";
 import { attemptAfterMs, type LostLink, patienceMs } from "./reconnect";
 import { readRow, writeRow } from "./rows";
 import type { Sent } from "./signalling";
@@ -64,6 +64,8 @@ export class Link {
   mayDrive = false;
   /** The link is so slow that every datagram counts: it gets only one ping a second. */
   isThin = false;
+  /** The server takes voices; to be set before the first connection. */
+  mayHaveVoice = false;
   #heartbeat = new Heartbeat(this.clock);
   #silence = new Silence(now());
   /** The newest peer that the server has answered. */
@@ -159,7 +161,7 @@ export class Link {
   #begin(reason: string | null): void {
     clearTimeout(this.#trying);
     this.#next?.close();
-    const peer: Peer = new Peer({
+    const events: PeerEvents = {
       reached: () => this.#reached(),
       answered: () => this.#take(peer),
       opened: () => this.#opened(),
@@ -171,7 +173,8 @@ export class Link {
         this.events.sent(elsewhere);
       },
       receivers: this.events.receivers,
-    });
+    };
+    const peer: Peer = new Peer(events, this.mayHaveVoice);
     this.#next = peer;
     this.#isRetrying = true;
     this.#isReached = false;

@@ -26,7 +26,13 @@ class FakeConnection extends EventTarget {
     FakeConnection.made.push(this);
   }
 
-  addTransceiver = () => ({ receiver: {} });
+  directions: RTCRtpTransceiverDirection[] = [];
+  replaceTrack = vi.fn(async () => {});
+  signalingState = "stable";
+  addTransceiver = (_kind: string, { direction }: { direction: RTCRtpTransceiverDirection }) => {
+    this.directions.push(direction);
+    return { receiver: {}, sender: { replaceTrack: this.replaceTrack } };
+  };
   channels = new Map<string, FakeChannel>();
   createDataChannel = (name: string) => {
     const channel = new FakeChannel();
@@ -49,6 +55,7 @@ class FakeConnection extends EventTarget {
   close(): void {}
 }
 
+let answer = "v=0 answer";
 let ice: () => Promise<Response>;
 let offers: number;
 
@@ -56,23 +63,24 @@ beforeEach(() => {
   FakeConnection.made = [];
   vi.stubGlobal("RTCPeerConnection", FakeConnection);
   offers = 0;
+  answer = "v=0 answer";
   vi.stubGlobal("fetch", async (url: string) => {
     if (url === "/api/ice") return ice();
     offers++;
-    return new Response('{"sdp": "v=0 answer"}');
+    return new Response(JSON.stringify({ sdp: answer }));
   });
 });
 
 afterEach(() => vi.unstubAllGlobals());
 
 /** A fresh peer that connects; the promise resolves when it has its answer or has failed. */
-function connect() {
+function connect(mayHaveVoice = false) {
   const lost = vi.fn();
   const refused = vi.fn();
   const sent = vi.fn();
   const reached = vi.fn();
   const answered = vi.fn();
-  const peer = new Peer({
+  const events = {
     reached,
     answered,
     opened: () => {},
@@ -81,7 +89,8 @@ function connect() {
     refused,
     sent,
     receivers: () => {},
-  });
+  };
+  const peer = new Peer(events, mayHaveVoice);
   const connected = peer.connect("client");
   const connection = FakeConnection.made.at(-1);
   if (!connection) throw new Error("there is no connection");
@@ -238,4 +247,54 @@ it("ends where the server has no place, and says who has", async () => {
   expect(closing).toHaveBeenCalledOnce();
   expect(connection.remoteDescription).toBeNull();
   expect(lost).not.toHaveBeenCalled();
+});
+
+describe("a voice", () => {
+  const ANSWER = "v=0\r\nm=audio 9 X 111\r\na=rtpmap:111 opus/48000/2\r\n";
+  const track = {} as MediaStreamTrack;
+
+  beforeEach(() => {
+    answer = ANSWER;
+    ice = async () => new Response(JSON.stringify({ iceServers: [] }));
+  });
+
+  it("has room in the first offer where the server takes voices, and only there", () => {
+    expect(connect(true).connection.directions).toEqual(["sendrecv", "recvonly"]);
+    expect(connect().connection.directions).toEqual(["recvonly", "recvonly"]);
+  });
+
+  it("needs no new connection", async () => {
+    const { peer, connected, connection } = connect(true);
+    await connected;
+    await peer.speak(track);
+    expect(connection.replaceTrack).toHaveBeenCalledExactlyOnceWith(track);
+    expect(connection.remoteDescription?.sdp).toContain("a=ptime:20");
+    expect(offers).toBe(1);
+  });
+
+  it("is packed anew by the same answer, without asking the server", async () => {
+    const { peer, connected, connection } = connect(true);
+    await connected;
+    peer.shape({ bitrateBps: 6000, packetMs: 60 });
+    await vi.waitFor(() => expect(connection.remoteDescription?.sdp).toContain("a=ptime:60"));
+    expect(connection.remoteDescription?.sdp).toContain("maxaveragebitrate=6000");
+    expect(offers).toBe(1);
+  });
+
+  it("goes on as it was in a browser that does not take that", async () => {
+    const { peer, connected, connection, lost } = connect(true);
+    await connected;
+    connection.setRemoteDescription = () => Promise.reject(new TypeError("no"));
+    peer.shape({ bitrateBps: 6000, packetMs: 60 });
+    await vi.waitFor(() => expect(connection.localDescription?.type).toBe("rollback"));
+    expect(lost).not.toHaveBeenCalled();
+  });
+
+  it("leaves the answer as it is where there is none", async () => {
+    const { peer, connected, connection } = connect();
+    await connected;
+    await peer.speak(track);
+    expect(connection.remoteDescription?.sdp).toBe(ANSWER);
+    expect(connection.replaceTrack).not.toHaveBeenCalled();
+  });
 });

@@ -1,5 +1,7 @@
 import type { Channel, Ended } from "../messages";
 import { RequestError } from "./http";
+import { withVoice } from "../voice/answer";
+import { FORMS, type VoiceForm } from "../voice/form";
 import { askIce, gathered, postOffer, type Sent } from "./signalling";
 
 /** A peer's events; there are none after `lost` or `close`. */
@@ -31,18 +33,34 @@ const MAX_WAITING_BYTES = 256;
 
 const LOST = "The connection was lost.";
 
-/** One RTCPeerConnection: two tracks in, two data channels. A reconnect is a new peer. */
+/**
+ * One RTCPeerConnection: two tracks in, two data channels, and room for a voice. A reconnect is a new
+ * peer.
+ */
 export class Peer {
   readonly sound: RTCRtpReceiver;
   readonly picture: RTCRtpReceiver;
   readonly #pc: RTCPeerConnection;
+  /** What sends the voice; it is there from the beginning, so that speaking needs no new offer. */
+  readonly #voice: RTCRtpSender | null = null;
+  #answer: string | null = null;
+  #form: VoiceForm | undefined = FORMS[0];
+  #shaping: Promise<void> = Promise.resolve();
   readonly #channels: Record<Channel, RTCDataChannel>;
   readonly #aborting = new AbortController();
 
-  constructor(private readonly events: PeerEvents) {
+  /** `mayHaveVoice`: the server takes voices. */
+  constructor(
+    private readonly events: PeerEvents,
+    mayHaveVoice = false,
+  ) {
     const pc = new RTCPeerConnection({ bundlePolicy: "max-bundle" });
     this.#pc = pc;
-    this.sound = pc.addTransceiver("audio", { direction: "recvonly" }).receiver;
+    const sound = pc.addTransceiver("audio", {
+      direction: mayHaveVoice ? "sendrecv" : "recvonly",
+    });
+    this.sound = sound.receiver;
+    if (mayHaveVoice) this.#voice = sound.sender;
     this.picture = pc.addTransceiver("video", { direction: "recvonly" }).receiver;
     events.receivers(this.sound, this.picture);
     this.#channels = {
@@ -81,7 +99,8 @@ export class Peer {
         return;
       }
       this.events.answered();
-      await pc.setRemoteDescription({ type: "answer", sdp: answer });
+      this.#answer = answer;
+      await pc.setRemoteDescription({ type: "answer", sdp: this.#shaped(answer) });
     } catch (error) {
       const refusal = error instanceof RequestError ? error : null;
       if (refusal?.ended && !signal.aborted) {
@@ -98,6 +117,38 @@ export class Peer {
   get redundancy(): number | null {
     const found = /^a=rtpmap:(\d+) red\/48000/m.exec(this.#pc.remoteDescription?.sdp ?? "");
     return found ? Number(found[1]) : null;
+  }
+
+  /** Sends this as the voice, null for none. Rejects where the connection has ended. */
+  async speak(track: MediaStreamTrack | null): Promise<void> {
+    await this.#voice?.replaceTrack(track);
+  }
+
+  /**
+   * Packs the voice so from now on, by applying the same answer with another wish for it; nobody is
+   * asked, and nothing else changes.
+   */
+  shape(form: VoiceForm): void {
+    if (!this.#voice || form === this.#form) return;
+    this.#form = form;
+    this.#shaping = this.#shaping.then(() => this.#reshape(form)).catch(() => {});
+  }
+
+  async #reshape(form: VoiceForm): Promise<void> {
+    const pc = this.#pc;
+    const isLate = form !== this.#form || pc.signalingState !== "stable";
+    if (this.#answer === null || this.#aborting.signal.aborted || isLate) return;
+    await pc.setLocalDescription(await pc.createOffer());
+    try {
+      await pc.setRemoteDescription({ type: "answer", sdp: this.#shaped(this.#answer) });
+    } catch {
+      // A browser that does not take it goes on as it was.
+      await pc.setLocalDescription({ type: "rollback" });
+    }
+  }
+
+  #shaped(answer: string): string {
+    return this.#voice && this.#form ? withVoice(answer, this.#form) : answer;
   }
 
   /** The bytes queued on the drive channel. */

@@ -59,6 +59,9 @@ export class OwnPlayer {
   #worker: Worker | null = null;
   #context: AudioContext | null = null;
   #node: AudioWorkletNode | null = null;
+  /** Between the node and the device, once it had to be silent. */
+  #gain: GainNode | null = null;
+  #isMuted = false;
   #building: Promise<void> | null = null;
   #leastDelayMs: number | null = null;
   #newest: FromWorklet | null = null;
@@ -106,6 +109,19 @@ export class OwnPlayer {
   set leastDelayMs(ms: number | null) {
     this.#leastDelayMs = ms;
     this.#tellWorklet({ leastDelayMs: ms });
+  }
+
+  /** While muted it plays all the same. */
+  set isMuted(isMuted: boolean) {
+    this.#isMuted = isMuted;
+    const [context, node] = [this.#context, this.#node];
+    if (!context || !node || (!isMuted && !this.#gain)) return;
+    if (!this.#gain) {
+      this.#gain = context.createGain();
+      node.disconnect();
+      node.connect(this.#gain).connect(context.destination);
+    }
+    this.#gain.gain.value = isMuted ? 0 : 1;
   }
 
   /**
@@ -172,6 +188,7 @@ export class OwnPlayer {
     node.onprocessorerror = () => this.#fail("the sound's player has failed");
     node.connect(context.destination);
     this.#node = node;
+    this.isMuted = this.#isMuted;
     const { port1, port2 } = new MessageChannel();
     this.#tellWorklet({ sound: port1 }, [port1]);
     this.#tellWorker({ worklet: port2 }, [port2]);
@@ -212,6 +229,7 @@ export class OwnPlayer {
     void this.#context?.close().catch(() => {});
     this.#context = null;
     this.#node = null;
+    this.#gain = null;
     this.#building = null;
     this.events.failed(why);
   }

@@ -37,6 +37,7 @@ export class SoundPlayback {
   #choice: PlayerChoice = "browser";
   #isPlaying = false;
   #isTakingOver = false;
+  #isDucked = false;
   #receiver: RTCRtpReceiver | null = null;
   #state: SoundPlayerState = { by: "browser", why: null };
   #againMs = AGAIN_AFTER_MS;
@@ -85,6 +86,13 @@ export class SoundPlayback {
       );
   }
 
+  /** Plays on, but unheard. */
+  set isDucked(isDucked: boolean) {
+    this.#isDucked = isDucked;
+    this.#own.isMuted = isDucked;
+    this.#browser.isMuted = isDucked || this.#isTakingOver;
+  }
+
   set leastDelayMs(ms: number | null) {
     this.#own.leastDelayMs = ms;
   }
@@ -128,7 +136,7 @@ export class SoundPlayback {
 
   #ownFailed(why: string): void {
     this.#problem = why;
-    this.#browser.isMuted = false;
+    this.#browser.isMuted = this.#isDucked;
     if (this.#isPlaying) this.#browser.play();
     this.#tell("browser");
     setTimeout(() => {
@@ -150,8 +158,8 @@ export class SoundPlayback {
     do {
       await new Promise((resolve) => setTimeout(resolve, LOOK_EVERY_MS));
     } while ((await this.#emitted()) - from < FILLED_SAMPLES && performance.now() < untilMs);
-    this.#browser.isMuted = false;
     this.#isTakingOver = false;
+    this.#browser.isMuted = this.#isDucked;
     if (this.#state.by === "browser") return; // it failed, or was paused, meanwhile
     this.#own.rest();
     this.#tell("browser");

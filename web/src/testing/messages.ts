@@ -36,6 +36,7 @@ export function hello(more: Partial<Hello> = {}): Hello {
     may_hear: true,
     may_queue: true,
     acknowledge: false,
+    voice: null,
     ...more,
   };
 }
@@ -152,5 +153,6 @@ export function room(options: RoomOptions): RoomState {
     },
     video: { problem: null },
     audio: { problem: null },
+    voice: null,
   };
 }

@@ -3,6 +3,7 @@ import { useActions, useState } from "./context";
 import { DriveButton } from "./DriveButton";
 import { ArrowIcon } from "./icons";
 import { StopButton } from "./StopButton";
+import { VoicePanel } from "./VoicePanel";
 import { joinWords, RELEASED } from "./words";
 
 const AXIS_STEP = 0.05;
@@ -38,6 +39,7 @@ export function DrivePanel() {
           </div>
         )}
       </div>
+      <VoicePanel />
       <Hint />
     </section>
   );

@@ -11,6 +11,7 @@ import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { fingerHolder, InputState } from "../drive/inputState";
+import type { VoiceInfo } from "../messages";
 import { loadPreferences } from "../preferences";
 import type { Actions, Session } from "../session";
 import { createState, type State } from "../state";
@@ -49,6 +50,9 @@ beforeEach(() => {
     comeBack: vi.fn(),
     lookAtProof: vi.fn(),
     prove: vi.fn(),
+    speak: vi.fn(),
+    hush: vi.fn(),
+    keepSpeaking: vi.fn(),
     press: (holder, direction) => input.press(holder, direction),
     release: (holder) => input.release(holder),
     letGo: vi.fn(() => input.releaseAll()),
@@ -976,4 +980,104 @@ it("shows a notice for a few seconds", () => {
   });
   expect(queryByText(body, "There is no size 9x9.")).toBeNull();
   vi.useRealTimers();
+});
+
+describe("speaking to the people beside the robot", () => {
+  const VOICE: VoiceInfo = { speaker: null, muted: false, problem: null };
+
+  function speakable(options: Parameters<typeof room>[0], more: Partial<VoiceInfo> = {}): void {
+    vi.stubGlobal("isSecureContext", true);
+    vi.stubGlobal("navigator", { ...navigator, mediaDevices: {} });
+    show(options);
+    act(() => {
+      state.hello.value = hello({ viewer: 1, voice: { open_microphone: false } });
+      state.room.value = { ...room(options), voice: { ...VOICE, ...more } };
+    });
+  }
+
+  const speakButton = () => queryByRole(body, "button", { name: "Hold to speak" });
+
+  afterEach(() => vi.unstubAllGlobals());
+
+  it("is nothing where the robot has no speaker", () => {
+    show({ operator: 1 });
+    expect(speakButton()).toBeNull();
+  });
+
+  it("is for who drives, not for who watches", () => {
+    speakable({ operator: 2, watching: [1] });
+    expect(speakButton()).toBeNull();
+    speakable({ operator: 1 });
+    expect(speakButton()).toBeTruthy();
+  });
+
+  it("holds from the press to the release of a finger or Enter, never of Space", () => {
+    speakable({ operator: 1 });
+    pointer(button("Hold to speak"), "pointerdown", 7);
+    expect(actions.speak).toHaveBeenLastCalledWith(fingerHolder(7));
+    pointer(button("Hold to speak"), "pointerup", 7);
+    expect(actions.hush).toHaveBeenLastCalledWith(fingerHolder(7));
+    key(button("Hold to speak"), "keydown", "Enter");
+    expect(actions.speak).toHaveBeenLastCalledWith("talk button");
+    key(button("Hold to speak"), "keyup", "Enter");
+    expect(actions.hush).toHaveBeenLastCalledWith("talk button");
+    key(button("Hold to speak"), "keydown", "Space");
+    expect(actions.speak).toHaveBeenCalledTimes(2);
+  });
+
+  it("says what becomes of the voice, and how loud it is", () => {
+    speakable({ operator: 1 });
+    act(() => {
+      state.voice.value = { ...state.voice.value, isOn: true, isHeard: true, level: 0.4 };
+    });
+    expect(getByText(body, /^You are heard\. Meanwhile you do not hear the robot/)).toBeTruthy();
+    const meter = getByRole(body, "meter", { name: "Your voice" }) as HTMLMeterElement;
+    expect(meter.getAttribute("value")).toBe("0.4");
+    act(() => {
+      state.voice.value = { ...state.voice.value, problem: "No microphone was found; plug one in." };
+    });
+    expect(getByText(body, "No microphone was found; plug one in.")).toBeTruthy();
+  });
+
+  it("says over plain HTTP what to do", () => {
+    speakable({ operator: 1 });
+    vi.stubGlobal("isSecureContext", false);
+    act(() => {
+      state.room.value = { ...room({ operator: 1 }), voice: VOICE };
+      state.hello.value = hello({ viewer: 1, voice: { open_microphone: true } });
+    });
+    expect(getByText(body, /^A microphone needs HTTPS/)).toBeTruthy();
+    expect(button("Hold to speak").disabled).toBe(true);
+    expect(queryByRole(body, "switch", { name: "Open microphone" })).toBeNull();
+  });
+
+  it("can be left open where the host allows it", () => {
+    speakable({ operator: 1 });
+    expect(queryByRole(body, "switch", { name: "Open microphone" })).toBeNull();
+    act(() => {
+      state.hello.value = hello({ viewer: 1, voice: { open_microphone: true } });
+    });
+    act(() => getByRole(body, "switch", { name: "Open microphone" }).click());
+    expect(actions.keepSpeaking).toHaveBeenCalledExactlyOnceWith(true);
+  });
+
+  it("tells everybody who is speaking, but not themselves", () => {
+    speakable({ operator: 2, watching: [1] }, { speaker: 2 });
+    expect(getByText(body, /^Bob is speaking to the people beside the robot/)).toBeTruthy();
+    speakable({ operator: 1 }, { speaker: 1 });
+    expect(queryByText(body, /is speaking to the people/)).toBeNull();
+  });
+
+  it("is the host's to end for everybody", () => {
+    speakable({ operator: 2, watching: [1] });
+    act(() => {
+      state.hello.value = hello({ viewer: 1, is_host: true, voice: { open_microphone: false } });
+    });
+    act(() => getByRole(body, "switch", { name: "Mute all voices", hidden: true }).click());
+    expect(actions.actAsHost).toHaveBeenCalledExactlyOnceWith({ type: "mute_voices", muted: true });
+    act(() => {
+      state.room.value = { ...room({ operator: 2 }), voice: { ...VOICE, muted: true } };
+    });
+    expect(getByText(body, "The host has muted all voices.")).toBeTruthy();
+  });
 });

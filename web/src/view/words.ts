@@ -10,6 +10,7 @@ import type {
   StopInfo,
   ViewerInfo,
 } from "../messages";
+import type { Voice } from "../voice/talk";
 
 /** The connection, for the status line. */
 export function connectionWords(link: LinkState, nowMs: number): string {
@@ -223,4 +224,24 @@ export function problemWords(room: RoomState | null): string[] {
     ...(room.video.problem ? [`Camera: ${room.video.problem}`] : []),
     ...(room.audio.problem ? [`Microphone: ${room.audio.problem}`] : []),
   ];
+}
+
+/** Who speaks through the robot, for everybody but themselves; empty if nobody does. */
+export function speakerWords(room: RoomState | null, me: number): string {
+  const speaker = room?.voice?.speaker ?? null;
+  if (speaker === null || speaker === me) return "";
+  const viewer = room?.viewers.find((one) => one.id === speaker);
+  return `${viewer ? named(viewer.name) : "Somebody"} is speaking to the people beside the robot.`;
+}
+
+/** What becomes of one's own voice; null if there is nothing to say. */
+export function voiceWords(voice: Voice, room: RoomState | null): string | null {
+  if (voice.problem !== null) return voice.problem;
+  if (room?.voice?.problem) return room.voice.problem;
+  if (room?.voice?.muted) return "The host has muted all voices.";
+  if (voice.isOn) {
+    const words = voice.isHeard ? "You are heard." : "The microphone is on.";
+    return `${words} Meanwhile you do not hear the robot, so that your voice does not come back.`;
+  }
+  return null;
 }

@@ -9,7 +9,7 @@ const FRACTIONS = [1, 0.75, 0.5, 0.25] as const;
 export function Turns() {
   const { room, operator } = useState();
   const { actAsHost } = useActions();
-  const { house, turn } = room.value ?? {};
+  const { house, turn, voice } = room.value ?? {};
   return (
     <section class="host-section" aria-labelledby="turns-title">
       <h3 id="turns-title">Turns</h3>
@@ -19,6 +19,13 @@ export function Turns() {
           isOn={house?.held === true}
           onSwitch={(held) => actAsHost({ type: "hold_queue", held })}
         />
+        {voice && (
+          <Switch
+            name="Mute all voices"
+            isOn={voice.muted}
+            onSwitch={(muted) => actAsHost({ type: "mute_voices", muted })}
+          />
+        )}
         {operator.value && turn && (
           <Ask
             key={turn.number}

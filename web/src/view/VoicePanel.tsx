@@ -1,0 +1,79 @@
+import type { TargetedKeyboardEvent, TargetedPointerEvent } from "preact";
+import { useEffect } from "preact/hooks";
+import { fingerHolder } from "../drive/inputState";
+import { hindrance } from "../voice/microphone";
+import { useActions, useState } from "./context";
+import { PRESSING } from "./keys";
+import { Switch } from "./Switch";
+import { speakerWords, voiceWords } from "./words";
+
+type Pointer = TargetedPointerEvent<HTMLButtonElement>;
+type Key = TargetedKeyboardEvent<HTMLButtonElement>;
+
+/** Speaking to the people beside the robot; nothing where it has no speaker. */
+export function VoicePanel() {
+  const { hello, room, voice, maySpeak } = useState();
+  const { keepSpeaking } = useActions();
+  if (!hello.value?.voice) return null;
+  const speaking = speakerWords(room.value, hello.value.viewer);
+  if (!maySpeak.value) return speaking && <p class="voice-words quiet">{speaking}</p>;
+  const { isOn, isKept, level } = voice.value;
+  return (
+    <section class="voice" aria-label="Speak to the room">
+      <TalkButton />
+      {hello.value.voice.open_microphone && hindrance() === null && (
+        <Switch name="Open microphone" isOn={isKept} onSwitch={keepSpeaking} />
+      )}
+      {isOn && <meter class="voice-level" aria-label="Your voice" min={0} max={1} value={level} />}
+      <p class="voice-words" role="status">
+        {hindrance() ?? voiceWords(voice.value, room.value) ?? speaking}
+      </p>
+    </section>
+  );
+}
+
+const HOLDER = "talk button";
+
+/** Speaks while it is pressed: by a finger, the mouse, or Enter while it has the focus. */
+function TalkButton() {
+  const { voice } = useState();
+  const { speak, hush } = useActions();
+  const finger = (event: Pointer) => fingerHolder(event.pointerId);
+  useEffect(() => () => hush(HOLDER), [hush]);
+  const onPointerDown = (event: Pointer) => {
+    if (event.button !== 0) return;
+    // Prevent the focus, which would give Space to this button, and a text selection.
+    event.preventDefault();
+    event.currentTarget.setPointerCapture(event.pointerId);
+    speak(finger(event));
+  };
+  const onKeyDown = (event: Key) => {
+    // Never Space, which stops the robot.
+    if (!PRESSING.has(event.code) || event.code === "Space") return;
+    event.preventDefault();
+    if (!event.repeat) speak(HOLDER);
+  };
+  const { isOn, isOpening } = voice.value;
+  return (
+    <button
+      type="button"
+      class={isOn ? "talk-button is-on" : "talk-button"}
+      disabled={hindrance() !== null}
+      onPointerDown={onPointerDown}
+      onPointerUp={(event) => hush(finger(event))}
+      onPointerCancel={(event) => hush(finger(event))}
+      onLostPointerCapture={(event) => hush(finger(event))}
+      // A long touch would open a menu on some phones.
+      onContextMenu={(event) => {
+        event.preventDefault();
+        event.stopPropagation();
+      }}
+      onMouseDown={(event) => event.preventDefault()}
+      onKeyDown={onKeyDown}
+      onKeyUp={() => hush(HOLDER)}
+      onBlur={() => hush(HOLDER)}
+    >
+      {isOpening ? "Opening the microphone…" : "Hold to speak"}
+    </button>
+  );
+}

@@ -1,0 +1,44 @@
+import { expect, it } from "vitest";
+import { withVoice } from "./answer";
+import { FORMS, type VoiceForm } from "./form";
+
+const ANSWER = [
+  "v=0",
+  "o=- 1 1 IN IP4 0.0.0.0",
+  "m=audio 9 UDP/TLS/RTP/SAVPF 111 63",
+  "a=sendrecv",
+  "a=rtpmap:111 opus/48000/2",
+  "a=fmtp:111 useinbandfec=1;stereo=0",
+  "a=rtpmap:63 red/48000/2",
+  "a=fmtp:63 111/111",
+  "m=video 9 UDP/TLS/RTP/SAVPF 96",
+  "a=rtpmap:96 VP8/90000",
+  "",
+].join("\r\n");
+
+const THIN: VoiceForm = { bitrateBps: 6000, packetMs: 60 };
+
+it("asks for the form in the section of the sound alone", () => {
+  const [head, audio, video] = withVoice(ANSWER, THIN).split(/^(?=m=)/m);
+  expect(head).toBe("v=0\r\no=- 1 1 IN IP4 0.0.0.0\r\n");
+  expect(audio).toContain("a=ptime:60\r\n");
+  expect(audio).toContain("a=fmtp:111 stereo=0;minptime=10;maxaveragebitrate=6000;usedtx=1\r\n");
+  expect(audio).toContain("a=fmtp:63 111/111\r\n");
+  expect(video).toBe("m=video 9 UDP/TLS/RTP/SAVPF 96\r\na=rtpmap:96 VP8/90000\r\n");
+});
+
+it("asks for one form at a time", () => {
+  const [best] = FORMS;
+  if (!best) throw new Error("there is no form");
+  expect(withVoice(withVoice(ANSWER, best), THIN)).toBe(withVoice(ANSWER, THIN));
+});
+
+it("adds the line where the answer has none", () => {
+  const without = ANSWER.replace("a=fmtp:111 useinbandfec=1;stereo=0\r\n", "");
+  expect(withVoice(without, THIN)).toContain("a=fmtp:111 minptime=10;maxaveragebitrate=6000");
+});
+
+it("leaves an answer without Opus as it is", () => {
+  const pcmu = ANSWER.replace("opus/48000/2", "PCMU/8000");
+  expect(withVoice(pcmu, THIN)).toBe(pcmu);
+});

@@ -1,0 +1,99 @@
+/** How a voice is packed. */
+export interface VoiceForm {
+  bitrateBps: number;
+  /** The sound in one packet. */
+  packetMs: 20 | 40 | 60;
+}
+
+/** What is known about the uplink. */
+export interface Uplink {
+  /** The server's estimate of the link to this page; null before the first. */
+  linkBps: number | null;
+  /** The bytes of commands queued in the browser. */
+  waitingBytes: number;
+  roundTripMs: number | null;
+  /** The set-points that this page sends in a second; 0 if it does not drive. */
+  commandHz: number;
+}
+
+/** The best first. The last still is speech, and one of its packets takes 25 ms at 33 kbit/s. */
+export const FORMS: readonly VoiceForm[] = [
+  { bitrateBps: 24_000, packetMs: 20 },
+  { bitrateBps: 12_000, packetMs: 40 },
+  { bitrateBps: 6000, packetMs: 60 },
+];
+
+/** RTP with its extensions, SRTP's tag, UDP and IP. */
+const HEADER_BITS = 58 * 8;
+/** A set-point with its SCTP, DTLS, UDP and IP headers. */
+const SET_POINT_BITS = 190 * 8;
+/** What is left over, so that a command rarely waits for a packet of the voice. */
+const MARGIN = 1.5;
+/**
+ * Only the downlink is measured. A modem's uplink is 60 % of it; beyond that it may be a tenth, but
+ * hardly less than this.
+ */
+const MODEM_SHARE = 0.6;
+const LEAST_SHARE = 0.1;
+const COMMON_BPS = 100_000;
+/** More than a set-point and a ping: the uplink does not keep up. */
+const WAITING_BYTES = 200;
+/** A round trip that has grown so much since before the voice: its packets queue. */
+const GROWN_MS = 60;
+const BEFORE_MS = 10_000;
+/** So long a form stays excluded that was too much. */
+const EXCLUDED_MS = 15_000;
+/** What was sent before must be gone before the next is judged. */
+const SETTLES_MS = 1000;
+
+/** What this form takes of a link. */
+export function wireBps({ bitrateBps, packetMs }: VoiceForm): number {
+  return bitrateBps + (HEADER_BITS * 1000) / packetMs;
+}
+
+/**
+ * How a voice is packed, so that commands go first: a page cannot put its sound behind them. It
+ * becomes smaller at once where commands wait, and null, which is silence, where there is no room
+ * for both. Pure.
+ */
+export class FormChooser {
+  #first = 0;
+  #excludedUntilMs = Number.NEGATIVE_INFINITY;
+  #judgedMs = Number.NEGATIVE_INFINITY;
+  #before: { ms: number; atMs: number }[] = [];
+
+  /** Returns the form from now on; to be called a few times a second, `isSpeaking` or not. */
+  next(uplink: Uplink, isSpeaking: boolean, nowMs: number): VoiceForm | null {
+    const { waitingBytes, roundTripMs } = uplink;
+    if (!isSpeaking && roundTripMs !== null) this.#before.push({ ms: roundTripMs, atMs: nowMs });
+    if (!isSpeaking) this.#before = this.#before.filter((one) => nowMs - one.atMs < BEFORE_MS);
+    if (this.#first > 0 && nowMs >= this.#excludedUntilMs) {
+      this.#first--;
+      this.#excludedUntilMs = nowMs + EXCLUDED_MS;
+    }
+    const fits = FORMS.findIndex((form) => wireBps(form) * MARGIN <= roomBps(uplink));
+    const chosen = fits < 0 ? FORMS.length : Math.max(fits, this.#first);
+    const grown = roundTripMs !== null && roundTripMs > this.#usualMs + GROWN_MS;
+    const isTooMuch = isSpeaking && (waitingBytes > WAITING_BYTES || grown);
+    if (!isTooMuch || nowMs - this.#judgedMs < SETTLES_MS) return FORMS[chosen] ?? null;
+    this.#judgedMs = nowMs;
+    this.#first = Math.min(chosen + 1, FORMS.length);
+    this.#excludedUntilMs = nowMs + EXCLUDED_MS;
+    return FORMS[this.#first] ?? null;
+  }
+
+  /** The longest round trip of late without a voice. */
+  get #usualMs(): number {
+    if (this.#before.length === 0) return Number.POSITIVE_INFINITY;
+    return Math.max(...this.#before.map((one) => one.ms));
+  }
+}
+
+/** What the commands leave of the uplink. */
+function roomBps({ linkBps, commandHz }: Uplink): number {
+  const uplinkBps =
+    linkBps === null
+      ? COMMON_BPS
+      : Math.max(LEAST_SHARE * linkBps, Math.min(MODEM_SHARE * linkBps, COMMON_BPS));
+  return uplinkBps - commandHz * SET_POINT_BITS;
+}

@@ -1,0 +1,91 @@
+/** Why there is no microphone, as a sentence that says what to do. */
+export class MicrophoneError extends Error {}
+
+/** What a person can do about each error of `getUserMedia`. */
+const SENTENCES: Record<string, string> = {
+  NotAllowedError: "The microphone is not allowed here; allow it beside the page's address.",
+  NotFoundError: "No microphone was found; plug one in.",
+  NotReadableError: "The microphone is in use by another program; close that one.",
+  AbortError: "The microphone does not start; plug it in again.",
+};
+
+const INSECURE =
+  "A microphone needs HTTPS. Open this page by https://, or ask its host to start it with https = true.";
+const GONE = "The microphone has gone; plug it in again.";
+
+/** How often its level is looked at, in samples: a tenth of a second at 48 kHz and less. */
+const WINDOW = 2048;
+/** The quietest level shown, in dB of full scale. */
+const QUIET_DB = -60;
+
+/** Why this page cannot have a microphone at all, as a sentence; null if it can ask. */
+export function hindrance(scope: typeof globalThis = globalThis): string | null {
+  if (!scope.isSecureContext) return INSECURE;
+  return scope.navigator?.mediaDevices ? null : "This browser has no microphone to offer.";
+}
+
+/** An open microphone, with the browser's own echo cancellation. */
+export class Microphone {
+  readonly track: MediaStreamTrack;
+  readonly #context: AudioContext | null;
+  readonly #analyser: AnalyserNode | null;
+  readonly #samples = new Float32Array(WINDOW);
+
+  /** Asks the user, the first time. Rejects with a `MicrophoneError`. */
+  static async open(onGone: (sentence: string) => void): Promise<Microphone> {
+    const problem = hindrance();
+    if (problem !== null) throw new MicrophoneError(problem);
+    try {
+      const stream = await navigator.mediaDevices.getUserMedia({
+        audio: {
+          echoCancellation: true,
+          noiseSuppression: true,
+          autoGainControl: true,
+          channelCount: 1,
+        },
+      });
+      return new Microphone(stream, onGone);
+    } catch (error) {
+      const name = error instanceof Error ? error.name : "";
+      throw new MicrophoneError(SENTENCES[name] ?? `The microphone cannot be opened: ${error}`);
+    }
+  }
+
+  private constructor(stream: MediaStream, onGone: (sentence: string) => void) {
+    const [track] = stream.getAudioTracks();
+    if (!track) throw new DOMException("no track", "NotFoundError");
+    this.track = track;
+    track.addEventListener("ended", () => onGone(GONE), { once: true });
+    let context: AudioContext | null = null;
+    let analyser: AnalyserNode | null = null;
+    try {
+      context = new AudioContext();
+      analyser = new AnalyserNode(context, { fftSize: WINDOW });
+      context.createMediaStreamSource(stream).connect(analyser);
+    } catch {
+      // Without it there is no level, and the voice is heard all the same.
+    }
+    this.#context = context;
+    this.#analyser = analyser;
+  }
+
+  /** How loud it is now, from 0 to 1 in even steps of what is heard. */
+  get level(): number {
+    if (!this.#analyser) return 0;
+    this.#analyser.getFloatTimeDomainData(this.#samples);
+    return levelOf(this.#samples);
+  }
+
+  close(): void {
+    this.track.stop();
+    void this.#context?.close().catch(() => {});
+  }
+}
+
+/** The loudness of samples, full scale being 1: 0 at −60 dB, 1 at 0 dB. Pure. */
+export function levelOf(samples: Float32Array): number {
+  let sum = 0;
+  for (const sample of samples) sum += sample * sample;
+  const db = 10 * Math.log10(sum / Math.max(1, samples.length) + 1e-12);
+  return Math.min(1, Math.max(0, 1 - db / QUIET_DB));
+}

@@ -1,0 +1,204 @@
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { FORMS, type Uplink } from "./form";
+import { type Microphone, MicrophoneError } from "./microphone";
+import { NO_ROOM, SILENT, Talk, type Voice } from "./talk";
+
+const WIDE: Uplink = { linkBps: 5_000_000, waitingBytes: 0, roundTripMs: 40, commandHz: 20 };
+
+class FakeMicrophone {
+  track = {} as MediaStreamTrack;
+  level = 0.5;
+  close = vi.fn();
+}
+
+function connection() {
+  return { speak: vi.fn(async (_: MediaStreamTrack | null) => {}), shape: vi.fn() };
+}
+
+let link: ReturnType<typeof connection> | null;
+let uplink: Uplink;
+let voice: Voice;
+let made: FakeMicrophone[];
+let open: ReturnType<typeof vi.fn>;
+let gone: (sentence: string) => void;
+let duck: ReturnType<typeof vi.fn>;
+let talk: Talk;
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  link = connection();
+  uplink = WIDE;
+  voice = SILENT;
+  made = [];
+  open = vi.fn(async (onGone: typeof gone) => {
+    gone = onGone;
+    const one = new FakeMicrophone();
+    made.push(one);
+    return one as unknown as Microphone;
+  });
+  duck = vi.fn();
+  talk = new Talk({
+    link: () => link,
+    uplink: () => uplink,
+    changed: (now) => {
+      voice = now;
+    },
+    duck: duck as (isDucked: boolean) => void,
+    open: open as unknown as typeof Microphone.open,
+  });
+  talk.allow(true);
+});
+
+afterEach(() => vi.useRealTimers());
+
+/** What was sent last: a track, or null; undefined if nothing ever was. */
+const sent = () => link?.speak.mock.lastCall?.[0];
+
+async function press(holder = "finger 1"): Promise<void> {
+  talk.press(holder);
+  await vi.advanceTimersByTimeAsync(0);
+}
+
+it("sends nothing before it is pressed, and opens no microphone", async () => {
+  for (let ms = 0; ms < 1000; ms += 200) talk.look(ms);
+  await vi.advanceTimersByTimeAsync(1000);
+  expect(open).not.toHaveBeenCalled();
+  expect(link?.speak).not.toHaveBeenCalled();
+});
+
+it("speaks while it is held, and shows how loud", async () => {
+  await press();
+  expect(sent()).toBe(made[0]?.track);
+  expect(voice.isOn).toBe(true);
+  await vi.advanceTimersByTimeAsync(100);
+  expect(voice.level).toBe(0.5);
+  expect(talk.release("finger 1")).toBe(true);
+  expect(sent()).toBeNull();
+  expect(voice).toMatchObject({ isOn: false, level: 0 });
+});
+
+it("speaks until the last holder lets go", async () => {
+  await press("finger 1");
+  await press("key KeyT");
+  talk.release("finger 1");
+  expect(sent()).toBe(made[0]?.track);
+  talk.release("key KeyT");
+  expect(sent()).toBeNull();
+});
+
+it("is silent if it was released while the user was asked", async () => {
+  talk.press("finger 1");
+  expect(voice.isOpening).toBe(true);
+  talk.release("finger 1");
+  await vi.advanceTimersByTimeAsync(0);
+  expect(voice).toMatchObject({ isOpening: false, isOn: false });
+  expect(link?.speak).not.toHaveBeenCalled();
+  await vi.advanceTimersByTimeAsync(30_000);
+  expect(made[0]?.close).toHaveBeenCalled();
+});
+
+it("gives the microphone back half a minute after the last word", async () => {
+  await press();
+  talk.release("finger 1");
+  await vi.advanceTimersByTimeAsync(20_000);
+  await press();
+  talk.release("finger 1");
+  expect(open).toHaveBeenCalledTimes(1);
+  await vi.advanceTimersByTimeAsync(30_000);
+  expect(made[0]?.close).toHaveBeenCalledTimes(1);
+  await press();
+  expect(open).toHaveBeenCalledTimes(2);
+});
+
+it("is silent at once when the turn is over, whatever is held", async () => {
+  await press();
+  talk.keep(true);
+  talk.allow(false);
+  expect(sent()).toBeNull();
+  expect(voice).toMatchObject({ isOn: false, isKept: false });
+  await press("finger 2");
+  talk.allow(true);
+  expect(voice.isOn).toBe(false);
+});
+
+it("lets go of what is held, but not of an open microphone", async () => {
+  talk.keep(true);
+  await press();
+  talk.letGo();
+  expect(voice).toMatchObject({ isOn: true, isKept: true });
+  talk.keep(false);
+  expect(voice.isOn).toBe(false);
+});
+
+it("goes on over the next connection", async () => {
+  await press();
+  link = connection();
+  talk.reconnected();
+  expect(sent()).toBe(made[0]?.track);
+});
+
+describe("what goes wrong is a sentence", () => {
+  it("a microphone that is refused", async () => {
+    open.mockRejectedValueOnce(new MicrophoneError("The microphone is not allowed here."));
+    await press();
+    expect(voice).toMatchObject({ isOn: false, problem: "The microphone is not allowed here." });
+    await press();
+    expect(voice).toMatchObject({ isOn: true, problem: null });
+  });
+
+  it("a microphone that vanishes", async () => {
+    await press();
+    gone("The microphone has gone; plug it in again.");
+    expect(sent()).toBeNull();
+    expect(voice).toMatchObject({ isOn: false, problem: "The microphone has gone; plug it in again." });
+    await press();
+    expect(open).toHaveBeenCalledTimes(2);
+  });
+
+  it("a link without room for both: the commands have it", async () => {
+    await press();
+    uplink = { ...WIDE, linkBps: 50_000 };
+    talk.look(1000);
+    expect(sent()).toBeNull();
+    expect(voice).toMatchObject({ isOn: true, problem: NO_ROOM });
+    uplink = WIDE;
+    talk.look(2000);
+    expect(sent()).toBe(made[0]?.track);
+    expect(voice.problem).toBeNull();
+  });
+
+  it("what the server says of it", async () => {
+    await press();
+    talk.told(true, null);
+    expect(voice.isHeard).toBe(true);
+    talk.told(false, "Bob is speaking; wait until they have finished.");
+    expect(voice.isHeard).toBe(false);
+    expect(voice.problem).toMatch(/^Bob is speaking/);
+  });
+});
+
+it("is packed as the link demands", async () => {
+  uplink = { ...WIDE, linkBps: 300_000 };
+  talk.look(0);
+  await press();
+  expect(link?.shape).toHaveBeenLastCalledWith(FORMS[1]);
+});
+
+describe("the robot is not heard meanwhile", () => {
+  it("while the button is held", async () => {
+    await press();
+    expect(duck).toHaveBeenLastCalledWith(true);
+    talk.release("finger 1");
+    expect(duck).toHaveBeenLastCalledWith(false);
+  });
+
+  it("with an open microphone only while that is heard at the robot", async () => {
+    talk.keep(true);
+    await vi.advanceTimersByTimeAsync(0);
+    expect(duck).not.toHaveBeenCalled();
+    talk.told(true, null);
+    expect(duck).toHaveBeenLastCalledWith(true);
+    talk.told(false, null);
+    expect(duck).toHaveBeenLastCalledWith(false);
+  });
+});

@@ -1,0 +1,211 @@
+import { FORMS, FormChooser, type Uplink, type VoiceForm } from "./form";
+import { Microphone } from "./microphone";
+
+/** What the page shows of this user's voice. */
+export interface Voice {
+  /** The microphone is heard by this page, and what it hears is sent. */
+  isOn: boolean;
+  /** It is being opened; the user may have to allow it. */
+  isOpening: boolean;
+  /** It stays on without being held. */
+  isKept: boolean;
+  /** From 0 to 1; 0 while it is off. */
+  level: number;
+  /** The server says that it sounds at the robot. */
+  isHeard: boolean;
+  /** Why nothing is heard, as a sentence. */
+  problem: string | null;
+}
+
+export const SILENT: Voice = {
+  isOn: false,
+  isOpening: false,
+  isKept: false,
+  level: 0,
+  isHeard: false,
+  problem: null,
+};
+
+/** The connection, as far as a voice needs it. */
+export interface VoiceLink {
+  speak(track: MediaStreamTrack | null): Promise<void>;
+  shape(form: VoiceForm): void;
+}
+
+export interface TalkOptions {
+  /** The connection now; null where there is none. */
+  link: () => VoiceLink | null;
+  uplink: () => Uplink;
+  changed: (voice: Voice) => void;
+  /** Silences what this page plays, so that its user does not hear themselves come back. */
+  duck: (isDucked: boolean) => void;
+  open?: typeof Microphone.open;
+}
+
+export const NO_ROOM =
+  "Your connection carries your commands but not your voice as well; commands go first.";
+
+const LOOK_EVERY_MS = 100;
+/** The device stays open for so long after the last word, since to open it takes that word's time. */
+const KEPT_OPEN_MS = 30_000;
+
+/**
+ * Sends the microphone while something holds it: a finger, a key, or the open microphone. Nothing of
+ * it reaches the link otherwise, and the device is given back half a minute later.
+ */
+export class Talk {
+  #voice = SILENT;
+  #isAllowed = false;
+  readonly #holders = new Set<string>();
+  #microphone: Microphone | null = null;
+  #opening: Promise<void> | null = null;
+  readonly #chooser = new FormChooser();
+  #form: VoiceForm | null = FORMS[0] ?? null;
+  #isDucked = false;
+  #sent: { link: VoiceLink; track: MediaStreamTrack | null } | null = null;
+  #looking: ReturnType<typeof setInterval> | undefined;
+  #closing: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(private readonly options: TalkOptions) {}
+
+  /** Whether this user may speak; who may not any more is silent at once. */
+  allow(isAllowed: boolean): void {
+    this.#isAllowed = isAllowed;
+    if (!isAllowed) this.letGo(true);
+  }
+
+  /** Speaks while any holder holds it. */
+  press(holder: string): void {
+    if (!this.#isAllowed) return;
+    this.#holders.add(holder);
+    this.#update();
+  }
+
+  /** Returns false if it was not held so. */
+  release(holder: string): boolean {
+    const was = this.#holders.delete(holder);
+    if (was) this.#update();
+    return was;
+  }
+
+  /** Keeps the microphone on, or ends that. */
+  keep(isKept: boolean): void {
+    if (!this.#isAllowed) return;
+    this.#tell({ isKept });
+    this.#update();
+  }
+
+  /** Releases all that is held; with `entirely` also an open microphone. */
+  letGo(entirely = false): void {
+    this.#holders.clear();
+    if (entirely) this.#tell({ isKept: false });
+    this.#update();
+  }
+
+  /** The server's word on this voice. */
+  told(isHeard: boolean, reason: string | null): void {
+    this.#tell({ isHeard, ...(this.#voice.isOn ? { problem: reason } : {}) });
+  }
+
+  /** Has a new connection send what the one before did. */
+  reconnected(): void {
+    this.#sent = null;
+    this.#update();
+  }
+
+  /** A few times a second: what the link has room for changes without a voice, too. */
+  look(nowMs: number): void {
+    this.#form = this.#chooser.next(this.options.uplink(), this.#voice.isOn, nowMs);
+    if (this.#voice.isOn) this.#send();
+  }
+
+  get #isWanted(): boolean {
+    return this.#isAllowed && (this.#holders.size > 0 || this.#voice.isKept);
+  }
+
+  #update(): void {
+    if (this.#isWanted && !this.#microphone) {
+      this.#opening ??= this.#open();
+      return;
+    }
+    const isOn = this.#isWanted;
+    const changes = isOn !== this.#voice.isOn;
+    if (changes) this.#tell(isOn ? { isOn, problem: null } : { isOn, level: 0, isHeard: false });
+    this.#send();
+    if (!changes) return;
+    clearInterval(this.#looking);
+    clearTimeout(this.#closing);
+    if (isOn) this.#looking = setInterval(() => this.#measure(), LOOK_EVERY_MS);
+    else this.#closing = setTimeout(() => this.#close(), KEPT_OPEN_MS);
+  }
+
+  async #open(): Promise<void> {
+    this.#tell({ isOpening: true, problem: null });
+    try {
+      const open = this.options.open ?? Microphone.open;
+      this.#microphone = await open((sentence) => this.#gone(sentence));
+    } catch (error) {
+      this.#holders.clear();
+      this.#tell({ isKept: false, problem: error instanceof Error ? error.message : null });
+    }
+    this.#opening = null;
+    this.#tell({ isOpening: false });
+    // It may have been released, or forbidden, while the user was asked.
+    this.#update();
+    if (this.#microphone && !this.#voice.isOn) {
+      clearTimeout(this.#closing);
+      this.#closing = setTimeout(() => this.#close(), KEPT_OPEN_MS);
+    }
+  }
+
+  #gone(sentence: string): void {
+    this.letGo(true);
+    this.#close();
+    this.#tell({ problem: sentence });
+  }
+
+  #close(): void {
+    clearTimeout(this.#closing);
+    this.#microphone?.close();
+    this.#microphone = null;
+  }
+
+  #measure(): void {
+    this.#tell({ level: this.#form ? (this.#microphone?.level ?? 0) : 0 });
+  }
+
+  /** Makes the connection send what it should: nothing where there is no room for it. */
+  #send(): void {
+    const link = this.options.link();
+    if (!link) return;
+    const { isOn, problem } = this.#voice;
+    if (isOn && this.#form) link.shape(this.#form);
+    const hasRoom = this.#form !== null;
+    if (isOn && !hasRoom) this.#tell({ problem: NO_ROOM, isHeard: false });
+    else if (problem === NO_ROOM) this.#tell({ problem: null });
+    const track = isOn && hasRoom ? (this.#microphone?.track ?? null) : null;
+    if (this.#sent?.link === link && this.#sent.track === track) return;
+    if (this.#sent === null && track === null) return;
+    this.#sent = { link, track };
+    // A connection that has ended meanwhile is replaced by one that is told anew.
+    link.speak(track).catch(() => {});
+  }
+
+  /** An open microphone must not silence the robot all the time: only while it is heard there. */
+  #duck(): void {
+    const { isOn, isHeard } = this.#voice;
+    const isDucked = isOn && (this.#holders.size > 0 || isHeard);
+    if (isDucked === this.#isDucked) return;
+    this.#isDucked = isDucked;
+    this.options.duck(isDucked);
+  }
+
+  #tell(change: Partial<Voice>): void {
+    const now = { ...this.#voice, ...change };
+    const keys = Object.keys(change) as (keyof Voice)[];
+    if (keys.every((key) => this.#voice[key] === now[key])) return;
+    this.#voice = now;
+    this.options.changed(now);
+    this.#duck();
+  }
+}
