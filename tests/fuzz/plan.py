@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from tests.fuzz.targets import files, network, offers, pages, serial_line, tokens
+from tests.fuzz.targets import files, network, offers, pages, serial_line, tokens, voice
 
 TARGETS: Final = {
     target.name: target
@@ -16,6 +16,7 @@ TARGETS: Final = {
         network.RTCP,
         network.STUN,
         network.ONE_PORT,
+        voice.VOICE,
         serial_line.SERIAL,
         serial_line.FIRMWARE,
         files.CONFIG,
