@@ -1,0 +1,144 @@
+"""A voice, from Chromium's microphone to the robot's speaker, and what keeps it out."""
+
+from __future__ import annotations
+
+import asyncio
+import wave
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest_asyncio
+from playwright.async_api import async_playwright, expect
+
+from e2e.harness import speech, toml
+from e2e.harness.chromium import launch_chromium
+from e2e.harness.viewer import Viewer
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    import pytest
+    from numpy.typing import NDArray
+    from playwright.async_api import Browser
+
+    from e2e.conftest import Serve
+    from e2e.harness.server import Server
+
+SPOKEN_S = 12.0
+HEARD_BLOCKS = 200
+"""Two seconds, in blocks of 10 ms."""
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session")
+async def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("words")
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session")
+async def talking(folder: Path) -> AsyncIterator[Browser]:
+    """Launch a browser whose microphone hears real words, again and again."""
+    with wave.open(str(folder / "words.wav"), "wb") as file:
+        file.setparams((1, 2, speech.RATE_HZ, 0, "NONE", ""))
+        file.writeframes(speech.voice(SPOKEN_S).tobytes())
+    async with async_playwright() as playwright:
+        browser = await launch_chromium(
+            playwright,
+            "--use-fake-ui-for-media-stream",
+            "--use-fake-device-for-media-stream",
+            f"--use-file-for-fake-audio-capture={folder / 'words.wav'}",
+        )
+        yield browser
+        await browser.close()
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def server(serve: Serve, tmp_path: Path) -> AsyncIterator[Server]:
+    speaker = f'speaker = "{tmp_path / "said.wav"}"'
+    async with serve(tmp_path, toml.card_with(voice=speaker, turns=toml.BRIEF_GRACE)) as running:
+        yield running
+
+
+async def enter(browser: Browser, server: Server, *, is_host: bool = False) -> Viewer:
+    context = await browser.new_context(permissions=["microphone"])
+    if is_host:
+        await server.make_host(context)
+    viewer = await Viewer.prepare(context, server.url)
+    await viewer.page.goto(server.url)
+    await viewer.sees_picture()
+    return viewer
+
+
+def said(folder: Path) -> NDArray[np.int16]:
+    """Return what the robot's speaker has played."""
+    with wave.open(str(folder / "said.wav")) as file:
+        return np.frombuffer(file.readframes(file.getnframes()), np.int16)
+
+
+async def test_the_operator_is_heard_word_by_word(
+    talking: Browser, server: Server, tmp_path: Path
+) -> None:
+    """The words of the microphone are those of the speaker; the page says that they are heard."""
+    viewer = await enter(talking, server)
+    assert await viewer.button("Hold to speak").count() == 0
+    await viewer.join()
+    await viewer.drives()
+    await viewer.page.keyboard.down("KeyT")
+    await expect(viewer.page.get_by_text("You are heard.")).to_be_visible(timeout=10_000)
+
+    async def enough() -> bool:
+        return len(said(tmp_path)) > (HEARD_BLOCKS + 50) * 480
+
+    await eventually(enough, "the speaker plays", within_s=15)
+    await viewer.page.keyboard.up("KeyT")
+    await expect(viewer.page.get_by_text("You are heard.")).to_be_hidden()
+    heard = speech.envelope(said(tmp_path))[:HEARD_BLOCKS]
+    _, fit = speech.find_in_loop(heard, speech.envelope(speech.voice(SPOKEN_S)))
+    assert fit > 0.7
+    assert viewer.errors == []
+    await viewer.page.context.close()
+
+
+async def test_released_it_is_silent(talking: Browser, server: Server, tmp_path: Path) -> None:
+    """After the key is up nothing more is played, and driving has gone on all the while."""
+    viewer = await enter(talking, server)
+    await viewer.join()
+    await viewer.drives()
+    await viewer.page.keyboard.down("KeyT")
+    await expect(viewer.page.get_by_text("You are heard.")).to_be_visible(timeout=10_000)
+    await viewer.page.keyboard.down("ArrowUp")
+
+    async def moves() -> bool:
+        status = await server.status()
+        return float(status["robot"]["speed_mps"]) > 0.05
+
+    await eventually(moves, "the robot moves while its operator speaks", within_s=10)
+    await viewer.page.keyboard.up("ArrowUp")
+    await viewer.page.keyboard.up("KeyT")
+    await asyncio.sleep(1)
+    before = len(said(tmp_path))
+    await asyncio.sleep(1)
+    assert len(said(tmp_path)) == before
+    assert viewer.errors == []
+    await viewer.page.context.close()
+
+
+async def test_the_host_mutes_everybody(talking: Browser, server: Server, tmp_path: Path) -> None:
+    """The operator reads it, and nothing of what they go on saying is played."""
+    host = await enter(talking, server, is_host=True)
+    viewer = await enter(talking, server)
+    await viewer.join()
+    await viewer.drives()
+    await viewer.page.keyboard.down("KeyT")
+    await expect(viewer.page.get_by_text("You are heard.")).to_be_visible(timeout=10_000)
+    await host.page.get_by_text("Host", exact=True).first.click()
+    await host.switch("Mute all voices").click()
+    await expect(viewer.page.get_by_text("The host has muted all voices.")).to_be_visible()
+    await asyncio.sleep(0.5)
+    before = len(said(tmp_path))
+    await asyncio.sleep(1)
+    assert len(said(tmp_path)) == before
+    for one in (viewer, host):
+        assert one.errors == []
+        await one.page.context.close()
