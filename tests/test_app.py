@@ -53,20 +53,24 @@ def _app(**video: object) -> App:
 
 
 @pytest.mark.parametrize(
-    ("sync", "data"),
+    ("more", "data"),
     [
         ({}, ""),
-        ({"observer": {"player": "browser"}}, ""),
-        ({role: {"player": "browser"} for role in ("operator", "observer")}, "data-player"),
-        ({"policy": "thesis"}, "data-acknowledge"),
+        ({"sync": {"observer": {"player": "browser"}}}, ""),
+        (
+            {"sync": {role: {"player": "browser"} for role in ("operator", "observer")}},
+            "data-player",
+        ),
+        ({"sync": {"policy": "thesis"}}, "data-acknowledge"),
+        ({"voice": {"speaker": "robot"}}, "data-voice"),
     ],
 )
 async def test_the_page_is_told_what_to_prepare(
-    tmp_path: Path, sync: dict[str, Any], data: str
+    tmp_path: Path, more: dict[str, Any], data: str
 ) -> None:
-    """A page that is to watch packets, or not to, knows it before it connects."""
+    """A page that is to watch packets, or may speak, knows it before it connects."""
     (tmp_path / "index.html").write_text('<!doctype html><html lang="en"></html>')
-    tree = {"server": {"host": "127.0.0.1", "port": 0}, "network": {"udp_port": 0}, "sync": sync}
+    tree = {"server": {"host": "127.0.0.1", "port": 0}, "network": {"udp_port": 0}} | more
     app = App(settings=Settings.model_validate(tree), clock=SystemClock())
     ports: asyncio.Queue[int] = asyncio.Queue()
     running = asyncio.create_task(app.run(ports.put_nowait))

@@ -236,6 +236,7 @@ class App:
             cluster=self._cluster,
             counters=counters,
             rates=Rates(),
+            speaker=self._speaker,
         )
         self._proof_runner = ProofRunner(
             control=self._control,

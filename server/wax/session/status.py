@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from wax.session.room import Room
     from wax.session.viewer import Viewer
     from wax.session.viewers import Viewers
+    from wax.speaker.speaker_thread import SpeakerThread
     from wax.telemetry import Counters, Rates
 
 
@@ -48,6 +49,7 @@ class Status:
         cluster: Cluster,
         counters: Counters,
         rates: Rates,
+        speaker: SpeakerThread | None = None,
     ) -> None:
         self._clock = clock
         self._room = room
@@ -62,6 +64,7 @@ class Status:
         self._cluster = cluster
         self._counters = counters
         self._rates = rates
+        self._speaker = speaker
 
     def sample(self) -> None:
         """Sample the counters for the rates; call about once a second."""
@@ -109,9 +112,22 @@ class Status:
                     "cut_ms": self._blocks.dropped_ms,
                 },
             },
+            **self._voice(),
             "elsewhere": self._cluster.status(),
             "counters": self._counters.snapshot() | self._control.counts(),
             "tasks": len(asyncio.all_tasks()),
+        }
+
+    def _voice(self) -> dict[str, object]:
+        """Return what is known of the robot's speaker, nothing where it has none."""
+        if self._speaker is None:
+            return {}
+        return {
+            "voice": {
+                "problem": self._speaker.problem,
+                "failures": self._speaker.failures,
+                "lost_ms": self._speaker.lost_ms,
+            }
         }
 
     def _viewer(self, number: int, line: dict[str, object]) -> dict[str, object]:

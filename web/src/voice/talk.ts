@@ -132,6 +132,7 @@ export class Talk {
     const changes = isOn !== this.#voice.isOn;
     if (changes) this.#tell(isOn ? { isOn, problem: null } : { isOn, level: 0, isHeard: false });
     this.#send();
+    this.#duck();
     if (!changes) return;
     clearInterval(this.#looking);
     clearTimeout(this.#closing);
