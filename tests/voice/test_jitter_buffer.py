@@ -58,11 +58,11 @@ def steady(count: int, delay_s: float = 0.05, **more: int) -> list[tuple[float, 
 
 
 def test_a_steady_link_costs_next_to_nothing() -> None:
-    """All is played in order, within 25 ms of its arrival, nothing made up before the end."""
+    """All is played in order, within 35 ms of its arrival, nothing made up before the end."""
     played = play(steady(100))
     assert played.order == [n * UNIT for n in range(100)]
     waits = [at_s - (100.05 + n * UNIT_S) for n, (_, at_s) in enumerate(played.packets)]
-    assert max(waits) < 0.025
+    assert max(waits) < 0.035
     assert all(at_s > 100.05 + 100 * UNIT_S for _, at_s in played.missing)
 
 

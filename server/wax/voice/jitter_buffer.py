@@ -86,7 +86,10 @@ class JitterBuffer:
             return
         if self._next is not None and at < self._next:
             if self._packets:
-                return  # something was made up in its place, and what follows is here
+                # Something was made up in its place, and what follows is here. The next one that
+                # is as late shall be waited for.
+                self._offset_s = max(self._offset_s, self._base_s + self._jitter_s)
+                return
             self._next = None  # all are late now: go on from here, with a longer delay
         self._packets.setdefault(at, packet)
         while len(self._packets) > _MAX_PACKETS:
