@@ -78,7 +78,7 @@ async def test_a_voice_arrives_packet_by_packet() -> None:
         for packet in packets:
             assert packet is not None
             assert packet.samples == 960
-            assert not decoder.decode(packet).any()  # its track is silent
+            assert np.abs(decoder.decode(packet)).max() < 10  # its track is silent
         numbers = [packet.timestamp for packet in packets if packet is not None]
         assert list(np.diff(numbers)) == [960] * 4
         assert peer._sound.transport._rtp_router.receivers == set()

@@ -1,7 +1,7 @@
 import type { Channel, Ended } from "../messages";
-import { RequestError } from "./http";
 import { withVoice } from "../voice/answer";
 import { FORMS, type VoiceForm } from "../voice/form";
+import { RequestError } from "./http";
 import { askIce, gathered, postOffer, type Sent } from "./signalling";
 
 /** A peer's events; there are none after `lost` or `close`. */

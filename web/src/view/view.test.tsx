@@ -1034,7 +1034,10 @@ describe("speaking to the people beside the robot", () => {
     const meter = getByRole(body, "meter", { name: "Your voice" }) as HTMLMeterElement;
     expect(meter.getAttribute("value")).toBe("0.4");
     act(() => {
-      state.voice.value = { ...state.voice.value, problem: "No microphone was found; plug one in." };
+      state.voice.value = {
+        ...state.voice.value,
+        problem: "No microphone was found; plug one in.",
+      };
     });
     expect(getByText(body, "No microphone was found; plug one in.")).toBeTruthy();
   });

@@ -150,7 +150,10 @@ describe("what goes wrong is a sentence", () => {
     await press();
     gone("The microphone has gone; plug it in again.");
     expect(sent()).toBeNull();
-    expect(voice).toMatchObject({ isOn: false, problem: "The microphone has gone; plug it in again." });
+    expect(voice).toMatchObject({
+      isOn: false,
+      problem: "The microphone has gone; plug it in again.",
+    });
     await press();
     expect(open).toHaveBeenCalledTimes(2);
   });
