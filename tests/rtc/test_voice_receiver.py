@@ -59,8 +59,11 @@ async def connected(
         answer = await peer.answer(browser.localDescription.sdp)
         await browser.setRemoteDescription(RTCSessionDescription(answer, "answer"))
         await events.wait("ready")
-        yield peer, browser, answer
-        await peer.close()
+        left, held = weakref.ref(peer), [peer]
+        del peer  # whoever frees it must hold the only one
+        yield held.pop(), browser, answer
+        if (one := left()) is not None:
+            await one.close()
         await browser.close()
 
 

@@ -18,15 +18,16 @@ export function VoicePanel() {
   const speaking = speakerWords(room.value, hello.value.viewer);
   if (!maySpeak.value) return speaking && <p class="voice-words quiet">{speaking}</p>;
   const { isOn, isKept, level } = voice.value;
+  const lacks = hindrance();
   return (
     <section class="voice" aria-label="Speak to the room">
-      <TalkButton />
-      {hello.value.voice.open_microphone && hindrance() === null && (
+      <TalkButton isDisabled={lacks !== null} />
+      {hello.value.voice.open_microphone && lacks === null && (
         <Switch name="Open microphone" isOn={isKept} onSwitch={keepSpeaking} />
       )}
       {isOn && <meter class="voice-level" aria-label="Your voice" min={0} max={1} value={level} />}
       <p class="voice-words" role="status">
-        {hindrance() ?? voiceWords(voice.value, room.value) ?? speaking}
+        {lacks ?? voiceWords(voice.value, room.value) ?? speaking}
       </p>
     </section>
   );
@@ -35,7 +36,7 @@ export function VoicePanel() {
 const HOLDER = "talk button";
 
 /** Speaks while it is pressed: by a finger, the mouse, or Enter while it has the focus. */
-function TalkButton() {
+function TalkButton({ isDisabled }: { isDisabled: boolean }) {
   const { voice } = useState();
   const { speak, hush } = useActions();
   const finger = (event: Pointer) => fingerHolder(event.pointerId);
@@ -58,7 +59,7 @@ function TalkButton() {
     <button
       type="button"
       class={isOn ? "talk-button is-on" : "talk-button"}
-      disabled={hindrance() !== null}
+      disabled={isDisabled}
       onPointerDown={onPointerDown}
       onPointerUp={(event) => hush(finger(event))}
       onPointerCancel={(event) => hush(finger(event))}
