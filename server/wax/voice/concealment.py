@@ -73,10 +73,10 @@ def _period_of(samples: NDArray[np.float64]) -> int:
     window = len(coarse) // 3
     end = coarse[-window:]
     lags = range(_SHORTEST // _COARSE, min(_LONGEST // _COARSE, len(coarse) - window) + 1)
-    power = np.sqrt(float(end @ end)) + 1e-9
+    size = float(np.linalg.norm(end)) + 1e-9
 
     def likeness(lag: int) -> float:
         before = coarse[len(coarse) - window - lag : len(coarse) - lag]
-        return float(end @ before) / (power * (np.sqrt(float(before @ before)) + 1e-9))
+        return float(end @ before) / (size * (float(np.linalg.norm(before)) + 1e-9))
 
     return max(lags, key=likeness) * _COARSE
