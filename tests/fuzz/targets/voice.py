@@ -40,7 +40,7 @@ def _hear(data: bytes) -> None:
 
 
 def _packet(number: int, payload: bytes, *, first: int = 0x80, more: bytes = b"") -> bytes:
-    header = struct.pack("!BBHLL", first, _OPUS, number, number * 960, 5)
+    header = struct.pack("!BBHLL", first, _OPUS, number % 2**16, number * 960, 5)
     packet = header + more + payload
     return bytes((len(packet),)) + packet
 
