@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import wave
+from contextlib import AsyncExitStack, suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,8 @@ from e2e.harness import speech, toml
 from e2e.harness.chromium import launch_chromium
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
+from e2e.measure.ear import open_ear
+from e2e.measure.errors import NotRunError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -23,9 +26,21 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from playwright.async_api import Browser
 
-    from e2e.conftest import Serve
+    from e2e.conftest import OpenViewer, Serve
     from e2e.harness.server import Server
+    from e2e.measure.ear import Ear
 
+ROBOT = f"""
+[video]
+source = "testcard"
+[audio]
+source = "robot"
+[voice]
+speaker = "robot"
+[turns]
+{toml.BRIEF_GRACE}
+"""
+"""The simulated robot, whose microphone hears its speaker."""
 SPOKEN_S = 12.0
 HEARD_BLOCKS = 200
 """Two seconds, in blocks of 10 ms."""
@@ -37,7 +52,17 @@ async def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
-async def talking(folder: Path) -> AsyncIterator[Browser]:
+async def own_ear() -> AsyncIterator[Ear | None]:
+    """Have a sound device for the browser that talks; None without PulseAudio."""
+    async with AsyncExitStack() as leaving:
+        made = None
+        with suppress(NotRunError):
+            made = await leaving.enter_async_context(open_ear())
+        yield made
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session")
+async def talking(folder: Path, own_ear: Ear | None) -> AsyncIterator[Browser]:
     """Launch a browser whose microphone hears real words, again and again."""
     with wave.open(str(folder / "words.wav"), "wb") as file:
         file.setparams((1, 2, speech.RATE_HZ, 0, "NONE", ""))
@@ -48,6 +73,7 @@ async def talking(folder: Path) -> AsyncIterator[Browser]:
             "--use-fake-ui-for-media-stream",
             "--use-fake-device-for-media-stream",
             f"--use-file-for-fake-audio-capture={folder / 'words.wav'}",
+            ear=own_ear,
         )
         yield browser
         await browser.close()
@@ -60,11 +86,13 @@ async def server(serve: Serve, tmp_path: Path) -> AsyncIterator[Server]:
         yield running
 
 
-async def enter(browser: Browser, server: Server, *, is_host: bool = False) -> Viewer:
+async def enter(
+    browser: Browser, server: Server, *, is_host: bool = False, ear: Ear | None = None
+) -> Viewer:
     context = await browser.new_context(permissions=["microphone"])
     if is_host:
         await server.make_host(context)
-    viewer = await Viewer.prepare(context, server.url)
+    viewer = await Viewer.prepare(context, server.url, ear)
     await viewer.page.goto(server.url)
     await viewer.sees_picture()
     return viewer
@@ -142,3 +170,39 @@ async def test_the_host_mutes_everybody(talking: Browser, server: Server, tmp_pa
     for one in (viewer, host):
         assert one.errors == []
         await one.page.context.close()
+
+
+async def test_who_speaks_does_not_hear_the_robot(
+    talking: Browser, own_ear: Ear | None, open_viewer: OpenViewer, serve: Serve, tmp_path: Path
+) -> None:
+    """Nothing comes back to who speaks, as the page says, while who watches hears their words."""
+    async with serve(tmp_path, ROBOT) as server:
+        viewer = await enter(talking, server, ear=own_ear)
+        await viewer.join()
+        await viewer.drives()
+        await viewer.listen()
+        watcher = await open_viewer(server)
+        await watcher.listen()
+        await expect(viewer.page.get_by_text("you do not hear the robot")).to_be_visible()
+        await viewer.page.keyboard.down("KeyT")
+        await expect(viewer.page.get_by_text("You are heard.")).to_be_visible(timeout=10_000)
+        viewer.forget()
+        watcher.forget()
+
+        async def enough() -> bool:
+            return min(len(viewer.heard()), len(watcher.heard())) >= HEARD_BLOCKS
+
+        await eventually(enough, "two seconds are listened to")
+        assert max(block.rms for block in viewer.heard()[:HEARD_BLOCKS]) == 0
+        heard = np.array([block.rms for block in watcher.heard()[:HEARD_BLOCKS]])
+        _, fit = speech.find_in_loop(heard, speech.envelope(speech.voice(SPOKEN_S)))
+        assert fit > 0.6
+        await viewer.page.keyboard.up("KeyT")
+        viewer.forget()
+
+        async def hears() -> bool:
+            return any(block.rms > 0 for block in viewer.heard())
+
+        await eventually(hears, "the robot is heard again")
+        assert viewer.errors == []
+        await viewer.page.context.close()

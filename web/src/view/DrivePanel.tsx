@@ -107,7 +107,8 @@ function Hint() {
   const reason = driveReason.value ?? (isFreshlyReleased.value ? RELEASED : null);
   return (
     <p class={reason ? "hint is-reason" : "hint is-keys"} id="drive-hint" aria-live="polite">
-      {reason ?? "Arrow keys or W A S D drive, Space stops."}
+      {reason ??
+        `Arrow keys or W A S D drive${hello.value?.voice ? ", T speaks" : ""}, Space stops.`}
     </p>
   );
 }

@@ -5,7 +5,7 @@ import { hindrance } from "../voice/microphone";
 import { useActions, useState } from "./context";
 import { PRESSING } from "./keys";
 import { Switch } from "./Switch";
-import { speakerWords, voiceWords } from "./words";
+import { speakerWords, voiceProblem, voiceWords } from "./words";
 
 type Pointer = TargetedPointerEvent<HTMLButtonElement>;
 type Key = TargetedKeyboardEvent<HTMLButtonElement>;
@@ -19,6 +19,8 @@ export function VoicePanel() {
   if (!maySpeak.value) return speaking && <p class="voice-words quiet">{speaking}</p>;
   const { isOn, isKept, level } = voice.value;
   const lacks = hindrance();
+  const problem = lacks ?? voiceProblem(voice.value, room.value);
+  const words = isOn || !speaking ? voiceWords(voice.value, hello.value) : speaking;
   return (
     <section class="voice" aria-label="Speak to the room">
       <TalkButton isDisabled={lacks !== null} />
@@ -26,8 +28,8 @@ export function VoicePanel() {
         <Switch name="Open microphone" isOn={isKept} onSwitch={keepSpeaking} />
       )}
       {isOn && <meter class="voice-level" aria-label="Your voice" min={0} max={1} value={level} />}
-      <p class="voice-words" role="status">
-        {lacks ?? voiceWords(voice.value, room.value) ?? speaking}
+      <p class={problem ? "voice-words is-problem" : "voice-words"} role="status">
+        {problem ?? words}
       </p>
     </section>
   );

@@ -1009,6 +1009,7 @@ describe("speaking to the people beside the robot", () => {
     expect(speakButton()).toBeNull();
     speakable({ operator: 1 });
     expect(speakButton()).toBeTruthy();
+    expect(getByText(body, "Arrow keys or W A S D drive, T speaks, Space stops.")).toBeTruthy();
   });
 
   it("holds from the press to the release of a finger or Enter, never of Space", () => {
@@ -1025,12 +1026,18 @@ describe("speaking to the people beside the robot", () => {
     expect(actions.speak).toHaveBeenCalledTimes(2);
   });
 
-  it("says what becomes of the voice, and how loud it is", () => {
+  it("says what becomes of the voice, how loud it is, and what is not heard meanwhile", () => {
     speakable({ operator: 1 });
+    const HALF_DUPLEX = "While you speak, you do not hear the robot; the others do.";
+    expect(getByText(body, HALF_DUPLEX)).toBeTruthy();
     act(() => {
-      state.voice.value = { ...state.voice.value, isOn: true, isHeard: true, level: 0.4 };
+      state.voice.value = { ...state.voice.value, isOn: true, level: 0.4 };
     });
-    expect(getByText(body, /^You are heard\. Meanwhile you do not hear the robot/)).toBeTruthy();
+    expect(getByText(body, `The microphone is on. ${HALF_DUPLEX}`)).toBeTruthy();
+    act(() => {
+      state.voice.value = { ...state.voice.value, isHeard: true };
+    });
+    expect(getByText(body, `You are heard. ${HALF_DUPLEX}`)).toBeTruthy();
     const meter = getByRole(body, "meter", { name: "Your voice" }) as HTMLMeterElement;
     expect(meter.getAttribute("value")).toBe("0.4");
     act(() => {
@@ -1040,6 +1047,19 @@ describe("speaking to the people beside the robot", () => {
       };
     });
     expect(getByText(body, "No microphone was found; plug one in.")).toBeTruthy();
+  });
+
+  it("says nothing of the robot's sound where there is none", () => {
+    speakable({ operator: 1 });
+    act(() => {
+      state.hello.value = hello({
+        viewer: 1,
+        has_microphone: false,
+        voice: { open_microphone: false },
+      });
+      state.voice.value = { ...state.voice.value, isOn: true, isHeard: true };
+    });
+    expect(getByText(body, "You are heard.")).toBeTruthy();
   });
 
   it("says over plain HTTP what to do", () => {

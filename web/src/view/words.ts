@@ -234,14 +234,17 @@ export function speakerWords(room: RoomState | null, me: number): string {
   return `${viewer ? named(viewer.name) : "Somebody"} is speaking to the people beside the robot.`;
 }
 
-/** What becomes of one's own voice; null if there is nothing to say. */
-export function voiceWords(voice: Voice, room: RoomState | null): string | null {
+/** Why one's own voice is not heard; null where nothing is known that keeps it from that. */
+export function voiceProblem(voice: Voice, room: RoomState | null): string | null {
   if (voice.problem !== null) return voice.problem;
   if (room?.voice?.problem) return room.voice.problem;
-  if (room?.voice?.muted) return "The host has muted all voices.";
-  if (voice.isOn) {
-    const words = voice.isHeard ? "You are heard." : "The microphone is on.";
-    return `${words} Meanwhile you do not hear the robot, so that your voice does not come back.`;
-  }
-  return null;
+  return room?.voice?.muted ? "The host has muted all voices." : null;
+}
+
+/** What becomes of one's own voice, and meanwhile of the robot's sound, where there is any. */
+export function voiceWords(voice: Voice, hello: Hello): string {
+  const own = voice.isHeard ? "You are heard." : "The microphone is on.";
+  const isSilent = silenceWords(hello) !== null;
+  const robots = isSilent ? "" : "While you speak, you do not hear the robot; the others do.";
+  return (voice.isOn ? `${own} ${robots}` : robots).trim();
 }

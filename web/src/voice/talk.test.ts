@@ -195,13 +195,29 @@ describe("the robot is not heard meanwhile", () => {
     expect(duck).toHaveBeenLastCalledWith(false);
   });
 
-  it("with an open microphone only while that is heard at the robot", async () => {
+  it("with an open microphone only while it is spoken into, or heard at the robot", async () => {
     talk.keep(true);
     await vi.advanceTimersByTimeAsync(0);
+    const [device] = made;
+    if (!device) throw new Error("no microphone was opened");
+    device.level = 0.1;
+    await vi.advanceTimersByTimeAsync(100);
     expect(duck).not.toHaveBeenCalled();
+    device.level = 0.5;
+    await vi.advanceTimersByTimeAsync(100);
+    expect(duck).toHaveBeenLastCalledWith(true);
+    device.level = 0.1;
+    await vi.advanceTimersByTimeAsync(100);
+    expect(duck).toHaveBeenLastCalledWith(false);
     talk.told(true, null);
     expect(duck).toHaveBeenLastCalledWith(true);
     talk.told(false, null);
+    expect(duck).toHaveBeenLastCalledWith(false);
+  });
+
+  it("but is where nothing of the voice is played", async () => {
+    await press();
+    talk.told(false, "The host has muted all voices.");
     expect(duck).toHaveBeenLastCalledWith(false);
   });
 });

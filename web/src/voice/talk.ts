@@ -46,6 +46,8 @@ export const NO_ROOM =
   "Your connection carries your commands but not your voice as well; commands go first.";
 
 const LOOK_EVERY_MS = 100;
+/** Whoever speaks is louder than this, 36 dB under full scale; known before the robot plays it. */
+const SPEAKS_LEVEL = 0.4;
 /** The device stays open for so long after the last word, since to open it takes that word's time. */
 const KEPT_OPEN_MS = 30_000;
 
@@ -192,10 +194,14 @@ export class Talk {
     link.speak(track).catch(() => {});
   }
 
-  /** An open microphone must not silence the robot all the time: only while it is heard there. */
+  /**
+   * Silences the robot where this voice could come back. An open microphone must not do that all the
+   * time: only while it is spoken into, or heard there.
+   */
   #duck(): void {
-    const { isOn, isHeard } = this.#voice;
-    const isDucked = isOn && (this.#holders.size > 0 || isHeard);
+    const { isOn, isHeard, level, problem } = this.#voice;
+    const isSpeaking = this.#holders.size > 0 || isHeard || level >= SPEAKS_LEVEL;
+    const isDucked = isOn && problem === null && isSpeaking;
     if (isDucked === this.#isDucked) return;
     this.#isDucked = isDucked;
     this.options.duck(isDucked);
