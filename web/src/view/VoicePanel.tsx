@@ -17,18 +17,25 @@ export function VoicePanel() {
   if (!hello.value?.voice) return null;
   const speaking = speakerWords(room.value, hello.value.viewer);
   if (!maySpeak.value) return speaking && <p class="voice-words quiet">{speaking}</p>;
-  const { isOn, isKept, level } = voice.value;
+  const { isOn, isKept, isHeard, level } = voice.value;
   const lacks = hindrance();
   const problem = lacks ?? voiceProblem(voice.value, room.value);
   const words = isOn || !speaking ? voiceWords(voice.value, hello.value) : speaking;
+  const kind = problem ? " is-problem" : isHeard ? " is-heard" : "";
   return (
     <section class="voice" aria-label="Speak to the room">
       <TalkButton isDisabled={lacks !== null} />
       {hello.value.voice.open_microphone && lacks === null && (
-        <Switch name="Open microphone" isOn={isKept} onSwitch={keepSpeaking} />
+        <Switch name="Keep open" isOn={isKept} onSwitch={keepSpeaking} />
       )}
-      {isOn && <meter class="voice-level" aria-label="Your voice" min={0} max={1} value={level} />}
-      <p class={problem ? "voice-words is-problem" : "voice-words"} role="status">
+      <meter
+        class={isOn ? "voice-level" : "voice-level is-off"}
+        aria-label="Your voice"
+        min={0}
+        max={1}
+        value={level}
+      />
+      <p class={`voice-words${kind}`} role="status">
         {problem ?? words}
       </p>
     </section>
@@ -56,7 +63,7 @@ function TalkButton({ isDisabled }: { isDisabled: boolean }) {
     event.preventDefault();
     if (!event.repeat) speak(HOLDER);
   };
-  const { isOn, isOpening } = voice.value;
+  const { isOn, isOpening, isKept } = voice.value;
   return (
     <button
       type="button"
@@ -76,7 +83,7 @@ function TalkButton({ isDisabled }: { isDisabled: boolean }) {
       onKeyUp={() => hush(HOLDER)}
       onBlur={() => hush(HOLDER)}
     >
-      {isOpening ? "Opening the microphone…" : "Hold to speak"}
+      {isOpening ? "Opening the microphone…" : isKept ? "Microphone open" : "Hold to speak"}
     </button>
   );
 }

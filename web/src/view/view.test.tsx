@@ -1071,17 +1071,21 @@ describe("speaking to the people beside the robot", () => {
     });
     expect(getByText(body, /^A microphone needs HTTPS/)).toBeTruthy();
     expect(button("Hold to speak").disabled).toBe(true);
-    expect(queryByRole(body, "switch", { name: "Open microphone" })).toBeNull();
+    expect(queryByRole(body, "switch", { name: "Keep open" })).toBeNull();
   });
 
   it("can be left open where the host allows it", () => {
     speakable({ operator: 1 });
-    expect(queryByRole(body, "switch", { name: "Open microphone" })).toBeNull();
+    expect(queryByRole(body, "switch", { name: "Keep open" })).toBeNull();
     act(() => {
       state.hello.value = hello({ viewer: 1, voice: { open_microphone: true } });
     });
-    act(() => getByRole(body, "switch", { name: "Open microphone" }).click());
+    act(() => getByRole(body, "switch", { name: "Keep open" }).click());
     expect(actions.keepSpeaking).toHaveBeenCalledExactlyOnceWith(true);
+    act(() => {
+      state.voice.value = { ...state.voice.value, isOn: true, isKept: true };
+    });
+    expect(button("Microphone open")).toBeTruthy();
   });
 
   it("tells everybody who is speaking, but not themselves", () => {
