@@ -48,6 +48,10 @@ cluster: ## rooms of LiveKit beside the robot's own server, and what breaks: mak
 	@sh .make/install.sh test
 	@sh .make/suite.sh cluster $(ARGS)
 
+voice: ## a voice to the robot: its delay, and what it adds to the commands': make voice ARGS="--only mouth*"
+	@sh .make/install.sh test
+	@sh .make/suite.sh voice $(ARGS)
+
 figures: ## render the tables of README.md from e2e/published
 	@sh .make/install.sh test
 	@.venv/bin/python -m e2e.measure
@@ -80,4 +84,4 @@ clean: ## remove everything installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run unit test test-all check bench lab goals sound faults public cluster figures mutants soak fuzz ablation coverage lock clean
+.PHONY: help run unit test test-all check bench lab goals sound faults public cluster voice figures mutants soak fuzz ablation coverage lock clean

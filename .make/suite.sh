@@ -1,5 +1,5 @@
 # Run a suite that measures, or tests the tests, after installing what it drives.
-# usage: suite.sh bench | faults | public | cluster | lab | soak | fuzz | mutants | coverage   ARGUMENTS…
+# usage: suite.sh bench | faults | public | cluster | voice | lab | soak | fuzz | mutants | coverage   ARGUMENTS…
 set -eu
 . .make/lib.sh
 . .make/browsers.sh
@@ -27,6 +27,7 @@ lab)
     uv pip install -q --require-hashes -r .make/speech.lock ||
         say "ViSQOL could not be built, see above; the voice has no score"
     ;;
+voice) want_playwright && want_chromium && want_ear ;;
 mutants)
     sh .make/firmware.sh library >/dev/null # there is a compiler, or a sentence about it
     exec python -m tests.mutants "$@"
@@ -43,6 +44,6 @@ coverage)
     npm run --silent --prefix web coverage || status=1
     exit $status
     ;;
-*) die "usage: suite.sh bench | faults | public | cluster | lab | soak | fuzz | mutants | coverage ARGUMENTS…" ;;
+*) die "usage: suite.sh bench | faults | public | cluster | voice | lab | soak | fuzz | mutants | coverage ARGUMENTS…" ;;
 esac
 exec python -m "e2e.$suite" "$@"

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 load_profiles()
 
-MEASURES = ("bench", "cluster", "lab", "peers")
+MEASURES = ("bench", "cluster", "lab", "peers", "voice")
 """Folders of what measures or needs another's server, whose tests `make test-all` runs."""
 
 BESIDE = (

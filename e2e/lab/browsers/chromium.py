@@ -82,13 +82,14 @@ class Chromium:
 
 @asynccontextmanager
 async def open_chromium(
-    path: str, link: Link, origins: Sequence[str], folder: Path, ear: Ear
+    path: str, link: Link, origins: Sequence[str], folder: Path, ear: Ear, *more_flags: str
 ) -> AsyncIterator[Chromium]:
     """Start it headless; see `e2e.lab.browsers.open_browser`."""
     launcher = link.browser.launcher(folder / "chromium", path)
     known = "".join(f", EXCLUDE {urlsplit(one).hostname}" for one in origins)
     flags = [
         *FLAGS,
+        *more_flags,
         "--no-sandbox",
         f"--unsafely-treat-insecure-origin-as-secure={','.join(origins)}",
         # Nobody answers there, and what it asks for would go over the link and be counted.

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 PROGRAM: Final = ("WAX_FIREFOX", bidi.NAMES)
 END_WITHIN_S: Final = 5.0
-KEYS: Final[dict[Key, str]] = {"ArrowUp": "\ue013"}
+KEYS: Final[dict[Key, str]] = {"ArrowUp": "\ue013", "KeyT": "t"}
 """WebDriver's table of keys."""
 
 # The pages' own policies rightly refuse an instrument's scripts, and Firefox has neither a command

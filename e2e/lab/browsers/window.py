@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from e2e.measure.ear import Ear
 
-Key = Literal["ArrowUp"]
+Key = Literal["ArrowUp", "KeyT"]
 LOAD_WITHIN_S: Final = 120.0
 """A page of some 100 kB takes a modem half a minute."""
 

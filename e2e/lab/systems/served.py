@@ -18,7 +18,7 @@ from wax.errors import StateError
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
-    from collections.abc import AsyncIterator, Sequence
+    from collections.abc import AsyncIterator, Mapping, Sequence
     from contextlib import AbstractAsyncContextManager
     from pathlib import Path
 
@@ -96,9 +96,15 @@ class Served:
 
 @asynccontextmanager
 async def serving(
-    name: str, link: Link, folder: Path, arguments: Sequence[str]
+    name: str,
+    link: Link,
+    folder: Path,
+    arguments: Sequence[str],
+    variables: Mapping[str, str] | None = None,
 ) -> AsyncIterator[Served]:
     """Run this Python with `arguments`, log into `folder`; asked to stop afterwards, else killed.
+
+    `variables` are added to its environment.
 
     Raises `MeasureError` with the end of its log when it does not get healthy.
     """
@@ -109,7 +115,11 @@ async def serving(
             stdin=asyncio.subprocess.DEVNULL,
             stdout=log,
             stderr=log,
-            env={**os.environ, "XDG_STATE_HOME": str((folder / STATE).resolve())},
+            env={
+                **os.environ,
+                **(variables or {}),
+                "XDG_STATE_HOME": str((folder / STATE).resolve()),
+            },
         )
     try:
         async with http_through(link.server, link.server.address, PORT) as http:

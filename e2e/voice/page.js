@@ -1,0 +1,48 @@
+// What the page's microphone hears, ms by ms, and when its pings were sent and received, until they
+// are taken. It is listened to where LISTENS says so, because that costs the page some time. Times
+// are the page's own, in ms; when a ping was received is the server's.
+if (window === window.top) {
+  const taken = { heard: [], pings: [] };
+
+  const rms = (samples) => Math.sqrt(samples.reduce((sum, one) => sum + one * one, 0) / samples.length);
+
+  const listen = async (track) => {
+    const reader = new MediaStreamTrackProcessor({ track }).readable.getReader();
+    for (;;) {
+      const { done, value: data } = await reader.read();
+      if (done) return;
+      const samples = new Float32Array(data.numberOfFrames);
+      data.copyTo(samples, { planeIndex: 0, format: "f32-planar" });
+      const perMs = Math.round(data.sampleRate / 1000);
+      const loudness = [];
+      for (let i = 0; i < samples.length; i += perMs) loudness.push(rms(samples.subarray(i, i + perMs)));
+      taken.heard.push([data.timestamp / 1000, loudness.map((one) => Number(one.toFixed(4)))]);
+      data.close();
+    }
+  };
+
+  const { mediaDevices } = navigator;
+  const open = mediaDevices.getUserMedia.bind(mediaDevices);
+  const listening = async (wanted) => {
+    const stream = await open(wanted);
+    listen(stream.getAudioTracks()[0].clone());
+    return stream;
+  };
+  if (LISTENS) mediaDevices.getUserMedia = listening;
+
+  const { createDataChannel } = RTCPeerConnection.prototype;
+  RTCPeerConnection.prototype.createDataChannel = function (name, ...more) {
+    const channel = createDataChannel.call(this, name, ...more);
+    channel.addEventListener("message", ({ data }) => {
+      if (name !== "drive") return;
+      const [type, , sent_page_ms, server_ms] = JSON.parse(data);
+      if (type === "pong") taken.pings.push([sent_page_ms, server_ms]);
+    });
+    return channel;
+  };
+
+  window.waxVoice = {
+    sees: () => [...document.querySelectorAll("video")].some((one) => one.currentTime > 0),
+    take: () => ({ heard: taken.heard.splice(0), pings: taken.pings.splice(0) }),
+  };
+}

@@ -1,0 +1,48 @@
+"""The suite: how late a voice is at the robot, and how much later it makes the commands."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Final
+
+from e2e.measure.suite import PAGE, SERVER, Suite, measured
+from e2e.voice.command_age import SECONDS, command_age
+from e2e.voice.mouth_to_speaker import mouth_to_speaker
+
+_WORDS: Final = "half seconds of speech"
+_PAIRS: Final = f"pairs of {SECONDS:g} s, speaking and silent"
+
+SUITE: Final = Suite(
+    name="voice",
+    about="Measure the voice to the robot, and what it does to the commands.",
+    measures=(*SERVER, *PAGE),
+    columns=("median", "p95", "p99", "max"),
+    cases=(
+        measured(
+            "mouth-to-speaker/same-machine",
+            300,
+            partial(mouth_to_speaker, "same-machine", 100.0),
+            _WORDS,
+            10,
+        ),
+        measured(
+            "mouth-to-speaker/internet-5m",
+            300,
+            partial(mouth_to_speaker, "internet-5m", 200.0),
+            _WORDS,
+            10,
+        ),
+        measured(
+            "command-age/same-machine", 10, partial(command_age, "same-machine", 2.0), _PAIRS, 1
+        ),
+        measured("command-age/modem-56k", 10, partial(command_age, "modem-56k", 40.0), _PAIRS, 1),
+    ),
+    notes=(
+        "Mouth to speaker: from when Chromium’s microphone, which is fed from a file, has begun to "
+        "hear a piece of speech, its 10 ms of buffer included, to when a sound device (PulseAudio’s"
+        " null sink) at the robot plays it; found by correlation of their loudness, ms by ms.",
+        "Age of the commands: from the page’s call of `send` to the server, by the pings that share"
+        " the channel with them; each column is the difference of the two quantiles. A key is held "
+        "all the time.",
+    ),
+)
