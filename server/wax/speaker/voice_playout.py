@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from wax.errors import ProtocolError
 from wax.speaker.opus_decoder import OpusDecoder
 from wax.voice.concealment import Concealer
 from wax.voice.jitter_buffer import JitterBuffer, Missing
 from wax.voice.limiter import Limiter, SilenceGate
+from wax.voice.packet import RATE_HZ
 
 if TYPE_CHECKING:
     import numpy as np
@@ -16,11 +17,15 @@ if TYPE_CHECKING:
 
     from wax.voice.packet import VoicePacket
 
+_LONGEST_GAP: Final = RATE_HZ * 60 // 1000
+"""A longer one is a pause, in which browsers send nothing."""
+
 
 class VoicePlayout:
     """One voice at a time; takes `now_s`, has no thread and waits for nothing.
 
-    Counts since the start: `lost_samples` were made up, `refused` packets could not be decoded.
+    Counts since the start: `lost_samples` were missing between what was played, `refused` packets
+    could not be decoded.
     """
 
     def __init__(self) -> None:
@@ -30,6 +35,7 @@ class VoicePlayout:
         self._concealer = Concealer()
         self._limiter = Limiter()
         self._gate = SilenceGate()
+        self._expected: int | None = None
         self.lost_samples = 0
         self.refused = 0
 
@@ -52,6 +58,7 @@ class VoicePlayout:
         self._decoder = OpusDecoder()
         self._concealer.reset()
         self._gate = SilenceGate()
+        self._expected = None
 
     def due(self, now_s: float) -> list[NDArray[np.int16]]:
         """Return the pieces that are due by now and not silent, int16 mono at 48 kHz."""
@@ -64,10 +71,17 @@ class VoicePlayout:
 
     def _sound_of(self, item: VoicePacket | Missing) -> NDArray[np.int16]:
         if isinstance(item, Missing):
-            self.lost_samples += item.samples
             return self._concealer.make_up(item.samples)
+        self._count_missing(item)
         try:
             return self._concealer.played(self._decoder.decode(item))
         except ProtocolError:
             self.refused += 1
             return self._concealer.make_up(item.samples)
+
+    def _count_missing(self, packet: VoicePacket) -> None:
+        """Count what was made up before this packet, unless that was the end of a sentence."""
+        if self._expected is not None:
+            gap = (packet.timestamp - self._expected) % 2**32
+            self.lost_samples += gap if gap <= _LONGEST_GAP else 0
+        self._expected = packet.timestamp + packet.samples
