@@ -24,6 +24,7 @@ from pydantic import (
 from wax.config import allowed, opening_hours
 from wax.config.network import HostName, Network, PageUrl
 from wax.config.publish import PublishSettings
+from wax.config.recording import RecordingSettings
 from wax.config.thesis import ThesisSettings
 from wax.errors import ConfigError
 
@@ -434,6 +435,7 @@ class Settings(_Section):
     access: AccessSettings = AccessSettings()
     log: LogSettings = LogSettings()
     records: RecordSettings = RecordSettings()
+    recording: RecordingSettings = RecordingSettings()
     metrics: MetricSettings = MetricSettings()
     network: NetworkSettings = NetworkSettings()
     relay: RelaySettings = RelaySettings()
@@ -456,6 +458,8 @@ class Settings(_Section):
                 "nobody spoke in the system of 2004; set [voice] speaker to none, or sync.policy to"
                 " by-role"
             )
+        if self.recording.enabled and self.sync.policy == "thesis":
+            raise ValueError("recording cannot keep what the thesis's policy sends; leave one out")
         named = [one.name for one in self.publish]
         if len(set(named)) < len(named):
             raise ValueError("publish names a room twice; give each its own name in `room`")

@@ -1,0 +1,208 @@
+"""What the tape tells beside picture and sound: one model for each topic of its MCAP files.
+
+The page of `wax replay` reads the same models. Viewers are numbers, as in the room. A field is null
+where it is not known; times within an event are ages in milliseconds at the event's own time, so
+that no second clock is needed to read them.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Final, Literal, get_args
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from wax.errors import ProtocolError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+FORMAT: Final = 1
+"""The version of all this. A new field with a default does not raise it; anything else does."""
+
+
+class _Event(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+class Commanded(_Event):
+    """A command as it came, and why the gate refused it, null if it counted.
+
+    It was sent `age_ms` ago by its sender's clock, by somebody who saw a picture that is
+    `seen_age_ms` old now. `linear` and `angular` are fractions of the robot's limits.
+    """
+
+    type: Literal["commanded"] = "commanded"
+    viewer: int
+    seq: int
+    turn: int
+    age_ms: float
+    seen_age_ms: float | None
+    linear: float
+    angular: float
+    held: bool
+    speed: Literal["slow", "fast"]
+    axes: dict[str, float]
+    refused: str | None
+
+
+class Steered(_Event):
+    """A set-point as the robot got it, and the one that the gate wanted, which the ramp nears.
+
+    It holds until the next. `reason` is why the robot is held, `limit` why it is slower than asked.
+    """
+
+    type: Literal["steered"] = "steered"
+    turn: int
+    linear_mps: float
+    angular_rps: float
+    wanted_linear_mps: float
+    wanted_angular_rps: float
+    reason: str | None
+    limit: str | None
+
+
+class Reported(_Event):
+    """What the robot said of itself, as far as it does."""
+
+    type: Literal["reported"] = "reported"
+    connected: bool
+    problem: str | None
+    moving: bool | None
+    x_m: float | None
+    y_m: float | None
+    heading_rad: float | None
+    bumpers: int
+    battery_v: float | None
+    battery_fraction: float | None
+
+
+class Turned(_Event):
+    """Whose turn it is from now on; `operator` null is nobody's. `why` the one before ended."""
+
+    type: Literal["turned"] = "turned"
+    number: int
+    operator: int | None
+    why: str | None
+
+
+class Stopped(_Event):
+    """Somebody has pressed Stop, or the stop with this number was released.
+
+    `viewer` is null for somebody without a page.
+    """
+
+    type: Literal["stopped"] = "stopped"
+    number: int
+    pressed: bool
+    viewer: int | None
+    by_host: bool
+
+
+class Faulted(_Event):
+    """The robot was stopped while its operator drove, and not by anybody's wish."""
+
+    type: Literal["faulted"] = "faulted"
+    operator: int
+    why: str
+
+
+class Watched(_Event):
+    """How a viewer had it, once a second, and what was decided for them.
+
+    The ages are from capture to their screen and ear; `picture_held_ms` and `sound_held_ms` are
+    what of that is in the browser's buffers. `link_bps` is the estimate of their link, `why` the
+    reason for what they are sent.
+    """
+
+    type: Literal["watched"] = "watched"
+    viewer: int
+    drives: bool
+    round_trip_ms: float | None
+    picture_ms: float | None
+    picture_held_ms: float | None
+    sound_ms: float | None
+    sound_held_ms: float | None
+    rendition: str | None
+    picture_hz: float | None
+    sound_mu_ms: int | None
+    link_bps: int | None
+    queue_ms: float | None
+    why: str | None
+
+
+class Named(_Event):
+    """What a viewer calls themselves; only where names are recorded."""
+
+    type: Literal["named"] = "named"
+    viewer: int
+    name: str
+
+
+class Missed(_Event):
+    """Nothing was recorded for the `missed_s` before this, since the disk was too slow."""
+
+    type: Literal["missed"] = "missed"
+    missed_s: float
+
+
+TapeEvent = Commanded | Steered | Reported | Turned | Stopped | Faulted | Watched | Named | Missed
+EVENTS: Final[Sequence[type[TapeEvent]]] = get_args(TapeEvent)
+
+
+class Placed(_Event):
+    """An event and when it was, in ms since the beginning of its part of the tape."""
+
+    at_ms: float
+    event: Annotated[TapeEvent, Field(discriminator="type")]
+
+
+class TapePart(_Event):
+    """One part of the tape, as the page lists it; `kept` is by whom or why it is kept.
+
+    `began_wall_ms` is since 1970.
+    """
+
+    name: str
+    began_wall_ms: int
+    size_bytes: int
+    kept: Literal["host", "operator", "fault"] | None
+
+
+class TapeListing(_Event):
+    """What there is to replay."""
+
+    parts: list[TapePart]
+
+
+class TapeContent(_Event):
+    """All of one part but picture and sound, which are at ``/media/`` and its name.
+
+    `problem` is a sentence about what could not be read, null if there is nothing.
+    """
+
+    name: str
+    began_wall_ms: float
+    length_ms: float
+    has_media: bool
+    has_picture: bool
+    has_sound: bool
+    events: list[Placed]
+    problem: str | None
+
+
+_ANY: TypeAdapter[TapeEvent] = TypeAdapter(Annotated[TapeEvent, Field(discriminator="type")])
+
+
+def topic(event: type[TapeEvent]) -> str:
+    """Return the MCAP topic of a kind of event: ``/wax/commanded`` and so on."""
+    return f"/wax/{event.model_fields['type'].default}"
+
+
+def parse_event(data: bytes) -> TapeEvent:
+    """Parse an event of a tape; raises `ProtocolError`."""
+    try:
+        return _ANY.validate_json(data)
+    except ValidationError as error:
+        raise ProtocolError(
+            "an event of the tape is not as this version of WAX writes it"
+        ) from error

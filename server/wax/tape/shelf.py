@@ -1,0 +1,157 @@
+"""The folder with the parts of the tape: each is a media file, an events file and perhaps a mark.
+
+The mark says that the part is kept, and by whom. The files' names say when the part began, so that
+sorting them is enough to know their order.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, get_args
+
+from wax import state_dir
+from wax.errors import StateError
+from wax.tape.retention import Keeper, Part
+
+if TYPE_CHECKING:
+    from wax.config.recording import RecordingSettings
+
+FOLDER: Final = "tape"
+EVENTS: Final = ".mcap"
+MEDIA: Final = (".webm", ".mp4")
+_MARK: Final = ".kept"
+_ENDINGS: Final = (*MEDIA, EVENTS, _MARK)
+_NAME: Final = re.compile(r"wax-(\d{8}T\d{6})Z(-\d{1,3})?")
+_TIME: Final = "%Y%m%dT%H%M%S"
+_MOST_IN_A_SECOND: Final = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Shelved:
+    """One part as it lies in the folder; times are in seconds since 1970."""
+
+    name: str
+    began_s: float
+    ended_s: float
+    size_bytes: int
+    kept: Keeper | None
+    media: Path | None
+    events: Path | None
+
+    def as_part(self, open_name: str | None = None) -> Part:
+        """Return what retention needs to know; `open_name` is the one that is being written."""
+        return Part(self.name, self.ended_s, self.size_bytes, self.kept, self.name == open_name)
+
+
+def where(settings: RecordingSettings, state: str) -> Path:
+    """Return the folder, which need not exist; `state` is the configured one for what outlives
+    the server. Raises `StateError`.
+    """
+    if settings.folder:
+        return Path(settings.folder).expanduser()
+    return state_dir.find(state) / FOLDER
+
+
+class Shelf:
+    """Several processes may use one folder at once: the server, and `wax tape`."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def prepare(self) -> None:
+        """Make the folder, for its owner only; raises `StateError` with what to do."""
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        except OSError as error:
+            raise self._unusable(error.strerror or str(error)) from error
+        if not os.access(self.folder, os.R_OK | os.W_OK | os.X_OK):
+            raise self._unusable("this user may not write there")
+
+    def parts(self) -> list[Shelved]:
+        """Return what is there, the oldest first; raises `StateError`."""
+        found: dict[str, list[os.DirEntry[str]]] = {}
+        try:
+            with os.scandir(self.folder) as entries:
+                for entry in entries:
+                    name, ending = os.path.splitext(entry.name)  # noqa: PTH122  # of no path
+                    if ending in _ENDINGS and _NAME.fullmatch(name):
+                        found.setdefault(name, []).append(entry)
+        except FileNotFoundError:
+            return []
+        except OSError as error:
+            raise self._unusable(error.strerror or str(error)) from error
+        parts = (self._part(name, entries) for name, entries in sorted(found.items()))
+        return [one for one in parts if one is not None]
+
+    def new_name(self, wall_ms: float) -> str:
+        """Return the name of a part that begins then, which no other has."""
+        began = datetime.fromtimestamp(wall_ms / 1000, UTC)
+        base = f"wax-{began:{_TIME}}Z"
+        for number in range(_MOST_IN_A_SECOND):
+            name = f"{base}-{number}" if number else base
+            if not any((self.folder / (name + ending)).exists() for ending in _ENDINGS):
+                return name
+        raise StateError(f"{self.folder}: there are {_MOST_IN_A_SECOND} parts called {base}")
+
+    def path(self, name: str, ending: str) -> Path:
+        """Return the path of one of a part's files; raises `StateError` for what is no name."""
+        if not _NAME.fullmatch(name):
+            raise StateError(f"{name!r} is no part of the tape; `wax tape list` shows their names")
+        return self.folder / (name + ending)
+
+    def keep(self, name: str, by: Keeper) -> None:
+        """Mark a part as kept; the host's mark replaces the others'. Raises `OSError`."""
+        mark = self.path(name, _MARK)
+        if self._kept(mark) == "host":
+            return
+        state_dir.make_private(mark)
+        mark.write_text(by, encoding="ascii")
+
+    def delete(self, name: str) -> None:
+        """Delete a part with all its files; safe to call twice. Raises `OSError`."""
+        for ending in _ENDINGS:
+            self.path(name, ending).unlink(missing_ok=True)
+
+    def _part(self, name: str, entries: list[os.DirEntry[str]]) -> Shelved | None:
+        files = {Path(entry.name).suffix: entry for entry in entries}
+        size = 0
+        try:
+            began = datetime.strptime(name[4:19], _TIME).replace(tzinfo=UTC).timestamp()
+            ended_s = began
+            for entry in files.values():
+                status = entry.stat()
+                size += status.st_size
+                if not entry.name.endswith(_MARK):
+                    ended_s = max(ended_s, status.st_mtime)
+        except (OSError, ValueError):
+            return None  # deleted just now, or a name with a month 13: none of ours
+        media = next((Path(files[one].path) for one in MEDIA if one in files), None)
+        return Shelved(
+            name=name,
+            began_s=began,
+            ended_s=ended_s,
+            size_bytes=size,
+            kept=self._kept(Path(files[_MARK].path)) if _MARK in files else None,
+            media=media,
+            events=Path(files[EVENTS].path) if EVENTS in files else None,
+        )
+
+    def _kept(self, mark: Path) -> Keeper | None:
+        """Return by whom a part is kept; a mark that cannot be read counts as the host's."""
+        with suppress(FileNotFoundError):
+            try:
+                text = mark.read_text(encoding="ascii").strip()
+            except (OSError, UnicodeDecodeError) as error:
+                if isinstance(error, FileNotFoundError):
+                    raise
+                return "host"
+            return next((one for one in get_args(Keeper) if one == text), "host")
+        return None
+
+    def _unusable(self, why: str) -> StateError:
+        return StateError(f"{self.folder}: {why}; name another folder with [recording] folder")
