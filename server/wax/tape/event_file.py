@@ -1,0 +1,91 @@
+"""The events of one part, as an MCAP file (https://mcap.dev/spec) that Foxglove and others open.
+
+Each topic has its JSON schema inside. Times are nanoseconds since 1970, made of the server's clock
+and one offset for as long as it runs: they are in step with the picture even while somebody sets
+the machine's clock.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from typing import TYPE_CHECKING, Final
+
+from mcap.writer import CompressionType, Writer
+
+from wax import __version__, state_dir
+from wax.protocol.tape_events import FORMAT, topic
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from wax.protocol.tape_events import TapeEvent
+
+METADATA: Final = "wax.tape"
+"""The name of the metadata record at the beginning; its keys are below."""
+VERSION: Final = "format"
+ORIGIN: Final = "origin_ns"
+
+
+class EventFile:
+    """Begins at `origin_s` on the server's clock, which was 0 at `zero_ns` since 1970.
+
+    Not thread-safe. All methods may raise `OSError`.
+    """
+
+    def __init__(self, path: Path, *, origin_s: float, zero_ns: int) -> None:
+        state_dir.make_private(path)
+        self._zero_ns = zero_ns
+        self._origin_ns = self._ns(origin_s)
+        self._file = path.open("wb")
+        try:
+            self._writer = Writer(self._file, compression=CompressionType.ZSTD)
+            self._writer.start(library=f"wax {__version__}")
+            self._writer.add_metadata(
+                METADATA, {VERSION: str(FORMAT), ORIGIN: str(self._origin_ns)}
+            )
+            self._file.flush()
+        except BaseException:
+            self._file.close()
+            raise
+        self._channels: dict[type[TapeEvent], int] = {}
+
+    def write(self, event: TapeEvent, at_s: float) -> None:
+        """Add an event; one from before the beginning is part of it."""
+        at_ns = max(self._ns(at_s), self._origin_ns)
+        self._writer.add_message(
+            self._channel(type(event)),
+            log_time=at_ns,
+            publish_time=at_ns,
+            data=event.model_dump_json().encode(),
+        )
+
+    def flush(self) -> None:
+        """Give what was added to the system, which keeps it even if this process is killed."""
+        self._writer.flush()
+
+    def close(self) -> None:
+        """Finish the file, with its index; it is closed even if that fails."""
+        try:
+            self._writer.finish()
+        finally:
+            self._file.close()
+
+    def _channel(self, kind: type[TapeEvent]) -> int:
+        channel = self._channels.get(kind)
+        if channel is None:
+            name = topic(kind)
+            schema = self._writer.register_schema(
+                f"wax.{kind.__name__}", encoding="jsonschema", data=_schema(kind)
+            )
+            channel = self._writer.register_channel(name, "json", schema)
+            self._channels[kind] = channel
+        return channel
+
+    def _ns(self, at_s: float) -> int:
+        return self._zero_ns + round(at_s * 1e9)
+
+
+@cache
+def _schema(kind: type[TapeEvent]) -> bytes:
+    return json.dumps(kind.model_json_schema(mode="serialization")).encode()

@@ -1,0 +1,102 @@
+"""A part whose writing was cut off, copied so that a browser can seek in it.
+
+Nothing is decoded or encoded: the same packets go into a file that is finished.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import av
+
+from wax.errors import StateError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from av.container.input import InputContainer
+    from av.container.output import OutputContainer
+    from av.stream import Stream
+
+_MOST_COPIED_BYTES: Final = 4_000_000_000
+"""More than ten minutes of the best rendition that can be configured."""
+_UNREADABLE: Final = "Picture and sound are damaged: {why}."
+
+
+@dataclass(frozen=True, slots=True)
+class MediaFacts:
+    """What is in a media file; `length_ms` is 0 and `problem` a sentence where it is unknown."""
+
+    length_ms: float
+    has_picture: bool
+    has_sound: bool
+    problem: str | None = None
+
+
+def facts_of(path: Path) -> MediaFacts:
+    """Return what is in a file, as far as its beginning and its end say it; never raises."""
+    try:
+        with av.open(str(path), "r") as media:
+            return MediaFacts(
+                length_ms=0.0 if media.duration is None else media.duration / 1000,
+                has_picture=bool(media.streams.video),
+                has_sound=bool(media.streams.audio),
+            )
+    except (av.FFmpegError, OSError, ValueError) as error:
+        return MediaFacts(0.0, False, False, _UNREADABLE.format(why=_words(error)))
+
+
+def mended(path: Path, folder: Path) -> Path:
+    """Return the file itself if it is finished, else a copy in `folder`, made once.
+
+    Raises `StateError`.
+    """
+    copy = folder / path.name
+    if copy.exists():
+        return copy
+    try:
+        with av.open(str(path), "r") as media:
+            if _is_finished(media):
+                return path
+            if path.stat().st_size > _MOST_COPIED_BYTES:
+                raise StateError(
+                    f"{path}: has {path.stat().st_size / 1e9:.0f} GB, and its writing was cut off;"
+                    " a part of a tape is never so large"
+                )
+            unready = copy.with_suffix(".unready")
+            with av.open(str(unready), "w", format=_format(media)) as output:
+                _copy(media, output)
+            unready.rename(copy)
+    except (av.FFmpegError, OSError, ValueError) as error:
+        raise StateError(f"{path}: {_UNREADABLE.format(why=_words(error))}") from error
+    return copy
+
+
+def _is_finished(media: InputContainer) -> bool:
+    """Whether the file says how long it is, which is written last; fragments never do."""
+    return media.duration is not None and "matroska" in media.format.name
+
+
+def _format(media: InputContainer) -> str:
+    return "webm" if "matroska" in media.format.name else "mp4"
+
+
+def _copy(media: InputContainer, output: OutputContainer) -> None:
+    """Copy all packets up to the end, or to where the file is cut."""
+    copies: dict[int, Stream] = {
+        stream.index: output.add_stream_from_template(stream, opaque=True)
+        for stream in (*media.streams.video, *media.streams.audio)
+    }
+    try:
+        for packet in media.demux():
+            # An empty one marks the end of its stream.
+            if packet.dts is not None and packet.size and packet.stream_index in copies:
+                packet.stream = copies[packet.stream_index]
+                output.mux(packet)
+    except (av.error.InvalidDataError, av.error.EOFError):
+        return
+
+
+def _words(error: Exception) -> str:
+    return str(getattr(error, "strerror", None) or error).lower()

@@ -1,0 +1,346 @@
+"""Writes the tape in a thread of its own: whatever the disk does, nobody waits for it.
+
+What is to be written waits in a queue. When that is full, the disk is too slow: then all is left
+out until the queue is empty again, a new part begins, and what is missing is written down.
+"""
+
+from __future__ import annotations
+
+import shutil
+import threading
+from contextlib import suppress
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Final
+
+import structlog
+
+from wax.encode.encoded import EncodedPicture, EncodedSound
+from wax.errors import StateError
+from wax.protocol.tape_events import Missed
+from wax.tape.plan import SegmentPlan
+from wax.tape.retention import retain
+from wax.tape.segment import WRITE_ERRORS, Segment
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable
+
+    from wax.clock import Clock
+    from wax.config.recording import RecordingSettings
+    from wax.protocol.tape_events import TapeEvent
+    from wax.tape.media_file import Codec
+    from wax.tape.plan import Kind
+    from wax.tape.retention import Keeper
+    from wax.tape.shelf import Shelf
+
+_LOG = structlog.get_logger(__name__)
+
+MOST_WAITING: Final = 4000
+"""Ten seconds of picture, sound and driving."""
+FLUSH_S: Final = 0.4
+_WAIT_S: Final = 0.2
+RETRY_S: Final = 20.0
+_PRUNE_S: Final = 600.0
+_ROOM_S: Final = 5.0
+_GB: Final = 1e9
+
+DISK_FULL: Final = "the disk is full; free some of it, or lower [recording] min_free_gb"
+TAPE_FULL: Final = (
+    "it is full of what the host has kept; `wax tape delete` makes room, or a larger"
+    " [recording] max_gb"
+)
+TOO_SLOW: Final = "the disk is too slow"
+
+
+class TapeError(Exception):
+    """Why nothing can be recorded now."""
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """What picture and sound are like; `size` is None without a camera."""
+
+    codec: Codec
+    size: tuple[int, int] | None
+    has_sound: bool
+    keyframe_interval_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Event:
+    event: TapeEvent
+    at_s: float
+    lasts_as: Hashable
+
+
+@dataclass(frozen=True, slots=True)
+class _Keep:
+    since_s: float
+    by: Keeper
+
+
+@dataclass(frozen=True, slots=True)
+class _Resume:
+    """Here something is missing, since this time."""
+
+    since_s: float
+
+
+_Item = EncodedPicture | EncodedSound | _Event | _Keep | _Resume
+
+
+class Recorder:
+    """`start` it, then put from the event loop; nothing here waits or raises.
+
+    `problem` is why nothing is recorded now, None while something is.
+    """
+
+    def __init__(
+        self,
+        shelf: Shelf,
+        *,
+        settings: RecordingSettings,
+        format: Format,  # noqa: A002  # what it is
+        clock: Clock,
+    ) -> None:
+        self.problem: str | None = None
+        self.left_out = 0
+        """What was not recorded because the disk was too slow or could not be written."""
+        self._shelf = shelf
+        self._settings = settings
+        self._format = format
+        self._clock = clock
+        # One offset for good: times of events must not jump with the machine's clock.
+        self._zero_ns = clock.wall_ms() * 1_000_000 - round(clock.now_s() * 1e9)
+        self._queue: SimpleQueue[_Item | None] = SimpleQueue()
+        self._behind_since_s: float | None = None
+        self._thread = threading.Thread(target=self._run, name="tape", daemon=True)
+        # All below is the thread's.
+        self._is_over = False
+        self._segment: Segment | None = None
+        self._plan = SegmentPlan(
+            segment_s=settings.segment_s,
+            keyframe_interval_s=format.keyframe_interval_s,
+            has_camera=format.size is not None,
+        )
+        self._lasting: dict[Hashable, TapeEvent] = {}
+        self._flushed_s = self._pruned_s = self._measured_s = float("-inf")
+        self._logged: str | None = None
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def request_stop(self) -> None:
+        self._queue.put(None)
+
+    def stop(self, within_s: float = 1.0) -> None:
+        """Write what waits, and end; gives up after `within_s`."""
+        self.request_stop()
+        if self._thread.is_alive():
+            self._thread.join(within_s)
+
+    def picture(self, picture: EncodedPicture) -> None:
+        self._put(picture)
+
+    def sound(self, sound: EncodedSound) -> None:
+        self._put(sound)
+
+    def event(self, event: TapeEvent, at_s: float, lasts_as: Hashable = None) -> None:
+        """Record an event; the newest of each `lasts_as` is repeated in each new part.
+
+        So that a part can be read without those before it.
+        """
+        self._put(_Event(event, at_s, lasts_as))
+
+    def keep(self, since_s: float, by: Keeper) -> None:
+        """Keep what was recorded since then."""
+        self._queue.put(_Keep(since_s, by))
+
+    @property
+    def waiting(self) -> int:
+        """How much is not written yet."""
+        return self._queue.qsize()
+
+    def _put(self, item: _Item) -> None:
+        if self._behind_since_s is None and self.waiting >= MOST_WAITING:
+            self._behind_since_s = self._clock.now_s()
+            self.problem = TOO_SLOW
+        elif self._behind_since_s is not None and self.waiting == 0:
+            self._queue.put(_Resume(self._behind_since_s))
+            self._behind_since_s = None
+        if self._behind_since_s is None:
+            self._queue.put(item)
+        else:
+            self.left_out += 1
+
+    # --- the thread --------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        while not self._is_over:
+            try:
+                self._record()
+            except (TapeError, StateError, *WRITE_ERRORS) as error:
+                self._fails(_why(error))
+            except Exception:
+                _LOG.exception("the tape failed")
+                self._fails("it failed; see the log")
+            if not self._is_over:
+                self._leave_out(RETRY_S)
+
+    def _record(self) -> None:
+        """Write until the end; raises where nothing can be written."""
+        try:
+            self._shelf.prepare()
+            self._prune()
+            self._check_room()
+            if self.problem is not None and self._behind_since_s is None:
+                self.problem = None
+            while not self._is_over:
+                self._take()
+                self._look_after()
+        finally:
+            self._end()
+
+    def _take(self) -> None:
+        """Write the next item, if one comes soon."""
+        try:
+            item = self._queue.get(timeout=_WAIT_S)
+        except Empty:
+            return
+        match item:
+            case None:
+                self._is_over = True
+            case _Keep():
+                self._mark(item)
+            case _Resume():
+                self._resume(item)
+            case EncodedPicture():
+                self._write(item, "keyframe" if item.keyframe else "picture", item.captured_s)
+            case EncodedSound():
+                self._write(item, "other", item.captured_s)
+            case _Event():
+                if item.lasts_as is not None:
+                    self._lasting[item.lasts_as] = item.event
+                self._write(item, "other", item.at_s)
+
+    def _write(self, item: EncodedPicture | EncodedSound | _Event, kind: Kind, at_s: float) -> None:
+        step = self._plan.decide(kind, at_s)
+        if step == "begin":
+            self._begin(at_s, has_picture=kind == "keyframe")
+        if step == "skip" or self._segment is None:
+            return
+        match item:
+            case EncodedPicture():
+                self._segment.picture(item)
+            case EncodedSound():
+                self._segment.sound(item)
+            case _Event():
+                self._segment.event(item.event, item.at_s)
+
+    def _begin(self, at_s: float, *, has_picture: bool) -> None:
+        self._close()
+        self._prune()
+        self._check_room()
+        self._segment = Segment(
+            self._shelf,
+            origin_s=at_s,
+            zero_ns=self._zero_ns,
+            codec=self._format.codec,
+            size=self._format.size if has_picture else None,
+            has_sound=self._format.has_sound,
+        )
+        for event in self._lasting.values():
+            self._segment.event(event, at_s)
+        self._logged = None
+
+    def _resume(self, resume: _Resume) -> None:
+        """Begin anew where something is missing: the pictures after it need a keyframe."""
+        now_s = self._clock.now_s()
+        missing = Missed(missed_s=round(now_s - resume.since_s, 3))
+        _LOG.warning("the disk is too slow for the tape", missing_s=missing.missed_s)
+        if self._segment is not None:
+            self._segment.event(missing, now_s)
+        self._end()
+        self.problem = None
+
+    def _look_after(self) -> None:
+        """Do what is due now and then."""
+        now_s = self._clock.now_s()
+        if self._segment is not None and now_s - self._flushed_s >= FLUSH_S:
+            self._flushed_s = now_s
+            self._segment.flush()
+        if now_s - self._measured_s >= _ROOM_S:
+            self._check_room()
+        if now_s - self._pruned_s >= _PRUNE_S:
+            self._prune()
+
+    def _check_room(self) -> None:
+        """Raise `TapeError` when the disk is nearly full: others write there, too."""
+        self._measured_s = self._clock.now_s()
+        free_bytes = shutil.disk_usage(self._shelf.folder).free
+        if free_bytes < self._settings.min_free_gb * _GB:
+            raise TapeError(DISK_FULL)
+
+    def _prune(self) -> None:
+        """Delete what has had its time; raises `TapeError` if there is no room even so."""
+        self._pruned_s = self._clock.now_s()
+        open_name = None if self._segment is None else self._segment.name
+        most_bytes = self._settings.max_gb * _GB
+        verdict = retain(
+            [one.as_part(open_name) for one in self._shelf.parts()],
+            now_s=self._clock.wall_ms() / 1000,
+            max_bytes=most_bytes,
+            keep_days=self._settings.keep_days,
+        )
+        for name in verdict.gone:
+            self._shelf.delete(name)
+        if verdict.left_bytes > most_bytes and open_name is None:
+            raise TapeError(TAPE_FULL)
+
+    def _mark(self, keep: _Keep) -> None:
+        since_wall_s = (self._zero_ns + keep.since_s * 1e9) / 1e9
+        for part in self._shelf.parts():
+            if part.ended_s >= since_wall_s:
+                self._shelf.keep(part.name, keep.by)
+
+    def _close(self) -> None:
+        segment, self._segment = self._segment, None
+        if segment is not None:
+            segment.close()
+
+    def _end(self) -> None:
+        """Close the part, whatever happens; the next begins as soon as it can."""
+        self._plan.ended()
+        try:
+            self._close()
+        except WRITE_ERRORS as error:
+            self._fails(_why(error))
+
+    def _fails(self, why: str) -> None:
+        self.problem = why
+        if why != self._logged:
+            self._logged = why
+            _LOG.warning("nothing is recorded", folder=str(self._shelf.folder), why=why)
+
+    def _leave_out(self, for_s: float) -> None:
+        """Take what comes and leave it out, until the end or until it is time to try again."""
+        end_s = self._clock.now_s() + for_s
+        while (left_s := end_s - self._clock.now_s()) > 0:
+            try:
+                item = self._queue.get(timeout=min(left_s, _WAIT_S))
+            except Empty:
+                continue
+            if item is None:
+                self._is_over = True
+                return
+            if isinstance(item, _Keep):
+                with suppress(OSError, StateError):
+                    self._mark(item)
+                continue
+            if isinstance(item, _Event) and item.lasts_as is not None:
+                self._lasting[item.lasts_as] = item.event
+            self.left_out += 1
+
+
+def _why(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error)

@@ -1,0 +1,61 @@
+"""Pictures and sound as the encoders make them, for the tape to take."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
+
+from wax.capture.source import BLOCK_SAMPLES, Picture, Sound
+from wax.config.settings import RenditionSettings
+from wax.congestion.allocation import SoundForm
+from wax.encode.sample_clock import SampleClock
+from wax.encode.sound_encoder import SoundEncoder
+from wax.encode.video_encoder import VideoEncoder
+
+if TYPE_CHECKING:
+    from wax.encode.encoded import EncodedPicture, EncodedSound
+
+SIZE: Final = (64, 48)
+FPS: Final = 30
+_FLASH_EVERY_S: Final = 1.0
+
+
+def is_flash(at_s: float) -> bool:
+    """Whether picture and sound are at their brightest and loudest: a tenth of each second."""
+    return at_s % _FLASH_EVERY_S < 0.1
+
+
+def pictures(
+    codec: Literal["vp8", "h264"], *, begin_s: float, seconds: float, keyframes_s: float = 1.0
+) -> list[EncodedPicture]:
+    """Return pictures, of which the first is a keyframe; they are white during a flash."""
+    width, height = SIZE
+    rendition = RenditionSettings(width=width, height=height, fps=FPS, bitrate_bps=200_000)
+    encoder = VideoEncoder(codec=codec, rendition=rendition)
+    made = []
+    for number in range(round(seconds * FPS)):
+        at_s = begin_s + number / FPS
+        i420 = np.full((height * 3 // 2, width), 128, np.uint8)
+        i420[:height] = 235 if is_flash(at_s) else 16
+        i420[0, number % width] = 90  # so that no two are the same
+        due = number % round(keyframes_s * FPS) == 0
+        picture = encoder.encode(Picture(i420, at_s), keyframe=due)
+        assert picture is not None
+        made.append(picture)
+    return made
+
+
+def sounds(*, begin_s: float, seconds: float, drift_ppm: float = 0.0) -> list[EncodedSound]:
+    """Return packets of 20 ms, loud during a flash, of a card that is too fast by `drift_ppm`."""
+    encoder, clock = SoundEncoder(SoundForm(20, 32_000)), SampleClock()
+    made = []
+    for number in range(round(seconds * 100)):
+        at_s = begin_s + number / 100 / (1 + drift_ppm / 1e6)
+        times = np.arange(BLOCK_SAMPLES) / 48_000
+        level = 12_000 if is_flash(at_s) else 0
+        samples = (level * np.sin(2 * np.pi * 1000 * times)).astype(np.int16)
+        sound = encoder.encode(Sound(samples, at_s), clock.stamp(at_s))
+        if sound is not None:
+            made.append(sound)
+    return made

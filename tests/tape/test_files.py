@@ -1,0 +1,264 @@
+"""The two files of a part: readable by others, in step, and playable when they are cut."""
+
+from __future__ import annotations
+
+import json
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final, Literal
+
+import av
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from tests.tape.packets import FPS, SIZE, pictures, sounds
+
+from wax.errors import StateError
+from wax.protocol.tape_events import EVENTS, FORMAT, Missed, Named, Stopped, Turned, topic
+from wax.tape import event_file
+from wax.tape.event_file import EventFile
+from wax.tape.media_file import ENDINGS, MediaFile
+from wax.tape.mended import facts_of, mended
+from wax.tape.reading import read_events
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from wax.tape.media_file import Codec
+
+ORIGIN_S: Final = 5000.0
+ZERO_NS: Final = 1_795_000_000_000_000_000
+CODECS: Final[tuple[Codec, ...]] = ("vp8", "h264")
+Stream = Literal["video", "audio"]
+
+
+def record(path: Path, codec: Codec, *, seconds: float, drift_ppm: float = 0.0) -> MediaFile:
+    """Write a file in the order in which things arrive, and leave it open."""
+    made = MediaFile(path, codec=codec, size=SIZE, has_sound=True, origin_s=ORIGIN_S)
+    items = [
+        *pictures(codec, begin_s=ORIGIN_S, seconds=seconds),
+        *sounds(begin_s=ORIGIN_S, seconds=seconds, drift_ppm=drift_ppm),
+    ]
+    for item in sorted(items, key=lambda one: one.captured_s):
+        if hasattr(item, "rendition"):
+            made.picture(item)
+        else:
+            made.sound(item)
+    return made
+
+
+def times_s(path: Path, stream: Stream) -> list[float]:
+    """Return when each frame that can be decoded begins."""
+    with av.open(str(path)) as media:
+        return [frame.time or 0.0 for frame in media.decode(**{stream: 0})]
+
+
+def flashes_s(path: Path, stream: Stream) -> list[float]:
+    """Return when picture or sound become bright or loud."""
+    found, was_on = [], False
+    with av.open(str(path)) as media:
+        for frame in media.decode(**{stream: 0}):
+            begin_s = frame.time or 0.0
+            if isinstance(frame, av.AudioFrame):
+                samples = np.abs(frame.to_ndarray().astype(np.float64)).ravel()
+                pieces = [
+                    (begin_s + at / frame.sample_rate, samples[at : at + 48].max() > 0.05)
+                    for at in range(0, len(samples), 48)
+                ]
+            else:
+                pieces = [(begin_s, frame.to_ndarray()[: SIZE[1]].mean() > 128)]
+            for at_s, is_on in pieces:
+                if is_on and not was_on:
+                    found.append(at_s)
+                was_on = is_on
+    return found
+
+
+@pytest.mark.parametrize("codec", CODECS)
+def test_picture_and_sound_are_in_step(codec: Codec, tmp_path: Path) -> None:
+    """A flash and its beep are within 10 ms at the end as at the beginning, for any sound card."""
+    path = tmp_path / f"part{ENDINGS[codec]}"
+    record(path, codec, seconds=20, drift_ppm=50).close()
+    seen, heard = flashes_s(path, "video"), flashes_s(path, "audio")
+    assert len(seen) == len(heard) == 20
+    assert max(abs(a - b) for a, b in zip(seen[1:], heard[1:], strict=True)) <= 0.010
+    assert len(times_s(path, "video")) == 20 * FPS
+
+
+@pytest.mark.parametrize("codec", CODECS)
+def test_what_is_not_finished_can_be_played(codec: Codec, tmp_path: Path) -> None:
+    """A server that is killed loses a second at most; a copy of the rest can be sought in."""
+    path, cut = tmp_path / f"open{ENDINGS[codec]}", tmp_path / f"cut{ENDINGS[codec]}"
+    made = record(path, codec, seconds=5)
+    cut.write_bytes(path.read_bytes())  # what the system has at this moment
+    made.close()
+    for stream in ("video", "audio"):
+        assert times_s(cut, stream)[-1] >= 4.0  # type: ignore[arg-type]  # both are of its values
+    (tmp_path / "copies").mkdir()
+    copy = mended(cut, tmp_path / "copies")
+    assert copy != cut
+    assert facts_of(copy).length_ms >= 4000
+    assert times_s(copy, "video") == pytest.approx(times_s(cut, "video"), abs=0.002)
+    assert mended(cut, tmp_path / "copies") == copy
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.9])
+def test_a_file_that_is_cut_in_the_middle_is_played_up_to_there(
+    share: float, tmp_path: Path
+) -> None:
+    """Whatever is lost of it, what comes before is not."""
+    path, cut = tmp_path / "whole.webm", tmp_path / "cut.webm"
+    record(path, "vp8", seconds=4).close()
+    cut.write_bytes(path.read_bytes()[: int(path.stat().st_size * share)])
+    copy = mended(cut, tmp_path)
+    assert times_s(copy, "video")[-1] >= 4 * share - 1.0
+
+
+def test_a_finished_file_is_played_as_it_is(tmp_path: Path) -> None:
+    """No copy is made of what a browser can seek in."""
+    path = tmp_path / "part.webm"
+    record(path, "vp8", seconds=1).close()
+    assert mended(path, tmp_path / "nowhere") == path
+    facts = facts_of(path)
+    assert (facts.has_picture, facts.has_sound, facts.problem) == (True, True, None)
+
+
+def test_what_is_no_media_file_is_said(tmp_path: Path) -> None:
+    """One sentence, by either way."""
+    path = tmp_path / "part.webm"
+    path.write_bytes(b"no film" * 100)
+    problem = facts_of(path).problem
+    assert problem is not None
+    assert problem.startswith("Picture and sound are damaged:")
+    with pytest.raises(StateError, match="are damaged"):
+        mended(path, tmp_path)
+
+
+@pytest.mark.parametrize("codec", CODECS)
+def test_a_file_without_picture_has_sound(codec: Codec, tmp_path: Path) -> None:
+    """While the camera is away, the microphone is not."""
+    path = tmp_path / f"part{ENDINGS[codec]}"
+    made = MediaFile(path, codec=codec, size=None, has_sound=True, origin_s=ORIGIN_S)
+    for sound in sounds(begin_s=ORIGIN_S, seconds=1):
+        made.sound(sound)
+    made.picture(pictures(codec, begin_s=ORIGIN_S, seconds=0.1)[0])
+    made.close()
+    assert not facts_of(path).has_picture
+    assert len(times_s(path, "audio")) >= 49
+
+
+def test_only_its_owner_reads_a_part(tmp_path: Path) -> None:
+    """It shows people."""
+    MediaFile(tmp_path / "part.webm", codec="vp8", size=SIZE, has_sound=False, origin_s=0.0).close()
+    EventFile(tmp_path / "part.mcap", origin_s=0.0, zero_ns=0).close()
+    assert all(one.stat().st_mode & 0o077 == 0 for one in tmp_path.iterdir())
+
+
+# --- events --------------------------------------------------------------------------------------
+
+
+def events(path: Path) -> EventFile:
+    """Write a stop, three seconds after the beginning, and a turn that was there before."""
+    made = EventFile(path, origin_s=ORIGIN_S, zero_ns=ZERO_NS)
+    made.write(Turned(number=3, operator=7, why=None), ORIGIN_S - 10)
+    made.write(Stopped(number=1, pressed=True, viewer=2, by_host=False), ORIGIN_S + 3.0)
+    return made
+
+
+def test_events_come_back_as_they_were(tmp_path: Path) -> None:
+    """Each at its time since the beginning; what was before is at the beginning."""
+    path = tmp_path / "part.mcap"
+    events(path).close()
+    read = read_events(path)
+    assert read.problem is None
+    assert read.began_wall_ms == pytest.approx((ZERO_NS + ORIGIN_S * 1e9) / 1e6)
+    assert [(one.at_ms, one.event.type) for one in read.events] == [
+        (0.0, "turned"),
+        (pytest.approx(3000.0), "stopped"),
+    ]
+
+
+def test_others_can_read_them(tmp_path: Path) -> None:
+    """The library's own reader finds the messages as JSON, each topic with its JSON schema."""
+    path = tmp_path / "part.mcap"
+    events(path).close()
+    with path.open("rb") as file:
+        found = list(make_reader(file).iter_messages())
+    for schema, channel, message in found:
+        assert schema is not None
+        assert (schema.encoding, channel.message_encoding) == ("jsonschema", "json")
+        described = json.loads(schema.data)["properties"]
+        assert set(json.loads(message.data)) == set(described)
+    assert [channel.topic for _, channel, _ in found] == ["/wax/turned", "/wax/stopped"]
+
+
+def test_each_kind_of_event_has_a_topic_of_its_own() -> None:
+    """Two with one topic would have one schema."""
+    assert len({topic(one) for one in EVENTS}) == len(EVENTS)
+
+
+def test_events_that_are_cut_off_are_read_up_to_there(tmp_path: Path) -> None:
+    """What was flushed is there, and a sentence says where it ends."""
+    path, cut = tmp_path / "open.mcap", tmp_path / "cut.mcap"
+    made = events(path)
+    made.flush()
+    made.write(Missed(missed_s=1.0), ORIGIN_S + 4.0)
+    cut.write_bytes(path.read_bytes())
+    made.close()
+    read = read_events(cut)
+    assert [one.event.type for one in read.events] == ["turned", "stopped"]
+    assert read.problem is not None
+    assert "cut off after 3.0 s" in read.problem
+
+
+@pytest.mark.parametrize("damage", range(60, 1200, 60))
+def test_damage_takes_no_more_than_what_follows(damage: int, tmp_path: Path) -> None:
+    """A byte that was turned around ends it with one sentence, never with an error."""
+    path = tmp_path / "part.mcap"
+    events(path).close()
+    data = bytearray(path.read_bytes())
+    at = damage % len(data)
+    data[at] ^= 0xFF
+    path.write_bytes(data)
+    with suppress(StateError):
+        assert len(read_events(path).events) <= 2
+
+
+def test_a_newer_tape_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The sentence says what to do, and nothing is guessed."""
+    path = tmp_path / "part.mcap"
+    monkeypatch.setattr(event_file, "FORMAT", FORMAT + 1)
+    events(path).close()
+    with pytest.raises(StateError, match=r"newer WAX.*update WAX"):
+        read_events(path)
+
+
+def test_an_mcap_of_others_is_refused(tmp_path: Path) -> None:
+    """Neither a recording of another program nor any other file is a tape."""
+    path = tmp_path / "part.mcap"
+    path.write_bytes(b"\x89MCAP0\r\n")
+    with pytest.raises(StateError, match="is no tape of WAX"):
+        read_events(path)
+    path.write_bytes(b"")
+    with pytest.raises(StateError, match="is no tape of WAX"):
+        read_events(path)
+
+
+def test_a_huge_file_is_not_read(tmp_path: Path) -> None:
+    """Fifty gigabytes of events are refused by one sentence, at once."""
+    path = tmp_path / "part.mcap"
+    with path.open("wb") as file:
+        file.truncate(50_000_000_000)
+    with pytest.raises(StateError, match=r"50\.0 GB"):
+        read_events(path)
+
+
+def test_an_event_of_another_version_is_left_out(tmp_path: Path) -> None:
+    """The others are read, and a sentence says how many are missing."""
+    path = tmp_path / "part.mcap"
+    made = events(path)
+    made.write(Named.model_construct(viewer="nobody", name="Ada"), ORIGIN_S)
+    made.close()
+    read = read_events(path)
+    assert len(read.events) == 2
+    assert read.problem is not None
+    assert read.problem.startswith("1 events are not")

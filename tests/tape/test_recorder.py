@@ -1,0 +1,229 @@
+"""The thread that writes the tape: it makes nobody wait, and what it leaves out it says."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import av
+import pytest
+from tests.tape.packets import SIZE, pictures, sounds
+from tests.turned_clock import TurnedClock
+
+from wax.config.recording import RecordingSettings
+from wax.protocol.tape_events import Missed, Named, Stopped, TapeEvent
+from wax.tape import recorder as recorder_module
+from wax.tape.reading import read_events
+from wax.tape.recorder import DISK_FULL, TAPE_FULL, TOO_SLOW, Format, Recorder
+from wax.tape.shelf import Shelf
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+BEGIN_S: Final = 1000.0
+STOPPED: Final = Stopped(number=1, pressed=True, viewer=2, by_host=False)
+ADA: Final = Named(viewer=1, name="Ada")
+
+
+class Disk(NamedTuple):
+    """What `shutil.disk_usage` returns."""
+
+    total: int
+    used: int
+    free: int
+
+
+class Rig:
+    """A recorder whose clock is turned by hand, with parts of ten seconds."""
+
+    def __init__(self, folder: Path, **settings: object) -> None:
+        known = {"segment_s": 10.0, "min_free_gb": 0.0} | settings
+        self.clock = TurnedClock(BEGIN_S)
+        self.shelf = Shelf(folder)
+        self.recorder = Recorder(
+            self.shelf,
+            settings=RecordingSettings.model_validate(known),
+            format=Format("vp8", SIZE, has_sound=True, keyframe_interval_s=1.0),
+            clock=self.clock,
+        )
+
+    def film(self, begin_s: float, seconds: float) -> None:
+        """Put pictures and sound in the order in which they were captured."""
+        items = [
+            *((one.captured_s, self.recorder.picture, one) for one in _pictures(begin_s, seconds)),
+            *((one.captured_s, self.recorder.sound, one) for one in _sounds(begin_s, seconds)),
+        ]
+        for _, put, item in sorted(items, key=lambda one: one[0]):
+            put(item)  # type: ignore[operator]  # each is for the one beside it
+
+    def events(self) -> list[list[TapeEvent]]:
+        """Return the events of each part."""
+        found = []
+        for part in self.shelf.parts():
+            assert part.events is not None
+            read = read_events(part.events)
+            assert read.problem is None
+            found.append([one.event for one in read.events])
+        return found
+
+
+def _pictures(begin_s: float, seconds: float) -> list[object]:
+    return list(pictures("vp8", begin_s=begin_s, seconds=seconds))
+
+
+def _sounds(begin_s: float, seconds: float) -> list[object]:
+    return list(sounds(begin_s=begin_s, seconds=seconds))
+
+
+def _until(is_so: Callable[[], bool]) -> None:
+    """Wait for the thread; the clock of this is the test's own limit."""
+    while not is_so():
+        time.sleep(0.005)
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Rig:
+    return Rig(tmp_path / "tape")
+
+
+def _length_s(path: Path | None) -> float:
+    with av.open(str(path)) as media:
+        assert media.duration is not None
+        return media.duration / 1e6
+
+
+def test_parts_follow_each_other(rig: Rig) -> None:
+    """Each begins with a keyframe after its time, and all of them together are what was filmed."""
+    rig.film(BEGIN_S, 25.0)
+    rig.recorder.start()
+    rig.recorder.stop(20.0)
+    parts = rig.shelf.parts()
+    assert len(parts) == 3
+    lengths = [_length_s(one.media) for one in parts]
+    assert lengths == pytest.approx([10.0, 10.0, 5.0], abs=0.1)
+    assert rig.recorder.problem is None
+    assert rig.recorder.left_out == 0
+
+
+def test_each_part_can_be_read_alone(rig: Rig) -> None:
+    """What lasts, such as a name or a stop in force, is written into each part again."""
+    rig.film(BEGIN_S, 1.0)
+    rig.recorder.event(ADA, BEGIN_S + 0.5, lasts_as=("named", 1))
+    rig.recorder.event(STOPPED, BEGIN_S + 0.6)
+    rig.film(BEGIN_S + 10.0, 1.0)
+    rig.recorder.start()
+    rig.recorder.stop(20.0)
+    assert rig.events() == [[ADA, STOPPED], [ADA]]
+
+
+def test_what_happened_lately_is_kept(rig: Rig) -> None:
+    """Whatever was recorded since then, wholly or in part; and nothing else."""
+    rig.clock.time_s = BEGIN_S
+    rig.film(BEGIN_S, 25.0)
+    rig.recorder.start()
+    _until(lambda: len(rig.shelf.parts()) == 3 and rig.recorder.waiting == 0)
+    # Their files are of now; this machine's time is what their ends are told by.
+    first, second, third = rig.shelf.parts()
+    rig.recorder.keep(BEGIN_S + (second.ended_s - rig.clock.wall_ms() / 1000), "fault")
+    rig.recorder.stop(20.0)
+    kept = {one.name: one.kept for one in rig.shelf.parts()}
+    assert kept[second.name] == kept[third.name] == "fault"
+    assert first.ended_s >= second.ended_s or kept[first.name] is None
+
+
+def test_a_slow_disk_leaves_out_whole_parts_and_says_so(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody waits; what comes while it is behind is not recorded, and what is missing is told."""
+    monkeypatch.setattr(recorder_module, "MOST_WAITING", 40)
+    rig.film(BEGIN_S, 2.0)  # more than may wait: the thread has not begun
+    assert rig.recorder.problem == TOO_SLOW
+    left_out = rig.recorder.left_out
+    assert left_out > 0
+    rig.recorder.start()
+    _until(lambda: rig.recorder.waiting == 0)
+    rig.clock.time_s += 5.0
+    rig.film(BEGIN_S + 5.0, 0.5)
+    rig.recorder.stop(20.0)
+    assert rig.recorder.left_out == left_out
+    assert rig.recorder.problem is None
+    first, second = rig.events()
+    assert first == [Missed(missed_s=5.0)]
+    assert second == []
+    assert _length_s(rig.shelf.parts()[1].media) == pytest.approx(0.5, abs=0.1)
+
+
+def test_a_full_disk_stops_the_tape_until_there_is_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It says so in one sentence, keeps what it has, and goes on by itself."""
+    monkeypatch.setattr(recorder_module, "RETRY_S", 0.0)
+    free = {"bytes": 10**9}
+    monkeypatch.setattr(
+        recorder_module.shutil, "disk_usage", lambda _: Disk(10**12, 0, free["bytes"])
+    )
+    rig = Rig(tmp_path / "tape", min_free_gb=2.0)
+    rig.recorder.start()
+    _until(lambda: rig.recorder.problem is not None)
+    assert rig.recorder.problem == DISK_FULL
+    assert rig.shelf.parts() == []
+    free["bytes"] = 3 * 10**9
+    _until(lambda: rig.recorder.problem is None)
+    rig.film(BEGIN_S, 1.0)
+    rig.recorder.stop(20.0)
+    assert len(rig.shelf.parts()) == 1
+
+
+def test_a_tape_that_is_full_of_what_is_kept_says_so(tmp_path: Path) -> None:
+    """What the host keeps is never overwritten."""
+    rig = Rig(tmp_path / "tape", max_gb=0.1)
+    rig.shelf.prepare()
+    name = rig.shelf.new_name(0)
+    with rig.shelf.path(name, ".webm").open("wb") as file:
+        file.truncate(200_000_000)
+    rig.shelf.keep(name, "host")
+    rig.recorder.start()
+    _until(lambda: rig.recorder.problem is not None)
+    rig.recorder.stop(20.0)
+    assert rig.recorder.problem == TAPE_FULL
+    assert [one.name for one in rig.shelf.parts()] == [name]
+
+
+def test_the_oldest_goes_for_the_newest(tmp_path: Path) -> None:
+    """A tape never takes more than its size, and needs nobody for that."""
+    rig = Rig(tmp_path / "tape", max_gb=0.1)
+    rig.shelf.prepare()
+    old = rig.shelf.new_name(0)
+    with rig.shelf.path(old, ".webm").open("wb") as file:
+        file.truncate(200_000_000)
+    rig.film(BEGIN_S, 1.0)
+    rig.recorder.start()
+    rig.recorder.stop(20.0)
+    assert rig.recorder.problem is None
+    assert old not in [one.name for one in rig.shelf.parts()]
+    assert len(rig.shelf.parts()) == 1
+
+
+def test_a_folder_that_is_none_is_said(tmp_path: Path) -> None:
+    """The server runs; its page says why nothing is recorded."""
+    (tmp_path / "file").write_text("")
+    rig = Rig(tmp_path / "file" / "tape")
+    rig.recorder.start()
+    _until(lambda: rig.recorder.problem is not None)
+    rig.recorder.stop(20.0)
+    assert rig.recorder.problem is not None
+    assert "[recording] folder" in rig.recorder.problem
+
+
+def test_what_is_deleted_while_it_is_written_harms_nothing(rig: Rig) -> None:
+    """`wax tape delete --all` may come at any time."""
+    rig.film(BEGIN_S, 2.0)
+    rig.recorder.start()
+    _until(lambda: bool(rig.shelf.parts()) and rig.recorder.waiting == 0)
+    for part in rig.shelf.parts():
+        rig.shelf.delete(part.name)
+    rig.film(BEGIN_S + 2.0, 10.0)
+    rig.recorder.stop(20.0)
+    assert rig.recorder.problem is None
+    assert len(rig.shelf.parts()) == 1
