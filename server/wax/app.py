@@ -48,14 +48,16 @@ from wax.service_manager import ServiceManager
 from wax.session.announcements import Announcements
 from wax.session.house import House
 from wax.session.proof_runner import ProofRunner
-from wax.session.record_keeper import RecordKeeper, both, refused
+from wax.session.record_keeper import RecordKeeper, each, refused
 from wax.session.room import Room
 from wax.session.status import Status
+from wax.session.tape_keeper import TapeKeeper
 from wax.session.viewers import Viewers
 from wax.session.voices import Voices
 from wax.speaker.find_speaker import make_speaker
 from wax.speaker.speaker_thread import SpeakerThread
 from wax.streams.live import LiveService
+from wax.tape.tape import Tape
 from wax.tasks import TaskSupervisor
 from wax.telemetry import Counters, Rates
 from wax.web.addresses import page_urls
@@ -164,6 +166,7 @@ class App:
         ice = IceServers(settings.network, settings.relay)
         self._network = Network(settings.network, ice, clock)
         turns = Turns(settings.turns)
+        self._tape = self._make_tape(counters)
         viewers = Viewers(
             sync=settings.sync,
             turns=turns,
@@ -182,6 +185,7 @@ class App:
             viewers=viewers,
             refused=lambda: refused(counters.snapshot() | self._control.counts()),
         )
+        tape = self._tape_keeper = self._make_tape_keeper(viewers)
         self._control = ControlLoop(
             clock=clock,
             turns=turns,
@@ -193,8 +197,18 @@ class App:
             camera_fails=self._camera_fails,
             on_hold=lambda: self._house.on_hold,
             max_fraction=viewers.max_fraction,
-            on_events=both(both(viewers.turn_events, self._keeper.turn_events), self._check_voices),
-            on_status=both(viewers.drive_status, self._keeper.drive_status),
+            on_events=each(
+                viewers.turn_events,
+                self._keeper.turn_events,
+                self._check_voices,
+                *([tape.turn_events] if tape else []),
+            ),
+            on_status=each(
+                viewers.drive_status,
+                self._keeper.drive_status,
+                *([tape.drive_status] if tape else []),
+            ),
+            witness=tape,
         )
         self._room = Room(
             settings=settings,
@@ -213,6 +227,7 @@ class App:
                 access=self._access,
                 house=self._house,
                 voices=self._voices,
+                tape=lambda: None if tape is None else tape.status(),
             ),
             access=self._access,
             house=self._house,
@@ -221,6 +236,7 @@ class App:
             network=self._network,
             cluster=self._cluster,
             voices=self._voices,
+            tape=tape,
         )
         self._status = Status(
             clock=clock,
@@ -339,11 +355,15 @@ class App:
             capture.start()
         if self._speaker is not None:
             self._speaker.start()
+        if self._tape is not None:
+            self._tape.start()
         self._supervisor.spawn("control loop", self._control.run())
         self._supervisor.spawn("room", self._room.run())
         self._supervisor.spawn("status", self._status.run())
         self._supervisor.spawn("public address", self._network.run())
         self._supervisor.spawn("records", self._keeper.run())
+        if self._tape_keeper is not None:
+            self._supervisor.spawn("tape", self._tape_keeper.run())
         self._supervisor.spawn("cluster", self._cluster.run())
         self._supervisor.spawn("service manager", self._service_manager.run())
 
@@ -370,11 +390,37 @@ class App:
 
     def _stop_threads(self) -> None:
         speakers = () if self._speaker is None else (self._speaker,)
-        parts = (*self._captures.values(), self._video, self._records, *speakers)
+        tape = () if self._tape is None else (self._tape,)
+        parts = (*self._captures.values(), self._video, self._records, *speakers, *tape)
         for part in parts:
             part.request_stop()
         for part in parts:
             part.stop()
+
+    def _make_tape(self, counters: Counters) -> Tape | None:
+        """Return the tape, if there is to be one; raises `StateError`."""
+        if not self._settings.recording.enabled or not isinstance(self._audio, SoundHub):
+            return None
+        return Tape(
+            self._settings,
+            clock=self._clock,
+            counters=counters,
+            video=self._video if "video" in self._captures else None,
+            audio=self._audio if "audio" in self._captures else None,
+        )
+
+    def _make_tape_keeper(self, viewers: Viewers) -> TapeKeeper | None:
+        if self._tape is None:
+            return None
+        return TapeKeeper(
+            self._tape.recorder,
+            settings=self._settings.recording,
+            clock=self._clock,
+            viewers=viewers,
+            latched=lambda: self._control.latched,
+            robot=lambda: self._control.robot_state,
+            has_sound=self._tape.has_sound,
+        )
 
     def _camera_fails(self) -> bool:
         """Whether nobody gets a picture from a camera that there is."""

@@ -26,6 +26,7 @@ CELLS: dict[permissions.Act, str] = {
     messages.Drive: "operator host",
     messages.Release: "operator host",
     permissions.SPEAK: "operator host",
+    messages.KeepTape: "operator host",
     **dict.fromkeys(get_args(messages.HostIn), "host"),
     "GET /": ANYBODY,
     "GET /assets": ANYBODY,

@@ -44,6 +44,7 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     messages.Release: _IN_CHARGE,
     # Speaking to the people beside the robot; never those who only watch.
     SPEAK: _IN_CHARGE,
+    messages.KeepTape: _IN_CHARGE,
     # The host's.
     messages.HoldQueue: _HOST,
     messages.EndTurn: _HOST,

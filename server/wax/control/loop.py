@@ -22,6 +22,7 @@ from wax.control.safe_driver import SafeDriver
 from wax.control.stop_latch import StopLatch
 from wax.control.turn_view import TurnView
 from wax.control.turns import TurnEnded, TurnRenewed, TurnStarted
+from wax.control.witness import NoWitness
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from wax.control.reasons import Refusal
     from wax.control.stop_latch import LatchedStop, Releaser
     from wax.control.turns import TurnEvent, Turns
+    from wax.control.witness import Witness
     from wax.driver.interface import Driver, RobotState
 
 MIN_GAP_S: Final = 0.005
@@ -49,7 +51,8 @@ class ControlLoop:
     returns whether nobody gets a picture, `on_hold` why nobody may drive by the host's wish,
     `max_fraction` how much of the robot's speed the host lets a viewer use.
     `on_events` gets every change of the turns. `on_status` gets the operator, whether the robot
-    moves, and a sentence if it is held or slowed, whenever one of them changes.
+    moves, and a sentence if it is held or slowed, whenever one of them changes. `witness` hears of
+    every command and set-point.
     """
 
     def __init__(
@@ -67,6 +70,7 @@ class ControlLoop:
         max_fraction: Callable[[int], float],
         on_events: Callable[[tuple[TurnEvent, ...]], None],
         on_status: Callable[[int, bool, str | None], None],
+        witness: Witness | None = None,
     ) -> None:
         self._clock = clock
         self._turns = turns
@@ -79,6 +83,7 @@ class ControlLoop:
         self._max_fraction = max_fraction
         self._on_events = on_events
         self._on_status = on_status
+        self._witness = witness or NoWitness()
         self._timer = LoopTimer(loop_hz=settings.loop_hz, ttl_s=driver.limits.ttl_s)
         self._latch = StopLatch()
         self._gate = GateState()
@@ -128,6 +133,7 @@ class ControlLoop:
         self._steered_s = self._clock.now_s()  # not now_s: a busy machine may pause in between
         if failure is not None:
             self._gate = gate.require_neutral(self._gate, now_s, Hold.FAULT)
+        self._witness.steered(self._target, self._safe_driver.twist, turn.number, now_s)
         self._tell(turn, failure or self._target.reason or self._limit())
 
     async def _rest(self) -> None:
@@ -221,6 +227,7 @@ class ControlLoop:
                 self._wake_in(gap_s)
             else:
                 self.step(now_s)
+        self._witness.offered(viewer, command, refusal, now_s)
         return refusal
 
     # --- stop, and what else keeps the robot standing ------------------------------------------

@@ -181,6 +181,12 @@ class Want(_Incoming):
     policy: Literal["audio-master", "video-first"] | None
 
 
+class KeepTape(_Incoming):
+    """Keep what was recorded in the last two minutes."""
+
+    type: Literal["keep_tape"]
+
+
 class Received(_Incoming):
     """The last packet of a media unit has arrived; `rtp` is its RTP time.
 
@@ -449,10 +455,18 @@ class House(_Outgoing):
     max_fraction: float
 
 
+class Tape(_Outgoing):
+    """Whether everything is recorded now; `why` is a sentence: what for, or why it is not."""
+
+    running: bool
+    why: str
+
+
 class RoomState(_Outgoing):
     """What everybody sees, sent once; then come changes.
 
-    `stop` and `call` may be null; `voice` is, where nobody can speak through the robot.
+    `stop` and `call` may be null; so are `voice` where nobody can speak through the robot, and
+    `tape` where the host does not record.
     """
 
     type: Literal["room"] = "room"
@@ -465,6 +479,7 @@ class RoomState(_Outgoing):
     video: SourceStatus
     audio: SourceStatus
     voice: VoiceInfo | None = None
+    tape: Tape | None
 
 
 class RoomChange(_Outgoing):
@@ -485,6 +500,7 @@ class RoomChange(_Outgoing):
     video: SourceStatus = _ABSENT
     audio: SourceStatus = _ABSENT
     voice: VoiceInfo | None = _ABSENT
+    tape: Tape | None = _ABSENT
 
 
 class Playout(_Outgoing):
@@ -685,7 +701,7 @@ HostIn = (
     | Announce
     | Invite
 )
-StateIn = SetName | Join | Leave | Here | Stop | Release | Want | Received | HostIn
+StateIn = SetName | Join | Leave | Here | Stop | Release | Want | KeepTape | Received | HostIn
 DriveOut = Pong
 StateOut = (
     Hello

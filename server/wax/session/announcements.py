@@ -11,7 +11,7 @@ from wax.protocol import messages
 from wax.records.shortened import shortened
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from wax.access.access import Access
     from wax.access.admission import Grant, Visitor
@@ -30,8 +30,15 @@ _MOST_TOLD: Final = 40
 """Of those who wait, in a message to those who watch elsewhere."""
 
 
+def _no_tape() -> None:
+    """Say nothing: the host does not record."""
+
+
 class Announcements:
-    """Makes the messages for all pages and for new ones; changes no state."""
+    """Makes the messages for all pages and for new ones; changes no state.
+
+    `tape` returns what everybody is told of the recording, None where there is none.
+    """
 
     def __init__(
         self,
@@ -44,7 +51,9 @@ class Announcements:
         access: Access,
         house: House,
         voices: Voices | None = None,
+        tape: Callable[[], messages.Tape | None] = _no_tape,
     ) -> None:
+        self._tape = tape
         self._settings = settings
         self._sizes = list(service.sizes)
         self._acknowledge = service.acknowledged
@@ -119,6 +128,7 @@ class Announcements:
             ),
             audio=messages.SourceStatus(problem=self._problem("audio", None)),
             voice=None if self._voices is None else self._voices.info(),
+            tape=self._tape(),
         )
 
     def told(self, room: messages.RoomState, watching: int, now_s: float) -> messages.Told:

@@ -29,6 +29,9 @@ _LOG = structlog.get_logger(__name__)
 
 _P = ParamSpec("_P")
 
+DriveStatus = tuple[int, bool, str | None]
+"""The operator, whether the robot moves, and what keeps it; see `ControlLoop`."""
+
 _LOOK_S: Final = 1.0
 _UPDATE_S: Final = 60.0
 """So much of a visit's figures may be missing after a crash; an SD card wears with each write."""
@@ -36,9 +39,13 @@ _STOP_GAP_S: Final = 1.0
 """A robot that stops and goes all the time on a bad link gets a row a second at most."""
 
 PRESSED: Final = "pressed"
-_ROBOT: Final = "robot"
+ROBOT: Final = "robot"
 _REFUSED: Final = re.compile("refused|over the rate")
-_NAMES: Final = {one.value: one.name.lower() for one in (*Refusal, *Hold)}
+_NAMES: Final = {
+    NOBODY_DRIVES: "nobody_drives",
+    NOT_HELD: "not_held",
+    **{one.value: one.name.lower() for one in (*Refusal, *Hold, *Limit)},
+}
 _NO_STOP: Final = {
     NOBODY_DRIVES,
     NOT_HELD,
@@ -78,7 +85,7 @@ class RecordKeeper:
         self._visits: dict[int, _Visit] = {}
         self._turns: dict[int, int] = {}  # the records' numbers, by the turns' own
         self._stop: int | None = None
-        self._drive_status: tuple[int, bool, str | None] | None = None
+        self._drive_status: DriveStatus | None = None
         self._stop_told_s = -math.inf
         self._updated_s = clock.now_s()
         self._is_logged = False
@@ -143,16 +150,14 @@ class RecordKeeper:
         """Follow whether the robot moves, and what keeps it; see `ControlLoop`."""
         with self._contained():
             before, self._drive_status = self._drive_status, (number, moving, reason)
-            if before is None or before[0] != number or not before[1] or before[2] == reason:
+            why = why_stopped(before, self._drive_status)
+            if why is None or self._stop is not None:
                 return
-            if reason is None or reason in _NO_STOP or self._stop is not None:
-                return
-            why = _NAMES.get(reason, _ROBOT)
             self.stops[why] += 1
             now_s = self._clock.now_s()
             if now_s - self._stop_told_s >= _STOP_GAP_S:
                 self._stop_told_s = now_s
-                told = f"{why}: {reason}" if why == _ROBOT else why.replace("_", " ")
+                told = f"{why}: {reason}" if why == ROBOT else why.replace("_", " ")
                 self._records.stop_pressed(None, self._person(number), told)
 
     # --- visits ------------------------------------------------------------------------------
@@ -201,17 +206,36 @@ class RecordKeeper:
                 _LOG.exception("the records are incomplete")
 
 
+def why_stopped(before: DriveStatus | None, now: DriveStatus) -> str | None:
+    """Return the short name of why the robot is stopped or held while its operator drives.
+
+    None where it is not, or was not moving, or where they wanted it so. A pressed Stop counts as
+    the robot's own reason, `ROBOT`: whoever knows of it does not ask.
+    """
+    number, _, reason = now
+    if before is None or before[0] != number or not before[1] or before[2] == reason:
+        return None
+    if reason is None or reason in _NO_STOP:
+        return None
+    return name_of(reason)
+
+
+def name_of(reason: str) -> str:
+    """Return the short name of a sentence of the gate's, `ROBOT` for the robot's own."""
+    return _NAMES.get(reason, ROBOT)
+
+
 def refused(counts: Mapping[str, float]) -> dict[str, float]:
     """Return those of the server's counts that say what was refused."""
     return {name: count for name, count in counts.items() if _REFUSED.search(name)}
 
 
-def both(first: Callable[_P, object], second: Callable[_P, object]) -> Callable[_P, None]:
-    """Return a callback that calls two."""
+def each(*callbacks: Callable[_P, object]) -> Callable[_P, None]:
+    """Return a callback that calls these, in order."""
 
     def call(*args: _P.args, **kwargs: _P.kwargs) -> None:
-        first(*args, **kwargs)
-        second(*args, **kwargs)
+        for callback in callbacks:
+            callback(*args, **kwargs)
 
     return call
 

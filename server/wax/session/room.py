@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from wax.session.announcements import Announcements
     from wax.session.house import House
     from wax.session.record_keeper import RecordKeeper
+    from wax.session.tape_keeper import TapeKeeper
     from wax.session.viewer import Request, Viewer
     from wax.session.viewers import Viewers
     from wax.session.voices import Voices
@@ -61,6 +62,7 @@ _GOODBYE: Final = "The server is restarting or was switched off."
 _CHECK_S: Final = 1.0
 """How often is looked whether everybody may still stay: hours and invitations end by themselves."""
 _NOT_INVITED: Final = "Only invited people drive this robot. Ask its host for a link."
+_NO_TAPE: Final = "Nothing is recorded here."
 _OTHER_TAB: Final = "You are in the queue already, in another tab of this page."
 
 
@@ -85,8 +87,10 @@ class Room:
         records: Records,
         cluster: Cluster,
         voices: Voices | None = None,
+        tape: TapeKeeper | None = None,
     ) -> None:
         self._settings = settings
+        self._tape = tape
         self._network = network
         self._clock = clock
         self._counters = counters
@@ -221,6 +225,13 @@ class Room:
                     self._control.leave(viewer.number)
                 case messages.Here():
                     self._control.here(viewer.number)
+                case messages.KeepTape():
+                    self._keep_tape(viewer)
+
+    def _keep_tape(self, viewer: Viewer) -> None:
+        if self._tape is None:
+            raise ForbiddenError(_NO_TAPE)
+        viewer.send(messages.Notice(text=self._tape.keep(self.viewer_role(viewer))))
 
     def viewer_acts(self, viewer: Viewer, act: messages.HostIn) -> None:
         self._host_acts.handle(viewer, act)

@@ -51,7 +51,7 @@ _MAX_STOP_CHARS: Final = 32
 """Longer messages over the rate limit are not even checked for a stop."""
 
 
-Request = messages.Join | messages.Leave | messages.Here
+Request = messages.Join | messages.Leave | messages.Here | messages.KeepTape
 
 
 class ViewerEvents(Protocol):
@@ -305,7 +305,7 @@ class Viewer:
         match message:
             case messages.SetName():
                 self.call(message.name)
-            case messages.Join() | messages.Leave() | messages.Here():
+            case messages.Join() | messages.Leave() | messages.Here() | messages.KeepTape():
                 self._events.viewer_asks(self, message)
             case messages.Stop():
                 self._events.viewer_stops(self)

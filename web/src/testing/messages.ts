@@ -154,5 +154,6 @@ export function room(options: RoomOptions): RoomState {
     video: { problem: null },
     audio: { problem: null },
     voice: null,
+    tape: null,
   };
 }

@@ -1,0 +1,272 @@
+"""Tells the tape what happens in the room; whatever goes wrong here stays here."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Final
+
+import structlog
+
+from wax.control.turns import TurnEnded, TurnStarted
+from wax.protocol import messages
+from wax.protocol import tape_events as told
+from wax.session.record_keeper import name_of, why_stopped
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+    from wax.access.permissions import Role
+    from wax.clock import Clock
+    from wax.config.recording import RecordingSettings
+    from wax.control.command import Command
+    from wax.control.gate import Setpoint
+    from wax.control.reasons import Refusal
+    from wax.control.stop_latch import LatchedStop
+    from wax.control.turns import TurnEvent
+    from wax.driver.interface import RobotState, Twist
+    from wax.session.record_keeper import DriveStatus
+    from wax.session.viewer import Viewer
+    from wax.tape.recorder import Recorder
+    from wax.tape.retention import Keeper
+
+_LOG = structlog.get_logger(__name__)
+
+KEPT_S: Final = 120.0
+_LOOK_S: Final = 1.0
+_POSE_S: Final = 0.1
+_REPEAT_S: Final = 1.0
+"""What has not changed is written so often all the same, for whoever reads only a piece."""
+_KEEP_GAP_S: Final = 5.0
+"""Each time the folder is read; a bad link stops the robot again and again."""
+
+_KEPT: Final = "The last two minutes are kept."
+_PRESSED: Final = "pressed"
+
+
+class TapeKeeper:
+    """A witness of the control loop, which also looks at the viewers once a second.
+
+    `latched` and `robot` return the stop in force and the robot's state. No method raises.
+    """
+
+    def __init__(
+        self,
+        recorder: Recorder,
+        *,
+        settings: RecordingSettings,
+        clock: Clock,
+        viewers: Iterable[Viewer],
+        latched: Callable[[], LatchedStop | None],
+        robot: Callable[[], RobotState],
+        has_sound: bool,
+    ) -> None:
+        self._recorder = recorder
+        self._has_names = settings.names
+        self._clock = clock
+        self._viewers = viewers
+        self._latched = latched
+        self._robot = robot
+        self._runs = messages.Tape(running=True, why=_sentence(settings, has_sound=has_sound))
+        self._operator: int | None = None
+        self._stop: LatchedStop | None = None
+        self._drive_status: DriveStatus | None = None
+        self._newest: dict[str, tuple[told.TapeEvent, float]] = {}
+        self._names: dict[int, str] = {}
+        self._kept_s = {"host": float("-inf"), "operator": float("-inf"), "fault": float("-inf")}
+        self._is_logged = False
+
+    async def run(self) -> None:
+        """Look until cancelled."""
+        while True:
+            self.look()
+            await asyncio.sleep(_LOOK_S)
+
+    def status(self) -> messages.Tape:
+        """Return what everybody is told of the tape."""
+        problem = self._recorder.problem
+        if problem is None:
+            return self._runs
+        return messages.Tape(running=False, why=f"Nothing is recorded: {problem}.")
+
+    def keep(self, role: Role) -> str:
+        """Keep the last two minutes for somebody in charge; return a sentence for them."""
+        self._keep("host" if role == "host" else "operator")
+        return _KEPT if self._recorder.problem is None else f"{_KEPT} {self.status().why}"
+
+    # --- the control loop's ------------------------------------------------------------------
+
+    def offered(self, viewer: int, command: Command, refusal: Refusal | None, now_s: float) -> None:
+        with self._contained():
+            seen_s = command.seen_s
+            self._recorder.event(
+                told.Commanded(
+                    viewer=viewer,
+                    seq=command.seq,
+                    turn=command.turn,
+                    age_ms=_ms(now_s - command.sent_s),
+                    seen_age_ms=None if seen_s is None else _ms(now_s - seen_s),
+                    linear=command.linear,
+                    angular=command.angular,
+                    held=command.held,
+                    speed=command.speed,
+                    axes=dict(command.axes),
+                    refused=None if refusal is None else refusal.name.lower(),
+                ),
+                now_s,
+            )
+
+    def steered(self, wanted: Setpoint, sent: Twist, turn: int, now_s: float) -> None:
+        with self._contained():
+            self._follow_stop(self._latched(), now_s)
+            reason = None
+            if wanted.reason is not None:
+                # The sentence of a pressed Stop has a name in it.
+                reason = _PRESSED if self._stop is not None else name_of(wanted.reason)
+            self._changed(
+                told.Steered(
+                    turn=turn,
+                    linear_mps=sent.linear_mps,
+                    angular_rps=sent.angular_rps,
+                    wanted_linear_mps=wanted.twist.linear_mps,
+                    wanted_angular_rps=wanted.twist.angular_rps,
+                    reason=reason,
+                    limit=None if wanted.limit is None else name_of(wanted.limit),
+                ),
+                now_s,
+            )
+            self._report(self._robot(), now_s)
+
+    def turn_events(self, events: tuple[TurnEvent, ...]) -> None:
+        with self._contained():
+            now_s = self._clock.now_s()
+            for event in events:
+                if isinstance(event, TurnStarted):
+                    self._operator = event.operator
+                    turned = told.Turned(number=event.number, operator=event.operator, why=None)
+                elif isinstance(event, TurnEnded):
+                    self._operator = None
+                    turned = told.Turned(number=event.number, operator=None, why=event.why.value)
+                else:
+                    continue
+                self._recorder.event(turned, now_s, lasts_as="turned")
+
+    def drive_status(self, number: int, moving: bool, reason: str | None) -> None:
+        """Keep the last two minutes when the robot was stopped by a fault."""
+        with self._contained():
+            before, self._drive_status = self._drive_status, (number, moving, reason)
+            why = why_stopped(before, self._drive_status)
+            if why is None or self._latched() is not None:
+                return
+            self._recorder.event(told.Faulted(operator=number, why=why), self._clock.now_s())
+            self._keep("fault")
+
+    # --- the viewers -------------------------------------------------------------------------
+
+    def look(self) -> None:
+        """Write down how everybody has it."""
+        with self._contained():
+            now_s = self._clock.now_s()
+            for viewer in self._viewers:
+                with viewer.boundary:
+                    if viewer.is_ready:
+                        self._recorder.event(self._watched(viewer), now_s)
+                        self._name(viewer, now_s)
+
+    def _watched(self, viewer: Viewer) -> told.Watched:
+        one_way_s = viewer.link.one_way_s
+        picture = None if viewer.report is None else viewer.report.picture
+        sound = None if viewer.report is None else viewer.report.sound
+        served: dict[str, Any] = viewer.streams.status()
+        return told.Watched(
+            viewer=viewer.number,
+            drives=viewer.number == self._operator,
+            round_trip_ms=None if one_way_s is None else _ms(2 * one_way_s),
+            picture_ms=None if picture is None else picture.age_ms,
+            picture_held_ms=None if picture is None else picture.delay_ms,
+            sound_ms=None if sound is None else sound.age_ms,
+            sound_held_ms=None if sound is None else sound.delay_ms,
+            rendition=served.get("rendition"),
+            picture_hz=served.get("picture_hz"),
+            sound_mu_ms=served.get("sound_mu_ms"),
+            link_bps=served.get("link_bps"),
+            queue_ms=served.get("queue_ms"),
+            why=served.get("reason"),
+        )
+
+    def _name(self, viewer: Viewer, now_s: float) -> None:
+        if self._has_names and self._names.get(viewer.number) != viewer.name:
+            self._names[viewer.number] = viewer.name
+            named = told.Named(viewer=viewer.number, name=viewer.name)
+            self._recorder.event(named, now_s, lasts_as=("named", viewer.number))
+
+    # --- what follows from it ------------------------------------------------------------------
+
+    def _follow_stop(self, stop: LatchedStop | None, now_s: float) -> None:
+        before, self._stop = self._stop, stop
+        number = None if stop is None else stop.number
+        if before is not None and before.number != number:
+            self._tell_stop(before, now_s, pressed=False)
+        if stop is not None and (before is None or before.number != number):
+            self._tell_stop(stop, now_s, pressed=True)
+
+    def _tell_stop(self, stop: LatchedStop, now_s: float, *, pressed: bool) -> None:
+        stopped = told.Stopped(
+            number=stop.number, pressed=pressed, viewer=stop.viewer, by_host=stop.by_host
+        )
+        self._recorder.event(stopped, now_s, lasts_as="stopped")
+
+    def _report(self, state: RobotState, now_s: float) -> None:
+        pose = state.pose
+        reported = told.Reported(
+            connected=state.connected,
+            problem=state.problem,
+            moving=state.moving,
+            x_m=None if pose is None else pose.x_m,
+            y_m=None if pose is None else pose.y_m,
+            heading_rad=None if pose is None else pose.heading_rad,
+            bumpers=state.bumpers,
+            battery_v=None if state.battery_v is None else round(state.battery_v, 1),
+            battery_fraction=state.battery_fraction,
+        )
+        self._changed(reported, now_s, gap_s=_POSE_S if pose is not None else 0.0)
+
+    def _changed(
+        self, event: told.Steered | told.Reported, now_s: float, gap_s: float = 0.0
+    ) -> None:
+        """Record what is new; what is not, now and then; and nothing sooner than after `gap_s`."""
+        before, told_s = self._newest.get(event.type, (None, float("-inf")))
+        if now_s - told_s >= (_REPEAT_S if event == before else gap_s):
+            self._newest[event.type] = (event, now_s)
+            self._recorder.event(event, now_s, lasts_as=event.type)
+
+    def _keep(self, by: Keeper) -> None:
+        now_s = self._clock.now_s()
+        if now_s - self._kept_s[by] >= _KEEP_GAP_S:
+            self._kept_s[by] = now_s
+            self._recorder.keep(now_s - KEPT_S, by)
+
+    @contextmanager
+    def _contained(self) -> Iterator[None]:
+        """Log the first error: a tape is never worth a stop."""
+        try:
+            yield
+        except Exception:
+            if not self._is_logged:
+                self._is_logged = True
+                _LOG.exception("the tape is incomplete")
+
+
+def _sentence(settings: RecordingSettings, *, has_sound: bool) -> str:
+    """Say what is recorded, in which detail, and for how long."""
+    what = "Picture, sound and driving" if has_sound else "Picture and driving"
+    names = "with names" if settings.names else "without names"
+    days = f"{settings.keep_days:g} day{'' if settings.keep_days == 1 else 's'}"
+    return (
+        f"{what} are recorded, {names}, so that the host can see what happened;"
+        f" unless they keep it, it is deleted after {days}."
+    )
+
+
+def _ms(duration_s: float) -> float:
+    return round(duration_s * 1000, 1)

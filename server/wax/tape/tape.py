@@ -1,0 +1,109 @@
+"""The tape as the server has it: its lanes in the fan-out, and the recorder that they feed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import structlog
+
+from wax.congestion.allocation import SoundForm
+from wax.error_boundary import ErrorBoundary
+from wax.tape.recorder import Format, Recorder
+from wax.tape.shelf import Shelf, where
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.config.settings import Settings
+    from wax.fanout.sound_hub import SoundHub
+    from wax.fanout.sound_lane import SoundLane
+    from wax.fanout.video_hub import VideoHub
+    from wax.fanout.video_lane import VideoLane
+    from wax.telemetry import Counters
+
+_LOG = structlog.get_logger(__name__)
+
+_SOUND_MS: Final = 20
+"""The packets that observers on good links get; the form next to it is recorded."""
+
+
+class Tape:
+    """Takes the best rendition and one form of the sound, as one more viewer would.
+
+    `video` is None for a robot without a camera, `audio` without a microphone. Raises `StateError`
+    if nothing says where the folder is.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        *,
+        clock: Clock,
+        counters: Counters,
+        video: VideoHub | None,
+        audio: SoundHub | None,
+    ) -> None:
+        best = settings.video.renditions[0]
+        self._rendition = best.name
+        self._form = _form(settings)
+        self._video = video
+        self._audio = audio if settings.recording.sound else None
+        self._boundary = ErrorBoundary(viewer=0, counters=counters, end=self._detach)
+        self._picture_lane: VideoLane | None = None
+        self._sound_lane: SoundLane | None = None
+        self.recorder = Recorder(
+            Shelf(where(settings.recording, settings.server.state_dir)),
+            settings=settings.recording,
+            format=Format(
+                codec=settings.video.codec,
+                size=None if video is None else (best.width, best.height),
+                has_sound=self.has_sound,
+                keyframe_interval_s=settings.video.keyframe_interval_s,
+            ),
+            clock=clock,
+        )
+
+    @property
+    def has_sound(self) -> bool:
+        """Whether the sound is recorded, too."""
+        return self._audio is not None
+
+    def start(self) -> None:
+        """Begin, on the event loop."""
+        self.recorder.start()
+        if self._video is not None:
+            self._picture_lane = self._video.add(self._boundary)
+            self._picture_lane.listen(self._take_pictures)
+            self._video.choose(self._picture_lane, self._rendition)
+        if self._audio is not None:
+            self._sound_lane = self._audio.add(self._boundary)
+            self._sound_lane.listen(self._take_sounds)
+            self._audio.choose(self._sound_lane, self._form, 0)
+
+    def request_stop(self) -> None:
+        self.recorder.request_stop()
+
+    def stop(self) -> None:
+        """End the part that is being written; takes at most a second, safe to call twice."""
+        self.recorder.stop()
+
+    def _take_pictures(self) -> None:
+        while self._picture_lane is not None and (picture := self._picture_lane.take()):
+            self.recorder.picture(picture)
+
+    def _take_sounds(self) -> None:
+        while self._sound_lane is not None and (sound := self._sound_lane.take()):
+            self.recorder.sound(sound)
+
+    def _detach(self) -> None:
+        """Leave the fan-out after an error in it: a tape without it must not harm anybody."""
+        _LOG.error("the tape gets no more picture and sound; restart the server to record again")
+        if self._video is not None and self._picture_lane is not None:
+            self._video.remove(self._picture_lane)
+        if self._audio is not None and self._sound_lane is not None:
+            self._audio.remove(self._sound_lane)
+        self._picture_lane = self._sound_lane = None
+
+
+def _form(settings: Settings) -> SoundForm:
+    nearest = min(settings.audio.forms, key=lambda one: abs(one.mu_ms - _SOUND_MS))
+    return SoundForm(nearest.mu_ms, nearest.bitrate_bps)

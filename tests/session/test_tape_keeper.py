@@ -1,0 +1,262 @@
+"""What the tape is told of the room, and what it must not be told."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, cast
+
+import pytest
+import structlog
+from tests.turned_clock import TurnedClock
+from tests.visitors import visitor
+
+from wax.config.recording import RecordingSettings
+from wax.control.command import Command
+from wax.control.gate import Setpoint
+from wax.control.reasons import NOBODY_DRIVES, NOT_HELD, Hold, Limit, Refusal, stopped_by
+from wax.control.stop_latch import LatchedStop
+from wax.control.turns import TurnEnded, TurnRenewed, TurnStarted, Why
+from wax.driver.interface import STANDSTILL, Pose, RobotState, Twist
+from wax.error_boundary import ErrorBoundary
+from wax.session.tape_keeper import KEPT_S, TapeKeeper
+from wax.telemetry import Counters
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable
+
+    from wax.protocol.tape_events import TapeEvent
+    from wax.session.viewer import Viewer
+    from wax.tape.recorder import Recorder
+
+
+class Writing:
+    """A recorder that writes into a list."""
+
+    def __init__(self) -> None:
+        self.problem: str | None = None
+        self.events: list[tuple[TapeEvent, float]] = []
+        self.lasting: dict[Hashable, TapeEvent] = {}
+        self.kept: list[tuple[float, str]] = []
+
+    def event(self, event: TapeEvent, at_s: float, lasts_as: Hashable = None) -> None:
+        self.events.append((event, at_s))
+        if lasts_as is not None:
+            self.lasting[lasts_as] = event
+
+    def keep(self, since_s: float, by: str) -> None:
+        self.kept.append((since_s, by))
+
+    def of(self, kind: str) -> list[dict[str, Any]]:
+        """Return the events of a kind."""
+        return [event.model_dump() for event, _ in self.events if event.type == kind]
+
+
+class Rig:
+    """A keeper over viewers, a robot and a latch that the test sets."""
+
+    def __init__(self, **settings: object) -> None:
+        self.clock = TurnedClock(100.0)
+        self.writing = Writing()
+        self.viewers: list[Viewer] = []
+        self.robot = RobotState(connected=True)
+        self.latched: LatchedStop | None = None
+        self.keeper = TapeKeeper(
+            cast("Recorder", self.writing),
+            settings=RecordingSettings.model_validate(settings),
+            clock=self.clock,
+            viewers=self.viewers,
+            latched=lambda: self.latched,
+            robot=lambda: self.robot,
+            has_sound=True,
+        )
+
+    def steer(self, wanted: Setpoint, sent: Twist = STANDSTILL) -> None:
+        self.keeper.steered(wanted, sent, 3, self.clock.time_s)
+        self.clock.time_s += 0.02
+
+
+@pytest.fixture
+def rig() -> Rig:
+    return Rig()
+
+
+def viewer(number: int, name: str) -> Viewer:
+    report = SimpleNamespace(
+        sound=SimpleNamespace(age_ms=120.0, delay_ms=40.0),
+        picture=SimpleNamespace(age_ms=90.0, delay_ms=None),
+    )
+    made = SimpleNamespace(
+        number=number,
+        visitor=visitor(f"{name}-11111111", address="192.0.2.7"),
+        name=name,
+        is_ready=True,
+        link=SimpleNamespace(one_way_s=0.02),
+        report=report,
+        streams=SimpleNamespace(status=lambda: {"rendition": "640x480", "reason": "All is sent."}),
+        boundary=ErrorBoundary(viewer=number, counters=Counters(), end=lambda: None),
+    )
+    return cast("Viewer", made)
+
+
+def command(sent_s: float, **more: Any) -> Command:
+    known: dict[str, Any] = {
+        "seq": 5,
+        "turn": 3,
+        "sent_s": sent_s,
+        "linear": 0.5,
+        "angular": 0.0,
+        "held": True,
+        "speed": "fast",
+        "seen_s": sent_s - 0.1,
+    }
+    return Command(**known | more)
+
+
+def test_a_command_is_written_with_its_age_and_its_fate(rig: Rig) -> None:
+    """Times are ages, so that no second clock is needed to read them."""
+    rig.keeper.offered(7, command(99.95), None, 100.0)
+    rig.keeper.offered(8, command(99.0, seen_s=None), Refusal.NOT_YOUR_TURN, 100.0)
+    counted, refused = rig.writing.of("commanded")
+    assert (counted["viewer"], counted["age_ms"], counted["seen_age_ms"]) == (7, 50.0, 150.0)
+    assert counted["refused"] is None
+    assert (refused["refused"], refused["seen_age_ms"]) == ("not_your_turn", None)
+
+
+def test_a_set_point_is_written_when_it_changes(rig: Rig) -> None:
+    """Fifty the same in a second are written once, and again after a second."""
+    driven = Setpoint(Twist(0.5, 0.0), limit=Limit.LONG_DELAY.value)
+    for _ in range(25):
+        rig.steer(driven, Twist(0.2, 0.0))
+    rig.steer(Setpoint(reason=NOT_HELD))
+    for _ in range(60):
+        rig.steer(Setpoint(reason=NOT_HELD))
+    first, second, again = rig.writing.of("steered")
+    assert (first["linear_mps"], first["wanted_linear_mps"]) == (0.2, 0.5)
+    assert (first["limit"], first["reason"]) == ("long_delay", None)
+    assert second == again
+    assert second["reason"] == "not_held"
+
+
+@pytest.mark.parametrize(
+    ("sentence", "told"),
+    [
+        (NOBODY_DRIVES, "nobody_drives"),
+        (Refusal.TOO_OLD.value, "too_old"),
+        (Hold.TURN_STARTED.value, "turn_started"),
+        ("The left wheel is off.", "robot"),
+    ],
+)
+def test_reasons_have_short_names(rig: Rig, sentence: str, told: str) -> None:
+    """Sentences may be changed or translated; a tape is read years later."""
+    rig.steer(Setpoint(reason=sentence))
+    assert rig.writing.of("steered")[0]["reason"] == told
+
+
+def test_no_name_is_on_the_tape_unless_configured(rig: Rig) -> None:
+    """Not even in the sentence of a stop; and no address ever is."""
+    rig.viewers.append(viewer(2, "Ada"))
+    rig.latched = LatchedStop(1, "Ada", 2)
+    rig.steer(Setpoint(reason=stopped_by("Ada")))
+    rig.keeper.look()
+    text = "".join(event.model_dump_json() for event, _ in rig.writing.events)
+    assert "Ada" not in text
+    assert "192.0.2" not in text
+    assert rig.writing.of("steered")[0]["reason"] == "pressed"
+
+
+def test_names_that_are_configured_are_written_once() -> None:
+    """And again when somebody takes another; each lasts into the next parts."""
+    rig = Rig(names=True)
+    rig.viewers.append(viewer(2, "Ada"))
+    for name in ("Ada", "Ada", "Countess"):
+        rig.viewers[0].name = name
+        rig.keeper.look()
+    assert [one["name"] for one in rig.writing.of("named")] == ["Ada", "Countess"]
+    assert rig.writing.lasting["named", 2].model_dump()["name"] == "Countess"
+    assert "with names" in rig.keeper.status().why
+
+
+def test_stops_are_written_when_pressed_and_released(rig: Rig) -> None:
+    """Also where one follows another at once."""
+    for stop in (None, LatchedStop(1, "Ada", 2), LatchedStop(2, "the host", by_host=True), None):
+        rig.latched = stop
+        rig.steer(Setpoint())
+    stops = [(one["number"], one["pressed"]) for one in rig.writing.of("stopped")]
+    assert stops == [(1, True), (1, False), (2, True), (2, False)]
+
+
+def test_turns_are_written(rig: Rig) -> None:
+    """Who drives, until why; a turn that goes on is no news."""
+    rig.keeper.turn_events((TurnStarted(3, 7, 160.0), TurnRenewed(3, 7, 220.0)))
+    rig.keeper.turn_events((TurnEnded(3, 7, Why.EXPIRED),))
+    assert [(one["operator"], one["why"]) for one in rig.writing.of("turned")] == [
+        (7, None),
+        (None, "expired"),
+    ]
+
+
+def test_a_fault_keeps_the_last_two_minutes(rig: Rig) -> None:
+    """A robot that drove and is held by no one's wish; a pressed Stop or a finger is no fault."""
+    rig.keeper.drive_status(7, True, None)
+    rig.keeper.drive_status(7, False, NOT_HELD)
+    assert rig.writing.kept == []
+    rig.keeper.drive_status(7, True, None)
+    rig.latched = LatchedStop(1, "Ada", 2)
+    rig.keeper.drive_status(7, False, stopped_by("Ada"))
+    assert rig.writing.kept == []
+    rig.latched = None
+    rig.keeper.drive_status(7, True, None)
+    rig.keeper.drive_status(7, True, Refusal.TOO_OLD.value)
+    assert rig.writing.kept == [(100.0 - KEPT_S, "fault")]
+    assert rig.writing.of("faulted") == [{"type": "faulted", "operator": 7, "why": "too_old"}]
+
+
+def test_keeping_again_and_again_costs_nothing(rig: Rig) -> None:
+    """Who presses all the time has the folder read once in five seconds."""
+    for _ in range(20):
+        assert rig.keeper.keep("operator") == "The last two minutes are kept."
+    assert rig.keeper.keep("host")
+    assert [by for _, by in rig.writing.kept] == ["operator", "host"]
+
+
+def test_everybody_is_told_that_it_runs_and_why(rig: Rig) -> None:
+    """What is recorded and for how long; or why it is not."""
+    told = rig.keeper.status()
+    assert told.running
+    assert "without names" in told.why
+    assert "7 days" in told.why
+    rig.writing.problem = "the disk is full"
+    told = rig.keeper.status()
+    assert (told.running, told.why) == (False, "Nothing is recorded: the disk is full.")
+    assert "Nothing is recorded" in rig.keeper.keep("host")
+
+
+def test_how_the_viewers_have_it_is_written(rig: Rig) -> None:
+    """Ages as their page reported them, and what was decided for them and why."""
+    rig.viewers.append(viewer(2, "Ada"))
+    rig.keeper.turn_events((TurnStarted(3, 2, 160.0),))
+    rig.keeper.look()
+    (watched,) = rig.writing.of("watched")
+    assert (watched["picture_ms"], watched["sound_ms"], watched["round_trip_ms"]) == (90, 120, 40)
+    assert (watched["drives"], watched["rendition"], watched["why"]) == (
+        True,
+        "640x480",
+        "All is sent.",
+    )
+
+
+def test_where_the_robot_is_is_written_ten_times_a_second(rig: Rig) -> None:
+    """A pose changes with each beat of the control loop, which nobody needs to know."""
+    for number in range(50):
+        rig.robot = RobotState(connected=True, pose=Pose(number / 100, 0.0, 0.0))
+        rig.steer(Setpoint())
+    assert 8 <= len(rig.writing.of("reported")) <= 11
+
+
+def test_an_error_stays_here(rig: Rig) -> None:
+    """The control loop never hears of it, and the log says it once."""
+    rig.keeper._latched = lambda: 1 / 0  # type: ignore[assignment,return-value]  # a bug
+    with structlog.testing.capture_logs() as logs:
+        for _ in range(3):
+            rig.steer(Setpoint())
+    assert [one["event"] for one in logs] == ["the tape is incomplete"]
