@@ -63,6 +63,8 @@ def _parser() -> argparse.ArgumentParser:
     _add_host_link(commands)
     _add_prove_stop(commands)
     _add_records(commands)
+    _add_tape(commands)
+    _add_replay(commands)
     _add_doctor(commands)
     return parser
 
@@ -115,6 +117,54 @@ def _add_records(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
     records.add_argument("--file", type=Path, metavar="FILE", help="the file, if not as configured")
     records.add_argument(
         "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
+    )
+
+
+def _add_tape(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    tape = commands.add_parser(
+        "tape",
+        help="list, keep or delete what was recorded",
+        description="List, keep or delete what [recording] has put on disk, also while it records."
+        " Times are in UTC.",
+    )
+    tape.add_argument(
+        "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
+    )
+    tape.add_argument("--folder", type=Path, metavar="DIR", help="if it is not as configured")
+    acts = tape.add_subparsers(dest="act", metavar="ACT", required=True)
+    acts.add_parser("list", help="show what there is")
+    keep = acts.add_parser("keep", help="keep parts until somebody deletes them")
+    keep.add_argument("names", nargs="+", metavar="NAME", help="as `wax tape list` has them")
+    delete = acts.add_parser("delete", help="delete parts, kept or not")
+    delete.add_argument("names", nargs="*", metavar="NAME", help="as `wax tape list` has them")
+    delete.add_argument("--all", action="store_true", help="everything")
+    delete.add_argument("--before", metavar="DATE", help="such as 2026-11-01, or 2026-11-01T18:30")
+
+
+def _add_replay(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    replay = commands.add_parser(
+        "replay",
+        help="play what was recorded, in a browser on this machine",
+        description="Serve a page on this machine with picture, sound, commands and delays of what"
+        " was recorded.",
+    )
+    replay.add_argument(
+        "path",
+        nargs="?",
+        type=Path,
+        metavar="FILE",
+        help="one file of the tape, or a folder; all that is recorded by default",
+    )
+    replay.add_argument(
+        "--config", type=Path, metavar="FILE", default=argparse.SUPPRESS, help="a TOML file"
+    )
+    replay.add_argument(
+        "--port",
+        type=int,
+        default=8090,
+        metavar="N",
+        dest="replay_port",
+        help="the port of its page (8090)",
     )
 
 
@@ -238,6 +288,34 @@ def _records(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _tape(arguments: argparse.Namespace) -> int:
+    from wax.tape.command import tape_delete, tape_keep, tape_list
+    from wax.tape.shelf import Shelf, where
+
+    settings = config.load(arguments.config)
+    shelf = Shelf(arguments.folder or where(settings.recording, settings.server.state_dir))
+    acts = {
+        "list": lambda: tape_list(shelf),
+        "keep": lambda: tape_keep(shelf, arguments.names),
+        "delete": lambda: tape_delete(
+            shelf, arguments.names, is_all=arguments.all, before=arguments.before
+        ),
+    }
+    with _until_read():
+        print(acts[arguments.act]())
+    return 0
+
+
+def _replay(arguments: argparse.Namespace) -> int:
+    from wax.replay.command import replay
+    from wax.tape.shelf import where
+
+    settings = config.load(arguments.config)
+    path = arguments.path or where(settings.recording, settings.server.state_dir)
+    configure_logs(settings.log)
+    return replay(path, arguments.replay_port, tell=lambda text: print(text, flush=True))
+
+
 @contextlib.contextmanager
 def _until_read() -> Iterator[None]:
     """Print until the end, or until the reader, such as `head`, has seen enough."""
@@ -266,6 +344,8 @@ _COMMANDS: Final[dict[str, Callable[[argparse.Namespace], int]]] = {
     "host-link": _host_link,
     "prove-stop": _prove_stop,
     "records": _records,
+    "replay": _replay,
+    "tape": _tape,
 }
 
 

@@ -1,0 +1,123 @@
+"""What there is to replay: one part of a tape, or all those of a folder."""
+
+from __future__ import annotations
+
+import tempfile
+import threading
+from pathlib import Path
+from typing import Final
+
+from wax.errors import StateError
+from wax.protocol.tape_events import TapeContent, TapeListing, TapePart
+from wax.tape.mended import facts_of, mended
+from wax.tape.reading import read_events
+from wax.tape.shelf import EVENTS, MEDIA, Shelf, Shelved
+
+_NO_EVENTS: Final = "There are no events beside this: only picture and sound can be played."
+
+
+class Library:
+    """Read from any thread. Copies that it has to make go with `close`.
+
+    `path` is a folder, or either file of a part. Raises `StateError` where there is nothing to
+    replay.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._only: Shelved | None = None
+        if path.is_dir():
+            self._shelf = Shelf(path)
+        elif path.exists():
+            self._shelf, self._only = Shelf(path.parent), _alone(path)
+        else:
+            raise StateError(f"{path}: is not there; `wax tape list` shows what is recorded")
+        self._lock = threading.Lock()
+        self._copies = tempfile.TemporaryDirectory(prefix="wax-replay-")
+        try:
+            self._check(path)
+        except StateError:
+            self.close()
+            raise
+
+    def _check(self, path: Path) -> None:
+        parts = self._parts()
+        if not parts:
+            raise StateError(f"{path}: there is nothing of a tape in it")
+        if self._only is not None:
+            self.content(self._only.name)  # what is wrong with it is said now, not on the page
+
+    def close(self) -> None:
+        self._copies.cleanup()
+
+    def listing(self) -> TapeListing:
+        """Return what there is, the oldest first; raises `StateError`."""
+        return TapeListing(
+            parts=[
+                TapePart(
+                    name=one.name,
+                    began_wall_ms=round(one.began_s * 1000),
+                    size_bytes=one.size_bytes,
+                    kept=one.kept,
+                )
+                for one in self._parts()
+            ]
+        )
+
+    def content(self, name: str) -> TapeContent:
+        """Return all of a part but picture and sound; raises `StateError`."""
+        part = self._part(name)
+        media = None if part.media is None else facts_of(part.media)
+        began_wall_ms, events, length_ms, problem = part.began_s * 1000, [], 0.0, _NO_EVENTS
+        if part.events is not None:
+            read = read_events(part.events)
+            began_wall_ms, events, problem = read.began_wall_ms, read.events, read.problem
+            length_ms = read.length_ms
+        if media is not None:
+            length_ms = max(length_ms, media.length_ms)
+            problem = problem or media.problem
+        return TapeContent(
+            name=name,
+            began_wall_ms=began_wall_ms,
+            length_ms=length_ms,
+            has_media=media is not None and (media.has_picture or media.has_sound),
+            has_picture=media is not None and media.has_picture,
+            has_sound=media is not None and media.has_sound,
+            events=events,
+            problem=problem,
+        )
+
+    def media(self, name: str) -> Path:
+        """Return a file with picture and sound that a browser can seek in; raises `StateError`."""
+        part = self._part(name)
+        if part.media is None:
+            raise StateError(f"{name}: there are no picture and sound beside these events")
+        with self._lock:
+            return mended(part.media, Path(self._copies.name))
+
+    def _parts(self) -> list[Shelved]:
+        return self._shelf.parts() if self._only is None else [self._only]
+
+    def _part(self, name: str) -> Shelved:
+        part = next((one for one in self._parts() if one.name == name), None)
+        if part is None:
+            raise StateError(f"{name}: is not on this tape, or was deleted meanwhile")
+        return part
+
+
+def _alone(path: Path) -> Shelved:
+    """Return the part that a file belongs to, whatever it is called; raises `StateError`."""
+    if path.suffix not in (EVENTS, *MEDIA):
+        endings = ", ".join((EVENTS, *MEDIA))
+        raise StateError(f"{path}: is no part of a tape; the files of those end in {endings}")
+    status = path.stat()
+    beside = [path.with_suffix(ending) for ending in MEDIA]
+    events = path.with_suffix(EVENTS)
+    return Shelved(
+        name=path.stem,
+        began_s=status.st_mtime,
+        ended_s=status.st_mtime,
+        size_bytes=status.st_size,
+        kept=None,
+        media=next((one for one in beside if one.exists()), None),
+        events=events if events.exists() else None,
+    )

@@ -1,0 +1,96 @@
+"""The HTTP side of `wax replay`: the page, what is on the tape, and its picture and sound."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Final
+
+import structlog
+from aiohttp import web
+
+from wax.errors import StartError, StateError
+from wax.web.routes import PAGE
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+    from pathlib import Path
+
+    from pydantic import BaseModel
+
+    from wax.replay.library import Library
+    from wax.web.guards import Guards
+
+    Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
+_LOG = structlog.get_logger(__name__)
+
+FOLDER: Final = "replay"
+"""Where the page lies, beside that of the robot."""
+_TYPES: Final = {".webm": "video/webm", ".mp4": "video/mp4"}
+
+
+class ReplayServer:
+    """Answers with what is in `library`, which it reads in threads: a disk may be slow."""
+
+    def __init__(self, library: Library, guards: Guards, page: Path = PAGE / FOLDER) -> None:
+        self._library = library
+        self._guards = guards
+        self._page = page
+
+    def application(self) -> web.Application:
+        """Make the application; raises `StartError` if the page was not built."""
+        if not (self._page / "index.html").is_file():
+            raise StartError("the page is not built; run `make run`, or `pip install .` again")
+        application = web.Application(
+            client_max_size=1024, middlewares=[_tell_errors, *self._guards.middlewares]
+        )
+        application.on_response_prepare.append(self._guards.add_headers)
+        application.add_routes(
+            [
+                web.get("/", self.page),
+                web.get("/api/tape", self.listing),
+                web.get("/api/tape/{name}", self.content),
+                web.get("/media/{name}", self.media),
+                web.static("/", self._page),
+            ]
+        )
+        return application
+
+    async def page(self, request: web.Request) -> web.StreamResponse:  # noqa: ARG002  # aiohttp's form
+        return web.FileResponse(self._page / "index.html", headers={"Cache-Control": "no-cache"})
+
+    async def listing(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
+        return _json(await asyncio.to_thread(self._library.listing))
+
+    async def content(self, request: web.Request) -> web.Response:
+        return _json(await asyncio.to_thread(self._library.content, request.match_info["name"]))
+
+    async def media(self, request: web.Request) -> web.StreamResponse:
+        path = await asyncio.to_thread(self._library.media, request.match_info["name"])
+        # It answers requests for ranges, by which a browser seeks.
+        return web.FileResponse(
+            path,
+            headers={"Content-Type": _TYPES[path.suffix], "Cache-Control": "no-store"},
+        )
+
+
+def _json(model: BaseModel) -> web.Response:
+    response = web.Response(text=model.model_dump_json(), content_type="application/json")
+    response.enable_compression()
+    return response
+
+
+@web.middleware
+async def _tell_errors(request: web.Request, handler: Handler) -> web.StreamResponse:
+    """Answer each error with a sentence."""
+    try:
+        return await handler(request)
+    except StateError as error:
+        return web.json_response({"error": str(error)}, status=404)
+    except web.HTTPException as error:
+        if error.status < 400:
+            raise
+        return web.json_response({"error": error.reason}, status=error.status)
+    except Exception:
+        _LOG.exception("request failed", path=request.path)
+        return web.json_response({"error": "this failed; see the terminal"}, status=500)

@@ -1,0 +1,102 @@
+"""`wax tape`: lists, keeps and deletes what is on the tape, also while a server records."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Final
+
+from wax.errors import ConfigError, StateError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from wax.tape.shelf import Shelf, Shelved
+
+_KEPT: Final = {None: "", "host": "kept", "operator": "kept by an operator", "fault": "a fault"}
+
+
+def tape_list(shelf: Shelf) -> str:
+    """Return a table of what is there, the oldest first; times are in UTC."""
+    parts = shelf.parts()
+    if not parts:
+        return f"Nothing is recorded in {shelf.folder}."
+    lines = [("name", "began", "length", "MB", "why it is kept")]
+    lines += [
+        (
+            one.name,
+            f"{datetime.fromtimestamp(one.began_s, UTC):%Y-%m-%d %H:%M:%S}",
+            f"{max(0.0, one.ended_s - one.began_s):.0f} s",
+            f"{one.size_bytes / 1e6:.1f}",
+            _KEPT[one.kept],
+        )
+        for one in parts
+    ]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
+    table = [
+        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
+        for line in lines
+    ]
+    total = sum(one.size_bytes for one in parts)
+    return "\n".join([*table, f"{len(parts)} parts, {total / 1e9:.2f} GB in {shelf.folder}"])
+
+
+def tape_keep(shelf: Shelf, names: Sequence[str]) -> str:
+    """Keep these parts until somebody deletes them; raises `StateError`, and keeps none then."""
+    parts = _named(shelf, names)
+    _each(parts, lambda one: shelf.keep(one.name, "host"))
+    return f"Kept: {_counted(parts)}."
+
+
+def tape_delete(
+    shelf: Shelf, names: Sequence[str], *, is_all: bool = False, before: str | None = None
+) -> str:
+    """Delete these parts, all, or all that ended before a time; kept or not.
+
+    Raises `StateError` or `ConfigError`, and deletes nothing then, unless a file cannot be.
+    """
+    if sum([bool(names), is_all, before is not None]) != 1:
+        raise ConfigError("say what to delete: names from `wax tape list`, --all or --before DATE")
+    if is_all:
+        parts = shelf.parts()
+    elif before is not None:
+        until_s = _time_s(before)
+        parts = [one for one in shelf.parts() if one.ended_s < until_s]
+    else:
+        parts = _named(shelf, names)
+    _each(parts, lambda one: shelf.delete(one.name))
+    return f"Deleted: {_counted(parts)}."
+
+
+def _named(shelf: Shelf, names: Sequence[str]) -> list[Shelved]:
+    known = {one.name: one for one in shelf.parts()}
+    for name in names:
+        if name not in known:
+            raise StateError(
+                f"{shelf.folder}: there is no {name} in it; `wax tape list` shows what there is"
+            )
+    return [known[name] for name in dict.fromkeys(names)]
+
+
+def _each(parts: Sequence[Shelved], do: Callable[[Shelved], None]) -> None:
+    for one in parts:
+        try:
+            do(one)
+        except OSError as error:
+            raise StateError(f"{one.name}: {error.strerror or error}") from error
+
+
+def _counted(parts: Sequence[Shelved]) -> str:
+    size = sum(one.size_bytes for one in parts) / 1e6
+    return f"{len(parts)} part{'' if len(parts) == 1 else 's'}, {size:.1f} MB"
+
+
+def _time_s(text: str) -> float:
+    """Read a date, or a date with a time; it is UTC unless it says otherwise."""
+    try:
+        found = datetime.fromisoformat(text)
+    except ValueError as error:
+        raise ConfigError(
+            f"--before: got {text!r}; allowed is a date as 2026-11-01, or with a time as"
+            " 2026-11-01T18:30"
+        ) from error
+    return (found.replace(tzinfo=UTC) if found.tzinfo is None else found).timestamp()

@@ -1,0 +1,125 @@
+"""The folder of the tape: what is in it, what is kept, and what `wax tape` does with it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from wax.config.recording import RecordingSettings
+from wax.errors import ConfigError, StateError
+from wax.tape.command import tape_delete, tape_keep, tape_list
+from wax.tape.shelf import Shelf, where
+
+FIRST, SECOND = "wax-20261123T140000Z", "wax-20261123T140100Z"
+FIRST_S = 1_795_442_400.0
+
+
+@pytest.fixture
+def shelf(tmp_path: Path) -> Shelf:
+    """Two parts of a minute, and files of somebody else."""
+    made = Shelf(tmp_path / "tape")
+    made.prepare()
+    for number, name in enumerate((FIRST, SECOND)):
+        for ending, size in ((".webm", 3000), (".mcap", 1000)):
+            path = made.path(name, ending)
+            path.write_bytes(bytes(size))
+            ended_s = FIRST_S + 60 * (number + 1)
+            os.utime(path, (ended_s, ended_s))
+    (made.folder / "notes.txt").write_text("mine")
+    (made.folder / "wax-20261341T140000Z.mcap").write_text("no such day")
+    return made
+
+
+def test_parts_are_listed_with_their_times_and_sizes(shelf: Shelf) -> None:
+    """The name says when it began, the newest file when it ended; other files are not looked at."""
+    first, second = shelf.parts()
+    assert (first.name, first.began_s, first.ended_s) == (FIRST, FIRST_S, FIRST_S + 60)
+    assert (first.size_bytes, first.kept, second.name) == (4000, None, SECOND)
+    assert first.media == shelf.path(FIRST, ".webm")
+    assert "60 s" in tape_list(shelf)
+    assert "2 parts" in tape_list(shelf)
+
+
+def test_only_its_owner_can_look_into_the_folder(shelf: Shelf) -> None:
+    """It shows people."""
+    assert shelf.folder.stat().st_mode & 0o077 == 0
+
+
+def test_names_do_not_meet(shelf: Shelf) -> None:
+    """Two parts that begin within a second have different names, in their order."""
+    name = shelf.new_name(FIRST_S * 1000)
+    assert name == f"{FIRST}-1"
+    assert sorted([name, FIRST]) == [FIRST, name]
+    assert shelf.new_name(FIRST_S * 1000 + 5000) == "wax-20261123T140005Z"
+
+
+def test_the_hosts_keeping_stays(shelf: Shelf) -> None:
+    """A fault does not take away what the host said; the host may follow a fault."""
+    shelf.keep(FIRST, "fault")
+    assert shelf.parts()[0].kept == "fault"
+    assert tape_keep(shelf, [FIRST]) == "Kept: 1 part, 0.0 MB."
+    shelf.keep(FIRST, "operator")
+    assert [one.kept for one in shelf.parts()] == ["host", None]
+
+
+def test_a_mark_that_says_nothing_keeps(shelf: Shelf) -> None:
+    """When in doubt nothing is deleted by itself."""
+    shelf.path(FIRST, ".kept").write_bytes(b"\xff")
+    assert shelf.parts()[0].kept == "host"
+
+
+def test_deleting_leaves_nothing(shelf: Shelf) -> None:
+    """All files of a part go, its mark too, and nothing else."""
+    shelf.keep(FIRST, "host")
+    assert tape_delete(shelf, [FIRST]).startswith("Deleted: 1 part")
+    assert [one.name for one in shelf.parts()] == [SECOND]
+    assert not [one for one in shelf.folder.iterdir() if one.name.startswith(FIRST)]
+    assert tape_delete(shelf, [], is_all=True).startswith("Deleted: 1 part")
+    assert tape_list(shelf) == f"Nothing is recorded in {shelf.folder}."
+    assert (shelf.folder / "notes.txt").exists()
+
+
+def test_deleting_what_is_older(shelf: Shelf) -> None:
+    """A time is in UTC; what ended before it goes."""
+    tape_delete(shelf, [], before="2026-11-23T14:01:30")
+    assert [one.name for one in shelf.parts()] == [SECOND]
+
+
+@pytest.mark.parametrize("name", ["../records", "wax-1", "", "wax-20261123T140000Z/x"])
+def test_no_name_leads_out_of_the_folder(shelf: Shelf, name: str) -> None:
+    """What is no name of a part is refused before any file is touched."""
+    with pytest.raises(StateError, match="wax tape list"):
+        tape_delete(shelf, [name])
+    with pytest.raises(StateError, match="wax tape list"):
+        shelf.path(name, ".mcap")
+    assert len(shelf.parts()) == 2
+
+
+@pytest.mark.parametrize(
+    ("names", "more"),
+    [([], {}), ([FIRST], {"is_all": True}), ([], {"is_all": True, "before": "2026-11-01"})],
+)
+def test_deleting_needs_one_clear_word(
+    shelf: Shelf, names: list[str], more: dict[str, object]
+) -> None:
+    """Neither nothing nor two things at once are meant by it."""
+    with pytest.raises(ConfigError, match="say what to delete"):
+        tape_delete(shelf, names, **more)  # type: ignore[arg-type]  # of the table above
+    with pytest.raises(ConfigError, match="--before"):
+        tape_delete(shelf, [], before="yesterday")
+    assert len(shelf.parts()) == 2
+
+
+def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
+    """The sentence names the folder and the key."""
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StateError, match=r"file.*\[recording\] folder"):
+        Shelf(tmp_path / "file" / "tape").prepare()
+
+
+def test_the_folder_is_beside_the_records(tmp_path: Path) -> None:
+    """Unless another is configured."""
+    assert where(RecordingSettings(), str(tmp_path)) == tmp_path / "tape"
+    assert where(RecordingSettings(folder="~/t"), "") == Path.home() / "t"
