@@ -1,6 +1,7 @@
 import "./style/base.css";
 import "./style/layout.css";
 import "./style/bar.css";
+import "./style/tape.css";
 import "./style/stage.css";
 import "./style/turn.css";
 import "./style/drive.css";

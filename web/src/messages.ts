@@ -6,6 +6,7 @@ export { DRIVE_COLUMNS, MAX_NAME_CHARS } from "./generated/messages";
 import type {
   Here,
   Join,
+  KeepTape,
   Leave,
   Messages,
   Received,
@@ -21,7 +22,7 @@ export type StateIn = Messages["StateIn"];
 /** What only the host sends. */
 export type HostAct = Exclude<
   StateIn,
-  SetName | Join | Leave | Here | Stop | Release | Want | Received
+  SetName | Join | Leave | Here | Stop | Release | Want | KeepTape | Received
 >;
 export type StateOut = Messages["StateOut"];
 

@@ -70,6 +70,8 @@ export interface Actions {
   answerCall(): void;
   /** Does what only the host may. */
   actAsHost(act: HostAct): void;
+  /** Keeps what was recorded in the last two minutes. */
+  keepTape(): void;
   /** Tries again to come in, after the server has sent this page away. */
   comeBack(): void;
   /** Speaks through the robot while any holder holds it. */
@@ -427,6 +429,9 @@ export function startSession(): Session {
     answerCall: () => ask("here"),
     actAsHost: (act) => {
       if (!link.sendState(act)) say("There is no connection; try again in a moment.");
+    },
+    keepTape: () => {
+      if (!link.sendState({ type: "keep_tape" })) say("There is no connection; try again.");
     },
     comeBack() {
       state.ended.value = null;

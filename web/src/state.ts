@@ -109,6 +109,7 @@ export interface State {
   mayStop: ReadonlySignal<boolean>;
   /** The operator, and the host. */
   mayRelease: ReadonlySignal<boolean>;
+  mayKeepTape: ReadonlySignal<boolean>;
   isHost: ReadonlySignal<boolean>;
   /** Whether the host lets nobody see or hear anything now. */
   isBlanked: ReadonlySignal<boolean>;
@@ -181,6 +182,7 @@ export function createState(kept: Preferences): State {
     }),
     mayStop: computed(() => hello.value?.on_loss.stop_by !== "operator" || isInCharge.value),
     mayRelease: isInCharge,
+    mayKeepTape: isInCharge,
     isHost: computed(() => hello.value?.is_host === true),
     isBlanked: computed(() => room.value?.house.blanked === true),
     callSecondsLeft: computed(() => {

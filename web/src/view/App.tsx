@@ -9,6 +9,7 @@ import { LinkStatus } from "./LinkStatus";
 import { Queue } from "./Queue";
 import { Settings } from "./Settings";
 import { Stage } from "./Stage";
+import { TapeBadge } from "./TapeBadge";
 import { Toast } from "./Toast";
 import { TurnCard } from "./TurnCard";
 
@@ -30,6 +31,7 @@ export function App({ session }: { session: Session }) {
           <header class="bar">
             <h1 class="brand">WAX</h1>
             <LinkStatus />
+            <TapeBadge />
             <Facts />
           </header>
           <Banners />

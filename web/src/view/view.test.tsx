@@ -47,6 +47,7 @@ beforeEach(() => {
     releaseStop: vi.fn(),
     answerCall: vi.fn(),
     actAsHost: vi.fn(),
+    keepTape: vi.fn(),
     comeBack: vi.fn(),
     lookAtProof: vi.fn(),
     prove: vi.fn(),
@@ -967,6 +968,41 @@ it("shows how well it plays, what is sent and why", () => {
   expect(told("Link")).toContain("2.4 Mbit/s");
   expect(getByText(body, "Everything is sent.")).toBeTruthy();
   expect(getByText(body, "The sound does not break at 40 ms.")).toBeTruthy();
+});
+
+describe("the tape", () => {
+  const WHY = "Picture, sound and driving are recorded, without names.";
+
+  function record(tape: { running: boolean; why: string } | null, options = {}): void {
+    show({ watching: [1], ...options });
+    act(() => {
+      if (state.room.value) state.room.value = { ...state.room.value, tape };
+    });
+  }
+
+  it("is not spoken of where nothing is recorded", () => {
+    record(null);
+    expect(queryByText(body, /recorded/i)).toBeNull();
+  });
+
+  it("tells everybody that they are recorded, and why", () => {
+    record({ running: true, why: WHY });
+    expect(getByText(body, "Recorded")).toBeTruthy();
+    expect(getByText(body, WHY)).toBeTruthy();
+    expect(queryByText(body, "Keep the last two minutes")).toBeNull();
+  });
+
+  it("says why nothing is recorded", () => {
+    record({ running: false, why: "Nothing is recorded: the disk is full." });
+    expect(getByText(body, "Not recorded")).toBeTruthy();
+    expect(getByText(body, "Nothing is recorded: the disk is full.")).toBeTruthy();
+  });
+
+  it("is kept by who drives", () => {
+    record({ running: true, why: WHY }, { watching: [], operator: 1 });
+    getByText(body, "Keep the last two minutes").click();
+    expect(actions.keepTape).toHaveBeenCalledOnce();
+  });
 });
 
 it("shows a notice for a few seconds", () => {

@@ -1,0 +1,22 @@
+import { useActions, useState } from "./context";
+
+/** Says to everybody that they are recorded, and when opened why; who is in charge may keep it. */
+export function TapeBadge() {
+  const { room, mayKeepTape } = useState();
+  const { keepTape } = useActions();
+  const tape = room.value?.tape;
+  if (!tape) return null;
+  return (
+    <details class={tape.running ? "tape is-running" : "tape"}>
+      <summary>{tape.running ? "Recorded" : "Not recorded"}</summary>
+      <div class="tape-why">
+        <p>{tape.why}</p>
+        {mayKeepTape.value && (
+          <button type="button" class="plain-button" onClick={keepTape}>
+            Keep the last two minutes
+          </button>
+        )}
+      </div>
+    </details>
+  );
+}
