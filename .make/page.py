@@ -44,7 +44,12 @@ class PageError(Exception):
 
 def sources() -> Iterator[Path]:
     """Return every source file of the page."""
-    for name in ("protocol/messages.py", "protocol/compact.py", "web/schema.py"):
+    for name in (
+        "protocol/messages.py",
+        "protocol/compact.py",
+        "protocol/tape_events.py",
+        "web/schema.py",
+    ):
         yield ROOT / "server/wax" / name
     for folder, folders, files in os.walk(WEB):
         folders[:] = [name for name in folders if name not in NOT_SOURCES]

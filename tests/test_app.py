@@ -19,6 +19,9 @@ from wax.driver.interface import RobotState
 from wax.errors import StartError
 from wax.robot.simulated.robot import SimulatedRobot
 from wax.session.status import Status
+from wax.tape.mended import facts_of
+from wax.tape.reading import read_events
+from wax.tape.shelf import Shelf
 from wax.web import routes
 
 if TYPE_CHECKING:
@@ -228,3 +231,43 @@ async def test_a_taken_udp_port_is_a_sentence() -> None:
         await second.run(lambda _port: None)
     first.stop()
     await asyncio.wait_for(running, 5)
+
+
+async def test_what_happens_is_recorded_where_it_is_configured(state_folder: Path) -> None:
+    """Picture, sound and the robot's state are on the tape, which ends with the server."""
+    tree: dict[str, Any] = {
+        "server": {"host": "127.0.0.1", "port": 0},
+        "network": {"udp_port": 0},
+        "video": {"source": "testcard"},
+        "audio": {"source": "testcard"},
+        "recording": {"enabled": True, "min_free_gb": 0.0},
+    }
+    app = App(settings=Settings.model_validate(tree), clock=SystemClock())
+    ready = asyncio.Event()
+    running = asyncio.create_task(app.run(lambda _: ready.set()))
+    await ready.wait()
+    await asyncio.sleep(2.0)
+    app.stop()
+    await running
+    (part,) = Shelf(state_folder / "tape").parts()
+    assert part.media is not None
+    assert part.events is not None
+    facts = facts_of(part.media)
+    assert facts.has_picture
+    assert facts.has_sound
+    assert facts.length_ms > 1000
+    read = read_events(part.events)
+    assert read.problem is None
+    assert {"steered", "reported"} <= {one.event.type for one in read.events}
+
+
+async def test_nothing_is_recorded_unless_configured(state_folder: Path) -> None:
+    """No folder is made, and nothing is encoded that nobody watches."""
+    app = _app()
+    ready = asyncio.Event()
+    running = asyncio.create_task(app.run(lambda _: ready.set()))
+    await ready.wait()
+    assert app._video.wanted == []
+    app.stop()
+    await running
+    assert not (state_folder / "tape").exists()

@@ -101,3 +101,28 @@ def test_a_robot_that_is_not_there_cannot_be_proved(
     assert main(["prove-stop", "--config", str(path), "--lifted", "--record", str(record)]) == 1
     assert "cannot be opened" in capsys.readouterr().err
     assert not record.exists()
+
+
+def test_the_tape_is_listed_and_deleted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """`wax tape` finds the configured folder, or the one that is named."""
+    folder = tmp_path / "tape"
+    folder.mkdir()
+    (folder / "wax-20261123T140000Z.mcap").write_bytes(b"")
+    config = tmp_path / "robot.toml"
+    config.write_text(f'[recording]\nfolder = "{folder}"\n')
+    assert main(["tape", "--config", str(config), "list"]) == 0
+    assert "wax-20261123T140000Z" in capsys.readouterr().out
+    assert main(["tape", "--folder", str(folder), "delete"]) == 2
+    assert "say what to delete" in capsys.readouterr().err
+    assert main(["tape", "--folder", str(folder), "delete", "--all"]) == 0
+    assert list(folder.iterdir()) == []
+
+
+def test_there_must_be_something_to_replay(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What is no tape is one sentence, and no page is served."""
+    assert main(["replay", str(tmp_path / "gone.mcap")]) == 1
+    assert "is not there" in capsys.readouterr().err
+    assert main(["replay", str(tmp_path)]) == 1
+    assert "nothing of a tape" in capsys.readouterr().err

@@ -26,6 +26,7 @@ from wax.driver.interface import STANDSTILL, Limits, RobotState, Twist
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from wax.control.gate import Setpoint
     from wax.control.stop_latch import Releaser
 
 A, B = 1, 2
@@ -101,6 +102,8 @@ class Bench:
         self.events: list[TurnEvent] = []
         self.calls_before_event: list[tuple[object, ...]] = []
         self.statuses: list[tuple[int, bool, str | None]] = []
+        self.witnessed: list[tuple[object, ...]] = []
+        self.calls_before_steered: list[tuple[object, ...]] = []
         self.seq = 0
         self.has_picture = True
         self.asked_what_they_see: set[int] = set()
@@ -124,7 +127,15 @@ class Bench:
             max_fraction=lambda _: self.max_fraction,
             on_events=self._on_events,
             on_status=lambda *status: self.statuses.append(status),
+            witness=self,
         )
+
+    def offered(self, viewer: int, command: Command, refusal: Refusal | None, now_s: float) -> None:
+        self.witnessed.append(("offered", viewer, command.seq, refusal))
+
+    def steered(self, wanted: Setpoint, sent: Twist, turn: int, now_s: float) -> None:
+        self.witnessed.append(("steered", wanted.twist, sent, turn))
+        self.calls_before_steered = list(self.driver.calls)
 
     def _sees(self, viewer: int) -> bool:
         self.asked_what_they_see.add(viewer)
@@ -1062,6 +1073,20 @@ def live(
         on_events=lambda _: None,
         on_status=on_status,
     )
+
+
+def test_a_witness_hears_of_all_once_the_robot_has_it() -> None:
+    """Each command with its fate, each set-point with what the robot was given; but afterwards."""
+    bench = Bench()
+    bench.enter(A, B)
+    bench.drive()
+    heard = bench.witnessed
+    assert ("offered", A, 2, None) in heard
+    assert ("steered", AHEAD, AHEAD, 1) in heard
+    assert ("apply", AHEAD, 1) in bench.calls_before_steered
+    heard.clear()
+    bench.offer(1.0, viewer=B)
+    assert heard == [("offered", B, 3, Refusal.NOT_YOUR_TURN)]
 
 
 async def test_runs_until_cancelled_and_stops_the_robot() -> None:

@@ -72,7 +72,12 @@ def test_only_sources_make_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     found = [str(path.relative_to(tmp_path)) for path in page.sources()]
     made_from = [
         f"server/wax/{name}"
-        for name in ("protocol/messages.py", "protocol/compact.py", "web/schema.py")
+        for name in (
+            "protocol/messages.py",
+            "protocol/compact.py",
+            "protocol/tape_events.py",
+            "web/schema.py",
+        )
     ]
     assert found == [*made_from, "web/src/main.ts"]
 

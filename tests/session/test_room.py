@@ -715,3 +715,16 @@ async def test_a_fresh_page_is_told_what_becomes_of_its_commands(rig: Rig) -> No
     again = await rig.enter("ada-1111")
     rig.wait(0.5, again)
     assert again.last("drive_status")["reason"]
+
+
+@pytest.mark.parametrize("is_host", [False, True])
+async def test_nobody_keeps_a_tape_that_there_is_not(rig: Rig, is_host: bool) -> None:
+    """Who is in charge is told that nothing is recorded, and the others that they may not."""
+    ada = await rig.enter("ada-1111", is_host=is_host)
+    ada.says(type="keep_tape")
+    said = ada.last("notice")["text"]
+    assert said == (
+        "Nothing is recorded here." if is_host else "Only the operator or the host can do that."
+    )
+    rig.wait(0.3, ada)
+    assert ada.last("room")["tape"] is None

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from typing import Any, get_args
 
-from wax.protocol import messages, room_change
+from wax.protocol import messages, room_change, tape_events
 from wax.web.schema import schema
 
 
@@ -23,7 +23,7 @@ def test_every_message_is_described() -> None:
     made = schema()
     assert set(made["properties"]) == {"DriveIn", "DriveOut", "StateIn", "StateOut"}
     names = set().union(*(members(getattr(messages, name)) for name in made["properties"]))
-    assert len(names) == 39
+    assert len(names) == 40
     assert names <= set(made["$defs"])
 
 
@@ -34,6 +34,14 @@ def test_what_the_server_writes_is_all_required() -> None:
         definition = definitions[name]
         absent = set(room_change.PARTS) if name == "RoomChange" else set()
         assert set(definition["required"]) == set(definition["properties"]) - absent, name
+
+
+def test_what_is_on_a_tape_is_described() -> None:
+    """The page of `wax replay` reads the very models that were written."""
+    definitions = schema()["$defs"]
+    for one in (*tape_events.EVENTS, tape_events.TapeListing, tape_events.TapeContent):
+        described = definitions[one.__name__]
+        assert set(described["required"]) == set(one.model_fields), one.__name__
 
 
 def test_what_the_page_may_leave_out_is_optional() -> None:

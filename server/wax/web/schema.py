@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic import TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema
 
-from wax.protocol import messages, room_change
+from wax.protocol import messages, room_change, tape_events
 
 if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaMode
@@ -24,6 +24,9 @@ _CHANNELS: Final[dict[str, JsonSchemaMode]] = {
     "StateOut": "serialization",
 }
 """What the page sends is described for validation, what it receives for serialisation."""
+
+_REPLAYED: Final = (tape_events.TapeListing, tape_events.TapeContent)
+"""What the page of `wax replay` gets; not messages, so only in ``$defs``."""
 
 _CONSTANTS: Final = ("MAX_NAME_CHARS", "DRIVE_COLUMNS")
 """Constants of the protocol that the page needs."""
@@ -49,6 +52,7 @@ def schema() -> dict[str, Any]:
     adapters = [
         (name, mode, TypeAdapter[Any](getattr(messages, name))) for name, mode in _CHANNELS.items()
     ]
+    adapters += [(one.__name__, "serialization", TypeAdapter[Any](one)) for one in _REPLAYED]
     unions, shared = TypeAdapter.json_schemas(adapters, schema_generator=_ForThePage)
     # The one message of which parts may be absent.
     change = shared["$defs"]["RoomChange"]

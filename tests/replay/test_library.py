@@ -1,0 +1,136 @@
+"""What is replayed: one part, a folder of them, and what is wrong with either."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.tape.packets import SIZE, pictures, sounds
+
+from wax.errors import StateError
+from wax.protocol.tape_events import FORMAT, Stopped
+from wax.replay.library import Library
+from wax.tape import event_file
+from wax.tape.segment import Segment
+from wax.tape.shelf import Shelf
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+BEGIN_S = 1000.0
+
+
+@pytest.fixture
+def shelf(tmp_path: Path) -> Shelf:
+    """Record a tape of two parts."""
+    made = Shelf(tmp_path)
+    for number in range(2):
+        record(made, BEGIN_S + 10 * number)
+    return made
+
+
+def record(shelf: Shelf, begin_s: float) -> str:
+    """Record two seconds with a stop in the middle; return the part's name."""
+    segment = Segment(
+        shelf, origin_s=begin_s, zero_ns=10**18, codec="vp8", size=SIZE, has_sound=True
+    )
+    for picture in pictures("vp8", begin_s=begin_s, seconds=2.0):
+        segment.picture(picture)
+    for sound in sounds(begin_s=begin_s, seconds=2.0):
+        segment.sound(sound)
+    segment.event(Stopped(number=1, pressed=True, viewer=2, by_host=False), begin_s + 1.0)
+    segment.close()
+    return segment.name
+
+
+def test_all_of_a_folder_is_there(shelf: Shelf) -> None:
+    """The parts in their order; each with its length, its events and where they are."""
+    library = Library(shelf.folder)
+    first, second = library.listing().parts
+    assert first.began_wall_ms < second.began_wall_ms
+    content = library.content(second.name)
+    assert (content.has_picture, content.has_sound, content.problem) == (True, True, None)
+    assert content.length_ms == pytest.approx(2000, abs=60)
+    assert [one.at_ms for one in content.events] == [pytest.approx(1000)]
+    assert library.media(first.name) == shelf.path(first.name, ".webm")
+    library.close()
+
+
+@pytest.mark.parametrize("ending", [".webm", ".mcap"])
+def test_either_file_of_a_part_stands_for_it(shelf: Shelf, ending: str) -> None:
+    """Whatever they are called: people rename what they keep."""
+    name = shelf.parts()[0].name
+    for one in (".webm", ".mcap"):
+        shelf.path(name, one).rename(shelf.folder / f"the fall{one}")
+    library = Library(shelf.folder / f"the fall{ending}")
+    assert [one.name for one in library.listing().parts] == ["the fall"]
+    assert len(library.content("the fall").events) == 1
+    library.close()
+
+
+def test_picture_and_sound_alone_can_be_played(shelf: Shelf) -> None:
+    """A sentence says that there is nothing beside them."""
+    name = shelf.parts()[0].name
+    shelf.path(name, ".mcap").unlink()
+    library = Library(shelf.path(name, ".webm"))
+    content = library.content(name)
+    assert content.has_media
+    assert content.problem is not None
+    assert "no events" in content.problem
+    library.close()
+
+
+def test_events_alone_can_be_played(shelf: Shelf) -> None:
+    """The page gets no picture, and is told so."""
+    name = shelf.parts()[0].name
+    shelf.path(name, ".webm").unlink()
+    library = Library(shelf.path(name, ".mcap"))
+    assert not library.content(name).has_media
+    with pytest.raises(StateError, match="no picture and sound"):
+        library.media(name)
+    library.close()
+
+
+def test_a_part_that_is_cut_is_played_from_a_copy(shelf: Shelf) -> None:
+    """The tape itself is never changed, and the copy goes with the library."""
+    name = shelf.parts()[0].name
+    path = shelf.path(name, ".webm")
+    before = path.read_bytes()[:-9000]
+    path.write_bytes(before)
+    library = Library(path)
+    copy = library.media(name)
+    assert copy.parent != path.parent
+    assert path.read_bytes() == before
+    library.close()
+    assert not copy.exists()
+
+
+def test_a_newer_tape_is_refused_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The sentence is on the terminal, not on a page without anything."""
+    monkeypatch.setattr(event_file, "FORMAT", FORMAT + 1)
+    name = record(Shelf(tmp_path), BEGIN_S)
+    with pytest.raises(StateError, match="newer WAX"):
+        Library(tmp_path / f"{name}.mcap")
+    assert Library(tmp_path).listing().parts[0].name == name  # others of the folder may be older
+
+
+@pytest.mark.parametrize("name", ["../x", "wax-20261123T140000Z", ""])
+def test_only_what_is_on_the_tape_is_served(shelf: Shelf, name: str) -> None:
+    """No name leads to another file."""
+    library = Library(shelf.folder)
+    with pytest.raises(StateError, match="not on this tape"):
+        library.content(name)
+    with pytest.raises(StateError, match="not on this tape"):
+        library.media(name)
+    library.close()
+
+
+def test_what_is_no_tape_is_said(tmp_path: Path) -> None:
+    """One sentence for a folder without one, a file of another kind, and nothing."""
+    with pytest.raises(StateError, match="nothing of a tape"):
+        Library(tmp_path)
+    (tmp_path / "film.avi").write_text("")
+    with pytest.raises(StateError, match="no part of a tape"):
+        Library(tmp_path / "film.avi")
+    with pytest.raises(StateError, match="is not there"):
+        Library(tmp_path / "gone.mcap")

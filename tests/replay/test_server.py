@@ -1,0 +1,94 @@
+"""The HTTP side of `wax replay`: for this machine's browser, and nobody else."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from aiohttp.test_utils import TestClient, TestServer
+from tests.replay.test_library import BEGIN_S, record
+from tests.turned_clock import TurnedClock
+
+from wax.config.settings import ServerSettings
+from wax.errors import StartError
+from wax.replay.library import Library
+from wax.replay.server import ReplayServer
+from wax.tape.shelf import Shelf
+from wax.web.guards import Guards
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    from aiohttp.web import Application, Request
+
+    Client = TestClient[Request, Application]
+
+
+@pytest.fixture
+def name(tmp_path: Path) -> str:
+    """Record one part of a tape; return its name."""
+    return record(Shelf(tmp_path), BEGIN_S)
+
+
+@pytest.fixture
+async def client(tmp_path: Path, name: str) -> AsyncIterator[Client]:
+    page = tmp_path / "page"
+    page.mkdir()
+    (page / "index.html").write_text("<!doctype html><title>tape</title>")
+    library = Library(tmp_path)
+    guards = Guards(ServerSettings(host="localhost"), TurnedClock())
+    async with TestClient(TestServer(ReplayServer(library, guards, page).application())) as found:
+        yield found
+    library.close()
+
+
+async def test_the_page_is_served_with_its_policy(client: Client) -> None:
+    """As the robot's own page: nothing inline, nothing from elsewhere."""
+    response = await client.get("/")
+    assert response.status == 200
+    assert "tape" in await response.text()
+    assert "default-src 'self'" in response.headers["Content-Security-Policy"]
+
+
+async def test_the_tape_is_listed_and_read(client: Client, name: str) -> None:
+    """As JSON of the models that the page knows."""
+    listing = await (await client.get("/api/tape")).json()
+    assert [one["name"] for one in listing["parts"]] == [name]
+    response = await client.get(f"/api/tape/{name}")
+    content = await response.json()
+    assert content["events"][0]["event"]["type"] == "stopped"
+    assert response.headers["Cache-Control"] == "no-store"
+
+
+async def test_a_browser_can_seek(client: Client, name: str) -> None:
+    """A range of picture and sound is answered with that range."""
+    whole = await client.get(f"/media/{name}")
+    assert whole.headers["Content-Type"] == "video/webm"
+    data = await whole.read()
+    part = await client.get(f"/media/{name}", headers={"Range": "bytes=100-199"})
+    assert part.status == 206
+    assert await part.read() == data[100:200]
+
+
+@pytest.mark.parametrize("path", ["/api/tape/gone", "/media/gone", "/media/..%2Fpage"])
+async def test_what_is_not_there_is_said(client: Client, path: str) -> None:
+    """A sentence, as JSON."""
+    response = await client.get(path)
+    assert response.status == 404
+    assert "error" in await response.json()
+
+
+async def test_another_sites_page_gets_nothing(client: Client) -> None:
+    """A name that is made to lead to this machine (DNS rebinding) is refused."""
+    response = await client.get("/api/tape", headers={"Host": "evil.example"})
+    assert response.status == 421
+
+
+async def test_a_page_that_is_not_built_is_said(tmp_path: Path, name: str) -> None:
+    """Instead of an empty window."""
+    library = Library(tmp_path / f"{name}.mcap")
+    guards = Guards(ServerSettings(), TurnedClock())
+    with pytest.raises(StartError, match="not built"):
+        ReplayServer(library, guards, tmp_path / "nowhere").application()
+    library.close()

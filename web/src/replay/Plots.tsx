@@ -1,0 +1,144 @@
+import type { Signal } from "@preact/signals";
+import { useMemo } from "preact/hooks";
+import { type Point, scaleFor, steps, xOf } from "./plot";
+import type { Open } from "./Replay";
+import type { Mark, Timeline } from "./timeline";
+
+const WIDTH = 1000;
+const HEIGHT = 100;
+
+interface Line {
+  name: string;
+  kind: string;
+  points: Point[];
+}
+
+interface PlotProps {
+  title: string;
+  unit: string;
+  lines: Line[];
+  least: number;
+  isSigned?: boolean;
+  lengthMs: number;
+  marks: readonly Mark[];
+}
+
+/** Delays, and what was commanded and done, over the whole part. */
+export function Plots({ open, momentMs }: { open: Open; momentMs: Signal<number> }) {
+  const { timeline } = open;
+  const plots = useMemo(() => plotsOf(timeline), [timeline]);
+  const x = xOf(momentMs.value, {
+    fromMs: 0,
+    toMs: timeline.lengthMs,
+    least: 0,
+    most: 1,
+    width: WIDTH,
+    height: HEIGHT,
+  });
+  return (
+    <section class="replay-plots" aria-label="Plots">
+      {plots.map((plot) => (
+        <Plot key={plot.title} {...plot} nowX={x} />
+      ))}
+    </section>
+  );
+}
+
+function Plot({ title, unit, lines, least, isSigned = false, lengthMs, marks, nowX }: PlotProps & { nowX: number }) {
+  const most = scaleFor(
+    lines.flatMap((line) => line.points.map((point) => point.value)),
+    least,
+  );
+  const box = {
+    fromMs: 0,
+    toMs: lengthMs,
+    least: isSigned ? -most : 0,
+    most,
+    width: WIDTH,
+    height: HEIGHT,
+  };
+  return (
+    <figure class="replay-plot">
+      <figcaption>
+        {title}, up to {most} {unit}
+        {lines.map((line) => (
+          <span key={line.name} class={`is-${line.kind}`}>
+            {line.name}
+          </span>
+        ))}
+      </figcaption>
+      <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} preserveAspectRatio="none" role="img" aria-label={title}>
+        {marks.map((mark) => (
+          <path
+            key={`${mark.atMs} ${mark.words}`}
+            class={`mark is-${mark.kind}`}
+            d={`M${xOf(mark.atMs, box)} 0V${HEIGHT}`}
+          />
+        ))}
+        {lines.map((line) => (
+          <path key={line.name} class={`line is-${line.kind}`} d={steps(line.points, box)} />
+        ))}
+        <path class="now" d={`M${nowX} 0V${HEIGHT}`} />
+      </svg>
+    </figure>
+  );
+}
+
+function plotsOf(timeline: Timeline): PlotProps[] {
+  const { lengthMs, marks } = timeline;
+  const own = timeline.watched.filter((one) => one.event.drives);
+  const delay = (of: "picture_ms" | "sound_ms" | "round_trip_ms") =>
+    own.map(({ atMs, event }) => ({ atMs, value: event[of] }));
+  const counted = timeline.commands.filter((one) => one.event.refused === null);
+  return [
+    {
+      title: "Delay at the operator",
+      unit: "ms",
+      least: 100,
+      lengthMs,
+      marks,
+      lines: [
+        { name: "picture", kind: "picture", points: delay("picture_ms") },
+        { name: "sound", kind: "sound", points: delay("sound_ms") },
+        { name: "there and back", kind: "link", points: delay("round_trip_ms") },
+      ],
+    },
+    {
+      title: "Age of the commands that came",
+      unit: "ms",
+      least: 50,
+      lengthMs,
+      marks,
+      lines: [
+        {
+          name: "age",
+          kind: "link",
+          points: counted.map(({ atMs, event }) => ({ atMs, value: event.age_ms })),
+        },
+      ],
+    },
+    {
+      title: "Forward",
+      unit: "m/s",
+      least: 0.1,
+      isSigned: true,
+      lengthMs,
+      marks,
+      lines: [
+        {
+          name: "wanted by the gate",
+          kind: "picture",
+          points: timeline.steered.map(({ atMs, event }) => ({
+            atMs,
+            value: event.wanted_linear_mps,
+          })),
+        },
+        {
+          name: "given to the robot",
+          kind: "sound",
+          points: timeline.steered.map(({ atMs, event }) => ({ atMs, value: event.linear_mps })),
+        },
+      ],
+    },
+  ];
+}

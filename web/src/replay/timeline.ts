@@ -1,0 +1,195 @@
+/** What was at each moment of one part of the tape. Pure; times in ms since its beginning. */
+
+import type {
+  Commanded,
+  Placed,
+  Reported,
+  Steered,
+  Stopped,
+  TapeContent,
+  Turned,
+  Watched,
+} from "../messages";
+
+type Event = Placed["event"];
+type Type = Event["type"];
+type Of<T extends Type> = Extract<Event, { type: T }>;
+
+export interface At<E> {
+  atMs: number;
+  event: E;
+}
+
+/** A moment that somebody may look for. */
+export interface Mark {
+  atMs: number;
+  kind: "stop" | "fault" | "turn" | "gap";
+  words: string;
+}
+
+/** How old picture and sound were for the operator; 0 where it is not known. */
+export interface Ages {
+  pictureMs: number;
+  soundMs: number;
+}
+
+/** A command counts for at most so long. */
+const COMMAND_MS = 2000;
+/** A viewer's report is of the last second; older ones say nothing of now. */
+const REPORT_MS = 3000;
+/** Two marks closer than that are one, for who steps from one to the next. */
+const STEP_MS = 50;
+
+export class Timeline {
+  readonly lengthMs: number;
+  readonly marks: readonly Mark[];
+  /** In the order in which the gate saw them, and in which they were sent. */
+  readonly commands: readonly At<Commanded>[];
+  readonly sent: readonly At<Commanded>[];
+  readonly steered: readonly At<Steered>[];
+  readonly watched: readonly At<Watched>[];
+  readonly #reported: readonly At<Reported>[];
+  readonly #turned: readonly At<Turned>[];
+  readonly #stopped: readonly At<Stopped>[];
+  readonly #names = new Map<number, string>();
+
+  constructor(content: TapeContent) {
+    this.lengthMs = content.length_ms;
+    this.commands = all(content, "commanded");
+    this.sent = this.commands
+      .map(({ atMs, event }) => ({ atMs: atMs - event.age_ms, event }))
+      .toSorted((a, b) => a.atMs - b.atMs);
+    this.steered = all(content, "steered");
+    this.watched = all(content, "watched");
+    this.#reported = all(content, "reported");
+    this.#turned = all(content, "turned");
+    this.#stopped = all(content, "stopped");
+    for (const { event } of all(content, "named")) this.#names.set(event.viewer, event.name);
+    this.marks = content.events.flatMap((one) => this.#mark(one));
+  }
+
+  /** Who drives, null for nobody. */
+  operatorAt(atMs: number): number | null {
+    return newest(this.#turned, atMs)?.event.operator ?? null;
+  }
+
+  /** The operator's newest command that had counted by then. */
+  commandAt(atMs: number): Commanded | null {
+    return recent(
+      this.commands.filter((one) => one.event.refused === null),
+      atMs,
+      COMMAND_MS,
+    );
+  }
+
+  /** What the operator's hands did then, whatever became of it. */
+  sentAt(atMs: number): Commanded | null {
+    const operator = this.operatorAt(atMs);
+    return recent(
+      this.sent.filter((one) => one.event.viewer === operator),
+      atMs,
+      COMMAND_MS,
+    );
+  }
+
+  steeredAt(atMs: number): Steered | null {
+    return newest(this.steered, atMs)?.event ?? null;
+  }
+
+  reportedAt(atMs: number): Reported | null {
+    return newest(this.#reported, atMs)?.event ?? null;
+  }
+
+  /** The stop in force, null for none. */
+  stopAt(atMs: number): Stopped | null {
+    const stop = newest(this.#stopped, atMs)?.event;
+    return stop?.pressed ? stop : null;
+  }
+
+  /** How the operator had it. */
+  watchedAt(atMs: number): Watched | null {
+    const operator = this.operatorAt(atMs);
+    const own = this.watched.filter((one) => one.event.viewer === operator);
+    return recent(own, atMs, REPORT_MS);
+  }
+
+  agesAt(atMs: number): Ages {
+    const watched = this.watchedAt(atMs);
+    return { pictureMs: watched?.picture_ms ?? 0, soundMs: watched?.sound_ms ?? 0 };
+  }
+
+  /** When the operator saw the picture of this moment, or heard its sound. */
+  whenSeen(mediaMs: number, of: keyof Ages): number {
+    let atMs = mediaMs;
+    // Ages change slowly: a few rounds find the moment that is as far away as its own age.
+    for (let round = 0; round < 3; round++) atMs = mediaMs + this.agesAt(atMs)[of];
+    return atMs;
+  }
+
+  /** The next moment of interest after this one, null if there is none. */
+  next(atMs: number): Mark | null {
+    return this.marks.find((one) => one.atMs > atMs + STEP_MS) ?? null;
+  }
+
+  previous(atMs: number): Mark | null {
+    return this.marks.findLast((one) => one.atMs < atMs - STEP_MS) ?? null;
+  }
+
+  /** What somebody is called here: their name where it was recorded, else their number. */
+  who(viewer: number | null): string {
+    if (viewer === null) return "nobody";
+    return this.#names.get(viewer) ?? `viewer ${viewer}`;
+  }
+
+  #mark({ at_ms, event }: Placed): Mark[] {
+    // What was so before this part began is repeated at its beginning, and is no news.
+    const isNews = at_ms > 0;
+    const mark = (kind: Mark["kind"], words: string) => [{ atMs: at_ms, kind, words }];
+    switch (event.type) {
+      case "stopped": {
+        if (!isNews) return [];
+        const by = event.by_host ? "the host" : this.who(event.viewer);
+        return mark("stop", event.pressed ? `Stop pressed by ${by}` : "Stop released");
+      }
+      case "faulted":
+        return mark("fault", `Stopped by a fault: ${words(event.why)}`);
+      case "turned":
+        if (!isNews) return [];
+        return event.operator === null
+          ? mark("turn", `The turn ends: ${event.why ?? "nobody waits"}`)
+          : mark("turn", `The turn of ${this.who(event.operator)} begins`);
+      case "missed":
+        return mark("gap", `${event.missed_s.toFixed(1)} s are missing: the disk was too slow`);
+      default:
+        return [];
+    }
+  }
+}
+
+/** A short name as words: `too_old` is `too old`. */
+export function words(name: string): string {
+  return name.replaceAll("_", " ");
+}
+
+function all<T extends Type>(content: TapeContent, type: T): At<Of<T>>[] {
+  return content.events.flatMap(({ at_ms, event }) =>
+    event.type === type ? [{ atMs: at_ms, event: event as Of<T> }] : [],
+  );
+}
+
+/** The newest that is not later, null if all are. */
+export function newest<E>(found: readonly At<E>[], atMs: number): At<E> | null {
+  let from = 0;
+  let to = found.length;
+  while (from < to) {
+    const middle = (from + to) >> 1;
+    if ((found[middle]?.atMs ?? 0) <= atMs) from = middle + 1;
+    else to = middle;
+  }
+  return found[from - 1] ?? null;
+}
+
+function recent<E>(found: readonly At<E>[], atMs: number, withinMs: number): E | null {
+  const one = newest(found, atMs);
+  return one && atMs - one.atMs <= withinMs ? one.event : null;
+}

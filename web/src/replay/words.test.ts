@@ -1,0 +1,32 @@
+import { expect, it } from "vitest";
+import type { Commanded, Steered } from "../messages";
+import { clockWords, commandWords, partWords, steeredWords } from "./words";
+
+it("says a time within a part", () => {
+  expect(clockWords(0)).toBe("0:00.0");
+  expect(clockWords(65_390)).toBe("1:05.3");
+  expect(clockWords(-5)).toBe("0:00.0");
+});
+
+it("says what hands do and what comes of it", () => {
+  const command = {
+    held: true,
+    linear: 0.5,
+    angular: -1,
+    axes: { pan: 1 },
+    speed: "slow",
+  } as unknown as Commanded;
+  expect(commandWords(command)).toBe("forward 50 %, right 100 %, pan; slow");
+  expect(commandWords({ ...command, held: false })).toBe("nothing is held");
+  expect(commandWords(null)).toBe("no commands arrive");
+  const steered = { linear_mps: 0, angular_rps: 0, reason: "too_old", limit: null } as Steered;
+  expect(steeredWords(steered)).toBe("stands (too old)");
+  expect(steeredWords({ ...steered, linear_mps: 0.4, reason: null, limit: "long_delay" })).toBe(
+    "0.40 m/s, 0.00 rad/s (long delay)",
+  );
+});
+
+it("says why a part is kept", () => {
+  const part = { name: "wax-1", began_wall_ms: 0, size_bytes: 8_000_000, kept: "fault" } as const;
+  expect(partWords(part, "en")).toContain("8.0 MB, a fault");
+});

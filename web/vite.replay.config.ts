@@ -1,0 +1,22 @@
+import { fileURLToPath } from "node:url";
+import { defineConfig } from "vite";
+
+const here = (path: string) => fileURLToPath(new URL(path, import.meta.url));
+
+/** The page of `wax replay`, apart from the robot's, whose first load it must not make larger. */
+export default defineConfig({
+  root: here("replay"),
+  publicDir: here("public"),
+  build: {
+    outDir: here("../server/wax/web/dist/replay"),
+    emptyOutDir: true,
+    target: "es2022",
+    // The server's security policy allows no inline code or style.
+    assetsInlineLimit: 0,
+    modulePreload: false,
+  },
+  server: {
+    // `npx vite --config vite.replay.config.ts` beside a running `wax replay`.
+    proxy: { "/api": "http://localhost:8090", "/media": "http://localhost:8090" },
+  },
+});
