@@ -298,7 +298,8 @@ class Recorder:
             raise TapeError(TAPE_FULL)
 
     def _mark(self, keep: _Keep) -> None:
-        since_wall_s = (self._zero_ns + keep.since_s * 1e9) / 1e9
+        # Files have the machine's own time, which may have been set since the server began.
+        since_wall_s = self._clock.wall_ms() / 1000 - (self._clock.now_s() - keep.since_s)
         for part in self._shelf.parts():
             if part.ended_s >= since_wall_s:
                 self._shelf.keep(part.name, keep.by)

@@ -1,0 +1,135 @@
+"""The tape from end to end: recorded while somebody drives, and replayed in a browser."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import re
+import signal
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, Any, Final
+
+import pytest
+
+from e2e.harness import toml
+from e2e.harness.server import COMMAND, free_port
+from e2e.harness.viewer import Viewer
+from wax.tape.shelf import Shelf
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    from playwright.async_api import Browser
+
+    from e2e.conftest import OpenViewer, Serve
+
+FRAME_MS: Final = 40.0
+"""A picture stands for that long, and times in WebM are whole milliseconds."""
+RECORDING: Final = toml.card_with(recording="enabled = true\nmin_free_gb = 0.0\nnames = true")
+
+SEEK: Final = """async (ms) => {
+  const video = document.querySelector("video");
+  const shown = window.waxProbe.cards(1);
+  video.currentTime = ms / 1000;
+  const [card] = await shown;
+  return { ...card, at_ms: video.currentTime * 1000 };
+}"""
+
+
+@asynccontextmanager
+async def _replayed(folder: Path) -> AsyncIterator[str]:
+    """Run `wax replay` around a block; gives the URL of its page."""
+    port = free_port()
+    process = await asyncio.create_subprocess_exec(
+        str(COMMAND),
+        "replay",
+        str(folder),
+        "--port",
+        str(port),
+        stdout=asyncio.subprocess.PIPE,
+        env=os.environ,
+    )
+    assert process.stdout is not None
+    try:
+        async with asyncio.timeout(20):
+            while b"http://" not in (line := await process.stdout.readline()):
+                assert line, "wax replay has ended"
+        yield f"http://localhost:{port}"
+        process.send_signal(signal.SIGTERM)
+        assert await asyncio.wait_for(process.wait(), 5) == 0
+    finally:
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
+
+
+@pytest.mark.timeout(120)
+async def test_what_was_driven_is_replayed(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer, chromium: Browser
+) -> None:
+    """Everybody sees that it runs; later the page shows picture, stop and name at their times."""
+    async with serve(tmp_path, RECORDING) as server:
+        ada = await open_viewer(server)
+        await ada.call_oneself("Ada")
+        badge = ada.page.locator("details.tape")
+        await badge.get_by_text("Recorded").click()
+        await badge.get_by_text("Picture, sound and driving are recorded, with names").wait_for()
+        assert await badge.get_by_role("button").count() == 0  # she is not in charge yet
+        await ada.join()
+        await ada.drives()
+        await badge.get_by_role("button", name="Keep the last two minutes").click()
+        await ada.page.get_by_text("The last two minutes are kept.").wait_for()
+        await ada.page.keyboard.down("ArrowUp")
+        await asyncio.sleep(2.0)
+        await ada.button("Stop").click()
+        await ada.page.keyboard.up("ArrowUp")
+        await asyncio.sleep(1.5)
+        folder = server.state_folder / "tape"
+    (part,) = Shelf(folder).parts()
+    assert part.kept == "operator"
+
+    context = await chromium.new_context()
+    async with _replayed(folder) as url:
+        page = (viewer := await Viewer.prepare(context, url)).page
+        await page.goto(url)
+        await page.get_by_role("button", name="Play").wait_for()
+        await page.wait_for_function("document.querySelector('video').readyState >= 2")
+        content: dict[str, Any] = await page.evaluate(
+            "fetch(`/api/tape/${'" + part.name + "'}`).then((answer) => answer.json())"
+        )
+        assert content["problem"] is None
+        for ms in (400, 2100, 1300):
+            card = await page.evaluate(SEEK, ms)
+            assert card["valid"]
+            captured_ms = (content["began_wall_ms"] + card["at_ms"]) % 2**40
+            assert 0 <= captured_ms - card["stamp_ms"] + 5 <= FRAME_MS + 5
+
+        await page.get_by_role("button", name=re.compile("Stop pressed by Ada")).click()
+        await page.get_by_text("Stopped by Ada").wait_for()
+        stop_ms = next(
+            one["at_ms"] for one in content["events"] if one["event"]["type"] == "stopped"
+        )
+        shown_ms = await page.evaluate("document.querySelector('video').currentTime * 1000")
+        assert abs(shown_ms - stop_ms) <= FRAME_MS
+        await page.get_by_role("combobox", name="Show it").select_option("seen")
+        earlier_ms = await page.evaluate("document.querySelector('video').currentTime * 1000")
+        assert earlier_ms < shown_ms  # she saw it later than it was
+
+        await page.get_by_role("combobox", name="Speed").select_option("0.5")
+        assert await page.evaluate("document.querySelector('video').playbackRate") == 0.5
+        await page.get_by_role("button", name="Play").click()
+        await page.wait_for_function("!document.querySelector('video').paused")
+        assert viewer.errors == []
+    await context.close()
+
+
+@pytest.mark.timeout(90)
+async def test_without_the_table_nobody_is_recorded(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
+) -> None:
+    """There is neither a badge nor a file."""
+    async with serve(tmp_path, toml.CARD) as server:
+        ada = await open_viewer(server)
+        assert await ada.page.locator("details.tape").count() == 0
+        assert not (server.state_folder / "tape").exists()

@@ -1,0 +1,116 @@
+// @vitest-environment happy-dom
+import { beforeEach, expect, it, vi } from "vitest";
+import type { Placed, TapeContent } from "../messages";
+import { Player } from "./player";
+import { Timeline } from "./timeline";
+
+/** An element that plays nothing; tests set where it is. */
+function element(tag: "video" | "audio"): HTMLVideoElement & HTMLAudioElement {
+  const made = document.createElement(tag) as HTMLVideoElement & HTMLAudioElement;
+  let isPaused = true;
+  Object.defineProperties(made, {
+    currentTime: { value: 0, writable: true },
+    paused: { get: () => isPaused },
+    ended: { value: false, writable: true },
+    playbackRate: { value: 1, writable: true },
+  });
+  made.load = vi.fn();
+  made.play = vi.fn(async () => {
+    isPaused = false;
+  });
+  made.pause = vi.fn(() => {
+    isPaused = true;
+  });
+  return made;
+}
+
+const TURN = { type: "turned", number: 1, operator: 1, why: null } as const;
+
+function content(more: Partial<TapeContent> = {}): TapeContent {
+  const events: Placed[] = [{ at_ms: 0, event: TURN }];
+  for (let at_ms = 0; at_ms <= 20_000; at_ms += 1000) {
+    const watched = { type: "watched", viewer: 1, picture_ms: 300, sound_ms: 500 };
+    events.push({ at_ms, event: watched as unknown as Placed["event"] });
+  }
+  return {
+    name: "the fall",
+    began_wall_ms: 0,
+    length_ms: 20_000,
+    has_media: true,
+    has_picture: true,
+    has_sound: true,
+    events,
+    problem: null,
+    ...more,
+  };
+}
+
+let picture: ReturnType<typeof element>;
+let sound: ReturnType<typeof element>;
+let player: Player;
+const timeline = new Timeline(content());
+
+beforeEach(() => {
+  picture = element("video");
+  sound = element("audio");
+  player = new Player(picture, sound);
+  player.load(content());
+});
+
+it("plays picture and sound of one element as it was", async () => {
+  expect(picture.src).toContain("/media/the%20fall");
+  await player.play();
+  player.follow(timeline);
+  expect(picture.muted).toBe(false);
+  expect(sound.paused).toBe(true);
+  player.seek(5000, timeline);
+  expect(picture.currentTime).toBe(5);
+  expect(player.momentMs(timeline)).toBe(5000);
+});
+
+it("shows the picture and plays the sound that the operator had at a moment", async () => {
+  player.view = "seen";
+  player.seek(5000, timeline);
+  expect(picture.currentTime).toBeCloseTo(4.7);
+  expect(player.momentMs(timeline)).toBeCloseTo(5000);
+  await player.play();
+  player.follow(timeline);
+  expect(picture.muted).toBe(true);
+  expect(sound.paused).toBe(false);
+  expect(sound.currentTime).toBeCloseTo(4.5);
+});
+
+it("holds the sound in its place by its speed, and by a jump only where it is far off", async () => {
+  player.view = "seen";
+  player.rate = 0.5;
+  player.seek(5000, timeline);
+  await player.play();
+  player.follow(timeline);
+  sound.currentTime = 4.45;
+  player.follow(timeline);
+  expect(sound.currentTime).toBe(4.45);
+  expect(sound.playbackRate).toBeCloseTo(0.52);
+  sound.currentTime = 3;
+  player.follow(timeline);
+  expect(sound.currentTime).toBeCloseTo(4.5);
+});
+
+it("lets time pass where there is neither picture nor sound", async () => {
+  vi.useFakeTimers({ toFake: ["performance"] });
+  player.load(content({ has_media: false }));
+  expect(player.isPlaying).toBe(false);
+  await player.play();
+  vi.advanceTimersByTime(2000);
+  expect(player.mediaMs).toBe(2000);
+  player.rate = 0.5;
+  vi.advanceTimersByTime(2000);
+  expect(player.mediaMs).toBe(3000);
+  player.pause();
+  vi.advanceTimersByTime(2000);
+  expect(player.mediaMs).toBe(3000);
+  player.seek(19_000, timeline);
+  await player.play();
+  vi.advanceTimersByTime(9000);
+  expect(player.hasEnded).toBe(true);
+  vi.useRealTimers();
+});

@@ -1,0 +1,91 @@
+// @vitest-environment happy-dom
+import { findByRole, findByText, getByRole, queryByRole } from "@testing-library/dom";
+import { render } from "preact";
+import { act } from "preact/test-utils";
+import { afterEach, expect, it, vi } from "vitest";
+import type { TapeContent, TapePart } from "../messages";
+import { Replay } from "./Replay";
+
+const body = document.body;
+
+afterEach(() => {
+  act(() => render(null, body));
+  vi.unstubAllGlobals();
+});
+
+function part(name: string): TapePart {
+  return { name, began_wall_ms: 0, size_bytes: 1_000_000, kept: null };
+}
+
+function content(name: string, more: Partial<TapeContent> = {}): TapeContent {
+  return {
+    name,
+    began_wall_ms: 0,
+    length_ms: 20_000,
+    has_media: false,
+    has_picture: false,
+    has_sound: false,
+    events: [
+      {
+        at_ms: 5000,
+        event: { type: "stopped", number: 1, pressed: true, viewer: 2, by_host: false },
+      },
+    ],
+    problem: null,
+    ...more,
+  };
+}
+
+/** Answers with these, by path; anything else is an error with a sentence. */
+function serve(answers: Record<string, unknown>): void {
+  vi.stubGlobal("fetch", async (path: string) => {
+    const found = answers[path];
+    return new Response(JSON.stringify(found ?? { error: "It was deleted meanwhile." }), {
+      status: found ? 200 : 404,
+    });
+  });
+  act(() => render(<Replay />, body));
+}
+
+it("opens the newest part and goes to an event of it", async () => {
+  serve({
+    "/api/tape": { parts: [part("old"), part("new")] },
+    "/api/tape/new": content("new"),
+    "/api/tape/old": content("old"),
+  });
+  const stop = await findByRole(body, "button", { name: /Stop pressed by viewer 2/ });
+  expect((getByRole(body, "combobox", { name: "Part" }) as HTMLSelectElement).value).toBe("new");
+  act(() => stop.click());
+  await findByText(body, "Stopped by viewer 2");
+  expect((getByRole(body, "slider", { name: "Time" }) as HTMLInputElement).value).toBe("5000");
+});
+
+it("steps to the next event with a key", async () => {
+  serve({ "/api/tape": { parts: [part("one")] }, "/api/tape/one": content("one") });
+  await findByRole(body, "button", { name: "Next event" });
+  act(() => {
+    window.dispatchEvent(new KeyboardEvent("keydown", { key: "n" }));
+  });
+  await findByText(body, "Stopped by viewer 2");
+});
+
+it("says what is wrong with a part, and plays what there is of it", async () => {
+  const problem = "The events are cut off after 5.0 s.";
+  serve({ "/api/tape": { parts: [part("one")] }, "/api/tape/one": content("one", { problem }) });
+  expect((await findByRole(body, "alert")).textContent).toBe(problem);
+  expect(getByRole(body, "button", { name: "Play" })).toBeTruthy();
+});
+
+it("says why a part cannot be opened", async () => {
+  serve({ "/api/tape": { parts: [part("gone")] } });
+  expect((await findByRole(body, "alert")).textContent).toBe("It was deleted meanwhile.");
+  expect(queryByRole(body, "button", { name: "Play" })).toBeNull();
+});
+
+it("says that nothing answers", async () => {
+  vi.stubGlobal("fetch", async () => {
+    throw new TypeError("network");
+  });
+  act(() => render(<Replay />, body));
+  expect((await findByRole(body, "alert")).textContent).toContain("does not answer");
+});
