@@ -62,12 +62,12 @@ class EventFile:
 
     def flush(self) -> None:
         """Give what was added to the system, which keeps it even if this process is killed."""
-        self._writer.flush()
+        self._writer.flush()  # type: ignore[no-untyped-call]  # the library leaves it out
 
     def close(self) -> None:
         """Finish the file, with its index; it is closed even if that fails."""
         try:
-            self._writer.finish()
+            self._writer.finish()  # type: ignore[no-untyped-call]  # the same
         finally:
             self._file.close()
 
