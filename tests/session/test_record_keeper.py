@@ -18,7 +18,7 @@ from wax.error_boundary import ErrorBoundary
 from wax.records.file import open_for_reading
 from wax.records.records import Records
 from wax.records.writer import RecordWriter
-from wax.session.record_keeper import RecordKeeper, both, refused
+from wax.session.record_keeper import RecordKeeper, each, refused, why_stopped
 from wax.telemetry import Counters
 
 if TYPE_CHECKING:
@@ -228,5 +228,25 @@ def test_an_error_here_reaches_nobody(rig: Rig) -> None:
 def test_both_are_called() -> None:
     """One callback for two who want to know."""
     told: list[str] = []
-    both(lambda a: told.append(f"first {a}"), lambda a: told.append(f"second {a}"))("x")
+    each(lambda a: told.append(f"first {a}"), lambda a: told.append(f"second {a}"))("x")
     assert told == ["first x", "second x"]
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "why"),
+    [
+        (None, (7, False, Refusal.TOO_OLD.value), None),
+        ((7, True, None), (7, True, Refusal.TOO_OLD.value), "too_old"),
+        ((7, True, None), (7, False, "The left wheel is off."), "robot"),
+        ((7, False, None), (7, False, Refusal.TOO_OLD.value), None),
+        ((7, True, None), (8, False, Refusal.TOO_OLD.value), None),
+        ((7, True, None), (7, False, NOT_HELD), None),
+        ((7, True, None), (7, True, Limit.LONG_DELAY.value), None),
+        ((7, True, None), (7, False, None), None),
+    ],
+)
+def test_a_fault_is_what_stops_who_drives(
+    before: tuple[int, bool, str | None] | None, now: tuple[int, bool, str | None], why: str | None
+) -> None:
+    """Neither a hand-over nor a finger that lets go is one, nor what only slows."""
+    assert why_stopped(before, now) == why
