@@ -136,7 +136,7 @@ def test_a_slow_disk_leaves_out_whole_parts_and_says_so(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Nobody waits; what comes while it is behind is not recorded, and what is missing is told."""
-    monkeypatch.setattr(recorder_module, "MOST_WAITING", 40)
+    monkeypatch.setattr(recorder_module, "MOST_WAITING", 80)
     rig.film(BEGIN_S, 2.0)  # more than may wait: the thread has not begun
     assert rig.recorder.problem == TOO_SLOW
     left_out = rig.recorder.left_out

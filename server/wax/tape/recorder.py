@@ -219,9 +219,9 @@ class Recorder:
             case EncodedSound():
                 self._write(item, "other", item.captured_s)
             case _Event():
+                self._write(item, "other", item.at_s)
                 if item.lasts_as is not None:
                     self._lasting[item.lasts_as] = item.event
-                self._write(item, "other", item.at_s)
 
     def _write(self, item: EncodedPicture | EncodedSound | _Event, kind: Kind, at_s: float) -> None:
         step = self._plan.decide(kind, at_s)
