@@ -312,8 +312,9 @@ def _replay(arguments: argparse.Namespace) -> int:
 
     settings = config.load(arguments.config)
     path = arguments.path or where(settings.recording, settings.server.state_dir)
-    configure_logs(settings.log)
-    return replay(path, arguments.replay_port, tell=lambda text: print(text, flush=True))
+    return replay(
+        path, arguments.replay_port, settings.log, tell=lambda text: print(text, flush=True)
+    )
 
 
 @contextlib.contextmanager

@@ -1079,6 +1079,7 @@ def test_a_witness_hears_of_all_once_the_robot_has_it() -> None:
     """Each command with its fate, each set-point with what the robot was given; but afterwards."""
     bench = Bench()
     bench.enter(A, B)
+    bench.step()
     bench.drive()
     heard = bench.witnessed
     assert ("offered", A, 2, None) in heard

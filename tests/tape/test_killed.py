@@ -50,7 +50,9 @@ def _check(folder: Path, captured_s: float) -> None:
     (part,) = Shelf(folder).parts()
     assert part.media is not None
     assert part.events is not None
-    for path in (part.media, mended(part.media, folder)):
+    copies = folder / "copies"
+    copies.mkdir()
+    for path in (part.media, mended(part.media, copies)):
         ends = _ends_s(path)
         assert ends["video"] >= captured_s - LOST_S
         assert ends["audio"] >= captured_s - LOST_S

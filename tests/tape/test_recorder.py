@@ -194,7 +194,7 @@ def test_the_oldest_goes_for_the_newest(tmp_path: Path) -> None:
     """A tape never takes more than its size, and needs nobody for that."""
     rig = Rig(tmp_path / "tape", max_gb=0.1)
     rig.shelf.prepare()
-    old = rig.shelf.new_name(0)
+    old = rig.shelf.new_name(50_000)
     with rig.shelf.path(old, ".webm").open("wb") as file:
         file.truncate(200_000_000)
     rig.film(BEGIN_S, 1.0)

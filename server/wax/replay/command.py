@@ -15,19 +15,23 @@ from wax.config.settings import ServerSettings
 from wax.errors import StartError
 from wax.replay.library import Library
 from wax.replay.server import ReplayServer
+from wax.telemetry import configure_logs
 from wax.web.guards import Guards
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from wax.config.settings import LogSettings
+
 _HOST: Final = "localhost"
 """A tape shows people; whoever may read the file opens the page on the same machine."""
 
 
-def replay(path: Path, port: int, *, tell: Callable[[str], None]) -> int:
+def replay(path: Path, port: int, log: LogSettings, *, tell: Callable[[str], None]) -> int:
     """Serve until Ctrl-C; returns the exit status. Raises `StateError` or `StartError`."""
     library = Library(path)
+    configure_logs(log)
     try:
         asyncio.run(_serve(library, port, tell))
     finally:

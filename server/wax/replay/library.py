@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from wax.errors import StateError
-from wax.protocol.tape_events import TapeContent, TapeListing, TapePart
+from wax.protocol.tape_events import Placed, TapeContent, TapeListing, TapePart
 from wax.tape.mended import facts_of, mended
 from wax.tape.reading import read_events
 from wax.tape.shelf import EVENTS, MEDIA, Shelf, Shelved
@@ -67,7 +67,9 @@ class Library:
         """Return all of a part but picture and sound; raises `StateError`."""
         part = self._part(name)
         media = None if part.media is None else facts_of(part.media)
-        began_wall_ms, events, length_ms, problem = part.began_s * 1000, [], 0.0, _NO_EVENTS
+        began_wall_ms, length_ms = part.began_s * 1000, 0.0
+        events: list[Placed] = []
+        problem: str | None = _NO_EVENTS
         if part.events is not None:
             read = read_events(part.events)
             began_wall_ms, events, problem = read.began_wall_ms, read.events, read.problem

@@ -41,7 +41,7 @@ _STOP_GAP_S: Final = 1.0
 PRESSED: Final = "pressed"
 ROBOT: Final = "robot"
 _REFUSED: Final = re.compile("refused|over the rate")
-_NAMES: Final = {
+_NAMES: Final[dict[str, str]] = {
     NOBODY_DRIVES: "nobody_drives",
     NOT_HELD: "not_held",
     **{one.value: one.name.lower() for one in (*Refusal, *Hold, *Limit)},
