@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 _MOST_COPIED_BYTES: Final = 4_000_000_000
 """More than ten minutes of the best rendition that can be configured."""
+_END_US: Final = 1_000_000
+"""The last packets of a finished file are within its last second."""
 _UNREADABLE: Final = "Picture and sound are damaged: {why}."
 
 
@@ -56,9 +58,9 @@ def mended(path: Path, folder: Path) -> Path:
     if copy.exists():
         return copy
     try:
+        if _is_finished(path):
+            return path
         with av.open(str(path), "r") as media:
-            if _is_finished(media):
-                return path
             if path.stat().st_size > _MOST_COPIED_BYTES:
                 raise StateError(
                     f"{path}: has {path.stat().st_size / 1e9:.0f} GB, and its writing was cut off;"
@@ -73,9 +75,20 @@ def mended(path: Path, folder: Path) -> Path:
     return copy
 
 
-def _is_finished(media: InputContainer) -> bool:
-    """Whether the file says how long it is, which is written last; fragments never do."""
-    return media.duration is not None and "matroska" in media.format.name
+def _is_finished(path: Path) -> bool:
+    """Whether the file says how long it is, which is written last, and is so long.
+
+    Fragments of MP4 never say it.
+    """
+    with av.open(str(path), "r") as media:
+        if media.duration is None or "matroska" not in media.format.name:
+            return False
+        try:
+            media.seek(max(0, media.duration - _END_US))
+            ends = [float(one.pts * one.time_base) for one in media.demux() if one.pts is not None]
+        except av.FFmpegError:
+            return False
+        return bool(ends) and max(ends) * 1e6 >= media.duration - _END_US
 
 
 def _format(media: InputContainer) -> str:
