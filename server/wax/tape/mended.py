@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 _MOST_COPIED_BYTES: Final = 4_000_000_000
 """More than ten minutes of the best rendition that can be configured."""
 _END_US: Final = 1_000_000
-"""The last packets of a finished file are within its last second."""
+_LAST_US: Final = 200_000
+"""The last packet of a finished file is not further from its end."""
 _UNREADABLE: Final = "Picture and sound are damaged: {why}."
 
 
@@ -88,7 +89,7 @@ def _is_finished(path: Path) -> bool:
             ends = [float(one.pts * one.time_base) for one in media.demux() if one.pts is not None]
         except av.FFmpegError:
             return False
-        return bool(ends) and max(ends) * 1e6 >= media.duration - _END_US
+        return bool(ends) and max(ends) * 1e6 >= media.duration - _LAST_US
 
 
 def _format(media: InputContainer) -> str:

@@ -78,7 +78,12 @@ export function Controls({ player, open, momentMs, isPlaying, view }: ControlsPr
         >
           Previous event
         </button>
-        <button type="button" disabled={!timeline.next(momentMs.value)} title="Key N" onClick={next}>
+        <button
+          type="button"
+          disabled={!timeline.next(momentMs.value)}
+          title="Key N"
+          onClick={next}
+        >
           Next event
         </button>
         <label class="field">

@@ -44,7 +44,16 @@ export function Plots({ open, momentMs }: { open: Open; momentMs: Signal<number>
   );
 }
 
-function Plot({ title, unit, lines, least, isSigned = false, lengthMs, marks, nowX }: PlotProps & { nowX: number }) {
+function Plot({
+  title,
+  unit,
+  lines,
+  least,
+  isSigned = false,
+  lengthMs,
+  marks,
+  nowX,
+}: PlotProps & { nowX: number }) {
   const most = scaleFor(
     lines.flatMap((line) => line.points.map((point) => point.value)),
     least,
@@ -67,7 +76,12 @@ function Plot({ title, unit, lines, least, isSigned = false, lengthMs, marks, no
           </span>
         ))}
       </figcaption>
-      <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} preserveAspectRatio="none" role="img" aria-label={title}>
+      <svg
+        viewBox={`0 0 ${WIDTH} ${HEIGHT}`}
+        preserveAspectRatio="none"
+        role="img"
+        aria-label={title}
+      >
         {marks.map((mark) => (
           <path
             key={`${mark.atMs} ${mark.words}`}

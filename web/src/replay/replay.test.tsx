@@ -1,5 +1,5 @@
 // @vitest-environment happy-dom
-import { findByRole, findByText, getByRole, queryByRole } from "@testing-library/dom";
+import { findByRole, findByText, getByRole, getByText, queryByRole } from "@testing-library/dom";
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, expect, it, vi } from "vitest";
@@ -63,17 +63,20 @@ it("opens the newest part and goes to an event of it", async () => {
 it("steps to the next event with a key", async () => {
   serve({ "/api/tape": { parts: [part("one")] }, "/api/tape/one": content("one") });
   await findByRole(body, "button", { name: "Next event" });
-  act(() => {
-    window.dispatchEvent(new KeyboardEvent("keydown", { key: "n" }));
+  // The page listens once it has been drawn.
+  await vi.waitFor(() => {
+    act(() => {
+      window.dispatchEvent(new KeyboardEvent("keydown", { key: "n" }));
+    });
+    expect(getByText(body, "Stopped by viewer 2")).toBeTruthy();
   });
-  await findByText(body, "Stopped by viewer 2");
 });
 
 it("says what is wrong with a part, and plays what there is of it", async () => {
   const problem = "The events are cut off after 5.0 s.";
   serve({ "/api/tape": { parts: [part("one")] }, "/api/tape/one": content("one", { problem }) });
   expect((await findByRole(body, "alert")).textContent).toBe(problem);
-  expect(getByRole(body, "button", { name: "Play" })).toBeTruthy();
+  expect(await findByRole(body, "button", { name: "Play" })).toBeTruthy();
 });
 
 it("says why a part cannot be opened", async () => {

@@ -125,7 +125,12 @@ it("marks stops, faults and turns, and steps from one to the next", () => {
 });
 
 it("calls people by their names only where those were recorded", () => {
-  const line = new Timeline(tape([[0, { type: "named", viewer: 2, name: "Ada" }], [10, STOP]]));
+  const line = new Timeline(
+    tape([
+      [0, { type: "named", viewer: 2, name: "Ada" }],
+      [10, STOP],
+    ]),
+  );
   expect(line.marks[0]?.words).toBe("Stop pressed by Ada");
   expect(line.who(7)).toBe("viewer 7");
   expect(line.who(null)).toBe("nobody");
