@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING
 
 import pytest
@@ -136,3 +137,31 @@ def test_what_is_no_tape_is_said(tmp_path: Path) -> None:
         Library(tmp_path / "film.avi")
     with pytest.raises(StateError, match="is not there"):
         Library(tmp_path / "gone.mcap")
+
+
+def test_what_is_large_is_not_looked_through(shelf: Shelf) -> None:
+    """A week of parts, 50 GB: neither listing nor opening one opens any other.
+
+    The others are pipes: whoever opens one of them waits for ever.
+    """
+    asked = shelf.parts()[0].name
+    for number in range(10_000):
+        name = shelf.new_name(2e12 + 60_000 * number)
+        os.mkfifo(shelf.path(name, ".mcap" if number % 2 else ".webm"))
+    library = Library(shelf.folder)
+    assert len(library.listing().parts) == 10_002
+    assert library.content(asked).has_media
+    assert library.media(asked) == shelf.path(asked, ".webm")
+    library.close()
+
+
+def test_one_look_at_a_part_does_not_depend_on_how_many_there_are(
+    shelf: Shelf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A browser that seeks asks for it again and again."""
+    name = shelf.parts()[0].name
+    library = Library(shelf.folder)
+    monkeypatch.setattr(Shelf, "parts", None)
+    assert library.content(name).has_media
+    assert library.media(name).exists()
+    library.close()

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Literal
 
 import av
+import lz4.frame
 import numpy as np
 import pytest
+import zstandard
+from mcap.data_stream import RecordBuilder
 from mcap.reader import make_reader
+from mcap.records import Chunk
+from mcap.writer import Writer
 from tests.tape.packets import FPS, SIZE, pictures, sounds
 
 from wax.errors import StateError
 from wax.protocol.tape_events import EVENTS, FORMAT, Missed, Named, Stopped, Turned, topic
-from wax.tape import event_file
-from wax.tape.event_file import EventFile
+from wax.tape import event_file, reading
+from wax.tape import mended as mended_module
+from wax.tape.event_file import METADATA, ORIGIN, VERSION, EventFile
 from wax.tape.media_file import ENDINGS, MediaFile
 from wax.tape.mended import facts_of, mended
 from wax.tape.reading import read_events
@@ -263,4 +271,122 @@ def test_an_event_of_another_version_is_left_out(tmp_path: Path) -> None:
     read = read_events(path)
     assert len(read.events) == 2
     assert read.problem is not None
-    assert read.problem.startswith("1 events are not")
+    assert read.problem.startswith("One event is not")
+
+
+# --- what others give us -------------------------------------------------------------------------
+
+
+def with_chunk(path: Path, data: bytes, size: int, compression: str) -> None:
+    """Write a tape whose last piece is this one, and where its writing was cut off."""
+    made = events(path)
+    made.flush()
+    builder = RecordBuilder()
+    Chunk(
+        compression=compression,
+        data=data,
+        message_start_time=0,
+        message_end_time=0,
+        uncompressed_crc=0,
+        uncompressed_size=size,
+    ).write(builder)
+    whole = path.read_bytes() + builder.end()
+    made.close()
+    path.write_bytes(whole)
+
+
+def test_a_piece_that_would_become_too_large_is_not_unpacked(tmp_path: Path) -> None:
+    """A few bytes may promise a terabyte; one sentence comes before the first of it."""
+    path = tmp_path / "part.mcap"
+    size = 2**40
+    # RFC 8878, 3.1.1: magic number, a descriptor with 8 bytes of size, that size, an empty block.
+    frame = b"\x28\xb5\x2f\xfd" + b"\xe0" + size.to_bytes(8, "little") + b"\x01\x00\x00"
+    with_chunk(path, frame, size, "zstd")
+    with pytest.raises(StateError, match=r"1099\.5 GB of events"):
+        read_events(path)
+
+
+@pytest.mark.parametrize(
+    ("data", "size", "compression"),
+    [
+        (lz4.frame.compress(bytes(1000)), 1000, "lz4"),
+        (zstandard.compress(bytes(1000)), 10, "zstd"),
+        (b"no frame", 8, "zstd"),
+    ],
+)
+def test_what_we_do_not_pack_is_not_unpacked(
+    data: bytes, size: int, compression: str, tmp_path: Path
+) -> None:
+    """The tape counts as cut before it, and is read up to there."""
+    path = tmp_path / "part.mcap"
+    with_chunk(path, data, size, compression)
+    read = read_events(path)
+    assert len(read.events) == 2
+    assert read.problem is not None
+    assert "cut off after 3.0 s" in read.problem
+
+
+def test_too_many_events_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small ones are large once they are read."""
+    monkeypatch.setattr(reading, "_MOST_EVENTS", 1)
+    path = tmp_path / "part.mcap"
+    events(path).close()
+    with pytest.raises(StateError, match="has more than 1 events"):
+        read_events(path)
+
+
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999"])
+def test_an_event_without_a_number_is_left_out(number: str, tmp_path: Path) -> None:
+    """A page that counts with it would stand still."""
+    path = tmp_path / "part.mcap"
+    made = events(path)
+    made._writer.add_message(
+        made._channel(Missed),
+        log_time=ZERO_NS,
+        publish_time=ZERO_NS,
+        data=f'{{"type": "missed", "missed_s": {number}}}'.encode(),
+    )
+    made.close()
+    read = read_events(path)
+    assert [one.event.type for one in read.events] == ["turned", "stopped"]
+    assert read.problem is not None
+    assert read.problem.startswith("One event")
+
+
+@pytest.mark.parametrize("origin", ["9" * 400, "-1", "x", ""])
+def test_a_beginning_at_no_time_is_said(origin: str, tmp_path: Path) -> None:
+    """All times count from there."""
+    path = tmp_path / "part.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        writer.add_metadata(METADATA, {VERSION: str(FORMAT), ORIGIN: origin})
+        writer.finish()  # type: ignore[no-untyped-call]  # the library leaves it out
+    with pytest.raises(StateError, match="its beginning is damaged"):
+        read_events(path)
+
+
+def test_picture_and_sound_that_are_too_large_are_not_looked_through(tmp_path: Path) -> None:
+    """Fifty gigabytes without an index would take minutes; both ways refuse them at once."""
+    path = tmp_path / "part.webm"
+    record(path, "vp8", seconds=1).close()
+    os.truncate(path, 50_000_000_000)
+    for look in (facts_of, lambda one: mended(one, tmp_path / "copies")):
+        with pytest.raises(StateError, match=r"50 GB of picture and sound.*the tape's folder"):
+            look(path)
+
+
+def test_no_room_for_a_copy_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The tape is not damaged; the sentence names the folder and what to do."""
+    path = tmp_path / "part.webm"
+    record(path, "vp8", seconds=2).close()
+    os.truncate(path, path.stat().st_size * 3 // 4)
+    copies = tmp_path / "copies"
+    copies.mkdir()
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(mended_module, "_copy", full)
+    with pytest.raises(StateError, match=r"no room in .*TMPDIR"):
+        mended(path, copies)

@@ -21,7 +21,7 @@ FORMAT: Final = 1
 
 
 class _Event(BaseModel):
-    model_config = ConfigDict(frozen=True)
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
 
 
 class Commanded(_Event):

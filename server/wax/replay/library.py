@@ -100,7 +100,8 @@ class Library:
         return self._shelf.parts() if self._only is None else [self._only]
 
     def _part(self, name: str) -> Shelved:
-        part = next((one for one in self._parts() if one.name == name), None)
+        only = self._only
+        part = self._shelf.part(name) if only is None else only if only.name == name else None
         if part is None:
             raise StateError(f"{name}: is not on this tape, or was deleted meanwhile")
         return part

@@ -5,6 +5,7 @@ Nothing is decoded or encoded: the same packets go into a file that is finished.
 
 from __future__ import annotations
 
+import errno
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -19,12 +20,16 @@ if TYPE_CHECKING:
     from av.container.output import OutputContainer
     from av.stream import Stream
 
-_MOST_COPIED_BYTES: Final = 4_000_000_000
+_MOST_BYTES: Final = 4_000_000_000
 """More than ten minutes of the best rendition that can be configured."""
 _END_US: Final = 1_000_000
 _LAST_US: Final = 200_000
 """The last packet of a finished file is not further from its end."""
 _UNREADABLE: Final = "Picture and sound are damaged: {why}."
+_NO_ROOM: Final = (
+    "{path}: its writing was cut off, and there is no room in {folder} for a copy that can be"
+    " played; free some, or name another folder with TMPDIR"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +43,12 @@ class MediaFacts:
 
 
 def facts_of(path: Path) -> MediaFacts:
-    """Return what is in a file, as far as its beginning and its end say it; never raises."""
+    """Return what is in a file, as far as its beginning and its end say it.
+
+    Raises `StateError` for one that is too large to be a part of a tape.
+    """
     try:
+        _check_size(path)
         with av.open(str(path), "r") as media:
             return MediaFacts(
                 length_ms=0.0 if media.duration is None else media.duration / 1000,
@@ -59,21 +68,29 @@ def mended(path: Path, folder: Path) -> Path:
     if copy.exists():
         return copy
     try:
+        _check_size(path)
         if _is_finished(path):
             return path
         with av.open(str(path), "r") as media:
-            if path.stat().st_size > _MOST_COPIED_BYTES:
-                raise StateError(
-                    f"{path}: has {path.stat().st_size / 1e9:.0f} GB, and its writing was cut off;"
-                    " a part of a tape is never so large"
-                )
             unready = copy.with_suffix(".unready")
             with av.open(str(unready), "w", format=_format(media)) as output:
                 _copy(media, output)
             unready.rename(copy)
     except (av.FFmpegError, OSError, ValueError) as error:
+        if getattr(error, "errno", None) == errno.ENOSPC:
+            raise StateError(_NO_ROOM.format(path=path, folder=folder.parent)) from error
         raise StateError(f"{path}: {_UNREADABLE.format(why=_words(error))}") from error
     return copy
+
+
+def _check_size(path: Path) -> None:
+    """Refuse at once what would take minutes to look through."""
+    size = path.stat().st_size
+    if size > _MOST_BYTES:
+        raise StateError(
+            f"{path}: has {size / 1e9:.0f} GB of picture and sound; a part of a tape has at most"
+            f" {_MOST_BYTES / 1e9:g}, so this is none: give the tape's folder, or one of its parts"
+        )
 
 
 def _is_finished(path: Path) -> bool:

@@ -1,27 +1,39 @@
-"""Reads the events of one part, whole or cut: what is readable counts, the rest is said."""
+"""Reads the events of one part, whole or cut: what is readable counts, the rest is said.
+
+A tape may come from anybody, so nothing is unpacked before it is known how large that becomes.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from mcap.records import Channel, Footer, Message, Metadata
-from mcap.stream_reader import StreamReader
+import zstandard
+from mcap.records import Channel, Chunk, Footer, Message, Metadata
+from mcap.stream_reader import StreamReader, breakup_chunk
 
 from wax.errors import ProtocolError, StateError
 from wax.protocol.tape_events import EVENTS, FORMAT, Placed, parse_event, topic
 from wax.tape.event_file import METADATA, ORIGIN, VERSION
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
+    from typing import IO
 
     from mcap.records import McapRecord
 
 _MOST_BYTES: Final = 256_000_000
-"""Ten minutes with a hundred viewers take a tenth of it."""
+"""Ten minutes with a hundred viewers take a tenth of it, unpacked."""
+_MOST_EVENTS: Final = 1_000_000
 _MOST_RECORD_BYTES: Final = 64_000_000
+_LATEST_NS: Final = 2**63 - 1
+_TOO_MUCH: Final = (
+    "{path}: has {what}; a part of a tape has at most {most}, so this is none: give the tape's"
+    " folder, or one of its parts"
+)
 _CUT: Final = "The events are cut off after {s:.1f} s: the server was killed, or the file damaged."
+_ONE_ODD: Final = "One event is not as this version of WAX knows it, and is left out."
 _ODD: Final = "{count} events are not as this version of WAX knows them, and are left out."
 _TOPICS: Final = frozenset(map(topic, EVENTS))
 
@@ -43,27 +55,20 @@ class Events:
 def read_events(path: Path) -> Events:
     """Read a file of events; raises `StateError` with one sentence for what is no tape of ours."""
     try:
-        size = path.stat().st_size
-        if size > _MOST_BYTES:
-            raise StateError(
-                f"{path}: has {size / 1e9:.1f} GB of events; a part of a tape has at most"
-                f" {_MOST_BYTES / 1e9:g}, so this is none: give the tape's folder, or one of its"
-                " parts"
-            )
+        _check_size(path, path.stat().st_size)
         with path.open("rb") as file:
-            return _read(path, StreamReader(file, record_size_limit=_MOST_RECORD_BYTES))
+            return _read(path, _Records(path, file))
     except OSError as error:
         raise StateError(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
-def _read(path: Path, reader: StreamReader) -> Events:
+def _read(path: Path, records: _Records) -> Events:
     origin_ns: int | None = None
     channels: dict[int, str] = {}
     found: list[Placed] = []
     odd = 0
-    records = _Records(reader)
     for record in records:
-        if isinstance(record, Metadata) and record.name == METADATA:
+        if isinstance(record, Metadata) and record.name == METADATA and origin_ns is None:
             origin_ns = _origin_ns(path, record.metadata)
         elif isinstance(record, Channel):
             channels[record.id] = record.topic
@@ -76,36 +81,67 @@ def _read(path: Path, reader: StreamReader) -> Events:
                 odd += 1
                 continue
             found.append(Placed(at_ms=(record.log_time - origin_ns) / 1e6, event=event))
+            if len(found) > _MOST_EVENTS:
+                more = f"more than {_MOST_EVENTS} events"
+                raise StateError(_TOO_MUCH.format(path=path, what=more, most="so many"))
     if origin_ns is None:
         raise StateError(f"{path}: is no tape of WAX; `wax tape list` shows what there is")
     found.sort(key=lambda one: one.at_ms)
-    problem = _ODD.format(count=odd) if odd else None
+    problem = None if not odd else _ONE_ODD if odd == 1 else _ODD.format(count=odd)
     if not records.is_whole:
         problem = _CUT.format(s=found[-1].at_ms / 1000 if found else 0.0)
     return Events(origin_ns / 1e6, found, problem)
 
 
 class _Records:
-    """The records up to the end, or to where they can be read no further."""
+    """The records up to the end, or to where they can be read no further.
 
-    def __init__(self, reader: StreamReader) -> None:
-        self._reader = reader
+    Raises `StateError` where they are too large to be ours.
+    """
+
+    def __init__(self, path: Path, file: IO[bytes]) -> None:
         self.is_whole = False
+        self._path = path
+        self._reader = StreamReader(file, emit_chunks=True, record_size_limit=_MOST_RECORD_BYTES)
+        self._unpacked_bytes = 0
 
     def __iter__(self) -> Iterator[McapRecord]:
         try:
             for record in self._reader.records:
                 self.is_whole = isinstance(record, Footer)
-                yield record
+                if isinstance(record, Chunk):
+                    yield from self._unpacked(record)
+                else:
+                    yield record
+        except StateError:
+            raise
         except Exception:  # of damaged bytes the library and its codecs raise all kinds
             self.is_whole = False
 
+    def _unpacked(self, chunk: Chunk) -> Sequence[McapRecord]:
+        """Unpack what this package has packed; raises anything for what it has not."""
+        size = zstandard.frame_content_size(chunk.data)
+        if chunk.compression != "zstd" or size != chunk.uncompressed_size:
+            raise ValueError
+        self._unpacked_bytes += size
+        _check_size(self._path, self._unpacked_bytes)
+        return breakup_chunk(chunk, validate_crc=True)
+
+
+def _check_size(path: Path, size: int) -> None:
+    if size > _MOST_BYTES:
+        what, most = f"{size / 1e9:.1f} GB of events", f"{_MOST_BYTES / 1e9:g}"
+        raise StateError(_TOO_MUCH.format(path=path, what=what, most=most))
+
 
 def _origin_ns(path: Path, metadata: dict[str, str]) -> int:
+    damaged = f"{path}: its beginning is damaged, so it cannot be read"
     try:
         version, origin_ns = int(metadata[VERSION]), int(metadata[ORIGIN])
     except (KeyError, ValueError) as error:
-        raise StateError(f"{path}: its beginning is damaged, so it cannot be read") from error
+        raise StateError(damaged) from error
+    if not 0 <= origin_ns <= _LATEST_NS:
+        raise StateError(damaged)
     if version > FORMAT:
         raise StateError(
             f"{path}: was recorded by a newer WAX (format {version}, this one reads {FORMAT});"

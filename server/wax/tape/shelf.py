@@ -19,6 +19,8 @@ from wax.errors import StateError
 from wax.tape.retention import Keeper, Part
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from wax.config.recording import RecordingSettings
 
 FOLDER: Final = "tape"
@@ -74,19 +76,26 @@ class Shelf:
 
     def parts(self) -> list[Shelved]:
         """Return what is there, the oldest first; raises `StateError`."""
-        found: dict[str, list[os.DirEntry[str]]] = {}
+        found: dict[str, list[str]] = {}
         try:
             with os.scandir(self.folder) as entries:
                 for entry in entries:
                     name, ending = os.path.splitext(entry.name)  # noqa: PTH122  # of no path
                     if ending in _ENDINGS and _NAME.fullmatch(name):
-                        found.setdefault(name, []).append(entry)
+                        found.setdefault(name, []).append(ending)
         except FileNotFoundError:
             return []
         except OSError as error:
             raise self._unusable(error.strerror or str(error)) from error
-        parts = (self._part(name, entries) for name, entries in sorted(found.items()))
+        parts = (self._part(name, endings) for name, endings in sorted(found.items()))
         return [one for one in parts if one is not None]
+
+    def part(self, name: str) -> Shelved | None:
+        """Return one part, without a look at the others; None if there is none of that name."""
+        if not _NAME.fullmatch(name):
+            return None
+        endings = [ending for ending in _ENDINGS if (self.folder / (name + ending)).exists()]
+        return self._part(name, endings) if endings else None
 
     def new_name(self, wall_ms: float) -> str:
         """Return the name of a part that begins then, which no other has."""
@@ -117,28 +126,27 @@ class Shelf:
         for ending in _ENDINGS:
             self.path(name, ending).unlink(missing_ok=True)
 
-    def _part(self, name: str, entries: list[os.DirEntry[str]]) -> Shelved | None:
-        files = {Path(entry.name).suffix: entry for entry in entries}
+    def _part(self, name: str, endings: Sequence[str]) -> Shelved | None:
+        files = {ending: self.folder / (name + ending) for ending in endings}
         size = 0
         try:
             began = datetime.strptime(name[4:19], _TIME).replace(tzinfo=UTC).timestamp()
             ended_s = began
-            for entry in files.values():
-                status = entry.stat()
+            for ending, path in files.items():
+                status = path.stat()
                 size += status.st_size
-                if not entry.name.endswith(_MARK):
+                if ending != _MARK:
                     ended_s = max(ended_s, status.st_mtime)
         except (OSError, ValueError):
             return None  # deleted just now, or a name with a month 13: none of ours
-        media = next((Path(files[one].path) for one in MEDIA if one in files), None)
         return Shelved(
             name=name,
             began_s=began,
             ended_s=ended_s,
             size_bytes=size,
-            kept=self._kept(Path(files[_MARK].path)) if _MARK in files else None,
-            media=media,
-            events=Path(files[EVENTS].path) if EVENTS in files else None,
+            kept=self._kept(files[_MARK]) if _MARK in files else None,
+            media=next((files[one] for one in MEDIA if one in files), None),
+            events=files.get(EVENTS),
         )
 
     def _kept(self, mark: Path) -> Keeper | None:
