@@ -250,6 +250,7 @@ class App:
             captures=self._captures,
             blocks=self._blocks,
             cluster=self._cluster,
+            tape=None if self._tape is None else self._tape.recorder,
             counters=counters,
             rates=Rates(),
             speaker=self._speaker,

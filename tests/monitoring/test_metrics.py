@@ -23,6 +23,8 @@ from wax.records.records import Records
 from wax.session.record_keeper import refused
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from wax.control.loop import ControlLoop
 
 DASHBOARD = Path(__file__).parents[2] / "config" / "deploy" / "grafana.json"
@@ -65,6 +67,13 @@ def status() -> dict[str, Any]:
         },
         "counters": {"requests refused": 3, "commands.accepted": 9, "control.latest_ms": 1.5},
         "tasks": 12,
+        "tape": {
+            "problem": None,
+            "parts": 3,
+            "parts_bytes": 8_000_000,
+            "waiting": 2,
+            "left_out": 5,
+        },
     }
 
 
@@ -73,9 +82,9 @@ def lateness() -> Lateness:
     return Lateness()
 
 
-def metrics(lateness: Lateness) -> Metrics:
+def metrics(lateness: Lateness, told: Callable[[], dict[str, Any]] = status) -> Metrics:
     return Metrics(
-        status=status,
+        status=told,
         refused=refused,
         stops={"pressed": 2},
         lateness=lateness,
@@ -124,10 +133,27 @@ def test_what_is_exported(lateness: Lateness) -> None:
         ("wax_loop_lateness_seconds_bucket", "+Inf"): 4,
         ("wax_loop_lateness_seconds_count",): 4,
         ("wax_records_waiting",): 0,
+        ("wax_tape_running",): 1,
+        ("wax_tape_parts",): 3,
+        ("wax_tape_bytes",): 8_000_000,
+        ("wax_tape_waiting",): 2,
+        ("wax_tape_left_out_total",): 5,
     }
     assert {key: found.get(key) for key in expected} == expected
     assert ("wax_sound_age_seconds", "median", "all") not in found
     assert not [key for key in found if key[0] == "wax_events_total" and "latest" in key[1]]
+
+
+def test_without_a_tape_there_is_no_figure_of_it(lateness: Lateness) -> None:
+    """A server that records nothing exports what it did before."""
+    assert b"wax_tape" not in metrics(lateness, lambda: status() | {"tape": None}).text()
+
+
+def test_a_tape_that_has_stopped_is_seen(lateness: Lateness) -> None:
+    """Whatever the reason."""
+    tape = status()["tape"] | {"problem": "the disk is full"}
+    found = samples(metrics(lateness, lambda: status() | {"tape": tape}).text())
+    assert found["wax_tape_running",] == 0
 
 
 def test_nobody_is_named(lateness: Lateness) -> None:

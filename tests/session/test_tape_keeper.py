@@ -43,6 +43,9 @@ class Writing:
         if lasts_as is not None:
             self.lasting[lasts_as] = event
 
+    def forget(self, lasts_as: Hashable) -> None:
+        del self.lasting[lasts_as]
+
     def keep(self, since_s: float, by: str) -> None:
         self.kept.append((since_s, by))
 
@@ -174,6 +177,28 @@ def test_names_that_are_configured_are_written_once() -> None:
     assert [one["name"] for one in rig.writing.of("named")] == ["Ada", "Countess"]
     assert rig.writing.lasting["named", 2].model_dump()["name"] == "Countess"
     assert "with names" in rig.keeper.status().why
+
+
+def test_who_has_left_is_named_no_more() -> None:
+    """Otherwise each part would begin with the names of everybody who ever came."""
+    rig = Rig(names=True)
+    rig.viewers += [viewer(2, "Ada"), viewer(3, "Eve")]
+    rig.keeper.look()
+    del rig.viewers[0]
+    rig.keeper.look()
+    assert list(rig.writing.lasting) == [("named", 3)]
+
+
+def test_what_is_no_number_is_unknown(rig: Rig) -> None:
+    """A robot may report NaN; a tape with it could be read by nobody."""
+    nan = float("nan")
+    rig.robot = RobotState(
+        connected=True, pose=Pose(nan, 1.0, float("inf")), battery_v=nan, battery_fraction=nan
+    )
+    rig.steer(Setpoint())
+    (reported,) = rig.writing.of("reported")
+    assert (reported["x_m"], reported["y_m"], reported["heading_rad"]) == (None, 1.0, None)
+    assert (reported["battery_v"], reported["battery_fraction"]) == (None, None)
 
 
 def test_stops_are_written_when_pressed_and_released(rig: Rig) -> None:

@@ -102,8 +102,8 @@ def test_parts_follow_each_other(rig: Rig) -> None:
     assert len(parts) == 3
     lengths = [_length_s(one.media) for one in parts]
     assert lengths == pytest.approx([10.0, 10.0, 5.0], abs=0.1)
-    assert rig.recorder.problem is None
-    assert rig.recorder.left_out == 0
+    status = rig.recorder.status()
+    assert (status.problem, status.left_out, status.waiting) == (None, 0, 0)
 
 
 def test_each_part_can_be_read_alone(rig: Rig) -> None:
@@ -115,6 +115,41 @@ def test_each_part_can_be_read_alone(rig: Rig) -> None:
     rig.recorder.start()
     rig.recorder.stop(20.0)
     assert rig.events() == [[ADA, STOPPED], [ADA]]
+
+
+def test_what_is_forgotten_is_repeated_no_more(rig: Rig) -> None:
+    """Who has left is not named in all parts to come."""
+    rig.film(BEGIN_S, 1.0)
+    rig.recorder.event(ADA, BEGIN_S + 0.5, lasts_as=("named", 1))
+    rig.recorder.forget(("named", 1))
+    rig.film(BEGIN_S + 10.0, 1.0)
+    rig.recorder.start()
+    rig.recorder.stop(20.0)
+    assert rig.events() == [[ADA], []]
+
+
+def test_it_tells_how_much_there_is(rig: Rig) -> None:
+    """As of the newest look into the folder, which comes with each part."""
+    rig.film(BEGIN_S, 25.0)
+    waiting = rig.recorder.status().waiting
+    assert waiting >= 25 * 60
+    rig.recorder.start()
+    rig.recorder.stop(20.0)
+    first, second, _ = rig.shelf.parts()
+    status = rig.recorder.status()
+    assert (status.parts, status.parts_bytes) == (2, first.size_bytes + second.size_bytes)
+
+
+def test_a_tape_that_gives_up_says_so(rig: Rig) -> None:
+    """What comes then is left out, whatever the disk does."""
+    rig.recorder.start()
+    rig.recorder.give_up("it has failed")
+    rig.film(BEGIN_S, 1.0)
+    rig.recorder.stop(20.0)
+    status = rig.recorder.status()
+    assert status.problem == "it has failed"
+    assert status.left_out >= 60
+    assert rig.shelf.parts() == []
 
 
 def test_what_happened_lately_is_kept(rig: Rig) -> None:
@@ -139,14 +174,14 @@ def test_a_slow_disk_leaves_out_whole_parts_and_says_so(
     monkeypatch.setattr(recorder_module, "MOST_WAITING", 80)
     rig.film(BEGIN_S, 2.0)  # more than may wait: the thread has not begun
     assert rig.recorder.problem == TOO_SLOW
-    left_out = rig.recorder.left_out
+    left_out = rig.recorder.status().left_out
     assert left_out > 0
     rig.recorder.start()
     _until(lambda: rig.recorder.waiting == 0)
     rig.clock.time_s += 5.0
     rig.film(BEGIN_S + 5.0, 0.5)
     rig.recorder.stop(20.0)
-    assert rig.recorder.left_out == left_out
+    assert rig.recorder.status().left_out == left_out
     assert rig.recorder.problem is None
     first, second = rig.events()
     assert first == [Missed(missed_s=5.0)]

@@ -74,6 +74,8 @@ class Metrics(Collector):
         yield from _of_turns(status, self._stops)
         yield from _of_streams(status["streams"])
         yield from self._of_server(status)
+        if status["tape"] is not None:
+            yield from _of_tape(status["tape"])
 
     def _of_server(self, status: Mapping[str, Any]) -> Iterator[Metric]:
         refused = self._refused(status["counters"])
@@ -145,6 +147,17 @@ def _of_streams(streams: Mapping[str, Any]) -> Iterator[Metric]:
         "wax_encoded_pictures_hertz", "Pictures encoded", "rendition", video["encoded_fps"]
     )
     yield GaugeMetricFamily("wax_captured_sound_hertz", "Blocks of sound", audio["captured_hz"])
+
+
+def _of_tape(tape: Mapping[str, Any]) -> Iterator[Metric]:
+    running = int(tape["problem"] is None)
+    yield GaugeMetricFamily("wax_tape_running", "1 while everything is recorded", running)
+    yield GaugeMetricFamily("wax_tape_parts", "Parts of the tape", tape["parts"])
+    yield GaugeMetricFamily("wax_tape_bytes", "What they take", tape["parts_bytes"])
+    yield GaugeMetricFamily("wax_tape_waiting", "What is not written yet", tape["waiting"])
+    yield CounterMetricFamily(
+        "wax_tape_left_out", "What a slow or full disk kept off the tape", tape["left_out"]
+    )
 
 
 def _histogram(lateness: Lateness) -> Metric:

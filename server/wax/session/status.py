@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from wax.session.viewer import Viewer
     from wax.session.viewers import Viewers
     from wax.speaker.speaker_thread import SpeakerThread
+    from wax.tape.recorder import Recorder
     from wax.telemetry import Counters, Rates
 
 
@@ -47,6 +48,7 @@ class Status:
         captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
         blocks: Blocks,
         cluster: Cluster,
+        tape: Recorder | None,
         counters: Counters,
         rates: Rates,
         speaker: SpeakerThread | None = None,
@@ -62,6 +64,7 @@ class Status:
         self._captures = captures
         self._blocks = blocks
         self._cluster = cluster
+        self._tape = tape
         self._counters = counters
         self._rates = rates
         self._speaker = speaker
@@ -114,6 +117,7 @@ class Status:
             },
             **self._voice(),
             "elsewhere": self._cluster.status(),
+            "tape": None if self._tape is None else asdict(self._tape.status()),
             "counters": self._counters.snapshot() | self._control.counts(),
             "tasks": len(asyncio.all_tasks()),
         }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
@@ -172,6 +173,7 @@ class TapeKeeper:
                     if viewer.is_ready:
                         self._recorder.event(self._watched(viewer), now_s)
                         self._name(viewer, now_s)
+            self._forget_names()
 
     def _watched(self, viewer: Viewer) -> told.Watched:
         one_way_s = viewer.link.one_way_s
@@ -200,6 +202,12 @@ class TapeKeeper:
             named = told.Named(viewer=viewer.number, name=viewer.name)
             self._recorder.event(named, now_s, lasts_as=("named", viewer.number))
 
+    def _forget_names(self) -> None:
+        """Have no part begin with the names of people who have left."""
+        for number in self._names.keys() - {viewer.number for viewer in self._viewers}:
+            del self._names[number]
+            self._recorder.forget(("named", number))
+
     # --- what follows from it ------------------------------------------------------------------
 
     def _follow_stop(self, stop: LatchedStop | None, now_s: float) -> None:
@@ -217,17 +225,17 @@ class TapeKeeper:
         self._recorder.event(stopped, now_s, lasts_as="stopped")
 
     def _report(self, state: RobotState, now_s: float) -> None:
-        pose = state.pose
+        pose, battery_v = state.pose, _known(state.battery_v)
         reported = told.Reported(
             connected=state.connected,
             problem=state.problem,
             moving=state.moving,
-            x_m=None if pose is None else pose.x_m,
-            y_m=None if pose is None else pose.y_m,
-            heading_rad=None if pose is None else pose.heading_rad,
+            x_m=None if pose is None else _known(pose.x_m),
+            y_m=None if pose is None else _known(pose.y_m),
+            heading_rad=None if pose is None else _known(pose.heading_rad),
             bumpers=state.bumpers,
-            battery_v=None if state.battery_v is None else round(state.battery_v, 1),
-            battery_fraction=state.battery_fraction,
+            battery_v=None if battery_v is None else round(battery_v, 1),
+            battery_fraction=_known(state.battery_fraction),
         )
         self._changed(reported, now_s, gap_s=_POSE_S if pose is not None else 0.0)
 
@@ -266,6 +274,11 @@ def _sentence(settings: RecordingSettings, *, has_sound: bool) -> str:
         f"{what} are recorded, {names}, so that the host can see what happened;"
         f" unless they keep it, it is deleted after {days}."
     )
+
+
+def _known(value: float | None) -> float | None:
+    """Return what a robot says as far as it is a number: a tape has neither NaN nor infinity."""
+    return value if value is not None and math.isfinite(value) else None
 
 
 def _ms(duration_s: float) -> float:

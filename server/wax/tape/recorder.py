@@ -80,20 +80,39 @@ class _Keep:
 
 
 @dataclass(frozen=True, slots=True)
+class _Forget:
+    """What lasted so lasts no longer."""
+
+    lasts_as: Hashable
+
+
+@dataclass(frozen=True, slots=True)
 class _Resume:
     """Here something is missing, since this time."""
 
     since_s: float
 
 
-_Item = EncodedPicture | EncodedSound | _Event | _Keep | _Resume
+_Item = EncodedPicture | EncodedSound | _Event | _Keep | _Forget | _Resume
+
+
+@dataclass(frozen=True, slots=True)
+class RecorderStatus:
+    """How recording goes; `parts` and their bytes are those of the last look into the folder.
+
+    `waiting` is what is not written yet, `left_out` what never will be, since the disk was too slow
+    or could not be written: pictures, packets of sound and events.
+    """
+
+    problem: str | None
+    parts: int
+    parts_bytes: int
+    waiting: int
+    left_out: int
 
 
 class Recorder:
-    """`start` it, then put from the event loop; nothing here waits or raises.
-
-    `problem` is why nothing is recorded now, None while something is.
-    """
+    """`start` it, then put from the event loop; nothing here waits or raises."""
 
     def __init__(
         self,
@@ -103,9 +122,6 @@ class Recorder:
         format: Format,  # noqa: A002  # what it is
         clock: Clock,
     ) -> None:
-        self.problem: str | None = None
-        self.left_out = 0
-        """What was not recorded because the disk was too slow or could not be written."""
         self._shelf = shelf
         self._settings = settings
         self._format = format
@@ -114,8 +130,13 @@ class Recorder:
         self._zero_ns = clock.wall_ms() * 1_000_000 - round(clock.now_s() * 1e9)
         self._queue: SimpleQueue[_Item | None] = SimpleQueue()
         self._behind_since_s: float | None = None
+        self._gave_up: str | None = None
+        self._not_put = 0
         self._thread = threading.Thread(target=self._run, name="tape", daemon=True)
-        # All below is the thread's.
+        # All below is written by the thread only.
+        self._trouble: str | None = None
+        self._not_written = 0
+        self._shelved = (0, 0)
         self._is_over = False
         self._segment: Segment | None = None
         self._plan = SegmentPlan(
@@ -152,26 +173,49 @@ class Recorder:
         """
         self._put(_Event(event, at_s, lasts_as))
 
+    def forget(self, lasts_as: Hashable) -> None:
+        """Repeat this no more."""
+        self._queue.put(_Forget(lasts_as))
+
+    def give_up(self, why: str) -> None:
+        """Record nothing more until the server starts again."""
+        self._gave_up = why
+
     def keep(self, since_s: float, by: Keeper) -> None:
         """Keep what was recorded since then."""
         self._queue.put(_Keep(since_s, by))
+
+    @property
+    def problem(self) -> str | None:
+        """Why nothing is recorded now; None while something is."""
+        behind = None if self._behind_since_s is None else TOO_SLOW
+        return self._gave_up or self._trouble or behind
 
     @property
     def waiting(self) -> int:
         """How much is not written yet."""
         return self._queue.qsize()
 
+    def status(self) -> RecorderStatus:
+        parts, parts_bytes = self._shelved
+        return RecorderStatus(
+            problem=self.problem,
+            parts=parts,
+            parts_bytes=parts_bytes,
+            waiting=self.waiting,
+            left_out=self._not_put + self._not_written,
+        )
+
     def _put(self, item: _Item) -> None:
         if self._behind_since_s is None and self.waiting >= MOST_WAITING:
             self._behind_since_s = self._clock.now_s()
-            self.problem = TOO_SLOW
         elif self._behind_since_s is not None and self.waiting == 0:
             self._queue.put(_Resume(self._behind_since_s))
             self._behind_since_s = None
-        if self._behind_since_s is None:
+        if self._behind_since_s is None and self._gave_up is None:
             self._queue.put(item)
         else:
-            self.left_out += 1
+            self._not_put += 1
 
     # --- the thread --------------------------------------------------------------------------
 
@@ -193,8 +237,7 @@ class Recorder:
             self._shelf.prepare()
             self._prune()
             self._check_room()
-            if self.problem is not None and self._behind_since_s is None:
-                self.problem = None
+            self._trouble = None
             while not self._is_over:
                 self._take()
                 self._look_after()
@@ -212,6 +255,8 @@ class Recorder:
                 self._is_over = True
             case _Keep():
                 self._mark(item)
+            case _Forget():
+                self._lasting.pop(item.lasts_as, None)
             case _Resume():
                 self._resume(item)
             case EncodedPicture():
@@ -261,7 +306,6 @@ class Recorder:
         if self._segment is not None:
             self._segment.event(missing, now_s)
         self._end()
-        self.problem = None
 
     def _look_after(self) -> None:
         """Do what is due now and then."""
@@ -286,14 +330,16 @@ class Recorder:
         self._pruned_s = self._clock.now_s()
         open_name = None if self._segment is None else self._segment.name
         most_bytes = self._settings.max_gb * _GB
+        parts = self._shelf.parts()
         verdict = retain(
-            [one.as_part(open_name) for one in self._shelf.parts()],
+            [one.as_part(open_name) for one in parts],
             now_s=self._clock.wall_ms() / 1000,
             max_bytes=most_bytes,
             keep_days=self._settings.keep_days,
         )
         for name in verdict.gone:
             self._shelf.delete(name)
+        self._shelved = (len(parts) - len(verdict.gone), verdict.left_bytes)
         if verdict.left_bytes > most_bytes and open_name is None:
             raise TapeError(TAPE_FULL)
 
@@ -318,7 +364,7 @@ class Recorder:
             self._fails(_why(error))
 
     def _fails(self, why: str) -> None:
-        self.problem = why
+        self._trouble = why
         if why != self._logged:
             self._logged = why
             _LOG.warning("nothing is recorded", folder=str(self._shelf.folder), why=why)
@@ -326,21 +372,24 @@ class Recorder:
     def _leave_out(self, for_s: float) -> None:
         """Take what comes and leave it out, until the end or until it is time to try again."""
         end_s = self._clock.now_s() + for_s
-        while (left_s := end_s - self._clock.now_s()) > 0:
+        while (left_s := end_s - self._clock.now_s()) > 0 and not self._is_over:
             try:
                 item = self._queue.get(timeout=min(left_s, _WAIT_S))
             except Empty:
                 continue
-            if item is None:
-                self._is_over = True
-                return
-            if isinstance(item, _Keep):
-                with suppress(OSError, StateError):
-                    self._mark(item)
-                continue
-            if isinstance(item, _Event) and item.lasts_as is not None:
-                self._lasting[item.lasts_as] = item.event
-            self.left_out += 1
+            match item:
+                case None:
+                    self._is_over = True
+                case _Keep():
+                    with suppress(OSError, StateError):
+                        self._mark(item)
+                case _Forget():
+                    self._lasting.pop(item.lasts_as, None)
+                case _Event() if item.lasts_as is not None:
+                    self._lasting[item.lasts_as] = item.event
+                    self._not_written += 1
+                case EncodedPicture() | EncodedSound() | _Event():
+                    self._not_written += 1
 
 
 def _why(error: Exception) -> str:

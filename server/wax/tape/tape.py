@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 _LOG = structlog.get_logger(__name__)
 
+_FAILED: Final = "the tape has failed; the log says why, a restart of the server records again"
 _SOUND_MS: Final = 20
 """The packets that observers on good links get; the form next to it is recorded."""
 
@@ -96,7 +97,8 @@ class Tape:
 
     def _detach(self) -> None:
         """Leave the fan-out after an error in it: a tape without it must not harm anybody."""
-        _LOG.error("the tape gets no more picture and sound; restart the server to record again")
+        _LOG.error("the tape has failed; restart the server to record again")
+        self.recorder.give_up(_FAILED)
         if self._video is not None and self._picture_lane is not None:
             self._video.remove(self._picture_lane)
         if self._audio is not None and self._sound_lane is not None:
