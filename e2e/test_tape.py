@@ -14,6 +14,7 @@ import pytest
 from e2e.harness import toml
 from e2e.harness.server import COMMAND, free_port
 from e2e.harness.viewer import Viewer
+from e2e.harness.wait import eventually
 from wax.tape.shelf import Shelf
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ async def test_what_was_driven_is_replayed(
         ada = await open_viewer(server)
         await ada.call_oneself("Ada")
         badge = ada.page.locator("details.tape")
-        await badge.get_by_text("Recorded").click()
+        await badge.get_by_text("Recorded", exact=True).click()
         await badge.get_by_text("Picture, sound and driving are recorded, with names").wait_for()
         assert await badge.get_by_role("button").count() == 0  # she is not in charge yet
         await ada.join()
@@ -92,9 +93,13 @@ async def test_what_was_driven_is_replayed(
     context = await chromium.new_context()
     async with _replayed(folder) as url:
         page = (viewer := await Viewer.prepare(context, url)).page
+
+        async def video(what: str) -> Any:
+            return await page.evaluate(f"document.querySelector('video').{what}")
+
         await page.goto(url)
         await page.get_by_role("button", name="Play").wait_for()
-        await page.wait_for_function("document.querySelector('video').readyState >= 2")
+        await eventually(lambda: video("readyState >= 2"), "the picture is there")
         content: dict[str, Any] = await page.evaluate(
             "fetch(`/api/tape/${'" + part.name + "'}`).then((answer) => answer.json())"
         )
@@ -110,16 +115,16 @@ async def test_what_was_driven_is_replayed(
         stop_ms = next(
             one["at_ms"] for one in content["events"] if one["event"]["type"] == "stopped"
         )
-        shown_ms = await page.evaluate("document.querySelector('video').currentTime * 1000")
+        shown_ms = await video("currentTime * 1000")
         assert abs(shown_ms - stop_ms) <= FRAME_MS
         await page.get_by_role("combobox", name="Show it").select_option("seen")
-        earlier_ms = await page.evaluate("document.querySelector('video').currentTime * 1000")
+        earlier_ms = await video("currentTime * 1000")
         assert earlier_ms < shown_ms  # she saw it later than it was
 
         await page.get_by_role("combobox", name="Speed").select_option("0.5")
-        assert await page.evaluate("document.querySelector('video').playbackRate") == 0.5
+        assert await video("playbackRate") == 0.5
         await page.get_by_role("button", name="Play").click()
-        await page.wait_for_function("!document.querySelector('video').paused")
+        await eventually(lambda: video("paused === false"), "it plays")
         assert viewer.errors == []
     await context.close()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from tests.fuzz.targets import files, network, offers, pages, serial_line, tokens, voice
+from tests.fuzz.targets import files, network, offers, pages, serial_line, tapes, tokens, voice
 
 TARGETS: Final = {
     target.name: target
@@ -21,5 +21,8 @@ TARGETS: Final = {
         serial_line.FIRMWARE,
         files.CONFIG,
         tokens.TOKENS,
+        tapes.EVENTS,
+        tapes.RECORDS,
+        tapes.MEDIA,
     )
 }

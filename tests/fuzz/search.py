@@ -28,7 +28,7 @@ LONGEST_S: Final = 20 * 60
 _KEPT: Final = ROOT / ".cache" / "fuzz"
 """What earlier searches reached, from which the next one begins."""
 
-_INSTRUMENTED: Final = ("wax", "aiortc", "aioice", "tomllib")
+_INSTRUMENTED: Final = ("wax", "aiortc", "aioice", "mcap", "tomllib")
 _HANGS_S: Final = 20
 _MOST_MIB: Final = 2048
 _FAILED: Final = {70, 71, 76, 77}

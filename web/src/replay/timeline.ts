@@ -37,6 +37,8 @@ export interface Ages {
 const COMMAND_MS = 2000;
 /** A viewer's report is of the last second; older ones say nothing of now. */
 const REPORT_MS = 3000;
+/** The time of a media element is cut to microseconds, so one that was set may lie before it. */
+const CUT_MS = 0.01;
 /** Two marks closer than that are one, for who steps from one to the next. */
 const STEP_MS = 50;
 
@@ -183,7 +185,7 @@ export function newest<E>(found: readonly At<E>[], atMs: number): At<E> | null {
   let to = found.length;
   while (from < to) {
     const middle = (from + to) >> 1;
-    if ((found[middle]?.atMs ?? 0) <= atMs) from = middle + 1;
+    if ((found[middle]?.atMs ?? 0) <= atMs + CUT_MS) from = middle + 1;
     else to = middle;
   }
   return found[from - 1] ?? null;
