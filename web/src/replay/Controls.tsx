@@ -1,48 +1,47 @@
 import type { Signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { Player, View } from "./player";
-import type { Open } from "./Replay";
-import type { Mark } from "./timeline";
+import type { Timeline } from "./timeline";
 import { clockWords } from "./words";
 
-interface ControlsProps {
-  player: Player;
-  open: Open;
+interface TimeProps {
+  timeline: Timeline;
+  /** Changes with each frame, so only small components read it. */
   momentMs: Signal<number>;
+  onSeek: (ms: number) => void;
+}
+
+interface ControlsProps extends TimeProps {
+  player: Player;
   isPlaying: Signal<boolean>;
   view: Signal<View>;
 }
 
-const RATES = [1, 0.5, 0.25] as const;
+const RATES = [
+  [1, "normal"],
+  [0.5, "half"],
+  [0.25, "a quarter"],
+] as const;
 const STEP_MS = 1000;
 
 /** Play, scrub, step from event to event, and choose whose moment is shown. */
-export function Controls({ player, open, momentMs, isPlaying, view }: ControlsProps) {
-  const { timeline } = open;
-  const seek = (ms: number) => {
-    player.seek(Math.min(Math.max(0, ms), timeline.lengthMs), timeline);
-    momentMs.value = player.momentMs(timeline);
-  };
-  const jump = (mark: Mark | null) => {
-    if (mark) seek(mark.atMs);
-  };
+export function Controls({ player, timeline, momentMs, isPlaying, view, onSeek }: ControlsProps) {
   const toggle = () => {
     if (isPlaying.peek()) player.pause();
     else void player.play().catch(() => {});
   };
-  const next = () => jump(timeline.next(momentMs.peek()));
-  const previous = () => jump(timeline.previous(momentMs.peek()));
 
   useEffect(() => {
     const keys: Record<string, () => void> = {
       " ": toggle,
-      n: next,
-      p: previous,
-      ArrowLeft: () => seek(momentMs.peek() - STEP_MS),
-      ArrowRight: () => seek(momentMs.peek() + STEP_MS),
+      n: () => onSeek(timeline.next(momentMs.peek())?.atMs ?? momentMs.peek()),
+      p: () => onSeek(timeline.previous(momentMs.peek())?.atMs ?? momentMs.peek()),
+      ArrowLeft: () => onSeek(momentMs.peek() - STEP_MS),
+      ArrowRight: () => onSeek(momentMs.peek() + STEP_MS),
     };
     const press = (event: KeyboardEvent) => {
-      const isElsewhere = event.target instanceof Element && event.target.closest("input, select");
+      const isElsewhere =
+        event.target instanceof Element && event.target.closest("input, select, button");
       const act = event.ctrlKey || event.altKey || event.metaKey ? undefined : keys[event.key];
       if (!act || isElsewhere) return;
       event.preventDefault();
@@ -50,42 +49,18 @@ export function Controls({ player, open, momentMs, isPlaying, view }: ControlsPr
     };
     window.addEventListener("keydown", press);
     return () => window.removeEventListener("keydown", press);
-  }, [player, timeline]);
+  }, [player, timeline, onSeek]);
 
+  const time = { timeline, momentMs, onSeek };
   return (
     <section class="replay-controls" aria-label="Playback">
-      <input
-        type="range"
-        aria-label="Time"
-        aria-valuetext={clockWords(momentMs.value)}
-        min={0}
-        max={Math.ceil(timeline.lengthMs)}
-        value={momentMs.value}
-        onInput={(event) => seek(event.currentTarget.valueAsNumber)}
-      />
+      <Scrubber {...time} />
       <div class="replay-row">
         <button type="button" class="main-button" onClick={toggle}>
           {isPlaying.value ? "Pause" : "Play"}
         </button>
-        <span class="figure">
-          {clockWords(momentMs.value)} of {clockWords(timeline.lengthMs)}
-        </span>
-        <button
-          type="button"
-          disabled={!timeline.previous(momentMs.value)}
-          title="Key P"
-          onClick={previous}
-        >
-          Previous event
-        </button>
-        <button
-          type="button"
-          disabled={!timeline.next(momentMs.value)}
-          title="Key N"
-          onClick={next}
-        >
-          Next event
-        </button>
+        <Clock {...time} />
+        <Steps {...time} />
         <label class="field">
           <span>Speed</span>
           <select
@@ -93,9 +68,9 @@ export function Controls({ player, open, momentMs, isPlaying, view }: ControlsPr
               player.rate = Number(event.currentTarget.value);
             }}
           >
-            {RATES.map((rate) => (
+            {RATES.map(([rate, words]) => (
               <option key={rate} value={rate} selected={rate === player.rate}>
-                {rate === 1 ? "normal" : rate === 0.5 ? "half" : "a quarter"}
+                {words}
               </option>
             ))}
           </select>
@@ -107,7 +82,7 @@ export function Controls({ player, open, momentMs, isPlaying, view }: ControlsPr
             onChange={(event) => {
               const moment = momentMs.peek();
               view.value = player.view = event.currentTarget.value as View;
-              seek(moment);
+              onSeek(moment);
             }}
           >
             <option value="was">as it was</option>
@@ -115,22 +90,53 @@ export function Controls({ player, open, momentMs, isPlaying, view }: ControlsPr
           </select>
         </label>
       </div>
-      <Marks marks={timeline.marks} onChoose={jump} />
     </section>
   );
 }
 
-/** All events of the part; choosing one goes there. */
-function Marks({ marks, onChoose }: { marks: readonly Mark[]; onChoose: (mark: Mark) => void }) {
+function Scrubber({ timeline, momentMs, onSeek }: TimeProps) {
   return (
-    <ol class="replay-marks" aria-label="Events">
-      {marks.map((mark) => (
-        <li key={`${mark.atMs} ${mark.words}`} class={`is-${mark.kind}`}>
-          <button type="button" onClick={() => onChoose(mark)}>
-            <span class="figure">{clockWords(mark.atMs)}</span> {mark.words}
-          </button>
-        </li>
-      ))}
-    </ol>
+    <input
+      type="range"
+      aria-label="Time"
+      aria-valuetext={clockWords(momentMs.value)}
+      min={0}
+      max={Math.ceil(timeline.lengthMs)}
+      value={momentMs.value}
+      onInput={(event) => onSeek(event.currentTarget.valueAsNumber)}
+    />
+  );
+}
+
+function Clock({ timeline, momentMs }: TimeProps) {
+  return (
+    <span class="replay-clock figure">
+      {clockWords(momentMs.value)} of {clockWords(timeline.lengthMs)}
+    </span>
+  );
+}
+
+function Steps({ timeline, momentMs, onSeek }: TimeProps) {
+  const previous = timeline.previous(momentMs.value);
+  const next = timeline.next(momentMs.value);
+  return (
+    <>
+      <button
+        type="button"
+        disabled={!previous}
+        title="Key P"
+        onClick={() => previous && onSeek(previous.atMs)}
+      >
+        Previous event
+      </button>
+      <button
+        type="button"
+        disabled={!next}
+        title="Key N"
+        onClick={() => next && onSeek(next.atMs)}
+      >
+        Next event
+      </button>
+    </>
   );
 }

@@ -1,6 +1,6 @@
 import type { Signal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
-import { type Point, scaleFor, steps, xOf } from "./plot";
+import { type Box, type Point, scaleFor, steps, xOf } from "./plot";
 import type { Open } from "./Replay";
 import type { Mark, Timeline } from "./timeline";
 
@@ -27,18 +27,10 @@ interface PlotProps {
 export function Plots({ open, momentMs }: { open: Open; momentMs: Signal<number> }) {
   const { timeline } = open;
   const plots = useMemo(() => plotsOf(timeline), [timeline]);
-  const x = xOf(momentMs.value, {
-    fromMs: 0,
-    toMs: timeline.lengthMs,
-    least: 0,
-    most: 1,
-    width: WIDTH,
-    height: HEIGHT,
-  });
   return (
     <section class="replay-plots" aria-label="Plots">
       {plots.map((plot) => (
-        <Plot key={plot.title} {...plot} nowX={x} />
+        <Plot key={plot.title} {...plot} momentMs={momentMs} />
       ))}
     </section>
   );
@@ -52,8 +44,8 @@ function Plot({
   isSigned = false,
   lengthMs,
   marks,
-  nowX,
-}: PlotProps & { nowX: number }) {
+  momentMs,
+}: PlotProps & { momentMs: Signal<number> }) {
   const most = scaleFor(
     lines.flatMap((line) => line.points.map((point) => point.value)),
     least,
@@ -92,10 +84,15 @@ function Plot({
         {lines.map((line) => (
           <path key={line.name} class={`line is-${line.kind}`} d={steps(line.points, box)} />
         ))}
-        <path class="now" d={`M${nowX} 0V${HEIGHT}`} />
+        <Now momentMs={momentMs} box={box} />
       </svg>
     </figure>
   );
+}
+
+/** Alone, so that no more than this is drawn again with each frame. */
+function Now({ momentMs, box }: { momentMs: Signal<number>; box: Box }) {
+  return <path class="now" d={`M${xOf(momentMs.value, box)} 0V${HEIGHT}`} />;
 }
 
 function plotsOf(timeline: Timeline): PlotProps[] {
@@ -103,7 +100,6 @@ function plotsOf(timeline: Timeline): PlotProps[] {
   const own = timeline.watched.filter((one) => one.event.drives);
   const delay = (of: "picture_ms" | "sound_ms" | "round_trip_ms") =>
     own.map(({ atMs, event }) => ({ atMs, value: event[of] }));
-  const counted = timeline.commands.filter((one) => one.event.refused === null);
   return [
     {
       title: "Delay at the operator",
@@ -118,7 +114,7 @@ function plotsOf(timeline: Timeline): PlotProps[] {
       ],
     },
     {
-      title: "Age of the commands that came",
+      title: "Age of the commands that counted",
       unit: "ms",
       least: 50,
       lengthMs,
@@ -127,7 +123,7 @@ function plotsOf(timeline: Timeline): PlotProps[] {
         {
           name: "age",
           kind: "link",
-          points: counted.map(({ atMs, event }) => ({ atMs, value: event.age_ms })),
+          points: timeline.counted.map(({ atMs, event }) => ({ atMs, value: event.age_ms })),
         },
       ],
     },

@@ -1,8 +1,9 @@
 import { type Signal, useSignal, useSignalEffect } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useCallback, useEffect, useRef } from "preact/hooks";
 import type { TapeContent, TapeListing } from "../messages";
 import { Controls } from "./Controls";
 import { loadListing, loadPart } from "./load";
+import { Marks } from "./Marks";
 import { Moment } from "./Moment";
 import { Plots } from "./Plots";
 import { Player, type View } from "./player";
@@ -129,9 +130,17 @@ function Part({ open, onEnded }: { open: Open; onEnded: () => boolean }) {
     };
   }, [open, player.value, isPlaying, momentMs, view]);
 
-  const content = open.content;
+  const { content, timeline } = open;
+  const seek = useCallback(
+    (ms: number) => {
+      const one = player.peek();
+      one?.seek(Math.min(Math.max(0, ms), timeline.lengthMs), timeline);
+      if (one) momentMs.value = one.momentMs(timeline);
+    },
+    [timeline, player, momentMs],
+  );
   return (
-    <>
+    <div class="replay-part">
       <div class="replay-stage">
         {/* biome-ignore lint/a11y/useMediaCaption: there are none of what a robot hears */}
         <video ref={picture} playsInline preload="auto" hidden={!content.has_picture} />
@@ -143,15 +152,19 @@ function Part({ open, onEnded }: { open: Open; onEnded: () => boolean }) {
       {player.value && (
         <Controls
           player={player.value}
-          open={open}
+          timeline={timeline}
           momentMs={momentMs}
           isPlaying={isPlaying}
           view={view}
+          onSeek={seek}
         />
       )}
-      <Moment open={open} momentMs={momentMs} view={view} />
+      <div class="replay-side">
+        <Moment open={open} momentMs={momentMs} view={view} />
+        {player.value && <Marks marks={timeline.marks} onSeek={seek} />}
+      </div>
       <Plots open={open} momentMs={momentMs} />
-    </>
+    </div>
   );
 }
 

@@ -135,3 +135,9 @@ it("calls people by their names only where those were recorded", () => {
   expect(line.who(7)).toBe("viewer 7");
   expect(line.who(null)).toBe("nobody");
 });
+
+it("is at an event where a video that was sent there is", () => {
+  const timeline = new Timeline(tape([[3000.123456, STOP]]));
+  expect(timeline.stopAt(3000.123)).toEqual(STOP);
+  expect(timeline.stopAt(3000.1)).toBeNull();
+});

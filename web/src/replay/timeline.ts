@@ -49,7 +49,11 @@ export class Timeline {
   readonly commands: readonly At<Commanded>[];
   readonly sent: readonly At<Commanded>[];
   readonly steered: readonly At<Steered>[];
+  /** Those of `commands` that the gate let pass. */
+  readonly counted: readonly At<Commanded>[];
   readonly watched: readonly At<Watched>[];
+  readonly #sentBy: ReadonlyMap<number, At<Commanded>[]>;
+  readonly #watchedBy: ReadonlyMap<number, At<Watched>[]>;
   readonly #reported: readonly At<Reported>[];
   readonly #turned: readonly At<Turned>[];
   readonly #stopped: readonly At<Stopped>[];
@@ -61,8 +65,11 @@ export class Timeline {
     this.sent = this.commands
       .map(({ atMs, event }) => ({ atMs: atMs - event.age_ms, event }))
       .toSorted((a, b) => a.atMs - b.atMs);
+    this.counted = this.commands.filter((one) => one.event.refused === null);
+    this.#sentBy = byViewer(this.sent);
     this.steered = all(content, "steered");
     this.watched = all(content, "watched");
+    this.#watchedBy = byViewer(this.watched);
     this.#reported = all(content, "reported");
     this.#turned = all(content, "turned");
     this.#stopped = all(content, "stopped");
@@ -77,21 +84,12 @@ export class Timeline {
 
   /** The operator's newest command that had counted by then. */
   commandAt(atMs: number): Commanded | null {
-    return recent(
-      this.commands.filter((one) => one.event.refused === null),
-      atMs,
-      COMMAND_MS,
-    );
+    return recent(this.counted, atMs, COMMAND_MS);
   }
 
   /** What the operator's hands did then, whatever became of it. */
   sentAt(atMs: number): Commanded | null {
-    const operator = this.operatorAt(atMs);
-    return recent(
-      this.sent.filter((one) => one.event.viewer === operator),
-      atMs,
-      COMMAND_MS,
-    );
+    return recent(this.#of(this.#sentBy, atMs), atMs, COMMAND_MS);
   }
 
   steeredAt(atMs: number): Steered | null {
@@ -110,9 +108,7 @@ export class Timeline {
 
   /** How the operator had it. */
   watchedAt(atMs: number): Watched | null {
-    const operator = this.operatorAt(atMs);
-    const own = this.watched.filter((one) => one.event.viewer === operator);
-    return recent(own, atMs, REPORT_MS);
+    return recent(this.#of(this.#watchedBy, atMs), atMs, REPORT_MS);
   }
 
   agesAt(atMs: number): Ages {
@@ -141,6 +137,12 @@ export class Timeline {
   who(viewer: number | null): string {
     if (viewer === null) return "nobody";
     return this.#names.get(viewer) ?? `viewer ${viewer}`;
+  }
+
+  /** What there is of who drives then. */
+  #of<E>(found: ReadonlyMap<number, At<E>[]>, atMs: number): readonly At<E>[] {
+    const operator = this.operatorAt(atMs);
+    return (operator !== null && found.get(operator)) || [];
   }
 
   #mark({ at_ms, event }: Placed): Mark[] {
@@ -177,6 +179,16 @@ function all<T extends Type>(content: TapeContent, type: T): At<Of<T>>[] {
   return content.events.flatMap(({ at_ms, event }) =>
     event.type === type ? [{ atMs: at_ms, event: event as Of<T> }] : [],
   );
+}
+
+function byViewer<E extends { viewer: number }>(found: readonly At<E>[]): Map<number, At<E>[]> {
+  const sorted = new Map<number, At<E>[]>();
+  for (const one of found) {
+    const own = sorted.get(one.event.viewer);
+    if (own) own.push(one);
+    else sorted.set(one.event.viewer, [one]);
+  }
+  return sorted;
 }
 
 /** The newest that is not later, null if all are. */

@@ -1,6 +1,6 @@
 import { expect, it } from "vitest";
-import type { Commanded, Steered } from "../messages";
-import { clockWords, commandWords, partWords, steeredWords } from "./words";
+import type { Commanded, Reported, Steered } from "../messages";
+import { clockWords, commandWords, partWords, reportedWords, steeredWords } from "./words";
 
 it("says a time within a part", () => {
   expect(clockWords(0)).toBe("0:00.0");
@@ -21,9 +21,25 @@ it("says what hands do and what comes of it", () => {
   expect(commandWords(null)).toBe("no commands arrive");
   const steered = { linear_mps: 0, angular_rps: 0, reason: "too_old", limit: null } as Steered;
   expect(steeredWords(steered)).toBe("stands (too old)");
+  expect(steeredWords({ ...steered, reason: "pressed" })).toBe("stands (Stop is pressed)");
   expect(steeredWords({ ...steered, linear_mps: 0.4, reason: null, limit: "long_delay" })).toBe(
     "0.40 m/s, 0.00 rad/s (long delay)",
   );
+});
+
+it("says what the robot says of itself, and when it says nothing", () => {
+  const reported = {
+    connected: true,
+    problem: null,
+    moving: null,
+    bumpers: 0,
+    battery_v: null,
+  } as unknown as Reported;
+  expect(reportedWords(reported)).toBe("nothing");
+  expect(reportedWords({ ...reported, moving: true, battery_v: 11.04 })).toBe(
+    "its wheels turn, 11.0 V",
+  );
+  expect(reportedWords({ ...reported, connected: false })).toBe("not connected");
 });
 
 it("says why a part is kept", () => {

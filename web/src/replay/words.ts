@@ -3,6 +3,8 @@
 import type { Commanded, Reported, Steered, TapePart, Watched } from "../messages";
 import { words } from "./timeline";
 
+/** Names of reasons that are no sentence by themselves. */
+const REASONS: Record<string, string> = { pressed: "Stop is pressed" };
 const KEPT = { host: "kept", operator: "kept by an operator", fault: "a fault" };
 
 /** A part in the list: when it began, its size, and why it is kept. */
@@ -46,19 +48,20 @@ export function steeredWords(steered: Steered | null): string {
       ? "stands"
       : `${linear_mps.toFixed(2)} m/s, ${angular_rps.toFixed(2)} rad/s`;
   const why = reason ?? limit;
-  return why ? `${motion} (${words(why)})` : motion;
+  return why ? `${motion} (${REASONS[why] ?? words(why)})` : motion;
 }
 
 /** What the robot says of itself. */
 export function reportedWords(reported: Reported | null): string {
   if (!reported) return "unknown";
   if (!reported.connected) return "not connected";
-  return [
+  const said = [
     ...(reported.problem ? [reported.problem] : []),
     ...(reported.moving === null ? [] : [reported.moving ? "its wheels turn" : "its wheels stand"]),
     ...(reported.bumpers ? ["a bumper is pressed"] : []),
     ...(reported.battery_v === null ? [] : [`${reported.battery_v.toFixed(1)} V`]),
-  ].join(", ");
+  ];
+  return said.join(", ") || "nothing";
 }
 
 /** How the operator had it. */

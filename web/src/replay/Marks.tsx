@@ -1,0 +1,23 @@
+import type { Mark } from "./timeline";
+import { clockWords } from "./words";
+
+interface MarksProps {
+  marks: readonly Mark[];
+  onSeek: (ms: number) => void;
+}
+
+/** All events of the part; choosing one goes there. */
+export function Marks({ marks, onSeek }: MarksProps) {
+  if (marks.length === 0) return <p class="quiet">No turn, stop or fault is in this part.</p>;
+  return (
+    <ol class="replay-marks" aria-label="Events">
+      {marks.map((mark) => (
+        <li key={`${mark.atMs} ${mark.words}`} class={`is-${mark.kind}`}>
+          <button type="button" onClick={() => onSeek(mark.atMs)}>
+            <span class="figure">{clockWords(mark.atMs)}</span> {mark.words}
+          </button>
+        </li>
+      ))}
+    </ol>
+  );
+}
