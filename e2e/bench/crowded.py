@@ -145,7 +145,7 @@ async def _period(server: MeasuredServer, board: Board, crowd: Crowd | None) -> 
         errors = udp_receive_errors()
         first = None if crowd is None else await asyncio.to_thread(crowd.count)
         looking = asyncio.create_task(_look(operator, ages, found))
-        strokes = await _strokes(operator)
+        strokes = await steer_at_random(operator)
         looking.cancel()
         if crowd is not None and first is not None:
             last = await asyncio.to_thread(crowd.count)
@@ -179,7 +179,7 @@ async def _look(operator: Operator, ages: Ages, found: Period) -> None:
         await asyncio.sleep(_LOOK_S)
 
 
-async def _strokes(operator: Operator) -> list[Stroke]:
+async def steer_at_random(operator: Operator) -> list[Stroke]:
     """Press and let go at random phase; what is pressed is sent at once, as by the page."""
     strokes = []
     ends_s = time.monotonic() + _PERIOD_S

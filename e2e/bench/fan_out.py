@@ -123,7 +123,7 @@ async def _grow(
             try:
                 for number in VIEWERS[side]:
                     await asyncio.to_thread(crowd.hold, number)
-                    await _grown(crowd)
+                    await grown(crowd)
                     await asyncio.sleep(_SETTLE_S)
                     points.append(await _point(server, crowd, server_core, n))
             except MeasureError as error:
@@ -133,7 +133,7 @@ async def _grow(
     return points
 
 
-async def _grown(crowd: Crowd) -> None:
+async def grown(crowd: Crowd) -> None:
     """Wait until each viewer gets nearly every picture; the point reports if that never comes."""
     deadline_s = time.monotonic() + _GROW_S
     before = await asyncio.to_thread(crowd.count)

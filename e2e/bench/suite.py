@@ -9,6 +9,7 @@ from e2e.bench.fan_out import fan_out
 from e2e.bench.first_picture import first_picture
 from e2e.bench.key_to_byte import key_to_byte
 from e2e.bench.memory import memory
+from e2e.bench.recording import recording
 from e2e.bench.servers import JANUS, STOCK, WAX
 from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Suite, measured
 
@@ -23,6 +24,7 @@ SUITE: Final = Suite(
         measured("first-picture", 20, first_picture, "page loads", 3),
         measured("key-to-byte", 220, key_to_byte, "key presses", 15),
         measured("memory", 200, memory, "joins and leaves", 20),
+        measured("recording", 10, recording, "pairs of 30 s, the tape off and on", 1),
     ),
     notes=(
         "Stock is aiortc as its examples have it: MediaRelay, an encoder for each peer; a second "

@@ -5,7 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from e2e.bench.key_to_byte import Change, Stroke, changes, delays
+from e2e.bench.recording import Drive, rows_of
 from e2e.faults.record import Record
 
 
@@ -52,3 +55,14 @@ def test_a_stroke_without_effect_is_not_lent_the_next_ones() -> None:
     moves = [Change(310.0, moving=True)]
     assert delays(strokes, moves, down=True) == [10.0]
     assert delays(strokes, moves, down=False) == []
+
+
+def test_the_price_of_the_tape_is_what_it_adds() -> None:
+    """CPU pair by pair, so that a machine that warms up cancels out; commands over all strokes."""
+    off = [Drive(cpu, [1.0, worst_ms], 0) for cpu, worst_ms in ((0.3, 5.0), (0.4, 5.0))]
+    on = [Drive(cpu, [1.0, worst_ms], 3) for cpu, worst_ms in ((0.32, 8.0), (0.44, 7.0))]
+    cpu, command, left_out = rows_of(off, on)
+    assert cpu.values["WAX"] == pytest.approx(3.0)
+    assert command.values["WAX"] == pytest.approx(3.0)
+    assert command.met is False
+    assert left_out.values["WAX"] == 6
