@@ -38,6 +38,21 @@ SEEK: Final = """async (ms) => {
 }"""
 
 
+PLACES: Final = """() => {
+  const place = (what) => {
+    const { left, right, bottom } = what.getBoundingClientRect();
+    return { left, right, bottom };
+  };
+  const words = document.createRange();
+  words.selectNodeContents(document.querySelector(".link"));
+  return {
+    link: place(words),
+    badge: place(document.querySelector(".tape summary")),
+    why: place(document.querySelector(".tape-why")),
+  };
+}"""
+
+
 @asynccontextmanager
 async def _replayed(folder: Path) -> AsyncIterator[str]:
     """Run `wax replay` around a block; gives the URL of its page."""
@@ -127,6 +142,24 @@ async def test_what_was_driven_is_replayed(
         await eventually(lambda: video("paused === false"), "it plays")
         assert viewer.errors == []
     await context.close()
+
+
+@pytest.mark.timeout(90)
+@pytest.mark.parametrize(("width", "height"), [(360, 740), (390, 844), (844, 390), (1280, 800)])
+async def test_everybody_can_read_that_they_are_recorded(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer, width: int, height: int
+) -> None:
+    """The badge hides no word beside it, and its sentence is whole, on each kind of screen."""
+    async with serve(tmp_path, RECORDING) as server:
+        ada = await open_viewer(server, viewport={"width": width, "height": height})
+        badge = ada.page.locator("details.tape")
+        await badge.locator("summary").click()
+        found = await ada.page.evaluate(PLACES)
+        assert found["link"]["right"] <= found["badge"]["left"]
+        why = found["why"]
+        assert why["left"] >= 0
+        assert why["right"] <= width
+        assert why["bottom"] <= height
 
 
 @pytest.mark.timeout(90)

@@ -247,6 +247,9 @@ async def test_what_happens_is_recorded_where_it_is_configured(state_folder: Pat
     running = asyncio.create_task(app.run(lambda _: ready.set()))
     await ready.wait()
     await asyncio.sleep(2.0)
+    told = app._status()["tape"]
+    assert isinstance(told, dict)
+    assert (told["problem"], told["left_out"]) == (None, 0)
     app.stop()
     await running
     (part,) = Shelf(state_folder / "tape").parts()
@@ -268,6 +271,7 @@ async def test_nothing_is_recorded_unless_configured(state_folder: Path) -> None
     running = asyncio.create_task(app.run(lambda _: ready.set()))
     await ready.wait()
     assert app._video.wanted == []
+    assert app._status()["tape"] is None
     app.stop()
     await running
     assert not (state_folder / "tape").exists()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING
 
 import pytest
@@ -11,8 +12,10 @@ from tests.turned_clock import TurnedClock
 
 from wax.config.settings import ServerSettings
 from wax.errors import StartError
+from wax.protocol.tape_events import FORMAT
 from wax.replay.library import Library
 from wax.replay.server import ReplayServer
+from wax.tape import event_file
 from wax.tape.shelf import Shelf
 from wax.web.guards import Guards
 
@@ -77,6 +80,44 @@ async def test_what_is_not_there_is_said(client: Client, path: str) -> None:
     response = await client.get(path)
     assert response.status == 404
     assert "error" in await response.json()
+
+
+async def test_a_newer_part_is_said(
+    client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Others of the folder can be played all the same."""
+    monkeypatch.setattr(event_file, "FORMAT", FORMAT + 1)
+    newer = record(Shelf(tmp_path), BEGIN_S + 10)
+    response = await client.get(f"/api/tape/{newer}")
+    assert response.status == 404
+    assert "update WAX" in (await response.json())["error"]
+    assert len((await (await client.get("/api/tape")).json())["parts"]) == 2
+
+
+async def test_a_part_that_is_cut_is_played_up_to_there(
+    client: Client, tmp_path: Path, name: str
+) -> None:
+    """What is missing is said, and what is there can be sought in."""
+    for ending, share in ((".mcap", 0.5), (".webm", 0.7)):
+        path = tmp_path / (name + ending)
+        os.truncate(path, int(path.stat().st_size * share))
+    content = await (await client.get(f"/api/tape/{name}")).json()
+    assert "cut off" in content["problem"]
+    part = await client.get(f"/media/{name}", headers={"Range": "bytes=0-99"})
+    assert part.status == 206
+
+
+@pytest.mark.parametrize("ending", [".mcap", ".webm"])
+async def test_fifty_gigabytes_are_refused_at_once(
+    client: Client, tmp_path: Path, name: str, ending: str
+) -> None:
+    """No part is so large; the sentence says what to give instead."""
+    os.truncate(tmp_path / (name + ending), 50_000_000_000)
+    response = await client.get(f"/api/tape/{name}")
+    assert response.status == 404
+    error = (await response.json())["error"]
+    assert "50.0 GB" in error or "50 GB" in error
+    assert "give the tape's folder" in error
 
 
 async def test_another_sites_page_gets_nothing(client: Client) -> None:

@@ -19,6 +19,7 @@ from mcap.records import Chunk
 from mcap.writer import Writer
 from tests.tape.packets import FPS, SIZE, pictures, sounds
 
+from wax.encode.encoded import EncodedPicture
 from wax.errors import StateError
 from wax.protocol.tape_events import EVENTS, FORMAT, Missed, Named, Stopped, Turned, topic
 from wax.tape import event_file, reading
@@ -29,8 +30,10 @@ from wax.tape.mended import facts_of, mended
 from wax.tape.reading import read_events
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
+    from wax.encode.encoded import EncodedSound
     from wax.tape.media_file import Codec
 
 ORIGIN_S: Final = 5000.0
@@ -46,12 +49,17 @@ def record(path: Path, codec: Codec, *, seconds: float, drift_ppm: float = 0.0) 
         *pictures(codec, begin_s=ORIGIN_S, seconds=seconds),
         *sounds(begin_s=ORIGIN_S, seconds=seconds, drift_ppm=drift_ppm),
     ]
+    write(made, items)
+    return made
+
+
+def write(made: MediaFile, items: Sequence[EncodedPicture | EncodedSound]) -> None:
+    """Write in the order of capture."""
     for item in sorted(items, key=lambda one: one.captured_s):
-        if hasattr(item, "rendition"):
+        if isinstance(item, EncodedPicture):
             made.picture(item)
         else:
             made.sound(item)
-    return made
 
 
 def times_s(path: Path, stream: Stream) -> list[float]:
@@ -90,6 +98,28 @@ def test_picture_and_sound_are_in_step(codec: Codec, tmp_path: Path) -> None:
     assert len(seen) == len(heard) == 20
     assert max(abs(a - b) for a, b in zip(seen[1:], heard[1:], strict=True)) <= 0.010
     assert len(times_s(path, "video")) == 20 * FPS
+
+
+@pytest.mark.full
+@pytest.mark.system
+@pytest.mark.timeout(300)
+def test_an_hour_stays_in_step(tmp_path: Path) -> None:
+    """Over six parts of ten minutes, with a sound card that gains 180 ms in this time."""
+    part_s, parts = 600.0, 6
+    all_sounds = sounds(begin_s=ORIGIN_S, seconds=part_s * parts, drift_ppm=50)
+    for number in range(parts):
+        path, begin_s = tmp_path / f"{number}.webm", ORIGIN_S + number * part_s
+        made = MediaFile(path, codec="vp8", size=SIZE, has_sound=True, origin_s=begin_s)
+        items = [
+            *pictures("vp8", begin_s=begin_s, seconds=part_s),
+            *(one for one in all_sounds if begin_s - 1 <= one.captured_s < begin_s + part_s),
+        ]
+        write(made, items)
+        made.close()
+        seen, heard = flashes_s(path, "video")[1:], np.array(flashes_s(path, "audio"))
+        assert len(seen) == part_s - 1
+        assert max(np.abs(heard - at_s).min() for at_s in seen) <= 0.010
+        path.unlink()
 
 
 @pytest.mark.parametrize("codec", CODECS)

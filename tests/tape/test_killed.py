@@ -6,6 +6,7 @@ import random
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 ROOT: Final = Path(__file__).parents[2]
 LOST_S: Final = 1.0
+_AT_ONCE: Final = 4
 
 
 def _kill_while_filming(folder: Path, codec: Codec, after_s: float) -> float:
@@ -32,7 +34,8 @@ def _kill_while_filming(folder: Path, codec: Codec, after_s: float) -> float:
         time.sleep(after_s)
         filming.kill()
         lines = filming.stdout.read().splitlines()
-    return float(lines[-1]) if lines else 0.0
+    assert lines, "it has not filmed"
+    return float(lines[-1])
 
 
 def _ends_s(path: Path) -> dict[str, float]:
@@ -60,23 +63,31 @@ def _check(folder: Path, captured_s: float) -> None:
     assert read.length_ms / 1000 >= captured_s - LOST_S
 
 
+def _kill_and_check(folder: Path, codec: Codec) -> None:
+    _check(folder, _kill_while_filming(folder, codec, random.uniform(1.5, 6.0)))
+
+
+def _kill(kills: int, folder: Path) -> None:
+    """Kill so many, some at once: each waits for its cameras most of the time."""
+    with ThreadPoolExecutor(_AT_ONCE) as pool:
+        killed = [
+            pool.submit(_kill_and_check, folder / str(number), "h264" if number % 4 == 0 else "vp8")
+            for number in range(kills)
+        ]
+        for one in killed:
+            one.result()
+
+
 @pytest.mark.system
 @pytest.mark.timeout(60)
-@pytest.mark.parametrize("codec", ["vp8", "h264"])
-def test_a_kill_costs_a_second(codec: Codec, tmp_path: Path) -> None:
+def test_a_kill_costs_a_second(tmp_path: Path) -> None:
     """At any moment of the recording, by any codec."""
-    captured_s = _kill_while_filming(tmp_path, codec, random.uniform(2.0, 4.0))
-    assert captured_s >= 1.5
-    _check(tmp_path, captured_s)
+    _kill(4, tmp_path)
 
 
 @pytest.mark.system
 @pytest.mark.full
-@pytest.mark.timeout(600)
+@pytest.mark.timeout(300)
 def test_fifty_kills_cost_a_second_each(tmp_path: Path) -> None:
     """The same at fifty random moments."""
-    for number in range(50):
-        folder = tmp_path / str(number)
-        codec: Codec = "h264" if number % 5 == 0 else "vp8"
-        captured_s = _kill_while_filming(folder, codec, random.uniform(1.5, 6.0))
-        _check(folder, captured_s)
+    _kill(50, tmp_path)
