@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from tests.tape.packets import SIZE, pictures, sounds
+from tests.tape.packets import SIZE, in_order, pictures, sounds
 
 from wax.clock import SystemClock
 from wax.config.recording import RecordingSettings
@@ -36,12 +36,10 @@ def main(folder: Path, codec: Codec) -> None:
         format=Format(codec, SIZE, has_sound=True, keyframe_interval_s=1.0),
         clock=clock,
     )
-    items = [
-        *pictures(codec, begin_s=begin_s, seconds=_SECONDS),
-        *sounds(begin_s=begin_s, seconds=_SECONDS),
-    ]
+    film = pictures(codec, begin_s=begin_s, seconds=_SECONDS)
+    items = in_order([*film, *sounds(begin_s=begin_s, seconds=_SECONDS)])
     recorder.start()
-    for item in sorted(items, key=lambda one: one.captured_s):
+    for item in items:
         time.sleep(max(0.0, item.captured_s - clock.now_s()))
         if isinstance(item, EncodedPicture):
             recorder.picture(item)

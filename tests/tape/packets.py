@@ -14,6 +14,8 @@ from wax.encode.sound_encoder import SoundEncoder
 from wax.encode.video_encoder import VideoEncoder
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from wax.encode.encoded import EncodedPicture, EncodedSound
 
 SIZE: Final = (64, 48)
@@ -59,3 +61,8 @@ def sounds(*, begin_s: float, seconds: float, drift_ppm: float = 0.0) -> list[En
         if sound is not None:
             made.append(sound)
     return made
+
+
+def in_order(items: Iterable[EncodedPicture | EncodedSound]) -> list[EncodedPicture | EncodedSound]:
+    """Return pictures and sounds in the order in which they were captured."""
+    return sorted(items, key=lambda one: one.captured_s)

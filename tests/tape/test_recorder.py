@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import av
 import pytest
-from tests.tape.packets import SIZE, pictures, sounds
+from tests.tape.packets import SIZE, in_order, pictures, sounds
 from tests.turned_clock import TurnedClock
 
 from wax.config.recording import RecordingSettings
+from wax.encode.encoded import EncodedPicture
 from wax.protocol.tape_events import Missed, Named, Stopped, TapeEvent
 from wax.tape import recorder as recorder_module
 from wax.tape.reading import read_events
@@ -50,12 +51,12 @@ class Rig:
 
     def film(self, begin_s: float, seconds: float) -> None:
         """Put pictures and sound in the order in which they were captured."""
-        items = [
-            *((one.captured_s, self.recorder.picture, one) for one in _pictures(begin_s, seconds)),
-            *((one.captured_s, self.recorder.sound, one) for one in _sounds(begin_s, seconds)),
-        ]
-        for _, put, item in sorted(items, key=lambda one: one[0]):
-            put(item)  # type: ignore[operator]  # each is for the one beside it
+        film = pictures("vp8", begin_s=begin_s, seconds=seconds)
+        for item in in_order([*film, *sounds(begin_s=begin_s, seconds=seconds)]):
+            if isinstance(item, EncodedPicture):
+                self.recorder.picture(item)
+            else:
+                self.recorder.sound(item)
 
     def events(self) -> list[list[TapeEvent]]:
         """Return the events of each part."""
@@ -66,14 +67,6 @@ class Rig:
             assert read.problem is None
             found.append([one.event for one in read.events])
         return found
-
-
-def _pictures(begin_s: float, seconds: float) -> list[object]:
-    return list(pictures("vp8", begin_s=begin_s, seconds=seconds))
-
-
-def _sounds(begin_s: float, seconds: float) -> list[object]:
-    return list(sounds(begin_s=begin_s, seconds=seconds))
 
 
 def _until(is_so: Callable[[], bool]) -> None:
@@ -195,9 +188,7 @@ def test_a_full_disk_stops_the_tape_until_there_is_room(
     """It says so in one sentence, keeps what it has, and goes on by itself."""
     monkeypatch.setattr(recorder_module, "RETRY_S", 0.0)
     free = {"bytes": 10**9}
-    monkeypatch.setattr(
-        recorder_module.shutil, "disk_usage", lambda _: Disk(10**12, 0, free["bytes"])
-    )
+    monkeypatch.setattr("shutil.disk_usage", lambda _: Disk(10**12, 0, free["bytes"]))
     rig = Rig(tmp_path / "tape", min_free_gb=2.0)
     rig.recorder.start()
     _until(lambda: rig.recorder.problem is not None)

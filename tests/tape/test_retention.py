@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.tape.retention import Part, retain
+from wax.tape.retention import Keeper, Part, retain
 
 DAY_S = 86_400.0
 NOW_S = 1000 * DAY_S
+
+KEEPERS: Final[tuple[Keeper | None, ...]] = (None, None, "host", "operator", "fault")
 
 parts_of_a_tape = st.lists(
     st.tuples(
         st.floats(0.0, 20.0),
         st.integers(0, 100),
-        st.sampled_from([None, None, "host", "operator", "fault"]),
+        st.sampled_from(KEEPERS),
         st.booleans(),
     ),
     max_size=12,

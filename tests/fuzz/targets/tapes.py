@@ -28,8 +28,6 @@ from wax.tape.mended import facts_of, mended
 from wax.tape.reading import read_events
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from wax.tape.media_file import Codec
 
 _BEGIN_S: Final = 1000.0
@@ -38,12 +36,8 @@ _FOLDER: Final = tempfile.TemporaryDirectory(prefix="wax-fuzz-tapes-")
 _MADE: Final = Path(_FOLDER.name)
 
 
-def _written(path: Path, write: Callable[[Path], None]) -> bytes:
-    write(path)
-    return path.read_bytes()
-
-
-def _events(path: Path) -> None:
+def _events() -> bytes:
+    path = _MADE / "seed.mcap"
     made = EventFile(path, origin_s=_BEGIN_S, zero_ns=10**18)
     made.write(Turned(number=3, operator=7, why=None), _BEGIN_S)
     made.write(Named(viewer=7, name="Ada"), _BEGIN_S)
@@ -51,15 +45,18 @@ def _events(path: Path) -> None:
     made.write(Stopped(number=1, pressed=True, viewer=2, by_host=False), _BEGIN_S + 3.0)
     made.write(Missed(missed_s=1.5), _BEGIN_S + 4.0)
     made.close()
+    return path.read_bytes()
 
 
-def _media(path: Path, codec: Codec) -> None:
+def _media(codec: Codec) -> bytes:
+    path = _MADE / f"seed{ENDINGS[codec]}"
     made = MediaFile(path, codec=codec, size=SIZE, has_sound=True, origin_s=_BEGIN_S)
     for picture in pictures(codec, begin_s=_BEGIN_S, seconds=_SECONDS):
         made.picture(picture)
     for sound in sounds(begin_s=_BEGIN_S, seconds=_SECONDS):
         made.sound(sound)
     made.close()
+    return path.read_bytes()
 
 
 def _records() -> bytes:
@@ -81,7 +78,8 @@ def _packed(data: bytes) -> bytes:
         uncompressed_crc=crc32(data),
         uncompressed_size=len(data),
     ).write(builder)
-    return MCAP0_MAGIC + builder.end()
+    piece: bytes = builder.end()  # type: ignore[no-untyped-call]  # the library leaves it out
+    return MCAP0_MAGIC + piece
 
 
 def _hear_events(data: bytes) -> None:
@@ -135,7 +133,7 @@ EVENTS: Final = Target(
     name="tape-events",
     what="events of a tape",
     hear=_hear_events,
-    seeds=(_written(_MADE / "seed.mcap", _events),),
+    seeds=(_events(),),
     words=(
         b"zstd", b"lz4", b"", b"wax.tape", b"origin_ns", b"format", b"/wax/missed", b"NaN", b"null",
         b"\x28\xb5\x2f\xfd", b"\x06", b"\x05", b"\x0c", b"\xff" * 8, b"\x89MCAP0\r\n",
@@ -157,10 +155,7 @@ MEDIA: Final = Target(
     name="tape-media",
     what="picture and sound of a tape",
     hear=_hear_media,
-    seeds=tuple(
-        _written(_MADE / f"seed{ending}", lambda path, codec=codec: _media(path, codec))
-        for codec, ending in ENDINGS.items()
-    ),
+    seeds=tuple(_media(codec) for codec in ENDINGS),
     words=(
         b"\x1a\x45\xdf\xa3", b"\x18\x53\x80\x67", b"\x1f\x43\xb6\x75", b"\x44\x89", b"\xa3",
         b"webm", b"moof", b"moov", b"mdat", b"tfhd", b"trun", b"ftyp", b"\xff" * 8,
