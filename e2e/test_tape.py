@@ -71,7 +71,7 @@ async def _replayed(folder: Path) -> AsyncIterator[str]:
         async with asyncio.timeout(20):
             while b"http://" not in (line := await process.stdout.readline()):
                 assert line, "wax replay has ended"
-        yield f"http://localhost:{port}"
+        yield line.decode().split()[-1]
         process.send_signal(signal.SIGTERM)
         assert await asyncio.wait_for(process.wait(), 5) == 0
     finally:
@@ -116,7 +116,7 @@ async def test_what_was_driven_is_replayed(
         await page.get_by_role("button", name="Play").wait_for()
         await eventually(lambda: video("readyState >= 2"), "the picture is there")
         content: dict[str, Any] = await page.evaluate(
-            "fetch(`/api/tape/${'" + part.name + "'}`).then((answer) => answer.json())"
+            "fetch(`api/tape/${'" + part.name + "'}`).then((answer) => answer.json())"
         )
         assert content["problem"] is None
         for ms in (400, 2100, 1300):

@@ -7,6 +7,8 @@ const here = (path: string) => fileURLToPath(new URL(path, import.meta.url));
 export default defineConfig({
   root: here("replay"),
   publicDir: here("public"),
+  // It lies below a path that nobody else on this machine can guess.
+  base: "./",
   build: {
     outDir: here("../server/wax/web/dist/replay"),
     emptyOutDir: true,
@@ -16,7 +18,9 @@ export default defineConfig({
     modulePreload: false,
   },
   server: {
-    // `npx vite --config vite.replay.config.ts` beside a running `wax replay`.
-    proxy: { "/api": "http://localhost:8090", "/media": "http://localhost:8090" },
+    // `TAPE=ADDRESS npx vite --config vite.replay.config.ts`, as a running `wax replay` prints it.
+    proxy: Object.fromEntries(
+      ["/api", "/media"].map((path) => [path, process.env.TAPE ?? "http://localhost:8090"]),
+    ),
   },
 });

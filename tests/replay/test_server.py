@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import pytest
 from aiohttp.test_utils import TestClient, TestServer
@@ -28,6 +28,10 @@ if TYPE_CHECKING:
     Client = TestClient[Request, Application]
 
 
+SECRET: Final = "Zk3"
+AT: Final = f"/{SECRET}"
+
+
 @pytest.fixture
 def name(tmp_path: Path) -> str:
     """Record one part of a tape; return its name."""
@@ -41,14 +45,16 @@ async def client(tmp_path: Path, name: str) -> AsyncIterator[Client]:
     (page / "index.html").write_text("<!doctype html><title>tape</title>")
     library = Library(tmp_path)
     guards = Guards(ServerSettings(host="localhost"), TurnedClock())
-    async with TestClient(TestServer(ReplayServer(library, guards, page).application())) as found:
+    async with TestClient(
+        TestServer(ReplayServer(library, guards, SECRET, page).application())
+    ) as found:
         yield found
     library.close()
 
 
 async def test_the_page_is_served_with_its_policy(client: Client) -> None:
     """As the robot's own page: nothing inline, nothing from elsewhere."""
-    response = await client.get("/")
+    response = await client.get(AT + "/")
     assert response.status == 200
     assert "tape" in await response.text()
     assert "default-src 'self'" in response.headers["Content-Security-Policy"]
@@ -56,9 +62,9 @@ async def test_the_page_is_served_with_its_policy(client: Client) -> None:
 
 async def test_the_tape_is_listed_and_read(client: Client, name: str) -> None:
     """As JSON of the models that the page knows."""
-    listing = await (await client.get("/api/tape")).json()
+    listing = await (await client.get(AT + "/api/tape")).json()
     assert [one["name"] for one in listing["parts"]] == [name]
-    response = await client.get(f"/api/tape/{name}")
+    response = await client.get(AT + f"/api/tape/{name}")
     content = await response.json()
     assert content["events"][0]["event"]["type"] == "stopped"
     assert response.headers["Cache-Control"] == "no-store"
@@ -66,10 +72,10 @@ async def test_the_tape_is_listed_and_read(client: Client, name: str) -> None:
 
 async def test_a_browser_can_seek(client: Client, name: str) -> None:
     """A range of picture and sound is answered with that range."""
-    whole = await client.get(f"/media/{name}")
+    whole = await client.get(AT + f"/media/{name}")
     assert whole.headers["Content-Type"] == "video/webm"
     data = await whole.read()
-    part = await client.get(f"/media/{name}", headers={"Range": "bytes=100-199"})
+    part = await client.get(AT + f"/media/{name}", headers={"Range": "bytes=100-199"})
     assert part.status == 206
     assert await part.read() == data[100:200]
 
@@ -77,7 +83,7 @@ async def test_a_browser_can_seek(client: Client, name: str) -> None:
 @pytest.mark.parametrize("path", ["/api/tape/gone", "/media/gone", "/media/..%2Fpage"])
 async def test_what_is_not_there_is_said(client: Client, path: str) -> None:
     """A sentence, as JSON."""
-    response = await client.get(path)
+    response = await client.get(AT + path)
     assert response.status == 404
     assert "error" in await response.json()
 
@@ -88,10 +94,10 @@ async def test_a_newer_part_is_said(
     """Others of the folder can be played all the same."""
     monkeypatch.setattr(event_file, "FORMAT", FORMAT + 1)
     newer = record(Shelf(tmp_path), BEGIN_S + 10)
-    response = await client.get(f"/api/tape/{newer}")
+    response = await client.get(AT + f"/api/tape/{newer}")
     assert response.status == 404
     assert "update WAX" in (await response.json())["error"]
-    assert len((await (await client.get("/api/tape")).json())["parts"]) == 2
+    assert len((await (await client.get(AT + "/api/tape")).json())["parts"]) == 2
 
 
 async def test_a_part_that_is_cut_is_played_up_to_there(
@@ -101,9 +107,9 @@ async def test_a_part_that_is_cut_is_played_up_to_there(
     for ending, share in ((".mcap", 0.5), (".webm", 0.7)):
         path = tmp_path / (name + ending)
         os.truncate(path, int(path.stat().st_size * share))
-    content = await (await client.get(f"/api/tape/{name}")).json()
+    content = await (await client.get(AT + f"/api/tape/{name}")).json()
     assert "cut off" in content["problem"]
-    part = await client.get(f"/media/{name}", headers={"Range": "bytes=0-99"})
+    part = await client.get(AT + f"/media/{name}", headers={"Range": "bytes=0-99"})
     assert part.status == 206
 
 
@@ -113,16 +119,24 @@ async def test_fifty_gigabytes_are_refused_at_once(
 ) -> None:
     """No part is so large; the sentence says what to give instead."""
     os.truncate(tmp_path / (name + ending), 50_000_000_000)
-    response = await client.get(f"/api/tape/{name}")
+    response = await client.get(AT + f"/api/tape/{name}")
     assert response.status == 404
     error = (await response.json())["error"]
     assert "50.0 GB" in error or "50 GB" in error
     assert "give the tape's folder" in error
 
 
+@pytest.mark.parametrize("path", ["/", "/api/tape", "/index.html", "/Zk4/api/tape", "/Zk/"])
+async def test_who_does_not_know_the_address_gets_nothing(client: Client, path: str) -> None:
+    """Others with an account on this machine reach its ports, but may not see the tape."""
+    response = await client.get(path)
+    assert response.status == 404
+    assert await response.json() == {"error": "Not Found"}
+
+
 async def test_another_sites_page_gets_nothing(client: Client) -> None:
     """A name that is made to lead to this machine (DNS rebinding) is refused."""
-    response = await client.get("/api/tape", headers={"Host": "evil.example"})
+    response = await client.get(AT + "/api/tape", headers={"Host": "evil.example"})
     assert response.status == 421
 
 
@@ -131,5 +145,5 @@ async def test_a_page_that_is_not_built_is_said(tmp_path: Path, name: str) -> No
     library = Library(tmp_path / f"{name}.mcap")
     guards = Guards(ServerSettings(), TurnedClock())
     with pytest.raises(StartError, match="not built"):
-        ReplayServer(library, guards, tmp_path / "nowhere").application()
+        ReplayServer(library, guards, SECRET, tmp_path / "nowhere").application()
     library.close()

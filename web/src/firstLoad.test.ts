@@ -35,6 +35,7 @@ it("does not have the first load wait for what only watches elsewhere", () => {
   expect(loaded).toContain(join(ROOT, "measure/report.ts"));
   expect(loaded).not.toContain("livekit-client");
   expect(loaded.filter((one) => one.startsWith(join(ROOT, "elsewhere")))).toEqual([]);
+  expect(loaded.filter((one) => one.startsWith(join(ROOT, "replay")))).toEqual([]);
   const later = [...loadedBy(join(ROOT, "elsewhere/elsewhere.ts"))];
   expect(later).toContain("livekit-client");
 });

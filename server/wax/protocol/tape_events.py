@@ -175,7 +175,7 @@ class TapeListing(_Event):
 
 
 class TapeContent(_Event):
-    """All of one part but picture and sound, which are at ``/media/`` and its name.
+    """All of one part but picture and sound, which are at ``media/`` and its name.
 
     `problem` is a sentence about what could not be read, null if there is nothing.
     """

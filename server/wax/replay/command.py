@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import errno
+import secrets
 import signal
 from typing import TYPE_CHECKING, Final
 
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
     from wax.config.settings import LogSettings
 
 _HOST: Final = "localhost"
-"""A tape shows people; whoever may read the file opens the page on the same machine."""
+"""A tape shows people: who sees this terminal opens the page, on the same machine."""
+_SECRET_BYTES: Final = 16
 
 
 def replay(path: Path, port: int, log: LogSettings, *, tell: Callable[[str], None]) -> int:
@@ -41,7 +43,8 @@ def replay(path: Path, port: int, log: LogSettings, *, tell: Callable[[str], Non
 
 async def _serve(library: Library, port: int, tell: Callable[[str], None]) -> None:
     guards = Guards(ServerSettings(host=_HOST), SystemClock())
-    server = ReplayServer(library, guards)
+    secret = secrets.token_urlsafe(_SECRET_BYTES)
+    server = ReplayServer(library, guards, secret)
     runner = web.AppRunner(
         server.application(), access_log=None, shutdown_timeout=0.5, handle_signals=False
     )
@@ -61,7 +64,7 @@ async def _serve(library: Library, port: int, tell: Callable[[str], None]) -> No
                 f"cannot listen on port {port}: {why}; choose another port with --port"
             ) from error
         listening = runner.addresses[0][1]
-        tell(f"\n  The tape:  http://{_HOST}:{listening}\n\n  Ctrl-C ends it.\n")
+        tell(f"\n  The tape:  http://{_HOST}:{listening}/{secret}/\n\n  Ctrl-C ends it.\n")
         await over.wait()
     finally:
         await runner.cleanup()

@@ -26,13 +26,21 @@ _LOG = structlog.get_logger(__name__)
 
 FOLDER: Final = "replay"
 """Where the page lies, beside that of the robot."""
+_NOT_STORED: Final = {"Cache-Control": "no-store"}
 _TYPES: Final = {".webm": "video/webm", ".mp4": "video/mp4"}
 
 
 class ReplayServer:
-    """Answers with what is in `library`, which it reads in threads: a disk may be slow."""
+    """Answers with what is in `library`, which it reads in threads: a disk may be slow.
 
-    def __init__(self, library: Library, guards: Guards, page: Path = PAGE / FOLDER) -> None:
+    Everything is below the path `secret`: others with an account on this machine reach its ports,
+    too, but not the tape's folder.
+    """
+
+    def __init__(
+        self, library: Library, guards: Guards, secret: str, page: Path = PAGE / FOLDER
+    ) -> None:
+        self._at = f"/{secret}"
         self._library = library
         self._guards = guards
         self._page = page
@@ -47,11 +55,11 @@ class ReplayServer:
         application.on_response_prepare.append(self._guards.add_headers)
         application.add_routes(
             [
-                web.get("/", self.page),
-                web.get("/api/tape", self.listing),
-                web.get("/api/tape/{name}", self.content),
-                web.get("/media/{name}", self.media),
-                web.static("/", self._page),
+                web.get(f"{self._at}/", self.page),
+                web.get(f"{self._at}/api/tape", self.listing),
+                web.get(f"{self._at}/api/tape/{{name}}", self.content),
+                web.get(f"{self._at}/media/{{name}}", self.media),
+                web.static(f"{self._at}/", self._page),
             ]
         )
         return application
@@ -70,12 +78,14 @@ class ReplayServer:
         # It answers requests for ranges, by which a browser seeks.
         return web.FileResponse(
             path,
-            headers={"Content-Type": _TYPES[path.suffix], "Cache-Control": "no-store"},
+            headers={"Content-Type": _TYPES[path.suffix], **_NOT_STORED},
         )
 
 
 def _json(model: BaseModel) -> web.Response:
-    response = web.Response(text=model.model_dump_json(), content_type="application/json")
+    response = web.Response(
+        text=model.model_dump_json(), content_type="application/json", headers=_NOT_STORED
+    )
     response.enable_compression()
     return response
 

@@ -2,12 +2,12 @@ import type { TapeContent, TapeListing } from "../messages";
 
 /** What there is to replay; throws an `Error` with a sentence. */
 export function loadListing(): Promise<TapeListing> {
-  return load("/api/tape");
+  return load("api/tape");
 }
 
 /** One part, without picture and sound; throws an `Error` with a sentence. */
 export function loadPart(name: string): Promise<TapeContent> {
-  return load(`/api/tape/${encodeURIComponent(name)}`);
+  return load(`api/tape/${encodeURIComponent(name)}`);
 }
 
 async function load<T>(url: string): Promise<T> {

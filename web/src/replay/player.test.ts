@@ -58,7 +58,7 @@ beforeEach(() => {
 });
 
 it("plays picture and sound of one element as it was", async () => {
-  expect(picture.src).toContain("/media/the%20fall");
+  expect(picture.src).toContain("media/the%20fall");
   await player.play();
   player.follow(timeline);
   expect(picture.muted).toBe(false);

@@ -34,7 +34,7 @@ export class Player {
     this.#hasMedia = content.has_media;
     this.#lengthMs = content.length_ms;
     this.#stoodAtMs = 0;
-    const url = `/media/${encodeURIComponent(content.name)}`;
+    const url = `media/${encodeURIComponent(content.name)}`;
     for (const one of [this.picture, this.sound]) {
       if (content.has_media) one.src = url;
       else one.removeAttribute("src");

@@ -49,9 +49,9 @@ function serve(answers: Record<string, unknown>): void {
 
 it("opens the newest part and goes to an event of it", async () => {
   serve({
-    "/api/tape": { parts: [part("old"), part("new")] },
-    "/api/tape/new": content("new"),
-    "/api/tape/old": content("old"),
+    "api/tape": { parts: [part("old"), part("new")] },
+    "api/tape/new": content("new"),
+    "api/tape/old": content("old"),
   });
   const stop = await findByRole(body, "button", { name: /Stop pressed by viewer 2/ });
   expect((getByRole(body, "combobox", { name: "Part" }) as HTMLSelectElement).value).toBe("new");
@@ -61,7 +61,7 @@ it("opens the newest part and goes to an event of it", async () => {
 });
 
 it("steps to the next event with a key", async () => {
-  serve({ "/api/tape": { parts: [part("one")] }, "/api/tape/one": content("one") });
+  serve({ "api/tape": { parts: [part("one")] }, "api/tape/one": content("one") });
   await findByRole(body, "button", { name: "Next event" });
   // The page listens once it has been drawn.
   await vi.waitFor(() => {
@@ -74,13 +74,13 @@ it("steps to the next event with a key", async () => {
 
 it("says what is wrong with a part, and plays what there is of it", async () => {
   const problem = "The events are cut off after 5.0 s.";
-  serve({ "/api/tape": { parts: [part("one")] }, "/api/tape/one": content("one", { problem }) });
+  serve({ "api/tape": { parts: [part("one")] }, "api/tape/one": content("one", { problem }) });
   expect((await findByRole(body, "alert")).textContent).toBe(problem);
   expect(await findByRole(body, "button", { name: "Play" })).toBeTruthy();
 });
 
 it("says why a part cannot be opened", async () => {
-  serve({ "/api/tape": { parts: [part("gone")] } });
+  serve({ "api/tape": { parts: [part("gone")] } });
   expect((await findByRole(body, "alert")).textContent).toBe("It was deleted meanwhile.");
   expect(queryByRole(body, "button", { name: "Play" })).toBeNull();
 });
