@@ -68,7 +68,7 @@ def _kill_and_check(folder: Path, codec: Codec) -> None:
 
 
 def _kill(kills: int, folder: Path) -> None:
-    """Kill so many, some at once: each waits for its cameras most of the time."""
+    """Kill so many, some at once: each waits most of the time."""
     with ThreadPoolExecutor(_AT_ONCE) as pool:
         killed = [
             pool.submit(_kill_and_check, folder / str(number), "h264" if number % 4 == 0 else "vp8")

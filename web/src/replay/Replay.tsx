@@ -1,5 +1,5 @@
 import { type Signal, useSignal, useSignalEffect } from "@preact/signals";
-import { useCallback, useEffect, useRef } from "preact/hooks";
+import { useCallback, useEffect, useMemo, useRef } from "preact/hooks";
 import type { TapeContent, TapeListing } from "../messages";
 import { Controls } from "./Controls";
 import { loadListing, loadPart } from "./load";
@@ -49,6 +49,7 @@ export function Replay() {
       });
   });
 
+  const words = useMemo(() => partWords(), []);
   const parts = listing.value?.parts ?? [];
   const at = parts.findIndex((one) => one.name === name.value);
   const follow = () => {
@@ -71,7 +72,7 @@ export function Replay() {
             >
               {parts.map((one) => (
                 <option key={one.name} value={one.name}>
-                  {partWords(one)}
+                  {words(one)}
                 </option>
               ))}
             </select>

@@ -44,5 +44,5 @@ it("says what the robot says of itself, and when it says nothing", () => {
 
 it("says why a part is kept", () => {
   const part = { name: "wax-1", began_wall_ms: 0, size_bytes: 8_000_000, kept: "fault" } as const;
-  expect(partWords(part, "en")).toContain("8.0 MB, a fault");
+  expect(partWords("en")(part)).toContain("8.0 MB, a fault");
 });

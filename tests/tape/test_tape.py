@@ -1,0 +1,73 @@
+"""The tape as one more viewer of the fan-out."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.turned_clock import TurnedClock
+
+from wax.config.settings import Settings
+from wax.fanout.sound_hub import SoundHub
+from wax.fanout.video_hub import VideoHub
+from wax.tape.tape import Tape
+from wax.telemetry import Counters
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+
+class Rig:
+    """A tape beside a fan-out that nobody else watches."""
+
+    def __init__(self, folder: Path, **recording: object) -> None:
+        known = {"enabled": True, "folder": str(folder), "min_free_gb": 0.0} | recording
+        settings = Settings.model_validate({"recording": known})
+        clock = TurnedClock()
+        self.best = settings.video.renditions[0].name
+        self.counters = Counters()
+        self.video = VideoHub(settings=settings.video, clock=clock)
+        self.audio = SoundHub()
+        self.tape = Tape(
+            settings, clock=clock, counters=self.counters, video=self.video, audio=self.audio
+        )
+
+
+@pytest.fixture
+async def rig(tmp_path: Path) -> AsyncIterator[Rig]:
+    made = Rig(tmp_path / "tape")
+    made.video.start()
+    made.audio.start()
+    made.tape.start()
+    yield made
+    made.tape.stop()
+    made.video.stop()
+
+
+async def test_it_wants_the_best_picture_and_one_form_of_the_sound(rig: Rig) -> None:
+    """As a viewer on a good link would; whatever is encoded for that is all that it costs."""
+    assert rig.video.wanted == [rig.best]
+    assert len(rig.audio.wanted) == 1
+
+
+async def test_an_error_in_the_fan_out_ends_the_tape_and_nothing_else(rig: Rig) -> None:
+    """It leaves, nothing is encoded for it any more, and everybody is told."""
+    with rig.tape._boundary:
+        raise RuntimeError
+    assert rig.video.wanted == []
+    assert rig.audio.wanted == []
+    assert rig.tape.recorder.problem is not None
+    assert "restart" in rig.tape.recorder.problem
+    assert rig.counters.snapshot() == {"viewer faults": 1}
+
+
+async def test_sound_is_left_out_where_it_is_not_to_be_recorded(tmp_path: Path) -> None:
+    """Nothing of it reaches the recorder."""
+    rig = Rig(tmp_path / "tape", sound=False)
+    rig.video.start()
+    rig.tape.start()
+    assert not rig.tape.has_sound
+    assert rig.audio.wanted == []
+    rig.tape.stop()
+    rig.video.stop()
