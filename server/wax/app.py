@@ -23,9 +23,9 @@ from wax.access.host_link import HostLinkSocket
 from wax.access.secret_file import load_secret
 from wax.baseline.streams import BaselineService, thesis_video
 from wax.baseline.unit_hub import UnitHub
+from wax.capture import find_sources
 from wax.capture.audio_blocks import Blocks
 from wax.capture.blanking import Blanking
-from wax.capture.find_sources import make_sources
 from wax.capture.source_thread import SourceThread
 from wax.capture.timestamp_overlay import TimestampOverlay
 from wax.cluster.cluster import Cluster, Sources
@@ -109,7 +109,7 @@ class App:
         self._driver = make_robot(settings.robot, clock, settings.log)
         self._house = House()
         self._blanking = Blanking(lambda: self._house.is_blanked)
-        sources = make_sources(settings.video, settings.audio, clock, self._driver)
+        sources = find_sources.make_sources(settings.video, settings.audio, clock, self._driver)
         self._audio: SoundHub | UnitHub
         self._cluster = Cluster(clock=clock, counters=counters)
         service: Service
@@ -145,23 +145,7 @@ class App:
                     self._audio if settings.access.strangers_hear else None,
                 ),
             )
-        self._captures: dict[str, SourceThread[Picture] | SourceThread[Sound]] = {}
-        if sources.video is not None:
-            self._captures["video"] = SourceThread(
-                sources.video,
-                self._take_picture(),
-                name="camera",
-                clock=clock,
-                retry_s=settings.video.retry_s,
-            )
-        if sources.audio is not None:
-            self._captures["audio"] = SourceThread(
-                sources.audio,
-                self._take_sound,
-                name="microphone",
-                clock=clock,
-                retry_s=settings.audio.retry_s,
-            )
+        self._captures = self._make_captures(sources)
         self._blocks = Blocks()
         ice = IceServers(settings.network, settings.relay)
         self._network = Network(settings.network, ice, clock)
@@ -451,6 +435,28 @@ class App:
     def _task_died(self, name: str) -> None:
         self._died = name
         self.stop()
+
+    def _make_captures(
+        self, sources: find_sources.Sources
+    ) -> dict[str, SourceThread[Picture] | SourceThread[Sound]]:
+        captures: dict[str, SourceThread[Picture] | SourceThread[Sound]] = {}
+        if sources.video is not None:
+            captures["video"] = SourceThread(
+                sources.video,
+                self._take_picture(),
+                name="camera",
+                clock=self._clock,
+                retry_s=self._settings.video.retry_s,
+            )
+        if sources.audio is not None:
+            captures["audio"] = SourceThread(
+                sources.audio,
+                self._take_sound,
+                name="microphone",
+                clock=self._clock,
+                retry_s=self._settings.audio.retry_s,
+            )
+        return captures
 
     def _take_picture(self) -> Callable[[Picture], None]:
         """Return what handles pictures, in the camera's thread."""
