@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 import av
 
 from wax.errors import StateError
+from wax.tape.boxes import is_believable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -48,7 +49,7 @@ def facts_of(path: Path) -> MediaFacts:
     Raises `StateError` for one that is too large to be a part of a tape.
     """
     try:
-        _check_size(path)
+        _check(path)
         with av.open(str(path), "r") as media:
             return MediaFacts(
                 length_ms=0.0 if media.duration is None else media.duration / 1000,
@@ -68,7 +69,7 @@ def mended(path: Path, folder: Path) -> Path:
     if copy.exists():
         return copy
     try:
-        _check_size(path)
+        _check(path)
         if _is_finished(path):
             return path
         with av.open(str(path), "r") as media:
@@ -83,14 +84,16 @@ def mended(path: Path, folder: Path) -> Path:
     return copy
 
 
-def _check_size(path: Path) -> None:
-    """Refuse at once what would take minutes to look through."""
+def _check(path: Path) -> None:
+    """Refuse at once what would take minutes to look through; raises what its callers handle."""
     size = path.stat().st_size
     if size > _MOST_BYTES:
         raise StateError(
             f"{path}: has {size / 1e9:.0f} GB of picture and sound; a part of a tape has at most"
             f" {_MOST_BYTES / 1e9:g}, so this is none: give the tape's folder, or one of its parts"
         )
+    if not is_believable(path):
+        raise ValueError("it counts more samples than it could hold")
 
 
 def _is_finished(path: Path) -> bool:
