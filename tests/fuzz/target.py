@@ -28,7 +28,7 @@ class Target:
     """`hear` takes any bytes and raises only what is a defect; `what` says it for people.
 
     `seeds` are valid inputs, `words` what a mutator puts in; both lead it past the first checks.
-    `long_seeds` take too much time for ten thousand in a test.
+    `long_seeds` take too much time for a test, which tries so many `inputs`.
     """
 
     name: str
@@ -38,6 +38,7 @@ class Target:
     words: Sequence[bytes] = ()
     max_bytes: int = 2048
     long_seeds: Sequence[bytes] = ()
+    inputs: int = 10_000
 
     @property
     def folder(self) -> Path:

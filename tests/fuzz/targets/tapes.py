@@ -139,6 +139,7 @@ EVENTS: Final = Target(
         b"\x28\xb5\x2f\xfd", b"\x06", b"\x05", b"\x0c", b"\xff" * 8, b"\x89MCAP0\r\n",
     ),
     max_bytes=16_384,
+    inputs=1500,
 )  # fmt: skip
 RECORDS: Final = Target(
     name="tape-records",
@@ -150,6 +151,7 @@ RECORDS: Final = Target(
         b"[" * 60, b'{"a":' * 40, b'"\\u0000"', b"\x03", b"\x04", b"\x05", b"\xff" * 8,
     ),
     max_bytes=8192,
+    inputs=4000,
 )  # fmt: skip
 MEDIA: Final = Target(
     name="tape-media",
@@ -161,4 +163,5 @@ MEDIA: Final = Target(
         b"webm", b"moof", b"moov", b"mdat", b"tfhd", b"trun", b"ftyp", b"\xff" * 8,
     ),
     max_bytes=16_384,
+    inputs=1500,
 )  # fmt: skip
