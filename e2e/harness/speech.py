@@ -58,6 +58,13 @@ def write_film(path: Path, sound: NDArray[np.int16] | None, seconds: float) -> N
         container.mux(talk.encode(None))
 
 
+def above(hz: float, sound: NDArray[np.int16]) -> NDArray[np.int16]:
+    """Return only what lies above `hz`."""
+    spectrum = np.fft.rfft(sound.astype(np.float64))
+    spectrum[np.fft.rfftfreq(len(sound), 1 / RATE_HZ) < hz] = 0
+    return np.asarray(np.round(np.fft.irfft(spectrum, len(sound))), np.int16)
+
+
 def envelope(sound: NDArray[np.int16], block_ms: float = 10) -> NDArray[np.float64]:
     """Root mean square of each block, 0…1."""
     size = int(RATE_HZ * block_ms / 1000)

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from e2e.harness.missing import needed
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
     from playwright.async_api import BrowserContext, Locator, Page
 
     from e2e.measure.ear import Block, Ear, Tap
@@ -140,7 +143,7 @@ class Viewer:
 
     async def listen(self) -> None:
         """Press Start if it is offered, and wait until the browser sounds."""
-        self._tap = needed(self._ear).tap()
+        self._tap = needed(self._ear).tap(records=True)
         if await self.button("Start").is_visible():
             await self.button("Start").click()
         assert await self._tap.hears(within_s=10), "nothing sounds"
@@ -149,6 +152,11 @@ class Viewer:
         """Everything that the browser has sounded since `listen` or `forget`."""
         return [] if self._tap is None else list(self._tap.heard)
 
+    def sound(self) -> NDArray[np.int16]:
+        """Return the samples of `heard`, mono."""
+        recorded = [] if self._tap is None else self._tap.recorded or []
+        return np.asarray(np.concatenate([np.zeros(0), *recorded]) * 32767, np.int16)
+
     def forget(self) -> None:
         if self._tap is not None:
-            self._tap.take()
+            self._tap = needed(self._ear).tap(records=True)
