@@ -67,8 +67,10 @@ stage "the unit tests of both languages" unit_tests
 started() {
     python_tests tests/soak "system$short" >.cache/soak-tests.log 2>&1 &
     soak=$!
-    python_tests tests "system$short" --ignore tests/soak -n 4 --dist worksteal || status=1
-    wait $soak || { cat .cache/soak-tests.log && return 1; }
+    python_tests tests "system and not alone$short" --ignore tests/soak -n 4 --dist worksteal ||
+        status=1
+    wait $soak || { cat .cache/soak-tests.log && status=1; }
+    python_tests tests "system and alone$short" --ignore tests/soak || status=1
 }
 stage "what starts processes" started
 if [ "$what" = all ]; then

@@ -336,6 +336,7 @@ def test_a_pulled_plug_is_noticed(
     assert problem.endswith(".")
 
 
+@pytest.mark.alone
 @DIALECTS
 def test_nothing_moves_after_a_loss_without_a_new_command(
     connect: Callable[..., SerialRobot], board: Board, dialect: str
@@ -469,6 +470,7 @@ class Flood:
         return b"SSS"
 
 
+@pytest.mark.alone
 def test_a_clogged_line_ends_with_a_stop(board: Board) -> None:
     """When a board took nothing for too long, what it has not taken yet yields to the stop."""
     board.deaf = True
