@@ -145,7 +145,15 @@ async def test_what_was_driven_is_replayed(
 
 
 @pytest.mark.timeout(90)
-@pytest.mark.parametrize(("width", "height"), [(360, 740), (390, 844), (844, 390), (1280, 800)])
+@pytest.mark.parametrize(
+    ("width", "height"),
+    [
+        (360, 740),
+        pytest.param(390, 844, marks=pytest.mark.full),
+        pytest.param(844, 390, marks=pytest.mark.full),
+        (1280, 800),
+    ],
+)
 async def test_everybody_can_read_that_they_are_recorded(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer, width: int, height: int
 ) -> None:
