@@ -69,10 +69,10 @@ started() {
     soak=$!
     python_tests tests "system and not alone$short" --ignore tests/soak -n 4 --dist worksteal ||
         status=1
-    wait $soak || { cat .cache/soak-tests.log && status=1; }
-    python_tests tests "system and alone$short" --ignore tests/soak || status=1
+    wait $soak || { status=1 && cat .cache/soak-tests.log; }
 }
 stage "what starts processes" started
+stage "the deadlines of a line" python_tests tests "system and alone$short"
 if [ "$what" = all ]; then
     stage "the branches" sh .make/suite.sh coverage
     stage "the quick lab" lab

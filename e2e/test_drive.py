@@ -107,7 +107,9 @@ async def test_fine_is_slower_than_gross(server: Server, driver: Viewer) -> None
 
 
 @pytest.mark.timeout(90)
-@pytest.mark.parametrize(("name", "sign"), [("Left", 1), ("Right", -1)])
+@pytest.mark.parametrize(
+    ("name", "sign"), [("Left", 1), pytest.param("Right", -1, marks=pytest.mark.full)]
+)
 async def test_buttons_work_by_mouse(server: Server, driver: Viewer, name: str, sign: int) -> None:
     """A button held with the mouse drives, let go it stops, also when let go elsewhere."""
 

@@ -47,6 +47,7 @@ async def test_silent_until_start(server: Server, open_viewer: OpenViewer, ear: 
 
 
 @pytest.mark.timeout(90)
+@pytest.mark.full
 async def test_both_tones_of_the_card_are_heard(server: Server, open_viewer: OpenViewer) -> None:
     """The quiet tone plays without a gap, and a burst follows each whole second at once."""
     viewer = await open_viewer(server)

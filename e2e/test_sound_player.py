@@ -98,6 +98,7 @@ async def test_it_plays_by_itself_and_is_heard_sooner(
     own_ms = await age_ms(viewer)
     own = viewer.heard()
     assert 0.02 < median(block.tone for block in own) < 0.1
+    assert sum(audio_probe.gaps_ms(own)) <= LONGEST_GAP_MS
     viewer.forget()
     await choose(viewer, "browser")
     await plays_by(viewer, BROWSER)

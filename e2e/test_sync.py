@@ -108,11 +108,11 @@ class Ages:
 
 
 async def ages_of(viewer: Viewer) -> Ages:
-    """Read six seconds of the test card, by eye and ear."""
+    """Read four seconds of the test card, by eye and ear."""
     await asyncio.sleep(2)
     viewer.forget()
-    cards = await viewer.cards(120)
-    await asyncio.sleep(2)
+    cards = await viewer.cards(90)
+    await asyncio.sleep(1)
     return Ages(
         sound_ms=median(audio_probe.burst_ages_ms(viewer.heard())),
         picture_ms=median(card.age_ms for card in cards if card.valid),

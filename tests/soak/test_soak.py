@@ -9,11 +9,11 @@ from e2e.soak.suite import join_leave
 
 @pytest.mark.system
 @pytest.mark.timeout(240)
-async def test_a_minute_of_coming_and_going_leaves_nothing() -> None:
+async def test_half_a_minute_of_coming_and_going_leaves_nothing() -> None:
     """Threads, descriptors and tasks are as many as before, while somebody drove throughout."""
-    found = await soak(60.0)
-    assert found.joins >= 20
-    assert len(found.samples) >= 20
+    found = await soak(30.0)
+    assert found.joins >= 10
+    assert len(found.samples) >= 10
     assert found.left == 0
 
 
