@@ -1,7 +1,9 @@
 """Who may do what: one row for each message and route, asked in one place each.
 
 A role is what somebody is now: the host by a secret, the operator by their turn, an observer by
-being let in. A stranger has a page but no place in the room.
+being let in. An operator becomes an adviser while the person aboard has the robot; that person
+outranks every row here and needs none, since their hand control is read beside the server
+(`wax.control.local_hand`). A stranger has a page but no place in the room.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from wax.protocol import messages
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-Role = Literal["stranger", "observer", "operator", "host"]
+Role = Literal["stranger", "observer", "adviser", "operator", "host"]
 Act = type | str
 """A message of the protocol, a route as ``METHOD /path``, or `SPEAK`."""
 
@@ -25,7 +27,8 @@ ROLES: Final[tuple[Role, ...]] = get_args(Role)
 
 _ANYBODY: Final = frozenset(ROLES)
 _INSIDE: Final = _ANYBODY - {"stranger"}
-_IN_CHARGE: Final = frozenset[Role]({"operator", "host"})
+_DRIVING: Final = frozenset[Role]({"operator", "host"})
+_IN_CHARGE: Final = frozenset[Role]({"adviser", "operator", "host"})
 _HOST: Final = frozenset[Role]({"host"})
 
 PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
@@ -39,7 +42,7 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     messages.Leave: _INSIDE,
     messages.Here: _INSIDE,
     # Driving, and stopping.
-    messages.Drive: _IN_CHARGE,
+    messages.Drive: _DRIVING,
     messages.Stop: _INSIDE,
     messages.Release: _IN_CHARGE,
     # Speaking to the people beside the robot; never those who only watch.
@@ -78,6 +81,7 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
 
 _ONLY: Final[Mapping[frozenset[Role], str]] = {
     _INSIDE: "Only people who watch this robot can do that.",
+    _DRIVING: "Only the operator or the host can do that.",
     _IN_CHARGE: "Only the operator or the host can do that.",
     _HOST: "Only the host can do that.",
 }
@@ -91,4 +95,6 @@ def may(role: Role, act: Act) -> bool:
 def check(role: Role, act: Act) -> None:
     """Raise `ForbiddenError`, with a sentence, where `may` says no."""
     if not may(role, act):
+        if role == "adviser" and may("operator", act):
+            raise ForbiddenError("Only the person aboard drives now; advise them.")
         raise ForbiddenError(_ONLY.get(PERMISSIONS.get(act, frozenset()), "Nobody can do that."))

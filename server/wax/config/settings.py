@@ -427,6 +427,49 @@ class RobotSettings(_Section):
     serial: SerialSettings = SerialSettings()
 
 
+Deflection = Annotated[float, Field(ge=-1, le=1)]
+
+
+class ActSettings(_Section):
+    """One act of `[local] script`: what the simulated person aboard does, and when."""
+
+    at_s: Annotated[float, Field(ge=0, le=3600)]
+    for_s: Annotated[float, Field(ge=0.1, le=60)] = 0.5
+    linear: Deflection = 0.0
+    angular: Deflection = 0.0
+    press: Literal["stop", "wait", "go_on", "left", "right", "none"] = "none"
+
+
+class LocalSettings(_Section):
+    """`[local]`: the hand control of a person aboard, who outranks every operator."""
+
+    source: Literal["none", "robot", "serial"] = "none"
+    url: Annotated[str, Field(min_length=1)] = "/dev/ttyACM1"
+    baud: Annotated[int, Field(ge=300, le=4_000_000)] = 115_200
+    stick: Literal["drives", "shares"] = "drives"
+    pause_s: Annotated[float, Field(ge=0.5, le=60)] = 2.0
+    max_fraction: Annotated[float, Field(ge=0.05, le=1)] = 0.5
+    dead_zone: Annotated[float, Field(ge=0.02, le=0.5)] = 0.1
+    silence_ms: Annotated[int, Field(ge=60, le=1000)] = 150
+    script: Annotated[list[ActSettings], Field(max_length=64)] = []
+    script_s: Annotated[float, Field(ge=1, le=3600)] = 60.0
+
+    @property
+    def is_on(self) -> bool:
+        """Whether there is a person aboard."""
+        return self.source != "none"
+
+    @model_validator(mode="after")
+    def _is_in_time(self) -> Self:
+        late = next((act for act in self.script if act.at_s + act.for_s >= self.script_s), None)
+        if late is not None:
+            raise ValueError(
+                f"the act at {late.at_s:g} s ends after script_s, {self.script_s:g} s; make"
+                " script_s longer"
+            )
+        return self
+
+
 class Settings(_Section):
     """The whole configuration."""
 
@@ -448,6 +491,17 @@ class Settings(_Section):
     drive: DriveSettings = DriveSettings()
     stop: StopSettings = StopSettings()
     robot: RobotSettings = RobotSettings()
+    local: LocalSettings = LocalSettings()
+
+    @model_validator(mode="after")
+    def _has_lines_of_its_own(self) -> Self:
+        serial = self.local.source == "serial" and self.robot.driver == "serial"
+        if serial and self.local.url == self.robot.serial.url:
+            raise ValueError(
+                f"local.url and robot.serial.url are both {self.local.url}; the hand control"
+                " needs a line of its own"
+            )
+        return self
 
     @model_validator(mode="after")
     def _is_of_today(self) -> Self:

@@ -3,6 +3,7 @@
 All of it is pure (``now_s`` is an argument) except `loop` and `safe_driver`, which call the driver.
 A command is checked in this order:
 
+0. `local_hand` - does the person aboard leave the robot to an operator? They outrank everybody.
 1. `stop_latch` - is a stop pressed? Then nothing moves until it is released.
 2. `turns`, `turn_view` - is it the sender's turn, and are they connected?
 3. `gate` - is it the next of this turn's commands, and was neutral seen since the last fault?

@@ -9,6 +9,9 @@ At the start of a turn, after a stop and after a fault, nothing moves until a *n
 a key held down throughout must be released and pressed again. A command sent before that moment
 never moves the robot. If commands or picture are interrupted for less than `LAPSE_S`, driving
 resumes when they are back; after a longer interruption neutral comes first, as after a fault.
+
+The person aboard comes before everything else: while their hand control does not leave the robot to
+the operator, nothing of the operator's counts, and neutral comes first after it.
 """
 
 from __future__ import annotations
@@ -21,9 +24,11 @@ from wax.control import speed, video_freshness
 from wax.control.command import Command
 from wax.control.command_freshness import is_from_future, is_too_old, time_to_live_s
 from wax.control.reasons import (
+    ABOARD,
     NO_LIMITS,
     NOBODY_DRIVES,
     NOT_HELD,
+    NOT_LET,
     Hold,
     Limit,
     Refusal,
@@ -128,9 +133,10 @@ def decide(
 
     Call it on every tick: the returned state tracks how long an interruption has lasted.
     """
-    if stop is not None:
-        state = require_neutral(state, now_s, Hold.STOPPED)
-        return state, Setpoint(reason=stopped_by(stop.by))
+    outranked = _outranked(turn, stop)
+    if outranked is not None:
+        why, reason = outranked
+        return require_neutral(state, now_s, why), Setpoint(reason=reason)
     ttl_s = time_to_live_s(turn.one_way_s, rules)
     if turn.operator is None or not turn.present or state.turn != turn.number or ttl_s is None:
         return state, Setpoint(reason=_refusal(state, turn))
@@ -144,7 +150,15 @@ def decide(
         return state, _held_back(state)
     if lapse is not None:
         return state, Setpoint(reason=(state.refused or lapse).value, soft=True)
-    return replace(state, well_s=now_s), _driven(command, seen, turn, ttl_s, rules)
+    setpoint = _driven(command, seen, turn, ttl_s, rules)
+    return replace(state, well_s=now_s), _let_pass(setpoint, turn)
+
+
+def _outranked(turn: TurnView, stop: LatchedStop | None) -> tuple[Hold, str] | None:
+    """Return what comes before any operator, with the sentence for them."""
+    if turn.aboard is not None and turn.aboard.mode != "free":
+        return Hold.ABOARD, ABOARD[turn.aboard.mode]
+    return None if stop is None else (Hold.STOPPED, stopped_by(stop.by))
 
 
 def _foreign(state: GateState, viewer: int, command: Command, turn: TurnView) -> Refusal | None:
@@ -215,6 +229,16 @@ def _driven(
     if not _is_within(twist, limits):
         return Setpoint(reason=NO_LIMITS)
     return Setpoint(twist, axes, limit=None if limit is None else limit.value, soft=True)
+
+
+def _let_pass(setpoint: Setpoint, turn: TurnView) -> Setpoint:
+    """Stand where the person aboard shares and lets nothing pass; the robot scales what they do."""
+    share = 1.0 if turn.aboard is None else turn.aboard.share
+    if setpoint.twist.is_zero or share >= 1.0:
+        return setpoint
+    if share > 0.0:
+        return replace(setpoint, limit=Limit.SHARED.value)
+    return Setpoint(axes=setpoint.axes, reason=NOT_LET, soft=True)
 
 
 def _is_within(twist: Twist, limits: Limits) -> bool:

@@ -281,6 +281,12 @@ class ControlLoop:
         return self._safe_driver.state
 
     @property
+    def is_taken(self) -> bool:
+        """Whether the person aboard leaves the robot to no operator."""
+        aboard = self._safe_driver.state.aboard
+        return aboard is not None and aboard.mode != "free"
+
+    @property
     def stepped_s(self) -> float:
         """When the robot was last given a set-point."""
         return self._steered_s
@@ -345,6 +351,7 @@ class ControlLoop:
             one_way_s=self._operator_delay.one_way_s(operator),
             sees=operator is not None and self._sees(operator),
             max_fraction=0.0 if operator is None else self._max_fraction(operator),
+            aboard=self._safe_driver.state.aboard,
         )
 
     def _is_kept(self) -> bool:
@@ -354,7 +361,7 @@ class ControlLoop:
             return False
         is_stopped = stop is not None and stop.viewer != operator
         problem = self._safe_driver.problem or self._on_hold()
-        return is_stopped or problem is not None or self._camera_fails()
+        return is_stopped or problem is not None or self.is_taken or self._camera_fails()
 
     def _decide(self, turn: TurnView, now_s: float) -> Setpoint:
         self._gate, setpoint = gate.decide(self._gate, turn, self.latched, now_s, self._rules)

@@ -14,6 +14,7 @@ from wax.driver.interface import Twist
 
 if TYPE_CHECKING:
     from wax.control.gate import Setpoint
+    from wax.control.local_hand import HandRules
     from wax.control.rules import Rules
 
 
@@ -26,7 +27,9 @@ def step(target: Setpoint, now: Twist, after_s: float, rules: Rules) -> Setpoint
     return replace(target, twist=towards(target.twist, now, after_s, rules, soft=target.soft))
 
 
-def towards(target: Twist, now: Twist, after_s: float, rules: Rules, *, soft: bool) -> Twist:
+def towards(
+    target: Twist, now: Twist, after_s: float, rules: Rules | HandRules, *, soft: bool
+) -> Twist:
     """Return the twist that is `after_s` further from `now` towards `target`, never beyond it."""
     is_soft = soft and rules.soft_braking
     return Twist(

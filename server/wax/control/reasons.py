@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 from enum import Enum
-from typing import Final
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from wax.driver.interface import HandMode
 
 NOBODY_DRIVES: Final = "Nobody is driving."
 NOT_HELD: Final = "Hold a control down to drive."
@@ -36,6 +41,7 @@ class Hold(Enum):
     LOST = "Your connection was lost: let go of all controls, then drive again."
     FAULT = "The robot was not ready: let go of all controls, then drive again."
     LATE = "The server fell behind and stopped the robot: let go of all controls, then drive again."
+    ABOARD = "The person aboard had the robot: let go of all controls, then drive again."
     LAPSED = "Commands or the picture were interrupted: let go of all controls, then drive again."
 
 
@@ -47,7 +53,24 @@ class Limit(Enum):
     BY_HOST = "Slow: the host limits the speed."
     LONG_DELAY = "Slow: your connection has a long delay."
     STOPPING_DISTANCE = "Slow: the robot needs room to stop."
+    SHARED = "Slow: the person aboard decides how fast."
     BUMPER = "A bumper is pressed; the robot may refuse to go that way."
+
+
+NO_HAND: Final = (
+    "The hand control of the person aboard does not answer: check its cable and power. Until it"
+    " does, nobody drives."
+)
+
+ABOARD: Final[Mapping[HandMode, str]] = {
+    "hand": "The person aboard is driving: advise them until they let go.",
+    "pause": "The person aboard has just let go: wait a moment, with all controls released.",
+    "stopped": "The person aboard has pressed Stop; only they can release it, with “go on”.",
+    "lost": NO_HAND,
+}
+"""Why an operator may not drive; ``free`` has no sentence."""
+
+NOT_LET: Final = "The person aboard lets the robot go by pushing their stick ahead; it is at rest."
 
 
 def stopped_by(name: str) -> str:

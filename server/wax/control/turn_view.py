@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from wax.driver.interface import Aboard
 
 
 @dataclass(frozen=True, slots=True)
@@ -12,7 +16,8 @@ class TurnView:
     `present` is false while the operator's connection is lost. `one_way_s` is the delay of
     their link, measured at the start of the turn, None if unknown. `sees` is false if the picture
     is switched off on purpose or the robot has no camera. `max_fraction` is how much of the robot's
-    speed the host lets them use.
+    speed the host lets them use. `aboard` is what the robot last told of the person aboard, None
+    where there is none.
     """
 
     number: int
@@ -21,3 +26,4 @@ class TurnView:
     one_way_s: float | None
     sees: bool
     max_fraction: float = 1.0
+    aboard: Aboard | None = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from wax.driver.interface import STANDSTILL, RobotState, Twist
+from wax.driver.interface import STANDSTILL, Aboard, RobotState, Twist
 
 if TYPE_CHECKING:
     from wax.driver.interface import Limits
@@ -58,6 +58,8 @@ def checked(state: object) -> RobotState:
         raise TypeError(f"the driver's state() returned {state!r}, not a RobotState")
     if not isinstance(state.bumpers, int):
         raise TypeError(f"the driver's state() has {state.bumpers!r} for bumpers, not their bits")
+    if not isinstance(state.aboard, Aboard | None):
+        raise TypeError(f"the driver's state() has {state.aboard!r} for aboard, not an Aboard")
     return state
 
 

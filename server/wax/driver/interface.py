@@ -10,7 +10,7 @@ own. The constructor must not touch the hardware: the class is built once to rea
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Literal, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
     from wax.capture.source import AudioSource, VideoSource
@@ -59,6 +59,28 @@ class Pose:
     heading_rad: float
 
 
+HandMode = Literal["free", "hand", "pause", "stopped", "lost"]
+"""Who has the robot, by the hand control of the person aboard (`wax.control.local_hand`)."""
+
+Ask = Literal["wait", "go_on", "left", "right"]
+"""What the person aboard asks the operator for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Aboard:
+    """The person aboard, as their hand control tells.
+
+    Only in the mode ``free`` may an operator drive, with the `share` (0 to 1) of their set-point
+    that the person lets pass. `asked` is the newest request and `asks` its rising number, 0 before
+    the first.
+    """
+
+    mode: HandMode
+    share: float = 1.0
+    asked: Ask | None = None
+    asks: int = 0
+
+
 @dataclass(frozen=True, slots=True)
 class RobotState:
     """The robot's state, as far as it reports one.
@@ -66,8 +88,8 @@ class RobotState:
     `problem` is a sentence for people while the robot cannot be driven, else None.
     `epoch` rises with every (re)connection: a set-point from before is never applied after.
     `moving` is whether the robot reports that a wheel turns, None if it does not report.
-    `bumpers` has a bit for each pressed bumper. `battery_fraction` is 0 to 1. `extra` is shown
-    only on the status page.
+    `bumpers` has a bit for each pressed bumper. `battery_fraction` is 0 to 1. `aboard` is None for
+    a robot without a hand control aboard. `extra` is shown only on the status page.
     """
 
     connected: bool
@@ -78,6 +100,7 @@ class RobotState:
     bumpers: int = 0
     battery_v: float | None = None
     battery_fraction: float | None = None
+    aboard: Aboard | None = None
     extra: dict[str, float] = field(default_factory=dict)
 
 

@@ -202,7 +202,9 @@ class Room:
         """Return what a viewer is now."""
         if viewer.visitor.is_host:
             return "host"
-        return "operator" if viewer.number == self._turns.operator else "observer"
+        if viewer.number != self._turns.operator:
+            return "observer"
+        return "adviser" if self._control.is_taken else "operator"
 
     def viewer_wants_name(self, viewer: Viewer, name: str) -> None:
         others = (
