@@ -106,7 +106,13 @@ class App:
         self._service_manager = ServiceManager(os.environ)
         counters = Counters()
 
-        self._driver = make_robot(settings.robot, clock, settings.log)
+        self._driver = make_robot(
+            settings.robot,
+            clock,
+            settings.log,
+            settings.local,
+            claim=_claim(settings),
+        )
         self._house = House()
         self._blanking = Blanking(lambda: self._house.is_blanked)
         sources = find_sources.make_sources(settings.video, settings.audio, clock, self._driver)
@@ -474,6 +480,13 @@ class App:
 def _speaker_thread(settings: VoiceSettings, clock: Clock, driver: Driver) -> SpeakerThread | None:
     speaker = make_speaker(settings, clock, driver)
     return None if speaker is None else SpeakerThread(speaker, clock, retry_s=settings.retry_s)
+
+
+def _claim(settings: Settings) -> str:
+    """Return the file by which a driver process with a person aboard takes over from another."""
+    if not settings.local.is_on:
+        return ""
+    return str(state_dir.find(settings.server.state_dir) / "driver-claim")
 
 
 def _page_data(service: Service, sync: RoleSyncSettings, *, has_voice: bool) -> dict[str, str]:

@@ -10,12 +10,13 @@ import structlog
 from wax.driver.interface import HasCamera, HasMicrophone, HasSpeaker, Limits
 from wax.errors import ConfigError
 from wax.plugin import is_plugin_name, make_plugin
+from wax.robot.hand.source import make_hand
 from wax.robot.process.driver import ProcessDriver
 from wax.robot.serial.driver import SerialRobot
 
 if TYPE_CHECKING:
     from wax.clock import Clock
-    from wax.config.settings import LogSettings, RobotSettings
+    from wax.config.settings import LocalSettings, LogSettings, RobotSettings
     from wax.driver.interface import Driver
 
 _LOG = structlog.get_logger(__name__)
@@ -29,19 +30,58 @@ _CONTRACT: Final = "wax/driver/interface.py"
 _METHODS: Final = ("open", "apply", "set_axis", "stop", "close", "state")
 
 
-def make_robot(settings: RobotSettings, clock: Clock, log: LogSettings | None = None) -> Driver:
+def make_robot(
+    settings: RobotSettings,
+    clock: Clock,
+    log: LogSettings | None = None,
+    local: LocalSettings | None = None,
+    claim: str = "",
+) -> Driver:
     """Build the driver that the server uses, not yet opened; raises `ConfigError`.
 
     It runs in a driver process, which stops the robot when the server is silent or gone. Only a
     robot with its own camera, microphone or speaker runs inside the server process, because it
     shares memory with them. Either way the driver is built here, to read its kind and limits.
+
+    `local` is the hand control of a person aboard, who must not depend on the server: only the
+    simulated robot, in which nobody sits, may have one in the server's process. `claim` is the file
+    by which a driver process takes over from an older one.
     """
     driver = make_driver(settings, clock)
-    if isinstance(driver, HasCamera | HasMicrophone | HasSpeaker):
+    if local is not None and local.is_on:
+        _check_passenger(driver, settings, local, clock)
+        if settings.driver == "simulated":
+            from wax.robot.simulated.chair import SimulatedChair  # noqa: PLC0415 - as below
+
+            return SimulatedChair(settings, local, clock)
+    elif isinstance(driver, HasCamera | HasMicrophone | HasSpeaker):
         if driver.limits.ttl_s is None:
             _LOG.warning(NO_WATCHDOG, driver=settings.driver)
         return driver
-    return ProcessDriver(settings, clock, kind=driver.kind, limits=driver.limits, log=log)
+    return ProcessDriver(
+        settings,
+        clock,
+        kind=driver.kind,
+        limits=driver.limits,
+        log=log,
+        local=local,
+        claim=claim,
+    )
+
+
+def _check_passenger(
+    driver: Driver, settings: RobotSettings, local: LocalSettings, clock: Clock
+) -> None:
+    """Raise `ConfigError` where a person aboard would depend on the server, or has no control."""
+    if settings.driver == "simulated":
+        return
+    if isinstance(driver, HasCamera | HasMicrophone | HasSpeaker):
+        raise ConfigError(
+            f"local.source: {settings.driver} has a camera, microphone or speaker, so it is driven from"
+            " the server's process; with somebody aboard it must go on without it: give picture"
+            " and sound a source of their own"
+        )
+    make_hand(local, driver, clock)  # not opened
 
 
 def make_driver(settings: RobotSettings, clock: Clock) -> Driver:

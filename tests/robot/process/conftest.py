@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from wax.config.settings import RobotSettings, SerialSettings
+from wax.config.settings import LocalSettings, RobotSettings, SerialSettings
 
 if TYPE_CHECKING:
     import signal
@@ -78,9 +78,19 @@ def is_alive(pid: int) -> bool:
 class Server:
     """The process that holds the robot: `tests.robot.process.parent`."""
 
-    def __init__(self, settings: RobotSettings, log: Log, *, stderr: int | None = None) -> None:
+    def __init__(
+        self,
+        settings: RobotSettings,
+        log: Log,
+        *,
+        stderr: int | None = None,
+        local: LocalSettings | None = None,
+        claim: str = "",
+    ) -> None:
+        local = local or LocalSettings()
+        arguments = (settings.model_dump_json(), local.model_dump_json(), claim)
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "tests.robot.process.parent", settings.model_dump_json()],
+            [sys.executable, "-m", "tests.robot.process.parent", *arguments],
             stdin=subprocess.PIPE,
             stderr=stderr,
             env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},

@@ -1,6 +1,7 @@
 """A server in the small: it holds a robot and does what it is told on its standard input.
 
-Started as ``python -m tests.robot.process.parent SETTINGS``, the `RobotSettings` as JSON.
+Started as ``python -m tests.robot.process.parent SETTINGS LOCAL CLAIM``: the `RobotSettings` and
+`LocalSettings` as JSON, and the file by which a driver process takes over from another.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import time
 from typing import Final
 
 from wax.clock import SystemClock
-from wax.config.settings import RobotSettings
+from wax.config.settings import LocalSettings, RobotSettings
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.find_driver import make_robot
 
@@ -22,7 +23,12 @@ TWISTS: Final = {"stand": STANDSTILL, "drive": Twist(0.5, 0.0), "silence": None}
 def main() -> None:
     # A job in the background inherits that Ctrl-C is ignored.
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    robot = make_robot(RobotSettings.model_validate_json(sys.argv[1]), SystemClock())
+    robot = make_robot(
+        RobotSettings.model_validate_json(sys.argv[1]),
+        SystemClock(),
+        local=LocalSettings.model_validate_json(sys.argv[2]),
+        claim=sys.argv[3],
+    )
     robot.open()
     while not robot.state().connected:
         time.sleep(0.005)

@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from wax.driver.hand import HandReading
 from wax.driver.interface import Limits, RobotState
 
 if TYPE_CHECKING:
@@ -49,6 +50,23 @@ class Recorder:
         line = " ".join([f"{time.monotonic():.6f}", word, *map(str, values)])
         with self._path.open("a") as file:
             file.write(line + "\n")
+
+
+class Seated(Recorder):
+    """Has a person aboard, who does what a file beside its own says: two numbers and a button."""
+
+    def hand(self) -> HandReading | None:
+        path = self._path.with_suffix(".hand")
+        if not path.exists():
+            return None
+        linear, angular, button = path.read_text().split()
+        return HandReading(
+            time.monotonic(),
+            float(linear),
+            float(angular),
+            stop=button == "stop",
+            ask="go_on" if button == "go_on" else None,
+        )
 
 
 class Fragile(Recorder):

@@ -1,7 +1,8 @@
 """The driver process: `python -m wax.robot.process`, started only by `ProcessDriver`.
 
-It ends only when the pipe it reads from ends, however the server ended. It ignores the signals that
-a terminal or service manager sends to all processes of the server, so that it can stop the robot.
+It ends only when the pipe it reads from ends, however the server ended; with a person aboard it
+goes on for them after a server that died. It ignores the signals that a terminal or service manager
+sends to all processes of the server, so that it can stop the robot.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from wax.log_handler import PrintedLines
 from wax.robot.find_driver import make_driver
 from wax.robot.process.child_loop import READ_BYTES, ChildLoop
 from wax.robot.process.driver_watchdog import DriverWatchdog
+from wax.robot.process.passenger import make_passenger
 from wax.robot.process.pipe_messages import Begin, decode_begin
 from wax.telemetry import configure_logs
 
@@ -47,13 +49,14 @@ def main() -> int:
     clock = SystemClock()
     try:
         driver = make_driver(begin.robot, clock)
+        watchdog = DriverWatchdog(driver.limits, begin.robot.silence_ms / 1000.0)
+        passenger = make_passenger(begin, driver, watchdog, clock)
     except ConfigError as error:
         _LOG.error("the driver cannot be built", problem=str(error))
         return 1
     os.set_blocking(reader, False)
     os.set_blocking(writer, False)
-    watchdog = DriverWatchdog(driver.limits, begin.robot.silence_ms / 1000.0)
-    ChildLoop(driver, watchdog, clock, reader=reader, writer=writer).run()
+    ChildLoop(driver, watchdog, clock, reader=reader, writer=writer, passenger=passenger).run()
     return 0
 
 

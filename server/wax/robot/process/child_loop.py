@@ -14,8 +14,10 @@ import structlog
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import RobotState
 from wax.errors import ProtocolError
+from wax.robot.hand.source import LOOK_S
 from wax.robot.process.driver_watchdog import Apply, SetAxis
 from wax.robot.process.pipe_messages import (
+    Bye,
     LineBuffer,
     Ready,
     StateReport,
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.driver.interface import Driver
     from wax.robot.process.driver_watchdog import Call, DriverWatchdog
+    from wax.robot.process.hand_watchdog import HandWatchdog
+    from wax.robot.process.passenger import Passenger
 
 _LOG = structlog.get_logger(__name__)
 
@@ -37,6 +41,10 @@ HUNG_S: Final = 2.0
 OPEN_S: Final = 20.0
 END_S: Final = 1.0
 READ_BYTES: Final = 65_536
+STILL_DRIVEN: Final = (
+    "The person aboard still drives by themselves, as before this server was started: wait until"
+    " they let go."
+)
 
 
 class ChildLoop:
@@ -45,13 +53,26 @@ class ChildLoop:
     `reader` and `writer` are the pipes' descriptors, both non-blocking. A driver whose call takes
     longer than `HUNG_S`, or whose `close` takes longer than `END_S`, ends the process: then the
     robot's own watchdog stops it.
+
+    With a `passenger` their hand control comes before all messages, and where the pipe ends without
+    a goodbye, they drive on until another process claims the robot.
     """
 
     def __init__(
-        self, driver: Driver, watchdog: DriverWatchdog, clock: Clock, *, reader: int, writer: int
+        self,
+        driver: Driver,
+        watchdog: DriverWatchdog,
+        clock: Clock,
+        *,
+        reader: int,
+        writer: int,
+        passenger: Passenger | None = None,
     ) -> None:
         self._driver = driver
-        self._watchdog = watchdog
+        self._watchdog: DriverWatchdog | HandWatchdog = (
+            watchdog if passenger is None else passenger.watchdog
+        )
+        self._passenger = passenger
         self._clock = clock
         self._reader = reader
         self._writer = writer
@@ -62,12 +83,18 @@ class ChildLoop:
         self._said_s = 0.0
         self._unsent = encode(Ready(kind=driver.kind, limits=driver.limits))
         self._logged: str | None = None
+        self._is_alone = False
+        self._is_dismissed = False
 
     def run(self) -> None:
         """Open the driver, run until the end of the pipe, then stop and close it."""
         try:
+            if self._passenger is not None and not self._has_robot(self._passenger):
+                return
             signal.setitimer(signal.ITIMER_REAL, OPEN_S)
             self._driver.open()
+            if self._passenger is not None:
+                self._passenger.open()
             while self._step():
                 pass
         finally:
@@ -75,23 +102,60 @@ class ChildLoop:
             signal.setitimer(signal.ITIMER_REAL, END_S)
             self._call(*self._watchdog.hold(None, self._clock.now_s()))
             self._driver.close()
+            if self._passenger is not None:
+                self._passenger.close()
             signal.setitimer(signal.ITIMER_REAL, 0.0)
 
+    def _has_robot(self, passenger: Passenger) -> bool:
+        """Wait until the person aboard has let go of an older process; False if the pipe ends."""
+        passenger.claim()
+        while not passenger.has_robot():
+            signal.setitimer(signal.ITIMER_REAL, HUNG_S)
+            self._state = RobotState(connected=False, problem=STILL_DRIVEN)
+            readable, _, _ = select.select([self._reader], [], [], BEAT_S)
+            if (readable and not os.read(self._reader, READ_BYTES)) or not self._tell():
+                return False
+        return True
+
     def _step(self) -> bool:
-        """Wait for a message, the next tick or silence, and act; False at the end of the pipe."""
+        """Wait for news, the next tick or silence, and act; False when it is time to end."""
         signal.setitimer(signal.ITIMER_REAL, HUNG_S)
-        pause_s = min(self._due_s, self._watchdog.silent_at_s) - self._clock.now_s()
-        readable, _, _ = select.select([self._reader], [], [], max(0.0, pause_s))
+        readable = self._wait()
+        self._feel()
         # Silence first: messages that waited in the pipe while this process slept do not undo it.
         self._call(*self._watchdog.watch(self._clock.now_s()))
         self._look()
-        if readable and not self._listen():
-            return False
+        if self._reader in readable and not self._listen():
+            self._is_alone = True
         if self._clock.now_s() >= self._due_s:
             self._call(*self._watchdog.beat(self._clock.now_s()))
         self._look()
         self._log()
-        return self._tell()
+        self._is_alone = self._is_alone or not self._tell()
+        return not self._is_alone or self._drives_on()
+
+    def _wait(self) -> list[int]:
+        """Wait until something is due, and return the descriptors that can be read."""
+        pause_s = min(self._due_s, self._watchdog.silent_at_s) - self._clock.now_s()
+        descriptors = [] if self._is_alone else [self._reader]
+        if self._passenger is not None:
+            if self._passenger.wakes is None:
+                pause_s = min(pause_s, LOOK_S)
+            else:
+                descriptors.append(self._passenger.wakes)
+        readable, _, _ = select.select(descriptors, [], [], max(0.0, pause_s))
+        return readable
+
+    def _feel(self) -> None:
+        """Let the person aboard come before everything that the server says."""
+        if self._passenger is not None:
+            self._call(*self._passenger.feel())
+
+    def _drives_on(self) -> bool:
+        """Whether the person aboard needs this process although its server is dead."""
+        return (
+            self._passenger is not None and not self._is_dismissed and self._passenger.drives_on()
+        )
 
     def _listen(self) -> bool:
         data = os.read(self._reader, READ_BYTES)
@@ -101,7 +165,10 @@ class ChildLoop:
             except ProtocolError:
                 self._call(*self._watchdog.garbage(self._clock.now_s()))
             else:
-                self._call(*self._watchdog.hear(message, self._clock.now_s()))
+                if isinstance(message, Bye):
+                    self._is_dismissed = True
+                else:
+                    self._call(*self._watchdog.hear(message, self._clock.now_s()))
         return bool(data)
 
     def _look(self) -> None:
@@ -170,9 +237,10 @@ class ChildLoop:
             self._state,
             problem=self._state.problem or self._watchdog.problem,
             epoch=self._state.epoch + self._watchdog.holds,
+            aboard=None if self._passenger is None else self._passenger.watchdog.aboard,
         )
 
 
 def _facts(state: RobotState) -> tuple[object, ...]:
     """Return the part of a state whose change is sent at once."""
-    return (state.connected, state.problem, state.epoch, state.moving)
+    return (state.connected, state.problem, state.epoch, state.moving, state.aboard)

@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.config.settings import LogSettings
+from wax.config.settings import LocalSettings, LogSettings
 from wax.driver.checks import unit
 from wax.driver.interface import RobotState
 from wax.errors import ProtocolError
 from wax.robot.process.child_process import ChildProcess
 from wax.robot.process.driver_watchdog import COUNTS
+from wax.robot.process.hand_watchdog import HAND_COUNTS
 from wax.robot.process.pipe_messages import (
     Axis,
     Begin,
+    Bye,
     Halt,
     LineBuffer,
     Move,
@@ -55,6 +57,9 @@ class ProcessDriver:
     The process stops the robot when the server is silent for `silence_ms`, frozen, or gone. `kind`
     and `limits` are those of the real driver. Counts are in the state's `extra`, under names that
     begin with ``driver_``, beside ``driver_pid``.
+
+    With a person aboard (`local`) the process outlives a server that dies, for them; `claim` is the
+    file by which the next one's process takes over. `close` ends it all the same.
     """
 
     def __init__(
@@ -65,11 +70,17 @@ class ProcessDriver:
         kind: str,
         limits: Limits,
         log: LogSettings | None = None,
+        local: LocalSettings | None = None,
+        claim: str = "",
     ) -> None:
         self._kind = kind
         self._limits = replace(limits, silence_s=settings.silence_ms / 1000)
         self._clock = clock
-        self._begin = encode(Begin(robot=settings, log=log or LogSettings()))
+        local = local or LocalSettings()
+        self._has_passenger = local.is_on
+        self._begin = encode(
+            Begin(robot=settings, log=log or LogSettings(), local=local, claim=claim)
+        )
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
         self._closing = threading.Event()
@@ -79,7 +90,8 @@ class ProcessDriver:
         self._state = RobotState(connected=False)
         self._epoch = 0
         self._childs_epoch: int | None = None
-        self._past = Counter(dict.fromkeys((*COUNTS, *_OURS), 0))
+        hand_counts = HAND_COUNTS if local.is_on else ()
+        self._past = Counter(dict.fromkeys((*COUNTS, *hand_counts, *_OURS), 0))
         self._counts: dict[str, int] = {}
 
     @property
@@ -137,7 +149,7 @@ class ProcessDriver:
         self._closing.set()
         with self._lock:
             if self._child is not None:
-                self._child.hang_up()
+                self._dismiss(self._child)
         thread.join(CLOSE_S)
         if thread.is_alive():
             with self._lock:
@@ -162,6 +174,12 @@ class ProcessDriver:
             # It does not read, so it would not get a stop either: the robot's own watchdog acts.
             self._past["driver_full"] += 1
             self._child.kill()
+
+    def _dismiss(self, child: ChildProcess) -> None:
+        """Make it end, with the lock held."""
+        if self._has_passenger:
+            child.send(encode(Bye()))
+        child.hang_up()
 
     # --- the process's life, in a thread ----------------------------------------------------
 
@@ -189,7 +207,7 @@ class ProcessDriver:
         with self._lock:
             self._child = child
             if closing.is_set():
-                child.hang_up()
+                self._dismiss(child)
         problem = self._listen(child)
         with self._lock:
             if self._child is child:

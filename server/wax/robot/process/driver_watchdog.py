@@ -89,6 +89,11 @@ class DriverWatchdog:
         self.holds = 0
         self.counts = dict.fromkeys(COUNTS, 0)
 
+    @property
+    def turn(self) -> int:
+        """The newest turn's number."""
+        return self._turn
+
     def hear(self, message: Message, now_s: float) -> tuple[Call, ...]:
         """Handle a message; check silence first, so that a message that waited cannot end it."""
         calls = self.watch(now_s)

@@ -10,7 +10,7 @@ from typing import Annotated, Final, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from wax.config.settings import LogSettings, RobotSettings
+from wax.config.settings import LocalSettings, LogSettings, RobotSettings
 from wax.driver.checks import checked
 from wax.driver.interface import Limits, RobotState
 from wax.errors import ProtocolError
@@ -28,11 +28,16 @@ class _PipeMessage(BaseModel):
 
 
 class Begin(_PipeMessage):
-    """Server → process, the first line: which robot, and how to write the log."""
+    """Server → process, the first line: which robot, how to write the log, and who is aboard.
+
+    `claim` is the file by which one process takes the robot over from another (`process.claim`).
+    """
 
     say: Literal["begin"] = "begin"
     robot: RobotSettings
     log: LogSettings
+    local: LocalSettings = LocalSettings()
+    claim: str = ""
 
 
 class _Command(_PipeMessage):
@@ -63,6 +68,15 @@ class Halt(_Command):
     say: Literal["halt"] = "halt"
 
 
+class Bye(_PipeMessage):
+    """Server → process, the last line where there is a person aboard: end, too.
+
+    Without it the end of the pipe means that the server has died, and the person drives on.
+    """
+
+    say: Literal["bye"] = "bye"
+
+
 class Ready(_PipeMessage):
     """Process → server, the first line: the driver is built, with this kind and these limits."""
 
@@ -80,7 +94,9 @@ class StateReport(_PipeMessage):
 
 
 Message = Move | Axis | Halt
-_MESSAGE: Final[TypeAdapter[Message]] = TypeAdapter(Annotated[Message, Field(discriminator="say")])
+_MESSAGE: Final[TypeAdapter[Message | Bye]] = TypeAdapter(
+    Annotated[Message | Bye, Field(discriminator="say")]
+)
 _ANSWER: Final[TypeAdapter[Ready | StateReport]] = TypeAdapter(
     Annotated[Ready | StateReport, Field(discriminator="say")]
 )
@@ -98,7 +114,7 @@ def decode_begin(line: bytes) -> Begin:
     return _decode(_BEGIN, line)
 
 
-def decode_message(line: bytes) -> Message:
+def decode_message(line: bytes) -> Message | Bye:
     """Read a later line of the server; raises `ProtocolError`."""
     return _decode(_MESSAGE, line)
 

@@ -33,10 +33,23 @@ class Caller(Conversation, Protocol):
 
 
 class Port:
-    """One serial port, kept open from `open` to `close` whatever happens to it."""
+    """One serial port, kept open from `open` to `close` whatever happens to it.
 
-    def __init__(self, settings: SerialSettings, clock: Clock, caller: Caller) -> None:
+    `part` is what is plugged in there, and `key` the configuration's name of its port, for people.
+    """
+
+    def __init__(
+        self,
+        settings: SerialSettings,
+        clock: Clock,
+        caller: Caller,
+        *,
+        part: str = "robot",
+        key: str = "robot.serial.url",
+    ) -> None:
         self._settings = settings
+        self._part = part
+        self._key = key
         self._clock = clock
         self._caller = caller
         self._closing = threading.Event()
@@ -83,7 +96,7 @@ class Port:
             port = self._open_port()
         except Exception as error:
             # The handlers of pyserial's URLs raise all sorts of exceptions.
-            return DriverError(why_not_open(self._settings.url, error))
+            return DriverError(why_not_open(self._settings.url, error, self._part, self._key))
         if closing.is_set():
             port.close()
             return None
@@ -93,7 +106,7 @@ class Port:
         try:
             line.run()
         except Exception as error:
-            return DriverError(_why_lost(self._settings, error))
+            return DriverError(_why_lost(self._settings, error, self._part))
         finally:
             self._line = None
         return None
@@ -108,19 +121,21 @@ class Port:
         )
 
 
-def _why_lost(settings: SerialSettings, error: Exception) -> str:
+def _why_lost(settings: SerialSettings, error: Exception, part: str) -> str:
     return (
-        f"The robot's serial port {settings.url} was lost ({error}): check the cable and the "
-        f"robot's power. Retrying every {settings.reopen_s:g} s."
+        f"The {part}'s serial port {settings.url} was lost ({error}): check the cable and the "
+        f"{part}'s power. Retrying every {settings.reopen_s:g} s."
     )
 
 
-def why_not_open(url: str, error: Exception) -> str:
+def why_not_open(
+    url: str, error: Exception, part: str = "robot", key: str = "robot.serial.url"
+) -> str:
     """Return a sentence that says why a port did not open and what to do."""
     number = getattr(error, "errno", None)
     if number in (errno.ENOENT, errno.ENXIO, errno.ENODEV):
         return (
-            f"There is no serial port {url}: plug the robot in, or set robot.serial.url to one "
+            f"There is no serial port {url}: plug the {part} in, or set {key} to one "
             "listed by `wax devices`."
         )
     if number in (errno.EACCES, errno.EPERM):

@@ -1,0 +1,123 @@
+"""The serial line of a hand control, byte by byte (pure).
+
+The control sends a frame 50 times a second, and at once when a button changes; nothing is sent to
+it. All frames have 9 bytes:
+
+====== ====== ==============================================================================
+offset size   what
+====== ====== ==============================================================================
+0      2      start: A5 5B
+2      1      number, rises by one with each frame, wraps to 0
+3      1      int8 stick, ahead is positive: -100 to 100
+4      1      int8 stick, left is positive: -100 to 100
+5      1      what is pressed now, bit by bit: 0 a hand is felt, 1 Stop, 2 "wait", 3 "go on",
+              4 "left", 5 "right"
+6      1      bits 0 to 5 of the byte before it, inverted, with bits 6 and 7 set
+7      2      CRC-16 of bytes 2 to 6, its high byte first: polynomial 1021, not reflected, starts
+              with FFFF, no final xor
+====== ====== ==============================================================================
+
+The control must read Stop from a contact that opens when pressed, so that a broken wire stops.
+A frame with a wrong CRC or inverse is ignored, and so is one whose number is not newer (an 8-bit
+difference of 1 to 127) than that of the frame before it, unless a second has passed without one: a
+line that repeats itself is silent. Of several requests at once the first in this order counts.
+"""
+
+from __future__ import annotations
+
+import binascii
+import math
+from typing import TYPE_CHECKING, Final
+
+from wax.driver.hand import HandReading
+
+if TYPE_CHECKING:
+    from wax.driver.interface import Ask
+
+START: Final = b"\xa5\x5b"
+LENGTH: Final = 9
+STICK_SCALE: Final = 100
+
+HELD, STOP = 1, 2
+ASKS: Final[dict[Ask, int]] = {"wait": 4, "go_on": 8, "left": 16, "right": 32}
+_BUTTONS: Final = 0b11_1111
+
+RESTART_S: Final = 1.0
+"""After so long without a frame the control may have begun to count anew."""
+
+
+def encode(reading: HandReading, number: int) -> bytes:
+    """Return the frame of a reading, whose stick must be in range."""
+    buttons = HELD * reading.is_held | STOP * reading.stop
+    if reading.ask is not None:
+        buttons |= ASKS[reading.ask]
+    body = bytes(
+        [
+            number & 0xFF,
+            round(reading.linear * STICK_SCALE) & 0xFF,
+            round(reading.angular * STICK_SCALE) & 0xFF,
+            buttons,
+            ~buttons & 0xFF,
+        ]
+    )
+    return START + body + _crc(body)
+
+
+class Decoder:
+    """Finds frames in a stream of bytes; never raises, keeps at most one unfinished frame.
+
+    `errors` counts what began like a frame but was none.
+    """
+
+    def __init__(self) -> None:
+        self.errors = 0
+        self._rest = b""
+        self._number = 0
+        self._at_s = -math.inf
+
+    def feed(self, data: bytes, now_s: float) -> list[HandReading]:
+        """Take the next bytes; return the readings that are complete, which are of `now_s`.
+
+        A stick beyond its range is returned as it is: whoever gets it judges it.
+        """
+        stream = self._rest + data
+        readings = []
+        at = 0
+        while (at := stream.find(START, at)) >= 0 and len(stream) - at >= LENGTH:
+            frame = stream[at : at + LENGTH]
+            if not _holds(frame):
+                self.errors += 1
+                at += 1
+                continue
+            if 0 < (frame[2] - self._number) & 0xFF < 128 or now_s - self._at_s >= RESTART_S:
+                self._number, self._at_s = frame[2], now_s
+                readings.append(_parse(frame, now_s))
+            at += LENGTH
+        # Without a whole start only its first byte can belong to the next frame.
+        self._rest = stream[at:] if at >= 0 else stream[-1:] * stream.endswith(START[:1])
+        return readings
+
+
+def _holds(frame: bytes) -> bool:
+    buttons, inverse = frame[5], frame[6]
+    return _crc(frame[2:7]) == frame[7:] and buttons == ~inverse & 0xFF and buttons <= _BUTTONS
+
+
+def _parse(frame: bytes, now_s: float) -> HandReading:
+    buttons = frame[5]
+    return HandReading(
+        at_s=now_s,
+        linear=_signed(frame[3]) / STICK_SCALE,
+        angular=_signed(frame[4]) / STICK_SCALE,
+        is_held=bool(buttons & HELD),
+        stop=bool(buttons & STOP),
+        ask=next((ask for ask, bit in ASKS.items() if buttons & bit), None),
+    )
+
+
+def _signed(byte: int) -> int:
+    return byte - 256 if byte > 127 else byte
+
+
+def _crc(body: bytes) -> bytes:
+    return binascii.crc_hqx(body, 0xFFFF).to_bytes(2, "big")

@@ -1,0 +1,82 @@
+"""Where the readings of the hand control come from: the robot itself, or a line of its own."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Protocol
+
+import structlog
+
+from wax.driver.hand import HandReading, HasHand
+from wax.errors import ConfigError
+from wax.robot.hand.serial_hand import SerialHand
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.config.settings import LocalSettings
+
+_LOG = structlog.get_logger(__name__)
+
+LOOK_S: Final = 0.01
+"""How often a control is looked at that cannot wake whoever waits for it."""
+
+_CONTRACT: Final = "wax/driver/hand.py"
+
+
+class HandSource(Protocol):
+    """The readings of one control; all methods return at once."""
+
+    @property
+    def wakes(self) -> int | None:
+        """The descriptor that can be read when there is news; None: look every `LOOK_S`."""
+        ...
+
+    def open(self) -> None:
+        """Start reading; a control that is not there yet is waited for."""
+        ...
+
+    def take(self) -> tuple[HandReading, ...] | None:
+        """Return the readings since the last call, oldest first; None if it is known to be gone."""
+        ...
+
+    def close(self) -> None:
+        """Stop reading; takes at most a second, safe to call twice."""
+        ...
+
+
+class RobotsHand:
+    """The control of a robot that has its own."""
+
+    wakes: int | None = None
+
+    def __init__(self, robot: HasHand) -> None:
+        self._robot = robot
+        self._is_told = False
+
+    def open(self) -> None:
+        """Do nothing: the robot opens it with itself."""
+
+    def take(self) -> tuple[HandReading, ...] | None:
+        try:
+            reading = self._robot.hand()
+        except Exception:
+            if not self._is_told:
+                _LOG.exception("the robot's hand control raised; nobody drives")
+            self._is_told = True
+            return None
+        self._is_told = False
+        return (reading,) if isinstance(reading, HandReading) else None
+
+    def close(self) -> None:
+        """Do nothing: the robot closes it with itself."""
+
+
+def make_hand(local: LocalSettings, robot: object, clock: Clock) -> HandSource:
+    """Return the control that `[local]` names, not yet opened; raises `ConfigError`."""
+    if local.source == "serial":
+        return SerialHand(local, clock)
+    if isinstance(robot, HasHand):
+        return RobotsHand(robot)
+    raise ConfigError(
+        f"local.source: got 'robot', but this robot has no hand control; give its driver a method"
+        f" hand ({_CONTRACT}), or write 'serial'"
+    )

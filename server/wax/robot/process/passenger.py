@@ -1,0 +1,92 @@
+"""The person aboard in the driver process: their control, its rules, and who may have the robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from wax.control.local_hand import HandRules
+from wax.robot.hand.source import make_hand
+from wax.robot.process.claim import Claim
+from wax.robot.process.hand_watchdog import HandWatchdog
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.config.settings import LocalSettings, RobotSettings
+    from wax.driver.interface import Driver, Limits
+    from wax.robot.hand.source import HandSource
+    from wax.robot.process.driver_watchdog import Call, DriverWatchdog
+    from wax.robot.process.pipe_messages import Begin
+
+PERIOD_S: Final = 0.02
+"""How often the person's own set-point is repeated, at least."""
+
+
+class Passenger:
+    """Reads the control and asks `watchdog` what follows.
+
+    Without a `claim` the process ends with its server.
+    """
+
+    def __init__(
+        self, hand: HandSource, watchdog: HandWatchdog, clock: Clock, claim: Claim | None = None
+    ) -> None:
+        self._hand = hand
+        self._clock = clock
+        self._claim = claim
+        self.watchdog = watchdog
+
+    @property
+    def wakes(self) -> int | None:
+        """See `HandSource.wakes`."""
+        return self._hand.wakes
+
+    def claim(self) -> None:
+        """Ask the process that still has the robot, if one has, to leave it."""
+        if self._claim is not None:
+            self._claim.take()
+
+    def has_robot(self) -> bool:
+        """Whether no other process has the robot any more."""
+        return self._claim is None or self._claim.has_robot()
+
+    def open(self) -> None:
+        self._hand.open()
+
+    def feel(self) -> tuple[Call, ...]:
+        """Return the calls that follow from what the control says now."""
+        readings = self._hand.take()
+        now_s = self._clock.now_s()  # not before: a reading of the future counts as none
+        if readings is None:
+            return self.watchdog.lose_hand(now_s)
+        return self.watchdog.feel(readings, now_s)
+
+    def drives_on(self) -> bool:
+        """Whether this process stays after its server: until another claims it, hands off."""
+        if self._claim is None or not self._claim.is_taken:
+            return False
+        return self.watchdog.aboard.mode == "hand" or self._claim.is_held
+
+    def close(self) -> None:
+        self._hand.close()
+
+
+def make_passenger(
+    begin: Begin, driver: Driver, watchdog: DriverWatchdog, clock: Clock
+) -> Passenger | None:
+    """Return the person aboard, None where there is none; raises `ConfigError`."""
+    if not begin.local.is_on:
+        return None
+    return Passenger(
+        make_hand(begin.local, driver, clock),
+        hand_watchdog(begin.local, begin.robot, driver.limits, watchdog),
+        clock,
+        Claim(Path(begin.claim)) if begin.claim else None,
+    )
+
+
+def hand_watchdog(
+    local: LocalSettings, robot: RobotSettings, limits: Limits, watchdog: DriverWatchdog
+) -> HandWatchdog:
+    """Return the rules of the person aboard above those of the server."""
+    return HandWatchdog(watchdog, limits, HandRules.of(local, robot, PERIOD_S))

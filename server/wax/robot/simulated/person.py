@@ -1,0 +1,41 @@
+"""The person aboard the simulated robot, who follows a script of the configuration (pure).
+
+With it operators can practise, and a host can show what they will see, before anybody sits in a
+real chair.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wax.driver.hand import HandReading
+
+if TYPE_CHECKING:
+    from wax.config.settings import ActSettings, LocalSettings
+
+
+class ScriptedPerson:
+    """Does the acts of `[local] script` again and again, each `script_s` long."""
+
+    def __init__(self, local: LocalSettings, began_s: float) -> None:
+        self._acts = tuple(local.script)
+        self._script_s = local.script_s
+        self._began_s = began_s
+
+    def reading(self, now_s: float) -> HandReading:
+        """Return what the hand does now; of two acts at once the later in the script counts."""
+        into_s = (now_s - self._began_s) % self._script_s
+        act = next((one for one in reversed(self._acts) if _is_on(one, into_s)), None)
+        if act is None:
+            return HandReading(now_s)
+        return HandReading(
+            now_s,
+            linear=act.linear,
+            angular=act.angular,
+            stop=act.press == "stop",
+            ask=act.press if act.press not in ("stop", "none") else None,
+        )
+
+
+def _is_on(act: ActSettings, into_s: float) -> bool:
+    return act.at_s <= into_s < act.at_s + act.for_s

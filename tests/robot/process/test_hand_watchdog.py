@@ -1,0 +1,312 @@
+"""What the driver's process lets through with a person aboard."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from wax.config.settings import LocalSettings, RobotSettings
+from wax.control.local_hand import HandRules
+from wax.control.reasons import NO_HAND
+from wax.driver.checks import NO_ANSWER
+from wax.driver.hand import HandReading
+from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.robot.process.driver_watchdog import Apply, DriverWatchdog, SetAxis, Stop
+from wax.robot.process.hand_watchdog import HandWatchdog
+from wax.robot.process.pipe_messages import Axis, Halt, Move
+
+if TYPE_CHECKING:
+    from wax.robot.process.driver_watchdog import Call
+
+LIMITS = Limits(linear_mps=0.6, angular_rps=1.5, axes=("pan",))
+SILENCE_S = 0.12
+RULES = HandRules.of(
+    LocalSettings(source="robot", pause_s=1.0, max_fraction=1.0),
+    RobotSettings(max_linear_acceleration_mps2=100.0, max_angular_acceleration_rps2=200.0),
+    0.02,
+)
+AHEAD = Twist(0.5, 0.0)
+
+
+class Chair:
+    """A server that drives, a person with a control, and a driver that does what it is told."""
+
+    def __init__(self, rules: HandRules = RULES) -> None:
+        self.watchdog = HandWatchdog(DriverWatchdog(LIMITS, SILENCE_S), LIMITS, rules)
+        self.now_s = 100.0
+        self.sequence = 0
+        self.turn = 1
+        self.asked: Twist | None = STANDSTILL
+        self.stick = (0.0, 0.0)
+        self.buttons: dict[str, Any] = {}
+        self.is_plugged_in = True
+        self.twist = STANDSTILL
+
+    def run(self, during_s: float) -> list[Call]:
+        """Let everybody go on for a while, and return what the driver was told."""
+        until_s = self.now_s + during_s - 1e-9
+        calls: list[Call] = []
+        while self.now_s < until_s:
+            self.now_s += 0.01
+            calls += self.feel()
+            calls += self.do(self.watchdog.watch(self.now_s))
+            if self.asked is not None:
+                calls += self.say(self.asked)
+            calls += self.do(self.watchdog.beat(self.now_s))
+        return calls
+
+    def feel(self) -> tuple[Call, ...]:
+        reading = HandReading(self.now_s, *self.stick, **self.buttons)
+        return self.do(self.watchdog.feel([reading] if self.is_plugged_in else [], self.now_s))
+
+    def say(self, twist: Twist) -> tuple[Call, ...]:
+        self.sequence += 1
+        move = Move(
+            sequence=self.sequence,
+            sent_s=self.now_s,
+            turn=self.turn,
+            linear_mps=twist.linear_mps,
+            angular_rps=twist.angular_rps,
+        )
+        return self.do(self.watchdog.hear(move, self.now_s))
+
+    def halt(self) -> tuple[Call, ...]:
+        self.sequence += 1
+        halt = Halt(sequence=self.sequence, sent_s=self.now_s, turn=self.turn)
+        return self.do(self.watchdog.hear(halt, self.now_s))
+
+    def do(self, calls: tuple[Call, ...]) -> tuple[Call, ...]:
+        for call in calls:
+            if isinstance(call, Apply):
+                self.twist = call.twist
+            elif isinstance(call, Stop):
+                self.twist = STANDSTILL
+        return calls
+
+    @property
+    def mode(self) -> str:
+        return self.watchdog.aboard.mode
+
+
+def driven(rules: HandRules = RULES) -> Chair:
+    """Return a chair that an operator drives ahead."""
+    chair = Chair(rules)
+    chair.run(1.2)
+    assert chair.mode == "free"
+    chair.asked = AHEAD
+    chair.run(0.1)
+    assert chair.twist == AHEAD
+    return chair
+
+
+def test_without_a_control_nothing_moves() -> None:
+    """A server that drives before the control was heard moves nothing, and is told why."""
+    chair = Chair()
+    chair.is_plugged_in = False
+    chair.run(0.1)
+    chair.asked = AHEAD
+    calls = chair.run(1.0)
+    assert all(call.twist == STANDSTILL for call in calls if isinstance(call, Apply))
+    assert chair.watchdog.problem == NO_HAND
+
+
+def test_with_the_control_at_rest_it_is_as_without() -> None:
+    """Set-points, axes and stops pass as they are."""
+    chair = driven()
+    assert chair.say(AHEAD) == (Apply(AHEAD, 1),)
+    chair.sequence += 1
+    axis = Axis(sequence=chair.sequence, sent_s=chair.now_s, turn=1, name="pan", position=0.5)
+    assert chair.watchdog.hear(axis, chair.now_s) == (SetAxis("pan", 0.5, 1),)
+    assert chair.halt() == (Stop(1),)
+
+
+def test_a_touch_stops_on_the_event_and_drives_from_the_next_beat() -> None:
+    """Between the two who drive there is a stop; nothing of the operator's passes any more."""
+    chair = driven()
+    chair.stick = (0.0, 1.0)
+    chair.now_s += 0.001
+    assert chair.feel() == (Stop(1),)
+    assert chair.mode == "hand"
+    assert chair.say(AHEAD) == ()
+    calls = chair.run(0.5)
+    assert all(isinstance(call, Apply) for call in calls)
+    assert chair.twist == Twist(0.0, 1.5)
+    assert chair.watchdog.counts["driver_hand_takes"] == 1
+
+
+def test_an_operator_needs_neutral_after_the_hand() -> None:
+    """Who asks for motion throughout does not drive when the person lets go."""
+    chair = driven()
+    chair.stick = (1.0, 0.0)
+    chair.run(0.5)
+    chair.stick = (0.0, 0.0)
+    chair.run(3.0)
+    assert (chair.mode, chair.twist) == ("free", STANDSTILL)
+    chair.asked = STANDSTILL
+    chair.run(0.05)
+    chair.asked = AHEAD
+    chair.run(0.05)
+    assert chair.twist == AHEAD
+
+
+def test_neutral_within_the_pause_does_not_count() -> None:
+    """What an operator has sent before the robot was theirs again moves nothing after."""
+    chair = driven()
+    chair.stick = (1.0, 0.0)
+    chair.run(0.1)
+    chair.stick = (0.0, 0.0)
+    chair.asked = STANDSTILL
+    chair.run(0.5)
+    assert chair.mode == "pause"
+    chair.asked = AHEAD
+    chair.run(2.0)
+    assert (chair.mode, chair.twist) == ("free", STANDSTILL)
+
+
+def test_the_person_drives_on_without_a_server() -> None:
+    """Neither its silence nor its last stop, its garbage or a new turn ends their driving."""
+    chair = driven()
+    chair.stick = (-1.0, 0.0)
+    chair.run(0.1)
+    chair.turn = 2
+    assert chair.halt() == ()
+    chair.do(chair.watchdog.garbage(chair.now_s))
+    chair.asked = None
+    calls = chair.run(60.0)
+    assert not any(isinstance(call, Stop) for call in calls)
+    assert chair.twist == Twist(-0.6, 0.0)
+    assert chair.watchdog.problem is None
+    chair.buttons = {"stop": True}
+    chair.now_s += 0.001
+    assert chair.feel() == (Stop(2),)
+    assert chair.mode == "stopped"
+
+
+def test_letting_go_stops_on_the_event() -> None:
+    """The robot does not roll on when the hand is off."""
+    chair = driven()
+    chair.stick = (1.0, 0.0)
+    chair.run(0.5)
+    chair.stick = (0.0, 0.0)
+    chair.now_s += 0.001
+    assert chair.feel() == (Stop(1),)
+    assert all(call.twist == STANDSTILL for call in chair.run(0.5) if isinstance(call, Apply))
+
+
+def test_a_chair_that_brakes_softly_slows_down_when_it_is_let_go() -> None:
+    """With soft braking the person is not thrown; Stop is at once all the same."""
+    chair = driven(replace(RULES, soft_braking=True, braking_mps2=1.0))
+    chair.stick = (1.0, 0.0)
+    chair.run(1.0)
+    assert chair.twist == Twist(0.6, 0.0)
+    chair.stick = (0.0, 0.0)
+    chair.run(0.3)
+    assert 0.25 < chair.twist.linear_mps < 0.35
+    chair.run(0.4)
+    assert chair.twist == STANDSTILL
+    chair.stick = (1.0, 0.0)
+    chair.run(1.0)
+    chair.buttons = {"stop": True}
+    chair.feel()
+    assert chair.twist == STANDSTILL
+
+
+def test_the_persons_speed_grows_at_the_robots_rate() -> None:
+    """A stick that is pushed at once does not throw anybody."""
+    chair = driven(replace(RULES, acceleration_mps2=1.0))
+    chair.stick = (1.0, 0.0)
+    chair.run(0.3)
+    assert 0.2 < chair.twist.linear_mps < 0.35
+    chair.run(0.5)
+    assert chair.twist == Twist(0.6, 0.0)
+
+
+@pytest.mark.parametrize("touches", [False, True])
+def test_a_lost_control_stops_whoever_drives(touches: bool) -> None:
+    """Silence of the line, and a line that is known to be gone, hold operator and person."""
+    for is_known in (False, True):
+        chair = driven()
+        chair.stick = (float(touches), 0.0)
+        chair.run(0.1)
+        assert chair.twist != STANDSTILL
+        chair.is_plugged_in = False
+        if is_known:
+            assert chair.do(chair.watchdog.lose_hand(chair.now_s)) == (Stop(1),)
+        else:
+            chair.run(0.16)
+        assert (chair.mode, chair.twist) == ("lost", STANDSTILL)
+        assert chair.watchdog.problem == NO_HAND
+        chair.run(5.0)
+        assert chair.twist == STANDSTILL
+
+
+def test_a_fault_of_the_robot_holds_the_hand_too() -> None:
+    """After a driver that raised, or a robot that reconnected, the stick must be seen at rest."""
+    for fault in ("failed", "hold"):
+        chair = driven()
+        chair.stick = (1.0, 0.0)
+        chair.run(0.2)
+        watchdog = chair.watchdog
+        calls = (
+            watchdog.failed(chair.now_s)
+            if fault == "failed"
+            else watchdog.hold(NO_ANSWER, chair.now_s)
+        )
+        assert chair.do(calls) == (Stop(1),)
+        chair.run(1.0)
+        assert chair.twist == STANDSTILL
+        chair.stick = (0.0, 0.0)
+        chair.run(0.05)
+        chair.stick = (1.0, 0.0)
+        chair.run(0.05)
+        assert chair.twist == Twist(0.6, 0.0)
+
+
+def test_each_change_of_hands_is_a_new_epoch() -> None:
+    """The server's own rules ask for neutral by it, whatever they know of the person."""
+    chair = driven()
+    holds = chair.watchdog.holds
+    chair.stick = (1.0, 0.0)
+    chair.run(0.05)
+    assert chair.watchdog.holds > holds
+    holds = chair.watchdog.holds
+    chair.stick = (0.0, 0.0)
+    chair.run(1.5)
+    assert chair.watchdog.holds > holds
+
+
+def test_sharing_scales_and_ramps_what_the_operator_asks() -> None:
+    """The stick is the most of it; pushed at once, the speed grows at the robot's rate."""
+    chair = driven_shared()
+    chair.stick = (0.55, 0.0)
+    chair.run(0.1)
+    assert 0.0 < chair.twist.linear_mps < 0.25
+    chair.run(1.0)
+    assert chair.twist.linear_mps == pytest.approx(0.25)
+    chair.stick = (0.0, 0.0)
+    chair.run(0.02)
+    assert chair.twist == STANDSTILL
+
+
+def test_stops_pass_while_sharing() -> None:
+    """Sharing keeps nothing of the server's stops away; the ramp begins anew after one."""
+    chair = driven_shared()
+    chair.stick = (1.0, 0.0)
+    chair.run(1.0)
+    assert chair.twist == AHEAD
+    assert chair.halt() == (Stop(1),)
+    calls = chair.say(AHEAD)
+    assert isinstance(calls[-1], Apply)
+    assert calls[-1].twist.linear_mps < 0.05
+
+
+def driven_shared() -> Chair:
+    """Return a chair whose operator asks for ahead, and whose person lets nothing pass yet."""
+    chair = Chair(replace(RULES, shares=True, acceleration_mps2=1.0))
+    chair.run(1.2)
+    chair.asked = AHEAD
+    chair.run(0.2)
+    assert (chair.mode, chair.twist) == ("free", STANDSTILL)
+    return chair

@@ -1,0 +1,184 @@
+"""A person aboard in a driver process of its own, with a server that lives, freezes or dies."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.robot.process.conftest import Log, Server, is_alive, settings_for, until
+
+from wax.config.settings import LocalSettings
+from wax.robot.process.claim import Claim
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+pytestmark = pytest.mark.system
+
+LOCAL = LocalSettings(source="robot", pause_s=0.5, max_fraction=1.0)
+
+
+class Person:
+    """Whose control is a file, as `tests.robot.process.recorder.Seated` reads it."""
+
+    def __init__(self, log: Log) -> None:
+        self._path = log._path.with_suffix(".hand")
+        self.does("0 0 -")
+
+    def does(self, what: str) -> float:
+        """Do something; returns when."""
+        new = self._path.with_suffix(".new")
+        new.write_text(what)
+        now_s = time.monotonic()
+        new.replace(self._path)
+        return now_s
+
+    def pulls_the_plug(self) -> float:
+        now_s = time.monotonic()
+        self._path.unlink()
+        return now_s
+
+
+@pytest.fixture
+def person(log: Log) -> Person:
+    return Person(log)
+
+
+@pytest.fixture
+def start(log: Log, tmp_path: Path, person: Person) -> Iterator[Callable[[], Server]]:
+    """Start servers of one robot, and end them with whatever outlives them."""
+    servers: list[Server] = []
+
+    def start() -> Server:
+        settings = settings_for(log, "Seated")
+        claim = str(tmp_path / "state" / "driver-claim")
+        servers.append(Server(settings, log, local=LOCAL, claim=claim))
+        return servers[-1]
+
+    yield start
+    for server in servers:
+        server.end()
+    for entry in log.entries():
+        pid = int(entry.values[0]) if entry.word == "open" else 0
+        if pid and is_alive(pid):
+            os.kill(pid, signal.SIGKILL)
+
+
+def backward(log: Log, since_s: float) -> bool:
+    """Whether the person's own set-point has reached the robot; the server's goes ahead."""
+    return any(e.word == "apply" and e.values[0] < 0.0 for e in log.entries(since_s))
+
+
+def ahead_after(log: Log, since_s: float) -> list[float]:
+    return [e.at_s for e in log.entries(since_s) if e.word == "apply" and e.values[0] > 0.0]
+
+
+def test_a_touch_outranks_a_server_that_drives(
+    start: Callable[[], Server], log: Log, person: Person
+) -> None:
+    """The robot is stopped, then theirs; nothing of the server's comes between."""
+    server = start()
+    server.drive()
+    touched_s = person.does("-1 0 -")
+    stopped_s = log.stopped_s(touched_s)
+    until(lambda: backward(log, touched_s))
+    assert ahead_after(log, stopped_s) == []
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_the_person_drives_and_stops_without_the_server(
+    start: Callable[[], Server], log: Log, person: Person, number: signal.Signals
+) -> None:
+    """Killed or frozen, it takes nothing from them: they take over, drive and stop."""
+    server = start()
+    server.drive()
+    gone_s = server.signal(number)
+    log.stopped_s(gone_s)
+    touched_s = person.does("-1 0 -")
+    until(lambda: backward(log, touched_s))
+    later_s = time.monotonic() + 0.5
+    until(lambda: backward(log, later_s))
+    stop_s = person.does("-1 0 stop")
+    stopped_s = log.stopped_s(stop_s)
+    time.sleep(0.2)
+    assert not log.moves(stopped_s)
+    assert is_alive(log.pid())
+
+
+def test_the_next_server_takes_over_when_no_hand_is_on(
+    start: Callable[[], Server], log: Log, person: Person, tmp_path: Path
+) -> None:
+    """Its process opens the robot only when the one before has been let go of and has ended."""
+    first = start()
+    first.drive()
+    old = log.pid()
+    person.does("-1 0 -")
+    first.signal(signal.SIGKILL)
+    mark = (tmp_path / "state" / "driver-claim").read_text()
+    second = start()
+    until(lambda: (tmp_path / "state" / "driver-claim").read_text() != mark)
+    began_s = time.monotonic() + 0.3
+    until(lambda: backward(log, began_s))
+    assert log.pid() == old
+    person.does("0 0 -")
+    until(lambda: not is_alive(old))
+    second.drive()
+
+
+def test_a_server_that_ends_takes_its_process_with_it(
+    start: Callable[[], Server], log: Log, person: Person
+) -> None:
+    """Who switches it off means it: nobody is left behind who holds the robot."""
+    server = start()
+    server.drive()
+    pid = log.pid()
+    server.tell("close")
+    until(lambda: not is_alive(pid))
+    assert server.process.wait(5.0) == 0
+
+
+def test_a_control_that_is_gone_stops_the_robot(
+    start: Callable[[], Server], log: Log, person: Person
+) -> None:
+    """Without it the person could not stop, so nobody drives."""
+    server = start()
+    server.drive()
+    stopped_s = log.stopped_s(person.pulls_the_plug())
+    time.sleep(0.3)
+    assert not log.moves(stopped_s)
+
+
+def test_a_claim_is_held_until_another_takes_it(tmp_path: Path) -> None:
+    """The newest mark is the one that counts; a file that is gone takes nothing away."""
+    path = tmp_path / "state" / "driver-claim"
+    old, new = Claim(path), Claim(path)
+    assert not old.is_held
+    old.take()
+    assert old.is_held
+    new.take()
+    assert (old.is_held, new.is_held) == (False, True)
+    path.unlink()
+    assert new.is_held
+
+
+def test_only_one_has_the_robot(tmp_path: Path) -> None:
+    """Whoever has it keeps it, whatever the marks say, until its process ends."""
+    path = tmp_path / "driver-claim"
+    old, new = Claim(path), Claim(path)
+    old.take()
+    assert old.has_robot()
+    new.take()
+    assert not new.has_robot()
+    assert old.has_robot()
+
+
+def test_without_a_file_to_mark_nothing_is_claimed(tmp_path: Path) -> None:
+    """A state directory that cannot be written ends the process with its server, as ever."""
+    (tmp_path / "file").write_text("")
+    claim = Claim(tmp_path / "file" / "driver-claim")
+    claim.take()
+    assert not claim.is_held

@@ -1,0 +1,95 @@
+"""The frames of a hand control's line."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.examples import examples
+
+from wax.driver.hand import HandReading
+from wax.robot.hand.line import LENGTH, RESTART_S, Decoder, encode
+
+REST = HandReading(5.0)
+
+sticks = st.integers(-100, 100).map(lambda step: step / 100)
+readings = st.builds(
+    HandReading,
+    at_s=st.just(5.0),
+    linear=sticks,
+    angular=sticks,
+    is_held=st.booleans(),
+    stop=st.booleans(),
+    ask=st.sampled_from([None, "wait", "go_on", "left", "right"]),
+)
+
+
+def test_a_frame_byte_by_byte() -> None:
+    """The bytes are those of the description, for whoever builds a control."""
+    reading = HandReading(5.0, linear=1.0, angular=-0.5, is_held=True, ask="left")
+    assert encode(reading, 258).hex() == "a55b0264ce11eed7f8"
+
+
+@given(st.lists(readings, max_size=20), st.integers(1, 7))
+def test_what_is_sent_is_read(sent: list[HandReading], piece: int) -> None:
+    """Every reading comes out again, in whichever pieces the line brings it."""
+    data = b"".join(encode(one, number + 1) for number, one in enumerate(sent))
+    decoder = Decoder()
+    found = []
+    for at in range(0, len(data), piece):
+        found += decoder.feed(data[at : at + piece], 5.0)
+    assert found == sent
+    assert decoder.errors == 0
+
+
+@examples(2000)
+@given(readings, st.integers(0, 8 * LENGTH - 1), st.integers(0, 8 * LENGTH - 1))
+def test_a_damaged_frame_is_none(reading: HandReading, one: int, other: int) -> None:
+    """One or two flipped bits are always noticed, and the frame after them is read."""
+    damaged = bytearray(encode(reading, 1))
+    for bit in {one, other}:
+        damaged[bit // 8] ^= 1 << bit % 8
+    assert Decoder().feed(bytes(damaged) + encode(REST, 2), 5.0) == [REST]
+
+
+@given(st.binary(max_size=200))
+def test_noise_raises_nothing_and_is_forgotten(noise: bytes) -> None:
+    """After whatever came, the second frame at the latest is read again."""
+    decoder = Decoder()
+    decoder.feed(noise, 0.0)
+    after = decoder.feed(encode(REST, 1) + encode(REST, 2), 5.0)
+    assert after[-1:] == [REST]
+
+
+def test_noise_of_a_million_bytes_is_nearly_never_a_frame() -> None:
+    """Beside the checksum the buttons are sent twice: noise does not press any."""
+    rng = random.Random(7)
+    decoder = Decoder()
+    assert sum(len(decoder.feed(rng.randbytes(1000), 0.0)) for _ in range(1000)) == 0
+
+
+@pytest.mark.parametrize(
+    ("number", "counts"), [(10, False), (9, False), (11, True), (137, True), (138, False)]
+)
+def test_only_a_newer_number_counts(number: int, counts: bool) -> None:
+    """A line that repeats itself, or brings what is past, says nothing."""
+    decoder = Decoder()
+    assert decoder.feed(encode(REST, 10), 5.0) == [REST]
+    assert bool(decoder.feed(encode(REST, number), 5.0)) is counts
+
+
+def test_a_control_that_restarts_counts_anew() -> None:
+    """After a second without a frame any number is a first one."""
+    decoder = Decoder()
+    decoder.feed(encode(REST, 200), 5.0)
+    assert decoder.feed(encode(REST, 200), 5.0 + RESTART_S - 0.001) == []
+    assert len(decoder.feed(encode(REST, 200), 5.0 + RESTART_S)) == 1
+
+
+def test_a_stick_beyond_its_range_is_read_as_it_is() -> None:
+    """Whoever judges readings must see that it cannot be."""
+    (found,) = Decoder().feed(encode(HandReading(5.0, linear=1.27, angular=-1.28), 1), 5.0)
+    assert (found.linear, found.angular) == (1.27, -1.28)
+    assert not found.is_in_range
