@@ -136,6 +136,30 @@ def test_public_robot_is_a_valid_example() -> None:
     assert settings.robot.max_linear_mps < config.Settings().robot.max_linear_mps
 
 
+def test_the_wheelchair_is_a_valid_example() -> None:
+    """Somebody is aboard, who is not thrown, and the operator must answer before they drive."""
+    settings = config.load(CONFIG / "nepwak.toml")
+    assert settings.local.is_on
+    assert settings.local.script
+    assert settings.robot.soft_braking
+    assert settings.turns.ready_s > 0
+    assert not config.Settings().local.is_on
+
+
+def test_a_script_must_end_before_it_begins_again(tmp_path: Path) -> None:
+    """An act that would never be done is no act."""
+    text = "[local]\nscript_s = 10.0\nscript = [{ at_s = 9.0, for_s = 1.0 }]\n"
+    (problem,) = _problems(text, tmp_path)
+    assert problem == ("local: the act at 9 s ends after script_s, 10 s; make script_s longer")
+
+
+def test_the_hand_control_has_a_line_of_its_own(tmp_path: Path) -> None:
+    """Two who read one port would both get halves."""
+    serial = '[robot]\ndriver = "serial"\n[robot.serial]\nurl = "/dev/ttyACM1"\n'
+    (problem,) = _problems(serial + '[local]\nsource = "serial"\n', tmp_path)
+    assert "both /dev/ttyACM1; the hand control needs a line of its own" in problem
+
+
 def test_the_baseline_is_the_thesis() -> None:
     """The file has every constant of the thesis, all queue, and each picture is dated."""
     tree = tomllib.loads((CONFIG / "thesis.toml").read_text(encoding="utf-8"))

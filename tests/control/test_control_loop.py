@@ -16,12 +16,12 @@ from wax.clock import SystemClock
 from wax.config.settings import DriveSettings, RobotSettings, TurnSettings
 from wax.control.command import Command
 from wax.control.loop import ControlLoop
-from wax.control.reasons import Hold, Limit, Refusal, stopped_by
+from wax.control.reasons import ABOARD, Hold, Limit, Refusal, stopped_by
 from wax.control.safe_driver import NOT_CONNECTED
 from wax.control.stop_latch import LatchedStop
 from wax.control.turns import PlaceLost, TurnEnded, TurnEvent, TurnRenewed, Turns, TurnStarted
 from wax.driver.checks import NO_ANSWER
-from wax.driver.interface import STANDSTILL, Limits, RobotState, Twist
+from wax.driver.interface import STANDSTILL, Aboard, Limits, RobotState, Twist
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -199,6 +199,34 @@ def bench() -> Bench:
     bench.enter(A, B)
     bench.step()
     return bench
+
+
+# --- the person aboard --------------------------------------------------------------------------
+
+
+def test_the_person_aboard_takes_the_robot_from_its_operator(bench: Bench) -> None:
+    """Once the robot says so, the operator's commands move nothing, and they read why."""
+    bench.drive()
+    bench.driver.now = replace(bench.driver.now, aboard=Aboard("hand", 0.0))
+    assert ("stop", 1) in bench.step()
+    assert bench.loop.is_taken
+    assert bench.statuses[-1] == (A, False, ABOARD["hand"])
+    assert not bench.moves()
+    bench.driver.now = replace(bench.driver.now, aboard=Aboard("free"))
+    assert not bench.moves()
+    assert bench.statuses[-1] == (A, False, Hold.ABOARD.value)
+    bench.drive()
+
+
+def test_the_clock_of_a_turn_stands_still_while_the_person_aboard_drives(bench: Bench) -> None:
+    """An operator does not lose their turn to somebody whom they shall help."""
+    bench.driver.now = replace(bench.driver.now, aboard=Aboard("stopped", 0.0))
+    bench.step()
+    bench.step()
+    left_s = bench.turns.stands_left_s(bench.clock.time_s)
+    assert left_s is not None
+    bench.step(20.0)
+    assert bench.turns.stands_left_s(bench.clock.time_s) == left_s
 
 
 # --- the beat ---------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import pytest
 from tests.control.rules import RULES
@@ -13,9 +13,11 @@ from wax.control import gate
 from wax.control.command import Command
 from wax.control.gate import GateState, Setpoint
 from wax.control.reasons import (
+    ABOARD,
     NO_LIMITS,
     NOBODY_DRIVES,
     NOT_HELD,
+    NOT_LET,
     Hold,
     Limit,
     Refusal,
@@ -23,7 +25,7 @@ from wax.control.reasons import (
 )
 from wax.control.stop_latch import LatchedStop
 from wax.control.turn_view import TurnView
-from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.driver.interface import STANDSTILL, Aboard, HandMode, Limits, Twist
 
 if TYPE_CHECKING:
     from wax.control.rules import Rules
@@ -315,6 +317,55 @@ def test_release_alone_moves_nothing() -> None:
     assert decide(state, 101.21) == Setpoint(reason=Hold.STOPPED.value)
     state, _ = offer(state, command(13, 101.22, linear=1.0))
     assert decide(state, 101.22) == Setpoint(reason=Hold.STOPPED.value)
+
+
+# --- the person aboard -------------------------------------------------------------------------
+
+
+def aboard(mode: HandMode, share: float = 1.0) -> TurnView:
+    return replace(TURN, aboard=Aboard(mode, share))
+
+
+@pytest.mark.parametrize("mode", get_args(HandMode))
+def test_only_a_person_who_leaves_the_robot_lets_an_operator_drive(mode: HandMode) -> None:
+    """In every other mode nothing moves, no axis either, and a sentence says what is the matter."""
+    state, _ = offer(driving(), replace(command(12, 101.2, linear=1.0), axes={"pan": 0.5}))
+    setpoint = decide(state, 101.2, aboard(mode))
+    if mode == "free":
+        assert setpoint == decide(state, 101.2)
+    else:
+        assert setpoint == Setpoint(reason=ABOARD[mode])
+
+
+def test_the_person_aboard_comes_before_the_stop() -> None:
+    """Who drives reads first that it is not theirs to drive; the stop stays latched under it."""
+    stop = LatchedStop(1, "Bob")
+    assert decide(driving(), 101.2, aboard("hand"), stop=stop).reason == ABOARD["hand"]
+    assert decide(driving(), 101.2, aboard("free"), stop=stop).reason == stopped_by("Bob")
+
+
+def test_neutral_comes_first_after_the_person_aboard() -> None:
+    """Neither a key held throughout nor what was sent before drives when they let go."""
+    state, _ = gate.decide(driving(), aboard("hand"), None, 101.2, RULES)
+    free = aboard("free")
+    state, _ = offer(state, command(12, 101.19), turn=free, now_s=101.21)
+    assert decide(state, 101.21, free) == Setpoint(reason=Hold.ABOARD.value)
+    state, _ = offer(state, command(13, 101.22, linear=1.0), turn=free)
+    assert decide(state, 101.22, free) == Setpoint(reason=Hold.ABOARD.value)
+    state, _ = offer(state, command(14, 101.24), turn=free)
+    state, _ = offer(state, command(15, 101.26, linear=1.0), turn=free)
+    assert not decide(state, 101.26, free).twist.is_zero
+
+
+def test_a_person_who_shares_slows_and_stands_without_neutral() -> None:
+    """The robot scales by their stick; at rest the gate passes no motion, and axes all the same."""
+    state, _ = offer(driving(), replace(command(12, 101.2, linear=1.0), axes={"pan": 0.5}))
+    whole = decide(state, 101.2)
+    shared = decide(state, 101.2, aboard("free", 0.4))
+    assert shared == replace(whole, limit=Limit.SHARED.value)
+    state, none = gate.decide(state, aboard("free", 0.0), None, 101.2, RULES)
+    assert (none.twist, none.reason, dict(none.axes)) == (STANDSTILL, NOT_LET, {"pan": 0.5})
+    assert decide(state, 101.22, aboard("free", 1.0)) == whole
 
 
 # --- the line, and what is seen ---------------------------------------------------------------

@@ -15,9 +15,11 @@ from wax.control.command import Command
 from wax.control.reasons import Hold
 from wax.control.stop_latch import StopLatch
 from wax.control.turn_view import TurnView
-from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.driver.interface import STANDSTILL, Aboard, HandMode, Limits, Twist
 
 LIMITS = RULES.limits
+LEAVES = Aboard("free")
+"""A person aboard who leaves the robot to the operator."""
 OPERATOR = 1
 TURN = 5
 
@@ -42,6 +44,7 @@ class Word:
     speed: str = "fast"
     picture_s: float | None = 0.0  # how old what is seen was when the command was sent
     axes: dict[str, float] = field(default_factory=dict)
+    mode: HandMode = "hand"
 
 
 words = st.builds(
@@ -50,6 +53,7 @@ words = st.builds(
     what=st.sampled_from(
         ["drive"] * 24
         + ["fault", "press", "release", "release", "lose", "return", "return", "shut", "open"]
+        + ["touch", "let go", "let go"]
     ),
     viewer=st.sampled_from([OPERATOR] * 6 + [2]),
     turn=st.sampled_from([TURN] * 6 + [TURN - 1, TURN + 1]),
@@ -63,6 +67,7 @@ words = st.builds(
     speed=st.sampled_from(["slow", "fast"]),
     picture_s=st.one_of(st.sampled_from([0.0] * 5 + [0.45, 0.9, None]), st.floats(-0.5, 1.5)),
     axes=st.dictionaries(st.sampled_from(["pan", "arm"]), any_share, max_size=2),
+    mode=st.sampled_from(["hand", "pause", "stopped", "lost"]),
 )
 
 
@@ -74,10 +79,16 @@ class Judge:
     hold_s: float
     present: bool = True
     sees: bool = True
+    taken_by: Aboard = LEAVES
     stopped: bool = False
     taken: list[Command] = field(default_factory=list)
     released: bool = False
     well_s: float = 0.0
+
+    def turn(self) -> TurnView:
+        return TurnView(
+            TURN, OPERATOR, self.present, self.one_way_s, self.sees, aboard=self.taken_by
+        )
 
     def hold(self, now_s: float) -> None:
         self.hold_s, self.released = now_s, False
@@ -117,7 +128,7 @@ class Judge:
 
     def allows(self, now_s: float) -> Command | None:
         """Return the command that the robot may follow now."""
-        if self.stopped:
+        if self.stopped or self.taken_by != LEAVES:
             self.hold(now_s)
         newest = self.newest()
         if newest is None or not self.present:
@@ -153,7 +164,7 @@ def test_motion_only_by_the_rules(trace: list[Word], one_way_s: float) -> None:
     judge = Judge(one_way_s=one_way_s, hold_s=now_s)
     for word in trace:
         now_s += word.gap_s
-        turn = TurnView(TURN, OPERATOR, judge.present, one_way_s, judge.sees)
+        turn = judge.turn()
         match word.what:
             case "drive":
                 seq += 1
@@ -187,9 +198,13 @@ def test_motion_only_by_the_rules(trace: list[Word], one_way_s: float) -> None:
                 assert judge.stopped is (stop.stop is not None)
             case "lose" | "return":
                 judge.present = word.what == "return"
+            case "touch":
+                judge.taken_by = Aboard(word.mode)
+            case "let go":
+                judge.taken_by = LEAVES
             case _:
                 judge.sees = word.what == "open"
-        turn = TurnView(TURN, OPERATOR, judge.present, one_way_s, judge.sees)
+        turn = judge.turn()
         state, setpoint = gate.decide(state, turn, stop.stop, now_s, RULES)
 
         allowed = judge.allows(now_s)

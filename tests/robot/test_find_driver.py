@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 import pytest
 from structlog.testing import capture_logs
 
-from wax.config.settings import RobotSettings
+from wax.config.settings import LocalSettings, RobotSettings
+from wax.driver.interface import HasCamera, HasMicrophone
 from wax.errors import ConfigError
 from wax.robot.find_driver import NO_WATCHDOG, make_driver, make_robot
 from wax.robot.process.driver import ProcessDriver
+from wax.robot.simulated.chair import SimulatedChair
 from wax.robot.simulated.robot import SimulatedRobot
 
 if TYPE_CHECKING:
@@ -144,6 +146,41 @@ def test_the_simulated_robot_stays_with_the_server(clock: FakeClock) -> None:
     """It draws its picture from where it stands, which only its own process knows."""
     assert isinstance(make_robot(RobotSettings(), clock), SimulatedRobot)
     assert isinstance(make_robot(RobotSettings(driver="serial"), clock), ProcessDriver)
+
+
+ABOARD = LocalSettings(source="robot")
+HAND = "\n    def hand(self): pass"
+
+
+def test_a_robot_with_a_hand_control_takes_somebody_aboard(
+    plugin: Callable[[str], str], clock: FakeClock
+) -> None:
+    """Its driver gets a process, as that of a robot with a control on a line of its own does."""
+    robot = make_robot(RobotSettings(driver=plugin(GOOD + HAND)), clock, local=ABOARD)
+    assert isinstance(robot, ProcessDriver)
+    line = LocalSettings(source="serial")
+    assert isinstance(make_robot(RobotSettings(driver="serial"), clock, local=line), ProcessDriver)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"), [(GOOD, "has no hand control"), (GOOD + HAND + EYE, "must go on without it")]
+)
+def test_nobody_sits_in_a_robot_that_they_could_not_stop(
+    plugin: Callable[[str], str], clock: FakeClock, text: str, why: str
+) -> None:
+    """Without a control of theirs, or with one that dies with the server, WAX does not start."""
+    with pytest.raises(ConfigError, match=why) as refused:
+        make_robot(RobotSettings(driver=plugin(text)), clock, local=ABOARD)
+    assert str(refused.value).startswith("local.source: ")
+
+
+def test_somebody_may_sit_in_the_simulated_robot(clock: FakeClock) -> None:
+    """It keeps its camera and microphone, and says that it stops by itself in silence."""
+    robot = make_robot(RobotSettings(silence_ms=120), clock, local=ABOARD)
+    assert isinstance(robot, SimulatedChair)
+    assert isinstance(robot, HasCamera)
+    assert isinstance(robot, HasMicrophone)
+    assert robot.limits.silence_s == 0.12
 
 
 WATCHDOG = GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, ttl_s=0.2)")

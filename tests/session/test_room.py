@@ -17,9 +17,10 @@ from tests.visitors import TAB, make_access, visitor
 from wax.cluster.cluster import Cluster
 from wax.config.settings import Settings
 from wax.control.loop import ControlLoop
+from wax.control.reasons import ABOARD
 from wax.control.turns import Turns
 from wax.driver.checks import NO_ANSWER
-from wax.driver.interface import Limits, RobotState, Twist
+from wax.driver.interface import STANDSTILL, Aboard, Limits, RobotState, Twist
 from wax.errors import ForbiddenError, FullError, SignallingError
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
@@ -54,6 +55,7 @@ class Robot:
         self.told: list[object] = []
         self.problem: str | None = None
         self.is_broken = False
+        self.aboard: Aboard | None = None
 
     def open(self) -> None: ...
 
@@ -70,7 +72,7 @@ class Robot:
     def state(self) -> RobotState:
         if self.is_broken:
             raise OSError("no bus")
-        return RobotState(connected=self.problem is None, problem=self.problem)
+        return RobotState(connected=self.problem is None, problem=self.problem, aboard=self.aboard)
 
 
 class Camera:
@@ -554,6 +556,55 @@ async def test_a_problem_of_the_robot_is_told_at_once(rig: Rig) -> None:
     rig.robot.problem = "the line is unplugged"
     rig.wait(0.1, ada)
     assert ada.last("room")["robot"]["problem"] == "the line is unplugged"
+
+
+async def test_everybody_is_told_of_the_person_aboard(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who has the robot and what they ask for; nothing where nobody sits in it."""
+    monkeypatch.setattr(entry_module, "Peer", FakePeer)
+    rig = Rig({"local": {"source": "serial"}})
+    ada = await rig.enter("ada-1111")
+    rig.wait(0.2, ada)
+    assert ada.last("room")["aboard"]["mode"] == "lost"
+    rig.robot.aboard = Aboard("hand", 0.0, "wait", 3)
+    rig.wait(0.3, ada)
+    told = ada.last("room")["aboard"]
+    assert told == {
+        "mode": "hand",
+        "reason": ABOARD["hand"],
+        "asked": "wait",
+        "asks": 3,
+        "takes_part": False,
+    }
+    rig.robot.aboard = Aboard("free", 1.0, "wait", 3)
+    rig.wait(0.5, ada)
+    assert ada.last("room")["aboard"]["reason"] is None
+
+
+async def test_a_robot_without_a_passenger_tells_of_none(rig: Rig) -> None:
+    """Whatever a driver says, who has configured nobody aboard reads of nobody."""
+    ada = await rig.enter("ada-1111")
+    rig.wait(0.2, ada)
+    assert ada.last("room")["aboard"] is None
+
+
+async def test_an_operator_is_an_adviser_while_the_person_aboard_drives(rig: Rig) -> None:
+    """Their commands do not count, their turn's clock stands still, and they may still stop."""
+    ada = await rig.enter("ada-1111")
+    ada.says(type="join")
+    rig.wait(0.1, ada)
+    rig.drive(ada, 1, linear=0.0)
+    rig.robot.aboard = Aboard("hand", 0.0)
+    rig.wait(0.2, ada)
+    rig.robot.told.clear()
+    rig.drive(ada, 2, linear=0.0)
+    rig.drive(ada, 3, linear=1.0)
+    rig.wait(0.1, ada)
+    assert all(one in (STANDSTILL, "stop") for one in rig.robot.told)
+    assert rig.counters.snapshot()["messages not allowed"] == 2
+    assert rig.room.snapshot(rig.clock.time_s).turn.stands_left_ms is not None
+    ada.says(type="stop")
+    rig.wait(0.1, ada)
+    assert rig.loop.latched is not None
 
 
 async def test_a_camera_that_fails_is_told_and_its_recovery_too(rig: Rig) -> None:

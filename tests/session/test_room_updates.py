@@ -53,6 +53,7 @@ def room(*viewers: messages.ViewerInfo, **more: Any) -> messages.RoomState:
         "video": messages.SourceStatus(problem=None),
         "audio": messages.SourceStatus(problem=None),
         "tape": None,
+        "aboard": None,
     }
     return messages.RoomState(**known | more)
 

@@ -3,7 +3,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { PeerEvents } from "./link/peer";
 import { MAX_NAME_CHARS, type StateIn, type StateOut } from "./messages";
 import { type Session, startSession } from "./session";
-import { elsewhere, hello, room, served } from "./testing/messages";
+import { aboard, elsewhere, hello, room, served } from "./testing/messages";
 
 const { FakePeer, peers } = vi.hoisted(() => {
   const made: InstanceType<typeof Fake>[] = [];
@@ -379,6 +379,37 @@ it("rings once for each call of its own", () => {
   expect(session.state.room.value?.call).toEqual(call);
   session.actions.answerCall();
   expect(peer().sent.at(-1)).toEqual({ type: "here" });
+});
+
+describe("a request of the person aboard", () => {
+  const now = { ...room({ operator: 1 }), aboard: aboard() };
+  const asks = (number: number) => ({ ...now, aboard: aboard({ asked: "wait", asks: number }) });
+
+  it("rings for whoever drives, and is shown for a while", async () => {
+    const made = vi.fn(function refuse() {
+      throw new Error("no sound here");
+    });
+    vi.stubGlobal("AudioContext", made);
+    open();
+    receive(hello({ viewer: 1 }), now, asks(1), asks(1));
+    expect(made).toHaveBeenCalledOnce();
+    expect(session.state.request.value).toEqual({ asked: "wait" });
+    await vi.advanceTimersByTimeAsync(8000);
+    receive(asks(2));
+    await vi.advanceTimersByTimeAsync(8000);
+    expect(session.state.request.value).toEqual({ asked: "wait" });
+    await vi.advanceTimersByTimeAsync(8000);
+    expect(session.state.request.value).toBeNull();
+  });
+
+  it("is shown to who watches without a sound", () => {
+    const made = vi.fn();
+    vi.stubGlobal("AudioContext", made);
+    open();
+    receive(hello({ viewer: 2 }), now, asks(1));
+    expect(made).not.toHaveBeenCalled();
+    expect(session.state.request.value).toEqual({ asked: "wait" });
+  });
 });
 
 describe("a page for which the server has no place", () => {

@@ -1,5 +1,6 @@
 /** The composition root: builds every part and wires it. Views get `state` and `actions`. */
 
+import { type Asked, newRequest } from "./aboard";
 import { missedCall } from "./call";
 import { Chime } from "./chime";
 import { DriveController } from "./drive/driveController";
@@ -43,6 +44,8 @@ const OPENING_MS = 20_000;
 const LOAD_AGAIN_MS = 5000;
 /** What the robot's microphone heard of this user has passed after so long, at most. */
 const ECHO_MS = { least: 500, most: 2500 } as const;
+/** How long a request of the person aboard is shown. */
+const REQUEST_MS = 15_000;
 /** On a slower link than this, the page's own traffic matters. */
 const THIN_BPS = 100_000;
 
@@ -208,6 +211,7 @@ export function startSession(): Session {
       case "hello":
         // The previous connection's room may name another operator.
         state.room.value = null;
+        state.request.value = null;
         state.hello.value = message;
         if (message.acknowledge && !acknowledger.isReady) void acknowledge();
         greet();
@@ -302,6 +306,18 @@ export function startSession(): Session {
       if (room.call?.viewer === me && before?.call?.viewer !== me) chime.ring();
     }
     state.room.value = room;
+    const asked = newRequest(before, room);
+    if (asked) tellRequest(asked);
+  }
+
+  /** Shows for a while what the person aboard asks for; whoever drives hears it too. */
+  function tellRequest(asked: Asked): void {
+    const request = { asked };
+    state.request.value = request;
+    if (state.drivingTurn.peek() !== null) chime.ring();
+    setTimeout(() => {
+      if (state.request.peek() === request) state.request.value = null;
+    }, REQUEST_MS);
   }
 
   function changeRoom(change: RoomChange): void {

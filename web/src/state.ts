@@ -4,6 +4,7 @@ import type { Direction } from "./drive/inputState";
 import type { LinkState } from "./link/link";
 import type { Breaks } from "./measure/breaks";
 import type {
+  AboardInfo,
   Console,
   Ended,
   Hello,
@@ -83,6 +84,8 @@ export interface State {
   invitation: Signal<InvitationLink | null>;
   /** Why the link that opened the page does not work; null if it does, or once it was read. */
   entryProblem: Signal<string | null>;
+  /** What the person aboard asks for, while it is new; always a new object. */
+  request: Signal<{ asked: NonNullable<AboardInfo["asked"]> } | null>;
   /** What became of the last call that this page has not answered. */
   missedCall: Signal<MissedCall>;
   /** This page's own microphone, as it is used. */
@@ -165,6 +168,7 @@ export function createState(kept: Preferences): State {
     console: signal(null),
     invitation: signal(null),
     entryProblem: signal(null),
+    request: signal(null),
     missedCall: signal(null),
     voice: signal(SILENT),
     pageMs: signal(0),

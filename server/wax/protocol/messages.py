@@ -415,6 +415,23 @@ class RobotStatus(_Outgoing):
     battery_fraction: float | None
 
 
+class AboardInfo(_Outgoing):
+    """The person aboard, whose hand control outranks every operator.
+
+    `mode` is ``free`` while an operator may drive, ``hand`` while the person does, ``pause`` after
+    that, ``stopped`` by their own Stop, ``lost`` while their control does not answer. `reason` is a
+    sentence, null while an operator may drive. `asked` is their newest request, `asks` its rising
+    number, 0 before the first. `takes_part` is true where the person does not only take over but
+    lets pass as much of the operator's driving as they push their stick ahead.
+    """
+
+    mode: Literal["free", "hand", "pause", "stopped", "lost"]
+    reason: str | None
+    asked: Literal["wait", "go_on", "left", "right"] | None
+    asks: int
+    takes_part: bool
+
+
 class SourceStatus(_Outgoing):
     """A camera or microphone; `problem` is a sentence, null if it delivers."""
 
@@ -465,8 +482,8 @@ class Tape(_Outgoing):
 class RoomState(_Outgoing):
     """What everybody sees, sent once; then come changes.
 
-    `stop` and `call` may be null; so are `voice` where nobody can speak through the robot, and
-    `tape` where the host does not record.
+    `stop` and `call` may be null; so are `voice` where nobody can speak through the robot, `tape`
+    where the host does not record, and `aboard` where nobody sits in the robot.
     """
 
     type: Literal["room"] = "room"
@@ -480,6 +497,7 @@ class RoomState(_Outgoing):
     audio: SourceStatus
     voice: VoiceInfo | None = None
     tape: Tape | None
+    aboard: AboardInfo | None = None
 
 
 class RoomChange(_Outgoing):
@@ -501,6 +519,7 @@ class RoomChange(_Outgoing):
     audio: SourceStatus = _ABSENT
     voice: VoiceInfo | None = _ABSENT
     tape: Tape | None = _ABSENT
+    aboard: AboardInfo | None = _ABSENT
 
 
 class Playout(_Outgoing):

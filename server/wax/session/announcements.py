@@ -6,7 +6,9 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Final
 
 from wax import __version__
+from wax.control import reasons
 from wax.control.gate import LAPSE_S
+from wax.driver.interface import Aboard
 from wax.protocol import messages
 from wax.records.shortened import shortened
 
@@ -129,6 +131,7 @@ class Announcements:
             audio=messages.SourceStatus(problem=self._problem("audio", None)),
             voice=None if self._voices is None else self._voices.info(),
             tape=self._tape(),
+            aboard=self._aboard(state),
         )
 
     def told(self, room: messages.RoomState, watching: int, now_s: float) -> messages.Told:
@@ -165,6 +168,20 @@ class Announcements:
             round_trip_ms=None if one_way_s is None else round(one_way_s * 2000),
             picture_ms=None if picture is None else picture.age_ms,
             rendition=rendition if isinstance(rendition, str) else None,
+        )
+
+    def _aboard(self, state: RobotState) -> messages.AboardInfo | None:
+        """Return what everybody is told of the person aboard, as long as there is one at all."""
+        local = self._settings.local
+        if not local.is_on:
+            return None
+        aboard = state.aboard or Aboard("lost")
+        return messages.AboardInfo(
+            mode=aboard.mode,
+            reason=reasons.ABOARD.get(aboard.mode),
+            asked=aboard.asked,
+            asks=aboard.asks,
+            takes_part=local.stick == "shares",
         )
 
     def _call(self) -> messages.CallInfo | None:

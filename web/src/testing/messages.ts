@@ -1,6 +1,15 @@
 /** Messages as the server would send them, for tests. */
 import type { Sent } from "../link/signalling";
-import type { Hello, Playout, RoomState, Seat, Served, Told, ViewerInfo } from "../messages";
+import type {
+  AboardInfo,
+  Hello,
+  Playout,
+  RoomState,
+  Seat,
+  Served,
+  Told,
+  ViewerInfo,
+} from "../messages";
 
 export function hello(more: Partial<Hello> = {}): Hello {
   return {
@@ -110,6 +119,10 @@ export function viewer(id: number, more: Partial<ViewerInfo> = {}): ViewerInfo {
   };
 }
 
+export function aboard(more: Partial<AboardInfo> = {}): AboardInfo {
+  return { mode: "free", reason: null, asked: null, asks: 0, takes_part: false, ...more };
+}
+
 interface RoomOptions {
   operator?: number;
   waiting?: number[];
@@ -155,5 +168,6 @@ export function room(options: RoomOptions): RoomState {
     audio: { problem: null },
     voice: null,
     tape: null,
+    aboard: null,
   };
 }

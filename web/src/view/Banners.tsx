@@ -1,6 +1,7 @@
+import { AboardBanner } from "./AboardBanner";
 import { useState } from "./context";
 
-/** Above the picture: the host's words to all, and a link that does not work. */
+/** Above the picture: who is aboard, the host's words to all, and a link that does not work. */
 export function Banners() {
   const { room, entryProblem } = useState();
   const message = room.value?.house.message;
@@ -9,6 +10,7 @@ export function Banners() {
   };
   return (
     <div class="banners" aria-live="polite">
+      <AboardBanner />
       {message && (
         <p class="banner">
           <strong>The host says:</strong> <bdi>{message}</bdi>

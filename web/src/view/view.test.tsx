@@ -15,7 +15,7 @@ import type { VoiceInfo } from "../messages";
 import { loadPreferences } from "../preferences";
 import type { Actions, Session } from "../session";
 import { createState, type State } from "../state";
-import { hello, playout, room, served } from "../testing/messages";
+import { aboard, hello, playout, room, served } from "../testing/messages";
 import { App } from "./App";
 import { BLANKED, NOT_INVITED, RELEASED } from "./words";
 
@@ -544,6 +544,37 @@ describe("the host's panel", () => {
     act(() => within("Take it away").click());
     asked({ type: "announce", text: "Tea!" }, { type: "announce", text: "" });
     expect(getByText(body, "The host says:").parentElement?.textContent).toContain("Tea!");
+  });
+});
+
+describe("a person aboard", () => {
+  const driving = "The person aboard is driving: advise them until they let go.";
+  function sits(more: Parameters<typeof aboard>[0], asked: "left" | null = null): void {
+    show({ operator: 1 });
+    act(() => {
+      state.room.value = { ...room({ operator: 1 }), aboard: aboard(more) };
+      state.request.value = asked && { asked };
+    });
+  }
+
+  it("is not spoken of while an operator may drive", () => {
+    sits({});
+    expect(body.querySelector(".banners")?.textContent).toBe("");
+  });
+
+  it("drives, and everybody reads why nobody else does", () => {
+    sits({ mode: "hand", reason: driving });
+    expect(getByText(body, driving)).toBeTruthy();
+  });
+
+  it("asks, and it is read out at once", () => {
+    sits({ asked: "left", asks: 1 }, "left");
+    expect(getByRole(body, "alert").textContent).toBe("From aboard: To the left, please.");
+  });
+
+  it("has no control that answers, which is the robot's problem and said once", () => {
+    sits({ mode: "lost", reason: "The hand control of the person aboard does not answer" });
+    expect(body.querySelector(".banners")?.textContent).toBe("");
   });
 });
 

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { RoomState } from "../messages";
-import { room, viewer } from "../testing/messages";
+import { aboard, room, viewer } from "../testing/messages";
 import {
   batteryWords,
   connectionWords,
@@ -191,6 +191,10 @@ describe("the turn's clock", () => {
     expect(stands({ stop: { number: 1, by: "Eve" } })).toContain("while the robot is stopped.");
     expect(stands({ house: { ...house, blanked: true } })).toContain("picture and sound off");
     expect(stands({ robot: { ...robot, connected: false } })).toContain("does not answer");
+    expect(stands({ aboard: aboard({ mode: "hand" }) })).toContain(
+      "the person aboard has the robot.",
+    );
+    expect(stands({ aboard: aboard() })).toContain("nobody can drive");
     expect(stands({ video: { problem: "unplugged" } })).toContain("there is no picture");
     expect(stands({})).toBe("The clock stands still while nobody can drive.");
   });

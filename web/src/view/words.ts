@@ -1,5 +1,6 @@
 /** The page's sentences, as pure functions. */
 
+import type { Asked } from "../aboard";
 import type { MissedCall } from "../call";
 import type { LinkState } from "../link/link";
 import type {
@@ -95,13 +96,31 @@ export function standingWords(room: RoomState | null): string | null {
     ? "the host has switched picture and sound off"
     : room.stop
       ? "the robot is stopped"
-      : room.robot.problem !== null || !room.robot.connected
-        ? "the robot does not answer"
-        : room.video.problem !== null
-          ? "there is no picture"
-          : "nobody can drive";
+      : hasHand(room)
+        ? "the person aboard has the robot"
+        : room.robot.problem !== null || !room.robot.connected
+          ? "the robot does not answer"
+          : room.video.problem !== null
+            ? "there is no picture"
+            : "nobody can drive";
   return `The clock stands still while ${why}.`;
 }
+
+function hasHand({ aboard }: RoomState): boolean {
+  return aboard !== null && aboard.mode !== "free" && aboard.mode !== "lost";
+}
+
+/** A request of the person aboard, as they would say it. */
+export function requestWords(asked: Asked): string {
+  return REQUESTS[asked];
+}
+
+const REQUESTS = {
+  wait: "Please wait.",
+  go_on: "Please go on.",
+  left: "To the left, please.",
+  right: "To the right, please.",
+} as const satisfies Record<Asked, string>;
 
 /** What the host sees of a viewer's connection: `42 ms, 640 × 480`. */
 export function qualityWords(line: ConsoleViewer): string {

@@ -1,0 +1,143 @@
+"""A hand control on a real pseudo-terminal."""
+
+from __future__ import annotations
+
+import os
+import select
+import time
+import tty
+from typing import TYPE_CHECKING
+
+import pytest
+
+from wax.clock import SystemClock
+from wax.config.settings import LocalSettings
+from wax.driver.hand import HandReading
+from wax.robot.hand.line import encode
+from wax.robot.hand.serial_hand import SerialHand
+from wax.robot.hand.source import RobotsHand
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+pytestmark = pytest.mark.system
+
+PATIENCE_S = 10.0
+
+
+class Line:
+    """The control's end of its line."""
+
+    def __init__(self) -> None:
+        self.end, other = os.openpty()
+        tty.setraw(other)
+        self.url = os.ttyname(other)
+        self._other: int | None = other
+        self._number = 0
+
+    def say(self, *readings: HandReading) -> None:
+        data = b""
+        for reading in readings:
+            self._number += 1
+            data += encode(reading, self._number)
+        os.write(self.end, data)
+
+    def pull_out(self) -> None:
+        for descriptor in (self.end, self._other):
+            if descriptor is not None:
+                os.close(descriptor)
+        self._other = None
+
+
+@pytest.fixture
+def line() -> Iterator[Line]:
+    line = Line()
+    yield line
+    if line._other is not None:
+        line.pull_out()
+
+
+@pytest.fixture
+def hand(line: Line) -> Iterator[SerialHand]:
+    hand = SerialHand(LocalSettings(source="serial", url=line.url), SystemClock())
+    hand.open()
+    yield hand
+    hand.close()
+
+
+def wait(hand: SerialHand) -> tuple[HandReading, ...] | None:
+    """Wait until the control wakes its reader, and return what it has said."""
+    end_s = time.monotonic() + PATIENCE_S
+    while True:
+        assert hand.wakes is not None
+        woken, _, _ = select.select([hand.wakes], [], [], PATIENCE_S)
+        assert woken
+        assert time.monotonic() < end_s
+        if (said := hand.take()) != ():
+            return said
+
+
+def test_each_word_wakes_its_reader(line: Line, hand: SerialHand) -> None:
+    """It comes once, with the time at which it was read, and in order."""
+    line.say(HandReading(0.0, linear=0.5))
+    before_s = time.monotonic()
+    said = wait(hand)
+    assert said is not None
+    (reading,) = said
+    assert reading.linear == 0.5
+    assert before_s - PATIENCE_S < reading.at_s <= time.monotonic()
+    assert hand.take() == ()
+
+
+def test_a_short_press_is_not_lost(line: Line, hand: SerialHand) -> None:
+    """Between two looks of a busy reader Stop was pressed and released: both are said."""
+    line.say(HandReading(0.0, stop=True), HandReading(0.0))
+    found: list[bool] = []
+    while len(found) < 2:
+        found += [reading.stop for reading in wait(hand) or ()]
+    assert found == [True, False]
+
+
+def test_a_line_that_is_pulled_out_is_told_of(line: Line, hand: SerialHand) -> None:
+    """After what was said before it, the reader learns at once that nothing more will come."""
+    line.say(HandReading(0.0))
+    assert wait(hand) is not None
+    line.pull_out()
+    assert wait(hand) is None
+
+
+def test_it_closes_twice_and_leaves_nothing_open(line: Line) -> None:
+    """Neither a thread nor a descriptor is left."""
+    before = len(os.listdir("/dev/fd"))
+    hand = SerialHand(LocalSettings(source="serial", url=line.url), SystemClock())
+    hand.open()
+    hand.open()
+    line.say(HandReading(0.0))
+    assert wait(hand) is not None
+    hand.close()
+    hand.close()
+    assert hand.wakes is None
+    end_s = time.monotonic() + PATIENCE_S
+    while len(os.listdir("/dev/fd")) > before:
+        assert time.monotonic() < end_s
+        time.sleep(0.01)
+
+
+def test_a_robots_own_control_that_fails_is_a_lost_one() -> None:
+    """Whatever it raises or returns that is no reading: nobody drives, and nothing else ends."""
+
+    class Robot:
+        says: object = None
+
+        def hand(self) -> HandReading | None:
+            if isinstance(self.says, Exception):
+                raise self.says
+            return self.says  # type: ignore[return-value] # a driver may be wrong
+
+    robot = Robot()
+    hand = RobotsHand(robot)
+    for wrong in (None, "ahead", OSError("no bus")):
+        robot.says = wrong
+        assert hand.take() is None
+    robot.says = HandReading(1.0)
+    assert hand.take() == (HandReading(1.0),)

@@ -1,0 +1,95 @@
+"""The simulated robot with a person aboard."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+
+from wax.clock import SystemClock
+from wax.config.settings import ActSettings, LocalSettings, RobotSettings
+from wax.driver.interface import STANDSTILL, Twist
+from wax.robot.simulated.chair import SimulatedChair
+from wax.robot.simulated.person import ScriptedPerson
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from wax.driver.interface import RobotState
+
+PATIENCE_S = 10.0
+AHEAD = Twist(0.3, 0.0)
+
+SCRIPT = [
+    ActSettings(at_s=1.0, for_s=0.5, linear=-1.0),
+    ActSettings(at_s=3.0, for_s=0.5, press="wait"),
+    ActSettings(at_s=4.0, press="stop"),
+    ActSettings(at_s=4.2, for_s=0.1, press="go_on"),
+]
+
+
+def test_the_person_follows_the_script_again_and_again() -> None:
+    """Each act lasts as long as it says, of two at once the later counts, then all begins anew."""
+    person = ScriptedPerson(LocalSettings(source="robot", script=SCRIPT, script_s=10.0), 100.0)
+    for round_s in (100.0, 110.0, 150.0):
+        assert person.reading(round_s + 0.99).linear == 0.0
+        assert person.reading(round_s + 1.01).linear == -1.0
+        assert person.reading(round_s + 1.51).linear == 0.0
+        assert person.reading(round_s + 3.25).ask == "wait"
+        assert person.reading(round_s + 4.1).stop
+        assert person.reading(round_s + 4.25).ask == "go_on"
+        assert person.reading(round_s + 4.4).stop
+        assert not person.reading(round_s + 5.0).stop
+
+
+@pytest.fixture
+def chair() -> Iterator[SimulatedChair]:
+    script = [ActSettings(at_s=1.5, for_s=1.0, linear=-1.0)]
+    local = LocalSettings(source="robot", pause_s=0.5, script=script, script_s=3600.0)
+    chair = SimulatedChair(RobotSettings(), local, SystemClock())
+    yield chair
+    chair.close()
+
+
+def until(chair: SimulatedChair, twist: Twist, so: Callable[[RobotState], bool]) -> None:
+    """Ask for a twist, as the control loop does, until the chair is so."""
+    end_s = time.monotonic() + PATIENCE_S
+    while not so(chair.state()):
+        assert time.monotonic() < end_s
+        chair.apply(twist, 1)
+        time.sleep(0.01)
+
+
+def mode(state: RobotState) -> str:
+    return "none" if state.aboard is None else state.aboard.mode
+
+
+@pytest.mark.system
+def test_the_person_takes_over_and_gives_back(chair: SimulatedChair) -> None:
+    """Their hand drives the robot back while the operator asks for ahead, who begins anew after."""
+    assert mode(chair.state()) == "lost"
+    chair.open()
+    until(chair, STANDSTILL, lambda now: mode(now) == "free")
+    chair.apply(STANDSTILL, 1)
+    until(chair, AHEAD, lambda now: now.extra["speed_mps"] > 0.1)
+    until(chair, AHEAD, lambda now: mode(now) == "hand")
+    until(chair, AHEAD, lambda now: now.extra["speed_mps"] < -0.1)
+    until(chair, AHEAD, lambda now: mode(now) == "free")
+    until(chair, AHEAD, lambda now: now.extra["speed_mps"] == 0.0)
+    until(chair, STANDSTILL, lambda now: now.problem is None)
+    until(chair, AHEAD, lambda now: now.extra["speed_mps"] > 0.1)
+
+
+@pytest.mark.system
+def test_a_silent_server_stops_the_operators_driving(chair: SimulatedChair) -> None:
+    """With somebody aboard the simulated robot keeps the driver process's rules, too."""
+    chair.open()
+    until(chair, STANDSTILL, lambda now: mode(now) == "free")
+    chair.apply(STANDSTILL, 1)
+    until(chair, AHEAD, lambda now: now.extra["speed_mps"] > 0.1)
+    end_s = time.monotonic() + PATIENCE_S
+    while chair.state().problem is None:
+        assert time.monotonic() < end_s
+        time.sleep(0.01)
+    assert chair.state().extra["driver_silences"] == 1.0

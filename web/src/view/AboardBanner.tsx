@@ -1,0 +1,21 @@
+import { useState } from "./context";
+import { requestWords } from "./words";
+
+/** Above the picture: what the person aboard asks for, and why nobody but them may drive now. */
+export function AboardBanner() {
+  const { room, request, isConnected } = useState();
+  const aboard = room.value?.aboard;
+  if (!aboard || !isConnected.value) return null;
+  // A control that does not answer is a problem of the robot, which is shown as such.
+  const reason = aboard.mode === "lost" ? null : aboard.reason;
+  return (
+    <>
+      {request.value && (
+        <p class="banner is-request" role="alert">
+          <strong>From aboard:</strong> {requestWords(request.value.asked)}
+        </p>
+      )}
+      {reason && <p class="banner is-problem">{reason}</p>}
+    </>
+  );
+}
