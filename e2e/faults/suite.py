@@ -9,6 +9,7 @@ from e2e.faults.black_channel import black_channel
 from e2e.faults.blind import camera_freezes, page_starves, video_starves
 from e2e.faults.delay_step import delay_step
 from e2e.faults.flood import stop_in_flood
+from e2e.faults.hand import hand_touched, hand_touched_server_stopped
 from e2e.faults.hand_over import hand_over, one_turn
 from e2e.faults.hands_off import hands_off
 from e2e.faults.nuisance import nuisance
@@ -60,6 +61,10 @@ SUITE: Final = Suite(
         # A few turns are over before they moved.
         staged_case("hand-over", 1050, hand_over, "turns in which nothing old may move", 6),
         staged_case("one-turn", 3, one_turn, "whole turns", 1),
+        staged_case("hand", 1000, hand_touched, "the person aboard touches their hand control"),
+        staged_case(
+            "hand-alone", 1000, hand_touched_server_stopped, "the same with the server stopped"
+        ),
         staged_case("hands-off", 50, hands_off, "each way to take the hands off the page"),
         staged_case("blind-camera", 25, camera_freezes, "the camera freezes"),
         staged_case("blind-video", 25, video_starves, "no new picture comes"),

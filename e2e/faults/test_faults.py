@@ -14,6 +14,7 @@ from e2e.faults.black_channel import CELLS, black_channel
 from e2e.faults.blind import camera_freezes, page_starves, video_starves
 from e2e.faults.delay_step import delay_step
 from e2e.faults.flood import WAYS, stop_in_flood
+from e2e.faults.hand import hand_touched, hand_touched_server_stopped
 from e2e.faults.hand_over import Ending, hand_over, one_turn
 from e2e.faults.hands_off import hands_off
 from e2e.faults.nuisance import TTLS_MS, nuisance
@@ -173,6 +174,14 @@ async def test_no_harm_to_a_channel_is_executed() -> None:
 )
 async def test_a_dead_process_stops_the_robot(measure: Callable[..., Awaitable[Row]]) -> None:
     """The robot stands soon after a process next to it is gone, and nothing late moves it."""
+    await keeps(measure(TRIALS, load=LIGHT))
+
+
+@pytest.mark.parametrize("measure", [hand_touched, hand_touched_server_stopped])
+async def test_a_hand_aboard_takes_the_robot_from_its_operator(
+    measure: Callable[..., Awaitable[list[Row]]],
+) -> None:
+    """At once, and the person drives, whether the server runs or is frozen."""
     await keeps(measure(TRIALS, load=LIGHT))
 
 

@@ -14,6 +14,7 @@ from e2e.measure.suite import ROOT
 _TESTS: Final = {
     "codec, gate and latch": "tests/control/test_black_channel.py",
     "turns and hand-overs": "tests/control/test_hand_over.py",
+    "a person aboard": "tests/robot/process/test_hand_black_channel.py",
     "firmware": "tests/firmware/test_line_black_channel.py::test_no_wrong_execution",
 }
 _FAILED: Final = 1

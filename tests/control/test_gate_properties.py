@@ -198,10 +198,8 @@ def test_motion_only_by_the_rules(trace: list[Word], one_way_s: float) -> None:
                 assert judge.stopped is (stop.stop is not None)
             case "lose" | "return":
                 judge.present = word.what == "return"
-            case "touch":
-                judge.taken_by = Aboard(word.mode)
-            case "let go":
-                judge.taken_by = LEAVES
+            case "touch" | "let go":
+                judge.taken_by = LEAVES if word.what == "let go" else Aboard(word.mode)
             case _:
                 judge.sees = word.what == "open"
         turn = judge.turn()

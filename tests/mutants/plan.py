@@ -27,6 +27,7 @@ _CONTROL: Final[dict[str, tuple[str, ...]]] = {
     "command_freshness": ("test_command_freshness", *_GATE),
     "gate": _GATE,
     "lateness": ("test_lateness",),
+    "local_hand": ("test_local_hand",),
     "loop": _LOOP,
     "loop_timer": ("test_loop_timer", *_LOOP),
     "operator_delay": ("test_operator_delay", *_LOOP),
@@ -41,7 +42,9 @@ _CONTROL: Final[dict[str, tuple[str, ...]]] = {
     "video_freshness": ("test_video_freshness", *_GATE),
 }
 _ROBOT: Final[dict[str, tuple[str, ...]]] = {
+    "hand/line": ("test_hand_line",),
     "process/driver_watchdog": ("process/test_driver_watchdog",),
+    "process/hand_watchdog": ("process/test_hand_watchdog", "process/test_hand_black_channel"),
     "process/pipe_messages": ("process/test_pipe_messages",),
     "serial/frames": ("test_serial_frames", "test_dialects"),
     "serial/frames_dialect": ("test_frames_dialect", "test_dialects"),

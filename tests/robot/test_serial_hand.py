@@ -8,6 +8,7 @@ import time
 import tty
 from typing import TYPE_CHECKING
 
+import psutil
 import pytest
 
 from wax.clock import SystemClock
@@ -108,7 +109,7 @@ def test_a_line_that_is_pulled_out_is_told_of(line: Line, hand: SerialHand) -> N
 
 def test_it_closes_twice_and_leaves_nothing_open(line: Line) -> None:
     """Neither a thread nor a descriptor is left."""
-    before = len(os.listdir("/dev/fd"))
+    before = psutil.Process().num_fds()
     hand = SerialHand(LocalSettings(source="serial", url=line.url), SystemClock())
     hand.open()
     hand.open()
@@ -118,7 +119,7 @@ def test_it_closes_twice_and_leaves_nothing_open(line: Line) -> None:
     hand.close()
     assert hand.wakes is None
     end_s = time.monotonic() + PATIENCE_S
-    while len(os.listdir("/dev/fd")) > before:
+    while psutil.Process().num_fds() > before:
         assert time.monotonic() < end_s
         time.sleep(0.01)
 

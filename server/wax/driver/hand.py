@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class HandReading:
-    """The control at `at_s` on this machine's monotonic clock.
+    """The control at `at_s`, on the clock that the robot's driver was given.
 
     `linear` and `angular` are the stick, in -1…1 (ahead and left are positive). `is_held` is set
     where the control itself feels a hand; a deflected stick counts as touched without it. `stop`

@@ -55,13 +55,17 @@ class Recorder:
 class Seated(Recorder):
     """Has a person aboard, who does what a file beside its own says: two numbers and a button."""
 
+    def __init__(self, settings: RobotSettings, clock: Clock) -> None:
+        super().__init__(settings, clock)
+        self._clock = clock
+
     def hand(self) -> HandReading | None:
         path = self._path.with_suffix(".hand")
         if not path.exists():
             return None
         linear, angular, button = path.read_text().split()
         return HandReading(
-            time.monotonic(),
+            self._clock.now_s(),
             float(linear),
             float(angular),
             stop=button == "stop",

@@ -397,7 +397,8 @@ def test_nothing_moves_against_the_person_aboard() -> None:
     assert tally.wrong == []
     # It was no idle talk: each harm was done, and both have driven.
     assert all(tally.injected[cell] >= traces // 50 for cell in CELLS)
-    for what in ("person", "operator", "stop"):
+    for what in ("person", "operator"):
         assert tally.happened[what] >= traces // 4, what
+    assert tally.happened["stop"] >= traces // 10
     assert tally.happened["forged"] == 0
     assert tally.happened["garbage"] >= traces // 20
