@@ -142,6 +142,7 @@ async def test_a_driver_that_raises_takes_nothing_down(
         "bumpers": 0,
         "battery_v": None,
         "battery_fraction": None,
+        "aboard": None,
     }
 
 

@@ -41,6 +41,7 @@ from wax.monitoring.metrics import Metrics
 from wax.monitoring.readiness import Readiness
 from wax.records.opening import open_records
 from wax.robot.find_driver import make_robot
+from wax.robot.process.driver import ProcessDriver
 from wax.rtc import private
 from wax.rtc.ice_servers import IceServers
 from wax.rtc.network import Network
@@ -377,7 +378,10 @@ class App:
             _LOG.warning("not everything ended in time; exiting anyway")
         finally:
             self._network.close()
-            self._driver.close()
+            if self._died is not None and isinstance(self._driver, ProcessDriver):
+                self._driver.abandon()  # who sits in the robot drives on
+            else:
+                self._driver.close()
 
     def _stop_threads(self) -> None:
         speakers = () if self._speaker is None else (self._speaker,)

@@ -168,6 +168,7 @@ class Status:
             "problem": state.problem,
             "moving": state.moving,
             "pose": None if state.pose is None else asdict(state.pose),
+            "aboard": None if state.aboard is None else asdict(state.aboard),
             "bumpers": state.bumpers,
             "battery_v": state.battery_v,
             "battery_fraction": state.battery_fraction,

@@ -16,6 +16,7 @@ from wax.clock import SystemClock
 from wax.config.settings import LocalSettings, RobotSettings
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.find_driver import make_robot
+from wax.robot.process.driver import ProcessDriver
 
 TWISTS: Final = {"stand": STANDSTILL, "drive": Twist(0.5, 0.0), "silence": None}
 
@@ -38,6 +39,10 @@ def main() -> None:
             robot.apply(twist, 1)
         if select.select([sys.stdin], [], [], 0.02)[0]:
             word = sys.stdin.readline()
+            if word == "abandon\n":
+                assert isinstance(robot, ProcessDriver)
+                robot.abandon()
+                return
             if word in ("close\n", ""):  # or nobody is left to tell it anything
                 robot.close()
                 return

@@ -141,6 +141,19 @@ def test_a_server_that_ends_takes_its_process_with_it(
     assert server.process.wait(5.0) == 0
 
 
+def test_a_server_that_fails_leaves_the_robot_to_the_person(
+    start: Callable[[], Server], log: Log, person: Person
+) -> None:
+    """One that ends because a part of it broke is a dead one to them, however tidily it ends."""
+    server = start()
+    server.drive()
+    server.tell("abandon")
+    assert server.process.wait(5.0) == 0
+    touched_s = person.does("-1 0 -")
+    until(lambda: backward(log, touched_s))
+    assert is_alive(log.pid())
+
+
 def test_a_control_that_is_gone_stops_the_robot(
     start: Callable[[], Server], log: Log, person: Person
 ) -> None:

@@ -59,7 +59,7 @@ class ProcessDriver:
     begin with ``driver_``, beside ``driver_pid``.
 
     With a person aboard (`local`) the process outlives a server that dies, for them; `claim` is the
-    file by which the next one's process takes over. `close` ends it all the same.
+    file by which the next one's process takes over. `close` ends it all the same, `abandon` not.
     """
 
     def __init__(
@@ -84,6 +84,7 @@ class ProcessDriver:
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
         self._closing = threading.Event()
+        self._is_abandoned = False
         self._child: ChildProcess | None = None
         self._listens = False
         self._sequence = 0
@@ -157,6 +158,18 @@ class ProcessDriver:
                     self._child.kill()
             thread.join(KILL_S)
 
+    def abandon(self) -> None:
+        """Let go of the process as a server that dies does: with a person aboard it goes on."""
+        if not self._has_passenger:
+            self.close()
+            return
+        self._thread = None
+        self._is_abandoned = True
+        self._closing.set()
+        with self._lock:
+            if self._child is not None:
+                self._child.hang_up()
+
     def state(self) -> RobotState:
         with self._lock:
             counts = self._past + Counter(self._counts)
@@ -212,6 +225,8 @@ class ProcessDriver:
         with self._lock:
             if self._child is child:
                 self._child, self._listens = None, False
+        if self._is_abandoned:
+            return "The driver process is left to the person aboard."
         status = child.end()
         return problem or f"The driver process has ended ({_how(status)}); restarting it."
 
@@ -220,6 +235,8 @@ class ProcessDriver:
         lines = LineBuffer()
         deadline_s = self._clock.now_s() + START_S
         while (data := child.receive(deadline_s - self._clock.now_s())) is not None:
+            if self._is_abandoned:
+                return None
             for line in lines.feed(data):
                 try:
                     answer = decode_answer(line)

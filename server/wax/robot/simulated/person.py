@@ -6,12 +6,21 @@ real chair.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from wax.driver.hand import HandReading
 
 if TYPE_CHECKING:
     from wax.config.settings import ActSettings, LocalSettings
+    from wax.driver.interface import Ask
+
+
+_ASKS: Final[dict[str, Ask]] = {
+    "wait": "wait",
+    "go_on": "go_on",
+    "left": "left",
+    "right": "right",
+}
 
 
 class ScriptedPerson:
@@ -33,7 +42,7 @@ class ScriptedPerson:
             linear=act.linear,
             angular=act.angular,
             stop=act.press == "stop",
-            ask=act.press if act.press not in ("stop", "none") else None,
+            ask=_ASKS.get(act.press),
         )
 
 
