@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from typing import Final
 
-from tests.fuzz.targets import files, network, offers, pages, serial_line, tapes, tokens, voice
+from tests.fuzz.targets import (
+    files,
+    hand_line,
+    network,
+    offers,
+    pages,
+    serial_line,
+    tapes,
+    tokens,
+    voice,
+)
 
 TARGETS: Final = {
     target.name: target
@@ -19,6 +29,7 @@ TARGETS: Final = {
         voice.VOICE,
         serial_line.SERIAL,
         serial_line.FIRMWARE,
+        hand_line.HAND,
         files.CONFIG,
         tokens.TOKENS,
         tapes.EVENTS,

@@ -1,0 +1,77 @@
+"""A person aboard, as everybody's page shows them."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import pytest
+import pytest_asyncio
+from playwright.async_api import expect
+
+from e2e.harness import toml
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.server import Server
+
+LOCAL = """
+source = "robot"
+pause_s = 0.5
+script_s = 8.0
+script = [
+    { at_s = 1.0, for_s = 0.3, press = "wait" },
+    { at_s = 3.0, for_s = 2.0, linear = -0.6 },
+]
+"""
+"""Somebody who asks the operator to wait, and then drives back by themselves, again and again."""
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session")
+async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
+    settings = f"[turns]\n{toml.BRIEF_GRACE}\n[local]\n{LOCAL}"
+    async with serve(tmp_path_factory.mktemp("aboard"), settings) as running:
+        yield running
+
+
+@pytest.mark.timeout(90)
+async def test_the_person_aboard_asks_and_takes_over(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """Who drives reads both, holds a key throughout, and drives again only after letting go."""
+    viewer = await open_viewer(server)
+    await viewer.join()
+    await viewer.drives()
+    page = viewer.page
+    await expect(page.get_by_role("alert").first).to_contain_text("Please wait.", timeout=20_000)
+
+    async def speed_mps() -> float:
+        return float((await server.status())["robot"]["speed_mps"])
+
+    async def goes_back() -> bool:
+        return await speed_mps() < -0.02
+
+    await page.keyboard.down("ArrowUp")
+    await eventually(goes_back, "the person aboard drives back", within_s=20, every_s=0.05)
+    await expect(page.get_by_text(re.compile("The person aboard is driving")).first).to_be_visible()
+    await page.keyboard.up("ArrowUp")
+
+    async def goes_ahead() -> bool:
+        await page.keyboard.up("ArrowUp")
+        await page.keyboard.down("ArrowUp")
+        return await speed_mps() > 0.02
+
+    await eventually(goes_ahead, "the operator drives again", within_s=20, every_s=0.4)
+    await page.keyboard.up("ArrowUp")
+
+
+@pytest.mark.timeout(60)
+async def test_who_watches_reads_it_too(server: Server, open_viewer: OpenViewer) -> None:
+    """Everybody sees who has the robot, not only its operator."""
+    viewer = await open_viewer(server)
+    words = viewer.page.get_by_text(re.compile("The person aboard is driving"))
+    await expect(words.first).to_be_visible(timeout=20_000)
+    await expect(words.first).to_be_hidden(timeout=20_000)
