@@ -72,6 +72,12 @@ def test_robots_without_a_line_are_refused_in_a_sentence(driver: str, says: str)
         check(parse({"robot": {"driver": driver}}, "the host"))
 
 
+def test_a_robot_with_somebody_aboard_is_not_driven_for_a_proof() -> None:
+    """It would drive them without their control; the host reads how to prove it all the same."""
+    with pytest.raises(ConfigError, match="prove the stop of the empty robot"):
+        check(parse(HOSTS | {"local": {"source": "serial"}}, "the host"))
+
+
 def test_a_robot_on_a_serial_line_can_be_proved() -> None:
     """It is what the proof is made for."""
     check(parse(HOSTS, "the host"))

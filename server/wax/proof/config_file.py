@@ -15,7 +15,13 @@ _TURN_S: Final = 86_400.0
 
 
 def check(settings: Settings) -> None:
-    """Raise `ConfigError` if there is no serial line on which a stop could be measured."""
+    """Raise `ConfigError` where no stop can be measured, or the robot may not be driven for it."""
+    if settings.local.is_on:
+        raise ConfigError(
+            "somebody may sit in the robot, and the proof would drive it without their hand"
+            " control; prove the stop of the empty robot with a configuration that has source ="
+            ' "none" in [local]'
+        )
     driver = settings.robot.driver
     if driver == "simulated":
         raise ConfigError(
