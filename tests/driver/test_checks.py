@@ -65,6 +65,7 @@ def test_a_state_passes_as_it_is() -> None:
         (None, r"state\(\) returned None, not a RobotState"),
         ({"connected": True}, r"returned \{'connected': True\}, not a RobotState"),
         (RobotState(connected=True, bumpers=None), "has None for bumpers, not their bits"),  # type: ignore[arg-type]  # as a plug-in may
+        (RobotState(connected=True, aboard="Ada"), "has 'Ada' for aboard, not an Aboard"),  # type: ignore[arg-type]  # likewise
     ],
 )
 def test_what_is_no_state_is_refused(told: object, sentence: str) -> None:

@@ -10,13 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from wax.config.settings import LogSettings, RobotSettings
-from wax.driver.interface import Limits, RobotState
+from wax.config.settings import ActSettings, LocalSettings, LogSettings, RobotSettings
+from wax.driver.interface import Aboard, Limits, RobotState
 from wax.errors import ProtocolError
 from wax.robot.process.pipe_messages import (
     MAX_LINE_BYTES,
     Axis,
     Begin,
+    Bye,
     Halt,
     LineBuffer,
     Message,
@@ -43,12 +44,20 @@ def test_what_is_said_is_heard() -> None:
     """Each line ends once and is read back as it was written."""
     for said in SAID:
         assert decode_message(encode(said)) == said
-    begin = Begin(robot=RobotSettings(), log=LogSettings())
-    assert decode_begin(encode(begin)) == begin
+    assert decode_message(encode(Bye())) == Bye()
+    local = LocalSettings(source="robot", script=[ActSettings(at_s=1.0, press="stop")])
+    for begin in (
+        Begin(robot=RobotSettings(), log=LogSettings()),
+        Begin(robot=RobotSettings(), log=LogSettings(), local=local, claim="/tmp/claim"),
+    ):
+        assert decode_begin(encode(begin)) == begin
     ready = Ready(kind="frames", limits=Limits(0.5, 1.0, ("pan",)))
     assert decode_answer(encode(ready)) == ready
     told = StateReport(
-        state=RobotState(connected=True, battery_fraction=0.5), counts={"line.lost": 2}
+        state=RobotState(
+            connected=True, battery_fraction=0.5, aboard=Aboard("hand", 0.0, "wait", 2)
+        ),
+        counts={"line.lost": 2},
     )
     assert decode_answer(encode(told)) == told
     assert all(encode(said).count(b"\n") == 1 == encode(said)[-1:].count(b"\n") for said in SAID)
