@@ -157,6 +157,13 @@ describe("a stop", () => {
     expect(words({ watching: [1] }, 1).headline).toBe("Stopped by Eve");
   });
 
+  it("does not say that nothing moves while the person aboard drives", () => {
+    const now = { ...room({ operator: 1 }), aboard: aboard({ mode: "hand" }) };
+    expect(stoppedWords(now, stop, null, true).next).toBe(
+      "Only the person aboard drives until you release it.",
+    );
+  });
+
   it("is told with who ends it", () => {
     expect(words({ operator: 1 }, 1, true).next).toBe("Nothing moves until you release it.");
     expect(words({ operator: 2, watching: [1] }, 1).next).toBe(

@@ -202,9 +202,11 @@ export function stoppedWords(
 ): TurnWords {
   const operator = room?.viewers.find((viewer) => viewer.role === "operator");
   const who = operator && operator.id !== me?.id ? named(operator.name) : "the operator";
+  // Who sits in the robot is left stranded by nobody.
+  const what = room?.aboard?.mode === "hand" ? "Only the person aboard drives" : "Nothing moves";
   return {
     headline: `Stopped by ${named(stop.by)}`,
-    next: `Nothing moves until ${mayRelease ? "you release it" : `${who} or the host releases it`}.`,
+    next: `${what} until ${mayRelease ? "you release it" : `${who} or the host releases it`}.`,
   };
 }
 
