@@ -8,8 +8,8 @@ import time
 import tty
 from typing import TYPE_CHECKING
 
-import psutil
 import pytest
+from structlog.testing import capture_logs
 
 from wax.clock import SystemClock
 from wax.config.settings import LocalSettings
@@ -60,10 +60,22 @@ def line() -> Iterator[Line]:
 
 @pytest.fixture
 def hand(line: Line) -> Iterator[SerialHand]:
-    hand = SerialHand(LocalSettings(source="serial", url=line.url), SystemClock())
-    hand.open()
+    hand = opened(line)
     yield hand
     hand.close()
+
+
+def opened(line: Line) -> SerialHand:
+    """Return a reader whose line is open; what was said before that, nobody hears."""
+    hand = SerialHand(LocalSettings(source="serial", url=line.url), SystemClock())
+    end_s = time.monotonic() + PATIENCE_S
+    with capture_logs() as logs:
+        hand.open()
+        while not logs:
+            assert time.monotonic() < end_s
+            time.sleep(0.005)
+    assert [said["log_level"] for said in logs] == ["info"]
+    return hand
 
 
 def wait(hand: SerialHand) -> tuple[HandReading, ...] | None:
@@ -108,20 +120,14 @@ def test_a_line_that_is_pulled_out_is_told_of(line: Line, hand: SerialHand) -> N
 
 
 def test_it_closes_twice_and_leaves_nothing_open(line: Line) -> None:
-    """Neither a thread nor a descriptor is left."""
-    before = psutil.Process().num_fds()
-    hand = SerialHand(LocalSettings(source="serial", url=line.url), SystemClock())
-    hand.open()
+    """Neither a thread nor a descriptor is left, which every test is held to."""
+    hand = opened(line)
     hand.open()
     line.say(HandReading(0.0))
     assert wait(hand) is not None
     hand.close()
     hand.close()
     assert hand.wakes is None
-    end_s = time.monotonic() + PATIENCE_S
-    while psutil.Process().num_fds() > before:
-        assert time.monotonic() < end_s
-        time.sleep(0.01)
 
 
 def test_a_robots_own_control_that_fails_is_a_lost_one() -> None:
@@ -137,8 +143,10 @@ def test_a_robots_own_control_that_fails_is_a_lost_one() -> None:
 
     robot = Robot()
     hand = RobotsHand(robot)
-    for wrong in (None, "ahead", OSError("no bus")):
-        robot.says = wrong
+    wrong: list[object] = [None, "ahead", OSError("no bus"), HandReading(1.0, linear="ahead")]  # type: ignore[arg-type] # as above
+    wrong += [HandReading(1.0, ask="faster")]  # type: ignore[arg-type] # as above
+    for one in wrong:
+        robot.says = one
         assert hand.take() is None
-    robot.says = HandReading(1.0)
-    assert hand.take() == (HandReading(1.0),)
+    robot.says = HandReading(1, stop=1)  # type: ignore[arg-type] # as above
+    assert hand.take() == (HandReading(1.0, stop=True),)

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 _LOG = structlog.get_logger(__name__)
 
-_MOST: Final = 256
-"""More than come before the driver process counts as hung, so that no press of Stop is lost."""
+_MOST: Final = 4096
+"""More than 115 200 baud bring before the driver process counts as hung: no Stop is lost."""
 _REOPEN_S: Final = 0.2
 
 
@@ -71,12 +71,11 @@ class SerialHand:
         return None if is_lost else ()
 
     def close(self) -> None:
-        pipe, self._pipe = self._pipe, None
         self._port.close()
-        if pipe is not None:
-            with self._lock:
-                for end in pipe:
-                    os.close(end)
+        with self._lock:
+            pipe, self._pipe = self._pipe, None
+            for end in pipe or ():
+                os.close(end)
 
     # --- the line's threads (Caller) -------------------------------------------------------
 
@@ -107,6 +106,7 @@ class SerialHand:
 
     def _wake(self) -> None:
         with self._lock:
-            if self._pipe is not None:
+            pipe = self._pipe  # still open if it is there: `close` needs the lock, too
+            if pipe is not None:
                 with contextlib.suppress(BlockingIOError):  # it is awake already
-                    os.write(self._pipe[1], b"\0")
+                    os.write(pipe[1], b"\0")

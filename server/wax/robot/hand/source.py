@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final, Protocol, get_args
 
 import structlog
 
 from wax.driver.hand import HandReading, HasHand
+from wax.driver.interface import Ask
 from wax.errors import ConfigError
 from wax.robot.hand.serial_hand import SerialHand
 
@@ -57,17 +58,34 @@ class RobotsHand:
 
     def take(self) -> tuple[HandReading, ...] | None:
         try:
-            reading = self._robot.hand()
+            said = self._robot.hand()
+            reading = None if said is None else _checked(said)
         except Exception:
             if not self._is_told:
-                _LOG.exception("the robot's hand control raised; nobody drives")
+                _LOG.exception("the robot's hand control failed; nobody drives")
             self._is_told = True
             return None
         self._is_told = False
-        return (reading,) if isinstance(reading, HandReading) else None
+        return None if reading is None else (reading,)
 
     def close(self) -> None:
         """Do nothing: the robot closes it with itself."""
+
+
+def _checked(said: object) -> HandReading:
+    """Return what a robot's own control said, in our types; raises where it cannot be judged."""
+    if not isinstance(said, HandReading):
+        raise TypeError(f"hand() returned {said!r}, not a HandReading")
+    if said.ask not in (None, *get_args(Ask)):
+        raise ValueError(f"hand() has {said.ask!r} for ask")
+    return HandReading(
+        float(said.at_s),
+        float(said.linear),
+        float(said.angular),
+        is_held=bool(said.is_held),
+        stop=bool(said.stop),
+        ask=said.ask,
+    )
 
 
 def make_hand(local: LocalSettings, robot: object, clock: Clock) -> HandSource:
