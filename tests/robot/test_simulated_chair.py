@@ -10,6 +10,7 @@ import pytest
 from wax.clock import SystemClock
 from wax.config.settings import ActSettings, LocalSettings, RobotSettings
 from wax.driver.interface import STANDSTILL, Twist
+from wax.robot.process.driver_watchdog import NEUTRAL_FIRST
 from wax.robot.simulated.chair import SimulatedChair
 from wax.robot.simulated.person import ScriptedPerson
 
@@ -76,7 +77,8 @@ def test_the_person_takes_over_and_gives_back(chair: SimulatedChair) -> None:
     until(chair, AHEAD, lambda now: mode(now) == "hand")
     until(chair, AHEAD, lambda now: now.extra["speed_mps"] < -0.1)
     until(chair, AHEAD, lambda now: mode(now) == "free")
-    until(chair, AHEAD, lambda now: now.extra["speed_mps"] == 0.0)
+    until(chair, AHEAD, lambda now: now.problem == NEUTRAL_FIRST)
+    assert chair.state().extra["speed_mps"] == 0.0
     until(chair, STANDSTILL, lambda now: now.problem is None)
     until(chair, AHEAD, lambda now: now.extra["speed_mps"] > 0.1)
 

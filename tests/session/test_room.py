@@ -559,7 +559,8 @@ async def test_a_problem_of_the_robot_is_told_at_once(rig: Rig) -> None:
 
 
 async def test_everybody_is_told_of_the_person_aboard(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Who has the robot and what they ask for; nothing where nobody sits in it."""
+    """Who has the robot, and what they ask for."""
+    FakePeer.made = []
     monkeypatch.setattr(entry_module, "Peer", FakePeer)
     rig = Rig({"local": {"source": "serial"}})
     ada = await rig.enter("ada-1111")
