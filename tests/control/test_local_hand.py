@@ -247,6 +247,35 @@ def test_old_readings_and_those_of_the_future_count_as_none(age_s: float) -> Non
     assert after == person.state
 
 
+@pytest.mark.parametrize("age_s", [0.125, 60.0, -0.001])
+def test_a_stop_counts_however_late_it_comes(age_s: float) -> None:
+    """A press that waited in a buffer was meant; so was one before what else has been heard."""
+    person = sitting()
+    person.does(AHEAD)
+    press = HandReading(person.now_s - age_s, stop=True)
+    person.state = local_hand.hear(person.state, press, person.now_s, RULES)
+    assert person.state.mode == "stopped"
+    assert person.goes_on(3.0) == "stopped"
+
+
+@pytest.mark.parametrize("stick", [(math.nan, 0.0), (0.0, 1.01)])
+def test_a_stop_counts_whatever_is_wrong_with_the_stick(stick: tuple[float, float]) -> None:
+    """The control is lost by its numbers, and stopped when it is back."""
+    person = sitting()
+    assert person.does(stick, stop=True) == "lost"
+    assert person.does() == "stopped"
+
+
+def test_a_stop_does_not_bring_a_lost_control_back() -> None:
+    """An old press says nothing about who could stop now."""
+    person = sitting()
+    person.silent(1.0)
+    press = HandReading(person.now_s - 0.5, stop=True)
+    person.state = local_hand.hear(person.state, press, person.now_s, RULES)
+    assert person.state.mode == "lost"
+    assert person.does() == "stopped"
+
+
 def test_an_earlier_reading_does_not_count_after_a_later_one() -> None:
     """Of two that come in the wrong order the later is the truth."""
     person = sitting()

@@ -11,7 +11,7 @@
   after it is over, nobody drives (``pause``).
 - Where the person `shares`, the stick does not take over while an operator can be heard: pushed
   ahead, it lets that part of the operator's set-point pass; at rest, to a side or back, none. With
-  no operator to be heard it drives, once it was seen at rest.
+  no operator there, or none that can be heard, it drives, once it was seen at rest.
 
 The driver process keeps these rules, wherever the server is; the gate follows what they say.
 """
@@ -101,11 +101,13 @@ def hear(
     *,
     is_operator_heard: bool = True,
 ) -> HandState:
-    """Take a reading; one that is old, or from the future, counts as none.
+    """Take a reading; one that is old, or from the future, counts as none, but for a Stop.
 
-    `is_operator_heard` is whether set-points of an operator still come.
+    `is_operator_heard` is whether there is an operator whose set-points still come.
     """
     state = watch(state, now_s, rules)
+    if reading.stop:
+        state = _stopped(state, now_s)  # however late it comes, and whatever else is wrong with it
     newest_s = -math.inf if state.reading is None else state.reading.at_s
     if not (newest_s <= reading.at_s and 0.0 <= now_s - reading.at_s < rules.silence_s):
         return state
@@ -195,6 +197,12 @@ def _pressed(state: HandState, reading: HandReading) -> Ask | None:
     return reading.ask if before is not None and before.ask != reading.ask else None
 
 
+def _stopped(state: HandState, now_s: float) -> HandState:
+    """Latch the person's Stop, even while nothing else of the control counts."""
+    state = replace(state, is_stopped=True, is_armed=False)
+    return state if state.mode == "lost" else _in_mode(state, "stopped", now_s)
+
+
 def _drives(state: HandState) -> bool:
     return state.mode == "hand"
 
@@ -212,7 +220,9 @@ def _mode(heard: HandState, *, is_touched: bool) -> HandMode:
     return "pause" if _drives(heard) else heard.mode
 
 
-def _in_mode(state: HandState, mode: HandMode, now_s: float, *, is_touched: bool) -> HandState:
+def _in_mode(
+    state: HandState, mode: HandMode, now_s: float, *, is_touched: bool = False
+) -> HandState:
     goes_on = mode == state.mode and not (mode == "pause" and is_touched)
     return state if goes_on else replace(state, mode=mode, since_s=now_s)
 
