@@ -150,25 +150,31 @@ def test_the_simulated_robot_stays_with_the_server(clock: FakeClock) -> None:
 
 ABOARD = LocalSettings(source="robot")
 HAND = "\n    def hand(self): pass"
+WATCHDOG = GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, ttl_s=0.2)")
 
 
 def test_a_robot_with_a_hand_control_takes_somebody_aboard(
     plugin: Callable[[str], str], clock: FakeClock
 ) -> None:
     """Its driver gets a process, as that of a robot with a control on a line of its own does."""
-    robot = make_robot(RobotSettings(driver=plugin(GOOD + HAND)), clock, local=ABOARD)
+    robot = make_robot(RobotSettings(driver=plugin(WATCHDOG + HAND)), clock, local=ABOARD)
     assert isinstance(robot, ProcessDriver)
     line = LocalSettings(source="serial")
     assert isinstance(make_robot(RobotSettings(driver="serial"), clock, local=line), ProcessDriver)
 
 
 @pytest.mark.parametrize(
-    ("text", "why"), [(GOOD, "has no hand control"), (GOOD + HAND + EYE, "must go on without it")]
+    ("text", "why"),
+    [
+        (WATCHDOG, "has no hand control"),
+        (WATCHDOG + HAND + EYE, "must go on without it"),
+        (GOOD + HAND, "no watchdog of its own"),
+    ],
 )
 def test_nobody_sits_in_a_robot_that_they_could_not_stop(
     plugin: Callable[[str], str], clock: FakeClock, text: str, why: str
 ) -> None:
-    """Without a control of theirs, or with one that dies with the server, WAX does not start."""
+    """Without a control of theirs, or with one that dies with a process, WAX does not start."""
     with pytest.raises(ConfigError, match=why) as refused:
         make_robot(RobotSettings(driver=plugin(text)), clock, local=ABOARD)
     assert str(refused.value).startswith("local.source: ")
@@ -181,9 +187,6 @@ def test_somebody_may_sit_in_the_simulated_robot(clock: FakeClock) -> None:
     assert isinstance(robot, HasCamera)
     assert isinstance(robot, HasMicrophone)
     assert robot.limits.silence_s == 0.12
-
-
-WATCHDOG = GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, ttl_s=0.2)")
 
 
 @pytest.mark.parametrize(

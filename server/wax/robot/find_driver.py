@@ -72,7 +72,7 @@ def make_robot(
 def _check_passenger(
     driver: Driver, settings: RobotSettings, local: LocalSettings, clock: Clock
 ) -> None:
-    """Raise `ConfigError` where a person aboard would depend on the server, or has no control."""
+    """Raise `ConfigError` where a person aboard would depend on one process, or has no control."""
     if settings.driver == "simulated":
         return
     if isinstance(driver, HasCamera | HasMicrophone | HasSpeaker):
@@ -80,6 +80,12 @@ def _check_passenger(
             f"local.source: {settings.driver} has a camera, microphone or speaker, so it is driven from"
             " the server's process; with somebody aboard it must go on without it: give picture"
             " and sound a source of their own"
+        )
+    if driver.limits.ttl_s is None:
+        raise ConfigError(
+            f"local.source: {settings.driver} declares no watchdog of its own (ttl_s), so nothing"
+            " would stop it if its driver process hung, whoever sits in it; give it one, with the"
+            ' serial driver by dialect = "frames"'
         )
     make_hand(local, driver, clock)  # not opened
 
