@@ -13,7 +13,7 @@ from wax.control.reasons import NO_HAND
 from wax.driver.checks import NO_ANSWER
 from wax.driver.hand import HandReading
 from wax.driver.interface import STANDSTILL, Limits, Twist
-from wax.robot.process.driver_watchdog import Apply, DriverWatchdog, SetAxis, Stop
+from wax.robot.process.driver_watchdog import SILENT, Apply, DriverWatchdog, SetAxis, Stop
 from wax.robot.process.hand_watchdog import HandWatchdog
 from wax.robot.process.pipe_messages import Axis, Halt, Move
 
@@ -184,6 +184,32 @@ def test_the_person_drives_on_without_a_server() -> None:
     assert chair.mode == "stopped"
 
 
+def test_a_server_that_is_known_to_be_dead_is_not_waited_for() -> None:
+    """What it asked for ends at once, and nothing it sent before counts; the person's goes on."""
+    chair = driven()
+    assert chair.do(chair.watchdog.abandoned(chair.now_s)) == (Stop(1),)
+    assert chair.watchdog.problem == SILENT
+    chair.run(0.5)
+    assert chair.twist == STANDSTILL
+    chair = driven()
+    chair.stick = (1.0, 0.0)
+    chair.run(0.1)
+    assert chair.watchdog.abandoned(chair.now_s) == ()
+    assert chair.twist == Twist(0.6, 0.0)
+
+
+def test_a_stop_from_before_this_process_is_in_force() -> None:
+    """Until the person asks to go on; a control that says nothing yet is lost all the same."""
+    chair = Chair()
+    chair.watchdog.recall_stop()
+    assert (chair.mode, chair.watchdog.is_stopped) == ("lost", True)
+    chair.run(5.0)
+    assert (chair.mode, chair.watchdog.is_stopped) == ("stopped", True)
+    chair.buttons = {"ask": "go_on"}
+    chair.run(0.05)
+    assert (chair.mode, chair.watchdog.is_stopped) == ("pause", False)
+
+
 def test_letting_go_stops_on_the_event() -> None:
     """The robot does not roll on when the hand is off."""
     chair = driven()
@@ -201,11 +227,14 @@ def test_a_chair_that_brakes_softly_slows_down_when_it_is_let_go() -> None:
     chair.stick = (1.0, 0.0)
     chair.run(1.0)
     assert chair.twist == Twist(0.6, 0.0)
+    assert chair.watchdog.is_in_use
     chair.stick = (0.0, 0.0)
     chair.run(0.3)
     assert 0.25 < chair.twist.linear_mps < 0.35
+    assert chair.watchdog.is_in_use
     chair.run(0.4)
     assert chair.twist == STANDSTILL
+    assert not chair.watchdog.is_in_use
     chair.stick = (1.0, 0.0)
     chair.run(1.0)
     chair.buttons = {"stop": True}

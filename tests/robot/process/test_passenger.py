@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 import signal
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
+from structlog.testing import capture_logs
 from tests.robot.process.conftest import Log, Server, is_alive, settings_for, until
 
 from wax.config.settings import LocalSettings
 from wax.robot.process.claim import Claim
+from wax.robot.process.stop_mark import StopMark
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -49,14 +51,15 @@ def person(log: Log) -> Person:
 
 
 @pytest.fixture
-def start(log: Log, tmp_path: Path, person: Person) -> Iterator[Callable[[], Server]]:
+def start(log: Log, tmp_path: Path, person: Person) -> Iterator[Callable[..., Server]]:
     """Start servers of one robot, and end them with whatever outlives them."""
     servers: list[Server] = []
 
-    def start() -> Server:
+    def start(**local: Any) -> Server:
         settings = settings_for(log, "Seated")
         claim = str(tmp_path / "state" / "driver-claim")
-        servers.append(Server(settings, log, local=LOCAL, claim=claim))
+        rules = LOCAL.model_copy(update=local)
+        servers.append(Server(settings, log, local=rules, claim=claim))
         return servers[-1]
 
     yield start
@@ -78,7 +81,7 @@ def ahead_after(log: Log, since_s: float) -> list[float]:
 
 
 def test_a_touch_outranks_a_server_that_drives(
-    start: Callable[[], Server], log: Log, person: Person
+    start: Callable[..., Server], log: Log, person: Person
 ) -> None:
     """The robot is stopped, then theirs; nothing of the server's comes between."""
     server = start()
@@ -91,7 +94,7 @@ def test_a_touch_outranks_a_server_that_drives(
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
 def test_the_person_drives_and_stops_without_the_server(
-    start: Callable[[], Server], log: Log, person: Person, number: signal.Signals
+    start: Callable[..., Server], log: Log, person: Person, number: signal.Signals
 ) -> None:
     """Killed or frozen, it takes nothing from them: they take over, drive and stop."""
     server = start()
@@ -109,8 +112,35 @@ def test_the_person_drives_and_stops_without_the_server(
     assert is_alive(log.pid())
 
 
+@pytest.mark.parametrize("dies", ["process", "server"])
+def test_a_stop_of_theirs_outlives_whatever_dies(
+    start: Callable[..., Server], log: Log, person: Person, dies: str
+) -> None:
+    """Neither the next process nor the next server releases it, only the person does."""
+    server = start()
+    server.drive()
+    log.stopped_s(person.does("0 0 stop"))
+    person.does("0 0 -")
+    old = log.pid()
+    if dies == "process":
+        os.kill(old, signal.SIGKILL)
+    else:
+        server.signal(signal.SIGKILL)
+        server = start()
+    until(lambda: log.pid() != old)
+    began_s = time.monotonic()
+    for _ in range(5):  # for longer than the pause
+        server.tell("stand")
+        time.sleep(0.1)
+        server.tell("drive")
+        time.sleep(0.1)
+    assert not log.moves(began_s)
+    person.does("0 0 go_on")
+    server.drive()
+
+
 def test_the_next_server_takes_over_when_no_hand_is_on(
-    start: Callable[[], Server], log: Log, person: Person, tmp_path: Path
+    start: Callable[..., Server], log: Log, person: Person, tmp_path: Path
 ) -> None:
     """Its process opens the robot only when the one before has been let go of and has ended."""
     first = start()
@@ -130,7 +160,7 @@ def test_the_next_server_takes_over_when_no_hand_is_on(
 
 
 def test_a_server_that_ends_takes_its_process_with_it(
-    start: Callable[[], Server], log: Log, person: Person
+    start: Callable[..., Server], log: Log, person: Person
 ) -> None:
     """Who switches it off means it: nobody is left behind who holds the robot."""
     server = start()
@@ -142,7 +172,7 @@ def test_a_server_that_ends_takes_its_process_with_it(
 
 
 def test_a_server_that_fails_leaves_the_robot_to_the_person(
-    start: Callable[[], Server], log: Log, person: Person
+    start: Callable[..., Server], log: Log, person: Person
 ) -> None:
     """One that ends because a part of it broke is a dead one to them, however tidily it ends."""
     server = start()
@@ -155,7 +185,7 @@ def test_a_server_that_fails_leaves_the_robot_to_the_person(
 
 
 def test_a_control_that_is_gone_stops_the_robot(
-    start: Callable[[], Server], log: Log, person: Person
+    start: Callable[..., Server], log: Log, person: Person
 ) -> None:
     """Without it the person could not stop, so nobody drives."""
     server = start()
@@ -195,3 +225,28 @@ def test_without_a_file_to_mark_nothing_is_claimed(tmp_path: Path) -> None:
     claim = Claim(tmp_path / "file" / "driver-claim")
     claim.take()
     assert not claim.is_held
+
+
+def test_a_stop_is_kept_for_the_next_process(tmp_path: Path) -> None:
+    """The file is there while it is in force, whoever asks."""
+    path = tmp_path / "claim.stopped"
+    mark = StopMark(path)
+    assert not StopMark(path).is_set
+    mark.keep(False)
+    assert not StopMark(path).is_set
+    mark.keep(True)
+    mark.keep(True)
+    assert StopMark(path).is_set
+    StopMark(path).keep(False)
+    assert not mark.is_set
+
+
+def test_a_stop_that_cannot_be_kept_is_told_of(tmp_path: Path) -> None:
+    """Once, and nothing else ends by it."""
+    (tmp_path / "file").write_text("")
+    mark = StopMark(tmp_path / "file" / "claim.stopped")
+    with capture_logs() as logs:
+        mark.keep(True)
+        mark.keep(True)
+    assert not mark.is_set
+    assert [said["log_level"] for said in logs] == ["warning"]

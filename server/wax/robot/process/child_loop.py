@@ -88,9 +88,9 @@ class ChildLoop:
 
     def run(self) -> None:
         """Open the driver, run until the end of the pipe, then stop and close it."""
+        if self._passenger is not None and not self._has_robot(self._passenger):
+            return
         try:
-            if self._passenger is not None and not self._has_robot(self._passenger):
-                return
             signal.setitimer(signal.ITIMER_REAL, OPEN_S)
             self._driver.open()
             if self._passenger is not None:
@@ -125,14 +125,15 @@ class ChildLoop:
         # Silence first: messages that waited in the pipe while this process slept do not undo it.
         self._call(*self._watchdog.watch(self._clock.now_s()))
         self._look()
-        if self._reader in readable and not self._listen():
-            self._is_alone = True
+        if self._reader in readable and not self._listen() and not self._is_left_alone():
+            return False
         if self._clock.now_s() >= self._due_s:
             self._call(*self._watchdog.beat(self._clock.now_s()))
         self._look()
         self._log()
-        self._is_alone = self._is_alone or not self._tell()
-        return not self._is_alone or self._drives_on()
+        if self._is_alone:
+            return self._drives_on()
+        return self._tell() or self._is_left_alone()
 
     def _wait(self) -> list[int]:
         """Wait until something is due, and return the descriptors that can be read."""
@@ -150,6 +151,14 @@ class ChildLoop:
         """Let the person aboard come before everything that the server says."""
         if self._passenger is not None:
             self._call(*self._passenger.feel())
+            self._passenger.remember()  # once the robot stands: a disk may be slow
+
+    def _is_left_alone(self) -> bool:
+        """Take the server as dead; returns whether the person aboard needs this process on."""
+        self._is_alone = True
+        if self._passenger is not None and not self._is_dismissed:
+            self._call(*self._passenger.watchdog.abandoned(self._clock.now_s()))
+        return self._drives_on()
 
     def _drives_on(self) -> bool:
         """Whether the person aboard needs this process although its server is dead."""

@@ -14,7 +14,7 @@ from wax.control import local_hand, ramp
 from wax.control.local_hand import HandState
 from wax.control.reasons import NO_HAND
 from wax.driver.interface import STANDSTILL, Twist
-from wax.robot.process.driver_watchdog import Apply, Stop
+from wax.robot.process.driver_watchdog import SILENT, Apply, Stop
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -35,9 +35,13 @@ robot too, but the stick keeps its meaning."""
 class HandWatchdog:
     """Used as a `DriverWatchdog`; `feel` takes what the hand control says.
 
-    While the person drives, nothing of the server's reaches the driver, its stops included: an
-    operator whose turn ends, or who presses Stop, leaves nobody stranded. Everything that holds the
-    robot for a fault of its own does stop it, and then the control must be seen at rest first.
+    While the person drives, nothing of the server's reaches the driver, its stops included. A Stop
+    on a page is no doubt in which they should stand: they are there, feel what the robot does, and
+    have a Stop of their own, whereas everybody who watches may press that one, late, and seeing
+    less. If it ended the person's driving, anybody could leave them stranded on a crossing. It is
+    latched all the same: no operator drives until it is released. Everything that holds the robot
+    for a fault of its own, or of the control, does stop them, and then the control must be seen at
+    rest first.
     """
 
     def __init__(self, watchdog: DriverWatchdog, limits: Limits, rules: HandRules) -> None:
@@ -55,6 +59,16 @@ class HandWatchdog:
     def aboard(self) -> Aboard:
         """The person aboard, for the robot's state."""
         return local_hand.told(self._hand, self._rules)
+
+    @property
+    def is_stopped(self) -> bool:
+        """Whether the person's Stop is in force, though their control may be lost."""
+        return self._hand.is_stopped
+
+    @property
+    def is_in_use(self) -> bool:
+        """Whether the person drives, or still slows down after it."""
+        return self._hand.mode == "hand" or not self._twist.is_zero
 
     @property
     def problem(self) -> str | None:
@@ -78,6 +92,10 @@ class HandWatchdog:
     @property
     def silent_at_s(self) -> float:
         return self._watchdog.silent_at_s
+
+    def recall_stop(self) -> None:
+        """Begin with the person's Stop in force; call it before anything was felt."""
+        self._hand = HandState(is_stopped=True)
 
     def feel(self, readings: Iterable[HandReading], now_s: float) -> tuple[Call, ...]:
         """Take what the hand control says, oldest first, before anything else of this moment."""
@@ -115,6 +133,11 @@ class HandWatchdog:
     def garbage(self, now_s: float) -> tuple[Call, ...]:
         """Hold what the server asks for because of an invalid message."""
         return self._passed(self._watchdog.garbage(now_s), now_s)
+
+    def abandoned(self, now_s: float) -> tuple[Call, ...]:
+        """Hold what the server has asked for because it is dead, without waiting for silence."""
+        self._heard_s = -math.inf
+        return self._passed(self._watchdog.hold(SILENT, now_s), now_s)
 
     def failed(self, now_s: float) -> tuple[Call, ...]:
         """Hold the robot because the driver raised."""

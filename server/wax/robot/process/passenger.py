@@ -9,6 +9,7 @@ from wax.control.local_hand import HandRules
 from wax.robot.hand.source import make_hand
 from wax.robot.process.claim import Claim
 from wax.robot.process.hand_watchdog import HandWatchdog
+from wax.robot.process.stop_mark import StopMark
 
 if TYPE_CHECKING:
     from wax.clock import Clock
@@ -25,15 +26,22 @@ PERIOD_S: Final = 0.02
 class Passenger:
     """Reads the control and asks `watchdog` what follows.
 
-    Without a `claim` the process ends with its server.
+    Without a `claim` the process ends with its server, without a `stop_mark` their Stop is
+    forgotten at its end.
     """
 
     def __init__(
-        self, hand: HandSource, watchdog: HandWatchdog, clock: Clock, claim: Claim | None = None
+        self,
+        hand: HandSource,
+        watchdog: HandWatchdog,
+        clock: Clock,
+        claim: Claim | None = None,
+        stop_mark: StopMark | None = None,
     ) -> None:
         self._hand = hand
         self._clock = clock
         self._claim = claim
+        self._stop_mark = stop_mark
         self.watchdog = watchdog
 
     @property
@@ -51,6 +59,9 @@ class Passenger:
         return self._claim is None or self._claim.has_robot()
 
     def open(self) -> None:
+        """Begin to read, with the Stop that was in force when an earlier process ended."""
+        if self._stop_mark is not None and self._stop_mark.is_set:
+            self.watchdog.recall_stop()
         self._hand.open()
 
     def feel(self) -> tuple[Call, ...]:
@@ -61,11 +72,16 @@ class Passenger:
             return self.watchdog.lose_hand(now_s)
         return self.watchdog.feel(readings, now_s)
 
+    def remember(self) -> None:
+        """Keep for the next process whether the person's Stop is in force."""
+        if self._stop_mark is not None:
+            self._stop_mark.keep(self.watchdog.is_stopped)
+
     def drives_on(self) -> bool:
         """Whether this process stays after its server: until another claims it, hands off."""
         if self._claim is None or not self._claim.is_taken:
             return False
-        return self.watchdog.aboard.mode == "hand" or self._claim.is_held
+        return self.watchdog.is_in_use or self._claim.is_held
 
     def close(self) -> None:
         self._hand.close()
@@ -77,12 +93,12 @@ def make_passenger(
     """Return the person aboard, None where there is none; raises `ConfigError`."""
     if not begin.local.is_on:
         return None
-    return Passenger(
-        make_hand(begin.local, driver, clock),
-        hand_watchdog(begin.local, begin.robot, driver.limits, watchdog),
-        clock,
-        Claim(Path(begin.claim)) if begin.claim else None,
-    )
+    hand = make_hand(begin.local, driver, clock)
+    rules = hand_watchdog(begin.local, begin.robot, driver.limits, watchdog)
+    if not begin.claim:
+        return Passenger(hand, rules, clock)
+    path = Path(begin.claim)
+    return Passenger(hand, rules, clock, Claim(path), StopMark(path.with_suffix(".stopped")))
 
 
 def hand_watchdog(

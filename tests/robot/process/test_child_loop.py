@@ -1,0 +1,200 @@
+"""What the driver process does when its server is gone, call by call."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+from typing import TYPE_CHECKING
+
+import pytest
+
+from wax.config.settings import LocalSettings, RobotSettings
+from wax.driver.hand import HandReading
+from wax.driver.interface import Limits, RobotState, Twist
+from wax.robot.process.child_loop import ChildLoop
+from wax.robot.process.claim import Claim
+from wax.robot.process.driver_watchdog import DriverWatchdog
+from wax.robot.process.passenger import Passenger, hand_watchdog
+from wax.robot.process.pipe_messages import Bye, Move, encode
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+SILENCE_S = 0.12
+LIMITS = Limits(0.6, 1.5, ttl_s=0.2)
+LOCAL = LocalSettings(source="robot", pause_s=0.5)
+
+
+class Time:
+    """Goes on each time that somebody looks, as far as `step_s`."""
+
+    def __init__(self) -> None:
+        self.time_s = 100.0
+        self.step_s = 0.005
+
+    def now_s(self) -> float:
+        self.time_s += self.step_s
+        return self.time_s
+
+    def wall_ms(self) -> int:
+        return 0
+
+
+class Robot:
+    """Notes what it is asked; its hand control is at rest."""
+
+    kind = "noted"
+    limits = LIMITS
+
+    def __init__(self) -> None:
+        self.told: list[str] = []
+        self.looks = 0
+        self.each_look: Callable[[], None] = lambda: None
+
+    def open(self) -> None:
+        self.told.append("open")
+
+    def apply(self, twist: Twist, turn: int) -> None:
+        self.told.append("stand" if twist.is_zero else "drive")
+
+    def set_axis(self, name: str, position: float, turn: int) -> None: ...
+
+    def stop(self, turn: int) -> None:
+        self.told.append("stop")
+
+    def close(self) -> None:
+        self.told.append("close")
+
+    def state(self) -> RobotState:
+        self.looks += 1
+        self.told.append("state")
+        self.each_look()
+        return RobotState(connected=True, epoch=1)
+
+
+class RestingHand:
+    """A control that nobody touches."""
+
+    wakes: int | None = None
+
+    def __init__(self, time: Time) -> None:
+        self._time = time
+
+    def open(self) -> None: ...
+
+    def take(self) -> tuple[HandReading, ...]:
+        return (HandReading(self._time.time_s),)
+
+    def close(self) -> None: ...
+
+
+class Server:
+    """Writes set-points into the pipe, then dies or says goodbye."""
+
+    def __init__(self, time: Time) -> None:
+        self._time = time
+        self.reader, self._writer = os.pipe()
+        self.answers, self.writer = os.pipe()
+        for end in (self.answers, self.writer):
+            os.set_blocking(end, False)
+        self._sequence = 0
+
+    def asks(self, *speeds_mps: float) -> None:
+        for speed_mps in speeds_mps:
+            self._sequence += 1
+            move = Move(
+                sequence=self._sequence,
+                sent_s=self._time.time_s,
+                turn=1,
+                linear_mps=speed_mps,
+                angular_rps=0.0,
+            )
+            os.write(self._writer, encode(move))
+
+    def says_goodbye(self) -> None:
+        os.write(self._writer, encode(Bye()))
+
+    def listens(self) -> None:
+        with contextlib.suppress(BlockingIOError):
+            os.read(self.answers, 65_536)
+
+    def dies(self) -> None:
+        os.close(self._writer)
+
+    def end(self) -> None:
+        for end in (self.reader, self.answers, self.writer):
+            os.close(end)
+
+
+@pytest.fixture
+def time() -> Time:
+    return Time()
+
+
+@pytest.fixture
+def server(time: Time, monkeypatch: pytest.MonkeyPatch) -> Iterator[Server]:
+    # Its alarm is for a process of its own: here it would end the tests.
+    monkeypatch.setattr(signal, "setitimer", lambda *_: None)
+    server = Server(time)
+    yield server
+    server.end()
+
+
+def test_without_a_person_aboard_the_end_of_the_pipe_is_the_end(time: Time, server: Server) -> None:
+    """After it the robot is stopped and closed; no set-point is repeated first."""
+    time.step_s = 0.02  # a beat is due in every round
+    robot = Robot()
+    watchdog = DriverWatchdog(LIMITS, 10.0)
+    loop = ChildLoop(robot, watchdog, time, reader=server.reader, writer=server.writer)
+
+    def each_look() -> None:
+        if robot.looks == 4:
+            server.asks(0.0, 0.3)
+        elif robot.looks == 8:
+            server.dies()
+
+    robot.each_look = each_look
+    loop.run()
+    assert "drive" in robot.told
+    assert robot.told[-4:] == ["state", "state", "stop", "close"]
+
+
+@pytest.mark.parametrize("goodbye", [True, False])
+def test_with_a_person_aboard_a_dead_server_stops_the_robot_at_once(
+    time: Time, server: Server, tmp_path: Path, goodbye: bool
+) -> None:
+    """It is stopped without waiting for silence; the process stays until another claims it."""
+    robot = Robot()
+    claim = Claim(tmp_path / "claim")
+    watchdog = DriverWatchdog(LIMITS, 1000.0)  # that much silence never comes here
+    passenger = Passenger(
+        RestingHand(time), hand_watchdog(LOCAL, RobotSettings(), LIMITS, watchdog), time, claim
+    )
+    loop = ChildLoop(
+        robot, watchdog, time, reader=server.reader, writer=server.writer, passenger=passenger
+    )
+    gone_at: list[int] = []
+
+    def each_look() -> None:
+        server.listens()
+        if robot.looks == 100:
+            server.asks(0.0, 0.3)
+        elif robot.looks == 110:
+            if goodbye:
+                server.says_goodbye()
+            server.dies()
+            gone_at.append(len(robot.told))
+        elif robot.looks == 200:
+            Claim(tmp_path / "claim").take()
+
+    robot.each_look = each_look
+    server.asks(0.0)
+    loop.run()
+    after = robot.told[gone_at[0] :]
+    assert "drive" in robot.told[: gone_at[0]]
+    assert "drive" not in after[after.index("stop") :]
+    assert after.index("stop") < 8
+    assert robot.told[-1] == "close"
+    assert (robot.looks > 150) is not goodbye
