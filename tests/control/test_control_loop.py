@@ -82,6 +82,15 @@ class FakeDriver:
         return calls
 
 
+class FakeChair(FakeDriver):
+    """Somebody may sit in it."""
+
+    is_operated: bool | None = None
+
+    def tell_passenger(self, *, is_operated: bool) -> None:
+        self.is_operated = is_operated
+
+
 class Bench:
     """A control loop with everything around it."""
 
@@ -93,9 +102,10 @@ class Bench:
         robot: RobotSettings = AGILE,
         max_stop_distance_m: float = 1.0,
         clock: Turnable | None = None,
+        driver: FakeDriver | None = None,
     ) -> None:
         self.clock: Turnable = clock or TurnedClock()
-        self.driver = FakeDriver()
+        self.driver = driver or FakeDriver()
         self.driver.limits = limits
         self.turns = Turns(TurnSettings(turn_s=60.0, grace_s=grace_s))
         self.delays_s: dict[int, float] = {A: 0.1, B: 0.1}
@@ -109,6 +119,7 @@ class Bench:
         self.asked_what_they_see: set[int] = set()
         self.camera_fails = False
         self.max_fraction = 1.0
+        self.on_hold: str | None = None
         self.loop = ControlLoop(
             clock=self.clock,
             turns=self.turns,
@@ -123,7 +134,7 @@ class Bench:
             link_delay_s=self.delays_s.get,
             sees=self._sees,
             camera_fails=lambda: self.camera_fails,
-            on_hold=lambda: None,
+            on_hold=lambda: self.on_hold,
             max_fraction=lambda _: self.max_fraction,
             on_events=self._on_events,
             on_status=lambda *status: self.statuses.append(status),
@@ -227,6 +238,30 @@ def test_the_clock_of_a_turn_stands_still_while_the_person_aboard_drives(bench: 
     assert left_s is not None
     bench.step(20.0)
     assert bench.turns.stands_left_s(bench.clock.time_s) == left_s
+
+
+def test_a_chair_is_told_whether_somebody_may_drive() -> None:
+    """Nobody may while they are lost, a stop is latched, or the host holds the robot."""
+    chair = FakeChair()
+    bench = Bench(driver=chair)
+    bench.step()
+    assert chair.is_operated is False
+    bench.enter(A)
+    bench.step()
+    assert chair.is_operated is True
+    bench.loop.lost(A)
+    bench.step()
+    assert chair.is_operated is False
+    bench.loop.returned(A)
+    stop = bench.loop.press_stop("Bob")
+    bench.step()
+    assert chair.is_operated is False
+    assert bench.loop.release_stop("host", stop, None) is None
+    bench.step()
+    assert chair.is_operated is True
+    bench.on_hold = "The host has switched picture and sound off."
+    bench.step()
+    assert chair.is_operated is False
 
 
 # --- the beat ---------------------------------------------------------------------------------

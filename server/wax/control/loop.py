@@ -129,6 +129,7 @@ class ControlLoop:
         self._target = Setpoint(reason=problem) if problem else self._decide(turn, now_s)
         after_s = now_s - self._steered_s
         setpoint = ramp.step(self._target, self._safe_driver.twist, after_s, self._rules)
+        self._safe_driver.tell_passenger(is_operated=self._is_operated(turn))
         failure = self._safe_driver.steer(setpoint, turn.number)
         self._steered_s = self._clock.now_s()  # not now_s: a busy machine may pause in between
         if failure is not None:
@@ -353,6 +354,13 @@ class ControlLoop:
             max_fraction=0.0 if operator is None else self._max_fraction(operator),
             aboard=self._safe_driver.state.aboard,
         )
+
+    def _is_operated(self, turn: TurnView) -> bool:
+        """Whether somebody is there who may drive, as far as it is not the robot that keeps them.
+
+        With a stop latched, or the host's hold, the person aboard is not left waiting for leave.
+        """
+        return turn.present and self.latched is None and self._on_hold() is None
 
     def _is_kept(self) -> bool:
         """Whether something else than the operator and their link keeps them from driving."""

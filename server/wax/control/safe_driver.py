@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import structlog
 
 from wax.driver.checks import NO_ANSWER, checked
+from wax.driver.hand import HasPassenger
 from wax.driver.interface import STANDSTILL, RobotState, Twist
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ class SafeDriver:
 
     def __init__(self, driver: Driver) -> None:
         self._driver = driver
+        self._passenger = driver if isinstance(driver, HasPassenger) else None
         self._axes: dict[str, float] = {}
         self._answers = True
         self._lent_for: str | None = None
@@ -84,6 +86,11 @@ class SafeDriver:
             self._axes.clear()  # their positions are unknown now
             self.stop(turn)
         return state.problem or (None if state.connected else NOT_CONNECTED)
+
+    def tell_passenger(self, *, is_operated: bool) -> None:
+        """Tell a driver with a person aboard whether an operator is there who may drive."""
+        if self._passenger is not None:
+            self._passenger.tell_passenger(is_operated=is_operated)
 
     def changes_axes(self, axes: Mapping[str, float]) -> bool:
         """Whether any axis would get a new position."""

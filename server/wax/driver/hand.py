@@ -46,3 +46,12 @@ class HasHand(Protocol):
         as long as it is pressed, and for at least 20 ms.
         """
         ...
+
+
+@runtime_checkable
+class HasPassenger(Protocol):
+    """A driver of WAX's own that carries out the rules of a person aboard."""
+
+    def tell_passenger(self, *, is_operated: bool) -> None:
+        """Take, before each set-point, whether an operator is there who may drive."""
+        ...

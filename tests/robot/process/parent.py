@@ -30,6 +30,8 @@ def main() -> None:
         local=LocalSettings.model_validate_json(sys.argv[2]),
         claim=sys.argv[3],
     )
+    assert isinstance(robot, ProcessDriver)
+    robot.tell_passenger(is_operated=True)
     robot.open()
     while not robot.state().connected:
         time.sleep(0.005)
@@ -40,9 +42,11 @@ def main() -> None:
         if select.select([sys.stdin], [], [], 0.02)[0]:
             word = sys.stdin.readline()
             if word == "abandon\n":
-                assert isinstance(robot, ProcessDriver)
                 robot.abandon()
                 return
+            if word == "leave\n":
+                robot.tell_passenger(is_operated=False)
+                word = "stand"
             if word in ("close\n", ""):  # or nobody is left to tell it anything
                 robot.close()
                 return

@@ -38,6 +38,7 @@ class Chair:
         self.now_s = 100.0
         self.sequence = 0
         self.turn = 1
+        self.is_operated = True
         self.asked: Twist | None = STANDSTILL
         self.stick = (0.0, 0.0)
         self.buttons: dict[str, Any] = {}
@@ -69,6 +70,7 @@ class Chair:
             turn=self.turn,
             linear_mps=twist.linear_mps,
             angular_rps=twist.angular_rps,
+            operated=self.is_operated,
         )
         return self.do(self.watchdog.hear(move, self.now_s))
 
@@ -329,6 +331,38 @@ def test_stops_pass_while_sharing() -> None:
     calls = chair.say(AHEAD)
     assert isinstance(calls[-1], Apply)
     assert calls[-1].twist.linear_mps < 0.05
+
+
+def test_without_an_operator_the_sharing_stick_drives() -> None:
+    """A server that lives says so; the stick that let an operator drive must be released first."""
+    chair = driven_shared()
+    chair.stick = (1.0, 0.0)
+    chair.run(0.5)
+    chair.is_operated, chair.asked = False, STANDSTILL
+    chair.run(2.0)
+    assert (chair.mode, chair.twist) == ("pause", STANDSTILL)
+    chair.stick = (0.0, 0.0)
+    chair.run(0.05)
+    chair.stick = (-1.0, 0.0)
+    chair.run(1.0)
+    assert (chair.mode, chair.twist) == ("hand", Twist(-0.6, 0.0))
+
+
+def test_an_operator_who_comes_does_not_take_the_stick_out_of_the_hand() -> None:
+    """Sharing begins when the person has let go, after the pause."""
+    chair = driven_shared()
+    chair.is_operated, chair.asked = False, STANDSTILL
+    chair.run(0.1)
+    chair.stick = (1.0, 0.0)
+    chair.run(1.0)
+    chair.is_operated = True
+    chair.run(1.0)
+    assert (chair.mode, chair.twist) == ("hand", Twist(0.6, 0.0))
+    chair.stick = (0.0, 0.0)
+    chair.run(1.1)
+    chair.stick = (1.0, 0.0)
+    chair.run(0.5)
+    assert (chair.mode, chair.twist) == ("free", STANDSTILL)
 
 
 def driven_shared() -> Chair:

@@ -139,6 +139,23 @@ def test_a_stop_of_theirs_outlives_whatever_dies(
     server.drive()
 
 
+def test_a_sharing_stick_drives_only_without_an_operator(
+    start: Callable[..., Server], log: Log, person: Person
+) -> None:
+    """Each set-point says whether there is one: their turn may end while the server lives."""
+    server = start(stick="shares")
+    until(lambda: any(entry.word == "apply" for entry in log.entries()))
+    time.sleep(LOCAL.pause_s + 0.3)
+    touched_s = person.does("-1 0 -")
+    time.sleep(0.3)
+    assert not log.moves(touched_s)
+    person.does("0 0 -")
+    left_s = server.tell("leave")
+    time.sleep(0.1)
+    person.does("-1 0 -")
+    until(lambda: backward(log, left_s))
+
+
 def test_the_next_server_takes_over_when_no_hand_is_on(
     start: Callable[..., Server], log: Log, person: Person, tmp_path: Path
 ) -> None:

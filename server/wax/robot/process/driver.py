@@ -85,6 +85,7 @@ class ProcessDriver:
         self._thread: threading.Thread | None = None
         self._closing = threading.Event()
         self._is_abandoned = False
+        self._is_operated = False
         self._child: ChildProcess | None = None
         self._listens = False
         self._sequence = 0
@@ -113,6 +114,10 @@ class ProcessDriver:
         )
         self._thread.start()
 
+    def tell_passenger(self, *, is_operated: bool) -> None:
+        with self._lock:
+            self._is_operated = is_operated
+
     def apply(self, twist: Twist, turn: int) -> None:
         with self._lock:
             self._say(
@@ -122,6 +127,7 @@ class ProcessDriver:
                     turn=turn,
                     linear_mps=twist.linear_mps,
                     angular_rps=twist.angular_rps,
+                    operated=self._is_operated,
                 )
             )
 

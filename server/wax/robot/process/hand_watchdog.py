@@ -15,6 +15,7 @@ from wax.control.local_hand import HandState
 from wax.control.reasons import NO_HAND
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.process.driver_watchdog import SILENT, Apply, Stop
+from wax.robot.process.pipe_messages import Move
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,8 +29,8 @@ if TYPE_CHECKING:
 HAND_COUNTS: Final = ("driver_hand_takes", "driver_hand_stops", "driver_hand_losses")
 
 OPERATOR_LOST_S: Final = 0.5
-"""Without a set-point for this long there is no operator to share with. Shorter silences stop the
-robot too, but the stick keeps its meaning."""
+"""Without a set-point of an operator for this long there is none to share with. Shorter silences
+stop the robot too, but the stick keeps its meaning."""
 
 
 class HandWatchdog:
@@ -117,8 +118,8 @@ class HandWatchdog:
         looked = self._look(now_s)
         before_s = self._watchdog.silent_at_s
         calls = self._watchdog.hear(message, now_s)
-        if before_s != self._watchdog.silent_at_s < math.inf:
-            self._heard_s = now_s
+        if isinstance(message, Move) and before_s != self._watchdog.silent_at_s < math.inf:
+            self._heard_s = now_s if message.operated else -math.inf
         return (*looked, *self._passed(calls, now_s))
 
     def beat(self, now_s: float) -> tuple[Call, ...]:

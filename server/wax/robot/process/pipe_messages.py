@@ -47,11 +47,12 @@ class _Command(_PipeMessage):
 
 
 class Move(_Command):
-    """Server → process: a set-point."""
+    """Server → process: a set-point, and whether an operator is there who may drive."""
 
     say: Literal["move"] = "move"
     linear_mps: float
     angular_rps: float
+    operated: bool = True
 
 
 class Axis(_Command):

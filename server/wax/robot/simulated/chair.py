@@ -47,6 +47,7 @@ class SimulatedChair:
         self._passenger = Passenger(make_hand(local, self, clock), self._watchdog, clock)
         self._lock = threading.Lock()
         self._sequence = 0
+        self._is_operated = False
         self._due_s = 0.0
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
@@ -73,6 +74,10 @@ class SimulatedChair:
         """Return what the scripted person does now (`HasHand`)."""
         return self._person.reading(self._clock.now_s())
 
+    def tell_passenger(self, *, is_operated: bool) -> None:
+        with self._lock:
+            self._is_operated = is_operated
+
     def apply(self, twist: Twist, turn: int) -> None:
         with self._lock:
             now_s = self._clock.now_s()
@@ -82,6 +87,7 @@ class SimulatedChair:
                 turn=turn,
                 linear_mps=twist.linear_mps,
                 angular_rps=twist.angular_rps,
+                operated=self._is_operated,
             )
             self._do(self._watchdog.hear(move, now_s))
 
