@@ -402,6 +402,16 @@ describe("a request of the person aboard", () => {
     expect(session.state.request.value).toBeNull();
   });
 
+  it("is over when the person takes the robot themselves", () => {
+    open();
+    receive(hello({ viewer: 2 }), now, asks(1));
+    expect(session.state.request.value).toEqual({ asked: "wait" });
+    receive({ ...now, aboard: aboard({ mode: "hand", asked: "wait", asks: 1 }) });
+    expect(session.state.request.value).toBeNull();
+    receive({ ...now, aboard: aboard({ mode: "hand", asked: "left", asks: 2 }) });
+    expect(session.state.request.value).toEqual({ asked: "left" });
+  });
+
   it("is shown to who watches without a sound", () => {
     const made = vi.fn();
     vi.stubGlobal("AudioContext", made);

@@ -306,6 +306,8 @@ export function startSession(): Session {
       if (room.call?.viewer === me && before?.call?.viewer !== me) chime.ring();
     }
     state.room.value = room;
+    // Who takes the robot themselves asks for nothing any more.
+    if (room.aboard?.mode === "hand" && before?.aboard?.mode !== "hand") state.request.value = null;
     const asked = newRequest(before, room);
     if (asked) tellRequest(asked);
   }

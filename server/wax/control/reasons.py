@@ -64,7 +64,7 @@ NO_HAND: Final = (
 
 ABOARD: Final[Mapping[HandMode, str]] = {
     "hand": "The person aboard is driving: advise them until they let go.",
-    "pause": "The person aboard has just let go: wait a moment, with all controls released.",
+    "pause": "The person aboard still has the robot: wait a moment, with all controls released.",
     "stopped": "The person aboard has pressed Stop; only they can release it, with “go on”.",
     "lost": NO_HAND,
 }

@@ -1,13 +1,16 @@
 import { useState } from "./context";
 import { requestWords } from "./words";
 
-/** Above the picture: what the person aboard asks for, and why nobody but them may drive now. */
+/**
+ * Above the picture: what the person aboard asks for, and why nobody but them may drive now. The
+ * operator reads that beside their controls.
+ */
 export function AboardBanner() {
-  const { room, request, isConnected } = useState();
+  const { room, request, isConnected, drivingTurn } = useState();
   const aboard = room.value?.aboard;
   if (!aboard || !isConnected.value) return null;
   // A control that does not answer is a problem of the robot, which is shown as such.
-  const reason = aboard.mode === "lost" ? null : aboard.reason;
+  const reason = aboard.mode === "lost" || drivingTurn.value !== null ? null : aboard.reason;
   return (
     <>
       {request.value && (

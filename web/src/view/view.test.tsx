@@ -549,10 +549,15 @@ describe("the host's panel", () => {
 
 describe("a person aboard", () => {
   const driving = "The person aboard is driving: advise them until they let go.";
-  function sits(more: Parameters<typeof aboard>[0], asked: "left" | null = null): void {
-    show({ operator: 1 });
+  function sits(
+    more: Parameters<typeof aboard>[0],
+    asked: "left" | null = null,
+    operator = 2,
+  ): void {
+    const now = operator === 1 ? { operator } : { operator, watching: [1] };
+    show(now);
     act(() => {
-      state.room.value = { ...room({ operator: 1 }), aboard: aboard(more) };
+      state.room.value = { ...room(now), aboard: aboard(more) };
       state.request.value = asked && { asked };
     });
   }
@@ -565,6 +570,14 @@ describe("a person aboard", () => {
   it("drives, and everybody reads why nobody else does", () => {
     sits({ mode: "hand", reason: driving });
     expect(getByText(body, driving)).toBeTruthy();
+  });
+
+  it("drives, which the operator reads beside their controls and only there", () => {
+    sits({ mode: "hand", reason: driving }, null, 1);
+    act(() => {
+      state.driveReason.value = driving;
+    });
+    expect(getByText(body, driving).closest(".banners")).toBeNull();
   });
 
   it("asks, and it is read out at once", () => {

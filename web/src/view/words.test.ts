@@ -157,10 +157,10 @@ describe("a stop", () => {
     expect(words({ watching: [1] }, 1).headline).toBe("Stopped by Eve");
   });
 
-  it("does not say that nothing moves while the person aboard drives", () => {
-    const now = { ...room({ operator: 1 }), aboard: aboard({ mode: "hand" }) };
+  it("does not say that nothing moves where somebody sits in the robot", () => {
+    const now = { ...room({ operator: 1 }), aboard: aboard() };
     expect(stoppedWords(now, stop, null, true).next).toBe(
-      "Only the person aboard drives until you release it.",
+      "Only the person aboard may drive until you release it.",
     );
   });
 

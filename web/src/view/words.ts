@@ -203,7 +203,7 @@ export function stoppedWords(
   const operator = room?.viewers.find((viewer) => viewer.role === "operator");
   const who = operator && operator.id !== me?.id ? named(operator.name) : "the operator";
   // Who sits in the robot is left stranded by nobody.
-  const what = room?.aboard?.mode === "hand" ? "Only the person aboard drives" : "Nothing moves";
+  const what = room?.aboard ? "Only the person aboard may drive" : "Nothing moves";
   return {
     headline: `Stopped by ${named(stop.by)}`,
     next: `${what} until ${mayRelease ? "you release it" : `${who} or the host releases it`}.`,
