@@ -57,6 +57,7 @@ RULES: Final = HandRules.of(
 _TICK_S: Final = 0.01
 _TICKS: Final = 200
 _NEAR: Final = 1e-6
+_BEAT_S: Final = 0.02 + _NEAR
 
 
 @dataclass(frozen=True)
@@ -155,8 +156,9 @@ class Oracle:
 
     def __init__(self) -> None:
         self.newest: HandReading | None = None
-        self.recent: list[HandReading] = []
-        """Those of the last beat, which the driver may still follow."""
+        self.recent: list[tuple[HandReading, float]] = []
+        """Those that were the newest at the last beat, which the driver may still follow, and until
+        when they were: one that comes late may have been it for longer than a beat."""
         self.not_free_s = 1000.0
         """When the robot was last the person's, or nobody's."""
         self.is_stopped = False
@@ -170,8 +172,9 @@ class Oracle:
         """Take what the person really did."""
         self.look(now_s)
         before, self.newest = self.newest, reading
-        self.recent = [one for one in self.recent if now_s - one.at_s <= 0.02 + _NEAR]
-        self.recent.append(reading)
+        self.recent = [one for one in self.recent if now_s - one[1] <= _BEAT_S]
+        if before is not None:
+            self.recent.append((before, now_s))
         goes_on = reading.ask == "go_on" and before is not None and before.ask != "go_on"
         is_touched = touches(reading)
         self.is_stopped = reading.stop or (self.is_stopped and not (goes_on and not is_touched))
@@ -203,7 +206,8 @@ class Oracle:
         if self.newest is None or self.is_stopped:
             return None
         if touches(self.newest):
-            follows = self.was_at_rest and any(_follows(twist, one) for one in self.recent)
+            beat = [one for one, until_s in self.recent if now_s - until_s <= _BEAT_S]
+            follows = self.was_at_rest and any(_follows(twist, one) for one in [*beat, self.newest])
             return "person" if follows else None
         return "operator" if self._is_operators(twist, now_s) else None
 
