@@ -27,7 +27,7 @@ _CONTROL: Final[dict[str, tuple[str, ...]]] = {
     "command_freshness": ("test_command_freshness", *_GATE),
     "gate": _GATE,
     "lateness": ("test_lateness",),
-    "local_hand": ("test_local_hand",),
+    "local_hand": ("test_local_hand", "test_local_hand_properties"),
     "loop": _LOOP,
     "loop_timer": ("test_loop_timer", *_LOOP),
     "operator_delay": ("test_operator_delay", *_LOOP),
