@@ -9,7 +9,7 @@ import pytest
 from structlog.testing import capture_logs
 
 from wax.config.settings import LocalSettings, RobotSettings
-from wax.driver.interface import HasCamera, HasMicrophone
+from wax.driver.interface import HasCamera, HasMicrophone, HasSpeaker
 from wax.errors import ConfigError
 from wax.robot.find_driver import NO_WATCHDOG, make_driver, make_robot
 from wax.robot.process.driver import ProcessDriver
@@ -181,11 +181,12 @@ def test_nobody_sits_in_a_robot_that_they_could_not_stop(
 
 
 def test_somebody_may_sit_in_the_simulated_robot(clock: FakeClock) -> None:
-    """It keeps its camera and microphone, and says that it stops by itself in silence."""
+    """It keeps its camera, microphone and speaker, and says that it stops by itself in silence."""
     robot = make_robot(RobotSettings(silence_ms=120), clock, local=ABOARD)
     assert isinstance(robot, SimulatedChair)
     assert isinstance(robot, HasCamera)
     assert isinstance(robot, HasMicrophone)
+    assert isinstance(robot, HasSpeaker)
     assert robot.limits.silence_s == 0.12
 
 

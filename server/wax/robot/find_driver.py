@@ -77,9 +77,9 @@ def _check_passenger(
         return
     if isinstance(driver, HasCamera | HasMicrophone | HasSpeaker):
         raise ConfigError(
-            f"local.source: {settings.driver} has a camera, microphone or speaker, so it is driven from"
-            " the server's process; with somebody aboard it must go on without it: give picture"
-            " and sound a source of their own"
+            f"local.source: {settings.driver} has a camera, microphone or speaker, so it is driven"
+            " from the server's process; with somebody aboard it must go on without it: give"
+            " picture and sound a source of their own"
         )
     if driver.limits.ttl_s is None:
         raise ConfigError(

@@ -25,10 +25,11 @@ if TYPE_CHECKING:
     from wax.driver.hand import HandReading
     from wax.driver.interface import Limits, RobotState, Twist
     from wax.robot.process.driver_watchdog import Call
+    from wax.speaker.interface import Speaker
 
 
 class SimulatedChair:
-    """A `Driver` with a camera, a microphone and a person aboard.
+    """A `Driver` with a camera, a microphone, a speaker and a person aboard.
 
     The person follows `[local] script`, or has a control of their own on a serial line.
     """
@@ -137,6 +138,10 @@ class SimulatedChair:
     def microphone(self, clock: Clock) -> AudioSource:
         """Make a microphone that mixes what the robot hears."""
         return self._robot.microphone(clock)
+
+    def speaker(self, clock: Clock) -> Speaker:
+        """Return its speaker, which its microphone hears."""
+        return self._robot.speaker(clock)
 
     def _live(self) -> None:
         while not self._closing.wait(LOOK_S):
