@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 import pytest_asyncio
+from playwright.async_api import expect
 
 from e2e.harness import toml
 from e2e.harness.robot import turn_by_key
@@ -117,7 +118,9 @@ async def test_a_half_typed_name_stays(server: Server, open_viewer: OpenViewer) 
 async def test_one_can_drive_by_keyboard_alone(server: Server, open_viewer: OpenViewer) -> None:
     """With Tab, Enter and the arrow keys one joins and drives, without a pointer."""
     viewer = await open_viewer(server)
-    await viewer.button("Join the queue").focus()
+    join = viewer.button("Join the queue")
+    await expect(join).to_be_enabled()  # it takes no focus before the page is connected
+    await join.focus()
     await viewer.page.keyboard.press("Enter")
     await viewer.drives()
     await turn_by_key(server, viewer)
