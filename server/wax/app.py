@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import gc
 import os
 import signal
 from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax import state_dir
+from wax import memory, state_dir
 from wax.access.access import Access
 from wax.access.host_link import HostLinkSocket
 from wax.access.secret_file import load_secret
@@ -84,10 +83,6 @@ _LOG = structlog.get_logger(__name__)
 
 _STOP_S: Final = 2.5
 """Once the robot stands, peers, sockets and threads together get this long to end."""
-
-_GC_THRESHOLDS: Final = (700, 10, 1000)
-"""As usual, but full collections a hundred times less often: one stopped the event loop for 35 ms
-while a crowd joined, and who is gone needs none (`wax.weakly`, `private.break_circles`)."""
 
 
 class App:
@@ -302,11 +297,7 @@ class App:
                 loop.add_signal_handler(number, self.stop)
         try:
             await self._start()
-            # What is loaded by now stays: to look through it again and again in a flood of offers
-            # stops the event loop for a tenth of a second each time.
-            gc.collect()
-            gc.freeze()
-            gc.set_threshold(*_GC_THRESHOLDS)
+            memory.settle()
             self._service_manager.ready()
             on_ready(self._entrance.port)
             await self._stopping.wait()

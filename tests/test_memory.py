@@ -1,0 +1,44 @@
+"""What the process keeps of memory that it has freed."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+import sys
+
+import pytest
+
+CAME_AND_WENT = """
+import ctypes, psutil
+from wax.memory import return_large_blocks
+
+if {returns}:
+    return_large_blocks()
+c = ctypes.CDLL(None)
+c.malloc.restype, c.free.argtypes = ctypes.c_void_p, [ctypes.c_void_p]
+c.memset.argtypes = [ctypes.c_void_p, ctypes.c_int, ctypes.c_size_t]
+mib = 2**20
+c.free(c.malloc(16 * mib))
+before = psutil.Process().memory_info().rss
+large, small = [], []
+for _ in range(64):
+    large.append(c.malloc(mib))
+    small.append(c.malloc(20_000))
+    c.memset(large[-1], 1, mib)
+for one in large:
+    c.free(one)
+print((psutil.Process().memory_info().rss - before) // mib)
+"""
+
+
+@pytest.mark.skipif(
+    not hasattr(ctypes.CDLL(None), "gnu_get_libc_version"), reason="another C library than glibc"
+)
+@pytest.mark.parametrize(("returns", "kept_mib"), [(True, range(4)), (False, range(60, 68))])
+def test_large_blocks_that_came_and_went_are_given_back(returns: bool, kept_mib: range) -> None:
+    """Even where small ones behind them stay; glibc by itself keeps all of them."""
+    script = CAME_AND_WENT.format(returns=returns)
+    told = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=20
+    )
+    assert int(told.stdout) in kept_mib
