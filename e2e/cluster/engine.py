@@ -30,6 +30,7 @@ _ADDRESS: Final = "127.0.0.1"
 _SELECTOR: Final = {
     "kind": "regionaware",
     "sort_by": "rooms",
+    "sysload_limit": 1_000_000,
     "regions": [{"name": room, "lat": 0, "lon": 90 * at} for at, room in enumerate(ROOMS)],
 }
 """As config/deploy has it: a room that is made anew, too, lives on the node that was asked."""
