@@ -144,6 +144,17 @@ async def test_a_killed_node_is_noticed_and_used_again(serve: Serve, tmp_path: P
         assert moved == []
 
 
+async def test_a_node_that_hung_keeps_its_room(serve: Serve, tmp_path: Path) -> None:
+    """It counts as dead when it goes on, and would give its room to the other node for good."""
+    async with published(serve, tmp_path) as (engine, server):
+        engine.nodes[1].freeze()
+        await eventually(lambda: are_live(server, 1), "it is noticed", within_s=NOTICED_S)
+        await asyncio.sleep(ENGINES_OWN_S)
+        engine.nodes[1].thaw()
+        await eventually(lambda: are_live(server, 2), "it is used again", within_s=15)
+        assert len(await engine.redis.nodes_of_rooms()) == 2
+
+
 async def test_a_server_that_stood_still_keeps_its_rooms(serve: Serve, tmp_path: Path) -> None:
     """Its machine was busy, or asleep: the rooms have reported all the time."""
     async with published(serve, tmp_path) as (_, server):

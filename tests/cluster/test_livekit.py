@@ -33,6 +33,11 @@ class Twirp:
     def __init__(self) -> None:
         self.asked: list[tuple[str, dict[str, Any], dict[str, Any]]] = []
         self.answer: tuple[int, str] = (200, "{}")
+        self.health: tuple[int, str] = (200, "OK")
+
+    async def tell_health(self, _request: web.Request) -> web.Response:
+        status, text = self.health
+        return web.Response(status=status, text=text)
 
     async def handle(self, request: web.Request) -> web.Response:
         token = request.headers["Authorization"].removeprefix("Bearer ")
@@ -46,6 +51,7 @@ class Twirp:
 async def twirp() -> AsyncIterator[tuple[Twirp, LiveKitRoom]]:
     server = Twirp()
     application = web.Application()
+    application.router.add_get("/", server.tell_health)
     application.router.add_post("/twirp/livekit.RoomService/{method}", server.handle)
     runner = web.AppRunner(application)
     await runner.setup()
@@ -77,6 +83,20 @@ async def test_a_room_is_made_with_one_clock_and_room_to_wait_for_the_sound(
     assert method == "CreateRoom"
     assert (body["name"], body["sync_streams"], body["max_playout_delay"]) == ("robot-1", True, 200)
     assert grants["video"]["roomCreate"] is True
+
+
+async def test_a_node_that_counts_as_dead_is_not_asked_for_its_room(
+    twirp: tuple[Twirp, LiveKitRoom],
+) -> None:
+    """It would give it away; a server before it that has no such page is no reason not to ask."""
+    server, room = twirp
+    server.health = (406, "Not Ready")
+    with pytest.raises(RoomError, match="is not ready yet"):
+        await room.create()
+    assert server.asked == []
+    server.health = (404, "Not Found")
+    await room.create()
+    assert len(server.asked) == 1
 
 
 async def test_everybody_is_told_and_counted(twirp: tuple[Twirp, LiveKitRoom]) -> None:

@@ -7,6 +7,8 @@ HTTP client that is here anyway is enough.
 from __future__ import annotations
 
 import base64
+from contextlib import asynccontextmanager
+from http import HTTPStatus
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import aiohttp
@@ -15,9 +17,9 @@ import jwt
 from wax.cluster.errors import RoomError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import AsyncIterator, Callable, Mapping
 
-_CALL_S: Final = 3.0
+_TIMEOUT: Final = aiohttp.ClientTimeout(total=3.0)
 _SERVICE_TOKEN_S: Final = 60
 _PUBLISH_TOKEN_S: Final = 60
 """For the one request of WHIP; a session outlives its token."""
@@ -71,6 +73,7 @@ class LiveKitRoom:
 
     async def create(self) -> None:
         """Make the room if there is none, so that sound and picture have one clock."""
+        await self._check_ready()
         await self._call(
             "CreateRoom",
             {
@@ -98,6 +101,16 @@ class LiveKitRoom:
         """Take one person out of the room; without a new token they do not come back."""
         await self._call("RemoveParticipant", {"room": self.name, "identity": identity})
 
+    async def _check_ready(self) -> None:
+        """Raise where the node counts as dead in its cluster, as one does that has just hung.
+
+        Asked for its room then, it gives the room to another node, and who loses that one loses
+        both.
+        """
+        async with self._request("GET", "/") as response:
+            if response.status == HTTPStatus.NOT_ACCEPTABLE:
+                raise RoomError(f"{self.url} is not ready yet")
+
     @property
     def _api(self) -> str:
         return self.url.replace("ws", "http", 1)
@@ -121,17 +134,27 @@ class LiveKitRoom:
         token = self._signed(
             "wax", _SERVICE_TOKEN_S, roomCreate=True, roomList=True, roomAdmin=True
         )
-        try:
-            async with self._http().post(
-                f"{self._api}/twirp/livekit.RoomService/{what}",
-                json=body,
-                headers={"Authorization": f"Bearer {token}"},
-                timeout=aiohttp.ClientTimeout(total=_CALL_S),
-            ) as response:
-                told: dict[str, Any] = await response.json()
-        except (aiohttp.ClientError, TimeoutError, ValueError) as error:
-            raise RoomError(f"{self.url} does not answer: {str(error) or 'too slow'}") from error
-        if response.status != 200:
+        async with self._request(
+            "POST",
+            f"/twirp/livekit.RoomService/{what}",
+            json=body,
+            headers={"Authorization": f"Bearer {token}"},
+        ) as response:
+            told: dict[str, Any] = await response.json()
+        if response.status != HTTPStatus.OK:
             why = told.get("msg") or response.reason
             raise RoomError(f"{self.url} refuses {what}: {why}; check its key, secret and name")
         return told
+
+    @asynccontextmanager
+    async def _request(
+        self, method: str, path: str, **more: Any
+    ) -> AsyncIterator[aiohttp.ClientResponse]:
+        """Have the response inside the block, which may read it; raises `RoomError` without one."""
+        try:
+            async with self._http().request(
+                method, self._api + path, timeout=_TIMEOUT, **more
+            ) as response:
+                yield response
+        except (aiohttp.ClientError, TimeoutError, ValueError) as error:
+            raise RoomError(f"{self.url} does not answer: {str(error) or 'too slow'}") from error
