@@ -1,4 +1,4 @@
-"""What grows in half an hour, and what a thousand viewers leave behind."""
+"""What grows in half an hour, what a thousand viewers leave, and the step of an hour's tape."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from e2e.crowd import Crowd
 from e2e.measure.row import counted, judged
 from e2e.measure.suite import SERVER, Case, Suite
 from e2e.soak.soak import rows, soak
+from e2e.soak.tape import tape_in_step
 
 if TYPE_CHECKING:
     from e2e.measure.row import Row
@@ -38,12 +39,14 @@ async def join_leave(n: int) -> list[Row]:
 
 SUITE: Final = Suite(
     name="soak",
-    about="Serve an operator and observers who come and go for half an hour; see what grows.",
+    about="Serve an operator and observers who come and go for half an hour; see what grows. "
+    "Record for an hour; see whether picture and sound stay in step.",
     measures=SERVER,
     columns=("max",),
     cases=(
         Case("half-hour", "seconds", 1800, _soaked, 60),
         Case("join-leave", "joins and leaves", 1000, lambda n: asyncio.run(join_leave(n)), 50),
+        Case("tape", "seconds on the tape", 3600, lambda n: asyncio.run(tape_in_step(n)), 150),
     ),
     notes=(
         "The window at the end is the last sixth, compared with the one before the middle; ten"
