@@ -60,7 +60,7 @@ mutants: ## mutation testing of the safety code
 	@sh .make/install.sh test
 	@sh .make/suite.sh mutants $(ARGS)
 
-soak: ## half an hour: an operator, and observers who come and go; what grows, what is left
+soak: ## half an hour of an operator and observers who come and go: what grows; an hour of tape: its step
 	@sh .make/install.sh test
 	@sh .make/suite.sh soak $(ARGS)
 
