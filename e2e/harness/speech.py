@@ -22,6 +22,8 @@ RATE_HZ = 48_000
 _PIECE = 4_000
 _NEAR = 320
 """Samples of 8 kHz: half a second, and 40 ms."""
+_BLOCK = RATE_HZ // 100
+_SOUNDS = 0.01
 FPS = 25
 WIDTH, HEIGHT = 640, 480
 TEXT = (
@@ -35,6 +37,14 @@ def voice(seconds: float) -> NDArray[np.int16]:
     wanted = int(seconds * RATE_HZ)
     spoken = _espeak() if shutil.which("espeak-ng") else _vowels(wanted)
     return np.resize(spoken, wanted).astype(np.int16)
+
+
+def unbroken(seconds: float) -> NDArray[np.int16]:
+    """Return the same without its pauses: what is silent is not being played."""
+    spoken = voice(seconds)
+    blocks = spoken[: len(spoken) // _BLOCK * _BLOCK].reshape(-1, _BLOCK)
+    sounding = blocks[envelope(spoken) > _SOUNDS].reshape(-1)
+    return np.resize(sounding, len(spoken)).astype(np.int16)
 
 
 def write_film(path: Path, sound: NDArray[np.int16] | None, seconds: float) -> None:

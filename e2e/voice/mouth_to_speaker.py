@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -13,8 +12,7 @@ from e2e.harness.page_clock import page_clock
 from e2e.measure.ear import BLOCK, BLOCK_MS
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import timed
-from e2e.voice.stage import staged
-from wax.clock import SystemClock
+from e2e.voice.stage import ear_ahead_ms, staged
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -91,7 +89,7 @@ def delays(mouth: NDArray[np.float64], speaker: NDArray[np.float64]) -> list[flo
 
 def _played(tap: Tap) -> list[Piece]:
     """Return what the ear heard on the monotonic clock, the loudness of each ms."""
-    ahead_ms = SystemClock().wall_ms() - time.monotonic() * 1000
+    ahead_ms = ear_ahead_ms()
     per_ms = round(BLOCK / BLOCK_MS)
     return [
         (block.start_ms - ahead_ms, np.sqrt((samples.reshape(-1, per_ms) ** 2).mean(axis=1)))

@@ -43,6 +43,18 @@ if (window === window.top) {
 
   window.waxVoice = {
     sees: () => [...document.querySelectorAll("video")].some((one) => one.currentTime > 0),
+    // When the page first says this, from now on.
+    reads: (sentence) =>
+      new Promise((resolve) => {
+        const look = () => {
+          if (!document.body.innerText.includes(sentence)) return;
+          observer.disconnect();
+          resolve(performance.now());
+        };
+        const observer = new MutationObserver(look);
+        observer.observe(document.body, { subtree: true, childList: true, characterData: true });
+        look();
+      }),
     take: () => ({ heard: taken.heard.splice(0), pings: taken.pings.splice(0) }),
   };
 }

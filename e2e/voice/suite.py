@@ -1,4 +1,6 @@
-"""The suite: how late a voice is at the robot, and how much later it makes the commands."""
+"""The suite: how late a voice is at the robot, how soon it is silenced, and how much later it makes
+the commands.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +10,7 @@ from typing import Final
 from e2e.measure.suite import PAGE, SERVER, Suite, measured
 from e2e.voice.command_age import SECONDS, command_age
 from e2e.voice.mouth_to_speaker import mouth_to_speaker
+from e2e.voice.silenced import muted, turn_ended
 
 _WORDS: Final = "half seconds of speech"
 _PAIRS: Final = f"pairs of {SECONDS:g} s, speaking and silent"
@@ -32,6 +35,8 @@ SUITE: Final = Suite(
             _WORDS,
             10,
         ),
+        measured("mute", 100, partial(muted, 300.0), "times while somebody speaks", 10),
+        measured("turn-end", 50, partial(turn_ended, 300.0), "times while somebody speaks", 5),
         measured(
             "command-age/same-machine", 10, partial(command_age, "same-machine", 2.0), _PAIRS, 1
         ),
@@ -41,6 +46,9 @@ SUITE: Final = Suite(
         "Mouth to speaker: from when Chromium’s microphone, which is fed from a file, has begun to "
         "hear a piece of speech, its 10 ms of buffer included, to when a sound device (PulseAudio’s"
         " null sink) at the robot plays it; found by correlation of their loudness, ms by ms.",
+        "Silence: from when the button is pressed on the host’s page to the end of the last 10 ms"
+        " that sound at that device, while its microphone hears speech without pauses; and to when"
+        " the operator’s page has the sentence.",
         "Age of the commands: from the page’s call of `send` to the server, by the pings that share"
         " the channel with them; each column is the difference of the two quantiles. A key is held "
         "all the time.",

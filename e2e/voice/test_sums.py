@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from e2e.measure.ear import BLOCK_MS, Block
 from e2e.measure.errors import MeasureError
 from e2e.voice.command_age import Stretches, rows
 from e2e.voice.mouth_to_speaker import MOST_MS, PIECE_MS, delays
+from e2e.voice.silenced import silent_after_ms
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -41,6 +43,25 @@ def test_what_was_not_played_has_no_delay() -> None:
     found = delays(mouth, speaker)
     assert found[10] is None
     assert len(found) == len(range(0, 20_000 - PIECE_MS - MOST_MS, PIECE_MS)) - 1
+
+
+def blocks(until_ms: float, *, of_ms: float = 3000) -> list[Block]:
+    """Listen to what sounds until then."""
+    starts = np.arange(0, of_ms, BLOCK_MS)
+    return [Block(at, 0.1 if at < until_ms else 0.0, 0, 0) for at in map(float, starts)]
+
+
+@pytest.mark.parametrize(("until_ms", "late_ms"), [(1500, 0), (1620, 120), (2900, None)])
+def test_silence_begins_after_the_last_sound(until_ms: float, late_ms: float | None) -> None:
+    """Whatever goes on for a second has not been silenced."""
+    assert silent_after_ms(blocks(until_ms), 1500) == late_ms
+
+
+@pytest.mark.parametrize("heard", [blocks(1400), blocks(1620, of_ms=2000)])
+def test_a_pause_is_not_taken_for_silence(heard: list[Block]) -> None:
+    """Nor is what was not listened to."""
+    with pytest.raises(MeasureError):
+        silent_after_ms(heard, 1500)
 
 
 def test_a_voice_that_delays_commands_misses_the_goal() -> None:

@@ -8,6 +8,7 @@ from e2e.harness.missing import missing
 from e2e.measure.errors import NotRunError
 from e2e.voice.command_age import command_age
 from e2e.voice.mouth_to_speaker import MOST_MS, mouth_to_speaker
+from e2e.voice.silenced import muted, turn_ended
 
 pytestmark = pytest.mark.timeout(180)
 
@@ -34,3 +35,12 @@ async def test_commands_are_compared_while_a_voice_is_played() -> None:
     assert age.n >= 10
     assert too_old.n > 50
     assert (played.values["median"] or 0) > 20
+
+
+async def test_the_host_silences_a_voice() -> None:
+    """By muting and by ending the turn it is spoken in; before, it sounded all the time."""
+    try:
+        rows = await muted(300.0, 3) + await turn_ended(300.0, 2)
+    except NotRunError as error:
+        missing(str(error))
+    assert [(row.n, row.met) for row in rows] == [(3, True), (3, True), (2, True)]
