@@ -17,6 +17,8 @@ from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from e2e.measure.ear import open_ear
 from e2e.measure.errors import NotRunError
+from wax.robot.simulated.flat import ADA
+from wax.robot.simulated.resident import answers
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -45,6 +47,8 @@ SPOKEN_S = 12.0
 HEARD_BLOCKS = 200
 EAR_BLOCKS = 400
 """Blocks are of 10 ms."""
+ANSWER_S = 5
+"""Somebody pauses, speaks for two seconds at most, and is heard later where the link is bad."""
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
@@ -171,6 +175,35 @@ async def test_the_host_mutes_everybody(talking: Browser, server: Server, tmp_pa
     for one in (viewer, host):
         assert one.errors == []
         await one.page.context.close()
+
+
+async def test_who_lives_in_the_flat_answers(
+    talking: Browser, own_ear: Ear | None, serve: Serve, tmp_path: Path
+) -> None:
+    """The operator speaks, lets go of the key, and hears their words; nobody spoke before."""
+    known = [np.round(said * 20_000).astype(np.int16) for said in answers(ADA.name)]
+
+    def likeness() -> float:
+        heard = viewer.sound()[-ANSWER_S * speech.RATE_HZ :]
+        return max(speech.likeness(answer, heard) for answer in known)
+
+    async with serve(tmp_path, ROBOT) as server:
+        viewer = await enter(talking, server, ear=own_ear)
+        await viewer.join()
+        await viewer.drives()
+        await viewer.listen()
+        await asyncio.sleep(ANSWER_S)
+        before = likeness()
+        await viewer.page.keyboard.down("KeyT")
+        await expect(viewer.page.get_by_text("You are heard.")).to_be_visible(timeout=10_000)
+        await asyncio.sleep(2)
+        await viewer.page.keyboard.up("KeyT")
+        viewer.forget()
+        await asyncio.sleep(ANSWER_S)
+        assert likeness() > 0.7
+        assert before < 0.5
+        assert viewer.errors == []
+        await viewer.page.context.close()
 
 
 async def test_who_speaks_does_not_hear_the_robot(

@@ -1,6 +1,4 @@
-"""The suite: how late a voice is at the robot, how soon it is silenced, and how much later it makes
-the commands.
-"""
+"""The suite: a voice at the robot, what silences it, and what it makes of the commands."""
 
 from __future__ import annotations
 

@@ -52,6 +52,7 @@ def test_it_holds_the_page_and_no_test(wheel: Path) -> None:
     assert wheel.name == f"wax_teleop-{__version__}-py3-none-any.whl"
     names = zipfile.ZipFile(wheel).namelist()
     assert {"wax/web/dist/index.html", "wax/py.typed"} <= set(names)
+    assert "wax/robot/simulated/answers/ada_1.opus" in names
     assert any(re.fullmatch(r"wax/web/dist/assets/.*\.js\.gz", name) for name in names)
     tops = {name.split("/")[0] for name in names}
     assert tops == {"wax", f"wax_teleop-{__version__}.dist-info"}

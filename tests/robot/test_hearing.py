@@ -12,7 +12,8 @@ import pytest
 from wax.capture.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ
 from wax.driver.interface import Pose
 from wax.robot.simulated.flat import furnished_flat
-from wax.robot.simulated.hearing import BLOCK_S, SoundMixer, radio_gain
+from wax.robot.simulated.hearing import BLOCK_S, SoundMixer
+from wax.robot.simulated.placed_sound import reach
 from wax.robot.simulated.radio import LEVEL_RMS, tune
 from wax.robot.simulated.simulation import Senses
 
@@ -70,8 +71,8 @@ def test_walls_muffle_the_radio() -> None:
     """Behind a wall the radio is at least 6 dB quieter than in the open, and duller."""
     east, north = WORLD.radio
     behind, open_air = Pose(east + 1.5, north, math.pi), near_radio(1.5)
-    assert radio_gain(WORLD, behind, math.pi)[1] == 1
-    assert radio_gain(WORLD, open_air, open_air.heading_rad)[1] == 0
+    assert reach(WORLD, WORLD.radio, behind, math.pi).walls == 1
+    assert reach(WORLD, WORLD.radio, open_air, open_air.heading_rad).walls == 0
 
     def brightness_hz(sound: NDArray[np.float64]) -> float:
         power = np.abs(np.fft.rfft(sound)) ** 2
@@ -87,9 +88,9 @@ def test_turning_tells_where_the_radio_is() -> None:
     """The radio is loudest straight ahead of head and body, and clearly quieter from behind."""
     ahead, behind = near_radio(1.5), near_radio(1.5, facing=False)
     assert level_db(hear(standing(ahead))) > level_db(hear(standing(behind))) + 6.0
-    gain, _ = radio_gain(WORLD, ahead, ahead.heading_rad)
-    panned, _ = radio_gain(WORLD, ahead, ahead.heading_rad + 1.0)
-    assert panned < gain
+    straight = reach(WORLD, WORLD.radio, ahead, ahead.heading_rad)
+    panned = reach(WORLD, WORLD.radio, ahead, ahead.heading_rad + 1.0)
+    assert panned.gain < straight.gain
 
 
 def test_the_motors_rise_with_speed() -> None:

@@ -17,16 +17,19 @@ import math
 from itertools import pairwise
 
 from wax.driver.interface import Pose
-from wax.robot.simulated.world import Box, Cylinder, Decal, FlatRoom, Rug, World
+from wax.robot.simulated.world import Box, Cylinder, Decal, Dweller, FlatRoom, Rug, World
 
 WIDTH, DEPTH, HEIGHT = 10.0, 9.0, 2.5
 WALL = 0.12
 DOOR_HEIGHT = 2.05
 ROBOT_HEIGHT = 0.6
 
+ADA = Dweller("ada", 2.0, 3.85)
+BEN = Dweller("ben", 8.8, 2.5)
+
 
 def furnished_flat() -> World:
-    """Build the flat; the robot starts in the living room and can hear the radio there."""
+    """Build the flat; the robot starts in the living room, near the radio and Ada."""
     walls, lintels = _walls()
     return World(
         width=WIDTH,
@@ -51,6 +54,7 @@ def furnished_flat() -> World:
             Rug(8.3, 6.9, 9.1, 7.5, "bath mat"),
         ),
         radio=(4.95, 3.85),
+        people=(ADA, BEN),
         start=Pose(x_m=1.1, y_m=0.9, heading_rad=math.radians(35.0)),
         robot_height=ROBOT_HEIGHT,
     )
@@ -160,6 +164,8 @@ def _rounds() -> tuple[Cylinder, ...]:
         *_plant(0.4, 5.2, 1.2),
         *_plant(6.7, 8.6, 0.9),
         *_plant(3.9, 6.3, 0.8),
+        *_person(ADA, "violet jumper"),
+        *_person(BEN, "white jumper"),
     )
 
 
@@ -167,6 +173,14 @@ def _plant(x: float, y: float, height: float) -> tuple[Cylinder, ...]:
     return (
         Cylinder(x, y, 0.15, 0.0, 0.32, "pot"),
         Cylinder(x, y, 0.34, 0.26, 0.32 + height, "leaves", leafy=True),
+    )
+
+
+def _person(dweller: Dweller, clothes: str) -> tuple[Cylinder, ...]:
+    """Stand somebody there, who always looks at the robot."""
+    return (
+        Cylinder(dweller.x, dweller.y, 0.2, 0.0, 1.42, clothes),
+        Cylinder(dweller.x, dweller.y, 0.11, 1.42, 1.7, "face"),
     )
 
 

@@ -1,4 +1,4 @@
-"""What the simulated robot hears: the radio, its motors, bumps and speaker, a quiet room."""
+"""What the simulated robot hears: radio and people at their places, itself, a quiet room."""
 
 from __future__ import annotations
 
@@ -8,41 +8,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wax.capture.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ
-from wax.robot.simulated.radio import tune
+from wax.robot.simulated.placed_sound import PlacedSound
+from wax.robot.simulated.radio import Radio
+from wax.robot.simulated.resident import Resident
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from wax.driver.interface import Pose
     from wax.robot.simulated.simulation import Senses
     from wax.robot.simulated.speaker import SimulatedSpeaker
     from wax.robot.simulated.world import World
 BLOCK_S = BLOCK_SAMPLES / SAMPLE_RATE_HZ
 
-NEAREST_M = 0.35
-WALL_GAIN = 0.35
-BEHIND_GAIN = 0.4
 ROOM_NOISE_RMS = 0.0006
 HUM_LEVEL = 0.03
 SPEAKER_GAIN = 0.5
 """How much of the robot's own speaker comes back: they are a hand's breadth apart."""
-_SMOOTHING = 0.134
-"""The fraction of a change of loudness that each block makes, so that a doorway makes no click."""
 _SPIN = 0.293
 """The fraction of a change of speed that a motor makes in each block."""
-
-
-def radio_gain(world: World, pose: Pose, ear_rad: float) -> tuple[float, int]:
-    """Return how loud the radio is, 1 being one metre in front, and through how many walls.
-
-    It falls by 6 dB for each doubling of the distance and by 9 dB for each wall, and is 8 dB
-    quieter from behind, so that a driver who turns hears where it is.
-    """
-    east, north = world.radio[0] - pose.x_m, world.radio[1] - pose.y_m
-    walls = world.walls_between(pose.x_m, pose.y_m, *world.radio)
-    bearing = math.atan2(north, east) - ear_rad
-    facing = (1.0 + BEHIND_GAIN) / 2.0 + (1.0 - BEHIND_GAIN) / 2.0 * math.cos(bearing)
-    return facing * WALL_GAIN**walls / max(NEAREST_M, math.hypot(east, north)), walls
 
 
 class SoundMixer:
@@ -51,39 +34,31 @@ class SoundMixer:
     def __init__(
         self, world: World, seed: int = 1, speaker: SimulatedSpeaker | None = None
     ) -> None:
-        self._world = world
         self._speaker = speaker
-        self._clear, self._muffled = tune()
+        self._radio = PlacedSound(Radio(world.radio), world)
+        residents = [Resident(dweller, world) for dweller in world.people]
+        self._residents = [(one, PlacedSound(one, world)) for one in residents]
         self._random = np.random.default_rng(seed)
-        self._at = 0
-        self._gains: tuple[float, float] | None = None
         self._motors = (_Motor(46.0, 0.0), _Motor(47.5, 1.0))
         self._bumps: int | None = None
         self._thuds = np.zeros(0)
 
     def block(self, senses: Senses) -> NDArray[np.int16]:
         """Mix the next `BLOCK_SAMPLES` of what is heard with these `senses`; never clips."""
-        sound = self._radio(senses)
-        sound += self._random.normal(0.0, ROOM_NOISE_RMS, BLOCK_SAMPLES)
+        said = np.zeros(BLOCK_SAMPLES)
+        if self._speaker is not None:
+            said = self._speaker.heard(BLOCK_SAMPLES)
+        sound = self._random.normal(0.0, ROOM_NOISE_RMS, BLOCK_SAMPLES)
+        sound += self._radio.heard(senses)
+        for resident, placed in self._residents:
+            resident.listen(said, senses.pose)
+            if resident.is_speaking:
+                sound += placed.heard(senses)
         for motor, speed_mps in zip(self._motors, (senses.left_mps, senses.right_mps), strict=True):
             sound += motor.hum(speed_mps)
         sound += self._bump(senses)
-        if self._speaker is not None:
-            sound += SPEAKER_GAIN * self._speaker.heard(BLOCK_SAMPLES)
+        sound += SPEAKER_GAIN * said
         return np.asarray(np.round(32_000.0 * np.tanh(sound)), np.int16)
-
-    def _radio(self, senses: Senses) -> NDArray[np.float64]:
-        gain, walls = radio_gain(self._world, senses.pose, senses.pose.heading_rad + senses.pan_rad)
-        through = 1.0 - 0.25**walls
-        wanted = (gain * (1.0 - through), gain * through)
-        old = self._gains or wanted
-        new = tuple(a + _SMOOTHING * (b - a) for a, b in zip(old, wanted, strict=True))
-        self._gains = (new[0], new[1])
-        places = np.arange(self._at, self._at + BLOCK_SAMPLES) % len(self._clear)
-        self._at += BLOCK_SAMPLES
-        glide = np.arange(BLOCK_SAMPLES) / BLOCK_SAMPLES
-        clear = self._clear[places] * (old[0] + (new[0] - old[0]) * glide)
-        return np.asarray(clear + self._muffled[places] * (old[1] + (new[1] - old[1]) * glide))
 
     def _bump(self, senses: Senses) -> NDArray[np.float64]:
         if self._bumps is not None and senses.bumps > self._bumps:

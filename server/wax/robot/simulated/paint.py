@@ -58,6 +58,9 @@ _MATERIALS: Final[dict[str, Colour]] = {
     "red pillar": (52, 52, 208),
     "blue pillar": (204, 108, 40),
     "green pillar": (72, 164, 60),
+    "violet jumper": (150, 84, 128),
+    "white jumper": (220, 226, 230),
+    "face": (150, 184, 222),
 }
 TRIM: Final[Colour] = (66, 94, 128)
 """The frame round every doorway."""
@@ -228,6 +231,23 @@ def _radio(image: NDArray[np.uint8], _: Colour) -> None:
     cv2.circle(image, (74, 66), 9, (196, 204, 210), -1, cv2.LINE_AA)
 
 
+def _jumper(image: NDArray[np.uint8], base: Colour) -> None:
+    image[46:] = (84, 66, 58)
+    image[90:] = (40, 40, 44)
+    image[46:, 46:50] = (58, 46, 40)
+    for x in (18, 76):
+        cv2.line(image, (x, 10), (x, 44), _shade(base, 0.75), 2)
+    for x in (13, 82):
+        cv2.circle(image, (x, 52), 6, colour("face"), -1, cv2.LINE_AA)
+
+
+def _face(image: NDArray[np.uint8], _: Colour) -> None:
+    image[:26] = (40, 56, 78)
+    for x in (32, 64):
+        cv2.circle(image, (x, 44), 4, (50, 40, 36), -1, cv2.LINE_AA)
+    cv2.ellipse(image, (48, 66), (14, 9), 0.0, 10.0, 170.0, (90, 90, 190), 3, cv2.LINE_AA)
+
+
 _DETAILS: Final[dict[str, Callable[[NDArray[np.uint8], Colour], None]]] = {
     "door": _door,
     "pillar": _stripes,
@@ -242,4 +262,6 @@ _DETAILS: Final[dict[str, Callable[[NDArray[np.uint8], Colour], None]]] = {
     "washstand": _fronts,
     "sideboard": _fronts,
     "radio": _radio,
+    "jumper": _jumper,
+    "face": _face,
 }

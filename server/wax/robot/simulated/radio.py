@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from wax.capture.source import SAMPLE_RATE_HZ
+from wax.robot.simulated.through_walls import muffled
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -15,7 +16,6 @@ LEVEL_RMS = 0.1
 """The radio's loudness at one metre, full scale being 1."""
 
 _BEAT_S: Final = 0.4
-_MUFFLE_HZ: Final = 450.0
 _C4_HZ: Final = 261.63
 _FIRST: Final = ((4, 1), (4, 1), (5, 1), (7, 1), (7, 1), (5, 1), (4, 1), (2, 1))
 _SECOND: Final = ((0, 1), (0, 1), (2, 1), (4, 1))
@@ -26,6 +26,21 @@ _MELODY: Final = (
 _BASS: Final = ((0, 4), (-5, 4), (0, 4), (-5, 4), (0, 4), (-5, 4), (0, 2), (-5, 2), (0, 4))
 _VOWELS_HZ: Final = ((750.0, 1150.0, 2450.0), (480.0, 850.0, 2400.0), (300.0, 2200.0, 2900.0))
 """The formants of a, o and i, which make it sound like a voice."""
+
+
+class Radio:
+    """Plays the loop at its place."""
+
+    def __init__(self, place: tuple[float, float]) -> None:
+        self.place = place
+        self._clear, self._muffled = tune()
+        self._at = 0
+
+    def play(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the next `count` samples, and the same as they come through a wall."""
+        places = np.arange(self._at, self._at + count) % len(self._clear)
+        self._at += count
+        return self._clear[places].astype(np.float64), self._muffled[places].astype(np.float64)
 
 
 def tune() -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -41,10 +56,7 @@ def tune() -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         _add(song, at, 0.35 * _plucked(_hz(note - 12), length * _BEAT_S))
         at += length
     song *= LEVEL_RMS / np.sqrt(np.mean(song**2))
-    spectrum = np.fft.rfft(song)
-    tone_hz = np.fft.rfftfreq(len(song), 1.0 / SAMPLE_RATE_HZ)
-    muffled = np.fft.irfft(spectrum / (1.0 + (tone_hz / _MUFFLE_HZ) ** 2), len(song))
-    return song.astype(np.float32), muffled.astype(np.float32)
+    return song.astype(np.float32), muffled(song).astype(np.float32)
 
 
 def _hz(semitones: float) -> float:

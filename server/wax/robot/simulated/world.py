@@ -84,9 +84,21 @@ class Rug:
     picture: str
 
 
+@dataclass(frozen=True, slots=True)
+class Dweller:
+    """Somebody who stands at a place; by their `name` their words are found."""
+
+    name: str
+    x: float
+    y: float
+
+
 @dataclass(frozen=True)
 class World:
-    """A place. `walls` reach from floor to ceiling; `radio` is where its loudspeaker is."""
+    """A place. `walls` reach from floor to ceiling; `radio` is where its loudspeaker is.
+
+    What is seen of the `people` is among the `cylinders`.
+    """
 
     width: float
     depth: float
@@ -98,6 +110,7 @@ class World:
     decals: tuple[Decal, ...]
     rugs: tuple[Rug, ...]
     radio: tuple[float, float]
+    people: tuple[Dweller, ...]
     start: Pose
     robot_height: float
 
