@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     import pytest
-    from numpy.typing import NDArray
     from playwright.async_api import Browser
 
     from e2e.conftest import OpenViewer, Serve
@@ -103,12 +102,6 @@ async def enter(
     return viewer
 
 
-def said(folder: Path) -> NDArray[np.int16]:
-    """Return what the robot's speaker has played."""
-    with wave.open(str(folder / "said.wav")) as file:
-        return np.frombuffer(file.readframes(file.getnframes()), np.int16)
-
-
 async def test_the_operator_is_heard_word_by_word(
     talking: Browser, server: Server, tmp_path: Path
 ) -> None:
@@ -121,12 +114,12 @@ async def test_the_operator_is_heard_word_by_word(
     await expect(viewer.page.get_by_text("You are heard.")).to_be_visible(timeout=10_000)
 
     async def enough() -> bool:
-        return len(said(tmp_path)) > (HEARD_BLOCKS + 50) * 480
+        return len(speech.read(tmp_path / "said.wav")) > (HEARD_BLOCKS + 50) * 480
 
     await eventually(enough, "the speaker plays", within_s=15)
     await viewer.page.keyboard.up("KeyT")
     await expect(viewer.page.get_by_text("You are heard.")).to_be_hidden()
-    heard = speech.envelope(said(tmp_path))[:HEARD_BLOCKS]
+    heard = speech.envelope(speech.read(tmp_path / "said.wav"))[:HEARD_BLOCKS]
     _, fit = speech.find_in_loop(heard, speech.envelope(speech.voice(SPOKEN_S)))
     assert fit > 0.7
     assert viewer.errors == []
@@ -150,9 +143,9 @@ async def test_released_it_is_silent(talking: Browser, server: Server, tmp_path:
     await viewer.page.keyboard.up("ArrowUp")
     await viewer.page.keyboard.up("KeyT")
     await asyncio.sleep(1)
-    before = len(said(tmp_path))
+    before = len(speech.read(tmp_path / "said.wav"))
     await asyncio.sleep(1)
-    assert len(said(tmp_path)) == before
+    assert len(speech.read(tmp_path / "said.wav")) == before
     assert viewer.errors == []
     await viewer.page.context.close()
 
@@ -169,9 +162,9 @@ async def test_the_host_mutes_everybody(talking: Browser, server: Server, tmp_pa
     await host.switch("Mute all voices").click()
     await expect(viewer.page.get_by_text("The host has muted all voices.")).to_be_visible()
     await asyncio.sleep(0.5)
-    before = len(said(tmp_path))
+    before = len(speech.read(tmp_path / "said.wav"))
     await asyncio.sleep(1)
-    assert len(said(tmp_path)) == before
+    assert len(speech.read(tmp_path / "said.wav")) == before
     for one in (viewer, host):
         assert one.errors == []
         await one.page.context.close()

@@ -24,6 +24,7 @@ PREFERENCES: Final[dict[str, bool | int | str]] = {
     "media.autoplay.blocking_policy": 0,
     "media.peerconnection.ice.obfuscate_host_addresses": False,
     "media.peerconnection.ice.loopback": True,
+    "media.navigator.permission.disabled": True,
     "media.gmp-manager.updateEnabled": False,
     "app.update.enabled": False,
     "app.normandy.enabled": False,

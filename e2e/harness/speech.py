@@ -7,6 +7,7 @@ from __future__ import annotations
 import io
 import shutil
 import subprocess
+import wave
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -46,6 +47,12 @@ def unbroken(seconds: float) -> NDArray[np.int16]:
     blocks = spoken[: len(spoken) // _BLOCK * _BLOCK].reshape(-1, _BLOCK)
     sounding = blocks[envelope(spoken) > _SOUNDS].reshape(-1)
     return np.resize(sounding, len(spoken)).astype(np.int16)
+
+
+def read(path: Path) -> NDArray[np.int16]:
+    """Return the sound of a WAV, as a robot's speaker writes it."""
+    with wave.open(str(path)) as file:
+        return np.frombuffer(file.readframes(file.getnframes()), np.int16)
 
 
 def write_film(path: Path, sound: NDArray[np.int16] | None, seconds: float) -> None:

@@ -1,0 +1,61 @@
+"""A microphone that hears words, of a sound server of our own, for browsers that bring no fake."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from contextlib import asynccontextmanager, suppress
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.harness.speech import RATE_HZ
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from e2e.measure.ear import Ear
+
+_COMMANDS: Final = (
+    f"load-module module-null-sink sink_name=mouth rate={RATE_HZ} channels=1",
+    # Browsers leave out sources that only repeat what a sink plays.
+    "load-module module-remap-source master=mouth.monitor source_name=microphone",
+    "set-default-source microphone",
+    "set-default-sink ear",
+)
+
+
+@asynccontextmanager
+async def hearing(ear: Ear, words: NDArray[np.int16]) -> AsyncIterator[None]:
+    """Give whoever sounds in `ear` a microphone that hears these words again and again."""
+    quiet: dict[str, Any] = {
+        "env": {**os.environ, **ear.variables},
+        "stdout": asyncio.subprocess.DEVNULL,
+    }
+    for command in _COMMANDS:
+        asked = await asyncio.create_subprocess_exec("pactl", *command.split(), **quiet)
+        assert await asked.wait() == 0, f"pactl {command} fails"
+    mouth = await asyncio.create_subprocess_exec(
+        *("pacat", "--raw", "--device=mouth", "--format=s16le", "--channels=1"),
+        *(f"--rate={RATE_HZ}", "--latency-msec=50"),
+        stdin=asyncio.subprocess.PIPE,
+        **quiet,
+    )
+    speaking = asyncio.create_task(_speak(mouth, words.tobytes()), name="mouth")
+    try:
+        yield
+    finally:
+        speaking.cancel()
+        with suppress(asyncio.CancelledError):
+            await speaking
+        with suppress(ProcessLookupError):
+            mouth.kill()
+        await mouth.wait()
+
+
+async def _speak(mouth: asyncio.subprocess.Process, words: bytes) -> None:
+    assert mouth.stdin is not None
+    while True:
+        mouth.stdin.write(words)
+        await mouth.stdin.drain()
