@@ -42,7 +42,7 @@ def sources(media: Path | None) -> Iterator[tuple[VideoSource, AudioSource]]:
     Raises `SourceError` with a sentence when the file is no film with picture and sound.
     """
     clock = SystemClock()
-    video, audio = VideoSettings(source="testcard"), AudioSettings(source="testcard")
+    video, audio = VideoSettings(source="testcard"), AudioSettings(source="testcard", channels=1)
     camera: VideoSource
     microphone: AudioSource
     if media is None:
@@ -51,7 +51,7 @@ def sources(media: Path | None) -> Iterator[tuple[VideoSource, AudioSource]]:
         if not media.is_file():
             raise SourceError(f"{media} is no file; give --media the path of a film")
         film = MediaFile(str(media), clock)
-        camera, microphone = film.video(video), film.audio()
+        camera, microphone = film.video(video), film.audio(audio)
     with ExitStack() as opened:
         for source in (camera, microphone):
             source.open()

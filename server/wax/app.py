@@ -25,6 +25,7 @@ from wax.baseline.unit_hub import UnitHub
 from wax.capture import find_sources
 from wax.capture.audio_blocks import Blocks
 from wax.capture.blanking import Blanking
+from wax.capture.capsules import Capsules
 from wax.capture.source_thread import SourceThread
 from wax.capture.timestamp_overlay import TimestampOverlay
 from wax.cluster.cluster import Cluster, Sources
@@ -148,6 +149,7 @@ class App:
                 ),
             )
         self._captures = self._make_captures(sources)
+        self._capsules = Capsules(_tell_of_capsule, most=settings.audio.channels)
         self._blocks = Blocks()
         ice = IceServers(settings.network, settings.relay)
         self._network = Network(settings.network, ice, clock)
@@ -235,6 +237,7 @@ class App:
             audio=self._audio,
             captures=self._captures,
             blocks=self._blocks,
+            capsules=self._capsules,
             cluster=self._cluster,
             tape=None if self._tape is None else self._tape.recorder,
             counters=counters,
@@ -468,8 +471,16 @@ class App:
 
     def _take_sound(self, sound: Sound) -> None:
         """Handle sound, in the microphone's thread."""
-        for block in self._blocks.push(self._blanking.sound(sound)):
+        heard = self._capsules.push(self._blanking.sound(sound))
+        for block in self._blocks.push(heard):
             self._audio.push(block)
+
+
+def _tell_of_capsule(problem: str | None) -> None:
+    if problem is None:
+        _LOG.info("both channels of the microphone are back")
+    else:
+        _LOG.warning("one channel of the microphone has failed", problem=problem)
 
 
 def _speaker_thread(settings: VoiceSettings, clock: Clock, driver: Driver) -> SpeakerThread | None:

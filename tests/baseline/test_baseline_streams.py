@@ -17,7 +17,7 @@ from wax.baseline.unit_lane import UnitLane
 from wax.capture.source import BLOCK_SAMPLES, Sound
 from wax.config.settings import SyncSettings, VideoSettings
 from wax.config.thesis import ThesisSettings
-from wax.encode.encoded import EncodedPicture
+from wax.encode.encoded import EncodedPicture, SoundUnit
 from wax.fanout.video_hub import VideoHub
 from wax.protocol import messages
 from wax.sync.playout import PlayoutReport, StreamPlayout
@@ -221,3 +221,23 @@ async def test_release_ends_it_all(rig: Rig) -> None:
     assert rig.video.wanted == []
     assert len(rig.told) == told
     assert rig.streams._timer is None
+
+
+async def test_two_channels_are_mixed_into_the_thesiss_one() -> None:
+    """A microphone in stereo gives what one in mono would, the mean of both."""
+    units: list[list[bytes]] = []
+    left, right = (
+        np.random.default_rng(3).integers(-9000, 9000, (2, 50 * BLOCK_SAMPLES)).astype(np.int16)
+    )
+    for samples in (np.column_stack((left, right)), ((left + right) // 2).astype(np.int16)):
+        heard: list[SoundUnit] = []
+        hub = UnitHub(mu_ms=SETTINGS.audio_mu_ms)
+        hub.start()
+        hub.listen(heard.append, OpenFence())
+        for number in range(50):
+            part = samples[number * BLOCK_SAMPLES : (number + 1) * BLOCK_SAMPLES]
+            hub.push(Sound(part, 1.0 + number / 100))
+        await asyncio.sleep(0)
+        units.append([packet.data for unit in heard for packet in unit.packets])
+    assert units[0] == units[1]
+    assert len(units[0]) > 0

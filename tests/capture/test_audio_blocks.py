@@ -71,6 +71,34 @@ def test_a_drifting_sound_card_is_followed(ppm: int) -> None:
     assert blocks.filled_samples == blocks.dropped_samples == 0
 
 
+@given(
+    pieces=st.lists(
+        st.tuples(st.integers(1, 1500), st.sampled_from([1, 2])), min_size=1, max_size=40
+    )
+)
+def test_one_channel_or_two(pieces: list[tuple[int, int]]) -> None:
+    """Whatever comes after whatever, no sample is lost, and a block has one shape or the other."""
+    blocks, out, first = Blocks(), [], 0
+    for length, channels in pieces:
+        piece = sound(length, 1.0 + first / 48000, first)
+        out += blocks.push(piece.with_channels(channels))
+        first += length
+    assert {block.samples.shape for block in out} <= {(480,), (480, 2)}
+    left = [block.samples if block.channels == 1 else block.samples[:, 0] for block in out]
+    numbered = (np.arange(len(out) * 480) % 30_000) + 1
+    assert np.array_equal(np.concatenate([np.zeros(0, np.int16), *left]), numbered)
+
+
+def test_a_gap_in_stereo_is_silent_in_both_ears() -> None:
+    """The filling has the shape of what is around it."""
+    pieces = [sound(960, at_s).with_channels(2) for at_s in (1.0, 1.32)]
+    out = push_all(Blocks(), pieces)
+    assert {block.samples.shape for block in out} == {(480, 2)}
+    joined = np.concatenate([block.samples for block in out])
+    assert (joined[960 : 960 + 14_400] == 0).all()
+    assert (joined[960 + 14_400 :] != 0).all()
+
+
 @given(gap_s=st.floats(0.101, 0.99))
 def test_a_gap_is_filled_with_silence(gap_s: float) -> None:
     """Sound after a gap of up to 1 s keeps its own time, and the gap is silence."""

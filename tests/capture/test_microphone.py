@@ -1,4 +1,4 @@
-"""Microphones: 48 kHz mono whatever the device does, bounded, and told in a sentence."""
+"""Microphones: 48 kHz whatever the device does, bounded, and told in a sentence."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def block(first: int = 1) -> np.ndarray[Any, np.dtype[np.int16]]:
 
 
 def test_blocks_of_10_ms_at_low_latency() -> None:
-    """PortAudio is asked for 10 ms blocks of 48 kHz mono; what it delivers is read unchanged."""
+    """PortAudio is asked for 10 ms blocks of 48 kHz; what it delivers is read unchanged."""
     portaudio, clock = FakePortAudio(), FakeClock()
     source = make(portaudio, clock, device="Webcam")
     source.open()
@@ -121,7 +121,7 @@ def test_capture_time(adc_s: float, now_s: float, age_s: float) -> None:
 
 @pytest.mark.parametrize(("rate_hz", "channels"), [(44_100, 2), (16_000, 1), (48_000, 2)])
 def test_a_device_of_another_rate_is_converted(rate_hz: int, channels: int) -> None:
-    """A device that cannot do 48 kHz mono is opened as it is; the tone and its times are kept."""
+    """A device that cannot do 48 kHz is opened as it is; tone, times and channels are kept."""
     portaudio, clock = FakePortAudio(rate_hz, channels), FakeClock()
     source = make(portaudio, clock)
     source.open()
@@ -135,13 +135,54 @@ def test_a_device_of_another_rate_is_converted(rate_hz: int, channels: int) -> N
         while not source._blocks.empty():
             sounds.append(source.read())
     source.close()
-    samples = np.concatenate([sound.samples for sound in sounds])
+    assert {sound.channels for sound in sounds} == {channels}
+    joined = np.concatenate([sound.samples for sound in sounds])
+    samples = joined if channels == 1 else joined[:, 1]
     assert len(samples) == pytest.approx(40 * 480, abs=100)
     spectrum = np.abs(np.fft.rfft(samples[4800:9600] * np.hanning(4800)))
     assert np.argmax(spectrum) * 10 == 1000
     counted = np.cumsum([0, *[len(sound.samples) for sound in sounds[:-1]]]) / 48_000
     times = np.array([sound.captured_s for sound in sounds]) - 100
     assert np.abs(times - counted).max() < 0.002
+
+
+def test_two_capsules_are_two_channels() -> None:
+    """Left and right come as the device has them, and are not mixed up."""
+    portaudio = FakePortAudio(channels=2)
+    source = make(portaudio, FakeClock())
+    source.open()
+    both = np.column_stack((block(1), block(9000)))
+    times = SimpleNamespace(inputBufferAdcTime=0.0, currentTime=0.0)
+    portaudio.streams[-1].callback(both, 480, times, SimpleNamespace(input_overflow=False))
+    assert np.array_equal(source.read().samples, both)
+    source.close()
+
+
+def test_one_channel_is_enough_and_said() -> None:
+    """A device with one channel gives mono, and the log says so, once each time it is opened."""
+    portaudio = FakePortAudio(channels=1)
+    source = make(portaudio, FakeClock())
+    with capture_logs() as logs:
+        source.open()
+    assert [log["event"] for log in logs] == ["the microphone has one channel: its sound is mono"]
+    portaudio.deliver(block())
+    assert source.read().samples.shape == (480,)
+    source.close()
+
+
+def test_a_device_of_two_channels_can_be_mono() -> None:
+    """With `channels = 1` a device that has only two is mixed into one, silently."""
+    portaudio = FakePortAudio(channels=2)
+    settings = AudioSettings(channels=1)
+    source = PortAudioMicrophone(settings, FakeClock(), load_portaudio=lambda: portaudio)
+    with capture_logs() as logs:
+        source.open()
+    assert (portaudio.streams[-1].channels, logs) == (2, [])
+    portaudio.deliver(np.full(480, 5000, np.int16))
+    sound = source.read()
+    assert sound.channels == 1
+    assert sound.samples[100:-100] == pytest.approx(5000, abs=2)
+    source.close()
 
 
 def test_a_slow_reader_loses_the_oldest() -> None:

@@ -337,6 +337,18 @@ def test_a_problem_is_one_sentence(text: str, problem: str, tmp_path: Path) -> N
             "audio.forms: the form of 20 ms follows that of 40 ms; "
             "media units must grow and bit rates fall from one to the next",
         ),
+        (
+            "[audio]\nforms = ["
+            "{ mu_ms = 20, bitrate_bps = 24000, stereo_bitrate_bps = 32000 },"
+            "{ mu_ms = 40, bitrate_bps = 24000, stereo_bitrate_bps = 40000 }]",
+            "audio.forms: the form of 40 ms follows that of 20 ms; "
+            "media units must grow and bit rates fall from one to the next",
+        ),
+        (
+            "[[audio.forms]]\nmu_ms = 20\nbitrate_bps = 32000\nstereo_bitrate_bps = 24000",
+            "audio.forms[0]: stereo_bitrate_bps of the form of 20 ms is below its bitrate_bps; two"
+            " channels take more than one, or 0 for none",
+        ),
     ],
 )
 def test_a_ladder_that_does_not_go_down_is_refused(text: str, problem: str, tmp_path: Path) -> None:

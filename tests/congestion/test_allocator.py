@@ -30,6 +30,7 @@ class Viewer:
         self.size: str | None = "640x480"
         self.sound = True
         self.form: SoundForm | None = None
+        self.channels = 1
         self.takes_redundancy = True
 
     def decide(self, estimate: LinkEstimate) -> Allocation:
@@ -37,7 +38,8 @@ class Viewer:
             estimate,
             size=self.size,
             sound=self.sound,
-            sound_form=self.form,
+            sound_forms=None if self.form is None else [self.form],
+            sound_channels=self.channels,
             other_bps=4000,
             now_s=self.now_s,
             takes_redundancy=self.takes_redundancy,
@@ -248,6 +250,24 @@ def test_shorter_units_are_sent_where_they_may_be(rate_bps: float, mu_ms: int) -
     allocation = Viewer(Allocator(STEPS, [SoundForm(10, 32_000), *SOUNDS])).run(10, rate_bps)[-1]
     assert allocation.sound is not None
     assert allocation.sound.mu_ms == mu_ms
+
+
+@pytest.mark.parametrize(
+    ("rate_bps", "form"),
+    [(45e3, (60, 1)), (140e3, (40, 1)), (200e3, (40, 2)), (250e3, (20, 1)), (5e6, (20, 2))],
+)
+def test_a_link_with_room_carries_two_channels(rate_bps: float, form: tuple[int, int]) -> None:
+    """Stereo where it fits, the shorter packets first, and mono on a thin link."""
+    stereo = [SoundForm(20, 56_000, 2), SOUNDS[0], SoundForm(40, 40_000, 2), *SOUNDS[1:]]
+    viewer = Viewer(Allocator(STEPS, stereo))
+    viewer.channels = 2
+    sound = viewer.run(10, rate_bps)[-1].sound
+    assert sound is not None
+    assert (sound.mu_ms, sound.channels) == form
+    viewer.channels = 1
+    sound = viewer.run(10, rate_bps)[-1].sound
+    assert sound is not None
+    assert sound.channels == 1
 
 
 def test_sound_alone_may_take_everything() -> None:

@@ -96,7 +96,7 @@ class Viewer:
             estimate,
             size=self.size,
             sound=True,
-            sound_form=None,
+            sound_forms=None,
             other_bps=self.control.other_bps,
             now_s=now_s,
         )

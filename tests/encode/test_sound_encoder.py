@@ -62,6 +62,42 @@ def _encode(
     return found
 
 
+@pytest.mark.parametrize("form", [SoundForm(20, 56_000, 2), SoundForm(40, 40_000, 2)])
+def test_two_channels_stay_apart(form: SoundForm) -> None:
+    """A tone on the left and another on the right come back on their sides, 20 dB apart."""
+    left, right = (
+        np.round(4000 * np.sin(2 * np.pi * hertz * TIME_S)).astype(np.int16) for hertz in (500, 700)
+    )
+    encoder, sounds = SoundEncoder(form), []
+    for begin in range(0, len(left), BLOCK_SAMPLES):
+        part = slice(begin, begin + BLOCK_SAMPLES)
+        block = Sound(np.column_stack((left[part], right[part])), begin / SAMPLE_RATE_HZ)
+        if (one := encoder.encode(block, begin)) is not None:
+            sounds.append(one)
+    decoder = av.CodecContext.create("libopus", "r")
+    assert isinstance(decoder, av.AudioCodecContext)
+    decoder.sample_rate, decoder.layout, decoder.format = SAMPLE_RATE_HZ, "stereo", "s16"
+    frames = [frame for one in sounds for frame in decoder.decode(Packet(one.data))]
+    heard = np.concatenate([one.to_ndarray().reshape(-1, 2) for one in frames])[-SAMPLE_RATE_HZ:]
+    tones = np.abs(np.fft.rfft(heard * np.hanning(len(heard))[:, None], axis=0))
+    assert tones[500, 0] > 10 * tones[500, 1]
+    assert tones[700, 1] > 10 * tones[700, 0]
+    assert sum(len(one.data) for one in sounds) * 8 / 3 < 1.1 * form.bitrate_bps
+
+
+@pytest.mark.parametrize("channels", [1, 2])
+def test_any_sound_fits_any_form(channels: int) -> None:
+    """Mono in a stereo form is in both ears, stereo in a mono one is mixed: equally loud."""
+    mono = np.round(TONE[:SAMPLE_RATE_HZ]).astype(np.int16)
+    encoder, sounds = SoundEncoder(SoundForm(20, 56_000, channels)), []
+    for begin in range(0, len(mono), BLOCK_SAMPLES):
+        block = Sound(mono[begin : begin + BLOCK_SAMPLES], 1.0).with_channels(3 - channels)
+        if (one := encoder.encode(block, begin)) is not None:
+            sounds.append(one)
+    heard = _decode(sounds)[SAMPLE_RATE_HZ // 4 :]
+    assert np.std(heard) == pytest.approx(np.std(mono), rel=0.03)
+
+
 def _decode(sounds: list[EncodedSound]) -> NDArray[np.float64]:
     decoder = av.CodecContext.create("libopus", "r")
     assert isinstance(decoder, av.AudioCodecContext)

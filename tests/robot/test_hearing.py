@@ -34,9 +34,14 @@ def near_radio(distance_m: float, facing: bool = True) -> Pose:
     return Pose(x, y, bearing + math.pi if facing else bearing)
 
 
-def hear(moments: Iterable[Senses]) -> NDArray[np.float64]:
+def hear_both(moments: Iterable[Senses]) -> NDArray[np.float64]:
     mixer = SoundMixer(WORLD)
     return np.concatenate([mixer.block(senses) for senses in moments]) / 32768.0
+
+
+def hear(moments: Iterable[Senses]) -> NDArray[np.float64]:
+    """Return what the left ear hears."""
+    return hear_both(moments)[:, 0]
 
 
 def standing(pose: Pose, seconds: float = 13.0, speed_mps: float = 0.0) -> list[Senses]:
@@ -91,6 +96,26 @@ def test_turning_tells_where_the_radio_is() -> None:
     straight = reach(WORLD, WORLD.radio, ahead, ahead.heading_rad)
     panned = reach(WORLD, WORLD.radio, ahead, ahead.heading_rad + 1.0)
     assert panned.gain < straight.gain
+    assert panned.bearing_rad == pytest.approx(straight.bearing_rad - 1.0)
+
+
+@pytest.mark.parametrize("turned_rad", [0.2, 0.8, 1.5])
+def test_the_nearer_ear_hears_it_sooner_and_louder(turned_rad: float) -> None:
+    """Turned away to the right, the radio is on the left: there it is louder; mirrored likewise."""
+    ahead = near_radio(1.5)
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        pose = Pose(ahead.x_m, ahead.y_m, ahead.heading_rad + sign * turned_rad)
+        both = hear_both(standing(pose, 3.0))
+        near, far = both[:, side], both[:, 1 - side]
+        assert level_db(near) > level_db(far) + 0.3
+        alike = [np.dot(near[40:-40], np.roll(far, -n)[40:-40]) for n in range(-40, 41)]
+        assert np.argmax(alike) - 40 > 3
+
+
+def test_the_robot_hears_itself_in_both_ears_alike() -> None:
+    """A motor has no direction: what differs is the noise of the room."""
+    both = hear_both(standing(QUIET, 2.0, speed_mps=0.4))[SAMPLE_RATE_HZ:]
+    assert level_db(both[:, 0] - both[:, 1]) < level_db(both[:, 0]) - 15.0
 
 
 def test_the_motors_rise_with_speed() -> None:

@@ -55,7 +55,7 @@ def test_what_it_sees_and_hears_changes_when_it_moves(robot: SimulatedRobot) -> 
     assert after.captured_s > before.captured_s
     assert np.mean(before.i420 != after.i420) > 0.02
     assert np.std(microphone.read().samples) > 0
-    assert still.samples.shape == (480,)
+    assert still.samples.shape == (480, 2)
     camera.close()
     microphone.close()
 

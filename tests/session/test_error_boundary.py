@@ -246,6 +246,7 @@ async def test_the_status_tells_of_all_others(rig: Rig, monkeypatch: pytest.Monk
         audio=SoundHub(),
         captures={},
         blocks=cast("Any", SimpleNamespace(filled_ms=0.0, dropped_ms=0.0)),
+        capsules=cast("Any", SimpleNamespace(problem=None)),
         cluster=Cluster(clock=rig.clock, counters=rig.counters),
         tape=None,
         counters=rig.counters,

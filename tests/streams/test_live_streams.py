@@ -41,6 +41,7 @@ class Rig:
     rate_bps: float = 20e6
     takes_hold_back: bool = True
     upload_bps: float = 0
+    channels: int = 1
     clock: TurnedClock = field(default_factory=lambda: TurnedClock(100.0))
     told: list[BaseModel] = field(default_factory=list)
     held_ms: list[float] = field(default_factory=list)
@@ -92,7 +93,8 @@ class Rig:
         for tick in range(round(seconds * 100)):
             self.clock.time_s += 0.01
             now_s = self.clock.now_s()
-            self.audio.push(Sound(np.zeros(BLOCK_SAMPLES, np.int16), now_s - 0.01))
+            block = Sound(np.zeros(BLOCK_SAMPLES, np.int16), now_s - 0.01)
+            self.audio.push(block.with_channels(self.channels))
             await asyncio.sleep(0)
             if tick % 2 == 0:
                 self._wire(120, "audio", None)
@@ -160,6 +162,30 @@ async def test_a_picture_starts_small_and_grows_at_once() -> None:
     assert rig.video.wanted == [TOP]
     assert rig.sizes[0] == BOTTOM
     assert rig.sizes[-1] == TOP
+
+
+async def test_two_channels_are_sent_while_there_are_two() -> None:
+    """One of the microphone's fails, and comes back: mono at once, stereo after some seconds."""
+    rig = Rig(channels=2)
+    rig.begin()
+    await rig.run(6.0)
+    assert rig.streams.status()["sound_channels"] == 2
+    assert rig.all(messages.Served)[-1].sound_channels == 2
+    rig.channels = 1
+    await rig.run(1.0)
+    assert rig.streams.status()["sound_channels"] == 1
+    assert all("stereo" not in name for name in rig.audio.wanted)
+    rig.channels = 2
+    await rig.run(8.0)
+    assert rig.streams.status()["sound_channels"] == 2
+
+
+async def test_a_thin_link_has_one_channel() -> None:
+    """Where two do not fit into the sound's third, the same packets go in mono."""
+    rig = Rig(rate_bps=110e3, channels=2)
+    rig.begin()
+    await rig.run(12.0)
+    assert rig.streams.status()["sound_channels"] == 1
 
 
 async def test_a_thin_link_stays_with_what_it_carries() -> None:

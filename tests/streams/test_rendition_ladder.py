@@ -8,7 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wax.config.settings import AudioSettings, RenditionSettings, VideoSettings
+from wax.config.settings import (
+    AudioSettings,
+    RenditionSettings,
+    SoundFormSettings,
+    VideoSettings,
+)
 from wax.congestion.allocation import SoundForm
 from wax.streams.rendition_ladder import RenditionLadder, refined
 
@@ -48,7 +53,8 @@ def test_a_refined_ladder_falls_and_keeps_its_steps(rates: list[int]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("least", "expected"), [(10, [10, 20, 40, 60]), (20, [20, 40, 60]), (120, [60])]
+    ("least", "expected"),
+    [(10, [10, 10, 20, 20, 40, 40, 60]), (20, [20, 20, 40, 40, 60]), (120, [60])],
 )
 def test_a_role_may_have_only_longer_units(least: int, expected: list[int]) -> None:
     """Forms with shorter units are left out; where all would be, the longest stays."""
@@ -57,5 +63,15 @@ def test_a_role_may_have_only_longer_units(least: int, expected: list[int]) -> N
 
 def test_a_fixed_unit_has_the_rate_of_its_neighbour() -> None:
     """A media unit that the configuration fixes is encoded like the nearest on offer."""
-    assert LADDER.form(40) == SoundForm(40, 24_000)
-    assert LADDER.form(120) == SoundForm(120, 12_000)
+    assert LADDER.forms_of(40) == [SoundForm(40, 40_000, 2), SoundForm(40, 24_000)]
+    assert LADDER.forms_of(120) == [SoundForm(120, 12_000)]
+
+
+def test_one_channel_has_no_form_in_stereo() -> None:
+    """With `channels = 1`, or without a rate for two, all is mono."""
+    mono = RenditionLadder(VideoSettings(), AudioSettings(channels=1))
+    assert {form.channels for form in mono.forms(10)} == {1}
+    own = [SoundFormSettings(mu_ms=20, bitrate_bps=32_000)]
+    assert RenditionLadder(VideoSettings(), AudioSettings(forms=own)).forms(10) == [
+        SoundForm(20, 32_000)
+    ]

@@ -246,7 +246,7 @@ class Loop:
             estimate,
             size=self._size,
             sound=True,
-            sound_form=None,
+            sound_forms=None,
             other_bps=self.control.other_bps,
             now_s=now_s,
         )

@@ -31,6 +31,8 @@ class UnitHub:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._captured = 0
         self._encoded = 0
+        self.channels = 1
+        """The thesis's sound is mono (3.4.1)."""
         self.dropped = 0
         """Units that did not reach a listener, since the start."""
 
@@ -40,7 +42,7 @@ class UnitHub:
     def push(self, block: Sound) -> None:
         """Handle the next block, in the microphone's thread."""
         self._captured += 1
-        unit = self._encoder.encode(block)
+        unit = self._encoder.encode(block.with_channels(self.channels))
         if unit is None:
             return
         self._encoded += len(unit.packets)

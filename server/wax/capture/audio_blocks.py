@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from wax.capture.channels import channels_of, with_channels
 from wax.capture.source import BLOCK_SAMPLES, SAMPLE_RATE_HZ, Sound
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ class Blocks:
       delivered and is dropped. So the delay never grows.
     * After a jump of more than 1 s either way the timeline restarts and an incomplete block is
       dropped.
+    * A block has as many channels as the newest piece in it.
     """
 
     def __init__(self) -> None:
@@ -64,7 +66,7 @@ class Blocks:
         elif error_s > _JITTER_S:
             missing = round(error_s * SAMPLE_RATE_HZ)
             self.filled_samples += missing
-            self._append(np.zeros(missing, np.int16))
+            self._append(np.zeros((missing, *samples.shape[1:]), np.int16))
         elif error_s < -_JITTER_S:
             early = min(round(-error_s * SAMPLE_RATE_HZ), len(samples))
             self.dropped_samples += early
@@ -88,6 +90,8 @@ class Blocks:
         self._head_s = captured_s
 
     def _append(self, samples: NDArray[np.int16]) -> None:
+        channels = channels_of(samples)
+        self._waiting = [with_channels(one, channels) for one in self._waiting]
         self._waiting.append(samples)
         self._count += len(samples)
 

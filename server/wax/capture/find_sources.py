@@ -89,7 +89,7 @@ def _make_audio(
     if not is_network(name) and is_plugin_name(name):
         plugin: AudioSource = _make_plugin(name, _AUDIO_KEY, settings, clock)
         return plugin
-    return files.find(name, _AUDIO_KEY).audio()
+    return files.find(name, _AUDIO_KEY).audio(settings)
 
 
 def _microphone(settings: AudioSettings, clock: Clock) -> AudioSource | None:

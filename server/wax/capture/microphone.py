@@ -6,12 +6,14 @@ FFmpeg's ALSA input, which PyAV brings, was as late to within a millisecond at t
 from __future__ import annotations
 
 import queue
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import structlog
 from av.audio.frame import AudioFrame
 
+from wax.capture.channels import MOST_CHANNELS
 from wax.capture.portaudio import first_line, given_up, in_use, load_portaudio, look_for_new_devices
 from wax.capture.resample import Resampler
 from wax.capture.source import SAMPLE_RATE_HZ, Sound
@@ -39,7 +41,8 @@ class PortAudioMicrophone:
     """A microphone of ALSA, PulseAudio, PipeWire, CoreAudio, WASAPI …, the default or one of them.
 
     `device` is PortAudio's number, a part of the name, or None for the default. Blocks last 10 ms.
-    A device that cannot do 48 kHz mono is opened at its own rate and converted. `captured_s` is
+    A device is opened with as many channels as are wanted and it has; one that cannot do 48 kHz
+    so is opened at its own rate and converted. `captured_s` is
     PortAudio's time of the first sample at the converter if the device gives a credible one, else
     the time of arrival minus the block's length. Losses in the device and by a slow reader are
     logged, at most once in 10 s.
@@ -53,7 +56,7 @@ class PortAudioMicrophone:
         device: int | str | None = None,
         load_portaudio: Callable[[], Any] = load_portaudio,
     ) -> None:
-        del settings  # its keys are about the encoding
+        self._wanted_channels = settings.channels
         self._clock = clock
         self._device = device
         self._load_portaudio = load_portaudio
@@ -103,14 +106,21 @@ class PortAudioMicrophone:
         self._blocks = queue.Queue(_QUEUE_BLOCKS)
 
     def _start(self, portaudio: Any) -> Any:
-        try:
-            return self._start_at(portaudio, SAMPLE_RATE_HZ, 1)
-        except portaudio.PortAudioError:
-            own = portaudio.query_devices(self._device, "input")
-            rate_hz, channels = round(own["default_samplerate"]), min(2, own["max_input_channels"])
-            if (rate_hz, channels) == (SAMPLE_RATE_HZ, 1):
-                raise
-            return self._start_at(portaudio, rate_hz, channels)
+        own = portaudio.query_devices(self._device, "input")
+        has = max(1, min(MOST_CHANNELS, own["max_input_channels"]))
+        channels = min(self._wanted_channels, has)
+        forms = dict.fromkeys(
+            (
+                (SAMPLE_RATE_HZ, channels),
+                (SAMPLE_RATE_HZ, 1),
+                (round(own["default_samplerate"]), has),
+            )
+        )
+        *firsts, last = forms
+        for form in firsts:
+            with suppress(portaudio.PortAudioError):
+                return self._start_at(portaudio, *form)
+        return self._start_at(portaudio, *last)
 
     def _start_at(self, portaudio: Any, rate_hz: int, channels: int) -> Any:
         stream = portaudio.InputStream(
@@ -124,6 +134,8 @@ class PortAudioMicrophone:
         )
         stream.start()
         in_use(stream)
+        if channels < self._wanted_channels:
+            _LOG.info("the microphone has one channel: its sound is mono", source=self.name)
         return stream
 
     def _receiver(
@@ -131,8 +143,9 @@ class PortAudioMicrophone:
     ) -> Callable[[NDArray[np.int16], int, Any, Any], None]:
         """Make PortAudio's callback, which runs in PortAudio's thread and must not block."""
         blocks = self._blocks
-        direct = (rate_hz, channels) == (SAMPLE_RATE_HZ, 1)
-        resampler = None if direct else Resampler()
+        kept = min(channels, self._wanted_channels)
+        direct = (rate_hz, channels) == (SAMPLE_RATE_HZ, kept)
+        resampler = None if direct else Resampler(kept)
         count = 0
 
         def receive(samples: NDArray[np.int16], frames: int, times: Any, status: Any) -> None:
@@ -142,7 +155,8 @@ class PortAudioMicrophone:
             if status.input_overflow:
                 self._losses += 1
             if resampler is None:
-                self._keep(blocks, Sound(samples=samples[:, 0].copy(), captured_s=captured_s))
+                copy = samples[:, 0].copy() if channels == 1 else samples.copy()
+                self._keep(blocks, Sound(samples=copy, captured_s=captured_s))
             else:
                 frame = _frame(samples, rate_hz, count)
                 for piece, time_s in resampler.feed(frame):

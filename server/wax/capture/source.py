@@ -14,12 +14,14 @@ from typing import TYPE_CHECKING, Protocol
 
 import cv2
 
+from wax.capture.channels import channels_of, with_channels
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
 SAMPLE_RATE_HZ = 48_000
-"""All sound inside WAX is 48 kHz mono signed 16 bit, the native form of Opus."""
+"""All sound inside WAX is 48 kHz signed 16 bit, mono or stereo: the native form of Opus."""
 
 BLOCK_MS = 10
 BLOCK_SAMPLES = SAMPLE_RATE_HZ * BLOCK_MS // 1000
@@ -56,13 +58,24 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Sound:
-    """A piece of sound: `samples` int16 mono at 48 kHz, shape ``(n,)``, n ≥ 1.
+    """A piece of sound: `samples` int16 at 48 kHz, n ≥ 1 of them.
 
-    `captured_s` is when the first sample was captured, on the server's monotonic clock.
+    The shape is ``(n,)`` for one channel and ``(n, 2)`` for two, the left one first. `captured_s`
+    is when the first sample was captured, on the server's monotonic clock.
     """
 
     samples: NDArray[np.int16]
     captured_s: float
+
+    @property
+    def channels(self) -> int:
+        return channels_of(self.samples)
+
+    def with_channels(self, channels: int) -> Sound:
+        """Return the same sound with one channel, or with two."""
+        if channels == self.channels:
+            return self
+        return Sound(with_channels(self.samples, channels), self.captured_s)
 
 
 class VideoSource(Protocol):

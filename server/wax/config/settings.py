@@ -236,16 +236,27 @@ class SoundFormSettings(_Section):
 
     mu_ms: Literal[10, 20, 40, 60, 120]
     bitrate_bps: Annotated[int, Field(ge=6_000, le=256_000)]
+    stereo_bitrate_bps: Annotated[int, Field(ge=0, le=512_000)] = 0
+
+    @model_validator(mode="after")
+    def _stereo_takes_more(self) -> Self:
+        if 0 < self.stereo_bitrate_bps < self.bitrate_bps:
+            raise ValueError(
+                f"stereo_bitrate_bps of the form of {self.mu_ms} ms is below its bitrate_bps; two"
+                " channels take more than one, or 0 for none"
+            )
+        return self
 
 
 class AudioSettings(_Section):
     """`[audio]`."""
 
     source: Annotated[str, Field(min_length=1)] = "robot"
+    channels: Literal[1, 2] = 2
     forms: Annotated[list[SoundFormSettings], Field(min_length=1, max_length=5)] = [
-        SoundFormSettings(mu_ms=10, bitrate_bps=32_000),
-        SoundFormSettings(mu_ms=20, bitrate_bps=32_000),
-        SoundFormSettings(mu_ms=40, bitrate_bps=24_000),
+        SoundFormSettings(mu_ms=10, bitrate_bps=32_000, stereo_bitrate_bps=56_000),
+        SoundFormSettings(mu_ms=20, bitrate_bps=32_000, stereo_bitrate_bps=56_000),
+        SoundFormSettings(mu_ms=40, bitrate_bps=24_000, stereo_bitrate_bps=40_000),
         SoundFormSettings(mu_ms=60, bitrate_bps=12_000),
     ]
     retry_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
@@ -254,7 +265,9 @@ class AudioSettings(_Section):
     @classmethod
     def _in_order(cls, forms: list[SoundFormSettings]) -> list[SoundFormSettings]:
         for above, below in pairwise(forms):
-            if below.mu_ms <= above.mu_ms or below.bitrate_bps > above.bitrate_bps:
+            rises = below.bitrate_bps > above.bitrate_bps
+            rises |= 0 < above.stereo_bitrate_bps < below.stereo_bitrate_bps
+            if below.mu_ms <= above.mu_ms or rises:
                 raise ValueError(
                     f"the form of {below.mu_ms} ms follows that of {above.mu_ms} ms; media"
                     " units must grow and bit rates fall from one to the next"

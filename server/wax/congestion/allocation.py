@@ -7,14 +7,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class SoundForm:
-    """How the sound is encoded: one audio media unit a packet (thesis 3.2)."""
+    """How the sound is encoded: one audio media unit a packet (thesis 3.2), 1 or 2 channels."""
 
     mu_ms: int
     bitrate_bps: int
+    channels: int = 1
 
     @property
     def name(self) -> str:
-        return f"{self.mu_ms} ms at {self.bitrate_bps / 1000:g} kbit/s"
+        stereo = ", stereo" if self.channels > 1 else ""
+        return f"{self.mu_ms} ms at {self.bitrate_bps / 1000:g} kbit/s{stereo}"
 
 
 @dataclass(frozen=True, slots=True)

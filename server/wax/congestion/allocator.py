@@ -138,15 +138,17 @@ class Allocator:
         *,
         size: str | None,
         sound: bool,
-        sound_form: SoundForm | None,
+        sound_forms: Sequence[SoundForm] | None,
         other_bps: float,
         now_s: float,
+        sound_channels: int = 1,
         takes_redundancy: bool = True,
     ) -> Allocation:
         """Decide what is sent from now on.
 
-        `size` is the largest picture wanted ("640x480"), None for none; `sound_form` is the
-        configured form, None to choose one. `other_bps` is the rate of data channels and
+        `size` is the largest picture wanted ("640x480"), None for none; `sound_forms` are the
+        configured ones, None to choose among all, and `sound_channels` is how many there are to
+        hear. `other_bps` is the rate of data channels and
         acknowledgements. Without `takes_redundancy` no sound is repeated: the browser does not
         accept it. Raises ValueError if `size` is invalid.
         """
@@ -160,7 +162,8 @@ class Allocator:
         if sound:
             form, redundancy = self._sound.choose(
                 budget,
-                sound_form,
+                sound_forms,
+                channels=sound_channels,
                 alone=size is None,
                 lost=estimate.lost,
                 burst=estimate.burst if takes_redundancy else 0,

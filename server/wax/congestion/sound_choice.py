@@ -65,8 +65,9 @@ class SoundChoice:
     def choose(
         self,
         budget: Budget,
-        fixed: SoundForm | None,
+        fixed: Sequence[SoundForm] | None,
         *,
+        channels: int,
         alone: bool,
         lost: float,
         burst: int,
@@ -76,9 +77,11 @@ class SoundChoice:
         """Return the form, and the number of earlier units in each packet.
 
         Down is immediate; up only if `quick`, otherwise after the better form has fitted for 5 s.
-        `alone` is sound without a picture: it may take everything.
+        `alone` is sound without a picture: it may take everything. `channels` is how many the sound
+        has; no form of more is chosen unless there is no other.
         """
-        forms = (fixed,) if fixed is not None else self._forms
+        offered = self._forms if fixed is None else tuple(fixed)
+        forms = tuple(form for form in offered if form.channels <= channels) or offered
         self._considered = forms
         self._follow_loss(lost, burst, now_s)
         third_bps = budget.bps if alone else budget.bps / _PARTS

@@ -30,7 +30,7 @@ _THIN_BPS: Final = 20_000
 
 
 class SoundEncoder:
-    """Encodes 48 kHz mono sound with Opus, one media unit per packet.
+    """Encodes 48 kHz sound with Opus, one media unit per packet, in the form's channels.
 
     Every unit begins at a whole multiple of its length, so that units of two lengths regularly end
     together, where a listener can change between them without losing a sample.
@@ -38,6 +38,8 @@ class SoundEncoder:
 
     def __init__(self, form: SoundForm) -> None:
         self.unit_samples = SAMPLE_RATE_HZ * form.mu_ms // 1000
+        self._channels = form.channels
+        self._layout = _layout(form)
         self._pending: list[Sound] = []
         self._pts = 0
         self._context = _opus(form)
@@ -54,14 +56,16 @@ class SoundEncoder:
             if pts % self.unit_samples:
                 return None
             self._pts = pts
-        self._pending.append(block)
+        self._pending.append(block.with_channels(self._channels))
         if len(self._pending) * BLOCK_SAMPLES < self.unit_samples:
             return None
         unit, self._pending = self._pending, []
         return self._encoded(np.concatenate([piece.samples for piece in unit]), unit[0].captured_s)
 
     def _encoded(self, samples: NDArray[np.int16], captured_s: float) -> EncodedSound | None:
-        frame = av.AudioFrame.from_ndarray(samples.reshape(1, -1), format="s16", layout="mono")
+        frame = av.AudioFrame.from_ndarray(
+            samples.reshape(1, -1), format="s16", layout=self._layout
+        )
         frame.sample_rate = SAMPLE_RATE_HZ
         frame.pts = self._pts
         frame.time_base = _TIME_BASE
@@ -78,6 +82,10 @@ class SoundEncoder:
         )
 
 
+def _layout(form: SoundForm) -> str:
+    return "mono" if form.channels == 1 else "stereo"
+
+
 def _opus(form: SoundForm) -> av.AudioCodecContext:
     """Make a libopus encoder for one form.
 
@@ -88,7 +96,7 @@ def _opus(form: SoundForm) -> av.AudioCodecContext:
     context = av.CodecContext.create("libopus", "w")
     assert isinstance(context, av.AudioCodecContext)
     context.sample_rate = SAMPLE_RATE_HZ
-    context.layout = "mono"
+    context.layout = _layout(form)
     context.format = "s16"
     context.bit_rate = form.bitrate_bps
     context.options = {

@@ -64,6 +64,8 @@ class SoundHub:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._captured = 0
         self._encoded = 0
+        self.channels = 1
+        """How many the newest sound has."""
 
     def start(self) -> None:
         self._loop = asyncio.get_running_loop()
@@ -72,6 +74,7 @@ class SoundHub:
         """Handle the next block, in the microphone's thread."""
         with self._lock:
             self._captured += 1
+            self.channels = block.channels
             pts = self._clock.stamp(block.captured_s)
             self._past.append((block, pts))
             for form, stream in self._streams.items():

@@ -552,6 +552,7 @@ class Served(_Outgoing):
     picture_hz: float
     sound_mu_ms: int | None
     sound_bps: int
+    sound_channels: int
     redundancy: int
     link_bps: int
     used_bps: int

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from wax.baseline.unit_hub import UnitHub
     from wax.capture.audio_blocks import Blocks
+    from wax.capture.capsules import Capsules
     from wax.capture.source import Picture, Sound
     from wax.capture.source_thread import SourceThread
     from wax.clock import Clock
@@ -47,6 +48,7 @@ class Status:
         audio: SoundHub | UnitHub,
         captures: Mapping[str, SourceThread[Picture] | SourceThread[Sound]],
         blocks: Blocks,
+        capsules: Capsules,
         cluster: Cluster,
         tape: Recorder | None,
         counters: Counters,
@@ -63,6 +65,7 @@ class Status:
         self._audio = audio
         self._captures = captures
         self._blocks = blocks
+        self._capsules = capsules
         self._cluster = cluster
         self._tape = tape
         self._counters = counters
@@ -111,6 +114,8 @@ class Status:
                     "encoded_hz": self._rates.hz("audio.encoded"),
                     "wanted": self._audio.wanted,
                     "dropped": self._audio.dropped,
+                    "channels": self._audio.channels,
+                    "capsule": self._capsules.problem,
                     "filled_ms": self._blocks.filled_ms,
                     "cut_ms": self._blocks.dropped_ms,
                 },

@@ -194,7 +194,8 @@ class LiveStreams:
             self._within_budget(estimate, now_s),
             size=self._size,
             sound=self._sound_wanted,
-            sound_form=self._fixed_form(),
+            sound_forms=self._fixed_forms(),
+            sound_channels=self._audio.channels,
             other_bps=self._congestion.other_bps,
             now_s=now_s,
             takes_redundancy=self._sound_lane.takes_redundancy,
@@ -250,11 +251,9 @@ class LiveStreams:
         lane.redundancy = allocation.redundancy
         self._audio.choose(lane, allocation.sound, self._playout.preroll_ms)
 
-    def _fixed_form(self) -> SoundForm | None:
+    def _fixed_forms(self) -> Sequence[SoundForm] | None:
         mu_ms = self._sync.audio_mu_ms
-        if mu_ms == "auto":
-            return None
-        return self._ladder.form(mu_ms)
+        return None if mu_ms == "auto" else self._ladder.forms_of(mu_ms)
 
 
 class LiveService:

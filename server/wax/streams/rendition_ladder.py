@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from math import sqrt
 from typing import TYPE_CHECKING, Final
@@ -13,7 +14,12 @@ from wax.congestion.wire_cost import picture_bps, sound_bps
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from wax.config.settings import AudioSettings, RenditionSettings, VideoSettings
+    from wax.config.settings import (
+        AudioSettings,
+        RenditionSettings,
+        SoundFormSettings,
+        VideoSettings,
+    )
 
 _WIDE: Final = 1.7
 """A viewer with an encoder of their own gets a step between two whose rates differ by more."""
@@ -30,7 +36,7 @@ class RenditionLadder:
         self._settings = {one.name: one for one in own}
         self._shared = [_step(one, layers) for one in video.renditions]
         self._own = [_step(one, layers) for one in own]
-        self._forms = [SoundForm(one.mu_ms, one.bitrate_bps) for one in audio.forms]
+        self._forms = [form for one in audio.forms for form in sound_forms(one, audio.channels)]
 
     def most_bps(self, size: str | None) -> float:
         """Return the rate of a link on which pictures of at most `size` could not be better.
@@ -63,10 +69,18 @@ class RenditionLadder:
         found = [form for form in self._forms if form.mu_ms >= least_mu_ms]
         return found or self._forms[-1:]
 
-    def form(self, mu_ms: int) -> SoundForm:
-        """Return the one form of this media unit, at the rate of the nearest on offer."""
-        nearest = min(self._forms, key=lambda form: abs(form.mu_ms - mu_ms))
-        return SoundForm(mu_ms, nearest.bitrate_bps)
+    def forms_of(self, mu_ms: int) -> Sequence[SoundForm]:
+        """Return the forms of this media unit, at the rates of the nearest on offer."""
+        nearest_ms = min((form.mu_ms for form in self._forms), key=lambda ms: abs(ms - mu_ms))
+        return [replace(form, mu_ms=mu_ms) for form in self._forms if form.mu_ms == nearest_ms]
+
+
+def sound_forms(settings: SoundFormSettings, channels: int) -> list[SoundForm]:
+    """Return one of `[audio] forms`: in stereo, where that is configured, and in mono."""
+    mono = SoundForm(settings.mu_ms, settings.bitrate_bps)
+    if channels == 1 or not settings.stereo_bitrate_bps:
+        return [mono]
+    return [SoundForm(settings.mu_ms, settings.stereo_bitrate_bps, channels), mono]
 
 
 def refined(renditions: Iterable[RenditionSettings]) -> list[RenditionSettings]:

@@ -33,7 +33,13 @@ class ServedNotifier:
             return
         told = self._told
         rendition = None if allocation.step is None else allocation.step.name
-        is_news = told is None or rendition != told.rendition or in_step != told.in_step
+        channels = 0 if allocation.sound is None else allocation.sound.channels
+        is_news = (
+            told is None
+            or rendition != told.rendition
+            or channels != told.sound_channels
+            or in_step != told.in_step
+        )
         every_s = _THIN_EVERY_S if estimate.rate_bps < _THIN_BPS else _EVERY_S
         if not is_news and now_s - self._told_s < every_s:
             return
@@ -54,6 +60,7 @@ def served(estimate: LinkEstimate, allocation: Allocation, *, in_step: bool) -> 
         picture_hz=0.0 if step is None else step.fps / 2**left_out,
         sound_mu_ms=None if sound is None else sound.mu_ms,
         sound_bps=0 if sound is None else sound.bitrate_bps,
+        sound_channels=0 if sound is None else sound.channels,
         redundancy=allocation.redundancy,
         link_bps=_rounded(estimate.rate_bps),
         used_bps=_rounded(estimate.used_bps),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import av
 import numpy as np
@@ -11,7 +11,7 @@ import pytest
 
 from wax.capture.file.media_file import FileAudio, FileVideo, MediaFile
 from wax.capture.source import SAMPLE_RATE_HZ
-from wax.config.settings import VideoSettings
+from wax.config.settings import AudioSettings, VideoSettings
 from wax.errors import SourceError
 
 if TYPE_CHECKING:
@@ -108,11 +108,20 @@ def audio_frames(seconds: float, rate_hz: int, layout: str, length: int) -> Iter
 class Player:
     """Opens a file's wanted faces on a fake clock and reads whichever is behind."""
 
-    def __init__(self, address: Path | str, *, video: bool = True, audio: bool = True) -> None:
+    def __init__(
+        self,
+        address: Path | str,
+        *,
+        video: bool = True,
+        audio: bool = True,
+        channels: Literal[1, 2] = 1,
+    ) -> None:
         self.clock = FakeClock()
         file = MediaFile(str(address), self.clock, sleep=self.clock.sleep)
         self.video: FileVideo | None = file.video(SIZE) if video else None
-        self.audio: FileAudio | None = file.audio() if audio else None
+        self.audio: FileAudio | None = (
+            file.audio(AudioSettings(channels=channels)) if audio else None
+        )
         self.pictures: list[Picture] = []
         self.sounds: list[Sound] = []
 

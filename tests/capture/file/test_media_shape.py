@@ -29,6 +29,17 @@ def test_sound_becomes_48_khz_mono(make_clip: MakeClip, open_player: type[Player
     assert np.abs(samples[begin : begin + 3840]).max() == pytest.approx(0.5 * 32767, rel=0.02)
 
 
+@pytest.mark.parametrize(("layout", "shape"), [("stereo", (2,)), ("mono", ())])
+def test_a_file_has_its_own_channels(
+    make_clip: MakeClip, open_player: type[Player], layout: str, shape: tuple[int, ...]
+) -> None:
+    """Where two are wanted a stereo file has two and a mono file one, the pauses included."""
+    clip = make_clip("a.wav", video=None, audio="pcm_s16le", rate_hz=44_100, layout=layout)
+    with open_player(clip, video=False, channels=2) as player:
+        player.play(1.0)
+    assert {sound.samples.shape[1:] for sound in player.sounds} == {shape}
+
+
 def test_a_variable_rate_is_kept(make_clip: MakeClip, open_player: type[Player]) -> None:
     """Pictures of a variable rate come at their own times; in a long pause the last is repeated."""
     times_ms = [0, 100, 150, 400, 420, 1500, 1600]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from wax.capture.channels import with_channels
 from wax.capture.file.demuxer import Demuxer
 from wax.capture.file.stream_decoder import StreamDecoder
 from wax.capture.letterbox import black, fit_frame
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from wax.capture.file.address import Kind, Track
     from wax.capture.file.demuxer import Coded
     from wax.clock import Clock
-    from wax.config.settings import VideoSettings
+    from wax.config.settings import AudioSettings, VideoSettings
 
 
 _PAUSE_S: Final = 0.25
@@ -67,10 +68,10 @@ class MediaFile:
         size = (settings.width, settings.height)
         return FileVideo(size, self._join, self._leave, self._clock, self._sleep)
 
-    def audio(self) -> FileAudio:
+    def audio(self, settings: AudioSettings) -> FileAudio:
         """Make the audio source; call it before opening anything."""
         self._wanted.add("audio")
-        return FileAudio(self._join, self._leave, self._clock, self._sleep)
+        return FileAudio(settings.channels, self._join, self._leave, self._clock, self._sleep)
 
     def _join(self) -> Demuxer:
         """Return the running demuxer, or a new one if none works."""
@@ -173,7 +174,8 @@ class FileVideo(StreamDecoder):
 class FileAudio(StreamDecoder):
     """The file's sound in pieces of at most 10 ms, delivered when the last sample is due.
 
-    A paced file's sound has no gaps: missing sound is replaced by silence.
+    A paced file's sound has no gaps: missing sound is replaced by silence. There are at most
+    `channels`: one of each mono track, two of all others.
     """
 
     kind: Kind = "audio"
@@ -181,12 +183,15 @@ class FileAudio(StreamDecoder):
 
     def __init__(
         self,
+        channels: int,
         join: Callable[[], Demuxer],
         leave: Callable[[Demuxer], None],
         clock: Clock,
         sleep: Callable[[float], None],
     ) -> None:
         super().__init__(join, leave, clock, sleep)
+        self._channels = channels
+        self._silence = np.zeros(BLOCK_SAMPLES, np.int16)
         self._resampler: tuple[Track, Resampler] | None = None
         self._pieces: deque[tuple[NDArray[np.int16], float]] = deque()
         self._end_s: float | None = None
@@ -217,7 +222,7 @@ class FileAudio(StreamDecoder):
                 self._end_s = piece[1] if piece is not None else now_s
             gap_s = piece[1] - self._end_s if piece is not None else _PAUSE_S
             if gap_s > _GAPLESS_S:
-                samples = np.zeros(min(BLOCK_SAMPLES, round(gap_s * SAMPLE_RATE_HZ)), np.int16)
+                samples = self._silence[: round(gap_s * SAMPLE_RATE_HZ)]
             else:
                 samples, _ = self._pieces.popleft()
                 if gap_s < -_GAPLESS_S:
@@ -243,7 +248,9 @@ class FileAudio(StreamDecoder):
         begins = False
         for frame, item in frames:
             if self._resampler is None or self._resampler[0] is not item.track:
-                self._resampler = (item.track, Resampler())
+                channels = min(self._channels, frame.layout.nb_channels)
+                self._resampler = (item.track, Resampler(channels))
+                self._silence = with_channels(np.zeros(BLOCK_SAMPLES, np.int16), channels)
                 begins = True
             for samples, time_s in self._resampler[1].feed(frame):
                 if begins:

@@ -1,4 +1,7 @@
-"""What the simulated robot hears: radio and people at their places, itself, a quiet room."""
+"""What the simulated robot hears: radio and people at their places, itself, a quiet room.
+
+What sounds in the flat is heard by direction, the robot itself in both ears alike.
+"""
 
 from __future__ import annotations
 
@@ -44,21 +47,28 @@ class SoundMixer:
         self._thuds = np.zeros(0)
 
     def block(self, senses: Senses) -> NDArray[np.int16]:
-        """Mix the next `BLOCK_SAMPLES` of what is heard with these `senses`; never clips."""
+        """Mix the next `BLOCK_SAMPLES` of what is heard with these `senses`; never clips.
+
+        The shape is ``(n, 2)``, the left ear first.
+        """
         said = np.zeros(BLOCK_SAMPLES)
         if self._speaker is not None:
             said = self._speaker.heard(BLOCK_SAMPLES)
-        sound = self._random.normal(0.0, ROOM_NOISE_RMS, BLOCK_SAMPLES)
+        sound = self._random.normal(0.0, ROOM_NOISE_RMS, (BLOCK_SAMPLES, 2))
         sound += self._radio.heard(senses)
         for resident, placed in self._residents:
             resident.listen(said, senses.pose)
             if resident.is_speaking:
                 sound += placed.heard(senses)
+        sound += self._own(senses, said)[:, None]
+        return np.asarray(np.round(32_000.0 * np.tanh(sound)), np.int16)
+
+    def _own(self, senses: Senses, said: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what the robot makes itself; `said` is what its speaker plays."""
+        sound = self._bump(senses) + SPEAKER_GAIN * said
         for motor, speed_mps in zip(self._motors, (senses.left_mps, senses.right_mps), strict=True):
             sound += motor.hum(speed_mps)
-        sound += self._bump(senses)
-        sound += SPEAKER_GAIN * said
-        return np.asarray(np.round(32_000.0 * np.tanh(sound)), np.int16)
+        return sound
 
     def _bump(self, senses: Senses) -> NDArray[np.float64]:
         if self._bumps is not None and senses.bumps > self._bumps:

@@ -1,4 +1,4 @@
-"""A sound at a place in the flat, and how the robot's microphone hears it there (pure)."""
+"""A sound at a place in the flat, and how the robot's ears hear it there (pure)."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 import numpy as np
 
 from wax.capture.source import BLOCK_SAMPLES
+from wax.robot.simulated.ears import Ears
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -42,35 +43,41 @@ class Emitter(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Reach:
-    """How sound reaches the robot: how loud, 1 being one metre in front, through how many walls."""
+    """How sound reaches the head: how loud, through how many walls, and from where.
+
+    A `gain` of 1 is one metre in front; `bearing_rad` is from straight ahead to the left.
+    """
 
     gain: float
     walls: int
+    bearing_rad: float
 
 
 def reach(world: World, place: tuple[float, float], pose: Pose, ear_rad: float) -> Reach:
-    """Return how sound from `place` reaches a robot at `pose` whose ear points to `ear_rad`.
+    """Return how sound from `place` reaches a head at `pose` that looks towards `ear_rad`.
 
     It falls by 6 dB for each doubling of the distance and by 9 dB for each wall, and is 8 dB
-    quieter from behind, so that a driver who turns hears where it is.
+    quieter from behind, so that a driver who turns hears whether it is in front.
     """
     east, north = place[0] - pose.x_m, place[1] - pose.y_m
     walls = world.walls_between(pose.x_m, pose.y_m, *place)
-    bearing = math.atan2(north, east) - ear_rad
-    facing = (1.0 + BEHIND_GAIN) / 2.0 + (1.0 - BEHIND_GAIN) / 2.0 * math.cos(bearing)
-    return Reach(facing * WALL_GAIN**walls / max(NEAREST_M, math.hypot(east, north)), walls)
+    bearing_rad = math.remainder(math.atan2(north, east) - ear_rad, math.tau)
+    facing = (1.0 + BEHIND_GAIN) / 2.0 + (1.0 - BEHIND_GAIN) / 2.0 * math.cos(bearing_rad)
+    gain = facing * WALL_GAIN**walls / max(NEAREST_M, math.hypot(east, north))
+    return Reach(gain, walls, bearing_rad)
 
 
 class PlacedSound:
-    """What is heard of one emitter; each block joins the last without a click."""
+    """What both ears hear of one emitter; each block joins the last without a click."""
 
     def __init__(self, emitter: Emitter, world: World) -> None:
         self._emitter = emitter
         self._world = world
+        self._ears = Ears()
         self._gains: tuple[float, float] | None = None
 
     def heard(self, senses: Senses) -> NDArray[np.float64]:
-        """Return the next `BLOCK_SAMPLES`."""
+        """Return the next `BLOCK_SAMPLES` as ``(n, 2)``, the left ear first."""
         ear_rad = senses.pose.heading_rad + senses.pan_rad
         now = reach(self._world, self._emitter.place, senses.pose, ear_rad)
         through = 1.0 - 0.25**now.walls
@@ -81,4 +88,5 @@ class PlacedSound:
         clear, muffled = self._emitter.play(BLOCK_SAMPLES)
         glide = np.arange(BLOCK_SAMPLES) / BLOCK_SAMPLES
         sound = clear * (old[0] + (new[0] - old[0]) * glide)
-        return np.asarray(sound + muffled * (old[1] + (new[1] - old[1]) * glide))
+        sound = sound + muffled * (old[1] + (new[1] - old[1]) * glide)
+        return self._ears.hear(sound, now.bearing_rad)
