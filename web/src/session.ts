@@ -92,6 +92,8 @@ export interface Session {
   /** Sets the picture's element, null when it is removed. */
   attachPicture(element: HTMLVideoElement | null): void;
   attachSound(element: HTMLAudioElement | null): void;
+  /** How loud the sound is now, from 0 to 1: of each ear, or of both together; none if unknown. */
+  soundLevels(): Promise<readonly number[]>;
 }
 
 /** Connects at once, before anything is drawn. */
@@ -524,5 +526,6 @@ export function startSession(): Session {
       picture.attach(element);
     },
     attachSound: (element) => sound.attach(element),
+    soundLevels: () => sound.levels(),
   };
 }

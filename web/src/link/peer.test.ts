@@ -39,7 +39,7 @@ class FakeConnection extends EventTarget {
     this.channels.set(name, channel);
     return channel;
   };
-  createOffer = vi.fn(async () => ({ type: "offer" as const, sdp: "v=0 offer" }));
+  createOffer = vi.fn(async () => ({ type: "offer" as const, sdp: offer }));
   getConfiguration = () => ({});
   policy: RTCIceTransportPolicy | undefined;
   setConfiguration({ iceServers = [], iceTransportPolicy }: RTCConfiguration): void {
@@ -56,6 +56,7 @@ class FakeConnection extends EventTarget {
 }
 
 let answer = "v=0 answer";
+let offer = "v=0 offer";
 let ice: () => Promise<Response>;
 let offers: number;
 
@@ -63,6 +64,7 @@ beforeEach(() => {
   FakeConnection.made = [];
   vi.stubGlobal("RTCPeerConnection", FakeConnection);
   offers = 0;
+  offer = "v=0 offer";
   answer = "v=0 answer";
   vi.stubGlobal("fetch", async (url: string) => {
     if (url === "/api/ice") return ice();
@@ -198,6 +200,29 @@ it("creates the offer while it asks", async () => {
   answer(new Response('{"iceServers": []}'));
   await connected;
   expect(connection.localDescription?.sdp).toBe("v=0 offer");
+});
+
+describe("two channels of sound", () => {
+  beforeEach(() => {
+    offer = "v=0\r\na=rtpmap:111 opus/48000/2\r\n";
+    ice = async () => new Response('{"iceServers": []}');
+  });
+
+  it("are welcome", async () => {
+    const { connected, connection } = connect();
+    await connected;
+    expect(connection.localDescription?.sdp).toContain("a=fmtp:111 stereo=1");
+  });
+
+  it("are no condition: a browser that lets nobody change its offer is taken as it is", async () => {
+    const { connected, connection, lost } = connect();
+    const apply = connection.setLocalDescription.bind(connection);
+    connection.setLocalDescription = (one) =>
+      one.sdp === offer ? apply(one) : Promise.reject(new TypeError("modified"));
+    await connected;
+    expect(connection.localDescription?.sdp).toBe(offer);
+    expect(lost).not.toHaveBeenCalled();
+  });
 });
 
 describe("sending", () => {

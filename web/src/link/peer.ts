@@ -3,6 +3,7 @@ import { withVoice } from "../voice/answer";
 import { FORMS, type VoiceForm } from "../voice/form";
 import { RequestError } from "./http";
 import { askIce, gathered, postOffer, type Sent } from "./signalling";
+import { withStereo } from "./stereo";
 
 /** A peer's events; there are none after `lost` or `close`. */
 export interface PeerEvents {
@@ -88,7 +89,7 @@ export class Peer {
         const iceTransportPolicy = relayOnly ? "relay" : "all";
         pc.setConfiguration({ ...pc.getConfiguration(), iceServers: servers, iceTransportPolicy });
       }
-      await pc.setLocalDescription(offer);
+      await this.#offer(offer);
       // Without ICE servers there is nothing to wait for: the server learns our address from us.
       if (servers.length > 0 && ice.wantsCandidates) await gathered(pc);
       const answer = await postOffer(pc.localDescription?.sdp ?? "", client, signal);
@@ -138,13 +139,19 @@ export class Peer {
     const pc = this.#pc;
     const isLate = form !== this.#form || pc.signalingState !== "stable";
     if (this.#answer === null || this.#aborting.signal.aborted || isLate) return;
-    await pc.setLocalDescription(await pc.createOffer());
+    await this.#offer(await pc.createOffer());
     try {
       await pc.setRemoteDescription({ type: "answer", sdp: this.#shaped(this.#answer) });
     } catch {
       // A browser that does not take it goes on as it was.
       await pc.setLocalDescription({ type: "rollback" });
     }
+  }
+
+  /** Offers this with two channels of sound; as it is where the browser does not let us say so. */
+  async #offer(offer: RTCSessionDescriptionInit): Promise<void> {
+    const stereo = { type: offer.type, sdp: withStereo(offer.sdp ?? "") };
+    await this.#pc.setLocalDescription(stereo).catch(() => this.#pc.setLocalDescription(offer));
   }
 
   #shaped(answer: string): string {

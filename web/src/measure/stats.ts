@@ -12,6 +12,7 @@ export interface InboundStats {
   framesDecoded?: number;
   freezeCount?: number;
   totalFreezesDuration?: number;
+  audioLevel?: number;
 }
 
 export interface PlayoutStats {

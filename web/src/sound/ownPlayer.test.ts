@@ -54,6 +54,7 @@ const TOLD = {
   madeUp: 96,
   stretched: 48,
   dropped: 0,
+  levels: [0.5, 0.25],
 };
 const feeds = () =>
   FakeWorker.last.said.flatMap((one) => (one as { playing?: string }).playing ?? []);
@@ -90,6 +91,15 @@ it("shares the packets until it sounds, then has them alone", async () => {
   FakeNode.last.port.says(TOLD);
   expect(events.plays).toHaveBeenCalledOnce();
   expect(feeds()).toEqual(["both", "own"]);
+});
+
+it("tells how loud each ear is while it plays", async () => {
+  const player = await playing();
+  expect(player.levels).toBeNull();
+  FakeNode.last.port.says(TOLD);
+  expect(player.levels).toEqual([0.5, 0.25]);
+  player.rest();
+  expect(player.levels).toBeNull();
 });
 
 it("tells what is heard when, by the device's own time", async () => {

@@ -178,6 +178,11 @@ export class OwnPlayer {
     };
   }
 
+  /** How loud it plays in each ear, from 0 to 1; null while this does not play. */
+  get levels(): readonly number[] | null {
+    return (this.#isHeard && this.#newest?.levels) || null;
+  }
+
   async #build(context: AudioContext): Promise<void> {
     await context.audioWorklet.addModule(workletUrl);
     const node = new AudioWorkletNode(context, "wax-player", {

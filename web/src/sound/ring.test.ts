@@ -8,7 +8,7 @@ const ramp = (from: number, count: number) =>
 it("gives back what came, and nothing in place of what did not", () => {
   const ring = new Ring();
   ring.write(240, ramp(240, 240));
-  expect([ring.at(239), ring.at(240), ring.at(479), ring.at(480)]).toEqual([0, 240, 479, 0]);
+  expect([239, 240, 479, 480].map((time) => ring.at(time, 0))).toEqual([0, 240, 479, 0]);
   expect([ring.has(240, 480), ring.has(239, 480), ring.has(240, 481)]).toEqual([
     true,
     false,
@@ -21,14 +21,22 @@ it("forgets what is three seconds old", () => {
   const ring = new Ring();
   ring.write(0, ramp(1, 120));
   ring.write(3 * SECONDS, ramp(7, 120));
-  expect(ring.at(0)).toBe(0);
-  expect(ring.at(3 * SECONDS)).toBe(7);
+  expect(ring.at(0, 0)).toBe(0);
+  expect(ring.at(3 * SECONDS, 0)).toBe(7);
+});
+
+it("keeps the ears apart", () => {
+  const ring = new Ring();
+  ring.write(120, ramp(120, 120), ramp(1000, 120));
+  expect([ring.at(130, 0), ring.at(130, 1)]).toEqual([130, 1010]);
+  ring.write(240, ramp(240, 120));
+  expect([ring.at(250, 0), ring.at(250, 1)]).toEqual([250, 250]);
 });
 
 it("draws a straight line straight", () => {
   const ring = new Ring();
   ring.write(0, ramp(0, 480));
-  expect(ring.between(200.25)).toBeCloseTo(200.25);
+  expect(ring.between(200.25, 1)).toBeCloseTo(200.25);
 });
 
 it("finds where sound goes on", () => {
@@ -42,5 +50,5 @@ it("is empty once it is cleared", () => {
   const ring = new Ring();
   ring.write(0, ramp(1, 480));
   ring.clear();
-  expect([ring.end, ring.at(3), ring.has(0, 1)]).toEqual([0, 0, false]);
+  expect([ring.end, ring.at(3, 0), ring.has(0, 1)]).toEqual([0, 0, false]);
 });

@@ -4,23 +4,27 @@ const CELL = 120;
 const CELLS = 1200;
 const SIZE = CELL * CELLS;
 
-/** Decoded sound by its time: reads what has come, and 0 where nothing has. Pure. */
+/** The left ear and the right. */
+export type Side = 0 | 1;
+
+/** Decoded sound of two ears by its time: reads what has come, and 0 where nothing has. Pure. */
 export class Ring {
-  readonly #samples = new Float32Array(SIZE);
+  readonly #samples = [new Float32Array(SIZE), new Float32Array(SIZE)] as const;
   /** Which cell of time is in each cell of the ring. */
   readonly #holds = new Float64Array(CELLS).fill(-1);
   /** The time after the newest sample. */
   end = 0;
 
-  /** Writes samples from this time on; both must be multiples of 2.5 ms. */
-  write(at: number, samples: Float32Array): void {
-    for (let i = 0; i + CELL <= samples.length; i += CELL) {
+  /** Writes samples from this time on, of one for both ears; both must be multiples of 2.5 ms. */
+  write(at: number, left: Float32Array, right: Float32Array = left): void {
+    for (let i = 0; i + CELL <= left.length; i += CELL) {
       const cell = (at + i) / CELL;
       const slot = cell % CELLS;
       this.#holds[slot] = cell;
-      this.#samples.set(samples.subarray(i, i + CELL), slot * CELL);
+      this.#samples[0].set(left.subarray(i, i + CELL), slot * CELL);
+      this.#samples[1].set(right.subarray(i, i + CELL), slot * CELL);
     }
-    this.end = Math.max(this.end, at + samples.length);
+    this.end = Math.max(this.end, at + left.length);
   }
 
   /** Whether all samples from one time up to another are there. */
@@ -39,21 +43,21 @@ export class Ring {
     return Math.min(cell * CELL, this.end);
   }
 
-  at(time: number): number {
+  at(time: number, side: Side): number {
     const cell = Math.floor(time / CELL);
     if (cell < 0 || this.#holds[cell % CELLS] !== cell) return 0;
-    return this.#samples[time % SIZE] ?? 0;
+    return this.#samples[side][time % SIZE] ?? 0;
   }
 
   /** The sample between samples, by a curve through four of them (Catmull and Rom). */
-  between(time: number): number {
+  between(time: number, side: Side): number {
     const at = Math.floor(time);
     const t = time - at;
-    const b = this.at(at);
+    const b = this.at(at, side);
     if (t === 0) return b;
-    const a = this.at(at - 1);
-    const c = this.at(at + 1);
-    const d = this.at(at + 2);
+    const a = this.at(at - 1, side);
+    const c = this.at(at + 1, side);
+    const d = this.at(at + 2, side);
     return b + 0.5 * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
   }
 

@@ -7,6 +7,7 @@ const own = vi.hoisted(() => ({
   starts: true,
   isReady: false,
   events: { plays() {}, failed(_: string) {} },
+  levels: [0.5, 0.25] as number[] | null,
   play: vi.fn(),
   rest: vi.fn(),
   share: vi.fn(),
@@ -34,14 +35,18 @@ vi.mock("./ownPlayer", () => ({
     heard() {
       return { rtp: 1 };
     }
+    get levels() {
+      return own.levels;
+    }
   },
 }));
 
 let emitted = 0;
+let audioLevel: number | undefined;
 const receiver = {
   track: {},
   async getStats() {
-    return new Map([["a", { type: "inbound-rtp", jitterBufferEmittedCount: emitted }]]);
+    return new Map([["a", { type: "inbound-rtp", jitterBufferEmittedCount: emitted, audioLevel }]]);
   },
 };
 const element = { muted: false, play: vi.fn(async () => {}), pause: vi.fn(), srcObject: null };
@@ -81,6 +86,30 @@ it("plays by the browser until our own sounds", async () => {
   expect(element.pause).toHaveBeenCalledOnce();
   expect(changed).toHaveBeenLastCalledWith({ by: "own", why: null });
   expect(playback.heard(0)).not.toBeNull();
+});
+
+it("tells the level of each ear of ours, and one of the browser's player", async () => {
+  const playback = await made();
+  playback.choose("auto", null);
+  audioLevel = 0.1;
+  expect(await playback.levels()).toEqual([]);
+  playback.play();
+  const [level, ...others] = await playback.levels();
+  expect(level).toBeCloseTo(2 / 3);
+  expect(others).toEqual([]);
+  audioLevel = undefined;
+  expect(await playback.levels()).toEqual([]);
+  own.events.plays();
+  expect(await playback.levels()).toEqual([0.5, 0.25]);
+});
+
+it("does not let our own begin once the browser's is chosen", async () => {
+  const playback = await made();
+  playback.choose("own", null);
+  playback.play();
+  expect(own.rest).not.toHaveBeenCalled();
+  playback.choose("browser", null);
+  expect(own.rest).toHaveBeenCalled();
 });
 
 it("never starts our own if the browser's is chosen", async () => {

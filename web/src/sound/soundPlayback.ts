@@ -1,6 +1,7 @@
 import { look } from "../measure/stats";
 import type { Playout } from "../messages";
 import { Playback } from "../playback";
+import { levelOfPower } from "./loudness";
 import { doubtful, type Heard, lacking, OwnPlayer } from "./ownPlayer";
 
 /** Which player is to play; "auto" is ours where it can. */
@@ -36,6 +37,8 @@ export class SoundPlayback {
   #problem = lacking();
   #choice: PlayerChoice = "browser";
   #isPlaying = false;
+  /** Ours was told to play, and does not sound yet. */
+  #isBeginning = false;
   #isTakingOver = false;
   #isDucked = false;
   #receiver: RTCRtpReceiver | null = null;
@@ -107,7 +110,7 @@ export class SoundPlayback {
   pause(): void {
     this.#isPlaying = false;
     this.#browser.pause();
-    this.#own.rest();
+    this.#rest();
     this.#tell("browser");
   }
 
@@ -116,11 +119,30 @@ export class SoundPlayback {
     return this.#state.by === "own" ? this.#own.heard(nowMs) : null;
   }
 
+  /**
+   * How loud the sound is now, from 0 to 1: of each ear, left first, or of both together, which is
+   * all that the browser's player tells. None while nothing plays, or it does not say.
+   */
+  async levels(): Promise<readonly number[]> {
+    if (!this.#isPlaying) return [];
+    const own = this.#state.by === "own" ? this.#own.levels : null;
+    if (own) return own;
+    try {
+      const level = this.#receiver && (await look(this.#receiver)).inbound.audioLevel;
+      return typeof level === "number" ? [levelOfPower(level ** 2)] : [];
+    } catch {
+      return []; // a peer that was closed meanwhile
+    }
+  }
+
   #update(): void {
     const isWanted = this.#choice !== "browser" && this.#hindrance() === null;
     const isOwn = isWanted && this.#own.isReady;
-    if (isOwn && this.#isPlaying && this.#state.by === "browser") void this.#own.play();
-    else if (!isOwn && this.#state.by === "own") void this.#takeOver();
+    if (isOwn && this.#isPlaying && this.#state.by === "browser") {
+      this.#isBeginning = true;
+      void this.#own.play();
+    } else if (!isOwn && this.#state.by === "own") void this.#takeOver();
+    else if (!isOwn && this.#isBeginning) this.#rest();
     this.#tell();
   }
 
@@ -129,12 +151,19 @@ export class SoundPlayback {
     return this.#problem ?? (choice === "auto" ? doubtful() : null);
   }
 
+  #rest(): void {
+    this.#isBeginning = false;
+    this.#own.rest();
+  }
+
   #ownPlays(): void {
+    this.#isBeginning = false;
     this.#browser.pause();
     this.#tell("own");
   }
 
   #ownFailed(why: string): void {
+    this.#isBeginning = false;
     this.#problem = why;
     this.#browser.isMuted = this.#isDucked;
     if (this.#isPlaying) this.#browser.play();

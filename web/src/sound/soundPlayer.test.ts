@@ -105,9 +105,9 @@ describe("whatever comes", () => {
     for (let frame = 0; frame < 48_000 * 4; frame += 128) {
       const number = Math.floor(frame / 960 + 6 * (random() - 0.5));
       if (number >= 0 && random() < 0.2) {
-        player.arrive(number * 960, new Float32Array(960).fill(0.5), frame);
+        player.arrive(number * 960, [new Float32Array(960).fill(0.5)], frame);
       }
-      player.render(out, frame);
+      player.render([out], frame);
       expect(out.every((one) => Math.abs(one) <= 1)).toBe(true);
       const { rtp } = player;
       if (rtp === null) continue;
@@ -120,11 +120,11 @@ describe("whatever comes", () => {
 it("is silent before anything has come, and after everything has been played", () => {
   const player = new SoundPlayer();
   const out = new Float32Array(128).fill(1);
-  player.render(out, 0);
+  player.render([out], 0);
   expect(out.every((one) => one === 0)).toBe(true);
   expect(player.rtp).toBeNull();
-  player.arrive(0, new Float32Array(960).fill(0.5), 0);
-  for (let frame = 128; frame < 48_000; frame += 128) player.render(out, frame);
+  player.arrive(0, [new Float32Array(960).fill(0.5)], 0);
+  for (let frame = 128; frame < 48_000; frame += 128) player.render([out], frame);
   expect(out.every((one) => one === 0)).toBe(true);
 });
 
@@ -135,9 +135,9 @@ function play(player: SoundPlayer, fromS: number, toS: number, rtp: number, valu
   let sent = 0;
   for (let frame = begin; frame < toS * 48_000; frame += 128) {
     for (; begin + sent <= frame; sent += 960) {
-      player.arrive(rtp + sent, new Float32Array(960).fill(value), frame);
+      player.arrive(rtp + sent, [new Float32Array(960).fill(value)], frame);
     }
-    player.render(out, frame);
+    player.render([out], frame);
   }
   return out[0] ?? Number.NaN;
 }
@@ -155,4 +155,21 @@ it("waits for at least as long as it is told to", () => {
   play(player, 0, 1, 0);
   expect(player.aheadMs).toBeGreaterThan(190);
   expect(player.aheadMs).toBeLessThan(230);
+});
+
+it("keeps the ears apart, in what is played and in what is made up", () => {
+  const player = new SoundPlayer();
+  const left = new Float32Array(128);
+  const right = new Float32Array(128);
+  for (let frame = 0, sent = 0; frame < 48_000; frame += 128) {
+    for (; sent <= frame; sent += 960) {
+      if ((sent / 960) % 10 === 9) continue; // lost
+      const packet = [0.5, -0.2].map((value) => new Float32Array(960).fill(value));
+      player.arrive(sent, packet, frame);
+    }
+    player.render([left, right], frame);
+    if (frame < 9600) continue;
+    expect(left.every((one, i) => Math.abs((right[i] ?? 0) + 0.4 * one) < 1e-6)).toBe(true);
+  }
+  expect(player.counts.madeUp).toBeGreaterThan(0);
 });

@@ -1,7 +1,7 @@
 import { DelayTarget } from "./delayTarget";
 import { OPUS_HZ } from "./opus";
 import { COMPARED, LONGEST, periodBefore } from "./period";
-import { Ring } from "./ring";
+import { Ring, type Side } from "./ring";
 
 /** What was played since the beginning, in samples. */
 export interface Played {
@@ -14,6 +14,7 @@ export interface Played {
   dropped: number;
 }
 
+const SIDES: readonly Side[] = [0, 1];
 const MS = OPUS_HZ / 1000;
 /** A sample is drawn through so many that follow it. */
 const REACH = 3;
@@ -54,8 +55,11 @@ export class SoundPlayer {
   readonly counts: Played = { played: 0, madeUp: 0, stretched: 0, dropped: 0 };
   readonly #ring = new Ring();
   readonly #target = new DelayTarget();
-  readonly #repeated = new Float32Array(LONGEST);
-  readonly #at = (time: number) => this.#ring.at(time);
+  readonly #repeated = [new Float32Array(LONGEST), new Float32Array(LONGEST)] as const;
+  /** Both ears together, by which periods are found that fit both. */
+  readonly #sum = (time: number) => this.#ring.at(time, 0) + this.#ring.at(time, 1);
+  /** What both ears hear next. */
+  readonly #pair = [0, 0] as [left: number, right: number];
   /** The RTP time of the ring's `ORIGIN`. */
   #rtpOrigin: number | null = null;
   /** What plays next, in the ring's time; null until it begins. */
@@ -83,8 +87,12 @@ export class SoundPlayer {
     this.#least = ms === null ? null : ms * MS;
   }
 
-  /** Takes a packet that has been decoded, `rtp` being the time of its first sample. */
-  arrive(rtp: number, samples: Float32Array, frame: number): void {
+  /**
+   * Takes a packet that has been decoded, `rtp` being the time of its first sample: one channel for
+   * both ears, or the left and the right one.
+   */
+  arrive(rtp: number, [left, right]: readonly Float32Array[], frame: number): void {
+    if (!left) return;
     this.#rtpOrigin ??= rtp;
     let time = ORIGIN + ((rtp - this.#rtpOrigin) | 0);
     if (time % 120 !== 0 || Math.abs(time - Math.max(this.#ring.end, ORIGIN)) > ANEW) {
@@ -92,7 +100,7 @@ export class SoundPlayer {
       this.#rtpOrigin = rtp;
       time = ORIGIN;
     }
-    this.#ring.write(time, samples);
+    this.#ring.write(time, left, right);
     this.#judge();
     if (this.#isSilent && time >= this.#heardEnd && time < (this.#position ?? time)) {
       // The link has become slower than anybody waits: it goes on with what comes now.
@@ -126,15 +134,13 @@ export class SoundPlayer {
     return this.#position === null ? 0 : Math.max(0, this.#ring.end - this.#position) / MS;
   }
 
-  /** Fills `out` with what the device plays from `frame` on. */
-  render(out: Float32Array, frame: number): void {
-    if (this.#rtpOrigin === null) {
-      out.fill(0);
-      return;
-    }
+  /** Fills both ears with what the device plays from `frame` on; the left alone where it has one. */
+  render([left, right]: readonly Float32Array[], frame: number): void {
+    if (!left) return;
     const due = frame - this.#delay(frame);
-    if (this.#position === null && !this.#begins(due)) {
-      out.fill(0);
+    if (this.#rtpOrigin === null || (this.#position === null && !this.#begins(due))) {
+      left.fill(0);
+      right?.fill(0);
       return;
     }
     const position = this.#position ?? due;
@@ -143,8 +149,12 @@ export class SoundPlayer {
     if (behind > LOST_BEHIND) this.#jump(due);
     else if (behind > FAR_BEHIND) this.#cut(frame);
     const rate = 1 + Math.min(Math.max(behind * RATE_PER_SAMPLE, -MOST_RATE), MOST_RATE);
-    for (let i = 0; i < out.length; i++) out[i] = this.#next(rate);
-    this.counts.played += out.length;
+    for (let i = 0; i < left.length; i++) {
+      this.#next(rate);
+      left[i] = this.#pair[0];
+      if (right) right[i] = this.#pair[1];
+    }
+    this.counts.played += left.length;
   }
 
   /** Nothing in time has come for longer than a stall lasts. */
@@ -165,17 +175,22 @@ export class SoundPlayer {
     return true;
   }
 
-  #next(rate: number): number {
+  /** Finds what both ears hear next, and moves on. */
+  #next(rate: number): void {
     const position = this.#position ?? 0;
     if (this.#ring.has(position, position + REACH)) {
       if (this.#isMadeUp) this.#resume();
       this.#waited = 0;
       this.#position = position + rate;
-      return this.#faded(this.#ring.between(position), rate);
+      this.#draw(position, rate);
+      return;
     }
     if (!this.#isMadeUp) this.#makeUp(position);
     const isHole = this.#ring.end > position + REACH;
-    if (isHole && this.#skip(position)) return this.#next(rate);
+    if (isHole && this.#skip(position)) {
+      this.#next(rate);
+      return;
+    }
     if (isHole || this.#waited >= MOST_WAIT || this.#late < 0.5) {
       this.#position = position + rate;
       this.counts.madeUp++;
@@ -184,7 +199,8 @@ export class SoundPlayer {
       this.#waited++;
       this.counts.stretched++;
     }
-    return this.#invented();
+    for (const side of SIDES) this.#pair[side] = this.#invented(side);
+    this.#madeUp++;
   }
 
   /** Learns of the sound that ran out, once more has come, whether it was late or lost. */
@@ -201,15 +217,18 @@ export class SoundPlayer {
     this.#madeUp = 0;
     this.#heardEnd = position;
     const end = Math.floor(position);
-    this.#period = periodBefore(this.#at, end);
-    for (let i = 0; i < this.#period; i++) this.#repeated[i] = this.#at(end - this.#period + i);
+    this.#period = periodBefore(this.#sum, end);
+    for (const side of SIDES) {
+      const repeated = this.#repeated[side];
+      for (let i = 0; i < this.#period; i++) {
+        repeated[i] = this.#ring.at(end - this.#period + i, side);
+      }
+    }
   }
 
-  #invented(): number {
+  #invented(side: Side): number {
     const gain = Math.min(1, Math.max(0, (SILENT - this.#madeUp) / (SILENT - LOUD)));
-    const sample = this.#repeated[this.#madeUp % this.#period] ?? 0;
-    this.#madeUp++;
-    return gain * sample;
+    return gain * (this.#repeated[side][this.#madeUp % this.#period] ?? 0);
   }
 
   /** Leaves out what is missing, rather than make it up, where that only catches up. */
@@ -229,14 +248,18 @@ export class SoundPlayer {
     this.#leaving = Number.NaN;
   }
 
-  #faded(sample: number, rate: number): number {
-    if (this.#fading === 0) return sample;
+  /** Both ears at this time, while what was before it fades away. */
+  #draw(position: number, rate: number): void {
+    for (const side of SIDES) this.#pair[side] = this.#ring.between(position, side);
+    if (this.#fading === 0) return;
     const share = this.#fading-- / FADE;
-    const leaving = Number.isNaN(this.#leaving)
-      ? this.#invented()
-      : this.#ring.between(this.#leaving);
-    this.#leaving += rate;
-    return leaving * share + sample * (1 - share);
+    const isMadeUp = Number.isNaN(this.#leaving);
+    for (const side of SIDES) {
+      const leaving = isMadeUp ? this.#invented(side) : this.#ring.between(this.#leaving, side);
+      this.#pair[side] = leaving * share + this.#pair[side] * (1 - share);
+    }
+    if (isMadeUp) this.#madeUp++;
+    else this.#leaving += rate;
   }
 
   /** Leaves out one period, if there is enough of the sound. */
@@ -245,7 +268,7 @@ export class SoundPlayer {
     const everyFrames = CUT_EVERY * (FAR_BEHIND / this.#behind);
     if (this.#fading > 0 || this.#isMadeUp || frame - this.#cutAt < everyFrames) return;
     const from = Math.floor(position);
-    const period = periodBefore(this.#at, from + LONGEST + COMPARED);
+    const period = periodBefore(this.#sum, from + LONGEST + COMPARED);
     if (!this.#ring.has(position, position + LONGEST + COMPARED)) return;
     if (!this.#ring.has(position, position + period + 2 * FADE)) return;
     this.#cutAt = frame;

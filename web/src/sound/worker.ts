@@ -17,8 +17,8 @@ export type ToWorker =
   | { worklet: MessagePort };
 /** To the page. */
 export type FromWorker = "ready" | { failed: string };
-/** To the worklet; null when another sender begins. */
-export type Decoded = { rtp: number; samples: Float32Array } | null;
+/** To the worklet, the left ear first; null when another sender begins. */
+export type Decoded = { rtp: number; channels: Float32Array[] } | null;
 
 interface EncodedFrame {
   data: ArrayBuffer;
@@ -109,18 +109,23 @@ class Decoding {
       output: (sound) => this.#decoded(sound),
       error: (error) => this.#fail(error),
     });
-    decoder.configure({ codec: "opus", sampleRate: OPUS_HZ, numberOfChannels: 1 });
+    // Each packet has one channel or two, and a decoder of two knows both (RFC 6716, 4.5.1).
+    decoder.configure({ codec: "opus", sampleRate: OPUS_HZ, numberOfChannels: 2 });
     return decoder;
   }
 
   #decoded(sound: AudioData): void {
     const rtp = this.#pending.shift();
     this.#answeredMs = performance.now();
-    const samples = new Float32Array(sound.numberOfFrames);
-    sound.copyTo(samples, { planeIndex: 0, format: "f32-planar" });
+    const channels = Array.from({ length: sound.numberOfChannels }, (_, planeIndex) => {
+      const samples = new Float32Array(sound.numberOfFrames);
+      sound.copyTo(samples, { planeIndex, format: "f32-planar" });
+      return samples;
+    });
     sound.close();
     if (rtp === undefined || current !== this) return;
-    worklet?.postMessage({ rtp, samples } satisfies Decoded, [samples.buffer]);
+    const buffers = channels.map((one) => one.buffer);
+    worklet?.postMessage({ rtp, channels } satisfies Decoded, buffers);
   }
 
   #fail(error: unknown): void {

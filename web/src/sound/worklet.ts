@@ -1,5 +1,6 @@
 /** Plays what the worker decodes, on the audio device's own thread (W3C, Web Audio: AudioWorklet). */
 
+import { LevelMeter } from "./loudness";
 import { OPUS_HZ } from "./opus";
 import { type Played, SoundPlayer } from "./soundPlayer";
 import type { Decoded } from "./worker";
@@ -11,6 +12,8 @@ export interface FromWorklet extends Played {
   frame: number;
   rtp: number | null;
   aheadMs: number;
+  /** How loud it was since the last word, from 0 to 1, left first. */
+  levels: number[];
 }
 
 declare const currentFrame: number;
@@ -26,6 +29,7 @@ const STOOD_MS = 100;
 
 class Player extends AudioWorkletProcessor {
   readonly #player = new SoundPlayer();
+  readonly #meter = new LevelMeter();
   #blocks = 0;
   /** The wall's time less the device's, at the least. */
   #apartMs = Number.POSITIVE_INFINITY;
@@ -40,18 +44,19 @@ class Player extends AudioWorkletProcessor {
 
   #listen(sound: MessagePort): void {
     sound.onmessage = ({ data }: MessageEvent<Decoded>) => {
-      if (data) this.#player.arrive(data.rtp, data.samples, currentFrame);
+      if (data) this.#player.arrive(data.rtp, data.channels, currentFrame);
       else this.#player.restart();
     };
   }
 
   process(_: Float32Array[][], outputs: Float32Array[][]): boolean {
     this.#noticePause();
-    const [out, ...others] = outputs[0] ?? [];
-    if (!out) return true;
+    const out = outputs[0] ?? [];
+    const [left] = out;
+    if (!left) return true;
     this.#player.render(out, currentFrame);
-    for (const other of others) other.set(out);
-    if (++this.#blocks % TELL_EVERY_BLOCKS === 0) this.#tell(currentFrame + out.length);
+    this.#meter.add(out);
+    if (++this.#blocks % TELL_EVERY_BLOCKS === 0) this.#tell(currentFrame + left.length);
     return true;
   }
 
@@ -66,7 +71,8 @@ class Player extends AudioWorkletProcessor {
 
   #tell(frame: number): void {
     const { rtp, aheadMs, counts } = this.#player;
-    this.port.postMessage({ frame, rtp, aheadMs, ...counts } satisfies FromWorklet);
+    const levels = this.#meter.take();
+    this.port.postMessage({ frame, rtp, aheadMs, levels, ...counts } satisfies FromWorklet);
   }
 }
 

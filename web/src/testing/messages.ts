@@ -69,6 +69,7 @@ export function served(more: Partial<Served> = {}): Served {
     picture_hz: 30,
     sound_mu_ms: 20,
     sound_bps: 32_000,
+    sound_channels: 1,
     redundancy: 0,
     link_bps: 2_400_000,
     used_bps: 590_000,

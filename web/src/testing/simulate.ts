@@ -42,9 +42,9 @@ export function simulate(
       const one = byArrival[next];
       if (!one || one.arrivedMs > nowMs) break;
       // The packet is sent once its last sample is there.
-      player.arrive(rtpOf(one.sentMs, packetMs), tone(one.sentMs, packetMs), frame);
+      player.arrive(rtpOf(one.sentMs, packetMs), [tone(one.sentMs, packetMs)], frame);
     }
-    player.render(out, frame);
+    player.render([out], frame);
     if (!isSettled && nowMs >= settleMs) {
       isSettled = true;
       before = { ...player.counts };

@@ -3,6 +3,7 @@ import { useActions, useState } from "./context";
 import { sizeWords } from "./figures";
 import { HostPanel } from "./host/HostPanel";
 import { LossPanel } from "./LossPanel";
+import { SoundMeter } from "./SoundMeter";
 import { Switch } from "./Switch";
 import { silenceWords } from "./words";
 
@@ -14,7 +15,10 @@ export function Settings() {
   return (
     <section class="settings" aria-label="Settings">
       {silence === null ? (
-        <Switch name="Sound" isOn={isSoundOn.value} onSwitch={setSound} />
+        <div class="sound">
+          <Switch name="Sound" isOn={isSoundOn.value} onSwitch={setSound} />
+          <SoundMeter />
+        </div>
       ) : (
         <p class="quiet no-sound">{silence}</p>
       )}

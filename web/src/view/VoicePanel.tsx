@@ -29,7 +29,7 @@ export function VoicePanel() {
         <Switch name="Keep open" isOn={isKept} onSwitch={keepSpeaking} />
       )}
       <meter
-        class={isOn ? "voice-level" : "voice-level is-off"}
+        class={isOn ? "level voice-level" : "level voice-level is-off"}
         aria-label="Your voice"
         min={0}
         max={1}

@@ -50,6 +50,9 @@ it("writes what is sent", () => {
     "60 ms packets, 32 kbit/s, each repeats the last 1",
   );
   expect(sentSoundWords(served({ sound_mu_ms: null }))).toBe("none");
+  expect(sentSoundWords(served({ sound_bps: 56_000, sound_channels: 2 }))).toBe(
+    "20 ms packets, 56 kbit/s stereo",
+  );
   expect(linkWords(served())).toBe("2.4 Mbit/s, 590 kbit/s used, 4 ms queue");
 });
 

@@ -51,9 +51,10 @@ export function sentPictureWords(served: Served | null): string {
 export function sentSoundWords(served: Served | null): string {
   if (!served) return UNKNOWN;
   if (served.sound_mu_ms === null) return "none";
-  const { sound_mu_ms, sound_bps, redundancy } = served;
+  const { sound_mu_ms, sound_bps, sound_channels, redundancy } = served;
+  const channels = sound_channels > 1 ? " stereo" : "";
   const again = redundancy > 0 ? `, each repeats the last ${redundancy}` : "";
-  return `${sound_mu_ms} ms packets, ${rateWords(sound_bps)}${again}`;
+  return `${sound_mu_ms} ms packets, ${rateWords(sound_bps)}${channels}${again}`;
 }
 
 /** The link's estimated rate, and how much of it is used. */

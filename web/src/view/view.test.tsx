@@ -21,6 +21,7 @@ import { BLANKED, NOT_INVITED, RELEASED } from "./words";
 
 let state: State;
 let actions: Actions;
+let levels: number[] = [];
 let input: InputState;
 let body: HTMLElement;
 
@@ -58,7 +59,13 @@ beforeEach(() => {
     release: (holder) => input.release(holder),
     letGo: vi.fn(() => input.releaseAll()),
   };
-  const session: Session = { state, actions, attachPicture: vi.fn(), attachSound: vi.fn() };
+  const session: Session = {
+    state,
+    actions,
+    attachPicture: vi.fn(),
+    attachSound: vi.fn(),
+    soundLevels: async () => levels,
+  };
   body = document.body;
   act(() => render(<App session={session} />, body));
 });
@@ -892,6 +899,47 @@ describe("sound and picture", () => {
       };
     });
     expect(getByText(body, "Camera: it was unplugged")).toBeTruthy();
+  });
+});
+
+describe("the level of the sound", () => {
+  beforeEach(() => vi.useFakeTimers());
+  afterEach(() => vi.useRealTimers());
+
+  const shown = async (channels: number, found: number[]) => {
+    levels = found;
+    show({ watching: [1] });
+    act(() => {
+      state.served.value = served({ sound_channels: channels });
+      state.isSoundOn.value = true;
+    });
+    await act(async () => {
+      await vi.advanceTimersByTimeAsync(250);
+    });
+    return [...body.querySelectorAll<HTMLMeterElement>(".sound-meter:not(.is-off) meter")].map(
+      (one) => [one.getAttribute("aria-label"), one.value],
+    );
+  };
+
+  it("is of two ears where there are two", async () => {
+    expect(await shown(2, [0.5, 0.25])).toEqual([
+      ["Sound level, left", 0.5],
+      ["Sound level, right", 0.25],
+    ]);
+  });
+
+  it("is one where the sound is mono, or the player does not tell them apart", async () => {
+    expect(await shown(1, [0.5, 0.5])).toEqual([["Sound level", 0.5]]);
+    expect(await shown(2, [0.25])).toEqual([["Sound level", 0.25]]);
+  });
+
+  it("is not shown where nobody knows it, or the sound is off", async () => {
+    expect(await shown(2, [])).toEqual([]);
+    await shown(2, [0.5, 0.5]);
+    act(() => {
+      state.isSoundOn.value = false;
+    });
+    expect(body.querySelector(".sound-meter:not(.is-off)")).toBeNull();
   });
 });
 

@@ -1,3 +1,5 @@
+import { levelOfPower } from "../sound/loudness";
+
 /** Why there is no microphone, as a sentence that says what to do. */
 export class MicrophoneError extends Error {}
 
@@ -15,8 +17,6 @@ const GONE = "The microphone has gone; plug it in again.";
 
 /** How often its level is looked at, in samples: a tenth of a second at 48 kHz and less. */
 const WINDOW = 2048;
-/** The quietest level shown, in dB of full scale. */
-const QUIET_DB = -60;
 
 /** Why this page cannot have a microphone at all, as a sentence; null if it can ask. */
 export function hindrance(scope: typeof globalThis = globalThis): string | null {
@@ -86,6 +86,5 @@ export class Microphone {
 export function levelOf(samples: Float32Array): number {
   let sum = 0;
   for (const sample of samples) sum += sample * sample;
-  const db = 10 * Math.log10(sum / Math.max(1, samples.length) + 1e-12);
-  return Math.min(1, Math.max(0, 1 - db / QUIET_DB));
+  return levelOfPower(sum / Math.max(1, samples.length));
 }

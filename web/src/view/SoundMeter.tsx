@@ -1,0 +1,36 @@
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { useSession, useState } from "./context";
+
+const LOOK_EVERY_MS = 100;
+const NAMES = { 1: ["Sound level"], 2: ["Sound level, left", "Sound level, right"] };
+
+/** How loud the robot's sound is: of each ear where it is sent in stereo and our player plays it. */
+export function SoundMeter() {
+  const { isSoundOn, served } = useState();
+  const { soundLevels } = useSession();
+  const levels = useSignal<readonly number[]>([]);
+  const isOn = isSoundOn.value;
+  useEffect(() => {
+    if (!isOn) return;
+    const looking = setInterval(() => {
+      void soundLevels().then((found) => {
+        levels.value = found;
+      });
+    }, LOOK_EVERY_MS);
+    return () => {
+      clearInterval(looking);
+      levels.value = [];
+    };
+  }, [isOn, soundLevels, levels]);
+  const found = levels.value;
+  const isStereo = found.length === 2 && (served.value?.sound_channels ?? 0) > 1;
+  const shown = isStereo ? found : [Math.max(0, ...found)];
+  return (
+    <div class={found.length > 0 ? "sound-meter" : "sound-meter is-off"}>
+      {NAMES[isStereo ? 2 : 1].map((name, side) => (
+        <meter key={name} class="level" aria-label={name} min={0} max={1} value={shown[side]} />
+      ))}
+    </div>
+  );
+}
