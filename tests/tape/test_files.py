@@ -19,7 +19,10 @@ from mcap.records import Chunk
 from mcap.writer import Writer
 from tests.tape.packets import FPS, SIZE, in_order, pictures, sounds
 
+from wax.capture.source import Sound
+from wax.congestion.allocation import SoundForm
 from wax.encode.encoded import EncodedPicture
+from wax.encode.sound_encoder import SoundEncoder
 from wax.errors import StateError
 from wax.protocol.tape_events import EVENTS, FORMAT, Missed, Named, Stopped, Turned, topic
 from wax.tape import event_file, reading
@@ -101,6 +104,34 @@ def test_picture_and_sound_are_in_step(codec: Codec, tmp_path: Path) -> None:
     assert len(seen) == len(heard) == 20
     assert max(abs(a - b) for a, b in zip(seen[1:], heard[1:], strict=True)) <= 0.010
     assert len(times_s(path, "video")) == 20 * FPS
+
+
+@pytest.mark.parametrize("codec", CODECS)
+def test_two_channels_are_played_as_two(codec: Codec, tmp_path: Path) -> None:
+    """A tone on the left stays there; where packets have one channel both sides have it."""
+    path = tmp_path / f"part{ENDINGS[codec]}"
+    made = MediaFile(
+        path, codec=codec, size=None, has_sound=True, origin_s=ORIGIN_S, sound_channels=2
+    )
+    tone = np.round(8000 * np.sin(np.arange(480) * (2 * np.pi * 1000 / 48_000))).astype(np.int16)
+    encoders = [SoundEncoder(SoundForm(20, 56_000, 2)), SoundEncoder(SoundForm(20, 32_000))]
+    for number in range(400):
+        samples = np.column_stack((tone, 0 * tone)) if number < 200 else tone
+        encoder = encoders[number // 200]
+        sound = encoder.encode(Sound(samples, ORIGIN_S + number / 100), number * 480)
+        if sound is not None:
+            made.sound(sound)
+    made.close()
+    with av.open(str(path)) as media:
+        assert media.streams.audio[0].layout.name == "stereo"
+    heard = np.concatenate(
+        [np.atleast_2d(frame.to_ndarray()).reshape(2, -1) for frame in frames(path, "audio")],
+        axis=1,
+    )
+    apart, alike = heard[:, 24_000:72_000].std(axis=1), heard[:, 120_000:168_000].std(axis=1)
+    assert apart[0] > 20 * apart[1]
+    assert alike[0] == pytest.approx(alike[1], rel=0.01)
+    assert alike[0] == pytest.approx(apart[0], rel=0.1)
 
 
 @pytest.mark.full

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 from tests.turned_clock import TurnedClock
 
+from wax.capture.source import Sound
 from wax.config.settings import Settings
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
@@ -49,6 +52,23 @@ async def test_it_wants_the_best_picture_and_one_form_of_the_sound(rig: Rig) -> 
     """As a viewer on a good link would; whatever is encoded for that is all that it costs."""
     assert rig.video.wanted == [rig.best]
     assert len(rig.audio.wanted) == 1
+
+
+async def test_the_sound_is_recorded_with_the_channels_it_has(rig: Rig) -> None:
+    """In stereo from when the microphone has two channels, in mono once it has one."""
+    lane = rig.tape._sound_lane
+    assert lane is not None
+    assert lane.form is not None
+    assert lane.form.channels == 1
+    heard: list[int] = []
+    for channels in (2, 1, 2):
+        for _ in range(30):
+            moment_s = len(heard) / 100
+            rig.audio.push(Sound(np.zeros(480, np.int16), moment_s).with_channels(channels))
+            await asyncio.sleep(0)
+            heard.append(lane.form.channels)
+        assert heard[-1] == channels
+        assert len(rig.audio.wanted) == 1
 
 
 async def test_an_error_in_the_fan_out_ends_the_tape_and_nothing_else(rig: Rig) -> None:

@@ -49,6 +49,8 @@ _GAP_S: Final = 0.04
 class MediaFile:
     """Begins at `origin_s` on the server's clock; without a `size` it has no pictures.
 
+    With two `sound_channels` packets may have one or two: players show both as two (RFC 7845, 5.1).
+
     Not thread-safe. All methods may raise `OSError` or `av.FFmpegError`.
     """
 
@@ -60,6 +62,7 @@ class MediaFile:
         size: tuple[int, int] | None,
         has_sound: bool,
         origin_s: float,
+        sound_channels: int = 1,
     ) -> None:
         state_dir.make_private(path)
         self._origin_s = origin_s
@@ -78,7 +81,7 @@ class MediaFile:
             self._sound = self._container.add_stream(
                 "libopus",
                 rate=SAMPLE_RATE_HZ,
-                layout="mono",
+                layout="mono" if sound_channels == 1 else "stereo",
                 options={"application": "lowdelay"},
             )
         self._newest = {"picture": -1, "sound": -1}

@@ -58,12 +58,16 @@ class TapeError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """What picture and sound are like; `size` is None without a camera."""
+    """What picture and sound are like; `size` is None without a camera.
+
+    `sound_channels` is how many the sound may have: some packets may have fewer.
+    """
 
     codec: Codec
     size: tuple[int, int] | None
     has_sound: bool
     keyframe_interval_s: float
+    sound_channels: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -293,6 +297,7 @@ class Recorder:
             codec=self._format.codec,
             size=self._format.size if has_picture else None,
             has_sound=self._format.has_sound,
+            sound_channels=self._format.sound_channels,
         )
         for event in self._lasting.values():
             self._segment.event(event, at_s)

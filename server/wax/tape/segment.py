@@ -33,6 +33,7 @@ class Segment:
         codec: Codec,
         size: tuple[int, int] | None,
         has_sound: bool,
+        sound_channels: int = 1,
     ) -> None:
         self.name = shelf.new_name((zero_ns + origin_s * 1e9) / 1e6)
         self._events = EventFile(shelf.path(self.name, EVENTS), origin_s=origin_s, zero_ns=zero_ns)
@@ -44,6 +45,7 @@ class Segment:
                     codec=codec,
                     size=size,
                     has_sound=has_sound,
+                    sound_channels=sound_channels,
                     origin_s=origin_s,
                 )
             except BaseException:

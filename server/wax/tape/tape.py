@@ -6,14 +6,15 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.congestion.allocation import SoundForm
 from wax.error_boundary import ErrorBoundary
+from wax.streams.rendition_ladder import sound_forms
 from wax.tape.recorder import Format, Recorder
 from wax.tape.shelf import Shelf, where
 
 if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.settings import Settings
+    from wax.congestion.allocation import SoundForm
     from wax.fanout.sound_hub import SoundHub
     from wax.fanout.sound_lane import SoundLane
     from wax.fanout.video_hub import VideoHub
@@ -28,7 +29,7 @@ _SOUND_MS: Final = 20
 
 
 class Tape:
-    """Takes the best rendition and one form of the sound, as one more viewer would.
+    """Takes the best rendition and one length of packets of sound, as one more viewer would.
 
     `video` is None for a robot without a camera, `audio` without a microphone. Raises `StateError`
     if nothing says where the folder is.
@@ -45,7 +46,7 @@ class Tape:
     ) -> None:
         best = settings.video.renditions[0]
         self._rendition = best.name
-        self._form = _form(settings)
+        self._forms = _forms(settings)
         self._video = video
         self._audio = audio if settings.recording.sound else None
         self._boundary = ErrorBoundary(viewer=0, counters=counters, end=self._detach)
@@ -58,6 +59,7 @@ class Tape:
                 codec=settings.video.codec,
                 size=None if video is None else (best.width, best.height),
                 has_sound=self.has_sound,
+                sound_channels=self._forms[0].channels,
                 keyframe_interval_s=settings.video.keyframe_interval_s,
             ),
             clock=clock,
@@ -78,7 +80,7 @@ class Tape:
         if self._audio is not None:
             self._sound_lane = self._audio.add(self._boundary)
             self._sound_lane.listen(self._take_sounds)
-            self._audio.choose(self._sound_lane, self._form, 0)
+            self._choose_form(self._audio, self._sound_lane)
 
     def request_stop(self) -> None:
         self.recorder.request_stop()
@@ -94,6 +96,13 @@ class Tape:
     def _take_sounds(self) -> None:
         while self._sound_lane is not None and (sound := self._sound_lane.take()):
             self.recorder.sound(sound)
+        if self._audio is not None and self._sound_lane is not None:
+            self._choose_form(self._audio, self._sound_lane)
+
+    def _choose_form(self, audio: SoundHub, lane: SoundLane) -> None:
+        """Take stereo while the microphone has two channels that are good, else mono."""
+        fitting = (form for form in self._forms if form.channels <= audio.channels)
+        audio.choose(lane, next(fitting, self._forms[-1]), 0)
 
     def _detach(self) -> None:
         """Leave the fan-out after an error in it: a tape without it must not harm anybody."""
@@ -106,6 +115,7 @@ class Tape:
         self._picture_lane = self._sound_lane = None
 
 
-def _form(settings: Settings) -> SoundForm:
+def _forms(settings: Settings) -> list[SoundForm]:
+    """Return the form to record, in stereo before mono."""
     nearest = min(settings.audio.forms, key=lambda one: abs(one.mu_ms - _SOUND_MS))
-    return SoundForm(nearest.mu_ms, nearest.bitrate_bps)
+    return sound_forms(nearest, settings.audio.channels)
