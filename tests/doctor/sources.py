@@ -21,6 +21,14 @@ class Muted:
     def close(self) -> None: ...
 
 
+class DeafOnTheLeft(Muted):
+    """A microphone of which one capsule works."""
+
+    def read(self) -> Sound:
+        zeros = np.zeros(BLOCK_SAMPLES, np.int16)
+        return Sound(samples=np.column_stack((zeros, zeros + 900)), captured_s=0.0)
+
+
 class Dark:
     """A camera that opens and gives nothing."""
 

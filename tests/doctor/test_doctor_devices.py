@@ -13,6 +13,7 @@ from tests.doctor.sources import Dark
 
 from wax.config.settings import Settings
 from wax.doctor import devices
+from wax.doctor.verdict import ok
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -66,7 +67,10 @@ def test_a_camera_is_closed_after_its_failure() -> None:
 
 def test_a_microphone_is_heard() -> None:
     """Sound is well, zeros are a warning, and one that cannot be had is bad."""
-    assert _microphone("testcard").level == "ok"
+    assert _microphone("testcard") == ok("The microphone testcard gives sound, in mono.")
+    assert "in stereo" in _microphone("robot").sentence
+    deaf = _microphone("tests.doctor.sources:DeafOnTheLeft")
+    assert (deaf.level, "The left channel" in deaf.sentence) == ("warning", True)
     muted = _microphone("tests.doctor.sources:Muted")
     assert (muted.level, "muted" in muted.advice) == ("warning", True)
     assert _microphone("microphone:no such device").level == "bad"

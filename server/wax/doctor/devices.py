@@ -83,7 +83,15 @@ def _heard(name: str, first: Sound, source: Any) -> Verdict:
             f"The microphone {name} gives nothing but zeros.",
             "Check that it is not muted: `alsamixer`, F4 for capture.",
         )
-    return ok(f"The microphone {name} gives sound.")
+    if all(piece.channels == 1 for piece in pieces):
+        return ok(f"The microphone {name} gives sound, in mono.")
+    for number, side in enumerate(("left", "right")):
+        if not any(piece.with_channels(2).samples[:, number].any() for piece in pieces):
+            return warning(
+                f"The {side} channel of the microphone {name} gives nothing but zeros.",
+                "Check its cable and its capsule; both ears get the other channel meanwhile.",
+            )
+    return ok(f"The microphone {name} gives sound, in stereo.")
 
 
 def serial_port(settings: Settings, *, running: bool) -> Verdict:
