@@ -37,6 +37,7 @@ MEASURES = ("bench", "cluster", "lab", "peers", "voice")
 BESIDE = (
     "reach",
     "test_bad_input.py",
+    "test_eyes_closed.py",
     "test_host.py",
     "test_layout.py",
     "test_loopback_only.py",

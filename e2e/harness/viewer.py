@@ -157,6 +157,11 @@ class Viewer:
         recorded = [] if self._tap is None else self._tap.recorded or []
         return np.asarray(np.concatenate([np.zeros(0), *recorded]) * 32767, np.int16)
 
+    def ears(self) -> NDArray[np.int16]:
+        """Return the samples of `heard` as ``(n, 2)``, the left ear first."""
+        both = [] if self._tap is None else self._tap.both
+        return np.asarray(np.concatenate([np.zeros((0, 2)), *both]) * 32767, np.int16)
+
     def forget(self) -> None:
         if self._tap is not None:
             self._tap = needed(self._ear).tap(records=True)

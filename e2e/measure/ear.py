@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 RATE_HZ: Final = 48_000
 BLOCK: Final = 480
 BLOCK_MS: Final = 10.0
+_FRAME_BYTES: Final = 8
+"""A sample of each channel."""
 _TONE_HZ: Final = 300
 _BURST_HZ: Final = 1000
 _STARTS_WITHIN_S: Final = 10.0
@@ -75,11 +77,15 @@ class Pace:
 
 
 class Tap:
-    """What one listener has heard and not yet taken; with `records` the samples, too."""
+    """What one listener has heard and not yet taken; with `records` the samples, too.
+
+    `recorded` has both channels as one, `both` has them apart, as ``(n, 2)``.
+    """
 
     def __init__(self, *, records: bool = False) -> None:
         self.heard: list[Block] = []
         self.recorded: list[NDArray[np.float32]] | None = [] if records else None
+        self.both: list[NDArray[np.float32]] = []
         self._sounds = asyncio.Event()
         self.first_ms: float | None = None
 
@@ -94,10 +100,11 @@ class Tap:
             await asyncio.wait_for(self._sounds.wait(), within_s)
         return self._sounds.is_set()
 
-    def add(self, block: Block, samples: NDArray[np.float32]) -> None:
+    def add(self, block: Block, mono: NDArray[np.float32], both: NDArray[np.float32]) -> None:
         self.heard.append(block)
         if self.recorded is not None:
-            self.recorded.append(samples)
+            self.recorded.append(mono)
+            self.both.append(both)
         if block.rms > _SILENT and self.first_ms is None:
             self.first_ms = block.start_ms
             self._sounds.set()
@@ -121,29 +128,31 @@ class Ear:
         return tap
 
     def hear(self, data: bytes, came_ms: float) -> None:
-        """Take samples (32-bit floats, mono) of which the last were handed over at `came_ms`.
+        """Take samples, of which the last were handed over at `came_ms`.
 
-        The device hands over what it plays when it begins to play it, in steps of 2 ms.
+        They are 32-bit floats, left and right in turn. The device hands over what it plays when it
+        begins to play it, in steps of 2 ms.
         """
         data = self._left + data
-        size = 4 * BLOCK
+        size = _FRAME_BYTES * BLOCK
         count = len(data) // size
         self._left = data[count * size :]
-        after_ms = len(self._left) / (4 * RATE_HZ) * 1000
+        after_ms = len(self._left) / (_FRAME_BYTES * RATE_HZ) * 1000
         for number in range(count):
-            block = np.frombuffer(data, np.float32, BLOCK, number * size)
+            flat = np.frombuffer(data, np.float32, 2 * BLOCK, number * size)
             later_ms = BLOCK_MS * (count - 1 - number) + after_ms
             at_ms = self._pace.at_ms(came_ms - later_ms) + _LATENCY_MS
-            self._tell(block, at_ms)
+            self._tell(flat.reshape(BLOCK, 2), at_ms)
 
-    def _tell(self, samples: NDArray[np.float32], at_ms: float) -> None:
+    def _tell(self, both: NDArray[np.float32], at_ms: float) -> None:
         if not self._taps:
             return
+        samples = both.mean(axis=1)
         tone, burst = (2 * abs(complex(np.dot(samples, wave))) / BLOCK for wave in self._waves)
         rms = float(np.sqrt(np.mean(samples**2)))
         block = Block(round(at_ms, 2), round(rms, 4), round(tone, 4), round(burst, 4))
         for tap in self._taps:
-            tap.add(block, samples)
+            tap.add(block, samples, both)
 
     async def listen(self, stream: asyncio.StreamReader) -> None:
         clock = SystemClock()
@@ -176,7 +185,7 @@ async def open_ear() -> AsyncIterator[Ear]:
         try:
             await _there(socket, device)
             recorder = await asyncio.create_subprocess_exec(
-                *("parec", "--raw", "--device=ear.monitor", "--format=float32le", "--channels=1"),
+                *("parec", "--raw", "--device=ear.monitor", "--format=float32le", "--channels=2"),
                 *(f"--rate={RATE_HZ}", f"--latency-msec={_LATENCY_MS}"),
                 stdout=asyncio.subprocess.PIPE,
                 **quiet,

@@ -32,18 +32,21 @@ def test_a_pause_begins_another_row() -> None:
     assert pace.at_ms(1500.0) == 1490.0
 
 
-@pytest.mark.parametrize("bytes_at_once", [4, 100, 4 * BLOCK, 9999])
+@pytest.mark.parametrize("bytes_at_once", [4, 100, 8 * BLOCK, 9999])
 def test_pieces_of_any_size_are_the_same_blocks(bytes_at_once: int) -> None:
     """However the samples are cut, each 10 ms are one block, of the right tones."""
     at = np.arange(10 * BLOCK) / RATE_HZ
-    data = (0.5 * np.sin(2 * np.pi * 300 * at)).astype(np.float32).tobytes()
+    tone = np.sin(2 * np.pi * 300 * at)
+    data = np.column_stack((0.8 * tone, 0.2 * tone)).astype(np.float32).tobytes()
     ear = Ear({})
-    tap = ear.tap()
+    tap = ear.tap(records=True)
     for begin in range(0, len(data), bytes_at_once):
         piece = data[begin : begin + bytes_at_once]
-        ear.hear(piece, 1000 + (begin + len(piece)) / (4 * RATE_HZ) * 1000)
+        ear.hear(piece, 1000 + (begin + len(piece)) / (8 * RATE_HZ) * 1000)
     heard = tap.take()
     assert len(heard) == 10
+    assert np.concatenate(tap.both).max(axis=0) == pytest.approx([0.8, 0.2], abs=0.01)
+    assert np.concatenate(tap.recorded or []).max() == pytest.approx(0.5, abs=0.01)
     assert [one.tone for one in heard] == pytest.approx([0.5] * 10, abs=0.01)
     assert max(one.burst for one in heard) < 0.01
     starts = [one.start_ms for one in heard]

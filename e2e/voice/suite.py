@@ -1,4 +1,4 @@
-"""The suite: a voice at the robot, what silences it, and what it makes of the commands."""
+"""The suite: a voice at the robot, what silences it and what it does to commands; two ears."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Final
 
 from e2e.measure.suite import PAGE, SERVER, Suite, measured
 from e2e.voice.command_age import SECONDS, command_age
+from e2e.voice.direction import LEAST_OFF_DEG, LISTENS_S, direction
 from e2e.voice.mouth_to_speaker import mouth_to_speaker
 from e2e.voice.silenced import muted, turn_ended
 
@@ -15,7 +16,7 @@ _PAIRS: Final = f"pairs of {SECONDS:g} s, speaking and silent"
 
 SUITE: Final = Suite(
     name="voice",
-    about="Measure the voice to the robot, and what it does to the commands.",
+    about="Measure the voice to the robot, what it does to the commands, and the robot's ears.",
     measures=(*SERVER, *PAGE),
     columns=("median", "p95", "p99", "max"),
     cases=(
@@ -35,6 +36,7 @@ SUITE: Final = Suite(
         ),
         measured("mute", 100, partial(muted, 300.0), "times while somebody speaks", 10),
         measured("turn-end", 50, partial(turn_ended, 300.0), "times while somebody speaks", 5),
+        measured("direction", 100, direction, f"places, {LISTENS_S:g} s of the radio in each", 20),
         measured(
             "command-age/same-machine", 10, partial(command_age, "same-machine", 2.0), _PAIRS, 1
         ),
@@ -50,5 +52,8 @@ SUITE: Final = Suite(
         "Age of the commands: from the page’s call of `send` to the server, by the pings that share"
         " the channel with them; each column is the difference of the two quantiles. A key is held "
         "all the time.",
+        "Direction: of the radio in the simulated flat, from places all over it where it is as "
+        f"loud as the room’s noise and at least {LEAST_OFF_DEG:g}° off the median plane, by what "
+        "differs between the ears alone, from what an Opus decoder gives; front and back are one.",
     ),
 )

@@ -7,6 +7,7 @@ import pytest
 from e2e.harness.missing import missing
 from e2e.measure.errors import NotRunError
 from e2e.voice.command_age import command_age
+from e2e.voice.direction import direction, stereo_forms
 from e2e.voice.mouth_to_speaker import MOST_MS, mouth_to_speaker
 from e2e.voice.silenced import muted, turn_ended
 
@@ -24,6 +25,13 @@ async def test_words_are_found_at_the_robots_speaker() -> None:
     assert (row.n, row.met) == (8, True)
     assert row.spread is not None
     assert row.spread.min > 0
+
+
+async def test_the_radio_is_on_its_side() -> None:
+    """In every form of the ladder that has two channels."""
+    rows = await direction(5)
+    assert len(rows) == 2 * len(stereo_forms()) > 0
+    assert all(row.met for row in rows)
 
 
 async def test_commands_are_compared_while_a_voice_is_played() -> None:

@@ -1,0 +1,168 @@
+"""Two ears, as they leave the browser: apart, by direction, and one for both where one fails."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import wave
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from e2e.harness import toml
+from e2e.harness.direction import lateral_deg
+from e2e.harness.robot import pose, stands_still
+from e2e.harness.wait import eventually
+from wax.capture.source import SAMPLE_RATE_HZ
+from wax.robot.simulated.flat import furnished_flat
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+    from playwright.async_api import Locator
+
+    from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.server import Server
+    from e2e.harness.viewer import Viewer
+
+LOUD, SOFT = 6000.0, 200.0
+SECONDS_EACH = 1.5
+WINDOW = SAMPLE_RATE_HZ // 10
+APART = 5.0
+"""Of 30 times as loud at the source."""
+
+
+def write_sides(path: Path, left: NDArray[np.float64], right: NDArray[np.float64]) -> None:
+    """Write noise whose loudness on each side is given sample by sample."""
+    chance = np.random.default_rng(5)
+    both = np.column_stack([chance.normal(0.0, 1.0, len(one)) * one for one in (left, right)])
+    with wave.open(str(path), "wb") as file:
+        file.setparams((2, 2, SAMPLE_RATE_HZ, 0, "NONE", ""))
+        file.writeframes(np.clip(both, -32768, 32767).astype("<i2").tobytes())
+
+
+def hears(path: Path) -> str:
+    return f'[video]\nsource = "testcard"\n[audio]\nsource = "{path}"\n'
+
+
+def sides(viewer: Viewer) -> NDArray[np.float64]:
+    """Return how loud each ear was in each tenth of a second, ``(n, 2)``."""
+    heard = viewer.ears().astype(np.float64)
+    whole = heard[: len(heard) // WINDOW * WINDOW].reshape(-1, WINDOW, 2)
+    return np.asarray(whole.std(axis=1))
+
+
+def meters(viewer: Viewer, name: str) -> Locator:
+    return viewer.page.get_by_role("meter", name=name, exact=True)
+
+
+async def sends_stereo(viewer: Viewer) -> None:
+    """Wait until the page says that it gets two channels."""
+
+    async def says() -> bool:
+        return "kbit/s stereo" in await viewer.page.evaluate("document.body.textContent")
+
+    await eventually(says, "stereo is sent", within_s=15)
+
+
+async def choose(viewer: Viewer, option: str, words: str) -> None:
+    await viewer.page.evaluate("document.querySelector('details.facts').open = true")
+    await viewer.page.get_by_role("combobox", name="Play sound by").select_option(option)
+
+    async def says() -> bool:
+        text = await viewer.page.evaluate("document.body.textContent")
+        return f"Sound player{words}" in text
+
+    await eventually(says, f"{words} player plays", within_s=10)
+
+
+@pytest.mark.timeout(120)
+@pytest.mark.parametrize(
+    "player",
+    [
+        ("own", "WAX's own", ["Sound level, left", "Sound level, right"]),
+        ("browser", "the browser's", ["Sound level"]),
+    ],
+    ids=["own", "browser"],
+)
+async def test_left_and_right_arrive_apart(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer, player: tuple[str, str, list[str]]
+) -> None:
+    """Noise that changes sides is heard on its side, by either player; the meter shows it."""
+    option, words, names = player
+    loud = np.full(round(SECONDS_EACH * SAMPLE_RATE_HZ), LOUD)
+    soft = np.full(len(loud), SOFT)
+    write_sides(tmp_path / "sides.wav", np.append(loud, soft), np.append(soft, loud))
+    async with serve(tmp_path, hears(tmp_path / "sides.wav")) as server:
+        viewer = await open_viewer(server)
+        await viewer.listen()
+        await sends_stereo(viewer)
+        await choose(viewer, option, words)
+        await asyncio.sleep(1)
+        viewer.forget()
+        await asyncio.sleep(4 * SECONDS_EACH)
+        left, right = sides(viewer).T
+        for name in names:
+            assert await meters(viewer, name).is_visible()
+    assert np.count_nonzero(left > APART * right) >= 0.35 * len(left)
+    assert np.count_nonzero(right > APART * left) >= 0.35 * len(left)
+
+
+@pytest.mark.timeout(120)
+async def test_one_that_fails_costs_no_ear(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
+) -> None:
+    """With a dead right channel both ears get the left one, and the status says why."""
+    loud = np.full(2 * SAMPLE_RATE_HZ, LOUD)
+    write_sides(tmp_path / "dead.wav", loud, np.zeros_like(loud))
+    async with serve(tmp_path, hears(tmp_path / "dead.wav")) as server:
+        viewer = await open_viewer(server)
+        await viewer.listen()
+
+        async def is_mono() -> bool:
+            return bool((await server.status())["streams"]["audio"]["channels"] == 1)
+
+        await eventually(is_mono, "the sound is mono", within_s=8)
+        await asyncio.sleep(1)
+        viewer.forget()
+        await asyncio.sleep(1.5)
+        left, right = sides(viewer).T
+        audio = (await server.status())["streams"]["audio"]
+        assert "right channel is silent" in audio["capsule"]
+        assert server.log.count("one channel of the microphone has failed") == 1
+        assert await meters(viewer, "Sound level").is_visible()
+    assert left.min() > 0.1 * LOUD
+    assert right == pytest.approx(left, rel=0.01)
+
+
+@pytest.mark.timeout(120)
+async def test_turned_away_the_radio_is_heard_where_it_is(
+    serve: Serve, tmp_path: Path, open_viewer: OpenViewer
+) -> None:
+    """Turned left by keys it is on the right, and the other way round: to 20°, at the ear."""
+    async with serve(tmp_path, f"[turns]\n{toml.BRIEF_GRACE}\n") as server:
+        viewer = await open_viewer(server)
+        await viewer.listen()
+        await viewer.join()
+        await viewer.drives()
+        await sends_stereo(viewer)
+        for key, seconds in (("ArrowLeft", 2.0), ("ArrowRight", 4.0)):
+            await viewer.page.keyboard.down(key)
+            await asyncio.sleep(seconds)
+            await viewer.page.keyboard.up(key)
+            assert await stands_still(server)
+            await asyncio.sleep(1)
+            viewer.forget()
+            await asyncio.sleep(2)
+            found, true = lateral_deg(viewer.ears()), await radio_deg(server)
+            assert abs(true) > 20
+            assert found == pytest.approx(true, abs=20)
+
+
+async def radio_deg(server: Server) -> float:
+    """Return how far to the left of the robot's median plane the radio is."""
+    at = await pose(server)
+    east, north = furnished_flat().radio[0] - at.x_m, furnished_flat().radio[1] - at.y_m
+    return math.degrees(math.asin(math.sin(math.atan2(north, east) - at.heading_rad)))
