@@ -41,6 +41,7 @@ class FakePortAudio:
     def __init__(self, rate_hz: int = 48_000, channels: int = 1, *, present: bool = True) -> None:
         self.rate_hz, self.channels, self.present = rate_hz, channels, present
         self.streams: list[SimpleNamespace] = []
+        self.starts = True
         self.looked = 0
 
     def InputStream(self, **wanted: Any) -> SimpleNamespace:  # noqa: N802 - sounddevice's name
@@ -48,7 +49,7 @@ class FakePortAudio:
             raise PortAudioError("Error querying device -1")
         if (wanted["samplerate"], wanted["channels"]) != (self.rate_hz, self.channels):
             raise PortAudioError("Invalid sample rate")
-        stream = SimpleNamespace(**wanted, ended=0, start=lambda: None)
+        stream = SimpleNamespace(**wanted, ended=0, start=self._start)
 
         def end(*, ignore_errors: bool) -> None:
             stream.ended += 1
@@ -56,6 +57,10 @@ class FakePortAudio:
         stream.abort = stream.close = end
         self.streams.append(stream)
         return stream
+
+    def _start(self) -> None:
+        if not self.starts:
+            raise PortAudioError("Device unavailable")
 
     def query_devices(self, device: object, kind: str) -> dict[str, float]:
         if not self.present:
@@ -102,6 +107,21 @@ def test_blocks_of_10_ms_at_low_latency() -> None:
     assert np.array_equal(source.read().samples, block())
     source.close()
     assert stream.ended == 2
+
+
+def test_a_stream_that_does_not_start_is_closed() -> None:
+    """Its device would be taken, and the next attempt refused."""
+    portaudio = FakePortAudio()
+    portaudio.starts = False
+    source = make(portaudio, FakeClock())
+    with pytest.raises(SourceError, match="Device unavailable"):
+        source.open()
+    assert [stream.ended for stream in portaudio.streams] == [1] * len(portaudio.streams)
+    assert portaudio.streams
+    portaudio.starts = True
+    source.open()
+    assert portaudio.looked == 1, "none counts as open"
+    source.close()
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ import structlog
 from av.audio.frame import AudioFrame
 
 from wax.capture.channels import MOST_CHANNELS
-from wax.capture.portaudio import first_line, given_up, in_use, load_portaudio, look_for_new_devices
+from wax.capture.portaudio import begin, end, first_line, load_portaudio, look_for_new_devices
 from wax.capture.resample import Resampler
 from wax.capture.source import SAMPLE_RATE_HZ, Sound
 from wax.errors import SourceError
@@ -99,10 +99,7 @@ class PortAudioMicrophone:
 
     def close(self) -> None:
         stream, self._stream = self._stream, None
-        if stream is not None:
-            stream.abort(ignore_errors=True)
-            stream.close(ignore_errors=True)
-            given_up(stream)
+        end(stream)
         self._blocks = queue.Queue(_QUEUE_BLOCKS)
 
     def _start(self, portaudio: Any) -> Any:
@@ -132,8 +129,7 @@ class PortAudioMicrophone:
             latency="low",
             callback=self._receiver(rate_hz, channels),
         )
-        stream.start()
-        in_use(stream)
+        begin(stream)
         if channels < self._wanted_channels:
             _LOG.info("the microphone has one channel: its sound is mono", source=self.name)
         return stream

@@ -30,14 +30,23 @@ def load_portaudio(what: str = "Microphones", instead: str = '[audio] source = "
         ) from error
 
 
-def in_use(stream: object) -> None:
-    """Note that this stream is open."""
+def begin(stream: Any) -> Any:
+    """Start a stream and return it; one that does not start is closed."""
+    try:
+        stream.start()
+    except BaseException:
+        stream.close(ignore_errors=True)
+        raise
     _in_use.add(id(stream))
+    return stream
 
 
-def given_up(stream: object) -> None:
-    """Note that it is closed; safe to call twice."""
-    _in_use.discard(id(stream))
+def end(stream: Any) -> None:
+    """Close a stream at once, if there is one; what it still has to play is lost."""
+    if stream is not None:
+        stream.abort(ignore_errors=True)
+        stream.close(ignore_errors=True)
+        _in_use.discard(id(stream))
 
 
 def look_for_new_devices(portaudio: Any) -> None:

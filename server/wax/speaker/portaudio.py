@@ -8,13 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import av
 import numpy as np
 
-from wax.capture.portaudio import (
-    first_line,
-    given_up,
-    in_use,
-    load_portaudio,
-    look_for_new_devices,
-)
+from wax.capture.portaudio import begin, end, first_line, load_portaudio, look_for_new_devices
 from wax.errors import SourceError, SpeakerError
 from wax.voice.packet import RATE_HZ
 
@@ -85,10 +79,7 @@ class PortAudioSpeaker:
 
     def close(self) -> None:
         stream, self._stream = self._stream, None
-        if stream is not None:
-            stream.abort(ignore_errors=True)
-            stream.close(ignore_errors=True)
-            given_up(stream)
+        end(stream)
 
     def _start(self, portaudio: Any) -> Any:
         try:
@@ -107,18 +98,17 @@ class PortAudioSpeaker:
             """Run in PortAudio's thread, which must not wait."""
             out[:] = waiting.take(frames)[:, np.newaxis]
 
-        stream = portaudio.OutputStream(
-            device=self._device,
-            samplerate=rate_hz,
-            channels=channels,
-            blocksize=rate_hz // _BLOCKS_PER_S,
-            dtype="int16",
-            latency="low",
-            callback=fill,
+        return begin(
+            portaudio.OutputStream(
+                device=self._device,
+                samplerate=rate_hz,
+                channels=channels,
+                blocksize=rate_hz // _BLOCKS_PER_S,
+                dtype="int16",
+                latency="low",
+                callback=fill,
+            )
         )
-        stream.start()
-        in_use(stream)
-        return stream
 
 
 class _Waiting:
