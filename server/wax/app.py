@@ -34,6 +34,7 @@ from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
 from wax.encode.video_encoder import IntraEncoder
 from wax.errors import StartError
+from wax.fanout.camera import Camera
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
 from wax.monitoring.listener import MetricsListener
@@ -113,6 +114,15 @@ class App:
         self._house = House()
         self._blanking = Blanking(lambda: self._house.is_blanked)
         sources = find_sources.make_sources(settings.video, settings.audio, clock, self._driver)
+        self._cameras = [
+            Camera(
+                one,
+                find_sources.make_camera(one, clock, self._driver),
+                clock=clock,
+                blank=self._blanking.picture,
+            )
+            for one in settings.camera
+        ]
         self._audio: SoundHub | UnitHub
         self._cluster = Cluster(clock=clock, counters=counters)
         service: Service
@@ -138,6 +148,7 @@ class App:
                 upload_bps=upload_left_bps(
                     settings.network.upload_bps, settings.video.renditions, settings.publish
                 ),
+                cameras=self._cameras,
             )
             self._cluster.publish(
                 settings.publish,
@@ -216,6 +227,7 @@ class App:
                 house=self._house,
                 voices=self._voices,
                 tape=lambda: None if tape is None else tape.status(),
+                cameras=self._cameras,
             ),
             access=self._access,
             house=self._house,
@@ -243,6 +255,7 @@ class App:
             counters=counters,
             rates=Rates(),
             speaker=self._speaker,
+            cameras=self._cameras,
         )
         self._proof_runner = ProofRunner(
             control=self._control,
@@ -337,7 +350,7 @@ class App:
         self._driver.open()
         self._video.start()
         self._audio.start()
-        for capture in self._captures.values():
+        for capture in (*self._captures.values(), *self._cameras):
             capture.start()
         if self._speaker is not None:
             self._speaker.start()
@@ -380,7 +393,8 @@ class App:
     def _stop_threads(self) -> None:
         speakers = () if self._speaker is None else (self._speaker,)
         tape = () if self._tape is None else (self._tape,)
-        parts = (*self._captures.values(), self._video, self._records, *speakers, *tape)
+        captures = (*self._captures.values(), *self._cameras)
+        parts = (*captures, self._video, self._records, *speakers, *tape)
         for part in parts:
             part.request_stop()
         for part in parts:
@@ -501,4 +515,5 @@ def _page_data(service: Service, sync: RoleSyncSettings, *, has_voice: bool) -> 
         return {"acknowledge": ""}
     players = {sync.operator.player, sync.observer.player}
     data = {"player": "browser"} if players == {"browser"} else {}
+    data |= {"cameras": str(len(service.cameras))} if service.cameras else {}
     return data | ({"voice": ""} if has_voice else {})

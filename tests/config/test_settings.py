@@ -42,7 +42,9 @@ def _keys(path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
     if schema.get("type") == "array":
         yield path
         _, items = allowed.find(SCHEMA, (*path, 0))
-        yield from _keys((*path, 0)) if items and items.get("type") == "object" else ()
+        # A list inside a list's table is explained where it stands by itself.
+        has_keys = items and items.get("type") == "object" and 0 not in path
+        yield from _keys((*path, 0)) if has_keys else ()
     elif schema.get("type") == "object":
         for name in schema["properties"]:
             yield from _keys((*path, name))

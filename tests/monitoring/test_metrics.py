@@ -65,6 +65,9 @@ def status() -> dict[str, Any]:
             },
             "audio": {"problem": "gone", "failures": 0, "captured_hz": 100.0, "dropped": 0},
         },
+        "cameras": [
+            {"name": "Door", "problem": "gone", "failures": 2, "captured_fps": 14.9},
+        ],
         "counters": {"requests refused": 3, "commands.accepted": 9, "control.latest_ms": 1.5},
         "tasks": 12,
         "tape": {

@@ -3,6 +3,7 @@ import "./style/layout.css";
 import "./style/bar.css";
 import "./style/tape.css";
 import "./style/stage.css";
+import "./style/views.css";
 import "./style/turn.css";
 import "./style/drive.css";
 import "./style/voice.css";

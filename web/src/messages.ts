@@ -8,6 +8,7 @@ import type {
   Join,
   KeepTape,
   Leave,
+  Look,
   Messages,
   Received,
   Release,
@@ -22,7 +23,7 @@ export type StateIn = Messages["StateIn"];
 /** What only the host sends. */
 export type HostAct = Exclude<
   StateIn,
-  SetName | Join | Leave | Here | Stop | Release | Want | KeepTape | Received
+  SetName | Join | Leave | Here | Stop | Release | Want | Look | KeepTape | Received
 >;
 export type StateOut = Messages["StateOut"];
 

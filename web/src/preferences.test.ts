@@ -23,6 +23,7 @@ it("finds again what was saved", () => {
     name: "Ada",
     sound: false,
     picture: false,
+    cameras: false,
     size: "320x240",
     policy: "video-first",
     speed: "fast",

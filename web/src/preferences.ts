@@ -6,6 +6,8 @@ export interface Preferences {
   name: string;
   sound: boolean;
   picture: boolean;
+  /** Whether cameras beside the driving view are shown small. */
+  cameras: boolean;
   /** The largest picture, as `640x480`; empty for the largest available. */
   size: string;
   /** The synchronisation policy; null means the role's default. */
@@ -24,6 +26,7 @@ const DEFAULTS: Preferences = {
   name: "",
   sound: true,
   picture: true,
+  cameras: true,
   size: "",
   policy: null,
   speed: "slow",
@@ -48,6 +51,7 @@ export function loadPreferences(store: Store | null): Preferences {
     name: typeof kept.name === "string" ? kept.name : DEFAULTS.name,
     sound: typeof kept.sound === "boolean" ? kept.sound : DEFAULTS.sound,
     picture: typeof kept.picture === "boolean" ? kept.picture : DEFAULTS.picture,
+    cameras: typeof kept.cameras === "boolean" ? kept.cameras : DEFAULTS.cameras,
     size: typeof kept.size === "string" ? kept.size : DEFAULTS.size,
     policy: POLICIES.find((one) => one === kept.policy) ?? DEFAULTS.policy,
     speed: kept.speed === "fast" ? "fast" : DEFAULTS.speed,

@@ -18,6 +18,7 @@ const { FakePeer, peers } = vi.hoisted(() => {
   class Fake {
     sound = receiver();
     picture = receiver();
+    cameras = [];
     sent: StateIn[] = [];
     rows: unknown[][] = [];
 

@@ -2,6 +2,7 @@
 
 import { type Asked, newRequest } from "./aboard";
 import { missedCall } from "./call";
+import { Cameras } from "./cameras";
 import { Chime } from "./chime";
 import { DriveController } from "./drive/driveController";
 import type { Direction } from "./drive/inputState";
@@ -15,7 +16,8 @@ import { Link } from "./link/link";
 import { watchNetwork } from "./link/network";
 import type { Peer } from "./link/peer";
 import type { Sent } from "./link/signalling";
-import { watchFrames } from "./measure/picture";
+import { listenCameras } from "./listenCameras";
+import { tellsFrames, watchFrames } from "./measure/picture";
 import { measureRefresh } from "./measure/refresh";
 import { Reporter } from "./measure/report";
 import {
@@ -55,6 +57,10 @@ export interface Actions {
   setSound(on: boolean): void;
   setPicture(on: boolean): void;
   setSize(size: string): void;
+  /** Shows the cameras beside the driving view small, or not. */
+  setCameras(on: boolean): void;
+  /** Makes a camera large, null for the driving view. */
+  enlarge(camera: number | null): void;
   setPolicy(policy: Preferences["policy"]): void;
   setPlayer(player: Preferences["player"]): void;
   setName(name: string): void;
@@ -94,6 +100,8 @@ export interface Session {
   attachSound(element: HTMLAudioElement | null): void;
   /** How loud the sound is now, from 0 to 1: of each ear, or of both together; none if unknown. */
   soundLevels(): Promise<readonly number[]>;
+  /** Sets the element of a camera beside the driving view. */
+  attachCamera(camera: number, element: HTMLVideoElement | null): void;
 }
 
 /** Connects at once, before anything is drawn. */
@@ -186,6 +194,13 @@ export function startSession(): Session {
     state.notice.value = { text };
   }
 
+  const cameras = new Cameras({
+    state,
+    send: (message) => void link.sendState(message),
+    say,
+    tellsFrames: tellsFrames(),
+  });
+
   const prover = new Prover({
     tell: (proof) => {
       state.proof.value = proof;
@@ -196,6 +211,7 @@ export function startSession(): Session {
   function fresh(peer: Peer): void {
     const show = () => {
       picture.take(peer.picture.track);
+      cameras.take(peer.cameras.map((one) => one.track));
       sound.take(peer.sound);
       choosePlayer();
     };
@@ -216,6 +232,7 @@ export function startSession(): Session {
         state.request.value = null;
         state.hello.value = message;
         if (message.acknowledge && !acknowledger.isReady) void acknowledge();
+        if (!hasRoomFor(message.cameras.length)) break;
         greet();
         break;
       case "room":
@@ -264,6 +281,15 @@ export function startSession(): Session {
     }
   }
 
+  /** Whether there is room for so many cameras; connects again where the server has others now. */
+  function hasRoomFor(count: number): boolean {
+    if (count === link.cameras) return true;
+    link.cameras = count;
+    state.large.value = null;
+    link.connect();
+    return false;
+  }
+
   /** Watches at others, since the server has no place. */
   async function goElsewhere(where: Sent): Promise<void> {
     try {
@@ -275,6 +301,7 @@ export function startSession(): Session {
         wants,
         show(receivers) {
           picture.take(receivers.picture?.track ?? null);
+          cameras.take([]);
           sound.take(receivers.sound);
           sound.choose("browser", null);
           reporter.reset();
@@ -308,6 +335,7 @@ export function startSession(): Session {
       if (room.call?.viewer === me && before?.call?.viewer !== me) chime.ring();
     }
     state.room.value = room;
+    cameras.told(room);
     // Who takes the robot themselves asks for nothing any more.
     if (room.aboard?.mode === "hand" && before?.aboard?.mode !== "hand") state.request.value = null;
     const asked = newRequest(before, room);
@@ -379,6 +407,7 @@ export function startSession(): Session {
     const { name } = state.preferences.peek();
     if (name) link.sendState({ type: "name", name });
     sendWant();
+    cameras.tell();
   }
 
   function sendWant(): void {
@@ -420,6 +449,11 @@ export function startSession(): Session {
       prefer({ size });
       sendWant();
     },
+    setCameras(on) {
+      prefer({ cameras: on });
+      cameras.tell();
+    },
+    enlarge: (camera) => cameras.choose(camera),
     setPolicy(policy) {
       prefer({ policy });
       sendWant();
@@ -465,6 +499,7 @@ export function startSession(): Session {
   };
 
   link.mayHaveVoice = document.documentElement.dataset.voice !== undefined;
+  link.cameras = Number(document.documentElement.dataset.cameras ?? 0);
   state.maySpeak.subscribe((may) => talk.allow(may));
   state.me.subscribe((me) => {
     link.mayDrive = me !== null && me.role !== "observer";
@@ -473,6 +508,7 @@ export function startSession(): Session {
   const { signal } = new AbortController();
   controller.listen(window, actions.stop, signal);
   listenTalk(window, talk, signal);
+  listenCameras(window, cameras, signal);
   returnFocusAfterPointer(document, signal);
   window.addEventListener("pagehide", () => {
     link.close();
@@ -494,6 +530,7 @@ export function startSession(): Session {
     const clock = state.isElsewhere.peek() && elsewhere ? elsewhere : link.clock;
     state.serverMs.value = clock.toServerMs(performance.now());
     talk.look(performance.now());
+    cameras.look(performance.now(), document.hidden);
   }, CLOCKS_EVERY_MS);
 
   picture.play();
@@ -517,6 +554,7 @@ export function startSession(): Session {
   const shown = () => elsewhere?.picture ?? link.peer?.picture;
 
   let unwatch = () => {};
+  const unwatchCamera: (() => void)[] = [];
   return {
     state,
     actions,
@@ -527,5 +565,13 @@ export function startSession(): Session {
     },
     attachSound: (element) => sound.attach(element),
     soundLevels: () => sound.levels(),
+    attachCamera(camera, element) {
+      unwatchCamera[camera]?.();
+      const meter = { presented: () => cameras.presented(camera) };
+      unwatchCamera[camera] = element
+        ? watchFrames(element, meter, () => link.peer?.cameras[camera])
+        : () => {};
+      cameras.attach(camera, element);
+    },
   };
 }

@@ -5,6 +5,7 @@ import type { LinkState } from "./link/link";
 import type { Breaks } from "./measure/breaks";
 import type {
   AboardInfo,
+  CameraInfo,
   Console,
   Ended,
   Hello,
@@ -68,6 +69,10 @@ export interface State {
   /** The buffer targets, and what is sent; null before the server's first message. */
   playout: Signal<Playout | null>;
   served: Signal<Served | null>;
+  /** The camera that is large, by its number; null while the driving view is. */
+  large: Signal<number | null>;
+  /** Those that have not shown a new picture for a while. */
+  staleCameras: Signal<ReadonlySet<number>>;
   /** Which player plays the sound. */
   player: Signal<SoundPlayerState>;
   held: Signal<ReadonlySet<Direction>>;
@@ -98,6 +103,8 @@ export interface State {
   isConnected: ReadonlySignal<boolean>;
   /** Whether nothing has arrived over the connection recently. */
   isSilent: ReadonlySignal<boolean>;
+  /** The cameras beside the driving view. */
+  cameras: ReadonlySignal<readonly CameraInfo[]>;
   me: ReadonlySignal<ViewerInfo | null>;
   operator: ReadonlySignal<ViewerInfo | null>;
   /** The turn's number while this page drives, else null. */
@@ -158,6 +165,8 @@ export function createState(kept: Preferences): State {
     isStartOffered: signal(kept.sound),
     facts: signal(NO_FACTS),
     playout: signal(null),
+    large: signal(null),
+    staleCameras: signal(new Set<number>()),
     player: signal({ by: "browser", why: null }),
     served: signal(null),
     held: signal(new Set<Direction>()),
@@ -175,6 +184,7 @@ export function createState(kept: Preferences): State {
     serverMs,
     isConnected,
     isSilent,
+    cameras: computed(() => (isElsewhere.value ? [] : (hello.value?.cameras ?? []))),
     me,
     operator: computed(() => viewer(room.value?.turn.operator)),
     drivingTurn,

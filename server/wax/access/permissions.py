@@ -37,6 +37,7 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     messages.Report: _INSIDE,
     messages.SetName: _INSIDE,
     messages.Want: _INSIDE,
+    messages.Look: _INSIDE,
     messages.Received: _INSIDE,
     messages.Join: _INSIDE,
     messages.Leave: _INSIDE,

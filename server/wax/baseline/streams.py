@@ -121,10 +121,13 @@ class BaselineStreams:
             self._audio.leave(self._sound_captured)
         self._act(self._sender.choose(sound=sound, picture=picture, now_s=self._clock.now_s()))
 
+    def look(self, *, large: int | None, small: bool) -> None:
+        """Do nothing: there is one picture."""
+
     def follow(self, sync: SyncSettings, *, drives: bool) -> None:
         """Do nothing: the baseline is the same for all roles."""
 
-    def keyframe_wanted(self) -> None:
+    def keyframe_wanted(self, camera: int | None = None) -> None:
         """Do nothing: every picture is a keyframe."""
 
     # --- captured units --------------------------------------------------------------------
@@ -258,6 +261,7 @@ class BaselineService:
     state_messages = MessageRate(rate_hz=120.0, burst=200)
     codecs = Codecs(audio="pcmu", video="vp8")
     has_room = True
+    cameras: Sequence[str] = ()
 
     def __init__(
         self, *, clock: Clock, settings: ThesisSettings, video: VideoHub, audio: UnitHub

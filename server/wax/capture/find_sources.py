@@ -12,14 +12,14 @@ from wax.capture.file.address import is_network, open_container
 from wax.capture.file.media_file import MediaFile
 from wax.capture.microphone import PortAudioMicrophone
 from wax.capture.testcard import TestCardAudio, TestCardVideo
-from wax.driver.interface import HasCamera, HasMicrophone
+from wax.driver.interface import HasCamera, HasExternalView, HasMicrophone
 from wax.errors import ConfigError, SourceError
 from wax.plugin import is_plugin_name, make_plugin
 
 if TYPE_CHECKING:
     from wax.capture.source import AudioSource, VideoSource
     from wax.clock import Clock
-    from wax.config.settings import AudioSettings, VideoSettings
+    from wax.config.settings import AudioSettings, CameraSettings, VideoSettings
     from wax.driver.interface import Driver
 
 _VIDEO_KEY: Final = "[video] source"
@@ -50,25 +50,49 @@ def make_sources(
     )
 
 
+def make_camera(settings: CameraSettings, clock: Clock, driver: Driver) -> VideoSource:
+    """Build the source of a camera beside the driving view, as `make_sources` does."""
+    unknown = next((axis for axis in settings.axes if axis not in driver.limits.axes), None)
+    if unknown is not None:
+        there = ", ".join(driver.limits.axes) or "none"
+        raise ConfigError(
+            f"camera {settings.name}: axes: the {driver.kind} robot has no axis {unknown}; its axes"
+            f" are: {there}."
+        )
+    key = f"camera {settings.name}: source"
+    if settings.source == "robot":
+        if not isinstance(driver, HasExternalView):
+            raise ConfigError(
+                f"{key}: the {driver.kind} robot has no view of itself from outside; use testcard"
+                " or a camera's number."
+            )
+        return driver.external_view(settings, clock)
+    return _find_video(settings, key, clock, _Files(clock))
+
+
 def _make_video(
     settings: VideoSettings, clock: Clock, driver: Driver, files: _Files
 ) -> VideoSource | None:
-    name = settings.source
-    if name == "none":
+    if settings.source == "none":
         return None
-    if name == "testcard":
-        return TestCardVideo(settings, clock)
-    if name == "robot":
+    if settings.source == "robot":
         if not isinstance(driver, HasCamera):
             raise ConfigError(_no_sense(_VIDEO_KEY, driver.kind, "camera", "a camera's number"))
         return driver.camera(settings, clock)
+    return _find_video(settings, _VIDEO_KEY, clock, files)
+
+
+def _find_video(settings: VideoSettings, key: str, clock: Clock, files: _Files) -> VideoSource:
+    name = settings.source
+    if name == "testcard":
+        return TestCardVideo(settings, clock)
     device = _camera_device(name)
     if device is not None:
         return OpenCvCamera(settings, clock, device=device)
     if not is_network(name) and is_plugin_name(name):
-        plugin: VideoSource = _make_plugin(name, _VIDEO_KEY, settings, clock)
+        plugin: VideoSource = _make_plugin(name, key, settings, clock)
         return plugin
-    return files.find(name, _VIDEO_KEY).video(settings)
+    return files.find(name, key).video(settings)
 
 
 def _make_audio(

@@ -231,6 +231,48 @@ class VideoSettings(_Section):
         return renditions
 
 
+AxisName = Annotated[
+    str,
+    Field(
+        pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,15}$",
+        description="a name of at most 16 letters, digits and _, not beginning with a digit",
+    ),
+]
+
+
+MAX_CAMERAS: Final = 4
+"""Cameras beside `[video]`: each is a section of every page's connection."""
+
+
+class CameraSettings(VideoSettings):
+    """`[[camera]]`: a camera beside the driving view, with a ladder of its own.
+
+    The lowest rendition is that of the small pictures.
+    """
+
+    name: Annotated[
+        str,
+        Field(
+            pattern=r"^[^\x00-\x1f\x7f]{1,24}$",
+            description="a text of 1 to 24 printable characters",
+        ),
+    ]
+    axes: Annotated[list[AxisName], Field(max_length=4)] = []
+    fps: Annotated[float, Field(ge=1, le=60)] = 15.0
+    renditions: Annotated[list[RenditionSettings], Field(min_length=1, max_length=8)] = [
+        RenditionSettings(width=640, height=480, fps=15.0, bitrate_bps=500_000),
+        RenditionSettings(width=320, height=240, fps=15.0, bitrate_bps=200_000),
+        RenditionSettings(width=160, height=120, fps=5.0, bitrate_bps=30_000),
+    ]
+
+    @field_validator("source")
+    @classmethod
+    def _is_there(cls, source: str) -> str:
+        if source == "none":
+            raise ValueError("a further camera has a source; leave its table out instead")
+        return source
+
+
 class SoundFormSettings(_Section):
     """One form of the sound, encoded once for all its listeners."""
 
@@ -392,15 +434,6 @@ class BytesDialectSettings(_Section):
     gross: OptionalByte = ord("2")
 
 
-AxisName = Annotated[
-    str,
-    Field(
-        pattern=r"^[A-Za-z_][A-Za-z0-9_]{0,15}$",
-        description="a name of at most 16 letters, digits and _, not beginning with a digit",
-    ),
-]
-
-
 class SerialSettings(_Section):
     """`[robot.serial]`."""
 
@@ -487,6 +520,7 @@ class Settings(_Section):
     """The whole configuration."""
 
     publish: Annotated[list[PublishSettings], Field(max_length=16)] = []
+    camera: Annotated[list[CameraSettings], Field(max_length=MAX_CAMERAS)] = []
     server: ServerSettings = ServerSettings()
     access: AccessSettings = AccessSettings()
     log: LogSettings = LogSettings()
@@ -517,9 +551,30 @@ class Settings(_Section):
         return self
 
     @model_validator(mode="after")
+    def _cameras_differ(self) -> Self:
+        names = [one.name for one in self.camera]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise ValueError(f"camera: two have the name {twice}; give each its own")
+        axes = [axis for one in self.camera for axis in one.axes]
+        shared = next((axis for axis in axes if axes.count(axis) > 1), None)
+        if shared is not None:
+            raise ValueError(f"camera: two move with the axis {shared}; it can turn only one")
+        if self.camera and self.video.source == "none":
+            raise ValueError(
+                "camera: there is no driving view beside them; name it in [video] source"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _is_of_today(self) -> Self:
         if self.publish and self.sync.policy == "thesis":
             raise ValueError("publish has no use for the thesis's policy; leave one of them out")
+        if self.camera and self.sync.policy == "thesis":
+            raise ValueError(
+                "the system of 2004 showed one picture; leave camera out, or set sync.policy to"
+                " by-role"
+            )
         if self.voice.speaker != "none" and self.sync.policy == "thesis":
             raise ValueError(
                 "nobody spoke in the system of 2004; set [voice] speaker to none, or sync.policy to"

@@ -37,6 +37,8 @@ class Allocation:
 
     Pictures above `top_layer` are dropped. `redundancy` is the number of earlier units that each
     packet of sound repeats (RFC 2198). `reason` explains to the viewer why it is not more.
+    `left_bps` is what the link has left for other cameras to begin with, and `kept_bps` for those
+    that are sent already.
     """
 
     step: Step | None
@@ -44,6 +46,8 @@ class Allocation:
     sound: SoundForm | None
     redundancy: int
     reason: str
+    left_bps: float = 0.0
+    kept_bps: float = 0.0
 
 
 def area(size: str) -> int:

@@ -181,7 +181,26 @@ class Allocator:
         if self._at is None:
             return Allocation(None, 0, form, redundancy, reason)
         step = self._steps[self._at]
-        return Allocation(step, step.layers - self._cut, form, redundancy, reason)
+        left_bps, kept_bps = self._left(estimate, budget, allowed)
+        return Allocation(
+            step, step.layers - self._cut, form, redundancy, reason, left_bps, kept_bps
+        )
+
+    def _left(
+        self, estimate: LinkEstimate, budget: Budget, allowed: Sequence[int]
+    ) -> tuple[float, float]:
+        """Return what other cameras may begin with and keep; nothing before this one is whole."""
+        if self._at is None or self._cut > 0 or estimate.assumed or estimate.state == "blind":
+            return 0.0, 0.0
+        now_bps = picture_bps(self._steps[self._at], 0, estimate.rate_bps)
+        kept_bps = self._sound.left_bps(budget, _KEEP_SHARE) - now_bps
+        if estimate.state != "steady":
+            return 0.0, max(kept_bps, 0.0)
+        # What the driving view is about to rise to is no more for the others than what it has.
+        next_at = min(self._at, self._target(estimate, budget, allowed))
+        next_bps = picture_bps(self._steps[next_at], 0, estimate.rate_bps)
+        left_bps = self._sound.left_bps(budget, FIT_SHARE) - next_bps
+        return max(left_bps, 0.0), max(kept_bps, 0.0)
 
     def _follow(
         self, estimate: LinkEstimate, budget: Budget, allowed: Sequence[int], *, quick: bool

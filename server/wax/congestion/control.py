@@ -65,6 +65,11 @@ class CongestionControl(Protocol):
         """Return how to send the packets of a picture of this size."""
         ...
 
+    @property
+    def payload_bytes(self) -> int:
+        """The largest payload of a packet that delays the sound behind it little enough."""
+        ...
+
     def may_retransmit(self, size_bytes: int, age_s: float, now_s: float) -> bool:
         """Return whether to retransmit a lost packet that was first sent `age_s` ago."""
         ...
@@ -74,6 +79,7 @@ class NoCongestionControl:
     """Sends everything at once, in packets of ordinary size."""
 
     uses_feedback = False
+    payload_bytes = _PAYLOAD_BYTES
 
     def negotiated(self, *, has_feedback: bool, kind: Kind = "video") -> None: ...
 

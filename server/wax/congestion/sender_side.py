@@ -155,6 +155,10 @@ class SenderSideControl:
             train = replace(train, pace_bps=rate_bps, payload_bytes=payload_bytes(rate_bps))
         return train
 
+    @property
+    def payload_bytes(self) -> int:
+        return payload_bytes(self._pacer.rate_bps)
+
     def may_retransmit(self, size_bytes: int, age_s: float, now_s: float) -> bool:
         known = self._estimate or self.estimate(now_s)
         if known.state == "blind" or known.queue_ms > _FULL_QUEUE_MS:

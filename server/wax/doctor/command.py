@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from pathlib import Path
 
-    from wax.config.settings import Settings
+    from wax.config.settings import CameraSettings, Settings
 
 _DEVICE_S: Final = 15.0
 """OpenCV waits for a camera for 10 s, and gives up then."""
@@ -74,6 +74,7 @@ def _here(read: Callable[[], Settings], path: Path | None, stun: str | None) -> 
         Check("firewall", lambda: addresses.firewall(network)),
         Check("certificate", lambda: certificate.certificate(network, _now())),
         Check("camera", lambda: devices.camera(settings, running=running), _DEVICE_S),
+        *_cameras(settings, running=running),
         Check("microphone", lambda: devices.microphone(settings, running=running), _DEVICE_S),
         Check("serial port", lambda: devices.serial_port(settings, running=running), _DEVICE_S),
         Check("clock", machine.clock),
@@ -81,6 +82,19 @@ def _here(read: Callable[[], Settings], path: Path | None, stun: str | None) -> 
         Check("disk", lambda: machine.disk(state_dir.find(settings.server.state_dir))),
         Check("UDP buffer", machine.udp_buffer),
     ]
+
+
+def _cameras(settings: Settings, *, running: bool) -> list[Check]:
+    """Return a check for each camera beside the driving view."""
+
+    def check(one: CameraSettings) -> Check:
+        return Check(
+            f"camera {one.name}",
+            lambda: devices.further_camera(settings, one, running=running),
+            _DEVICE_S,
+        )
+
+    return [check(one) for one in settings.camera]
 
 
 def _configuration(read: Callable[[], Settings], path: Path | None) -> tuple[Settings, Verdict]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import serial
 
-from wax.capture.find_sources import Sources, make_sources
+from wax.capture.find_sources import Sources, make_camera, make_sources
 from wax.capture.source import Picture, Sound
 from wax.clock import SystemClock
 from wax.doctor.verdict import Verdict, bad, ok, warning
@@ -16,7 +16,7 @@ from wax.robot.find_driver import make_driver
 from wax.robot.serial.reconnecting_port import why_not_open
 
 if TYPE_CHECKING:
-    from wax.config.settings import SerialSettings, Settings
+    from wax.config.settings import CameraSettings, SerialSettings, Settings
 
 _PIECES: Final = 20
 """A microphone's first pieces may be empty."""
@@ -31,6 +31,25 @@ def camera(settings: Settings, *, running: bool) -> Verdict:
     if running:
         return warning(f"The camera {name} was not tried: WAX is running.", _BUSY)
     return _delivers(settings, "camera", name)
+
+
+def further_camera(settings: Settings, one: CameraSettings, *, running: bool) -> Verdict:
+    """Open a camera beside the driving view and wait for a picture."""
+    if running:
+        return warning(f"The camera {one.name} was not tried: WAX is running.", _BUSY)
+    try:
+        clock = SystemClock()
+        source = make_camera(one, clock, make_driver(settings.robot, clock))
+        try:
+            source.open()
+            first = source.read()
+        finally:
+            source.close()
+    except ConfigError as error:
+        return bad(str(error), f"Correct the table [[camera]] of {one.name}.")
+    except SourceError as error:
+        return bad(f"{one.name}: {error}", "Or give it another source of `wax devices`.")
+    return ok(f"The camera {one.name} gives pictures of {first.width}×{first.height}.")
 
 
 def microphone(settings: Settings, *, running: bool) -> Verdict:

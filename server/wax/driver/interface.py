@@ -155,6 +155,15 @@ class HasCamera(Protocol):
 
 
 @runtime_checkable
+class HasExternalView(Protocol):
+    """A robot with a camera that looks at it from outside: `[[camera]] source = "robot"`."""
+
+    def external_view(self, settings: VideoSettings, clock: Clock) -> VideoSource:
+        """Make a source as `HasCamera.camera` does."""
+        ...
+
+
+@runtime_checkable
 class HasMicrophone(Protocol):
     """A robot with its own microphone: `[audio] source = "robot"`."""
 

@@ -21,7 +21,7 @@ from prometheus_client.registry import Collector
 from wax.control.lateness import BOUNDS_MS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from prometheus_client.core import Metric
 
@@ -73,6 +73,8 @@ class Metrics(Collector):
         yield from _of_viewers(status["viewers"])
         yield from _of_turns(status, self._stops)
         yield from _of_streams(status["streams"])
+        if status["cameras"]:
+            yield from _of_cameras(status["cameras"])
         yield from self._of_server(status)
         if status["tape"] is not None:
             yield from _of_tape(status["tape"])
@@ -147,6 +149,15 @@ def _of_streams(streams: Mapping[str, Any]) -> Iterator[Metric]:
         "wax_encoded_pictures_hertz", "Pictures encoded", "rendition", video["encoded_fps"]
     )
     yield GaugeMetricFamily("wax_captured_sound_hertz", "Blocks of sound", audio["captured_hz"])
+
+
+def _of_cameras(cameras: Sequence[Mapping[str, Any]]) -> Iterator[Metric]:
+    up = {one["name"]: int(one["problem"] is None) for one in cameras}
+    yield _gauge("wax_camera_up", "1 if a camera beside the driving view delivers", "camera", up)
+    failures = {one["name"]: one["failures"] for one in cameras}
+    yield _counter("wax_camera_failures", "Failures of such a camera", "camera", failures)
+    captured = {one["name"]: one["captured_fps"] for one in cameras}
+    yield _gauge("wax_camera_pictures_hertz", "Pictures from such a camera", "camera", captured)
 
 
 def _of_tape(tape: Mapping[str, Any]) -> Iterator[Metric]:

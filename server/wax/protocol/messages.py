@@ -181,6 +181,17 @@ class Want(_Incoming):
     policy: Literal["audio-master", "video-first"] | None
 
 
+class Look(_Incoming):
+    """Which camera beside the driving view is shown large, null for none of them.
+
+    It is a number in `Hello.cameras`, from 0. The others are shown small, or not at all.
+    """
+
+    type: Literal["look"]
+    large: Annotated[int, Field(ge=0, lt=16)] | None
+    small: bool
+
+
 class KeepTape(_Incoming):
     """Keep what was recorded in the last two minutes."""
 
@@ -339,13 +350,20 @@ class VoiceRules(_Outgoing):
     open_microphone: bool
 
 
+class CameraInfo(_Outgoing):
+    """A camera beside the driving view, and the robot's axes that turn it."""
+
+    name: str
+    axes: list[str]
+
+
 class Hello(_Outgoing):
     """The first message on the state channel; `acknowledge` asks the page for `Received`.
 
     `is_host` means that this page has shown the host's secret. `may_hear` and `may_queue` are false
     for strangers where the host lets only invited people do that. `has_microphone` is false where
     nobody hears anything, because the host wants it so. `voice` is null where nobody can speak
-    through the robot.
+    through the robot. `cameras` are those beside the driving view.
     """
 
     type: Literal["hello"] = "hello"
@@ -363,6 +381,7 @@ class Hello(_Outgoing):
     may_queue: bool
     acknowledge: bool
     voice: VoiceRules | None = None
+    cameras: list[CameraInfo] = []
 
 
 class ViewerInfo(_Outgoing):
@@ -483,7 +502,8 @@ class RoomState(_Outgoing):
     """What everybody sees, sent once; then come changes.
 
     `stop` and `call` may be null; so are `voice` where nobody can speak through the robot, `tape`
-    where the host does not record, and `aboard` where nobody sits in the robot.
+    where the host does not record, and `aboard` where nobody sits in the robot. `cameras` are those
+    of `Hello`.
     """
 
     type: Literal["room"] = "room"
@@ -498,6 +518,7 @@ class RoomState(_Outgoing):
     voice: VoiceInfo | None = None
     tape: Tape | None
     aboard: AboardInfo | None = None
+    cameras: list[SourceStatus] = []
 
 
 class RoomChange(_Outgoing):
@@ -520,6 +541,7 @@ class RoomChange(_Outgoing):
     voice: VoiceInfo | None = _ABSENT
     tape: Tape | None = _ABSENT
     aboard: AboardInfo | None = _ABSENT
+    cameras: list[SourceStatus] = _ABSENT
 
 
 class Playout(_Outgoing):
@@ -544,7 +566,8 @@ class Served(_Outgoing):
     with the layers sent. `redundancy` counts earlier units in each packet of sound. `layers` are
     the temporal layers sent, `layers_made` those encoded. `reason` is a sentence for people: why
     they do not get more. `in_step` false means that the link cannot carry both in sync, and each
-    plays as soon as it can.
+    plays as soon as it can. `cameras` are the renditions of those beside the driving view, null for
+    one that is not sent: nobody looks at it here, or the driving view leaves nothing for it.
     """
 
     type: Literal["served"] = "served"
@@ -561,6 +584,7 @@ class Served(_Outgoing):
     reason: str
     layers: int | None = None
     layers_made: int | None = None
+    cameras: list[str | None] = []
 
 
 class RtpClock(_Outgoing):
@@ -721,7 +745,9 @@ HostIn = (
     | Announce
     | Invite
 )
-StateIn = SetName | Join | Leave | Here | Stop | Release | Want | KeepTape | Received | HostIn
+StateIn = (
+    SetName | Join | Leave | Here | Stop | Release | Want | Look | KeepTape | Received | HostIn
+)
 DriveOut = Pong
 StateOut = (
     Hello

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.driver.interface import HasCamera, HasMicrophone, HasSpeaker, Limits
+from wax.driver.interface import HasCamera, HasExternalView, HasMicrophone, HasSpeaker, Limits
 from wax.errors import ConfigError
 from wax.plugin import is_plugin_name, make_plugin
 from wax.robot.hand.source import make_hand
@@ -54,7 +54,7 @@ def make_robot(
             from wax.robot.simulated.chair import SimulatedChair  # noqa: PLC0415 - as below
 
             return SimulatedChair(settings, local, clock)
-    elif isinstance(driver, HasCamera | HasMicrophone | HasSpeaker):
+    elif isinstance(driver, HasCamera | HasExternalView | HasMicrophone | HasSpeaker):
         if driver.limits.ttl_s is None:
             _LOG.warning(NO_WATCHDOG, driver=settings.driver)
         return driver
@@ -75,7 +75,7 @@ def _check_passenger(
     """Raise `ConfigError` where a person aboard would depend on one process, or has no control."""
     if settings.driver == "simulated":
         return
-    if isinstance(driver, HasCamera | HasMicrophone | HasSpeaker):
+    if isinstance(driver, HasCamera | HasExternalView | HasMicrophone | HasSpeaker):
         raise ConfigError(
             f"local.source: {settings.driver} has a camera, microphone or speaker, so it is driven"
             " from the server's process; with somebody aboard it must go on without it: give"

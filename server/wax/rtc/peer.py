@@ -1,9 +1,10 @@
-"""One browser's peer connection: two tracks out, perhaps a voice in, two data channels."""
+"""One browser's peer connection: sound and pictures out, perhaps a voice in, two data channels."""
 
 from __future__ import annotations
 
 import asyncio
 import weakref
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 import structlog
@@ -11,16 +12,17 @@ from aiortc import RTCPeerConnection, RTCSessionDescription
 
 from wax.errors import SignallingError
 from wax.rtc import private, rtp
+from wax.rtc.camera_sender import CameraSender
 from wax.rtc.codecs import prefer
 from wax.rtc.picture_sender import PictureSender
 from wax.rtc.sender import Sender, SenderContext
-from wax.rtc.signalling import is_firefox
+from wax.rtc.signalling import is_firefox, pictures
 from wax.rtc.sound_sender import SoundSender
 from wax.rtc.transport_tap import TransportTap
 from wax.rtc.voice_receiver import VoiceReceiver
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from aiortc import RTCDataChannel
     from aiortc.rtcrtptransceiver import RTCRtpTransceiver
@@ -29,7 +31,7 @@ if TYPE_CHECKING:
     from wax.congestion.control import CongestionControl
     from wax.rtc.lane import Encoded, PictureLane, SoundLane
     from wax.rtc.network import Network
-    from wax.streams.interface import Codecs, Kind
+    from wax.streams.interface import CameraLane, Codecs, Kind
     from wax.voice.packet import VoicePacket
 
 _LOG = structlog.get_logger(__name__)
@@ -59,7 +61,9 @@ class PeerEvents(Protocol):
 
     def received(self, channel: Channel, data: str | bytes) -> None: ...
 
-    def keyframe_wanted(self) -> None: ...
+    def keyframe_wanted(self, camera: int | None = None) -> None:
+        """Handle a browser that cannot decode this camera, None: the driving view."""
+        ...
 
     def feedback_refused(self) -> None:
         """Handle invalid feedback from the browser."""
@@ -78,7 +82,8 @@ class Peer:
     """A peer for one offer, answered once and closed once; a reconnect is a new peer.
 
     `on_voice` gets the packets of the page's microphone, and None for each that cannot be read; it
-    must not raise. Without it nothing is received.
+    must not raise. Without it nothing is received. `video` is the driving view, to which `cameras`
+    give way.
     """
 
     def __init__(
@@ -93,12 +98,14 @@ class Peer:
         clock: Clock,
         round_trip_s: Callable[[], float | None],
         on_voice: Callable[[VoicePacket | None], None] | None = None,
+        cameras: Sequence[CameraLane] = (),
     ) -> None:
         self._network = network
         self._events = events
         self._codecs = codecs
         self._clock = clock
         self._congestion = congestion
+        self._round_trip_s = round_trip_s
         self._tap = TransportTap(congestion, clock.now_s, events.feedback_refused)
         self._channels: dict[str, RTCDataChannel] = {}
         self._clock_told_s: dict[Kind, float] = {}
@@ -121,6 +128,7 @@ class Peer:
         if on_voice is not None:
             private.put_receiver(sound, VoiceReceiver(sound.receiver, on_voice))
         self._senders: dict[Kind, Sender] = {"audio": self._sound, "video": self._picture}
+        self._cameras = [self._camera(number, one) for number, one in enumerate(cameras)]
         self._pc.on("connectionstatechange", self._state_changed)
         self._pc.on("datachannel", self._channel_opened)
 
@@ -128,8 +136,12 @@ class Peer:
         """Answer a checked offer; raises `SignallingError` and closes the peer on failure."""
         try:
             description = RTCSessionDescription(offer, "offer")
-            self._picture.shows_at_once = not is_firefox(offer)
+            for picture in (self._picture, *self._cameras):
+                picture.shows_at_once = not is_firefox(offer)
+            for camera in self._cameras:
+                camera.hold_back(0.0)
             with self._network.reached():
+                self._leave_empty(pictures(offer) - 1 - len(self._cameras))
                 async with asyncio.timeout(_ANSWER_S):
                     await self._negotiate(description)
         except Exception as error:
@@ -153,7 +165,8 @@ class Peer:
     @property
     def is_alive(self) -> bool:
         """False once closed, or if a sender failed."""
-        return not self._closed and not any(one.failed for one in self._senders.values())
+        senders = (*self._senders.values(), *self._cameras)
+        return not self._closed and not any(one.failed for one in senders)
 
     def hold_back(self, least_ms: float) -> bool:
         """Make the browser hold pictures back at least this long; False if it cannot."""
@@ -205,6 +218,32 @@ class Peer:
         prefer(transceiver, self._codecs.audio if kind == "audio" else self._codecs.video)
         return transceiver
 
+    def _camera(self, number: int, camera: CameraLane) -> CameraSender:
+        with self._network.reached():
+            transceiver = self._further_picture("sendonly")
+        prefer(transceiver, camera.codec)
+        events = self._events
+        sender = CameraSender(
+            replace(self._context("video", transceiver), on_sent=_ignore),
+            lane=camera.lane,
+            codec=camera.codec,
+            round_trip_s=self._round_trip_s,
+            on_keyframe_wanted=lambda: events.keyframe_wanted(number),
+            driving_view=self._picture,
+        )
+        private.put_sender(transceiver, sender)
+        return sender
+
+    def _leave_empty(self, count: int) -> None:
+        """Send and receive nothing where a page has room for more cameras than there are."""
+        for _ in range(count):
+            self._further_picture("inactive")
+
+    def _further_picture(self, direction: str) -> RTCRtpTransceiver:
+        transceiver = self._pc.addTransceiver("video", direction=direction)
+        private.follow_bundle(transceiver)
+        return transceiver
+
     def _context(self, kind: Kind, transceiver: RTCRtpTransceiver) -> SenderContext:
         peer = weakref.proxy(self)  # a peer that its senders hold would outlive its end
         return SenderContext(
@@ -245,6 +284,10 @@ class Peer:
         channel.on("close", self.abandon)
         if len(self._channels) == 2:
             self._events.ready()
+
+
+def _ignore(_sent: Encoded) -> None:
+    """Tell no page the capture time of a further camera: nothing is decided by its age."""
 
 
 def _channel_name(label: str) -> Channel | None:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from wax.rtc.lane import Picture, PictureLane
     from wax.rtc.payload.split import Payload
 
-_TICK_S: Final = 0.001
+TICK_S: Final = 0.001
 """An event loop's timer resolution."""
 ASK_AGAIN_S: Final = 0.05
 """A wait is asked about again after this, for feedback may have shortened it: libwebrtc sends one
@@ -39,7 +39,7 @@ _FIR: Final = 4
 
 
 @dataclass(slots=True)
-class _UnderWay:
+class UnderWay:
     """A picture whose packets are leaving at the pace of their train; the next one at `due_s`."""
 
     picture: Picture
@@ -71,11 +71,16 @@ class PictureSender(Sender):
         self.shows_at_once = True
         """The browser tells of pictures that it shows at once as of others; Firefox does not."""
         self._playout_delay: rtp.PlayoutDelay | None = None
-        self._under_way: _UnderWay | None = None
+        self._under_way: UnderWay | None = None
         self._history = SentHistory()
         self._repeats = Retransmissions()
         self._asked_for: deque[int] = deque(maxlen=256)
         self._rtx_number = random.getrandbits(15)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a picture is leaving or waits to leave, or a packet is to be sent again."""
+        return self._under_way is not None or bool(self._asked_for) or not self._lane.is_empty
 
     def hold_back(self, least_ms: float) -> bool:
         """Hold pictures back this long in the browser; False if it does not support that."""
@@ -101,7 +106,7 @@ class PictureSender(Sender):
                     return wait_s
             elif not self._asked_for and self._lane.is_empty:
                 return None
-            elif (wait_s := self._tap.free_in_s(now_s)) > _TICK_S:
+            elif (wait_s := self._free_in_s(now_s)) > TICK_S:
                 return min(wait_s, ASK_AGAIN_S)
             elif self._asked_for:
                 self._repeat(self._asked_for.popleft(), now_s)
@@ -110,8 +115,16 @@ class PictureSender(Sender):
             else:
                 return None
 
-    def _begin(self, picture: Picture, now_s: float) -> _UnderWay:
-        train = self._tap.congestion.plan_train(len(picture.data), now_s)
+    def _free_in_s(self, now_s: float) -> float:
+        """Return how long what begins now has to wait."""
+        return self._tap.free_in_s(now_s)
+
+    def _plan(self, size_bytes: int, now_s: float) -> Train:
+        """Return how the packets of a picture of this size leave."""
+        return self._tap.congestion.plan_train(size_bytes, now_s)
+
+    def _begin(self, picture: Picture, now_s: float) -> UnderWay:
+        train = self._plan(len(picture.data), now_s)
         captured_ntp = self._captured_ntp(picture, now_s)
         first_less = rtp.first_more_bytes(self._ids, self._playout_delay, captured_ntp)
         payloads = self._packetizer(picture, train.payload_bytes, first_less)
@@ -130,12 +143,12 @@ class PictureSender(Sender):
             )
             for index, (head, piece) in enumerate(payloads)
         )
-        return _UnderWay(picture, train, packets, now_s)
+        return UnderWay(picture, train, packets, now_s)
 
-    def _send_due(self, under_way: _UnderWay, now_s: float) -> float | None:
+    def _send_due(self, under_way: UnderWay, now_s: float) -> float | None:
         """Send the packets that are due together; return when the next is, None after the last."""
         due: list[rtp.Packet] = []
-        while under_way.packets and under_way.due_s - now_s <= _TICK_S:
+        while under_way.packets and under_way.due_s - now_s <= TICK_S:
             packet = under_way.packets.popleft()
             due.append(packet)
             under_way.due_s += gap_s(wire_bytes(packet), under_way.train.pace_bps)
@@ -143,9 +156,13 @@ class PictureSender(Sender):
         self._put(due, now_s, train=under_way.train.number)
         if under_way.packets:
             return under_way.due_s - now_s
+        self._ended(under_way)
+        return None
+
+    def _ended(self, under_way: UnderWay) -> None:
+        """Note that the picture has left."""
         self._under_way = None
         self._left(under_way.picture)
-        return None
 
     def _repeat(self, number: int, now_s: float) -> None:
         kept = self._history.get(number)

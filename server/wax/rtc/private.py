@@ -468,6 +468,14 @@ def put_receiver(transceiver: RTCRtpTransceiver, receiver: ReceiverInPlace) -> N
     setattr(transceiver, _RECEIVER, receiver)
 
 
+def follow_bundle(transceiver: RTCRtpTransceiver) -> None:
+    """Let a second transceiver of a kind use the one transport of the answer, too.
+
+    aiortc would leave it on that of the first of its kind, which it then stops.
+    """
+    transceiver._bundled = False
+
+
 def widen(pc: RTCPeerConnection, extensions: Collection[str]) -> None:
     """Accept what the other end offers and aiortc does not know; call between offer and answer.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
+from wax.config.settings import MAX_CAMERAS
 from wax.errors import SignallingError
 from wax.rtc.candidates import without_unwanted
 
@@ -21,6 +22,8 @@ _MIN_MESSAGE_BYTES: Final = 65_536
 one message."""
 
 _SECTIONS: Final = {"m=audio": "sound", "m=video": "picture", "m=application": "data channel"}
+MAX_PICTURES: Final = 1 + MAX_CAMERAS
+"""The driving view, and the cameras beside it that a server can have."""
 _NUMBER: Final = re.compile(r"[0-9]{1,10}")
 
 
@@ -43,12 +46,19 @@ def clean_offer(sdp: str, sender: str | None = None) -> str:
         raise SignallingError(f"the offer has more than {_MAX_LINES} lines")
     for section, what in _SECTIONS.items():
         found = sum(line.startswith(section + " ") for line in lines)
+        if what == "picture" and 1 <= found <= MAX_PICTURES:
+            continue
         if found != 1:
             raise SignallingError(f"the offer must have one {what} section, it has {found}")
     _check_codecs(lines)
     _check_message_size(lines)
     lines = [line for line in lines if not line.startswith("a=end-of-candidates")]
     return "\r\n".join(without_unwanted(lines, sender)) + "\r\n"
+
+
+def pictures(offer: str) -> int:
+    """Return how many pictures an offer has room for; the first is the driving view."""
+    return offer.count("\nm=video ")
 
 
 def is_firefox(offer: str) -> bool:

@@ -13,7 +13,7 @@ from wax.protocol import messages
 from wax.records.shortened import shortened
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from wax.access.access import Access
     from wax.access.admission import Grant, Visitor
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from wax.control.stop_latch import LatchedStop
     from wax.control.turns import Turns
     from wax.driver.interface import Driver, RobotState
+    from wax.fanout.camera import Camera
     from wax.session.house import House
     from wax.session.viewer import Viewer
     from wax.session.voices import Voices
@@ -54,7 +55,9 @@ class Announcements:
         house: House,
         voices: Voices | None = None,
         tape: Callable[[], messages.Tape | None] = _no_tape,
+        cameras: Sequence[Camera] = (),
     ) -> None:
+        self._cameras = cameras
         self._tape = tape
         self._settings = settings
         self._sizes = list(service.sizes)
@@ -95,6 +98,7 @@ class Announcements:
             may_queue=grant.queue,
             acknowledge=self._acknowledge,
             voice=self._voice_rules(number),
+            cameras=self._camera_infos(number),
         )
 
     def room(
@@ -132,6 +136,7 @@ class Announcements:
             voice=None if self._voices is None else self._voices.info(),
             tape=self._tape(),
             aboard=self._aboard(state),
+            cameras=[messages.SourceStatus(problem=one.problem) for one in self._cameras],
         )
 
     def told(self, room: messages.RoomState, watching: int, now_s: float) -> messages.Told:
@@ -232,6 +237,11 @@ class Announcements:
         if self._voices is None or number == 0:  # who watches elsewhere has no way to speak
             return None
         return messages.VoiceRules(open_microphone=self._settings.voice.open_microphone)
+
+    def _camera_infos(self, number: int) -> list[messages.CameraInfo]:
+        if number == 0:  # the rooms that are watched elsewhere have the driving view alone
+            return []
+        return [messages.CameraInfo(name=one.name, axes=one.settings.axes) for one in self._cameras]
 
     def _problem(self, stream: str, absent: str | None) -> str | None:
         capture = self._captures.get(stream)

@@ -118,6 +118,7 @@ class Entry:
             clock=self._clock,
             round_trip_s=lambda: viewer.link.newest_s,
             on_voice=self._voice_of(viewer),
+            cameras=lanes.cameras,
         )
         viewer.peer, viewer.elsewhere_until_s = peer, float("-inf")
         return await peer.answer(offer)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from wax import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from wax.baseline.unit_hub import UnitHub
     from wax.capture.audio_blocks import Blocks
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from wax.control.loop import ControlLoop
     from wax.control.turns import Turns
     from wax.driver.interface import Driver
+    from wax.fanout.camera import Camera
     from wax.fanout.sound_hub import SoundHub
     from wax.fanout.video_hub import VideoHub
     from wax.protocol.messages import Report
@@ -54,7 +55,9 @@ class Status:
         counters: Counters,
         rates: Rates,
         speaker: SpeakerThread | None = None,
+        cameras: Sequence[Camera] = (),
     ) -> None:
+        self._cameras = cameras
         self._clock = clock
         self._room = room
         self._viewers = viewers
@@ -76,6 +79,10 @@ class Status:
         """Sample the counters for the rates; call about once a second."""
         counts = {f"video.{name}": count for name, count in self._video.counts().items()}
         counts |= {f"audio.{name}": count for name, count in self._audio.counts().items()}
+        for camera in self._cameras:
+            counts |= {
+                f"camera {camera.name}.{n}": count for n, count in camera.hub.counts().items()
+            }
         self._rates.sample(counts, self._clock.now_s())
 
     async def run(self) -> None:
@@ -120,11 +127,27 @@ class Status:
                     "cut_ms": self._blocks.dropped_ms,
                 },
             },
+            "cameras": [self._camera(camera) for camera in self._cameras],
             **self._voice(),
             "elsewhere": self._cluster.status(),
             "tape": None if self._tape is None else asdict(self._tape.status()),
             "counters": self._counters.snapshot() | self._control.counts(),
             "tasks": len(asyncio.all_tasks()),
+        }
+
+    def _camera(self, camera: Camera) -> dict[str, object]:
+        """Return what is known of a camera beside the driving view."""
+        hub = camera.hub
+        return {
+            "name": camera.name,
+            "problem": camera.problem,
+            "failures": camera.failures,
+            "captured_fps": self._rates.hz(f"camera {camera.name}.captured"),
+            "encoded_fps": {
+                name: self._rates.hz(f"camera {camera.name}.{name}") for name in hub.names
+            },
+            "wanted": hub.wanted,
+            "dropped": hub.dropped,
         }
 
     def _voice(self) -> dict[str, object]:

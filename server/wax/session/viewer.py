@@ -129,6 +129,12 @@ class Viewer:
         self._wants = LastWins(
             weakly(self._want), TokenBucket(rate_hz=_WANTS_HZ, burst=_WANTS_BURST, now_s=now_s)
         )
+        self._looks = LastWins(
+            weakly(self._look), TokenBucket(rate_hz=_WANTS_HZ, burst=_WANTS_BURST, now_s=now_s)
+        )
+        self._camera_keyframes = TokenBucket(
+            rate_hz=_KEYFRAMES_HZ, burst=_KEYFRAMES_BURST, now_s=now_s
+        )
         self.streams = service.streams(weakref.proxy(self), sync)
 
     def is_elsewhere(self, now_s: float) -> bool:
@@ -179,12 +185,14 @@ class Viewer:
     def closed(self, peer: Peer) -> None:
         self._events.viewer_closed(self, peer)
 
-    def keyframe_wanted(self) -> None:
-        if not self._keyframes.take(self._clock.now_s()):
+    def keyframe_wanted(self, camera: int | None = None) -> None:
+        # Apart, so that no other camera's losses keep the driving view from its keyframes.
+        bucket = self._keyframes if camera is None else self._camera_keyframes
+        if not bucket.take(self._clock.now_s()):
             self._counters.add("keyframes refused")
             return
         self._counters.add("keyframes asked for")
-        self.streams.keyframe_wanted()
+        self.streams.keyframe_wanted(camera)
 
     def feedback_refused(self) -> None:
         self._counters.add("feedback refused")
@@ -226,6 +234,7 @@ class Viewer:
         """Do what was put off, a few times a second."""
         self._names.settle(now_s)
         self._wants.settle(now_s)
+        self._looks.settle(now_s)
         self.tell_drive_status(now_s)
 
     def tell_drive_status(self, now_s: float) -> None:
@@ -313,6 +322,8 @@ class Viewer:
                 self._events.viewer_releases(self, message)
             case messages.Want():
                 self._wants.ask(message, self._clock.now_s())
+            case messages.Look():
+                self._looks.ask(message, self._clock.now_s())
             case messages.Received():
                 self._received(message)
             case _:
@@ -334,6 +345,14 @@ class Viewer:
             size=want.size,
             policy=want.policy,
         )
+
+    def _look(self, look: messages.Look) -> None:
+        if look.large is not None and look.large >= len(self._service.cameras):
+            self._counters.add("requests refused")
+            text = f"There is no camera {look.large + 1}; reload the page."
+            self.send(messages.Notice(text=text))
+            return
+        self.streams.look(large=look.large, small=look.small)
 
     def _received(self, received: messages.Received) -> None:
         if self.peer is not None:

@@ -53,12 +53,21 @@ class MessageRate:
 
 
 @dataclass(frozen=True, slots=True)
+class CameraLane:
+    """What a peer sends of a camera beside the driving view, and how it is encoded."""
+
+    lane: PictureLane
+    codec: Literal["vp8", "h264"]
+
+
+@dataclass(frozen=True, slots=True)
 class Lanes:
-    """What a peer sends, and its congestion control."""
+    """What a peer sends, and its congestion control; `picture` is the driving view's."""
 
     picture: PictureLane
     sound: SoundLane
     congestion: CongestionControl
+    cameras: Sequence[CameraLane] = ()
 
 
 class Page(Protocol):
@@ -107,6 +116,13 @@ class Streams(Protocol):
         """
         ...
 
+    def look(self, *, large: int | None, small: bool) -> None:
+        """Send this camera as large as its ladder goes, None for none; the others `small` or not.
+
+        `large` is one of the cameras' numbers from 0; the driving view is sent in any case.
+        """
+        ...
+
     def follow(self, sync: SyncSettings, *, drives: bool) -> None:
         """Change the policy with the role, without interrupting the streams."""
         ...
@@ -123,7 +139,9 @@ class Streams(Protocol):
         """Handle the page's acknowledgement of a media unit's last packet; `pts` modulo 2³²."""
         ...
 
-    def keyframe_wanted(self) -> None: ...
+    def keyframe_wanted(self, camera: int | None = None) -> None:
+        """Handle a browser that cannot decode this camera's pictures, None: the driving view's."""
+        ...
 
     @property
     def units(self) -> Units | None:
@@ -153,6 +171,11 @@ class Service(Protocol):
     @property
     def sizes(self) -> Sequence[str]:
         """The sizes on offer, the default first."""
+        ...
+
+    @property
+    def cameras(self) -> Sequence[str]:
+        """The names of the cameras beside the driving view."""
         ...
 
     def streams(self, page: Page, sync: SyncSettings) -> Streams:

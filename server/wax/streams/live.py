@@ -10,9 +10,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from wax.congestion.allocator import Allocator
+from wax.congestion.allocator import FIT_SHARE, Allocator
 from wax.congestion.sender_side import SenderSideControl
 from wax.congestion.upload_budget import UploadBudget
+from wax.streams.camera_feeds import CameraFeeds
 from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, Units
 from wax.streams.playout_controller import PlayoutController
 from wax.streams.rendition_ladder import RenditionLadder
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from wax.config.settings import AudioSettings, SyncSettings, VideoSettings
     from wax.congestion.allocation import Allocation, SoundForm, Step
     from wax.congestion.delivery import LinkEstimate
+    from wax.fanout.camera import Camera
     from wax.fanout.sound_hub import SoundHub
     from wax.fanout.sound_lane import SoundLane
     from wax.fanout.video_hub import VideoHub
@@ -52,6 +54,7 @@ class LiveStreams:
         budget: UploadBudget,
         page: Page,
         sync: SyncSettings,
+        cameras: Sequence[Camera] = (),
     ) -> None:
         self._clock = clock
         self._video = video
@@ -59,6 +62,7 @@ class LiveStreams:
         self._ladder = ladder
         self._budget = budget
         self._page = page
+        self._cameras = CameraFeeds(cameras)
         self._role_sync = sync
         self._wanted_policy: Policy | None = None
         self._size: str | None = video.sizes[0]
@@ -78,6 +82,7 @@ class LiveStreams:
         self._congestion.full_feedback = self._drives
         self._allocator = self._make_allocator()
         self._allocation: Allocation | None = None
+        self._seen: list[str | None] = []
         self._asked_s = float("-inf")
 
     @property
@@ -101,7 +106,8 @@ class LiveStreams:
         self._picture_lane = self._video.add(self._page.boundary)
         self._sound_lane = self._audio.add(self._page.boundary)
         self._prioritise()
-        return Lanes(self._picture_lane, self._sound_lane, self._congestion)
+        cameras = self._cameras.lanes(self._page.boundary)
+        return Lanes(self._picture_lane, self._sound_lane, self._congestion, cameras)
 
     def _prioritise(self) -> None:
         """Serve the operator first."""
@@ -113,6 +119,7 @@ class LiveStreams:
         if self._picture_lane is not None and self._sound_lane is not None:
             self._video.remove(self._picture_lane)
             self._audio.remove(self._sound_lane)
+        self._cameras.release()
         self._budget.leave(self)
         self._picture_lane = self._sound_lane = None
         self._sound_wanted = False
@@ -135,6 +142,10 @@ class LiveStreams:
             self._follow()
         self._decide_now()
 
+    def look(self, *, large: int | None, small: bool) -> None:
+        self._cameras.look(large=large, small=small)
+        self._decide_now()
+
     def follow(self, sync: SyncSettings, *, drives: bool) -> None:
         self._drives = self._congestion.full_feedback = drives
         self._prioritise()
@@ -153,8 +164,10 @@ class LiveStreams:
 
     def received(self, kind: Kind, pts: int) -> None: ...
 
-    def keyframe_wanted(self) -> None:
-        if self._picture_lane is not None:
+    def keyframe_wanted(self, camera: int | None = None) -> None:
+        if camera is not None:
+            self._cameras.keyframe_wanted(camera)
+        elif self._picture_lane is not None:
             self._video.request_keyframe(self._picture_lane)
 
     def status(self) -> dict[str, object]:
@@ -162,7 +175,8 @@ class LiveStreams:
         known = self._playout.status()
         if self._allocation is not None:
             estimate = self._congestion.estimate(now_s)
-            now = served(estimate, self._allocation, in_step=self._playout.is_in_step)
+            in_step = self._playout.is_in_step
+            now = served(estimate, self._allocation, in_step=in_step, cameras=self._seen)
             known |= now.model_dump(exclude={"type"}) | {"lost": round(estimate.lost, 4)}
         return known
 
@@ -190,8 +204,9 @@ class LiveStreams:
     def _carry_out(self, estimate: LinkEstimate, now_s: float) -> None:
         if self._picture_lane is None or self._sound_lane is None:
             return
+        allowed = self._within_budget(estimate, now_s)
         allocation = self._allocator.decide(
-            self._within_budget(estimate, now_s),
+            allowed,
             size=self._size,
             sound=self._sound_wanted,
             sound_forms=self._fixed_forms(),
@@ -203,13 +218,22 @@ class LiveStreams:
         before, self._allocation = self._allocation, allocation
         self._send_picture(self._picture_lane, before, allocation, estimate, now_s)
         self._send_sound(self._sound_lane, allocation)
+        self._seen = self._cameras.send(allocation, allowed, now_s)
         if self._is_ready:
-            in_step = self._playout.is_in_step
-            self._notifier.tell(estimate, allocation, in_step=in_step, now_s=now_s)
+            self._notifier.tell(
+                estimate,
+                allocation,
+                in_step=self._playout.is_in_step,
+                cameras=self._seen,
+                now_s=now_s,
+            )
 
     def _within_budget(self, estimate: LinkEstimate, now_s: float) -> LinkEstimate:
         """Return the estimate of a link that carries no more than this viewer's share."""
-        wants_bps = min(estimate.rate_bps, self._ladder.most_bps(self._size))
+        most_bps = self._ladder.most_bps(self._size)
+        if self._size is not None:
+            most_bps += self._cameras.most_bps(estimate.rate_bps) / FIT_SHARE
+        wants_bps = min(estimate.rate_bps, most_bps)
         share_bps = self._budget.share_bps(self, wants_bps, drives=self._drives, now_s=now_s)
         if share_bps >= wants_bps:
             return estimate
@@ -271,8 +295,10 @@ class LiveService:
         video: VideoHub,
         audio: SoundHub,
         upload_bps: float = 0,
+        cameras: Sequence[Camera] = (),
     ) -> None:
         """`upload_bps` is what all viewers together may be sent, 0 for no limit."""
+        self._cameras = cameras
         self.codecs = Codecs(audio="opus", video=video_settings.codec)
         self._clock = clock
         self._video = video
@@ -288,6 +314,10 @@ class LiveService:
     def sizes(self) -> Sequence[str]:
         return self._video.sizes
 
+    @property
+    def cameras(self) -> Sequence[str]:
+        return [one.name for one in self._cameras]
+
     def streams(self, page: Page, sync: SyncSettings) -> LiveStreams:
         return LiveStreams(
             clock=self._clock,
@@ -297,6 +327,7 @@ class LiveService:
             budget=self._budget,
             page=page,
             sync=sync,
+            cameras=self._cameras,
         )
 
 

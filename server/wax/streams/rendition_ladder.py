@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import pairwise
 from math import sqrt
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 from wax.congestion.allocation import SoundForm, Step, area
 from wax.congestion.allocator import FIT_SHARE
@@ -31,11 +31,10 @@ class RenditionLadder:
     """The configuration as the ladder and the hubs want it."""
 
     def __init__(self, video: VideoSettings, audio: AudioSettings) -> None:
-        layers = _LAYERS if video.codec == "vp8" else 0
         own = refined(video.renditions)
         self._settings = {one.name: one for one in own}
-        self._shared = [_step(one, layers) for one in video.renditions]
-        self._own = [_step(one, layers) for one in own]
+        self._shared = [step_of(one, video.codec) for one in video.renditions]
+        self._own = [step_of(one, video.codec) for one in own]
         self._forms = [form for one in audio.forms for form in sound_forms(one, audio.channels)]
 
     def most_bps(self, size: str | None) -> float:
@@ -95,7 +94,9 @@ def refined(renditions: Iterable[RenditionSettings]) -> list[RenditionSettings]:
     return found
 
 
-def _step(one: RenditionSettings, layers: int) -> Step:
+def step_of(one: RenditionSettings, codec: Literal["vp8", "h264"]) -> Step:
+    """Return a rendition as the step that the allocator knows."""
+    layers = _LAYERS if codec == "vp8" else 0
     return Step(
         name=one.name, size=one.size, fps=one.fps, bitrate_bps=one.bitrate_bps, layers=layers
     )

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Final
 from wax.protocol import messages
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from wax.congestion.allocation import Allocation
     from wax.congestion.delivery import LinkEstimate
     from wax.streams.interface import Page
@@ -26,7 +28,13 @@ class ServedNotifier:
         self._told_s = float("-inf")
 
     def tell(
-        self, estimate: LinkEstimate, allocation: Allocation, *, in_step: bool, now_s: float
+        self,
+        estimate: LinkEstimate,
+        allocation: Allocation,
+        *,
+        in_step: bool,
+        cameras: Sequence[str | None],
+        now_s: float,
     ) -> None:
         """Notify the page of changes, or of new figures after some time."""
         if estimate.assumed:
@@ -34,22 +42,29 @@ class ServedNotifier:
         told = self._told
         rendition = None if allocation.step is None else allocation.step.name
         channels = 0 if allocation.sound is None else allocation.sound.channels
-        is_news = (
-            told is None
-            or rendition != told.rendition
-            or channels != told.sound_channels
-            or in_step != told.in_step
+        now = (rendition, channels, in_step, list(cameras))
+        is_news = told is None or now != (
+            told.rendition,
+            told.sound_channels,
+            told.in_step,
+            told.cameras,
         )
         every_s = _THIN_EVERY_S if estimate.rate_bps < _THIN_BPS else _EVERY_S
         if not is_news and now_s - self._told_s < every_s:
             return
-        message = served(estimate, allocation, in_step=in_step)
+        message = served(estimate, allocation, in_step=in_step, cameras=cameras)
         if message != told:
             self._told, self._told_s = message, now_s
             self._page.send(message)
 
 
-def served(estimate: LinkEstimate, allocation: Allocation, *, in_step: bool) -> messages.Served:
+def served(
+    estimate: LinkEstimate,
+    allocation: Allocation,
+    *,
+    in_step: bool,
+    cameras: Sequence[str | None],
+) -> messages.Served:
     """Return what is sent, and the link's estimate, for the page and the status."""
     step, sound = allocation.step, allocation.sound
     left_out = 0 if step is None else step.layers - allocation.top_layer
@@ -67,6 +82,7 @@ def served(estimate: LinkEstimate, allocation: Allocation, *, in_step: bool) -> 
         queue_ms=round(estimate.queue_ms / 10) * 10.0,
         in_step=in_step,
         reason=allocation.reason,
+        cameras=list(cameras),
     )
 
 

@@ -66,6 +66,8 @@ export class Link {
   isThin = false;
   /** The server takes voices; to be set before the first connection. */
   mayHaveVoice = false;
+  /** The cameras beside the driving view, likewise. */
+  cameras = 0;
   #heartbeat = new Heartbeat(this.clock);
   #silence = new Silence(now());
   /** The newest peer that the server has answered. */
@@ -174,7 +176,7 @@ export class Link {
       },
       receivers: this.events.receivers,
     };
-    const peer: Peer = new Peer(events, this.mayHaveVoice);
+    const peer: Peer = new Peer(events, this.mayHaveVoice, this.cameras);
     this.#next = peer;
     this.#isRetrying = true;
     this.#isReached = false;

@@ -35,12 +35,15 @@ const MAX_WAITING_BYTES = 256;
 const LOST = "The connection was lost.";
 
 /**
- * One RTCPeerConnection: two tracks in, two data channels, and room for a voice. A reconnect is a new
- * peer.
+ * One RTCPeerConnection: sound and pictures in, two data channels, and room for a voice. A reconnect
+ * is a new peer.
  */
 export class Peer {
   readonly sound: RTCRtpReceiver;
+  /** The driving view. */
   readonly picture: RTCRtpReceiver;
+  /** The cameras beside it, in the server's order. */
+  readonly cameras: readonly RTCRtpReceiver[];
   readonly #pc: RTCPeerConnection;
   /** What sends the voice; it is there from the beginning, so that speaking needs no new offer. */
   readonly #voice: RTCRtpSender | null = null;
@@ -50,10 +53,11 @@ export class Peer {
   readonly #channels: Record<Channel, RTCDataChannel>;
   readonly #aborting = new AbortController();
 
-  /** `mayHaveVoice`: the server takes voices. */
+  /** `mayHaveVoice`: the server takes voices. It has so many `cameras` beside the driving view. */
   constructor(
     private readonly events: PeerEvents,
     mayHaveVoice = false,
+    cameras = 0,
   ) {
     const pc = new RTCPeerConnection({ bundlePolicy: "max-bundle" });
     this.#pc = pc;
@@ -63,6 +67,7 @@ export class Peer {
     this.sound = sound.receiver;
     if (mayHaveVoice) this.#voice = sound.sender;
     this.picture = pc.addTransceiver("video", { direction: "recvonly" }).receiver;
+    this.cameras = Array.from({ length: cameras }, () => furtherPicture(pc));
     events.receivers(this.sound, this.picture);
     this.#channels = {
       drive: pc.createDataChannel("drive", { ordered: false, maxRetransmits: 0 }),
@@ -205,4 +210,13 @@ export class Peer {
     this.close();
     this.events.lost(reason, retryAfterMs);
   }
+}
+
+/** Offers what servers send, no more: with many cameras the offer would grow too long. */
+function furtherPicture(pc: RTCPeerConnection): RTCRtpReceiver {
+  const transceiver = pc.addTransceiver("video", { direction: "recvonly" });
+  const all = RTCRtpReceiver.getCapabilities("video")?.codecs ?? [];
+  const sent = all.filter(({ mimeType }) => /\/(vp8|h264|rtx)$/i.test(mimeType));
+  transceiver.setCodecPreferences?.(sent);
+  return transceiver.receiver;
 }

@@ -46,6 +46,7 @@ export function hello(more: Partial<Hello> = {}): Hello {
     may_queue: true,
     acknowledge: false,
     voice: null,
+    cameras: [],
     ...more,
   };
 }
@@ -78,6 +79,7 @@ export function served(more: Partial<Served> = {}): Served {
     reason: "Everything is sent.",
     layers: 3,
     layers_made: 3,
+    cameras: [],
     ...more,
   };
 }
@@ -170,5 +172,6 @@ export function room(options: RoomOptions): RoomState {
     voice: null,
     tape: null,
     aboard: null,
+    cameras: [],
   };
 }

@@ -4,7 +4,7 @@ import { DriveButton } from "./DriveButton";
 import { ArrowIcon } from "./icons";
 import { StopButton } from "./StopButton";
 import { VoicePanel } from "./VoicePanel";
-import { joinWords, RELEASED } from "./words";
+import { axisWords, joinWords, RELEASED } from "./words";
 
 const AXIS_STEP = 0.05;
 
@@ -70,12 +70,12 @@ function Speed() {
  * Holding a slider counts as holding a control. Its axis follows each change, however it is made.
  */
 function Axis({ axis }: { axis: string }) {
-  const { axes, mayMove } = useState();
+  const { axes, cameras, mayMove } = useState();
   const { setAxis, press, release } = useActions();
   const focusHolder = `axis ${axis}`;
   return (
     <label class="axis">
-      <span>{axis}</span>
+      <span>{axisWords(axis, cameras.value)}</span>
       <input
         type="range"
         min={-1}
@@ -108,7 +108,7 @@ function Hint() {
   return (
     <p class={reason ? "hint is-reason" : "hint is-keys"} id="drive-hint" aria-live="polite">
       {reason ??
-        `Arrow keys or W A S D drive${hello.value?.voice ? ", T speaks" : ""}, Space stops.`}
+        `Arrow keys or W A S D drive${hello.value?.voice ? ", T speaks" : ""}${hello.value?.cameras.length ? ", C swaps cameras" : ""}, Space stops.`}
     </p>
   );
 }

@@ -9,9 +9,9 @@ import { silenceWords } from "./words";
 
 /** The user's choices of streams, size and policy; and the panels about the robot. */
 export function Settings() {
-  const { isSoundOn, preferences, hello } = useState();
+  const { isSoundOn, preferences, hello, cameras } = useState();
   const silence = silenceWords(hello.value);
-  const { setSound, setPicture } = useActions();
+  const { setSound, setPicture, setCameras } = useActions();
   return (
     <section class="settings" aria-label="Settings">
       {silence === null ? (
@@ -23,6 +23,9 @@ export function Settings() {
         <p class="quiet no-sound">{silence}</p>
       )}
       <Switch name="Picture" isOn={preferences.value.picture} onSwitch={setPicture} />
+      {cameras.value.length > 0 && (
+        <Switch name="Other cameras" isOn={preferences.value.cameras} onSwitch={setCameras} />
+      )}
       <Size />
       <Policy />
       <LossPanel />

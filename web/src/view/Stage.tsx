@@ -5,6 +5,7 @@ import { useActions, useSession, useState } from "./context";
 import { msWords } from "./figures";
 import { CurtainIcon, EarIcon, PlayIcon } from "./icons";
 import { StopBanner } from "./StopBanner";
+import { Views } from "./Views";
 import { BLANKED, problemWords, silenceWords } from "./words";
 
 /** A picture older than this no longer shows what the robot sees. */
@@ -37,7 +38,7 @@ export function Stage() {
   const isLive = isConnected.value && !isSilent.value && !isStale(session.state);
   return (
     <section class={isLive ? "stage" : "stage is-greyed"} aria-label="Picture">
-      <video ref={video} class={isShown ? "" : "is-off"} muted autoplay playsinline />
+      <Views isShown={isShown} video={video} />
       {/* biome-ignore lint/a11y/useMediaCaption: a live robot has no captions */}
       <audio ref={audio} />
       {isBlanked.value ? <Blanked /> : !isOn && <PictureOff />}

@@ -39,6 +39,8 @@ beforeEach(() => {
     setSize: vi.fn(),
     setPolicy: vi.fn(),
     setPlayer: vi.fn(),
+    setCameras: vi.fn(),
+    enlarge: vi.fn(),
     setName: vi.fn(),
     setSpeed: vi.fn(),
     setAxis: vi.fn(),
@@ -65,6 +67,7 @@ beforeEach(() => {
     attachPicture: vi.fn(),
     attachSound: vi.fn(),
     soundLevels: async () => levels,
+    attachCamera: vi.fn(),
   };
   body = document.body;
   act(() => render(<App session={session} />, body));

@@ -4,10 +4,12 @@ import type { Asked } from "../aboard";
 import type { MissedCall } from "../call";
 import type { LinkState } from "../link/link";
 import type {
+  CameraInfo,
   ConsoleViewer,
   Hello,
   RobotStatus,
   RoomState,
+  Served,
   StopInfo,
   ViewerInfo,
 } from "../messages";
@@ -245,6 +247,26 @@ export function problemWords(room: RoomState | null): string[] {
     ...(room.video.problem ? [`Camera: ${room.video.problem}`] : []),
     ...(room.audio.problem ? [`Microphone: ${room.audio.problem}`] : []),
   ];
+}
+
+export const DRIVING_VIEW = "Driving view";
+
+/** Why nothing is seen of a camera beside the driving view; null if there is no reason. */
+export function cameraProblem(
+  at: number,
+  room: RoomState | null,
+  served: Served | null,
+): string | null {
+  const problem = room?.cameras[at]?.problem;
+  if (problem) return problem;
+  const isLeftOut = served !== null && served.cameras[at] == null;
+  return isLeftOut ? "Your connection carries no more." : null;
+}
+
+/** What an axis moves, by whose camera it is. */
+export function axisWords(axis: string, cameras: readonly CameraInfo[]): string {
+  const camera = cameras.find((one) => one.axes.includes(axis));
+  return camera ? `${axis} of ${camera.name}` : axis;
 }
 
 /** Who speaks through the robot, for everybody but themselves; empty if nobody does. */

@@ -47,7 +47,7 @@ class Atlas:
 def bake(world: World) -> Atlas:
     """Paint and pack everything; takes some tens of milliseconds."""
     packer = _Packer()
-    floor = packer.add(_floor(world))
+    floor = packer.add(floor_plan(world))
     ceiling = packer.add(_ceiling(world))
     unseen = np.zeros((LEVELS, 2), np.float32)
     faces = []
@@ -179,7 +179,8 @@ def _meet(one: float, other: float) -> bool:
     return abs(one - other) < 1e-6
 
 
-def _floor(world: World) -> NDArray[np.uint8]:
+def floor_plan(world: World) -> NDArray[np.uint8]:
+    """Paint the floor as seen from above, north up, `FLOOR_PX_PER_M`, shaded where things stand."""
     ppm = FLOOR_PX_PER_M
     image = paint.plain(round(world.width * ppm), round(world.depth * ppm), paint.TRIM)
     for room in world.rooms:

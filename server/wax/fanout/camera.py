@@ -1,0 +1,77 @@
+"""A camera beside the driving view: its source, and the encoders that run while it is watched."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wax.capture.source_thread import SourceThread
+from wax.capture.timestamp_overlay import TimestampOverlay
+from wax.fanout.video_hub import VideoHub
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from wax.capture.source import Picture, VideoSource
+    from wax.clock import Clock
+    from wax.config.settings import CameraSettings
+
+
+class Camera:
+    """One table `[[camera]]`; `blank` is applied to each picture, in the source's thread."""
+
+    def __init__(
+        self,
+        settings: CameraSettings,
+        source: VideoSource,
+        *,
+        clock: Clock,
+        blank: Callable[[Picture], Picture],
+    ) -> None:
+        self.settings = settings
+        self.hub = VideoHub(settings=settings, clock=clock)
+        put: Callable[[Picture], None] = self.hub.slot.put
+        if settings.timestamp_overlay:
+            put = TimestampOverlay(clock, put)
+        self._put = put
+        self._blank = blank
+        self._capture = SourceThread(
+            source,
+            self._take,
+            name=f"camera {settings.name}",
+            clock=clock,
+            retry_s=settings.retry_s,
+        )
+
+    @property
+    def name(self) -> str:
+        return self.settings.name
+
+    @property
+    def problem(self) -> str | None:
+        """A sentence that names the camera while it delivers nothing, else None."""
+        problem = self._capture.problem
+        if problem is None or self.name in problem:
+            return problem
+        return f"{self.name}: {problem}"
+
+    @property
+    def failures(self) -> int:
+        """How often the source has failed since the start."""
+        return self._capture.failures
+
+    def start(self) -> None:
+        self.hub.start()
+        self._capture.start()
+
+    def request_stop(self) -> None:
+        """Ask all threads to end, and return at once; `stop` then waits for them."""
+        self._capture.request_stop()
+        self.hub.request_stop()
+
+    def stop(self) -> None:
+        """End all threads; bounded, safe to call twice."""
+        self._capture.stop()
+        self.hub.stop()
+
+    def _take(self, picture: Picture) -> None:
+        self._put(self._blank(picture))

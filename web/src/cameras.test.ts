@@ -1,0 +1,129 @@
+// @vitest-environment happy-dom
+import { beforeEach, expect, it, vi } from "vitest";
+import { Cameras } from "./cameras";
+import { listenCameras } from "./listenCameras";
+import { loadPreferences } from "./preferences";
+import { createState, type State } from "./state";
+import { hello, room, served } from "./testing/messages";
+
+const TWO = [
+  { name: "Door", axes: [] },
+  { name: "Above", axes: ["pan"] },
+];
+let state: State;
+let cameras: Cameras;
+let nowMs: number;
+const send = vi.fn();
+const say = vi.fn();
+
+beforeEach(() => {
+  vi.clearAllMocks();
+  nowMs = 10_000;
+  vi.spyOn(performance, "now").mockImplementation(() => nowMs);
+  state = createState(loadPreferences(null));
+  state.hello.value = hello({ viewer: 1, cameras: TWO });
+  state.link.value = { is: "connected" };
+  state.served.value = served({ cameras: ["small", "small"] });
+  cameras = new Cameras({ state, send, say, tellsFrames: true });
+  cameras.take([new MediaStreamTrack(), new MediaStreamTrack()]);
+});
+
+/** Lets time pass, in which these show pictures. */
+function pass(ms: number, showing: number[]): void {
+  const endMs = nowMs + ms;
+  while (nowMs < endMs) {
+    nowMs += 100;
+    for (const at of showing) cameras.presented(at);
+    cameras.look(nowMs, false);
+  }
+}
+
+it("goes through all of them and back to the driving view", () => {
+  const seen = [0, 1, null].map(() => {
+    cameras.next();
+    return state.large.value;
+  });
+  expect(seen).toEqual([0, 1, null]);
+  expect(send.mock.calls.map(([look]) => look.large)).toEqual([0, 1, null]);
+});
+
+it("tells the server of nothing where there are none", () => {
+  state.hello.value = hello();
+  cameras.next();
+  cameras.tell();
+  expect(send).not.toHaveBeenCalled();
+});
+
+it("shows the driving view large when a turn begins, and lets one swap after that", () => {
+  cameras.choose(1);
+  state.room.value = room({ operator: 1 });
+  expect(state.large.value).toBeNull();
+  cameras.choose(1);
+  state.room.value = room({ operator: 1, stop: { number: 3, by: "Ada" } });
+  expect(state.large.value).toBe(1);
+});
+
+it("gives the place back with a sentence when the large one fails", () => {
+  cameras.choose(0);
+  const failing = [{ problem: "Door: The camera delivers nothing." }, { problem: null }];
+  cameras.told({ ...room({}), cameras: failing });
+  expect(state.large.value).toBeNull();
+  expect(say).toHaveBeenCalledExactlyOnceWith(
+    "Door: The camera delivers nothing. The driving view is large again.",
+  );
+});
+
+it("leaves the large one alone when another fails", () => {
+  cameras.choose(1);
+  cameras.told({ ...room({}), cameras: [{ problem: "gone" }, { problem: null }] });
+  expect(state.large.value).toBe(1);
+  expect(say).not.toHaveBeenCalled();
+});
+
+it("does not show what was as if it were: a large one that stands still goes", () => {
+  cameras.choose(0);
+  pass(5000, [0, 1]);
+  expect(state.large.value).toBe(0);
+  pass(2000, [1]);
+  expect(state.large.value).toBe(0);
+  pass(1000, [1]);
+  expect(state.large.value).toBeNull();
+  expect([...state.staleCameras.value]).toEqual([0]);
+  expect(say.mock.calls).toEqual([
+    ["No new picture comes from Door. The driving view is large again."],
+  ]);
+});
+
+it("says so where the connection carries it no more", () => {
+  cameras.choose(0);
+  state.served.value = served({ cameras: [null, null] });
+  pass(4000, []);
+  expect(say.mock.calls).toEqual([
+    ["Your connection carries no picture of Door now. The driving view is large again."],
+  ]);
+});
+
+it("a page that nobody sees shows nothing, which says nothing of the camera", () => {
+  cameras.choose(0);
+  nowMs += 60_000;
+  cameras.look(nowMs, true);
+  cameras.look(nowMs + 100, false);
+  expect(state.large.value).toBe(0);
+});
+
+it.each([
+  ["C", "KeyC", "p", {}, 1],
+  ["another key", "KeyV", "p", {}, 0],
+  ["a shortcut", "KeyC", "p", { ctrlKey: true }, 0],
+  ["a name that is typed", "KeyC", "[type=text]", {}, 0],
+  ["a key that is held", "KeyC", "p", { repeat: true }, 0],
+])("%s swaps or not", (_, code, on, more, times) => {
+  document.body.innerHTML = "<input type=text><p></p>";
+  const ending = new AbortController();
+  const next = vi.fn();
+  listenCameras(window, { next }, ending.signal);
+  const event = new KeyboardEvent("keydown", { code, bubbles: true, ...more });
+  document.querySelector(on)?.dispatchEvent(event);
+  ending.abort();
+  expect(next).toHaveBeenCalledTimes(times);
+});

@@ -1,0 +1,124 @@
+import type { Look, RoomState, StateIn } from "./messages";
+import { Playback } from "./playback";
+import type { State } from "./state";
+
+/** Without a new picture for so long, a camera shows what was, not what is. */
+const STALE_MS = 2500;
+
+interface Wiring {
+  state: State;
+  /** Sends what must arrive. */
+  send(message: StateIn): void;
+  /** Tells the user. */
+  say(text: string): void;
+  /** Whether this browser tells of the pictures that it shows. */
+  tellsFrames: boolean;
+}
+
+/**
+ * The cameras beside the driving view: which one is large, and whether they are alive.
+ *
+ * The driving view is on screen whatever is large. It comes back large when a turn begins, and when
+ * the camera that is large stops showing what is.
+ */
+export class Cameras {
+  readonly #playbacks: Playback[] = [];
+  /** When each has shown its newest picture, or was given time to. */
+  readonly #shownMs: number[] = [];
+
+  constructor(private readonly wiring: Wiring) {
+    const { drivingTurn } = wiring.state;
+    let before = drivingTurn.peek();
+    drivingTurn.subscribe((turn) => {
+      if (turn !== null && before === null) this.choose(null);
+      before = turn;
+    });
+  }
+
+  /** Makes this camera large, null for the driving view. */
+  choose(large: number | null): void {
+    const { state } = this.wiring;
+    if (large === state.large.peek()) return;
+    if (large !== null) this.#shownMs[large] = performance.now();
+    state.large.value = large;
+    this.tell();
+  }
+
+  /** Makes the next one large, and after the last the driving view again. */
+  next(): void {
+    const { state } = this.wiring;
+    const count = state.cameras.peek().length;
+    const next = (state.large.peek() ?? -1) + 1;
+    this.choose(next < count ? next : null);
+  }
+
+  /** Tells the server what is shown: at the beginning of a connection, and with each change. */
+  tell(): void {
+    const { large, cameras, preferences } = this.wiring.state;
+    if (cameras.peek().length === 0) return;
+    const look: Look = { type: "look", large: large.peek(), small: preferences.peek().cameras };
+    this.wiring.send(look);
+  }
+
+  /** The cameras of a new connection, none where there are none. */
+  take(tracks: readonly MediaStreamTrack[]): void {
+    const nowMs = performance.now();
+    for (const [at, track] of tracks.entries()) {
+      this.#playback(at).take(track);
+      this.#shownMs[at] = nowMs;
+    }
+    for (const playback of this.#playbacks.slice(tracks.length)) playback.take(null);
+  }
+
+  attach(at: number, element: HTMLVideoElement | null): void {
+    this.#playback(at).attach(element);
+  }
+
+  /** A camera has shown a picture. */
+  presented(at: number): void {
+    this.#shownMs[at] = performance.now();
+  }
+
+  /** Looks whether what is large is still alive; call it a few times a second. */
+  look(nowMs: number, isHidden: boolean): void {
+    const { state, tellsFrames } = this.wiring;
+    if (isHidden || !tellsFrames) {
+      this.#shownMs.fill(nowMs);
+      return;
+    }
+    const stale = this.#shownMs.flatMap((atMs, at) => (nowMs - atMs > STALE_MS ? [at] : []));
+    const before = state.staleCameras.peek();
+    if (stale.join() !== [...before].join()) state.staleCameras.value = new Set(stale);
+    const large = state.large.peek();
+    if (large === null || !stale.includes(large) || !state.isConnected.peek()) return;
+    const name = state.cameras.peek()[large]?.name ?? "the camera";
+    const isSent = state.served.peek()?.cameras[large] != null;
+    this.#comeBack(
+      isSent
+        ? `No new picture comes from ${name}.`
+        : `Your connection carries no picture of ${name} now.`,
+    );
+  }
+
+  /** The server tells of its cameras. */
+  told(room: RoomState): void {
+    const large = this.wiring.state.large.peek();
+    const problem = large === null ? null : room.cameras[large]?.problem;
+    if (problem) this.#comeBack(problem);
+  }
+
+  #comeBack(why: string): void {
+    this.choose(null);
+    this.wiring.say(`${why} The driving view is large again.`);
+  }
+
+  #playback(at: number): Playback {
+    let playback = this.#playbacks[at];
+    if (!playback) {
+      playback = new Playback();
+      playback.play();
+      this.#playbacks[at] = playback;
+    }
+    return playback;
+  }
+}
