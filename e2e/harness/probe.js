@@ -12,7 +12,8 @@
 
   const peer = () => peers.filter((p) => p.connectionState !== "closed").at(-1) ?? null;
   const media = () => [...document.querySelectorAll("video, audio")];
-  const video = () => media().find((m) => m.tagName === "VIDEO") ?? null;
+  // The driving view, or one of the cameras beside it.
+  const video = (at = 0) => media().filter((m) => m.tagName === "VIDEO")[at] ?? null;
 
   // --- the test card: 3 rows of 16 cells, 40 bits of Unix ms and CRC-8 -------------------
   const canvas = document.createElement("canvas");
@@ -50,10 +51,10 @@
   };
 
   // The next `count` presented frames: what the card says and how old it is by the wall clock.
-  const cards = (count) =>
+  const cards = (count, at = 0) =>
     new Promise((resolve) => {
       const found = [];
-      const element = video();
+      const element = video(at);
       const onFrame = (_now, metadata) => {
         const now_ms = Date.now();
         const { width, height } = metadata;

@@ -128,9 +128,12 @@ class Viewer:
 
         await eventually(playing, "the picture plays", within_s=within_s)
 
-    async def cards(self, count: int = 10) -> list[Card]:
-        """Read the test card off the next `count` presented frames."""
-        return [Card(**card) for card in await self.probe(f"cards({count})")]
+    async def cards(self, count: int = 10, at: int = 0) -> list[Card]:
+        """Read the test card off the next `count` presented frames, of the driving view if 0.
+
+        `at` counts the cameras beside it from 1.
+        """
+        return [Card(**card) for card in await self.probe(f"cards({count}, {at})")]
 
     async def inbound(self, kind: str) -> dict[str, Any]:
         """Return the browser's statistics of one incoming stream, empty without one."""

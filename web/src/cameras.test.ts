@@ -25,7 +25,8 @@ beforeEach(() => {
   state.link.value = { is: "connected" };
   state.served.value = served({ cameras: ["small", "small"] });
   cameras = new Cameras({ state, send, say, tellsFrames: true });
-  cameras.take([new MediaStreamTrack(), new MediaStreamTrack()]);
+  vi.stubGlobal("MediaStream", class {});
+  cameras.take([{} as MediaStreamTrack, {} as MediaStreamTrack]);
 });
 
 /** Lets time pass, in which these show pictures. */

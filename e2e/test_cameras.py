@@ -1,0 +1,171 @@
+"""Cameras beside the driving view: small, large by a key or a tap, and gone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+import pytest_asyncio
+
+from e2e.harness import toml
+from e2e.harness.mortal_camera import PULLED, SOURCE, plug
+from e2e.harness.robot import moves, turn_by_key
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Iterator
+
+    from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.server import Server
+    from e2e.harness.viewer import Viewer
+
+CAMERAS = f"""
+[turns]
+{toml.BRIEF_GRACE}
+[[camera]]
+name = "Door"
+source = "testcard"
+[[camera]]
+name = "Tail"
+source = "{SOURCE}"
+"""
+LARGE, SMALL = "640x480 at 500 kbit/s", "160x120 at 30 kbit/s"
+TOP = "640x480 at 1000 kbit/s"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _finds_the_camera() -> Iterator[None]:
+    """Let the server import the plug-in."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", str(Path(__file__).parents[1]))
+        yield
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session")
+async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
+    async with serve(tmp_path_factory.mktemp("cameras"), toml.CARD + CAMERAS) as running:
+        yield running
+
+
+async def sent(server: Server) -> dict[str, Any]:
+    """Return what the newest viewer is sent."""
+    streams: dict[str, Any] = (await server.status())["viewers"][-1]["streams"]
+    return streams
+
+
+async def shows(viewer: Viewer, at: int, width: int) -> None:
+    """Wait until this picture is a moving card of that width."""
+
+    async def is_so() -> bool:
+        cards = await viewer.cards(6, at)
+        moving = len({card.stamp_ms for card in cards if card.valid}) >= 5
+        return moving and cards[-1].width == width
+
+    await eventually(is_so, f"picture {at} is {width} wide", within_s=15)
+
+
+@pytest.mark.timeout(120)
+async def test_one_is_large_and_the_others_are_small(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """Both cameras are seen small beside the driving view; C and a tap make one of them large."""
+    viewer = await open_viewer(server)
+    for at, width in ((0, 640), (1, 160), (2, 160)):
+        await shows(viewer, at, width)
+    await viewer.page.keyboard.press("KeyC")
+    for at, width in ((0, 640), (1, 640), (2, 160)):
+        await shows(viewer, at, width)
+    assert (await sent(server))["cameras"] == [LARGE, SMALL]
+    await viewer.button("Make Tail large").click()
+    for at, width in ((1, 160), (2, 640)):
+        await shows(viewer, at, width)
+    await viewer.button("Make Driving view large").click()
+    await shows(viewer, 2, 160)
+    await viewer.page.close()
+
+    async def encodes_nothing() -> bool:
+        return not any(one["wanted"] for one in (await server.status())["cameras"])
+
+    await eventually(encodes_nothing, "nothing is encoded that nobody sees")
+
+
+@pytest.mark.timeout(90)
+async def test_who_wants_only_the_driving_view_is_sent_no_other(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """The switch ends the small pictures; one that is large goes on."""
+    viewer = await open_viewer(server)
+    await shows(viewer, 1, 160)
+    await viewer.switch("Other cameras").click()
+
+    async def is_sent(*names: str | None) -> bool:
+        return (await sent(server))["cameras"] == list(names)
+
+    await eventually(lambda: is_sent(None, None), "neither is sent")
+    assert await viewer.button("Make Door large").is_hidden()
+    await viewer.page.keyboard.press("KeyC")
+    await eventually(lambda: is_sent(LARGE, None), "the large one is sent")
+
+
+@pytest.mark.timeout(120)
+async def test_a_large_camera_dies_and_driving_goes_on(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """The driving view is seen all the time, comes back large with a word, and nothing stops."""
+    viewer = await open_viewer(server)
+    await viewer.page.keyboard.press("KeyC")
+    await viewer.join()
+    await viewer.drives()
+    assert await viewer.button("Make Driving view large").is_hidden(), "a turn begins with it"
+    await shows(viewer, 2, 160)
+    await viewer.button("Make Tail large").click()
+    await shows(viewer, 2, 640)
+    await turn_by_key(server, viewer)
+    driving_view = viewer.page.locator("video").first
+    box = await driving_view.bounding_box()
+    assert box is not None
+    assert box["width"] >= 120, "whoever drives does not see the driving view"
+    before = (await server.status())["counters"]["commands.accepted"]
+    pulled = plug(server.state_folder.parent)
+    pulled.touch()
+    try:
+        await viewer.page.get_by_text(
+            f"Tail: {PULLED} The driving view is large again.", exact=True
+        ).wait_for(timeout=5000)
+        assert await moves(server), "the robot stands since a camera beside the driving view died"
+        assert (await server.status())["counters"]["commands.accepted"] > before
+        await shows(viewer, 0, 640)
+        assert (await sent(server))["rendition"] == TOP
+        await viewer.page.keyboard.up("ArrowLeft")
+    finally:
+        pulled.unlink()
+    await shows(viewer, 2, 160)
+
+
+@pytest.mark.timeout(120)
+async def test_what_carries_one_picture_carries_the_driving_view(
+    serve: Serve, open_viewer: OpenViewer, tmp_path: Path
+) -> None:
+    """With no upload left the others wait, and say so; the driving view stays as it would be."""
+    one = """
+    [video]
+    source = "testcard"
+    renditions = [{ width = 320, height = 240, fps = 30.0, bitrate_bps = 300_000 }]
+    [audio]
+    source = "testcard"
+    [network]
+    upload_bps = 450_000
+    """
+    async with serve(tmp_path, one + CAMERAS) as server:
+        viewer = await open_viewer(server)
+        await viewer.page.keyboard.press("KeyC")
+        told = viewer.page.get_by_text("Your connection carries no more.")
+        await told.first.wait_for(timeout=10_000)
+        for _ in range(10):
+            now = await sent(server)
+            assert now["rendition"] == "320x240 at 300 kbit/s"
+            assert now["layers"] == now["layers_made"], "a layer of the driving view is left out"
+            await shows(viewer, 0, 320)
+        assert (await sent(server))["cameras"] == [None, None]
+        await viewer.button("Make Driving view large").wait_for(state="hidden")
