@@ -18,6 +18,7 @@ CELLS: dict[permissions.Act, str] = {
     messages.Report: INSIDE,
     messages.SetName: INSIDE,
     messages.Want: INSIDE,
+    messages.Look: INSIDE,
     messages.Received: INSIDE,
     messages.Join: INSIDE,
     messages.Leave: INSIDE,

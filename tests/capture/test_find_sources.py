@@ -11,11 +11,11 @@ import pytest
 
 from wax.capture.camera import OpenCvCamera
 from wax.capture.file.media_file import FileAudio, FileVideo
-from wax.capture.find_sources import Sources, make_sources
+from wax.capture.find_sources import Sources, make_camera, make_sources
 from wax.capture.microphone import PortAudioMicrophone
 from wax.capture.testcard import TestCardAudio, TestCardVideo
 from wax.clock import Clock, SystemClock
-from wax.config.settings import AudioSettings, VideoSettings
+from wax.config.settings import AudioSettings, CameraSettings, VideoSettings
 from wax.driver.interface import Limits, RobotState, Twist
 from wax.errors import ConfigError
 
@@ -218,3 +218,43 @@ def test_somebody_elses_class(monkeypatch: pytest.MonkeyPatch) -> None:
             SystemClock(),
             Robot(),
         )
+
+
+class WatchedRobot(Robot):
+    """A driver with a camera that looks at it, and an arm to turn that."""
+
+    limits = Limits(1.0, 1.0, axes=("arm",))
+
+    def external_view(self, settings: VideoSettings, clock: Clock) -> VideoSource:
+        return TestCardVideo(settings, clock)
+
+
+def test_a_camera_beside_the_driving_view_is_found() -> None:
+    """It takes what [video] takes; the robot's is the one that looks at it."""
+    clock = SystemClock()
+    card = CameraSettings(name="Door", source="testcard")
+    assert isinstance(make_camera(card, clock, Robot()), TestCardVideo)
+    device = CameraSettings(name="Door", source="camera:7")
+    assert isinstance(make_camera(device, clock, Robot()), OpenCvCamera)
+    own = CameraSettings(name="Above", source="robot", axes=["arm"])
+    assert isinstance(make_camera(own, clock, WatchedRobot()), TestCardVideo)
+
+
+@pytest.mark.parametrize(
+    ("keys", "says"),
+    [
+        ({"source": "robot"}, "camera Door: source: the wooden robot has no view of itself"),
+        ({"source": "nowhere.mp4"}, "camera Door: source: nowhere.mp4 does not exist"),
+        ({"source": "no.such:Class"}, "camera Door: source: no.such:Class: cannot import"),
+        (
+            {"source": "testcard", "axes": ["pan"]},
+            "camera Door: axes: the wooden robot has no axis pan; its axes are: none",
+        ),
+    ],
+)
+def test_a_camera_that_cannot_be_is_named(keys: dict[str, object], says: str) -> None:
+    """Whoever has four of them is told which."""
+    settings = CameraSettings.model_validate({"name": "Door", **keys})
+    with pytest.raises(ConfigError) as refused:
+        make_camera(settings, SystemClock(), Robot())
+    assert str(refused.value).startswith(says)

@@ -453,3 +453,25 @@ def test_limits_of_driving_that_contradict_each_other(tree: dict[str, float]) ->
     """A limit that could never be reached is refused with both numbers and what to do."""
     with pytest.raises(ConfigError, match=r"drive: .* be the larger one"):
         config.parse({"drive": tree}, "wax.toml")
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('[[camera]]\nsource = "testcard"\n', "camera[0].name: is missing"),
+        ('[[camera]]\nname = "A"\nsource = "none"\n', "leave its table out"),
+        ('[[camera]]\nname = "A"\n[[camera]]\nname = "A"\n', "two have the name A"),
+        (
+            '[[camera]]\nname = "A"\naxes = ["pan"]\n[[camera]]\nname = "B"\naxes = ["pan"]\n',
+            "two move with the axis pan",
+        ),
+        ('[video]\nsource = "none"\n[[camera]]\nname = "A"\n', "no driving view beside"),
+        ('[sync]\npolicy = "thesis"\n[[camera]]\nname = "A"\n', "showed one picture"),
+        ("".join(f'[[camera]]\nname = "{n}"\n' for n in range(5)), "0 to 4 of them"),
+        ('[[camera]]\nname = "A\\nB"\n', "a text of 1 to 24 printable characters"),
+    ],
+)
+def test_cameras_beside_the_driving_view(text: str, says: str, tmp_path: Path) -> None:
+    """Each has a name of its own, and one to be beside."""
+    (problem,) = _problems(text, tmp_path)
+    assert says in problem

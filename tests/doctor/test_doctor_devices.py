@@ -126,3 +126,20 @@ def test_a_serial_port_that_is_missing_is_told(tmp_path: Path) -> None:
     assert (missing.level, "There is no serial port" in missing.sentence) == ("bad", True)
     assert "Plug the robot in" in missing.advice
     assert _serial("nonsense://here").level == "bad"
+
+
+@pytest.mark.parametrize(
+    ("source", "level", "says"),
+    [
+        ("testcard", "ok", "The camera Door gives pictures of 640×480"),
+        ("robot", "ok", "The camera Door gives pictures"),
+        ("tests.doctor.sources:Dark", "bad", "Door: "),
+        ("nowhere.mp4", "bad", "camera Door: "),
+    ],
+)
+def test_a_camera_beside_the_driving_view_is_named(source: str, level: str, says: str) -> None:
+    """Each is opened and read like the first, and its verdict names it."""
+    settings = Settings.model_validate({"camera": [{"name": "Door", "source": source}]})
+    verdict = devices.further_camera(settings, settings.camera[0], running=False)
+    assert (verdict.level, says in verdict.sentence) == (level, True), verdict
+    assert devices.further_camera(settings, settings.camera[0], running=True).level == "warning"

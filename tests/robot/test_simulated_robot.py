@@ -9,9 +9,10 @@ import pytest
 
 from wax.clock import SystemClock
 from wax.config.settings import RobotSettings, VideoSettings
-from wax.driver.interface import HasCamera, HasMicrophone, Pose, Twist
+from wax.driver.interface import HasCamera, HasExternalView, HasMicrophone, Pose, Twist
 from wax.errors import SourceError
 from wax.robot.simulated.camera import SimulatedCamera
+from wax.robot.simulated.external_view import ExternalView
 from wax.robot.simulated.flat import furnished_flat
 from wax.robot.simulated.microphone import SimulatedMicrophone
 from wax.robot.simulated.robot import SimulatedRobot
@@ -36,6 +37,7 @@ def test_it_brings_eye_and_ear(robot: SimulatedRobot) -> None:
     """The server finds the robot's own camera and microphone."""
     assert isinstance(robot, HasCamera)
     assert isinstance(robot, HasMicrophone)
+    assert isinstance(robot, HasExternalView)
 
 
 def test_what_it_sees_and_hears_changes_when_it_moves(robot: SimulatedRobot) -> None:
@@ -122,3 +124,28 @@ def test_sound_has_no_gap(clock: FakeClock) -> None:
         stamps.append(ear.read().captured_s)
     ear.close()
     assert stamps == pytest.approx([1000.0, 1000.01, 1000.02, 1000.03])
+
+
+def test_it_is_seen_from_above_where_it_is(robot: SimulatedRobot) -> None:
+    """The view from outside changes where the robot was and is, and nowhere else."""
+    flat = furnished_flat()
+    size = VideoSettings(width=640, height=576, fps=60.0)  # the flat's own shape
+    places = [Pose(1.1, 0.9, 0.0), Pose(7.0, 5.2, 1.0)]
+    seen = []
+    for pose in places:
+        view = ExternalView(
+            size, SystemClock(), world=flat, look=lambda at=pose: Senses(at_s=3.0, pose=at)
+        )
+        view.open()
+        picture = view.read()
+        view.close()
+        assert picture.captured_s == 3.0
+        seen.append(picture.i420[: picture.height].astype(int))
+    rows, columns = np.nonzero(np.abs(seen[0] - seen[1]) > 20)
+    at_m = np.stack([columns / 64, flat.depth - rows / 64], axis=1)
+    for pose in places:
+        assert np.hypot(*(at_m - (pose.x_m, pose.y_m)).T).min() < 0.1
+    nearest = [np.hypot(*(at_m - (pose.x_m, pose.y_m)).T) for pose in places]
+    assert np.minimum(*nearest).max() < 0.8
+    with pytest.raises(SourceError):
+        robot.external_view(size, SystemClock()).read()

@@ -150,7 +150,7 @@ class Events:
     def received(self, channel: str, data: str | bytes) -> None:
         self._note(f"received {channel}", data)
 
-    def keyframe_wanted(self) -> None:
+    def keyframe_wanted(self, camera: int | None = None) -> None:
         self._note("keyframe")
 
     def feedback_refused(self) -> None:

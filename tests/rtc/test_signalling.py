@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wax.errors import SignallingError
-from wax.rtc.signalling import MAX_SDP_CHARS, clean_offer, is_firefox
+from wax.rtc.signalling import MAX_SDP_CHARS, clean_offer, is_firefox, pictures
 
 GOOD = "\r\n".join(
     [
@@ -42,6 +42,8 @@ def test_names_that_cannot_be_resolved_are_left_out() -> None:
         ("v=0\r\n" + "a" * MAX_SDP_CHARS, "longer than"),
         ("v=0\n" + "a=x\n" * 512, "more than 512 lines"),
         (GOOD.replace("m=video", "m=vide0"), "one picture section, it has 0"),
+        (GOOD + "m=video 9 x 0\r\n" * 5, "one picture section, it has 6"),
+        (GOOD + "m=video 9 x 0\r\n" + "a=x\r\n" * 640, "more than 640 lines"),
         (GOOD + "m=audio 9 UDP/TLS/RTP/SAVPF 0\r\n", "one sound section, it has 2"),
     ],
 )
@@ -97,6 +99,13 @@ def test_what_multiplies_the_parsers_work_is_refused(more: str, says: str) -> No
     """Repeated codecs, and feedback for all of them, do not reach aiortc."""
     with pytest.raises(SignallingError, match=says):
         clean_offer(_with(more))
+
+
+def test_a_page_has_room_for_cameras() -> None:
+    """Four beside the driving view, each with the lines that Chromium writes for one."""
+    camera = "m=video 9 UDP/TLS/RTP/SAVPF 96\r\n" + "a=x\r\n" * 103
+    assert pictures(clean_offer(BROWSERS["chromium"] + camera * 4)) == 5
+    assert pictures(clean_offer(GOOD)) == 1
 
 
 def test_each_section_has_its_own_payload_types() -> None:

@@ -18,7 +18,9 @@ def test_keyframes_are_forced_at_a_bounded_rate(monkeypatch: pytest.MonkeyPatch)
     connected = _scene()
     asked: list[float] = []
     monkeypatch.setattr(
-        connected.viewer.streams, "keyframe_wanted", lambda _camera: asked.append(connected.clock.time_s)
+        connected.viewer.streams,
+        "keyframe_wanted",
+        lambda _camera: asked.append(connected.clock.time_s),
     )
     for _ in range(6000):
         connected.clock.time_s += 0.01

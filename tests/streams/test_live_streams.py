@@ -23,12 +23,15 @@ from wax.streams.live import LiveService
 from wax.sync.playout import PlayoutReport, StreamPlayout
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from pydantic import BaseModel
 
     from wax.congestion.allocation import Allocation
     from wax.congestion.control import CongestionControl
     from wax.congestion.delivery import LinkEstimate, Train
     from wax.error_boundary import ErrorBoundary
+    from wax.fanout.camera import Camera
 
 SIZES = VideoSettings()
 OPERATOR = SyncSettings(max_holdback_ms=50.0, max_skew_ms=100.0, least_audio_mu_ms=10)
@@ -42,6 +45,7 @@ class Rig:
     takes_hold_back: bool = True
     upload_bps: float = 0
     channels: int = 1
+    cameras: Sequence[Camera] = ()
     clock: TurnedClock = field(default_factory=lambda: TurnedClock(100.0))
     told: list[BaseModel] = field(default_factory=list)
     held_ms: list[float] = field(default_factory=list)
@@ -57,11 +61,13 @@ class Rig:
             video=self.video,
             audio=self.audio,
             upload_bps=self.upload_bps,
+            cameras=self.cameras,
         )
         self.streams = self.service.streams(self, SyncSettings())
         lanes = self.streams.lanes()
         assert isinstance(lanes.picture, VideoLane)
         self.lane, self.congestion = lanes.picture, lanes.congestion
+        self.camera_lanes = [one.lane for one in lanes.cameras]
         self.asked: list[str] = []
         self.sizes: list[str] = []
         self.left = 0
@@ -101,19 +107,37 @@ class Rig:
             if tick % 4 == 0:
                 for made in [self._picture(name, now_s) for name in self.video.wanted]:
                     self.video._fan_out(made)
+                self._film(tick // 4, now_s)
             if (
                 self.congestion.free_in_s(None, now_s) <= 0.001
                 and (one := self.lane.take()) is not None
             ):
                 self.sizes.append(one.rendition)
                 self._send(self.congestion, one)
+            self._send_cameras(now_s)
             due = [one for at_s, one in self._feedback if at_s <= now_s]
             self._feedback = [one for one in self._feedback if one[0] > now_s]
             if due and not self._silent:
                 self.congestion.delivered(due, now_s)
 
-    def _picture(self, name: str, now_s: float) -> EncodedPicture:
-        rendition = self.video._renditions[name]
+    def _film(self, number: int, now_s: float) -> None:
+        """Film with the cameras, each at the rate of its rendition."""
+        for camera in self.cameras:
+            for name in camera.hub.wanted:
+                every = round(25 / camera.hub._renditions[name].settings.fps)
+                if number % every == 0:
+                    camera.hub._fan_out(self._picture(name, now_s, camera.hub))
+
+    def _send_cameras(self, now_s: float) -> None:
+        """Let them give way as their senders do."""
+        for lane in self.camera_lanes:
+            is_free = self.lane.is_empty and self.congestion.free_in_s(None, now_s) <= 0.001
+            if is_free and (one := lane.take()) is not None:
+                for _ in range(-(-len(one.data) // 1180)):
+                    self._wire(1240, "video", None)
+
+    def _picture(self, name: str, now_s: float, hub: VideoHub | None = None) -> EncodedPicture:
+        rendition = (hub or self.video)._renditions[name]
         keyframe = rendition._keyframe.is_set()
         rendition._keyframe.clear()
         if keyframe:

@@ -128,7 +128,8 @@ class Peer:
         if on_voice is not None:
             private.put_receiver(sound, VoiceReceiver(sound.receiver, on_voice))
         self._senders: dict[Kind, Sender] = {"audio": self._sound, "video": self._picture}
-        self._cameras = [self._camera(number, one) for number, one in enumerate(cameras)]
+        self._camera_lanes = cameras
+        self._cameras: list[CameraSender] = []
         self._pc.on("connectionstatechange", self._state_changed)
         self._pc.on("datachannel", self._channel_opened)
 
@@ -136,12 +137,9 @@ class Peer:
         """Answer a checked offer; raises `SignallingError` and closes the peer on failure."""
         try:
             description = RTCSessionDescription(offer, "offer")
-            for picture in (self._picture, *self._cameras):
-                picture.shows_at_once = not is_firefox(offer)
-            for camera in self._cameras:
-                camera.hold_back(0.0)
+            self._picture.shows_at_once = not is_firefox(offer)
             with self._network.reached():
-                self._leave_empty(pictures(offer) - 1 - len(self._cameras))
+                self._add_cameras(pictures(offer) - 1)
                 async with asyncio.timeout(_ANSWER_S):
                     await self._negotiate(description)
         except Exception as error:
@@ -218,9 +216,18 @@ class Peer:
         prefer(transceiver, self._codecs.audio if kind == "audio" else self._codecs.video)
         return transceiver
 
+    def _add_cameras(self, count: int) -> None:
+        """Send as many as the page has room for; where it has more, nothing goes either way."""
+        for number, camera in enumerate(self._camera_lanes[:count]):
+            sender = self._camera(number, camera)
+            sender.shows_at_once = self._picture.shows_at_once
+            sender.hold_back(0.0)
+            self._cameras.append(sender)
+        for _ in range(count - len(self._cameras)):
+            self._further_picture("inactive")
+
     def _camera(self, number: int, camera: CameraLane) -> CameraSender:
-        with self._network.reached():
-            transceiver = self._further_picture("sendonly")
+        transceiver = self._further_picture("sendonly")
         prefer(transceiver, camera.codec)
         events = self._events
         sender = CameraSender(
@@ -233,11 +240,6 @@ class Peer:
         )
         private.put_sender(transceiver, sender)
         return sender
-
-    def _leave_empty(self, count: int) -> None:
-        """Send and receive nothing where a page has room for more cameras than there are."""
-        for _ in range(count):
-            self._further_picture("inactive")
 
     def _further_picture(self, direction: str) -> RTCRtpTransceiver:
         transceiver = self._pc.addTransceiver("video", direction=direction)

@@ -13,6 +13,8 @@ MAX_SDP_CHARS: Final = 32_768
 
 _MAX_LINES: Final = 512
 """Current browsers write 100 to 300, with all their codecs."""
+_MORE_LINES: Final = 128
+"""For each camera beside the driving view, of which the page offers some codecs only."""
 _MAX_CODECS: Final = 128
 """Per section: a payload type has 7 bits (RFC 3550, 5.1)."""
 _MAX_FEEDBACK_FOR_ALL: Final = 16
@@ -42,8 +44,10 @@ def clean_offer(sdp: str, sender: str | None = None) -> str:
     lines = [line for line in sdp.splitlines() if line]  # at the very places where aiortc does
     if not lines or not lines[0].startswith("v=0"):
         raise SignallingError("the offer is not a session description: it does not begin with v=0")
-    if len(lines) > _MAX_LINES:
-        raise SignallingError(f"the offer has more than {_MAX_LINES} lines")
+    further = min(sum(line.startswith("m=video ") for line in lines), MAX_PICTURES) - 1
+    most = _MAX_LINES + _MORE_LINES * max(further, 0)
+    if len(lines) > most:
+        raise SignallingError(f"the offer has more than {most} lines")
     for section, what in _SECTIONS.items():
         found = sum(line.startswith(section + " ") for line in lines)
         if what == "picture" and 1 <= found <= MAX_PICTURES:

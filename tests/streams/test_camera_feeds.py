@@ -1,0 +1,133 @@
+"""The cameras beside one viewer's driving view: when they are sent, and what that costs it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from tests.streams.test_live_streams import TOP, Rig
+from tests.turned_clock import TurnedClock
+
+from wax.capture.testcard import TestCardVideo
+from wax.config.settings import CameraSettings
+from wax.fanout.camera import Camera
+from wax.protocol import messages
+
+LARGE, MIDDLE, SMALL = (one.name for one in CameraSettings(name="any").renditions)
+
+
+def _rig(rate_bps: float = 20e6, cameras: int = 2, **more: Any) -> Rig:
+    clock = TurnedClock(100.0)
+    made = []
+    for number in range(cameras):
+        settings = CameraSettings(name=f"camera {number}", source="testcard")
+        source = TestCardVideo(settings, clock)
+        made.append(Camera(settings, source, clock=clock, blank=lambda picture: picture))
+    return Rig(rate_bps=rate_bps, clock=clock, cameras=made, **more)
+
+
+def _wanted(rig: Rig) -> list[list[str]]:
+    return [camera.hub.wanted for camera in rig.cameras]
+
+
+async def test_nothing_is_encoded_before_a_page_shows_it() -> None:
+    """A page that never says what it shows is sent the driving view alone."""
+    rig = _rig()
+    rig.begin()
+    await rig.run(5.0)
+    assert rig.streams.status()["rendition"] == TOP
+    assert _wanted(rig) == [[], []]
+
+
+async def test_one_is_large_and_the_rest_small_and_the_page_is_told() -> None:
+    """Each is encoded as it is looked at, and no longer than that."""
+    rig = _rig()
+    rig.begin()
+    rig.streams.look(large=1, small=True)
+    await rig.run(6.0)
+    assert _wanted(rig) == [[SMALL], [LARGE]]
+    assert rig.all(messages.Served)[-1].cameras == [SMALL, LARGE]
+    rig.streams.look(large=None, small=True)
+    await rig.run(1.0)
+    assert _wanted(rig) == [[SMALL], [SMALL]]
+    rig.streams.look(large=None, small=False)
+    await rig.run(1.0)
+    assert _wanted(rig) == [[], []]
+    rig.streams.look(large=0, small=False)
+    await rig.run(1.0)
+    rig.streams.release()
+    assert _wanted(rig) == [[], []]
+
+
+async def test_who_wants_no_picture_is_sent_none() -> None:
+    """With the picture off the cameras are off, too."""
+    rig = _rig()
+    rig.begin()
+    rig.streams.look(large=0, small=True)
+    await rig.run(6.0)
+    rig.streams.want(sound=True, picture=False, size="640x480", policy=None)
+    await rig.run(1.0)
+    assert _wanted(rig) == [[], []]
+
+
+@pytest.mark.parametrize("rate_bps", [50e3, 100e3, 250e3, 500e3, 1e6, 2e6, 5e6])
+async def test_the_driving_view_is_what_it_is_without_them(rate_bps: float) -> None:
+    """Whatever the link carries, a large camera beside it takes no rendition from it."""
+    seen: list[list[str]] = []
+    for cameras in (0, 2):
+        rig = _rig(rate_bps, cameras)
+        rig.begin()
+        rig.streams.look(large=0 if cameras else None, small=True)
+        await rig.run(20.0)
+        rig.sizes.clear()
+        await rig.run(20.0)
+        seen.append(list(dict.fromkeys(rig.sizes)))
+    alone, beside = seen
+    assert beside == alone
+
+
+async def test_a_modem_carries_no_other_camera() -> None:
+    """A link that carries one picture carries the driving view."""
+    rig = _rig(50e3)
+    rig.begin()
+    rig.streams.look(large=0, small=True)
+    await rig.run(20.0)
+    assert rig.streams.status()["cameras"] == [None, None]
+
+
+async def test_a_link_that_narrows_loses_them_first() -> None:
+    """When it comes to that the cameras go at once, and the driving view keeps what it can."""
+    rig = _rig(8e6)
+    rig.begin()
+    rig.streams.look(large=0, small=True)
+    await rig.run(8.0)
+    assert rig.streams.status()["cameras"] == [LARGE, SMALL]
+    rig.rate_bps = 300e3
+    await rig.run(1.0)
+    assert rig.streams.status()["cameras"] == [None, None]
+    assert rig.streams.status()["rendition"] is not None
+
+
+async def test_a_short_upload_goes_to_driving_views() -> None:
+    """Of what the robot can send, another viewer's driving view comes before one's cameras."""
+    rig = _rig(upload_bps=2_000_000)
+    rig.begin()
+    rig.streams.look(large=0, small=True)
+    await rig.run(12.0)
+    assert rig.streams.status()["cameras"] != [None, None]
+    assert rig.streams.status()["rendition"] == TOP
+
+
+async def test_a_lane_that_lost_its_thread_is_helped() -> None:
+    """A camera whose pictures were dropped gets one keyframe, not one at every decision."""
+    rig = _rig()
+    rig.begin()
+    rig.streams.look(large=0, small=True)
+    await rig.run(6.0)
+    lane: Any = rig.camera_lanes[0]
+    lane._shed()
+    lane._cut_layer = 0
+    rig.asked.clear()
+    await rig.run(3.0)
+    assert rig.asked == [LARGE]
+    assert not lane.is_cut
