@@ -100,7 +100,7 @@ async def test_who_wants_only_the_driving_view_is_sent_no_other(
     await viewer.switch("Other cameras").click()
 
     async def is_sent(*names: str | None) -> bool:
-        return (await sent(server))["cameras"] == list(names)
+        return bool((await sent(server))["cameras"] == list(names))
 
     await eventually(lambda: is_sent(None, None), "neither is sent")
     assert await viewer.button("Make Door large").is_hidden()

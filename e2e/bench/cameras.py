@@ -21,7 +21,7 @@ from e2e.lab.systems.served import STATE, serving
 from e2e.lab.systems.settings import settings
 from e2e.lab.systems.wax import Wax
 from e2e.measure.errors import MeasureError, NotRunError
-from e2e.measure.row import Row, counted, judged
+from e2e.measure.row import Row, judged
 from e2e.measure.summary import summarize
 
 if TYPE_CHECKING:
@@ -38,11 +38,11 @@ _READ: Final = 10
 """Pictures that are read off at a time."""
 _MORE_MS: Final = 3.0
 _THIN: Final = "modem-56k"
+_LARGE_PX: Final = 640
+_SECOND_PX: Final = "document.querySelectorAll('video')[1].videoWidth"
 _SWITCH: Final = """
 [...document.querySelectorAll('[role="switch"]')]
-  .find((one) => one.getAttribute("aria-label") === "Other cameras" ||
-    one.closest("label, .switch")?.innerText.includes("Other cameras") ||
-    one.innerText.includes("Other cameras")).click()
+  .find((one) => one.innerText === "Other cameras").click()
 """
 
 
@@ -52,8 +52,8 @@ class Stretch:
 
     ages_ms: list[float]
     renditions: list[str]
-    second: list[str]
-    """What was sent of the other camera, of those seconds."""
+    second_px: int
+    """How wide the other camera's newest picture is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,31 +63,31 @@ class _Stage:
 
     async def show(self, *, is_on: bool) -> None:
         """Show the other camera large, or not at all."""
-        await self.window.evaluate(_SWITCH)
-        await self.window.hold("KeyC")
-        await self.window.release("KeyC")
+        large = "Second" if is_on else "Driving view"
+        tap = f"""document.querySelector('[aria-label="Make {large} large"]')?.click()"""
+        for act in (_SWITCH, tap) if is_on else (tap, _SWITCH):
+            await self.window.evaluate(act)
         await asyncio.sleep(_SETTLE_S)
 
     async def watched(self) -> Stretch:
         ages_ms: list[float] = []
         renditions: list[str] = []
-        second: list[str] = []
         until_s = time.monotonic() + _SECONDS
         while time.monotonic() < until_s:
             cards = await self.window.evaluate(f"waxProbe.cards({_READ})")
             ages_ms += [card["age_ms"] for card in cards if card["valid"]]
             told = await self.system.told()
             renditions.append(str(told.get("viewer.streams.rendition")))
-            second.append(str(told.get("viewer.streams.cameras.0")))
+        second_px = int(await self.window.evaluate(_SECOND_PX))
         if not ages_ms:
             raise MeasureError("no picture of the driving view could be read")
-        return Stretch(ages_ms, renditions, second)
+        return Stretch(ages_ms, renditions, second_px)
 
 
 async def cameras(n: int) -> list[Row]:
     """Watch `n` pairs on one machine, and as many on a line that carries one picture."""
     wide = await _pairs("same-machine", n)
-    if not all("640x480" in one for _, on in wide for one in on.second):
+    if any(on.second_px != _LARGE_PX for _, on in wide):
         raise MeasureError("the other camera was not sent on one machine")
     return rows_of(wide, await _pairs(_THIN, n))
 
@@ -110,17 +110,14 @@ def rows_of(
             spread=summarize(more_ms),
             load="an operator, two test cards at 640×480",
         ),
-        counted(
+        judged(
             "cameras: rendition",
-            f"… on {_THIN}: the driving view’s rendition is another than alone, readings",
-            sum(name not in alone for name in beside),
-            len(beside),
-            alone=sorted(alone),
-        ).model_copy(
-            update={
-                "values": {WAX: float(sum(name not in alone for name in beside))},
-                "judged": WAX,
-            }
+            f"… {_THIN}: readings in which its rendition is another than alone",
+            "",
+            {WAX: float(sum(name not in alone for name in beside))},
+            0.0,
+            n=len(beside),
+            detail={"alone": sorted(alone), "beside": sorted(set(beside))},
         ),
     ]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from e2e.bench.cameras import cameras
 from e2e.bench.crowded import crowded
 from e2e.bench.fan_out import fan_out
 from e2e.bench.first_picture import first_picture
@@ -24,6 +25,7 @@ SUITE: Final = Suite(
         measured("first-picture", 20, first_picture, "page loads", 3),
         measured("key-to-byte", 220, key_to_byte, "key presses", 15),
         measured("memory", 200, memory, "joins and leaves", 20),
+        measured("cameras", 5, cameras, "pairs of 10 s, a second camera off and large", 1),
         measured("recording", 10, recording, "pairs of 30 s, the tape off and on", 1),
     ),
     notes=(

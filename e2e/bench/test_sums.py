@@ -7,6 +7,8 @@ from typing import Any
 
 import pytest
 
+from e2e.bench import cameras
+from e2e.bench.cameras import Stretch
 from e2e.bench.key_to_byte import Change, Stroke, changes, delays
 from e2e.bench.recording import Drive, rows_of
 from e2e.faults.record import Record
@@ -66,3 +68,16 @@ def test_the_price_of_the_tape_is_what_it_adds() -> None:
     assert command.values["WAX"] == pytest.approx(3.0)
     assert command.met is False
     assert left_out.values["WAX"] == 6
+
+
+def test_the_price_of_a_second_camera_is_the_pairs() -> None:
+    """What it adds in the median pair; on the thin line, what the driving view never had alone."""
+
+    def stretch(age_ms: float, *renditions: str) -> Stretch:
+        return Stretch([age_ms - 5, age_ms, age_ms + 50], list(renditions), 640)
+
+    wide = [(stretch(20), stretch(20 + more)) for more in (1.0, 9.0, 2.0)]
+    thin = [(stretch(90, "b", "c"), stretch(90, "b", "a", "b"))]
+    age, rendition = cameras.rows_of(wide, thin)
+    assert (age.values["WAX"], age.met, age.n) == (2.0, True, 3)
+    assert (rendition.values["WAX"], rendition.met, rendition.n) == (1.0, False, 3)

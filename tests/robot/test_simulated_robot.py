@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -133,9 +134,7 @@ def test_it_is_seen_from_above_where_it_is(robot: SimulatedRobot) -> None:
     places = [Pose(1.1, 0.9, 0.0), Pose(7.0, 5.2, 1.0)]
     seen = []
     for pose in places:
-        view = ExternalView(
-            size, SystemClock(), world=flat, look=lambda at=pose: Senses(at_s=3.0, pose=at)
-        )
+        view = ExternalView(size, SystemClock(), world=flat, look=partial(Senses, 3.0, pose))
         view.open()
         picture = view.read()
         view.close()

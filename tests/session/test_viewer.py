@@ -323,3 +323,19 @@ def test_what_becomes_of_commands_is_told_a_few_times_a_second() -> None:
     told = [m for _, m in connected.room.sent if m["type"] == "drive_status"]
     assert 3 <= len(told) <= 5
     assert told[-1]["reason"] == "too old"
+
+
+def test_a_camera_that_is_not_there_cannot_be_looked_at() -> None:
+    """The page is told; what is there is looked at, however often another is asked for."""
+    connected = _scene()
+    looked: list[dict[str, Any]] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(LiveService, "cameras", ["Door"])
+        patch.setattr(connected.viewer.streams, "look", lambda **how: looked.append(how))
+        for large in (0, 1, None):
+            look = {"type": "look", "large": large, "small": True}
+            connected.viewer.received("state", json.dumps(look))
+    assert looked == [{"large": 0, "small": True}, {"large": None, "small": True}]
+    assert connected.counters.snapshot()["requests refused"] == 1
+    notices = [message for channel, message in connected.room.sent if channel == "state"]
+    assert any(one.get("text") == "There is no camera 2; reload the page." for one in notices)

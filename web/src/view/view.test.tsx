@@ -1239,3 +1239,94 @@ describe("speaking to the people beside the robot", () => {
     expect(getByText(body, "The host has muted all voices.")).toBeTruthy();
   });
 });
+
+describe("cameras beside the driving view", () => {
+  const TWO = [
+    { name: "Door", axes: [] },
+    { name: "Above", axes: ["pan"] },
+  ];
+  const fine = { problem: null };
+
+  function showTwo(more: { driving?: boolean; large?: number | null } = {}): void {
+    show(more.driving ? { operator: 1 } : { watching: [1] }, ["pan", "arm"]);
+    act(() => {
+      state.hello.value = { ...(state.hello.value ?? hello()), cameras: TWO };
+      state.room.value = { ...(state.room.value ?? room({})), cameras: [fine, fine] };
+      state.served.value = served({ cameras: ["small", "small"] });
+      state.large.value = more.large ?? null;
+    });
+  }
+
+  it("are small, and a tap makes one large", () => {
+    showTwo();
+    button("Make Above large").click();
+    expect(actions.enlarge).toHaveBeenCalledWith(1);
+    expect(queryByRole(body, "button", { name: "Make Driving view large" })).toBeNull();
+  });
+
+  it("the driving view stays in sight beside a large one, and is called so", () => {
+    showTwo({ driving: true, large: 0 });
+    const views = body.querySelectorAll(".view");
+    expect([...views].map((one) => one.querySelector("video") !== null)).toEqual([
+      true,
+      true,
+      true,
+    ]);
+    expect(views[0]?.classList.contains("is-driving-view")).toBe(true);
+    expect(body.querySelector(".views")?.classList.contains("is-watched")).toBe(true);
+    expect(views[1]?.classList.contains("is-large")).toBe(true);
+    button("Make Driving view large").click();
+    expect(actions.enlarge).toHaveBeenCalledWith(null);
+  });
+
+  it("say why nothing is seen: the camera's own words, or the connection", () => {
+    showTwo();
+    act(() => {
+      const failing = [{ problem: "Door: The plug is out." }, fine];
+      state.room.value = { ...room({ watching: [1] }), cameras: failing };
+      state.served.value = served({ cameras: ["small", null] });
+    });
+    expect(getByText(body, "Door: The plug is out.")).toBeTruthy();
+    expect(getByText(body, "Your connection carries no more.")).toBeTruthy();
+    expect(body.querySelectorAll(".view.is-old")).toHaveLength(2);
+  });
+
+  it("are greyed once they show nothing new", () => {
+    showTwo();
+    act(() => {
+      state.staleCameras.value = new Set([1]);
+    });
+    const old = [...body.querySelectorAll(".view")].map((one) => one.classList.contains("is-old"));
+    expect(old).toEqual([false, false, true]);
+  });
+
+  it("are gone with the picture, and while the host lets nobody see", () => {
+    showTwo();
+    act(() => {
+      state.preferences.value = { ...state.preferences.value, picture: false };
+    });
+    expect(body.querySelectorAll(".view")).toHaveLength(1);
+  });
+
+  it("can be left out, but for one that is large", () => {
+    showTwo({ large: 1 });
+    getByRole(body, "switch", { name: "Other cameras" }).click();
+    expect(actions.setCameras).toHaveBeenCalledWith(false);
+    act(() => {
+      state.preferences.value = { ...state.preferences.value, cameras: false };
+    });
+    const hidden = [...body.querySelectorAll<HTMLElement>(".view")].map((one) => one.hidden);
+    expect(hidden).toEqual([false, true, false]);
+  });
+
+  it("have the axes that turn them", () => {
+    showTwo({ driving: true });
+    expect(getByRole(body, "slider", { name: "pan of Above" })).toBeTruthy();
+    expect(getByRole(body, "slider", { name: "arm" })).toBeTruthy();
+  });
+
+  it("are not offered where there are none", () => {
+    show({ watching: [1] });
+    expect(queryByRole(body, "switch", { name: "Other cameras" })).toBeNull();
+  });
+});
