@@ -113,6 +113,19 @@ it("a page that nobody sees shows nothing, which says nothing of the camera", ()
 });
 
 it.each([
+  ["the host lets nobody see", { blanked: true }, true],
+  ["the picture is off", {}, false],
+])("says nothing of a camera while %s", (_, house, picture) => {
+  cameras.choose(0);
+  const told = room({});
+  state.room.value = { ...told, house: { ...told.house, ...house } };
+  state.preferences.value = { ...state.preferences.value, picture };
+  pass(5000, []);
+  expect(state.large.value).toBe(0);
+  expect(say).not.toHaveBeenCalled();
+});
+
+it.each([
   ["C", "KeyC", "p", {}, 1],
   ["another key", "KeyV", "p", {}, 0],
   ["a shortcut", "KeyC", "p", { ctrlKey: true }, 0],

@@ -82,7 +82,8 @@ export class Cameras {
   /** Looks whether what is large is still alive; call it a few times a second. */
   look(nowMs: number, isHidden: boolean): void {
     const { state, tellsFrames } = this.wiring;
-    if (isHidden || !tellsFrames) {
+    const isOff = state.isBlanked.peek() || !state.preferences.peek().picture;
+    if (isHidden || isOff || !tellsFrames) {
       this.#shownMs.fill(nowMs);
       return;
     }

@@ -46,6 +46,7 @@ it.each([
     name: "",
     sound: true,
     picture: true,
+    cameras: true,
     size: "",
     policy: null,
     speed: "slow",

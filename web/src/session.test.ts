@@ -486,3 +486,17 @@ describe("a page for which the server has no place", () => {
     expect(away.leave).toHaveBeenCalledOnce();
   });
 });
+
+it("connects again, once, with room for the cameras that the server has now", async () => {
+  const greeting = hello({ viewer: 1, cameras: [{ name: "Door", axes: [] }] });
+  open();
+  receive(greeting);
+  await vi.advanceTimersByTimeAsync(0);
+  expect(peers).toHaveLength(2);
+  open();
+  receive(greeting);
+  await vi.advanceTimersByTimeAsync(0);
+  expect(peers).toHaveLength(2);
+  expect(session.state.isConnected.value).toBe(true);
+  expect(peer().sent).toContainEqual({ type: "look", large: null, small: true });
+});

@@ -286,7 +286,7 @@ export function startSession(): Session {
     if (count === link.cameras) return true;
     link.cameras = count;
     state.large.value = null;
-    link.connect();
+    queueMicrotask(() => link.connect()); // the link is still busy with this greeting
     return false;
   }
 
