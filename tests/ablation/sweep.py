@@ -48,8 +48,16 @@ BOUNDS: Final = {
     "send_history._KEPT_PACKETS",
 }
 """Bounds of memory, or against invalid input, that no link reaches."""
-ELSEWHERE: Final = {"sound_reports._MAX_USE_FACTOR", "sound_reports._REPORTS"}
-"""Used only without feedback on the sound's packets, which all links here have."""
+ELSEWHERE: Final = {
+    "camera_choice._FAILED_HOLD_S",
+    "camera_choice._HOLD_S",
+    "camera_choice._MAX_HOLD_S",
+    "camera_choice._TRIAL_S",
+    "sound_reports._MAX_USE_FACTOR",
+    "sound_reports._REPORTS",
+}
+"""Used only for cameras beside the driving view, or without feedback on the sound's packets: the
+links here have the driving view alone, and that feedback."""
 
 MEASURES: Final = ("server/wax/congestion/*.py", "server/wax/sync/*.py")
 _HARNESS: Final = (
