@@ -124,6 +124,18 @@ def test_who_has_just_joined_is_not_asked() -> None:
     assert turns.tick(60.0)[-1] == TurnStarted(2, B, 120.0)
 
 
+def test_who_is_called_goes_before_somebody_invited_who_comes_then() -> None:
+    """And the one who comes is told to wait for that turn, too."""
+    turns = make(A, B, ready_s=10.0, invited_first=True)
+    turns.connect(C, 55.0, Person("carol", is_invited=True))
+    turns.tick(55.0)
+    turns.join(C, 56.0)
+    assert turns.wait_s(C, 56.0) == 4.0 + 60.0
+    turns.answer(B, 57.0)
+    assert turns.tick(60.0)[-1] == TurnStarted(2, B, 120.0)
+    assert turns.wait_s(C, 60.0) == 60.0
+
+
 def test_an_absent_one_is_passed_over_once() -> None:
     """B misses the call: C drives, B keeps the place, is called again, and loses it then."""
     turns = make(A, B, C, ready_s=10.0)

@@ -153,6 +153,7 @@ class TurnsMachine(RuleBasedStateMachine):
             assert self.now_s >= self.lost_since_s[viewer] + self.policy.grace_s
         else:
             self.expire(viewer, times=2)
+            self.passed_over.discard(viewer)  # who comes again begins anew
 
     def expire(self, viewer: int, *, times: int) -> None:
         assert self.called is not None

@@ -435,15 +435,19 @@ class Turns:
         me = self._people[viewer]
         if self._fairness.yields(me, now_s):
             return None
-        before = self._queue[: self._queue.index(viewer)]
-        if not self._settings.invited_first:
+        before = {*self._queue[: self._queue.index(viewer)]}
+        invited = {one for one in self._line() if self._people[one].is_invited}
+        if self._settings.invited_first and me.is_invited:
+            before &= invited
+        # Whoever is called goes next, whoever has come meanwhile.
+        call = self._ready.call
+        if call is not None and call.viewer in self._queue and call.viewer != viewer:
+            before.add(call.viewer)
+        if not self._settings.invited_first or me.is_invited:
             return len(before)
-        invited = [one for one in self._line() if self._people[one].is_invited]
-        if me.is_invited:
-            return sum(one in invited for one in before)
         if len(invited) > 1:
             return None
-        strangers = sum(one not in invited for one in before)
+        strangers = len(before - invited)
         # A single invited one drives before each of us, but not twice in a row.
         times = strangers if self.operator in invited else strangers + 1
         return strangers + times * len(invited)
