@@ -91,6 +91,7 @@ async def test_one_is_large_and_the_others_are_small(
 
 
 @pytest.mark.timeout(90)
+@pytest.mark.full
 async def test_who_wants_only_the_driving_view_is_sent_no_other(
     server: Server, open_viewer: OpenViewer
 ) -> None:

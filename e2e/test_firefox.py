@@ -96,6 +96,7 @@ HEARD_S = 4
 
 
 @pytest.mark.timeout(120)
+@pytest.mark.full
 async def test_firefox_speaks_to_the_robot(serve: Serve, tmp_path: Path) -> None:
     """The words that Firefox's microphone hears are those of the robot's speaker."""
     path = find_firefox()

@@ -83,7 +83,7 @@ async def choose(viewer: Viewer, option: str, words: str) -> None:
     "player",
     [
         ("own", "WAX's own", ["Sound level, left", "Sound level, right"]),
-        ("browser", "the browser's", ["Sound level"]),
+        pytest.param(("browser", "the browser's", ["Sound level"]), marks=pytest.mark.full),
     ],
     ids=["own", "browser"],
 )
@@ -138,6 +138,7 @@ async def test_one_that_fails_costs_no_ear(
 
 
 @pytest.mark.timeout(120)
+@pytest.mark.full
 async def test_turned_away_the_radio_is_heard_where_it_is(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer
 ) -> None:

@@ -8,6 +8,7 @@ from contextlib import AsyncExitStack, suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pytest
 import pytest_asyncio
 from playwright.async_api import async_playwright, expect
 
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from collections.abc import AsyncIterator
     from pathlib import Path
 
-    import pytest
     from playwright.async_api import Browser
 
     from e2e.conftest import OpenViewer, Serve
@@ -170,6 +170,7 @@ async def test_the_host_mutes_everybody(talking: Browser, server: Server, tmp_pa
         await one.page.context.close()
 
 
+@pytest.mark.full
 async def test_who_lives_in_the_flat_answers(
     talking: Browser, own_ear: Ear | None, serve: Serve, tmp_path: Path
 ) -> None:
