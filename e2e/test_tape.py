@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import re
-import signal
-from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
 from e2e.harness import toml
-from e2e.harness.server import COMMAND, free_port
+from e2e.harness.replay import replayed
 from e2e.harness.viewer import Viewer
 from e2e.harness.wait import eventually
 from wax.tape.shelf import Shelf
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator
     from pathlib import Path
 
     from playwright.async_api import Browser
@@ -53,33 +49,6 @@ PLACES: Final = """() => {
 }"""
 
 
-@asynccontextmanager
-async def _replayed(folder: Path) -> AsyncIterator[str]:
-    """Run `wax replay` around a block; gives the URL of its page."""
-    port = free_port()
-    process = await asyncio.create_subprocess_exec(
-        str(COMMAND),
-        "replay",
-        str(folder),
-        "--port",
-        str(port),
-        stdout=asyncio.subprocess.PIPE,
-        env=os.environ,
-    )
-    assert process.stdout is not None
-    try:
-        async with asyncio.timeout(20):
-            while b"http://" not in (line := await process.stdout.readline()):
-                assert line, "wax replay has ended"
-        yield line.decode().split()[-1]
-        process.send_signal(signal.SIGTERM)
-        assert await asyncio.wait_for(process.wait(), 5) == 0
-    finally:
-        if process.returncode is None:
-            process.kill()
-            await process.wait()
-
-
 @pytest.mark.timeout(120)
 async def test_what_was_driven_is_replayed(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer, chromium: Browser
@@ -106,7 +75,7 @@ async def test_what_was_driven_is_replayed(
     assert part.kept == "operator"
 
     context = await chromium.new_context()
-    async with _replayed(folder) as url:
+    async with replayed(folder) as url:
         page = (viewer := await Viewer.prepare(context, url)).page
 
         async def video(what: str) -> Any:

@@ -410,6 +410,7 @@ class App:
             counters=counters,
             video=self._video if "video" in self._captures else None,
             audio=self._audio if "audio" in self._captures else None,
+            cameras=self._cameras,
         )
 
     def _make_tape_keeper(self, viewers: Viewers) -> TapeKeeper | None:
@@ -423,6 +424,7 @@ class App:
             latched=lambda: self._control.latched,
             robot=lambda: self._control.robot_state,
             has_sound=self._tape.has_sound,
+            has_cameras=self._tape.has_cameras,
         )
 
     def _camera_fails(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import pytest
 from tests.tape.packets import SIZE, pictures, sounds
@@ -12,10 +12,12 @@ from wax.errors import StateError
 from wax.protocol.tape_events import FORMAT, Stopped
 from wax.replay.library import Library
 from wax.tape import event_file
+from wax.tape.camera_files import CameraFormat
 from wax.tape.segment import Segment
 from wax.tape.shelf import Shelf
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
 BEGIN_S = 1000.0
@@ -30,15 +32,30 @@ def shelf(tmp_path: Path) -> Shelf:
     return made
 
 
-def record(shelf: Shelf, begin_s: float) -> str:
-    """Record two seconds with a stop in the middle; return the part's name."""
+CAMERAS: Final = (CameraFormat("Door", "vp8", SIZE), CameraFormat("Tail", "h264", SIZE))
+
+
+def record(shelf: Shelf, begin_s: float, cameras: Sequence[CameraFormat] = ()) -> str:
+    """Record two seconds with a stop in the middle; return the part's name.
+
+    Each camera beside the driving view begins half a second after the one before.
+    """
     segment = Segment(
-        shelf, origin_s=begin_s, zero_ns=10**18, codec="vp8", size=SIZE, has_sound=True
+        shelf,
+        origin_s=begin_s,
+        zero_ns=10**18,
+        codec="vp8",
+        size=SIZE,
+        has_sound=True,
+        cameras=cameras,
     )
     for picture in pictures("vp8", begin_s=begin_s, seconds=2.0):
         segment.picture(picture)
     for sound in sounds(begin_s=begin_s, seconds=2.0):
         segment.sound(sound)
+    for number, camera in enumerate(cameras):
+        for picture in pictures(camera.codec, begin_s=begin_s + number / 2, seconds=1.0):
+            segment.camera(number + 1, picture)
     segment.event(Stopped(number=1, pressed=True, viewer=2, by_host=False), begin_s + 1.0)
     segment.close()
     return segment.name
@@ -53,6 +70,7 @@ def test_all_of_a_folder_is_there(shelf: Shelf) -> None:
     assert (content.has_picture, content.has_sound, content.problem) == (True, True, None)
     assert content.length_ms == pytest.approx(2000, abs=60)
     assert [one.at_ms for one in content.events] == [pytest.approx(1000)]
+    assert content.cameras == []
     assert library.media(first.name) == shelf.path(first.name, ".webm")
     library.close()
 
@@ -104,6 +122,84 @@ def test_a_part_that_is_cut_is_played_from_a_copy(shelf: Shelf) -> None:
     assert path.read_bytes() == before
     library.close()
     assert not copy.exists()
+
+
+@pytest.fixture
+def filmed(tmp_path: Path) -> tuple[Shelf, str]:
+    """Record a part with two cameras beside the driving view, of which one begins later."""
+    made = Shelf(tmp_path)
+    return made, record(made, BEGIN_S, CAMERAS)
+
+
+def test_cameras_are_shown_from_when_they_began(filmed: tuple[Shelf, str]) -> None:
+    """Each with its name, and its own file, in which a browser can seek."""
+    shelf, name = filmed
+    library = Library(shelf.folder)
+    content = library.content(name)
+    assert content.problem is None
+    assert [(one.number, one.name) for one in content.cameras] == [(1, "Door"), (2, "Tail")]
+    assert [one.began_ms for one in content.cameras] == pytest.approx([0, 500])
+    assert library.media(name, 1) == shelf.path(name, ".camera-1.webm")
+    assert library.media(name, 2).suffix == ".mp4"
+    with pytest.raises(StateError, match="no pictures of camera 3"):
+        library.media(name, 3)
+    library.close()
+
+
+@pytest.mark.parametrize("ending", [".webm", ".mcap", ".camera-2.mp4"])
+def test_any_file_of_a_renamed_part_finds_its_cameras(
+    filmed: tuple[Shelf, str], ending: str
+) -> None:
+    """Also where there are dots in the new name."""
+    shelf, name = filmed
+    for one in (".webm", ".mcap", ".camera-1.webm", ".camera-2.mp4"):
+        shelf.path(name, one).rename(shelf.folder / f"the.fall{one}")
+    library = Library(shelf.folder / f"the.fall{ending}")
+    content = library.content("the.fall")
+    assert [one.name for one in content.cameras] == ["Door", "Tail"]
+    assert content.has_picture
+    library.close()
+
+
+def _damage(path: Path) -> None:
+    path.write_bytes(b"no film")
+
+
+@pytest.mark.parametrize(
+    ("spoil", "ending", "said"),
+    [
+        (_damage, ".camera-1.webm", "The camera Door is left out"),
+        (os.unlink, ".camera-1.webm", "What the camera Door showed is not beside this"),
+        (_damage, ".webm", "damaged"),
+    ],
+)
+def test_what_is_wrong_with_one_file_leaves_the_others(
+    filmed: tuple[Shelf, str], spoil: Callable[[Path], None], ending: str, said: str
+) -> None:
+    """One sentence, and the rest is played."""
+    shelf, name = filmed
+    spoil(shelf.path(name, ending))
+    library = Library(shelf.folder)
+    content = library.content(name)
+    assert content.problem is not None
+    assert said in content.problem
+    assert [one.name for one in content.cameras][-1] == "Tail"
+    assert len(content.cameras) == (2 if ending == ".webm" else 1)
+    assert content.has_picture == (ending != ".webm")
+    library.close()
+
+
+def test_a_camera_that_cannot_be_placed_is_left_out(filmed: tuple[Shelf, str]) -> None:
+    """Where its beginning is lost it might be shown at another time than it was."""
+    shelf, name = filmed
+    shelf.path(name, ".camera-2.mp4").rename(shelf.path(name, ".camera-4.mp4"))
+    library = Library(shelf.folder)
+    content = library.content(name)
+    assert [one.name for one in content.cameras] == ["Door"]
+    assert content.problem is not None
+    shelf.path(name, ".mcap").unlink()
+    assert library.content(name).cameras == []
+    library.close()
 
 
 def test_a_newer_tape_is_refused_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

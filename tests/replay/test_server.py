@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 from aiohttp.test_utils import TestClient, TestServer
-from tests.replay.test_library import BEGIN_S, record
+from tests.replay.test_library import BEGIN_S, CAMERAS, record
 from tests.turned_clock import TurnedClock
 
 from wax.config.settings import ServerSettings
@@ -78,6 +78,21 @@ async def test_a_browser_can_seek(client: Client, name: str) -> None:
     part = await client.get(AT + f"/media/{name}", headers={"Range": "bytes=100-199"})
     assert part.status == 206
     assert await part.read() == data[100:200]
+
+
+async def test_a_camera_has_a_file_of_its_own(client: Client, tmp_path: Path) -> None:
+    """By its number, with the type of its codec."""
+    name = record(Shelf(tmp_path), BEGIN_S + 20, CAMERAS)
+    content = await (await client.get(AT + f"/api/tape/{name}")).json()
+    assert [one["number"] for one in content["cameras"]] == [1, 2]
+    for number, kind in ((1, "video/webm"), (2, "video/mp4")):
+        url = AT + f"/media/{name}/{number}"
+        found = await client.get(url, headers={"Range": "bytes=0-99"})
+        assert (found.status, found.headers["Content-Type"]) == (206, kind)
+    for bad in ("3", "0", "999"):
+        response = await client.get(AT + f"/media/{name}/{bad}")
+        assert response.status == 404
+        assert "error" in await response.json()
 
 
 @pytest.mark.parametrize("path", ["/api/tape/gone", "/media/gone", "/media/..%2Fpage"])

@@ -71,6 +71,7 @@ class Rig:
             latched=lambda: self.latched,
             robot=lambda: self.robot,
             has_sound=True,
+            has_cameras=False,
         )
 
     def steer(self, wanted: Setpoint, sent: Twist = STANDSTILL) -> None:
@@ -153,6 +154,32 @@ def test_reasons_have_short_names(rig: Rig, sentence: str, told: str) -> None:
     """Sentences may be changed or translated; a tape is read years later."""
     rig.steer(Setpoint(reason=sentence))
     assert rig.writing.of("steered")[0]["reason"] == told
+
+
+@pytest.mark.parametrize(
+    ("has_sound", "has_cameras", "what"),
+    [
+        (True, False, "Picture, sound and driving are recorded"),
+        (False, False, "Picture and driving are recorded"),
+        (True, True, "The pictures of all cameras, sound and driving are recorded"),
+        (False, True, "The pictures of all cameras and driving are recorded"),
+    ],
+)
+def test_everybody_is_told_what_is_recorded(
+    *, has_sound: bool, has_cameras: bool, what: str
+) -> None:
+    """Nobody sits before a camera of which they are not told."""
+    keeper = TapeKeeper(
+        cast("Recorder", Writing()),
+        settings=RecordingSettings(),
+        clock=TurnedClock(),
+        viewers=[],
+        latched=lambda: None,
+        robot=lambda: RobotState(connected=True),
+        has_sound=has_sound,
+        has_cameras=has_cameras,
+    )
+    assert keeper.status().why.startswith(what)
 
 
 def test_no_name_is_on_the_tape_unless_configured(rig: Rig) -> None:

@@ -16,6 +16,7 @@ from wax.clock import SystemClock
 from wax.config.recording import RecordingSettings
 from wax.encode.encoded import EncodedPicture
 from wax.protocol.tape_events import Missed
+from wax.tape.camera_files import CameraFormat
 from wax.tape.recorder import Format, Recorder
 from wax.tape.shelf import Shelf
 
@@ -24,24 +25,34 @@ if TYPE_CHECKING:
 
 _LEAD_S = 1.5
 _SECONDS = 8.0
+CAMERA_LATER_S = 0.25
+"""So much later than the driving view a camera beside it begins."""
 
 
 def main(folder: Path, codec: Codec) -> None:
-    """Record pictures and sound at their own speed, and an event with each picture."""
+    """Record pictures, a camera and sound at their own speed, and an event with each picture.
+
+    The camera has the other codec.
+    """
+    camera = CameraFormat("Door", "vp8" if codec == "h264" else "h264", SIZE)
     clock = SystemClock()
     begin_s = clock.now_s() + _LEAD_S
     recorder = Recorder(
         Shelf(folder),
         settings=RecordingSettings(segment_s=600.0, min_free_gb=0.0),
-        format=Format(codec, SIZE, has_sound=True, keyframe_interval_s=1.0),
+        format=Format(codec, SIZE, has_sound=True, keyframe_interval_s=1.0, cameras=(camera,)),
         clock=clock,
     )
     film = pictures(codec, begin_s=begin_s, seconds=_SECONDS)
-    items = in_order([*film, *sounds(begin_s=begin_s, seconds=_SECONDS)])
+    beside = pictures(camera.codec, begin_s=begin_s + CAMERA_LATER_S, seconds=_SECONDS)
+    of_camera = {id(one) for one in beside}
+    items = in_order([*film, *beside, *sounds(begin_s=begin_s, seconds=_SECONDS)])
     recorder.start()
     for item in items:
         time.sleep(max(0.0, item.captured_s - clock.now_s()))
-        if isinstance(item, EncodedPicture):
+        if isinstance(item, EncodedPicture) and id(item) in of_camera:
+            recorder.camera(1, item)
+        elif isinstance(item, EncodedPicture):
             recorder.picture(item)
             recorder.event(Missed(missed_s=0.0), item.captured_s)
             sys.stdout.write(f"{item.captured_s - begin_s:.3f}\n")

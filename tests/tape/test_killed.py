@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Final
 
 import av
 import pytest
+from tests.tape.filming import CAMERA_LATER_S
 
+from wax.protocol.tape_events import Filmed
 from wax.tape.mended import mended
 from wax.tape.reading import read_events
 from wax.tape.shelf import Shelf
@@ -38,10 +40,10 @@ def _kill_while_filming(folder: Path, codec: Codec, after_s: float) -> float:
     return float(lines[-1])
 
 
-def _ends_s(path: Path) -> dict[str, float]:
+def _ends_s(path: Path, *streams: str) -> dict[str, float]:
     """Return when the last frame of each stream that can be decoded begins."""
     ends = {}
-    for stream in ("video", "audio"):
+    for stream in streams:
         with av.open(str(path)) as media:
             frames = media.decode(video=0) if stream == "video" else media.decode(audio=0)
             for frame in frames:
@@ -56,10 +58,15 @@ def _check(folder: Path, captured_s: float) -> None:
     copies = folder / "copies"
     copies.mkdir()
     for path in (part.media, mended(part.media, copies)):
-        ends = _ends_s(path)
+        ends = _ends_s(path, "video", "audio")
         assert ends["video"] >= captured_s - LOST_S
         assert ends["audio"] >= captured_s - LOST_S
+    camera = part.cameras[1]
+    for path in (camera, mended(camera, copies)):
+        assert _ends_s(path, "video")["video"] >= captured_s - CAMERA_LATER_S - LOST_S
     read = read_events(part.events)
+    (filmed,) = (one for one in read.events if isinstance(one.event, Filmed))
+    assert filmed.at_ms / 1000 == pytest.approx(CAMERA_LATER_S, abs=0.001)
     assert read.length_ms / 1000 >= captured_s - LOST_S
 
 

@@ -69,7 +69,7 @@ class Rig:
         return found
 
 
-def _until(is_so: Callable[[], bool]) -> None:
+def until(is_so: Callable[[], bool]) -> None:
     """Wait for the thread; the clock of this is the test's own limit."""
     while not is_so():
         time.sleep(0.005)
@@ -150,7 +150,7 @@ def test_what_happened_lately_is_kept(rig: Rig) -> None:
     rig.clock.time_s = BEGIN_S
     rig.film(BEGIN_S, 25.0)
     rig.recorder.start()
-    _until(lambda: len(rig.shelf.parts()) == 3 and rig.recorder.waiting == 0)
+    until(lambda: len(rig.shelf.parts()) == 3 and rig.recorder.waiting == 0)
     # Their files are of now; this machine's time is what their ends are told by.
     first, second, third = rig.shelf.parts()
     rig.recorder.keep(BEGIN_S + (second.ended_s - rig.clock.wall_ms() / 1000), "fault")
@@ -170,7 +170,7 @@ def test_a_slow_disk_leaves_out_whole_parts_and_says_so(
     left_out = rig.recorder.status().left_out
     assert left_out > 0
     rig.recorder.start()
-    _until(lambda: rig.recorder.waiting == 0)
+    until(lambda: rig.recorder.waiting == 0)
     rig.clock.time_s += 5.0
     rig.film(BEGIN_S + 5.0, 0.5)
     rig.recorder.stop(20.0)
@@ -191,11 +191,11 @@ def test_a_full_disk_stops_the_tape_until_there_is_room(
     monkeypatch.setattr("shutil.disk_usage", lambda _: Disk(10**12, 0, free["bytes"]))
     rig = Rig(tmp_path / "tape", min_free_gb=2.0)
     rig.recorder.start()
-    _until(lambda: rig.recorder.problem is not None)
+    until(lambda: rig.recorder.problem is not None)
     assert rig.recorder.problem == DISK_FULL
     assert rig.shelf.parts() == []
     free["bytes"] = 3 * 10**9
-    _until(lambda: rig.recorder.problem is None)
+    until(lambda: rig.recorder.problem is None)
     rig.film(BEGIN_S, 1.0)
     rig.recorder.stop(20.0)
     assert len(rig.shelf.parts()) == 1
@@ -210,7 +210,7 @@ def test_a_tape_that_is_full_of_what_is_kept_says_so(tmp_path: Path) -> None:
         file.truncate(200_000_000)
     rig.shelf.keep(name, "host")
     rig.recorder.start()
-    _until(lambda: rig.recorder.problem is not None)
+    until(lambda: rig.recorder.problem is not None)
     rig.recorder.stop(20.0)
     assert rig.recorder.problem == TAPE_FULL
     assert [one.name for one in rig.shelf.parts()] == [name]
@@ -236,7 +236,7 @@ def test_a_folder_that_is_none_is_said(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     rig = Rig(tmp_path / "file" / "tape")
     rig.recorder.start()
-    _until(lambda: rig.recorder.problem is not None)
+    until(lambda: rig.recorder.problem is not None)
     rig.recorder.stop(20.0)
     assert rig.recorder.problem is not None
     assert "[recording] folder" in rig.recorder.problem
@@ -246,7 +246,7 @@ def test_what_is_deleted_while_it_is_written_harms_nothing(rig: Rig) -> None:
     """`wax tape delete --all` may come at any time."""
     rig.film(BEGIN_S, 2.0)
     rig.recorder.start()
-    _until(lambda: bool(rig.shelf.parts()) and rig.recorder.waiting == 0)
+    until(lambda: bool(rig.shelf.parts()) and rig.recorder.waiting == 0)
     for part in rig.shelf.parts():
         rig.shelf.delete(part.name)
     rig.film(BEGIN_S + 2.0, 10.0)

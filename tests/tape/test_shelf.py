@@ -47,6 +47,35 @@ def test_only_its_owner_can_look_into_the_folder(shelf: Shelf) -> None:
     assert shelf.folder.stat().st_mode & 0o077 == 0
 
 
+def test_what_cameras_beside_the_driving_view_showed_is_part_of_it(shelf: Shelf) -> None:
+    """It counts for the size and the end, and goes with the rest."""
+    for camera in (1, 3):
+        path = shelf.path(FIRST, f".camera-{camera}.webm")
+        path.write_bytes(bytes(500))
+        os.utime(path, (FIRST_S + 61, FIRST_S + 61))
+    (shelf.folder / f"{FIRST}.camera-9.webm").write_bytes(b"no such camera")
+    first = shelf.parts()[0]
+    assert (first.name, first.size_bytes, first.ended_s) == (FIRST, 5000, FIRST_S + 61)
+    assert first == shelf.part(FIRST)
+    assert first.cameras == {
+        camera: shelf.path(FIRST, f".camera-{camera}.webm") for camera in (1, 3)
+    }
+    assert first.media == shelf.path(FIRST, ".webm")
+    shelf.delete(FIRST)
+    left = {path.name for path in shelf.folder.glob(f"{FIRST}*")}
+    assert left == {f"{FIRST}.camera-9.webm"}
+
+
+def test_a_cameras_file_alone_is_a_part_that_can_be_deleted(shelf: Shelf) -> None:
+    """Nothing of a tape is left over where nobody sees it."""
+    name = "wax-20261123T150000Z"
+    shelf.path(name, ".camera-2.mp4").write_bytes(bytes(10))
+    assert shelf.parts()[-1].name == name
+    assert shelf.new_name(shelf.parts()[-1].began_s * 1000) == f"{name}-1"
+    tape_delete(shelf, [name])
+    assert len(shelf.parts()) == 2
+
+
 def test_names_do_not_meet(shelf: Shelf) -> None:
     """Two parts that begin within a second have different names, in their order."""
     name = shelf.new_name(FIRST_S * 1000)

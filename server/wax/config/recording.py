@@ -19,4 +19,5 @@ class RecordingSettings(BaseModel):
     keep_days: Annotated[float, Field(ge=0.01, le=3650)] = 7.0
     segment_s: Annotated[float, Field(ge=10, le=600)] = 60.0
     sound: bool = True
+    cameras: bool = True
     names: bool = False

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 FORMAT: Final = 1
-"""The version of all this. A new field with a default does not raise it; anything else does."""
+"""The version of all this. A new field with a default does not raise it, nor a new kind of event,
+which older versions pass over; anything else does."""
 
 
 class _Event(BaseModel):
@@ -138,6 +139,17 @@ class Named(_Event):
     name: str
 
 
+class Filmed(_Event):
+    """The pictures of a camera beside the driving view begin: its media file's 0 is now.
+
+    `camera` is the number in that file's name, `name` what people call it.
+    """
+
+    type: Literal["filmed"] = "filmed"
+    camera: int
+    name: str
+
+
 class Missed(_Event):
     """Nothing was recorded for the `missed_s` before this, since the disk was too slow."""
 
@@ -145,7 +157,9 @@ class Missed(_Event):
     missed_s: float
 
 
-TapeEvent = Commanded | Steered | Reported | Turned | Stopped | Faulted | Watched | Named | Missed
+TapeEvent = (
+    Commanded | Steered | Reported | Turned | Stopped | Faulted | Watched | Named | Filmed | Missed
+)
 EVENTS: Final[Sequence[type[TapeEvent]]] = get_args(TapeEvent)
 
 
@@ -174,6 +188,17 @@ class TapeListing(_Event):
     parts: list[TapePart]
 
 
+class TapeCamera(_Event):
+    """The pictures of a camera beside the driving view, `began_ms` after their part did.
+
+    They are at ``media/``, the part's name, ``/`` and `number`.
+    """
+
+    number: int
+    name: str
+    began_ms: float
+
+
 class TapeContent(_Event):
     """All of one part but picture and sound, which are at ``media/`` and its name.
 
@@ -186,6 +211,7 @@ class TapeContent(_Event):
     has_media: bool
     has_picture: bool
     has_sound: bool
+    cameras: list[TapeCamera]
     events: list[Placed]
     problem: str | None
 

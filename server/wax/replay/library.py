@@ -9,9 +9,10 @@ from typing import Final
 
 from wax.errors import StateError
 from wax.protocol.tape_events import Placed, TapeContent, TapeListing, TapePart
+from wax.replay.cameras import cameras_of
 from wax.tape.mended import facts_of, mended
 from wax.tape.reading import read_events
-from wax.tape.shelf import EVENTS, MEDIA, Shelf, Shelved
+from wax.tape.shelf import CAMERAS, EVENTS, MEDIA, Shelf, Shelved, ending_of
 
 _NO_EVENTS: Final = "There are no events beside this: only picture and sound can be played."
 
@@ -19,7 +20,7 @@ _NO_EVENTS: Final = "There are no events beside this: only picture and sound can
 class Library:
     """Read from any thread. Copies that it has to make go with `close`.
 
-    `path` is a folder, or either file of a part. Raises `StateError` where there is nothing to
+    `path` is a folder, or any file of a part. Raises `StateError` where there is nothing to
     replay.
     """
 
@@ -77,6 +78,7 @@ class Library:
         if media is not None:
             length_ms = max(length_ms, media.length_ms)
             problem = problem or media.problem
+        cameras, unshown = cameras_of(part, events)
         return TapeContent(
             name=name,
             began_wall_ms=began_wall_ms,
@@ -84,17 +86,23 @@ class Library:
             has_media=media is not None and (media.has_picture or media.has_sound),
             has_picture=media is not None and media.has_picture,
             has_sound=media is not None and media.has_sound,
+            cameras=cameras,
             events=events,
-            problem=problem,
+            problem=problem or unshown,
         )
 
-    def media(self, name: str) -> Path:
-        """Return a file with picture and sound that a browser can seek in; raises `StateError`."""
+    def media(self, name: str, camera: int | None = None) -> Path:
+        """Return a file with picture and sound, or that of a camera, that a browser can seek in.
+
+        Raises `StateError`.
+        """
         part = self._part(name)
-        if part.media is None:
-            raise StateError(f"{name}: there are no picture and sound beside these events")
+        path = part.media if camera is None else part.cameras.get(camera)
+        if path is None:
+            what = "no picture and sound" if camera is None else f"no pictures of camera {camera}"
+            raise StateError(f"{name}: there are {what} beside these events")
         with self._lock:
-            return mended(part.media, Path(self._copies.name))
+            return mended(path, Path(self._copies.name))
 
     def _parts(self) -> list[Shelved]:
         return self._shelf.parts() if self._only is None else [self._only]
@@ -109,18 +117,21 @@ class Library:
 
 def _alone(path: Path) -> Shelved:
     """Return the part that a file belongs to, whatever it is called; raises `StateError`."""
-    if path.suffix not in (EVENTS, *MEDIA):
+    ending = ending_of(path.name)
+    if ending not in (EVENTS, *MEDIA, *CAMERAS):
         endings = ", ".join((EVENTS, *MEDIA))
         raise StateError(f"{path}: is no part of a tape; the files of those end in {endings}")
     status = path.stat()
-    beside = [path.with_suffix(ending) for ending in MEDIA]
-    events = path.with_suffix(EVENTS)
+    name = path.name.removesuffix(ending)
+    beside = {one: path.with_name(name + one) for one in (EVENTS, *MEDIA, *CAMERAS)}
+    there = {one: file for one, file in beside.items() if file.exists()}
     return Shelved(
-        name=path.stem,
+        name=name,
         began_s=status.st_mtime,
         ended_s=status.st_mtime,
         size_bytes=status.st_size,
         kept=None,
-        media=next((one for one in beside if one.exists()), None),
-        events=events if events.exists() else None,
+        media=next((there[one] for one in MEDIA if one in there), None),
+        events=there.get(EVENTS),
+        cameras={CAMERAS[one]: file for one, file in there.items() if one in CAMERAS},
     )

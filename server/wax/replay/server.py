@@ -59,6 +59,7 @@ class ReplayServer:
                 web.get(f"{self._at}/api/tape", self.listing),
                 web.get(f"{self._at}/api/tape/{{name}}", self.content),
                 web.get(f"{self._at}/media/{{name}}", self.media),
+                web.get(f"{self._at}/media/{{name}}/{{camera:[0-9]{{1,3}}}}", self.media),
                 web.static(f"{self._at}/", self._page),
             ]
         )
@@ -74,7 +75,9 @@ class ReplayServer:
         return _json(await asyncio.to_thread(self._library.content, request.match_info["name"]))
 
     async def media(self, request: web.Request) -> web.StreamResponse:
-        path = await asyncio.to_thread(self._library.media, request.match_info["name"])
+        camera = request.match_info.get("camera")
+        number = None if camera is None else int(camera)
+        path = await asyncio.to_thread(self._library.media, request.match_info["name"], number)
         # It answers requests for ranges, by which a browser seeks.
         return web.FileResponse(
             path,

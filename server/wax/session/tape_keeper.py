@@ -61,6 +61,7 @@ class TapeKeeper:
         latched: Callable[[], LatchedStop | None],
         robot: Callable[[], RobotState],
         has_sound: bool,
+        has_cameras: bool,
     ) -> None:
         self._recorder = recorder
         self._has_names = settings.names
@@ -68,7 +69,8 @@ class TapeKeeper:
         self._viewers = viewers
         self._latched = latched
         self._robot = robot
-        self._runs = messages.Tape(running=True, why=_sentence(settings, has_sound=has_sound))
+        why = _sentence(settings, has_sound=has_sound, has_cameras=has_cameras)
+        self._runs = messages.Tape(running=True, why=why)
         self._operator: int | None = None
         self._stop: LatchedStop | None = None
         self._drive_status: DriveStatus | None = None
@@ -265,9 +267,10 @@ class TapeKeeper:
                 _LOG.exception("the tape is incomplete")
 
 
-def _sentence(settings: RecordingSettings, *, has_sound: bool) -> str:
+def _sentence(settings: RecordingSettings, *, has_sound: bool, has_cameras: bool) -> str:
     """Say what is recorded, in which detail, and for how long."""
-    what = "Picture, sound and driving" if has_sound else "Picture and driving"
+    pictures = "The pictures of all cameras" if has_cameras else "Picture"
+    what = f"{pictures}, sound and driving" if has_sound else f"{pictures} and driving"
     names = "with names" if settings.names else "without names"
     days = f"{settings.keep_days:g} day{'' if settings.keep_days == 1 else 's'}"
     return (

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.recording import RecordingSettings
     from wax.protocol.tape_events import TapeEvent
+    from wax.tape.camera_files import CameraFormat
     from wax.tape.media_file import Codec
     from wax.tape.plan import Kind
     from wax.tape.retention import Keeper
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 MOST_WAITING: Final = 4000
-"""Ten seconds of picture, sound and driving."""
+"""Ten seconds of pictures, sound and driving."""
 FLUSH_S: Final = 0.4
 _WAIT_S: Final = 0.2
 RETRY_S: Final = 20.0
@@ -60,7 +61,8 @@ class TapeError(Exception):
 class Format:
     """What picture and sound are like; `size` is None without a camera.
 
-    `sound_channels` is how many the sound may have: some packets may have fewer.
+    `sound_channels` is how many the sound may have: some packets may have fewer. `cameras` are
+    those beside the driving view.
     """
 
     codec: Codec
@@ -68,6 +70,17 @@ class Format:
     has_sound: bool
     keyframe_interval_s: float
     sound_channels: int = 1
+    cameras: tuple[CameraFormat, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class _CameraPicture:
+    camera: int
+    picture: EncodedPicture
+
+    @property
+    def captured_s(self) -> float:
+        return self.picture.captured_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +110,8 @@ class _Resume:
     since_s: float
 
 
-_Item = EncodedPicture | EncodedSound | _Event | _Keep | _Forget | _Resume
+_Recorded = EncodedPicture | _CameraPicture | EncodedSound | _Event
+_Item = _Recorded | _Keep | _Forget | _Resume
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,6 +180,15 @@ class Recorder:
 
     def picture(self, picture: EncodedPicture) -> None:
         self._put(picture)
+
+    def camera(self, camera: int, picture: EncodedPicture) -> None:
+        """Record a picture of a camera beside the driving view; they count from 1."""
+        self._put(_CameraPicture(camera, picture))
+
+    def waits_for(self, camera: int) -> bool:
+        """Whether a part is being written in which this camera is missing until its keyframe."""
+        segment = self._segment
+        return segment is not None and not segment.has_camera(camera)
 
     def sound(self, sound: EncodedSound) -> None:
         self._put(sound)
@@ -265,14 +288,14 @@ class Recorder:
                 self._resume(item)
             case EncodedPicture():
                 self._write(item, "keyframe" if item.keyframe else "picture", item.captured_s)
-            case EncodedSound():
+            case _CameraPicture() | EncodedSound():
                 self._write(item, "other", item.captured_s)
             case _Event():
                 self._write(item, "other", item.at_s)
                 if item.lasts_as is not None:
                     self._lasting[item.lasts_as] = item.event
 
-    def _write(self, item: EncodedPicture | EncodedSound | _Event, kind: Kind, at_s: float) -> None:
+    def _write(self, item: _Recorded, kind: Kind, at_s: float) -> None:
         step = self._plan.decide(kind, at_s)
         if step == "begin":
             self._begin(at_s, has_picture=kind == "keyframe")
@@ -281,6 +304,8 @@ class Recorder:
         match item:
             case EncodedPicture():
                 self._segment.picture(item)
+            case _CameraPicture():
+                self._segment.camera(item.camera, item.picture)
             case EncodedSound():
                 self._segment.sound(item)
             case _Event():
@@ -298,6 +323,7 @@ class Recorder:
             size=self._format.size if has_picture else None,
             has_sound=self._format.has_sound,
             sound_channels=self._format.sound_channels,
+            cameras=self._format.cameras,
         )
         for event in self._lasting.values():
             self._segment.event(event, at_s)
@@ -393,7 +419,7 @@ class Recorder:
                 case _Event() if item.lasts_as is not None:
                     self._lasting[item.lasts_as] = item.event
                     self._not_written += 1
-                case EncodedPicture() | EncodedSound() | _Event():
+                case EncodedPicture() | _CameraPicture() | EncodedSound() | _Event():
                     self._not_written += 1
 
 

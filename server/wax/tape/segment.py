@@ -1,19 +1,27 @@
-"""One part of the tape while it is written: its two files, which begin and end together."""
+"""One part of the tape while it is written: its files, which end together.
+
+The cameras' begin when these have their first keyframe, the other two with the part.
+"""
 
 from __future__ import annotations
 
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, Final
 
 import av
 
+from wax.protocol.tape_events import Filmed
+from wax.tape.camera_files import CameraFiles
 from wax.tape.event_file import EventFile
 from wax.tape.media_file import ENDINGS, MediaFile
 from wax.tape.shelf import EVENTS
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from wax.encode.encoded import EncodedPicture, EncodedSound
     from wax.protocol.tape_events import TapeEvent
+    from wax.tape.camera_files import CameraFormat
     from wax.tape.media_file import Codec
     from wax.tape.shelf import Shelf
 
@@ -22,7 +30,10 @@ WRITE_ERRORS: Final = (OSError, av.FFmpegError)
 
 
 class Segment:
-    """Not thread-safe; the constructor and all methods may raise one of `WRITE_ERRORS`."""
+    """Not thread-safe but for `has_camera`.
+
+    The constructor and all other methods may raise one of `WRITE_ERRORS`.
+    """
 
     def __init__(
         self,
@@ -34,8 +45,11 @@ class Segment:
         size: tuple[int, int] | None,
         has_sound: bool,
         sound_channels: int = 1,
+        cameras: Sequence[CameraFormat] = (),
     ) -> None:
         self.name = shelf.new_name((zero_ns + origin_s * 1e9) / 1e6)
+        self._formats = cameras
+        self._cameras = CameraFiles(shelf, self.name, cameras, origin_s=origin_s)
         self._events = EventFile(shelf.path(self.name, EVENTS), origin_s=origin_s, zero_ns=zero_ns)
         self._media: MediaFile | None = None
         if size is not None or has_sound:
@@ -61,6 +75,16 @@ class Segment:
         if self._media is not None:
             self._media.sound(sound)
 
+    def camera(self, camera: int, picture: EncodedPicture) -> None:
+        """Add a picture of a camera beside the driving view; they count from 1."""
+        if self._cameras.picture(camera, picture):
+            filmed = Filmed(camera=camera, name=self._formats[camera - 1].name)
+            self._events.write(filmed, picture.captured_s)
+
+    def has_camera(self, camera: int) -> bool:
+        """Whether the pictures of this camera have begun, from any thread."""
+        return self._cameras.has(camera)
+
     def event(self, event: TapeEvent, at_s: float) -> None:
         self._events.write(event, at_s)
 
@@ -69,9 +93,9 @@ class Segment:
         self._events.flush()
 
     def close(self) -> None:
-        """Finish both files, the second even where the first fails."""
-        try:
-            self._events.close()
-        finally:
+        """Finish all files, also where one of them fails."""
+        with ExitStack() as closing:
+            closing.callback(self._cameras.close)
             if self._media is not None:
-                self._media.close()
+                closing.callback(self._media.close)
+            closing.callback(self._events.close)

@@ -1,4 +1,6 @@
-"""The folder with the parts of the tape: each is a media file, an events file and perhaps a mark.
+"""The folder with the parts of the tape: files of media and events, and perhaps a mark.
+
+Cameras beside the driving view have media files of their own: ``NAME.camera-1.webm`` and so on.
 
 The mark says that the part is kept, and by whom. The files' names say when the part began, so that
 sorting them is enough to know their order.
@@ -9,12 +11,13 @@ from __future__ import annotations
 import os
 import re
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, get_args
 
 from wax import state_dir
+from wax.config.settings import MAX_CAMERAS
 from wax.errors import StateError
 from wax.tape.retention import Keeper, Part
 
@@ -27,10 +30,28 @@ FOLDER: Final = "tape"
 EVENTS: Final = ".mcap"
 MEDIA: Final = (".webm", ".mp4")
 _MARK: Final = ".kept"
-_ENDINGS: Final = (*MEDIA, EVENTS, _MARK)
+_CAMERA: Final = ".camera-"
+
+
+def beside(camera: int, ending: str) -> str:
+    """Return the ending of a camera's media file; they count from 1."""
+    return f"{_CAMERA}{camera}{ending}"
+
+
+CAMERAS: Final = {
+    beside(camera, ending): camera for camera in range(1, MAX_CAMERAS + 1) for ending in MEDIA
+}
+"""The endings of the cameras' media files, and whose they are."""
+_ENDINGS: Final = (*CAMERAS, *MEDIA, EVENTS, _MARK)
+"""The longer ones before those in which they end."""
 _NAME: Final = re.compile(r"wax-(\d{8}T\d{6})Z(-\d{1,3})?")
 _TIME: Final = "%Y%m%dT%H%M%S"
 _MOST_IN_A_SECOND: Final = 1000
+
+
+def ending_of(file: str) -> str:
+    """Return the ending by which a file's name says what it is to its part; "" for none of ours."""
+    return next((one for one in _ENDINGS if file.endswith(one)), "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +65,8 @@ class Shelved:
     kept: Keeper | None
     media: Path | None
     events: Path | None
+    cameras: dict[int, Path] = field(default_factory=dict)
+    """The pictures of the cameras beside the driving view, which count from 1."""
 
     def as_part(self, open_name: str | None = None) -> Part:
         """Return what retention needs to know; `open_name` is the one that is being written."""
@@ -80,8 +103,9 @@ class Shelf:
         try:
             with os.scandir(self.folder) as entries:
                 for entry in entries:
-                    name, ending = os.path.splitext(entry.name)  # noqa: PTH122  # of no path
-                    if ending in _ENDINGS and _NAME.fullmatch(name):
+                    ending = ending_of(entry.name)
+                    name = entry.name.removesuffix(ending)
+                    if ending and _NAME.fullmatch(name):
                         found.setdefault(name, []).append(ending)
         except FileNotFoundError:
             return []
@@ -147,6 +171,7 @@ class Shelf:
             kept=self._kept(files[_MARK]) if _MARK in files else None,
             media=next((files[one] for one in MEDIA if one in files), None),
             events=files.get(EVENTS),
+            cameras={CAMERAS[one]: files[one] for one in files if one in CAMERAS},
         )
 
     def _kept(self, mark: Path) -> Keeper | None:

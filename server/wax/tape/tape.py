@@ -8,13 +8,17 @@ import structlog
 
 from wax.error_boundary import ErrorBoundary
 from wax.streams.rendition_ladder import sound_forms
+from wax.tape.camera_track import CameraTrack, format_of
 from wax.tape.recorder import Format, Recorder
 from wax.tape.shelf import Shelf, where
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from wax.clock import Clock
     from wax.config.settings import Settings
     from wax.congestion.allocation import SoundForm
+    from wax.fanout.camera import Camera
     from wax.fanout.sound_hub import SoundHub
     from wax.fanout.sound_lane import SoundLane
     from wax.fanout.video_hub import VideoHub
@@ -31,8 +35,8 @@ _SOUND_MS: Final = 20
 class Tape:
     """Takes the best rendition and one length of packets of sound, as one more viewer would.
 
-    `video` is None for a robot without a camera, `audio` without a microphone. Raises `StateError`
-    if nothing says where the folder is.
+    `video` is None for a robot without a camera, `audio` without a microphone; `cameras` are those
+    beside the driving view. Raises `StateError` if nothing says where the folder is.
     """
 
     def __init__(
@@ -43,6 +47,7 @@ class Tape:
         counters: Counters,
         video: VideoHub | None,
         audio: SoundHub | None,
+        cameras: Sequence[Camera] = (),
     ) -> None:
         best = settings.video.renditions[0]
         self._rendition = best.name
@@ -52,6 +57,7 @@ class Tape:
         self._boundary = ErrorBoundary(viewer=0, counters=counters, end=self._detach)
         self._picture_lane: VideoLane | None = None
         self._sound_lane: SoundLane | None = None
+        recorded = cameras if settings.recording.cameras else ()
         self.recorder = Recorder(
             Shelf(where(settings.recording, settings.server.state_dir)),
             settings=settings.recording,
@@ -61,14 +67,24 @@ class Tape:
                 has_sound=self.has_sound,
                 sound_channels=self._forms[0].channels,
                 keyframe_interval_s=settings.video.keyframe_interval_s,
+                cameras=tuple(format_of(one.settings) for one in recorded),
             ),
             clock=clock,
         )
+        self._tracks = [
+            CameraTrack(number, one, self.recorder, clock=clock, counters=counters)
+            for number, one in enumerate(recorded, start=1)
+        ]
 
     @property
     def has_sound(self) -> bool:
         """Whether the sound is recorded, too."""
         return self._audio is not None
+
+    @property
+    def has_cameras(self) -> bool:
+        """Whether there are cameras beside the driving view that are recorded, too."""
+        return bool(self._tracks)
 
     def start(self) -> None:
         """Begin, on the event loop."""
@@ -81,6 +97,8 @@ class Tape:
             self._sound_lane = self._audio.add(self._boundary)
             self._sound_lane.listen(self._take_sounds)
             self._choose_form(self._audio, self._sound_lane)
+        for track in self._tracks:
+            track.start()
 
     def request_stop(self) -> None:
         self.recorder.request_stop()
@@ -113,6 +131,8 @@ class Tape:
         if self._audio is not None and self._sound_lane is not None:
             self._audio.remove(self._sound_lane)
         self._picture_lane = self._sound_lane = None
+        for track in self._tracks:
+            track.leave()
 
 
 def _forms(settings: Settings) -> list[SoundForm]:

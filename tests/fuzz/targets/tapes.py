@@ -21,7 +21,7 @@ from tests.fuzz.target import Target
 from tests.tape.packets import SIZE, pictures, sounds
 
 from wax.errors import StateError
-from wax.protocol.tape_events import FORMAT, Missed, Named, Stopped, TapeContent, Turned
+from wax.protocol.tape_events import FORMAT, Filmed, Missed, Named, Stopped, TapeContent, Turned
 from wax.tape.event_file import METADATA, ORIGIN, VERSION, EventFile
 from wax.tape.media_file import ENDINGS, MediaFile
 from wax.tape.mended import facts_of, mended
@@ -41,6 +41,7 @@ def _events() -> bytes:
     made = EventFile(path, origin_s=_BEGIN_S, zero_ns=10**18)
     made.write(Turned(number=3, operator=7, why=None), _BEGIN_S)
     made.write(Named(viewer=7, name="Ada"), _BEGIN_S)
+    made.write(Filmed(camera=1, name="Door"), _BEGIN_S + 0.1)
     made.flush()
     made.write(Stopped(number=1, pressed=True, viewer=2, by_host=False), _BEGIN_S + 3.0)
     made.write(Missed(missed_s=1.5), _BEGIN_S + 4.0)
@@ -97,6 +98,7 @@ def _hear_events(data: bytes) -> None:
         has_media=False,
         has_picture=False,
         has_sound=False,
+        cameras=[],
         events=read.events,
         problem=read.problem,
     )

@@ -8,6 +8,7 @@ import { Moment } from "./Moment";
 import { Plots } from "./Plots";
 import { Player, type View } from "./player";
 import { Timeline } from "./timeline";
+import { Views } from "./Views";
 import { partWords } from "./words";
 
 /** A part of the tape that is open. */
@@ -143,11 +144,9 @@ function Part({ open, onEnded }: { open: Open; onEnded: () => boolean }) {
   return (
     <div class="replay-part">
       <div class="replay-stage">
-        {/* biome-ignore lint/a11y/useMediaCaption: there are none of what a robot hears */}
-        <video ref={picture} playsInline preload="auto" hidden={!content.has_picture} />
+        <Views content={content} player={player.value} momentMs={momentMs} picture={picture} />
         {/* biome-ignore lint/a11y/useMediaCaption: there are none of what a robot hears */}
         <audio ref={sound} preload="auto" />
-        {!content.has_picture && <p>There is no picture in this part.</p>}
         <StopMark open={open} momentMs={momentMs} />
       </div>
       {player.value && (

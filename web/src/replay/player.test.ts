@@ -39,6 +39,7 @@ function content(more: Partial<TapeContent> = {}): TapeContent {
     has_media: true,
     has_picture: true,
     has_sound: true,
+    cameras: [],
     events,
     problem: null,
     ...more,
@@ -93,6 +94,61 @@ it("holds the sound in its place by its speed, and by a jump only where it is fa
   sound.currentTime = 3;
   player.follow(timeline);
   expect(sound.currentTime).toBeCloseTo(4.5);
+});
+
+it("keeps a camera in step that began later", async () => {
+  const camera = element("video");
+  Object.defineProperty(camera, "duration", { value: 8 });
+  const letGo = player.attach(camera, 2000);
+  player.seek(5000, timeline);
+  expect(camera.currentTime).toBe(3);
+  await player.play();
+  player.rate = 0.5;
+  player.follow(timeline);
+  expect(camera.paused).toBe(false);
+  expect(camera.playbackRate).toBe(0.5);
+  player.pause();
+  camera.currentTime = 3.01;
+  player.follow(timeline);
+  expect(camera.paused).toBe(true);
+  expect(camera.currentTime).toBe(3);
+  player.seek(1000, timeline);
+  expect(camera.currentTime).toBe(0);
+  player.seek(15_000, timeline);
+  expect(camera.currentTime).toBe(8);
+  letGo();
+  player.seek(5000, timeline);
+  expect(camera.currentTime).toBe(8);
+});
+
+it("waits with a camera that has not begun or has died", async () => {
+  const camera = element("video");
+  Object.defineProperty(camera, "duration", { value: 8 });
+  player.attach(camera, 2000);
+  player.seek(1000, timeline);
+  await player.play();
+  player.follow(timeline);
+  expect(camera.paused).toBe(true);
+  picture.currentTime = 2.1;
+  player.follow(timeline);
+  expect(camera.paused).toBe(false);
+  picture.currentTime = 11;
+  player.follow(timeline);
+  expect(camera.paused).toBe(true);
+});
+
+it("brings a camera back by its speed, and by a jump only where it is far off", async () => {
+  const camera = element("video");
+  player.attach(camera, 0);
+  player.seek(5000, timeline);
+  await player.play();
+  camera.currentTime = 4.5;
+  player.follow(timeline);
+  expect(camera.currentTime).toBe(4.5);
+  expect(camera.playbackRate).toBeCloseTo(1.15);
+  camera.currentTime = 3;
+  player.follow(timeline);
+  expect(camera.currentTime).toBe(5);
 });
 
 it("lets time pass where there is neither picture nor sound", async () => {

@@ -1,19 +1,14 @@
 import type { TapeContent } from "../messages";
+import { Follower, HEARD, SEEN } from "./follower";
 import type { Timeline } from "./timeline";
 
 /** As it was at the robot, or as it came to the operator. */
 export type View = "was" | "seen";
 
-/** The sound is put where it belongs when it is further away than that, in ms. */
-const APART_MS = 120;
-/** And played a little faster or slower when it is further away than that. */
-const NEAR_MS = 15;
-const NUDGE = 0.04;
-
 /**
  * Plays one part. The picture's element is the clock; its own sound is heard where the view is as
  * it was. As the operator saw it, the sound comes from an element of its own, which is held as far
- * behind the picture as it was for them.
+ * behind the picture as it was for them. Cameras beside the driving view are in step with it.
  */
 export class Player {
   view: View = "was";
@@ -24,10 +19,25 @@ export class Player {
   #startedMs: number | null = null;
   #stoodAtMs = 0;
 
+  readonly #heard: Follower;
+  readonly #cameras = new Map<Follower, number>();
+
   constructor(
     private readonly picture: HTMLVideoElement,
     private readonly sound: HTMLAudioElement,
-  ) {}
+  ) {
+    this.#heard = new Follower(sound, HEARD);
+  }
+
+  /** Shows a camera whose pictures began so long after the part; returns what ends that. */
+  attach(camera: HTMLVideoElement, beganMs: number): () => void {
+    const follower = new Follower(camera, SEEN);
+    this.#cameras.set(follower, beganMs);
+    return () => {
+      follower.pause();
+      this.#cameras.delete(follower);
+    };
+  }
 
   load(content: TapeContent): void {
     this.pause();
@@ -98,21 +108,24 @@ export class Player {
     this.sound.pause();
   }
 
-  /** Holds the sound where it belongs; to be called for each frame of the page. */
+  /** Holds sound and cameras where they belong; to be called for each frame of the page. */
   follow(timeline: Timeline): void {
+    const runs = this.isPlaying && !this.hasEnded;
+    for (const [camera, beganMs] of this.#cameras) {
+      if (runs) camera.play(this.mediaMs - beganMs, this.#rate);
+      else camera.stand(this.mediaMs - beganMs);
+    }
+    this.#followWithSound(timeline);
+  }
+
+  #followWithSound(timeline: Timeline): void {
     const isApart = this.view === "seen" && this.#hasMedia;
     this.picture.muted = isApart;
     if (!isApart || this.picture.paused) {
-      if (!this.sound.paused) this.sound.pause();
+      this.#heard.pause();
       return;
     }
     const momentMs = this.momentMs(timeline);
-    const dueMs = momentMs - timeline.agesAt(momentMs).soundMs;
-    if (dueMs < 0) return;
-    const lateMs = dueMs - this.sound.currentTime * 1000;
-    if (Math.abs(lateMs) > APART_MS) this.sound.currentTime = dueMs / 1000;
-    const nudge = Math.abs(lateMs) > NEAR_MS ? Math.sign(lateMs) * NUDGE : 0;
-    this.sound.playbackRate = this.#rate * (1 + nudge);
-    if (this.sound.paused) void this.sound.play().catch(() => {});
+    this.#heard.play(momentMs - timeline.agesAt(momentMs).soundMs, this.#rate);
   }
 }

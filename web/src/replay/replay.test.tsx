@@ -25,6 +25,7 @@ function content(name: string, more: Partial<TapeContent> = {}): TapeContent {
     has_media: false,
     has_picture: false,
     has_sound: false,
+    cameras: [],
     events: [
       {
         at_ms: 5000,
@@ -58,6 +59,30 @@ it("opens the newest part and goes to an event of it", async () => {
   act(() => stop.click());
   await findByText(body, "Stopped by viewer 2");
   expect((getByRole(body, "slider", { name: "Time" }) as HTMLInputElement).value).toBe("5000");
+});
+
+it("makes a camera large by a tap and by a key, and says where it shows nothing", async () => {
+  const cameras = [
+    { number: 1, name: "Door", began_ms: 0 },
+    { number: 3, name: "Tail", began_ms: 4000 },
+  ];
+  serve({ "api/tape": { parts: [part("one")] }, "api/tape/one": content("one", { cameras }) });
+  const door = await findByRole(body, "button", { name: "Make Door large" });
+  const sources = [...body.querySelectorAll("video")].map((one) => one.getAttribute("src"));
+  expect(sources).toEqual([null, "media/one/1", "media/one/3"]);
+  expect(body.querySelectorAll(".is-missing").length).toBe(1);
+  act(() => door.click());
+  expect(queryByRole(body, "button", { name: "Make Door large" })).toBeNull();
+  const press = (target: EventTarget) =>
+    act(() => {
+      target.dispatchEvent(new KeyboardEvent("keydown", { key: "c", bubbles: true }));
+    });
+  press(window);
+  expect(queryByRole(body, "button", { name: "Make Tail large" })).toBeNull();
+  press(window);
+  expect(queryByRole(body, "button", { name: "Make Driving view large" })).toBeNull();
+  act(() => getByRole(body, "button", { name: /Stop pressed by viewer 2/ }).click());
+  await vi.waitFor(() => expect(body.querySelectorAll(".is-missing").length).toBe(0));
 });
 
 it("steps to the next event with a key", async () => {

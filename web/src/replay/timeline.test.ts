@@ -12,6 +12,7 @@ function tape(events: [number, Event][], lengthMs = 60_000): TapeContent {
     has_media: true,
     has_picture: true,
     has_sound: true,
+    cameras: [],
     events: events.map(([at_ms, event]) => ({ at_ms, event })),
     problem: null,
   };
