@@ -335,6 +335,21 @@ def test_an_event_of_another_version_is_left_out(tmp_path: Path) -> None:
     assert read.problem.startswith("One event is not")
 
 
+def test_a_kind_of_event_of_a_later_version_is_passed_over(tmp_path: Path) -> None:
+    """So that one more kind does not make a tape unreadable for those who have not updated."""
+
+    class Sung(Missed):
+        type: Literal["sung"] = "sung"  # type: ignore[assignment]  # as another model would say
+
+    path = tmp_path / "part.mcap"
+    made = events(path)
+    made.write(Sung(missed_s=1.0), ORIGIN_S + 1)
+    made.close()
+    read = read_events(path)
+    assert read.problem is None
+    assert [one.event.type for one in read.events] == ["turned", "stopped"]
+
+
 # --- what others give us -------------------------------------------------------------------------
 
 
