@@ -44,6 +44,12 @@ async def tape_in_step(seconds: int) -> list[Row]:
         judged = await asyncio.gather(*(asyncio.to_thread(skews_ms, part) for part in parts))
     skews = [skew for part in judged for skew in part]
     found = [abs(skew) for skew in skews if skew is not None]
+    beyond = [
+        f"part {number}, second {second}: {skew}"
+        for number, part in enumerate(judged)
+        for second, skew in enumerate(part)
+        if skew is None or abs(skew) > _IN_STEP_MS
+    ]
     return [
         timed("tape: skew", "picture and sound on the tape apart", found, _IN_STEP_MS),
         counted(
@@ -52,6 +58,7 @@ async def tape_in_step(seconds: int) -> list[Row]:
             sum(skew is None for skew in skews),
             len(skews),
             parts=len(parts),
+            beyond=beyond,
         ),
     ]
 

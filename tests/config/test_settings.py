@@ -472,6 +472,7 @@ def test_limits_of_driving_that_contradict_each_other(tree: dict[str, float]) ->
     ],
 )
 def test_cameras_beside_the_driving_view(text: str, says: str, tmp_path: Path) -> None:
-    """Each has a name of its own, and one to be beside."""
+    """Each has a name of its own, and one to be beside; the line begins with a key."""
     (problem,) = _problems(text, tmp_path)
     assert says in problem
+    assert problem[0].isalpha()

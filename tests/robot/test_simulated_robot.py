@@ -16,6 +16,7 @@ from wax.robot.simulated.camera import SimulatedCamera
 from wax.robot.simulated.external_view import ExternalView
 from wax.robot.simulated.flat import furnished_flat
 from wax.robot.simulated.microphone import SimulatedMicrophone
+from wax.robot.simulated.render import Renderer
 from wax.robot.simulated.robot import SimulatedRobot
 from wax.robot.simulated.simulation import Senses
 
@@ -99,7 +100,7 @@ def test_the_camera_keeps_its_rate(clock: FakeClock) -> None:
     camera = SimulatedCamera(
         VideoSettings(width=32, height=32, fps=25.0),
         clock,
-        world=furnished_flat(),
+        artist=partial(Renderer, furnished_flat()),
         look=lambda: Senses(clock.now_s() - 0.004, pose),
     )
     camera.open()
@@ -132,9 +133,11 @@ def test_it_is_seen_from_above_where_it_is(robot: SimulatedRobot) -> None:
     flat = furnished_flat()
     size = VideoSettings(width=640, height=576, fps=60.0)  # the flat's own shape
     places = [Pose(1.1, 0.9, 0.0), Pose(7.0, 5.2, 1.0)]
+    artist = partial(ExternalView, flat)
     seen = []
     for pose in places:
-        view = ExternalView(size, SystemClock(), world=flat, look=partial(Senses, 3.0, pose))
+        look = partial(Senses, 3.0, pose)
+        view = SimulatedCamera(size, SystemClock(), artist=artist, look=look)
         view.open()
         picture = view.read()
         view.close()

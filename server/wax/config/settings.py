@@ -653,5 +653,6 @@ def _sentence(problem: ErrorDetails, schema: allowed.Schema) -> str:
     if problem["type"] == "missing":
         return f"{key}: is missing; allowed is {allowed.words(known)}"
     if problem["type"] == "value_error":
-        return f"{key}: {problem['msg'].removeprefix('Value error, ')}"
+        sentence = problem["msg"].removeprefix("Value error, ")
+        return f"{key}: {sentence}" if key else sentence
     return f"{key}: got {allowed.shown(problem['input'])}; allowed is {allowed.words(known)}"

@@ -1,55 +1,69 @@
-"""The simulated robot's camera as a `VideoSource`."""
+"""The simulated robot's cameras as `VideoSource`s."""
 
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from wax.capture.source import Picture
 from wax.errors import SourceError
 from wax.robot.simulated.frame_timer import FrameTimer
-from wax.robot.simulated.render import Renderer
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    import numpy as np
+    from numpy.typing import NDArray
+
     from wax.clock import Clock
     from wax.config.settings import VideoSettings
+    from wax.driver.interface import Pose
     from wax.robot.simulated.simulation import Senses
-    from wax.robot.simulated.world import World
+
+
+class Artist(Protocol):
+    """Draws the flat with the robot at a pose, its head turned `pan_rad` to the left."""
+
+    def draw(self, pose: Pose, pan_rad: float) -> NDArray[np.uint8]:
+        """Return ``(height, width, 3)``, blue, green, red; the next call may overwrite it."""
 
 
 class SimulatedCamera:
-    """Draws the robot's view, at the size and rate of the settings.
+    """Shows what an artist draws, at the size and rate of the settings.
 
-    `look` returns the robot's pose; a picture's capture time is the time of that pose.
+    `artist` makes one for a width and a height; `look` returns the robot's pose, and a picture's
+    capture time is the time of that pose.
     """
 
     def __init__(
-        self, settings: VideoSettings, clock: Clock, *, world: World, look: Callable[[], Senses]
+        self,
+        settings: VideoSettings,
+        clock: Clock,
+        *,
+        artist: Callable[[int, int], Artist],
+        look: Callable[[], Senses],
     ) -> None:
         self._settings = settings
         self._clock = clock
-        self._world = world
+        self._make_artist = artist
         self._look = look
         self._closed = threading.Event()
-        self._renderer: Renderer | None = None
+        self._artist: Artist | None = None
         self._pacer: FrameTimer | None = None
 
     def open(self) -> None:
         self._closed.clear()
-        self._renderer = Renderer(self._world, self._settings.width, self._settings.height)
+        self._artist = self._make_artist(self._settings.width, self._settings.height)
         self._pacer = FrameTimer(1.0 / self._settings.fps, self._clock, self._closed.wait)
 
     def read(self) -> Picture:
-        if self._renderer is None or self._pacer is None:
+        if self._artist is None or self._pacer is None:
             raise SourceError("The robot's camera was read before it was opened.")
         self._pacer.beat()
         senses = self._look()
-        bgr = self._renderer.draw(senses.pose, senses.pan_rad)
-        return Picture.from_bgr(bgr, senses.at_s)
+        return Picture.from_bgr(self._artist.draw(senses.pose, senses.pan_rad), senses.at_s)
 
     def close(self) -> None:
         self._closed.set()
-        self._renderer = None
+        self._artist = None
         self._pacer = None

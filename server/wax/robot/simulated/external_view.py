@@ -3,27 +3,18 @@
 from __future__ import annotations
 
 import math
-import threading
 from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
 
 from wax.capture.letterbox import fit_bgr
-from wax.capture.source import Picture
-from wax.errors import SourceError
 from wax.robot.simulated import atlas, paint
-from wax.robot.simulated.frame_timer import FrameTimer
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
-    from wax.clock import Clock
-    from wax.config.settings import VideoSettings
     from wax.driver.interface import Pose
-    from wax.robot.simulated.simulation import Senses
     from wax.robot.simulated.world import World
 
 _WALL: Final = (150, 158, 162)
@@ -40,38 +31,18 @@ _SUBPIXEL_BITS: Final = 4
 
 
 class ExternalView:
-    """A camera above the flat, at the size and rate of the settings; see `SimulatedCamera`."""
+    """Draws the flat from above in pictures of one size."""
 
-    def __init__(
-        self, settings: VideoSettings, clock: Clock, *, world: World, look: Callable[[], Senses]
-    ) -> None:
-        self._settings = settings
-        self._clock = clock
+    def __init__(self, world: World, width: int, height: int) -> None:
         self._world = world
-        self._look = look
-        self._closed = threading.Event()
-        self._plan: NDArray[np.uint8] | None = None
-        self._pacer: FrameTimer | None = None
+        self._width, self._height = width, height
+        self._plan = plan(world)
 
-    def open(self) -> None:
-        self._closed.clear()
-        self._plan = plan(self._world)
-        self._pacer = FrameTimer(1.0 / self._settings.fps, self._clock, self._closed.wait)
-
-    def read(self) -> Picture:
-        if self._plan is None or self._pacer is None:
-            raise SourceError("The view from above was read before it was opened.")
-        self._pacer.beat()
-        senses = self._look()
+    def draw(self, pose: Pose, pan_rad: float) -> NDArray[np.uint8]:
+        """Return the flat with the robot in it, ``(height, width, 3)``, blue, green, red."""
         image = self._plan.copy()
-        mark(image, self._world, senses.pose, senses.pan_rad)
-        fitted = fit_bgr(image, self._settings.width, self._settings.height)
-        return Picture.from_bgr(fitted, senses.at_s)
-
-    def close(self) -> None:
-        self._closed.set()
-        self._plan = None
-        self._pacer = None
+        mark(image, self._world, pose, pan_rad)
+        return fit_bgr(image, self._width, self._height)
 
 
 def plan(world: World) -> NDArray[np.uint8]:

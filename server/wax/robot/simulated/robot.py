@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from wax.driver.interface import RobotState
@@ -11,6 +12,7 @@ from wax.robot.simulated.camera import SimulatedCamera
 from wax.robot.simulated.external_view import ExternalView
 from wax.robot.simulated.flat import furnished_flat
 from wax.robot.simulated.microphone import SimulatedMicrophone
+from wax.robot.simulated.render import Renderer
 from wax.robot.simulated.simulation import STEP_S, Simulation
 from wax.robot.simulated.speaker import SimulatedSpeaker
 
@@ -110,11 +112,13 @@ class SimulatedRobot:
 
     def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
         """Make a camera that draws the robot's view."""
-        return SimulatedCamera(settings, clock, world=self._world, look=self.senses)
+        artist = partial(Renderer, self._world)
+        return SimulatedCamera(settings, clock, artist=artist, look=self.senses)
 
     def external_view(self, settings: VideoSettings, clock: Clock) -> VideoSource:
         """Make a camera above the flat (thesis, Fig. 5.55: the external view)."""
-        return ExternalView(settings, clock, world=self._world, look=self.senses)
+        artist = partial(ExternalView, self._world)
+        return SimulatedCamera(settings, clock, artist=artist, look=self.senses)
 
     def microphone(self, clock: Clock) -> AudioSource:
         """Make a microphone that mixes what the robot hears."""
