@@ -239,3 +239,21 @@ def test_sleep_of_the_machine_leaves_no_delay() -> None:
     assert (sound.captured_s - 1000) * 48000 == pytest.approx(
         round((sound.captured_s - 1000) * 48000), abs=1e-3
     )
+
+
+@given(before_s=st.floats(0.3, 1.6), stall_s=st.floats(0.25, 2.5))
+@examples(50)
+def test_a_burst_that_was_dropped_does_not_follow_late(before_s: float, stall_s: float) -> None:
+    """Whatever is dropped, a burst is heard at its whole second or not at all."""
+    clock = FakeClock(wall_s=1_800_000_000.5)
+    source = TestCardAudio(AudioSettings(), clock, sleep=clock.sleep)
+    source.open()
+    listen(clock, before_s, source)
+    clock.sleep(stall_s)
+    sounds = listen(clock, 1.2, source)
+    samples = np.concatenate([sound.samples for sound in sounds]).astype(int)
+    loud = np.flatnonzero(np.abs(samples) > 5000)
+    assert loud.size
+    for start in (loud[0], *loud[1:][np.diff(loud) > 2400]):
+        at_s = sounds[0].captured_s + clock.offset_s + start / 48000
+        assert abs(at_s - round(at_s)) < 0.0012

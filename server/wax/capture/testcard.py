@@ -186,6 +186,7 @@ class TestCardAudio:
         behind_s = self._clock.now_s() - end_s
         if behind_s > _LATE_S:
             self._sample += math.floor(behind_s * SAMPLE_RATE_HZ)
+            self._burst_sample = _BURST_SAMPLES
             end_s = self._start_s + (self._sample + BLOCK_SAMPLES) / SAMPLE_RATE_HZ
         _sleep_until(end_s, self._clock, self._sleep)
         self._follow_wall_clock()
@@ -210,7 +211,8 @@ class TestCardAudio:
         self._offset_s = min(max(self._offset_s, low_s), low_s + 0.001)
 
     def _add_burst(self, wave: NDArray[np.float64], wall_s: float) -> None:
-        if abs(wall_s - self._next_second) > 1.5:  # somebody set the wall clock
+        # Sound was dropped, or somebody set the wall clock: a burst that is missed does not follow.
+        if not -1.5 < wall_s - self._next_second < BLOCK_SAMPLES / SAMPLE_RATE_HZ:
             self._next_second = math.floor(wall_s) + 1
         begin = 0
         until_burst = round((self._next_second - wall_s) * SAMPLE_RATE_HZ)
