@@ -1,0 +1,54 @@
+/**
+ * The page's sentences in the reader's language.
+ *
+ * A message is a template: `{name}` takes a value, and where a number decides the form, a message
+ * has one template for each of `Intl.PluralRules`' categories, chosen by the value `n`. A message
+ * that a language lacks is English.
+ */
+
+import { signal } from "@preact/signals";
+import { en } from "./en";
+
+export type Code = keyof typeof en;
+export type Values = Readonly<Record<string, string | number>>;
+/** One template, or one for each plural category; `other` is always there. */
+export type Message = string | Readonly<{ other: string } & Partial<Record<Plural, string>>>;
+export type Catalog = Readonly<Partial<Record<Code, Message>>>;
+type Plural = "zero" | "one" | "two" | "few" | "many" | "other";
+
+/** A language that the page speaks; `tag` is BCP 47, for the browser and for `Intl`. */
+export interface Language {
+  tag: string;
+  direction: "ltr" | "rtl";
+  messages: Catalog;
+}
+
+export const ENGLISH: Language = { tag: "en", direction: "ltr", messages: en };
+
+/** The language in use: views that read a sentence are drawn again when it changes. */
+export const language = signal<Language>(ENGLISH);
+
+/** The sentence with this code, with its values in place. */
+export function t(code: Code, values: Values = {}): string {
+  const { tag, messages } = language.value;
+  return fill(messages[code] ?? en[code], values, tag);
+}
+
+/** Puts values into a message; numbers are written as the language writes them. */
+export function fill(message: Message, values: Values, tag: string): string {
+  const template = typeof message === "string" ? message : chosen(message, values.n, tag);
+  return template.replace(/\{(\w+)\}/g, (hole, name: string) => {
+    const value = values[name];
+    if (value === undefined) return hole;
+    return typeof value === "number" ? value.toLocaleString(tag) : value;
+  });
+}
+
+function chosen(
+  message: Exclude<Message, string>,
+  n: string | number | undefined,
+  tag: string,
+): string {
+  if (typeof n !== "number") return message.other;
+  return message[new Intl.PluralRules(tag).select(n)] ?? message.other;
+}
