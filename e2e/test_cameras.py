@@ -98,6 +98,7 @@ async def test_who_wants_only_the_driving_view_is_sent_no_other(
     """The switch ends the small pictures; one that is large goes on."""
     viewer = await open_viewer(server)
     await shows(viewer, 1, 160)
+    await viewer.open("Settings")
     await viewer.switch("Other cameras").click()
 
     async def is_sent(*names: str | None) -> bool:

@@ -70,7 +70,7 @@ async def test_firefox_shows_sounds_and_drives(
         assert median(card["age_ms"] for card in valid) < LIVE_MS
 
         tap = needed(ear).tap()
-        await window.evaluate(button("Start"))
+        await window.evaluate(button("Turn sound on"))
         assert await tap.hears(within_s=10)
         tap.take()
         await asyncio.sleep(2)
@@ -162,7 +162,7 @@ async def test_firefox_gets_the_largest_picture(serve: Serve, tmp_path: Path) ->
         sections = answer.split("m=")[1:]
         agreed = {one.split()[0] for one in sections if FEEDBACK in one}
         assert "video" in agreed, "Firefox is served by what it loses"
-        await window.evaluate(button("Start"))
+        await window.evaluate(button("Turn sound on"))
 
         async def is_large() -> bool:
             card = (await window.evaluate("waxProbe.cards(1)"))[0]
@@ -192,7 +192,7 @@ async def test_firefox_plays_by_our_own_player_if_told_to(
     ):
         await window.goto(server.url)
         tap = needed(ear).tap()
-        await window.evaluate(button("Start"))
+        await window.evaluate(button("Turn sound on"))
         await eventually(
             lambda: window.evaluate('document.body.textContent.includes("playerWAX\'s own")'),
             "our own player plays",

@@ -34,13 +34,14 @@ async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> Asyn
 async def test_every_control_has_its_role_and_name(server: Server, open_viewer: OpenViewer) -> None:
     """Whoever cannot see the page finds every control by role and name, each exactly once."""
     viewer = await open_viewer(server)
-    await viewer.button("Start").wait_for(state="visible")
+    await viewer.button("Turn sound on").wait_for(state="visible")
     await viewer.button("Join the queue").wait_for(state="visible")
     assert await viewer.switch("Sound").count() == 1
-    assert await viewer.switch("Picture").count() == 1
-    assert await viewer.size.count() == 1
     assert await viewer.name.count() == 1
     assert await viewer.queue.count() == 1
+    await viewer.open("Settings")
+    assert await viewer.switch("Picture").count() == 1
+    assert await viewer.size.count() == 1
     assert await viewer.page.get_by_role("status").count() >= 1
     await viewer.join()
     await viewer.drives()

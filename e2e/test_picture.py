@@ -80,6 +80,7 @@ async def test_rate_is_that_of_the_rendition(server: Server, open_viewer: OpenVi
 async def test_every_offered_size_is_shown(server: Server, open_viewer: OpenViewer) -> None:
     """Each size in the select is what is presented after it is chosen, whole and live."""
     viewer = await open_viewer(server)
+    await viewer.open("Settings")
     labels = await viewer.size.locator("option").all_inner_texts()
     sizes = [tuple(int(n) for n in re.findall(r"\d+", label)[:2]) for label in labels]
     assert {(640, 480), (320, 240), (160, 120)} == set(sizes), labels
@@ -103,7 +104,8 @@ async def test_switching_the_picture_off_stops_its_packets(
 ) -> None:
     """With Picture off none is sent nor encoded, sound goes on; on again, the card is live."""
     viewer = await open_viewer(server)
-    await viewer.button("Start").click()
+    await viewer.button("Turn sound on").click()
+    await viewer.open("Settings")
     await viewer.switch("Picture").click()
 
     async def silent() -> bool:

@@ -29,7 +29,7 @@ async def test_a_proof_from_the_page_drives_until_somebody_stops_it(
         await other.join()
         await other.drives()
 
-        await host.page.locator("summary", has_text="Host").click()
+        await host.page.get_by_role("button", name="Host", exact=True).click()
         await host.page.get_by_text("Prove the stop…").click()
         assert await host.button("Prove it now").is_disabled()
         await host.page.get_by_label("The wheels are off the floor").check()

@@ -98,9 +98,10 @@ async def test_one_viewers_switch_does_not_touch_another(
 ) -> None:
     """A viewer who switches sound and picture off takes neither from the other."""
     first, second = await open_viewer(server), await open_viewer(server)
+    await first.open("Settings")
     await first.switch("Picture").click()
-    if await first.button("Start").is_visible():
-        await first.button("Start").click()
+    if await first.button("Turn sound on").is_visible():
+        await first.button("Turn sound on").click()
     await first.switch("Sound").click()
     await eventually(
         lambda: packets_stand_still(first, "video"), "no video packet arrives", within_s=6

@@ -62,6 +62,7 @@ async def plays_by(viewer: Viewer, player: str) -> None:
     """Wait until the page says so."""
 
     async def says() -> bool:
+        await viewer.open("Details")
         text = await viewer.page.evaluate("document.body.textContent")
         return f"Sound player{player}" in text
 
@@ -69,7 +70,7 @@ async def plays_by(viewer: Viewer, player: str) -> None:
 
 
 async def choose(viewer: Viewer, option: str) -> None:
-    await viewer.page.evaluate("document.querySelector('details.facts').open = true")
+    await viewer.open("Details")
     await viewer.page.get_by_role("combobox", name="Play sound by").select_option(option)
 
 

@@ -62,13 +62,14 @@ async def sends_stereo(viewer: Viewer) -> None:
     """Wait until the page says that it gets two channels."""
 
     async def says() -> bool:
+        await viewer.open("Details")
         return "kbit/s stereo" in await viewer.page.evaluate("document.body.textContent")
 
     await eventually(says, "stereo is sent", within_s=15)
 
 
 async def choose(viewer: Viewer, option: str, words: str) -> None:
-    await viewer.page.evaluate("document.querySelector('details.facts').open = true")
+    await viewer.open("Details")
     await viewer.page.get_by_role("combobox", name="Play sound by").select_option(option)
 
     async def says() -> bool:

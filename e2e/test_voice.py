@@ -158,7 +158,7 @@ async def test_the_host_mutes_everybody(talking: Browser, server: Server, tmp_pa
     await viewer.drives()
     await viewer.page.keyboard.down("KeyT")
     await expect(viewer.page.get_by_text("You are heard.")).to_be_visible(timeout=10_000)
-    await host.page.get_by_text("Host", exact=True).first.click()
+    await host.button("Host").click()
     await host.switch("Mute all voices").click()
     await expect(viewer.page.get_by_text("The host has muted all voices.")).to_be_visible()
     await asyncio.sleep(0.5)

@@ -40,6 +40,9 @@ _MORE_MS: Final = 3.0
 _THIN: Final = "modem-56k"
 _LARGE_PX: Final = 640
 _SECOND_PX: Final = "document.querySelectorAll('video')[1].videoWidth"
+_SETTINGS: Final = """
+[...document.querySelectorAll("button")].find((one) => one.innerText === "Settings").click()
+"""
 _SWITCH: Final = """
 [...document.querySelectorAll('[role="switch"]')]
   .find((one) => one.innerText === "Other cameras").click()
@@ -126,6 +129,7 @@ async def _pairs(profile: str, n: int) -> list[tuple[Stretch, Stretch]]:
     """Return each pair's stretches, alone and beside the other; every second pair begins so."""
     found: list[tuple[Stretch, Stretch]] = []
     async with _staged(profile) as stage:
+        await stage.window.evaluate(_SETTINGS)
         await stage.window.evaluate(_SWITCH)  # small at first, so it is off now
         is_on = False
         await asyncio.sleep(_SETTLE_S)

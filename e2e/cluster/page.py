@@ -135,7 +135,7 @@ class Browsers:
         await page.viewer.page.goto(url)
         await eventually(page.instrument.sees_picture, "there is a picture", within_s=_OPENS_S)
         await page.connects()
-        await page.viewer.button("Start").click()
+        await page.viewer.button("Turn sound on").click()
         return page
 
 

@@ -48,7 +48,7 @@ async def test_firefox_watches_in_a_room(serve: Serve, tmp_path: Path, ear: Ear 
         assert len(cards) >= 36
         assert median(card["age_ms"] for card in cards) < LIVE_MS
         tap = needed(ear).tap()
-        await window.evaluate(button("Start"))
+        await window.evaluate(button("Turn sound on"))
         assert await tap.hears(within_s=10)
         tap.take()
         await window.evaluate("waxProbe.cards(60)")

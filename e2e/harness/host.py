@@ -25,4 +25,4 @@ async def become_host(viewer: Viewer, server: Server) -> None:
     found = re.search(r"#host=\S+", said.decode())
     assert found, f"`wax host-link` prints no link: {said!r}"
     await viewer.page.goto(f"{server.url}/{found.group()}")
-    await viewer.page.locator("summary", has_text="Host").wait_for()
+    await viewer.page.get_by_role("button", name="Host", exact=True).wait_for()

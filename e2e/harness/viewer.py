@@ -88,6 +88,12 @@ class Viewer:
     def timer(self) -> Locator:
         return self.page.get_by_role("timer")
 
+    async def open(self, panel: str) -> None:
+        """Open a panel by its tab: People, Settings, Details, Safety, or the host's."""
+        tab = self.button(panel)
+        if await tab.get_attribute("aria-expanded") == "false":
+            await tab.click()
+
     async def call_oneself(self, name: str) -> None:
         await self.name.fill(name)
         await self.name.press("Enter")
@@ -145,10 +151,10 @@ class Viewer:
     # --- the ear --------------------------------------------------------------------------
 
     async def listen(self) -> None:
-        """Press Start if it is offered, and wait until the browser sounds."""
+        """Turn the sound on if that is offered, and wait until the browser sounds."""
         self._tap = needed(self._ear).tap(records=True)
-        if await self.button("Start").is_visible():
-            await self.button("Start").click()
+        if await self.button("Turn sound on").is_visible():
+            await self.button("Turn sound on").click()
         assert await self._tap.hears(within_s=10), "nothing sounds"
 
     def heard(self) -> list[Block]:

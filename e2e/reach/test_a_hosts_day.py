@@ -101,7 +101,7 @@ async def _day(net: Internet, folder: Path, settings: str) -> None:
         await host.sees_picture()
         # Without HTTPS the browser's player has the sound; the page says what HTTPS would bring.
         await host.page.get_by_text("over HTTPS this page could play").wait_for(state="attached")
-        await host.page.locator("summary", has_text="Host").click()
+        await host.page.get_by_role("button", name="Host", exact=True).click()
         await host.button("Make a link").click()
         assert await host.page.evaluate(_FITS)
         link = await host.page.get_by_role("textbox", name="Invitation link").input_value()

@@ -12,13 +12,14 @@ function loadedBy(path: string, found = new Set<string>()): Set<string> {
   found.add(path);
   for (const [, name = ""] of readFileSync(path, "utf8").matchAll(STATIC)) {
     if (!name.startsWith(".")) found.add(name);
-    else if (!/\.css$|\?|generated/.test(name)) loadedBy(resolve(dirname(path), name), found);
+    else if (!/\.(css|json)$|\?|generated/.test(name))
+      loadedBy(resolve(dirname(path), name), found);
   }
   return found;
 }
 
 function resolve(folder: string, name: string): string {
-  for (const end of [".ts", ".tsx"]) {
+  for (const end of [".ts", ".tsx", "/index.ts"]) {
     try {
       readFileSync(join(folder, name + end));
       return join(folder, name + end);

@@ -1,6 +1,6 @@
 import "./style/base.css";
 import "./style/layout.css";
-import "./style/bar.css";
+import "./style/hud.css";
 import "./style/tape.css";
 import "./style/stage.css";
 import "./style/views.css";
@@ -9,7 +9,7 @@ import "./style/drive.css";
 import "./style/voice.css";
 import "./style/queue.css";
 import "./style/settings.css";
-import "./style/panel.css";
+import "./style/panels.css";
 import "./style/host.css";
 import "./style/stop.css";
 import "./style/notices.css";

@@ -11,6 +11,7 @@ import { StopControl } from "./drive/stopControl";
 import type { Elsewhere } from "./elsewhere/elsewhere";
 import { type Entry, showEntry, takeEntry } from "./entry";
 import { returnFocusAfterPointer } from "./focus";
+import { freePicture } from "./freePicture";
 import { Identity, openIdentityChannel } from "./link/identity";
 import { Link } from "./link/link";
 import { watchNetwork } from "./link/network";
@@ -35,7 +36,8 @@ import { Prover } from "./proof";
 import { Acknowledger } from "./receipt/acknowledge";
 import { changed } from "./roomChange";
 import { SoundPlayback } from "./sound/soundPlayback";
-import { createState, type State } from "./state";
+import { createState, type Panel, type State } from "./state";
+import { listenTurnOver } from "./turnOver";
 import { listenTalk } from "./voice/listenTalk";
 import { Talk } from "./voice/talk";
 
@@ -88,6 +90,8 @@ export interface Actions {
   hush(holder: string): void;
   /** Keeps the microphone open, or ends that. */
   keepSpeaking(on: boolean): void;
+  /** Opens a panel in place of the one that is open; null for none. */
+  open(panel: Panel | null): void;
   lookAtProof(): void;
   prove(): void;
 }
@@ -494,6 +498,9 @@ export function startSession(): Session {
     speak: (holder) => talk.press(holder),
     hush: (holder) => void talk.release(holder),
     keepSpeaking: (on) => talk.keep(on),
+    open(panel) {
+      state.panel.value = panel;
+    },
     lookAtProof: () => void prover.look(),
     prove: () => void prover.start(),
   };
@@ -510,6 +517,8 @@ export function startSession(): Session {
   listenTalk(window, talk, signal);
   listenCameras(window, cameras, signal);
   returnFocusAfterPointer(document, signal);
+  listenTurnOver(state);
+  freePicture(window, state, signal);
   window.addEventListener("pagehide", () => {
     link.close();
     elsewhere?.giveUp();

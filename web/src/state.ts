@@ -45,6 +45,9 @@ const NO_FACTS: Facts = {
   freezes: null,
 };
 
+/** What opens beside or below the picture, one at a time. */
+export type Panel = "people" | "settings" | "details" | "rules" | "host";
+
 /** Everything that the page shows, as signals and values computed from them. */
 export interface State {
   link: Signal<LinkState>;
@@ -91,6 +94,10 @@ export interface State {
   entryProblem: Signal<string | null>;
   /** What the person aboard asks for, while it is new; always a new object. */
   request: Signal<{ asked: NonNullable<AboardInfo["asked"]> } | null>;
+  /** The panel that is open; null for none. */
+  panel: Signal<Panel | null>;
+  /** Whether this viewer's turn has ended a moment ago. */
+  isTurnJustOver: Signal<boolean>;
   /** What became of the last call that this page has not answered. */
   missedCall: Signal<MissedCall>;
   /** This page's own microphone, as it is used. */
@@ -178,6 +185,8 @@ export function createState(kept: Preferences): State {
     invitation: signal(null),
     entryProblem: signal(null),
     request: signal(null),
+    panel: signal("people"),
+    isTurnJustOver: signal(false),
     missedCall: signal(null),
     voice: signal(SILENT),
     pageMs: signal(0),

@@ -64,7 +64,7 @@ async def own_error(link: Link, browser: Browser, folder: Path) -> list[Row]:
         await window.goto(served.url)
         one, two = (Instrument(window.evaluate, browser.ear, name=name) for name in _TWO)
         await _until(one.sees_picture, "there is no picture")
-        await window.evaluate(press("Start"))
+        await window.evaluate(press("Turn sound on"))
         if not await one.hears(_WITHIN_S):
             raise MeasureError(f"the instrument's own error: no sound within {_WITHIN_S:g} s")
         began_s = time.monotonic()

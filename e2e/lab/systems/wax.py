@@ -37,7 +37,7 @@ class Wax:
         self._drives = drives
 
     async def opened(self, window: Window) -> None:
-        await window.evaluate(press("Start"))
+        await window.evaluate(press("Turn sound on"))
         if not self._joins:
             return
         before = await self._disturbances()

@@ -39,7 +39,7 @@ async def test_lips_and_voice_arrive_together(
             page = await context.new_page()
             instrument = Instrument(page.evaluate, needed(ear))
             await page.goto(server.url)
-            await page.get_by_role("button", name="Start").first.click()
+            await page.get_by_role("button", name="Turn sound on").first.click()
             await eventually(instrument.sees_picture, "the picture plays")
             assert await instrument.hears(within_s=10), "no sound"
             await asyncio.sleep(WATCHED_S)

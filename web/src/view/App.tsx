@@ -1,49 +1,40 @@
 import type { Session } from "../session";
 import { Banners } from "./Banners";
-import { CallCard } from "./CallCard";
 import { SessionContext } from "./context";
 import { DrivePanel } from "./DrivePanel";
 import { EndedPage } from "./EndedPage";
-import { Facts } from "./Facts";
-import { LinkStatus } from "./LinkStatus";
-import { Queue } from "./Queue";
-import { Settings } from "./Settings";
+import { Panels } from "./Panels";
 import { Stage } from "./Stage";
-import { TapeBadge } from "./TapeBadge";
-import { Toast } from "./Toast";
 import { TurnCard } from "./TurnCard";
 
-/** The page. `cockpit` is what must be visible without scrolling. */
+/** The page: the picture, and beside or below it whose turn it is, the controls and the rest. */
 export function App({ session }: { session: Session }) {
-  const ended = session.state.ended.value;
-  const isDriving = session.state.drivingTurn.value !== null;
-  if (ended) {
-    return (
-      <SessionContext.Provider value={session}>
-        <EndedPage ended={ended} />
-      </SessionContext.Provider>
-    );
-  }
   return (
     <SessionContext.Provider value={session}>
-      <div class={isDriving ? "page is-driving" : "page"}>
-        <div class="cockpit">
-          <header class="bar">
-            <h1 class="brand">WAX</h1>
-            <LinkStatus />
-            <TapeBadge />
-            <Facts />
-          </header>
-          <Banners />
-          <Stage />
-          <TurnCard />
-          <DrivePanel />
-        </div>
-        <Queue />
-        <Settings />
-        <Toast />
-        <CallCard />
-      </div>
+      <Page session={session} />
     </SessionContext.Provider>
+  );
+}
+
+function Page({ session: { state } }: { session: Session }) {
+  const ended = state.ended.value;
+  if (ended) return <EndedPage ended={ended} />;
+  const isDriving = state.drivingTurn.value !== null;
+  const isStopped = state.stopNumber.value !== null && state.isConnected.value;
+  const kinds = [
+    "page",
+    ...(isDriving ? ["is-driving"] : []),
+    ...(isStopped ? ["is-stopped"] : []),
+  ];
+  return (
+    <main class={kinds.join(" ")}>
+      <Stage />
+      <div class="rail">
+        <Banners />
+        <TurnCard />
+        <DrivePanel />
+        <Panels />
+      </div>
+    </main>
   );
 }

@@ -10,8 +10,16 @@ const AXIS_STEP = 0.05;
 
 /** The controls: Stop for every viewer, the rest for the operator. */
 export function DrivePanel() {
-  const { hello } = useState();
+  const { hello, me } = useState();
   const axes = hello.value?.robot.axes ?? [];
+  if (me.value === null || me.value.role === "observer") {
+    return (
+      <section class="drive is-watching" aria-label="Drive">
+        <StopButton />
+        <VoicePanel />
+      </section>
+    );
+  }
   return (
     <section class="drive" aria-label="Drive">
       <div class="pad">
@@ -96,7 +104,8 @@ function Axis({ axis }: { axis: string }) {
 
 /** Beside the controls: why the robot stands or is slow, or how to drive. */
 function Hint() {
-  const { drivingTurn, driveReason, hello, isConnected, isFreshlyReleased, me } = useState();
+  const { drivingTurn, driveReason, hello, isConnected, isFreshlyReleased, me, stopNumber } =
+    useState();
   if (drivingTurn.value === null) {
     return (
       <p class="hint" id="drive-hint">
@@ -104,6 +113,8 @@ function Hint() {
       </p>
     );
   }
+  // Who stopped the robot, and what to do, is said above.
+  if (stopNumber.value !== null) return <p class="hint" id="drive-hint" />;
   const reason = driveReason.value ?? (isFreshlyReleased.value ? RELEASED : null);
   return (
     <p class={reason ? "hint is-reason" : "hint is-keys"} id="drive-hint" aria-live="polite">

@@ -18,34 +18,29 @@ const NOT_IN_PICTURE_AGE = "the camera's own 20–60 ms, your screen's refresh";
 
 /** The delays, and when opened: how well it plays, what is sent, and why. */
 export function Facts() {
-  const { facts, served, playout, player, isConnected, isSilent, room } = useState();
+  const { facts, served, playout, player, room } = useState();
   const { pictureMs, pictureErrorMs, soundMs, skewMs, roundTripMs, fps } = facts.value;
   const { pauses, freezes } = facts.value;
   const battery = room.value && batteryWords(room.value.robot);
   return (
-    <details class={isConnected.value ? "facts" : "facts is-unknown"}>
-      <summary>
-        Delay <span class="figure">{msWords(isSilent.value ? null : (pictureMs ?? soundMs))}</span>
-      </summary>
-      <dl>
-        <Fact name="Picture age">{ageWords(pictureMs, pictureErrorMs)}</Fact>
-        {pictureMs !== null && <Fact name="Not included">{NOT_IN_PICTURE_AGE}</Fact>}
-        <Fact name="Sound age">{msWords(soundMs)}</Fact>
-        <Fact name="Skew">{skewWords(skewMs)}</Fact>
-        <Fact name="Round trip">{msWords(roundTripMs)}</Fact>
-        <Fact name="Frame rate">{fps === null ? "–" : `${fps} fps`}</Fact>
-        <Fact name="Sound gaps, last minute">{breakWords(pauses)}</Fact>
-        <Fact name="Freezes, last minute">{breakWords(freezes)}</Fact>
-        <Fact name="Policy">{playout.value?.policy ?? "–"}</Fact>
-        <Fact name="Picture sent">{sentPictureWords(served.value)}</Fact>
-        <Fact name="Sound sent">{sentSoundWords(served.value)}</Fact>
-        <Fact name="Sound player">{player.value.by === "own" ? "WAX's own" : "the browser's"}</Fact>
-        <Player />
-        <Fact name="Link">{linkWords(served.value)}</Fact>
-        {battery && <Fact name="Battery">{battery}</Fact>}
-        <Reasons sentences={reasons(playout.value, served.value, player.value)} />
-      </dl>
-    </details>
+    <dl class="facts">
+      <Fact name="Picture age">{ageWords(pictureMs, pictureErrorMs)}</Fact>
+      {pictureMs !== null && <Fact name="Not included">{NOT_IN_PICTURE_AGE}</Fact>}
+      <Fact name="Sound age">{msWords(soundMs)}</Fact>
+      <Fact name="Skew">{skewWords(skewMs)}</Fact>
+      <Fact name="Round trip">{msWords(roundTripMs)}</Fact>
+      <Fact name="Frame rate">{fps === null ? "–" : `${fps} fps`}</Fact>
+      <Fact name="Sound gaps, last minute">{breakWords(pauses)}</Fact>
+      <Fact name="Freezes, last minute">{breakWords(freezes)}</Fact>
+      <Fact name="Policy">{playout.value?.policy ?? "–"}</Fact>
+      <Fact name="Picture sent">{sentPictureWords(served.value)}</Fact>
+      <Fact name="Sound sent">{sentSoundWords(served.value)}</Fact>
+      <Fact name="Sound player">{player.value.by === "own" ? "WAX's own" : "the browser's"}</Fact>
+      <Player />
+      <Fact name="Link">{linkWords(served.value)}</Fact>
+      {battery && <Fact name="Battery">{battery}</Fact>}
+      <Reasons sentences={reasons(playout.value, served.value, player.value)} />
+    </dl>
   );
 }
 

@@ -1,6 +1,7 @@
 import { useState } from "./context";
 import { connectionWords } from "./words";
 
+/** The connection: a dot while all is well, words as soon as it is not. */
 export function LinkStatus() {
   const { link, pageMs } = useState();
   // Only these states change with time.
@@ -8,7 +9,9 @@ export function LinkStatus() {
   const nowMs = isTimed ? pageMs.value : 0;
   return (
     <p role="status" class={`link is-${link.value.is}`}>
-      {connectionWords(link.value, nowMs)}
+      <span class={link.value.is === "connected" ? "visually-hidden" : ""}>
+        {connectionWords(link.value, nowMs)}
+      </span>
     </p>
   );
 }

@@ -6,17 +6,13 @@ export function LossPanel() {
   const { hello } = useState();
   if (!hello.value) return null;
   return (
-    <details class="panel" name="panel">
-      <summary>If something fails</summary>
-      <div class="panel-body">
-        <h2>What the robot does when something fails</h2>
-        <ul class="sentences">
-          {lossSentences(hello.value).map((sentence) => (
-            <li key={sentence}>{sentence}</li>
-          ))}
-        </ul>
-        <p class="quiet">The server sets these rules; no page can change them.</p>
-      </div>
-    </details>
+    <>
+      <ul class="sentences">
+        {lossSentences(hello.value).map((sentence) => (
+          <li key={sentence}>{sentence}</li>
+        ))}
+      </ul>
+      <p class="quiet">The server sets these rules; no page can change them.</p>
+    </>
   );
 }

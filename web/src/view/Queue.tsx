@@ -8,8 +8,7 @@ import { inOrder, placeWords, watchingWords } from "./words";
 export function Queue() {
   const { room, hello, watching } = useState();
   return (
-    <section class="queue">
-      <h2 id="queue-title">Who is here</h2>
+    <div class="queue">
       {/* biome-ignore lint/a11y/noRedundantRoles: without its marks Safari takes it for no list */}
       <ol class="viewers" role="list" aria-label="Queue">
         {inOrder(room.value?.viewers ?? []).map((viewer) => (
@@ -23,7 +22,7 @@ export function Queue() {
       </ol>
       {watching.value !== null && <p class="quiet">{watchingWords(watching.value)}</p>}
       <NameField />
-    </section>
+    </div>
   );
 }
 

@@ -1,36 +1,29 @@
 import { POLICIES, type Preferences } from "../preferences";
+import { type Code, t } from "../words/words";
 import { useActions, useState } from "./context";
 import { sizeWords } from "./figures";
-import { HostPanel } from "./host/HostPanel";
-import { LossPanel } from "./LossPanel";
-import { SoundMeter } from "./SoundMeter";
 import { Switch } from "./Switch";
 import { silenceWords } from "./words";
 
-/** The user's choices of streams, size and policy; and the panels about the robot. */
+/** The user's choices of streams, size and policy. */
 export function Settings() {
-  const { isSoundOn, preferences, hello, cameras } = useState();
+  const { preferences, hello, cameras } = useState();
   const silence = silenceWords(hello.value);
-  const { setSound, setPicture, setCameras } = useActions();
+  const { setPicture, setCameras } = useActions();
   return (
-    <section class="settings" aria-label="Settings">
-      {silence === null ? (
-        <div class="sound">
-          <Switch name="Sound" isOn={isSoundOn.value} onSwitch={setSound} />
-          <SoundMeter />
-        </div>
-      ) : (
-        <p class="quiet no-sound">{silence}</p>
-      )}
-      <Switch name="Picture" isOn={preferences.value.picture} onSwitch={setPicture} />
+    <div class="settings">
+      {silence !== null && <p class="quiet">{silence}</p>}
+      <Switch name={t("panels.picture")} isOn={preferences.value.picture} onSwitch={setPicture} />
       {cameras.value.length > 0 && (
-        <Switch name="Other cameras" isOn={preferences.value.cameras} onSwitch={setCameras} />
+        <Switch
+          name={t("panels.other_cameras")}
+          isOn={preferences.value.cameras}
+          onSwitch={setCameras}
+        />
       )}
       <Size />
       <Policy />
-      <LossPanel />
-      <HostPanel />
-    </section>
+    </div>
   );
 }
 
@@ -42,7 +35,7 @@ function Size() {
   const { size } = preferences.value;
   return (
     <label class="field">
-      <span>Picture size</span>
+      <span>{t("panels.size")}</span>
       <select
         disabled={sizes.length === 0}
         value={sizes.includes(size) ? size : sizes[0]}
@@ -50,7 +43,7 @@ function Size() {
       >
         {sizes.map((one, i) => (
           <option key={one} value={one}>
-            {i === 0 ? `Largest, ${sizeWords(one)}` : `Up to ${sizeWords(one)}`}
+            {t(i === 0 ? "panels.size_largest" : "panels.size_up_to", { size: sizeWords(one) })}
           </option>
         ))}
       </select>
@@ -58,7 +51,10 @@ function Size() {
   );
 }
 
-const POLICY_NAMES = { "audio-master": "In step", "video-first": "Picture first" };
+const POLICY_NAMES: Record<string, Code> = {
+  "audio-master": "panels.timing_in_step",
+  "video-first": "panels.timing_picture_first",
+};
 
 /** The synchronisation policy; no choice if the server has one for everybody. */
 function Policy() {
@@ -67,7 +63,7 @@ function Policy() {
   if (playout.value && !(playout.value.policy in POLICY_NAMES)) return null;
   return (
     <label class="field">
-      <span>Timing</span>
+      <span>{t("panels.timing")}</span>
       <select
         value={preferences.value.policy ?? ""}
         onChange={(event) =>
@@ -76,7 +72,7 @@ function Policy() {
       >
         {POLICIES.map((one) => (
           <option key={one} value={one ?? ""}>
-            {one ? POLICY_NAMES[one] : "Automatic"}
+            {t((one && POLICY_NAMES[one]) || "panels.timing_auto")}
           </option>
         ))}
       </select>

@@ -1,10 +1,13 @@
 import { useEffect, useRef } from "preact/hooks";
 import { tellsFrames } from "../measure/picture";
 import type { State } from "../state";
+import { t } from "../words/words";
+import { CallCard } from "./CallCard";
 import { useActions, useSession, useState } from "./context";
 import { msWords } from "./figures";
-import { CurtainIcon, EarIcon, PlayIcon } from "./icons";
-import { StopBanner } from "./StopBanner";
+import { Hud } from "./Hud";
+import { CurtainIcon, EarIcon, MutedIcon } from "./icons";
+import { Toast } from "./Toast";
 import { Views } from "./Views";
 import { BLANKED, problemWords, silenceWords } from "./words";
 
@@ -24,6 +27,7 @@ export function Stage() {
   const { preferences, isBlanked, isConnected, isSilent } = session.state;
   const video = useRef<HTMLVideoElement>(null);
   const audio = useRef<HTMLAudioElement>(null);
+  const stage = useRef<HTMLElement>(null);
   useEffect(() => {
     session.attachPicture(video.current);
     session.attachSound(audio.current);
@@ -35,19 +39,38 @@ export function Stage() {
 
   const isOn = preferences.value.picture;
   const isShown = isOn && !isBlanked.value;
+  useEffect(
+    () => (video.current && stage.current ? shape(stage.current, video.current) : undefined),
+    [],
+  );
   const isLive = isConnected.value && !isSilent.value && !isStale(session.state);
   return (
-    <section class={isLive ? "stage" : "stage is-greyed"} aria-label="Picture">
+    <section ref={stage} class={isLive ? "stage" : "stage is-greyed"} aria-label="Picture">
       <Views isShown={isShown} video={video} />
       {/* biome-ignore lint/a11y/useMediaCaption: a live robot has no captions */}
       <audio ref={audio} />
       {isBlanked.value ? <Blanked /> : !isOn && <PictureOff />}
       <Door />
-      <Warnings />
-      <Start />
-      <StopBanner />
+      <Hud />
+      <div class="stage-foot">
+        <Warnings />
+        <SoundOffer />
+        <Toast />
+      </div>
+      <CallCard />
     </section>
   );
+}
+
+/** Gives the stage the shape of the picture, so that nothing black is beside it. */
+function shape(stage: HTMLElement, video: HTMLVideoElement): () => void {
+  const follow = () => {
+    const { videoWidth, videoHeight } = video;
+    if (videoWidth > 0) stage.style.setProperty("--aspect", `${videoWidth / videoHeight}`);
+  };
+  follow();
+  video.addEventListener("resize", follow);
+  return () => video.removeEventListener("resize", follow);
 }
 
 /** Whether the newest picture is too old to be live. */
@@ -101,18 +124,18 @@ function Door() {
   );
 }
 
-function Start() {
-  const { isStartOffered, isBlanked, hello } = useState();
+/** The one step to sound, which no browser plays before something was pressed. */
+function SoundOffer() {
+  const { isStartOffered, isBlanked, hello, drivingTurn } = useState();
   const { start } = useActions();
-  if (!isStartOffered.value || isBlanked.value || silenceWords(hello.value)) return null;
+  const isOver = isBlanked.value || silenceWords(hello.value) !== null;
+  // Whoever drives has the switch, and the whole picture.
+  if (!isStartOffered.value || isOver || drivingTurn.value !== null) return null;
   return (
-    <div class="start">
-      <button type="button" class="start-button" onClick={start}>
-        <PlayIcon />
-        Start
-      </button>
-      <p class="start-hint">with sound</p>
-    </div>
+    <button type="button" class="sound-offer" onClick={start}>
+      <MutedIcon />
+      {t("hud.sound_on")}
+    </button>
   );
 }
 

@@ -1,68 +1,56 @@
 import { useEffect } from "preact/hooks";
-import type { ViewerInfo } from "../messages";
+import { alertTab } from "../alertTab";
+import { t } from "../words/words";
 import { useActions, useState } from "./context";
-import { lostWords, missedWords, NOT_INVITED, standingWords, turnWords } from "./words";
+import { face } from "./face";
+import { HoldButton } from "./HoldButton";
+import { robotName } from "./robotName";
 
-const ENDING_S = 10;
-
-/** Whose turn it is, the time left, and the buttons to join and leave the queue. */
+/** The state, the time left, and the one obvious next thing. */
 export function TurnCard() {
   const state = useState();
-  const me = state.me.value;
+  const { releaseStop } = useActions();
   const isConnected = state.isConnected.value;
-  const { headline, next } = isConnected
-    ? turnWords(state.room.value, me)
-    : lostWords(me, state.hello.value?.grace_s ?? 0);
-  const seconds = isConnected ? state.secondsLeft.value : null;
   const isDriving = state.drivingTurn.value !== null;
-  const isEnding = isDriving && seconds !== null && seconds <= ENDING_S;
-
-  const isCalled = state.callSecondsLeft.value !== null;
-  const note = isConnected
-    ? (missedWords(state.missedCall.value) ?? standingWords(state.room.value))
-    : null;
-
-  useEffect(() => {
-    document.title = isDriving
-      ? "You are driving – WAX"
-      : isCalled
-        ? "Are you ready? – WAX"
-        : "WAX";
-    if (isDriving) navigator.vibrate?.(200);
-  }, [isDriving, isCalled]);
-
-  const look = isEnding ? "turn is-driving is-ending" : isDriving ? "turn is-driving" : "turn";
+  const seconds = isConnected ? state.secondsLeft.value : null;
+  const now = face({
+    link: state.link.value,
+    isConnected,
+    hello: state.hello.value,
+    room: state.room.value,
+    me: state.me.value,
+    isDriving,
+    secondsLeft: seconds,
+    mayRelease: state.mayRelease.value,
+    missedCall: state.missedCall.value,
+    isJustOver: state.isTurnJustOver.value,
+  });
+  const isUrgent = isDriving || now.tone === "stopped";
   return (
-    <section class={look} aria-label="Turn">
-      <div class="turn-words" aria-live={isDriving ? "assertive" : "polite"}>
-        <p class="headline">{headline}</p>
-        <p class="next">{next}</p>
-        {note && <p class="turn-note">{note}</p>}
+    <section class={`turn is-${now.tone}`} aria-label={t("face.turn")}>
+      <TabTitle />
+      <div class="turn-words" aria-live={isUrgent ? "assertive" : "polite"}>
+        <p class="headline">{now.headline}</p>
+        <p class="next">{now.next}</p>
+        {now.note && <p class="turn-note">{now.note}</p>}
       </div>
-      <div class="timer" role="timer" aria-label="Time left">
-        {seconds !== null && (
-          <>
-            <span class="seconds">{seconds}</span> s<small>left</small>
-          </>
-        )}
+      <div class="timer" role="timer" aria-label={t("face.time_left")}>
+        {seconds !== null && t("face.left", { n: seconds })}
       </div>
-      <QueueButton me={me} />
+      {now.releases && <HoldButton onHeld={releaseStop}>{t("face.release")}</HoldButton>}
+      <QueueButton does={now.queue} />
     </section>
   );
 }
 
-function QueueButton({ me }: { me: ViewerInfo | null }) {
-  const { isConnected, hello } = useState();
+function QueueButton({ does }: { does: "join" | "leave" | null }) {
   const { join, leave } = useActions();
-  const common = { type: "button", disabled: !me || !isConnected.value } as const;
-  if (me?.role === "observer" && hello.value?.may_queue === false) {
-    return <p class="queue-button-words quiet">{NOT_INVITED}</p>;
-  }
+  if (does === null) return null;
   // Keys, or a reused button would keep the focus, and Space would leave.
-  if (!me || me.role === "observer") {
+  if (does === "join") {
     return (
-      <button key="join" class="queue-button" {...common} onClick={join}>
-        Join the queue
+      <button key="join" type="button" class="queue-button" onClick={join}>
+        {t("face.join")}
       </button>
     );
   }
@@ -71,8 +59,35 @@ function QueueButton({ me }: { me: ViewerInfo | null }) {
     if (event.detail < 2) leave();
   };
   return (
-    <button key="leave" class="queue-button is-leave" {...common} onClick={onClick}>
-      Leave the queue
+    <button key="leave" type="button" class="queue-button is-leave" onClick={onClick}>
+      {t("face.leave")}
     </button>
   );
+}
+
+/** Whoever looks at another tab sees in this one's title and icon when they are wanted. */
+function TabTitle() {
+  const { drivingTurn, callSecondsLeft, me, stopNumber, hello } = useState();
+  const isDriving = drivingTurn.value !== null;
+  const isCalled = callSecondsLeft.value !== null;
+  const isNext = me.value?.place === 1;
+  const isStopped = stopNumber.value !== null;
+  const name = robotName(hello.value);
+  const title = isStopped
+    ? t("face.title_stopped", { name })
+    : isDriving
+      ? t("face.title_driving", { name })
+      : isCalled
+        ? t("face.title_called", { name })
+        : isNext
+          ? t("face.title_next", { name })
+          : name;
+  useEffect(() => {
+    document.title = title;
+  }, [title]);
+  useEffect(() => alertTab(document, isCalled || isDriving), [isCalled, isDriving]);
+  useEffect(() => {
+    if (isDriving) navigator.vibrate?.(200);
+  }, [isDriving]);
+  return null;
 }

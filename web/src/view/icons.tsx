@@ -19,10 +19,37 @@ export function ArrowIcon() {
   );
 }
 
-export function PlayIcon() {
+export function MutedIcon() {
   return (
     <Icon>
-      <path d="M8 5.5v13l10.5-6.5Z" stroke-linejoin="round" />
+      <path d="M4 10v4h3l5 4V6L7 10Z" stroke-linejoin="round" />
+      <path d="m16 9.5 5 5M21 9.5l-5 5" class="line" stroke-linecap="round" />
+    </Icon>
+  );
+}
+
+export function BatteryIcon() {
+  return (
+    <Icon>
+      <path d="M4 8h14v8H4Z" class="line" stroke-linejoin="round" />
+      <path d="M20.5 11v2M7 11v2M10.500 11v2" stroke-linecap="round" />
+    </Icon>
+  );
+}
+
+export function BumperIcon() {
+  return (
+    <Icon>
+      <path d="M4 17a8 8 0 0 1 16 0" class="line" stroke-linecap="round" />
+      <path d="M12 4v3M6 6l1.500 2.500M18 6l-1.500 2.500" stroke-linecap="round" />
+    </Icon>
+  );
+}
+
+export function CloseIcon() {
+  return (
+    <Icon>
+      <path d="m6 6 12 12M18 6 6 18" class="line" stroke-linecap="round" />
     </Icon>
   );
 }

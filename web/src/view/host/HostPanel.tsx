@@ -11,17 +11,13 @@ export function HostPanel() {
   const { isHost } = useState();
   if (!isHost.value) return null;
   return (
-    <details class="panel host" name="panel">
-      <summary>Host</summary>
-      <div class="panel-body">
-        <h2>You are the host</h2>
-        <People />
-        <Turns />
-        <Door />
-        <Invitation />
-        <Message />
-        <ProofPanel />
-      </div>
-    </details>
+    <div class="host">
+      <People />
+      <Turns />
+      <Door />
+      <Invitation />
+      <Message />
+      <ProofPanel />
+    </div>
   );
 }

@@ -1,0 +1,42 @@
+import { signal } from "@preact/signals";
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { loadPreferences } from "./preferences";
+import { createState, type State } from "./state";
+import { listenTurnOver } from "./turnOver";
+
+let state: State;
+const turn = signal<number | null>(null);
+const isConnected = signal(true);
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  turn.value = null;
+  isConnected.value = true;
+  state = { ...createState(loadPreferences(null)), drivingTurn: turn, isConnected };
+  listenTurnOver(state);
+});
+
+afterEach(() => {
+  vi.useRealTimers();
+});
+
+it("thanks whose turn has ended, for a while", () => {
+  turn.value = 4;
+  expect(state.isTurnJustOver.value).toBe(false);
+  turn.value = null;
+  expect(state.isTurnJustOver.value).toBe(true);
+  vi.advanceTimersByTime(12_000);
+  expect(state.isTurnJustOver.value).toBe(false);
+});
+
+it("thanks nobody whose connection ended, and not while they drive again", () => {
+  turn.value = 4;
+  isConnected.value = false;
+  turn.value = null;
+  expect(state.isTurnJustOver.value).toBe(false);
+  isConnected.value = true;
+  turn.value = 5;
+  turn.value = null;
+  turn.value = 6;
+  expect(state.isTurnJustOver.value).toBe(false);
+});

@@ -1,0 +1,119 @@
+import type { Panel } from "../state";
+import { t } from "../words/words";
+import { useActions, useState } from "./context";
+import { msWords } from "./figures";
+import { BatteryIcon, BumperIcon, EarIcon, MutedIcon } from "./icons";
+import { LinkStatus } from "./LinkStatus";
+import { robotName } from "./robotName";
+import { SoundMeter } from "./SoundMeter";
+import { TapeBadge } from "./TapeBadge";
+import { batteryWords, silenceWords } from "./words";
+
+/** Over the picture's upper edge: what one glances at while driving, and nothing else. */
+export function Hud() {
+  const { hello } = useState();
+  return (
+    <header class="hud">
+      <h1 class="brand">
+        <bdi>{robotName(hello.value)}</bdi>
+      </h1>
+      <LinkStatus />
+      <TapeBadge />
+      <div class="hud-figures">
+        <Robot />
+        <Speed />
+        <Sound />
+        <Delay />
+      </div>
+    </header>
+  );
+}
+
+/** What the robot reports, where it does. */
+function Robot() {
+  const { room, isConnected } = useState();
+  const robot = room.value?.robot;
+  if (!robot || !isConnected.value) return null;
+  const battery = batteryWords(robot);
+  const isLow = robot.battery_fraction !== null && robot.battery_fraction < LOW_BATTERY;
+  return (
+    <>
+      {robot.bumpers > 0 && (
+        <span class="chip is-poor">
+          <BumperIcon />
+          {t("hud.bumper")}
+        </span>
+      )}
+      {battery && (
+        <span class={isLow ? "chip is-poor" : "chip"} title={t("hud.battery")}>
+          <BatteryIcon />
+          <span class="figure">{battery.split(",")[0]}</span>
+        </span>
+      )}
+    </>
+  );
+}
+
+const LOW_BATTERY = 0.2;
+
+/** Which of the two speeds, while driving. */
+function Speed() {
+  const { drivingTurn, preferences } = useState();
+  if (drivingTurn.value === null) return null;
+  const isFast = preferences.value.speed === "fast";
+  return <span class="chip">{t(isFast ? "hud.speed_fast" : "hud.speed_slow")}</span>;
+}
+
+/** Whether the sound is on; one sees that there is some. */
+function Sound() {
+  const { isSoundOn, hello } = useState();
+  const { setSound } = useActions();
+  if (silenceWords(hello.value) !== null) return null;
+  const isOn = isSoundOn.value;
+  return (
+    <div class="hud-sound">
+      <button
+        type="button"
+        class="chip chip-button"
+        role="switch"
+        aria-checked={isOn}
+        aria-label={t("hud.sound")}
+        onClick={() => setSound(!isOn)}
+      >
+        {isOn ? <EarIcon /> : <MutedIcon />}
+      </button>
+      <SoundMeter />
+    </div>
+  );
+}
+
+/** How old what one sees is, as a colour and a number; opens the details. */
+function Delay() {
+  const { facts, isConnected, isSilent, hello, panel } = useState();
+  const { open } = useActions();
+  if (!isConnected.value) return null;
+  const { pictureMs, soundMs } = facts.value;
+  const ageMs = isSilent.value ? null : (pictureMs ?? soundMs);
+  const limitMs = hello.value?.on_loss.slow_picture_age_ms;
+  const isOpen = panel.value === DETAILS;
+  return (
+    <button
+      type="button"
+      class={`chip chip-button is-${delayLevel(ageMs, limitMs)}`}
+      aria-expanded={isOpen}
+      onClick={() => open(isOpen ? null : DETAILS)}
+    >
+      <span class="chip-name">{t("hud.delay")}</span>
+      <span class="figure">{msWords(ageMs)}</span>
+    </button>
+  );
+}
+
+const DETAILS: Panel = "details";
+
+/** Good where nobody notices it; poor where it slows the robot. */
+export function delayLevel(ageMs: number | null, limitMs = 400): "good" | "fair" | "poor" {
+  if (ageMs === null) return "fair";
+  if (ageMs <= limitMs / 2) return "good";
+  return ageMs <= limitMs ? "fair" : "poor";
+}

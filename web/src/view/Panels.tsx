@@ -1,0 +1,100 @@
+import type { ComponentChildren } from "preact";
+import { useEffect, useRef } from "preact/hooks";
+import type { Panel } from "../state";
+import { type Code, t } from "../words/words";
+import { useActions, useState } from "./context";
+import { Facts } from "./Facts";
+import { HostPanel } from "./host/HostPanel";
+import { CloseIcon } from "./icons";
+import { LossPanel } from "./LossPanel";
+import { Queue } from "./Queue";
+import { Settings } from "./Settings";
+
+/** What the tab says, and what heads the panel. */
+const NAMES: Record<Panel, readonly [tab: Code, title: Code]> = {
+  people: ["panels.people", "panels.people_title"],
+  settings: ["panels.settings", "panels.settings_title"],
+  details: ["panels.details", "panels.details"],
+  rules: ["panels.rules", "panels.rules_title"],
+  host: ["panels.host", "panels.host"],
+};
+
+/**
+ * Everything that is not watching or driving: one panel at a time, where it hides neither the
+ * picture nor Stop.
+ */
+export function Panels() {
+  const { panel, isHost } = useState();
+  const { open } = useActions();
+  const shown = panel.value === "host" && !isHost.value ? null : panel.value;
+  const tabs: Panel[] = ["people", "settings", "details", "rules", ...(isHost.value ? HOST : [])];
+  return (
+    <section class="panels" aria-label={t("panels.name")}>
+      <div class="tabs">
+        {tabs.map((tab) => (
+          <button
+            key={tab}
+            type="button"
+            class="tab"
+            aria-expanded={shown === tab}
+            onClick={() => open(shown === tab ? null : tab)}
+          >
+            {t(NAMES[tab][0])}
+          </button>
+        ))}
+      </div>
+      {shown && (
+        <Sheet key={shown} title={t(NAMES[shown][1])} onClose={() => open(null)}>
+          {content(shown)}
+        </Sheet>
+      )}
+    </section>
+  );
+}
+
+const HOST: Panel[] = ["host"];
+
+function content(panel: Panel): ComponentChildren {
+  switch (panel) {
+    case "people":
+      return <Queue />;
+    case "settings":
+      return <Settings />;
+    case "details":
+      return <Facts />;
+    case "rules":
+      return <LossPanel />;
+    case "host":
+      return <HostPanel />;
+  }
+}
+
+interface SheetProps {
+  title: string;
+  onClose: () => void;
+  children: ComponentChildren;
+}
+
+/** What is open; Escape closes it, wherever in it the keyboard is. */
+function Sheet({ title, onClose, children }: SheetProps) {
+  const sheet = useRef<HTMLDivElement>(null);
+  useEffect(() => sheet.current?.scrollIntoView({ block: "nearest" }), []);
+  return (
+    // biome-ignore lint/a11y/noStaticElementInteractions: Escape comes from the controls in it
+    <div
+      ref={sheet}
+      class="sheet"
+      onKeyDown={(event) => {
+        if (event.key === "Escape") onClose();
+      }}
+    >
+      <div class="sheet-head">
+        <h2>{title}</h2>
+        <button type="button" class="sheet-close" aria-label={t("panels.close")} onClick={onClose}>
+          <CloseIcon />
+        </button>
+      </div>
+      <div class="sheet-body">{children}</div>
+    </div>
+  );
+}

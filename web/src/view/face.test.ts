@@ -1,0 +1,81 @@
+import { describe, expect, it } from "vitest";
+import { hello, room } from "../testing/messages";
+import { face, type Seen } from "./face";
+
+/** A guest who watches a free robot. */
+function seen(change: Partial<Seen> = {}, people: Parameters<typeof room>[0] = {}): Seen {
+  const now = room({ watching: [1], ...people });
+  return {
+    link: { is: "connected" },
+    isConnected: true,
+    hello: hello({ viewer: 1 }),
+    room: now,
+    me: now.viewers.find((one) => one.id === 1) ?? null,
+    isDriving: now.turn.operator === 1,
+    secondsLeft: null,
+    mayRelease: false,
+    missedCall: null,
+    isJustOver: false,
+    ...change,
+  };
+}
+
+const stop = { number: 1, by: "Cleo" };
+
+describe("a face for each state", () => {
+  it("before there is a connection: what happens, and nothing to press", () => {
+    const first = face(
+      seen({ link: { is: "connecting", reason: null }, isConnected: false, hello: null, me: null }),
+    );
+    expect(first).toMatchObject({ tone: "calm", headline: "Connecting…", queue: null });
+  });
+
+  it("lost: how long the place is kept", () => {
+    const lost = { link: { is: "waiting", retryAtMs: 0, reason: "" }, isConnected: false } as const;
+    const words = face(seen(lost, { operator: 1, watching: [] }));
+    expect(words).toMatchObject({ tone: "trouble", headline: "Connection lost" });
+    expect(words.next).toContain("to keep your turn");
+  });
+
+  it("watching: one press to the queue", () => {
+    expect(face(seen())).toMatchObject({ headline: "Nobody is driving", queue: "join" });
+  });
+
+  it("watching where strangers may not drive: why there is nothing to press", () => {
+    const words = face(seen({ hello: hello({ viewer: 1, may_queue: false }) }));
+    expect(words.queue).toBeNull();
+    expect(words.note).toContain("Ask the host for a link");
+  });
+
+  it("waiting: the place and what is ahead", () => {
+    const words = face(seen({}, { operator: 2, waiting: [1], watching: [] }));
+    expect(words.headline).toContain("You are next");
+    expect(words.queue).toBe("leave");
+  });
+
+  it("driving, and its last seconds", () => {
+    const mine = { operator: 1, watching: [] };
+    expect(face(seen({ secondsLeft: 40 }, mine)).tone).toBe("driving");
+    expect(face(seen({ secondsLeft: 10 }, mine)).tone).toBe("ending");
+  });
+
+  it("stopped: by whom, whoever one is, and who can end it", () => {
+    const others = face(seen({}, { operator: 2, watching: [1], stop }));
+    expect(others).toMatchObject({ tone: "stopped", headline: "Stopped by Cleo", releases: false });
+    const mine = face(seen({ mayRelease: true }, { operator: 1, watching: [], stop }));
+    expect(mine).toMatchObject({ tone: "stopped", releases: true, queue: "leave" });
+  });
+
+  it("a robot that does not answer is in the way of everybody", () => {
+    const words = seen();
+    if (words.room)
+      words.room = { ...words.room, robot: { ...words.room.robot, connected: false } };
+    expect(face(words).tone).toBe("trouble");
+  });
+
+  it("a turn that is over: thanks, and how long until the next", () => {
+    const words = face(seen({ isJustOver: true }, { operator: 2, waiting: [1], watching: [] }));
+    expect(words.headline).toContain("Thanks for driving");
+    expect(words.next).toContain("You are next");
+  });
+});

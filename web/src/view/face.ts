@@ -1,0 +1,90 @@
+/**
+ * What the page says about the turn: every state has one face, of a headline, what comes next, and
+ * why something is as it is. A pure function of what is known.
+ */
+
+import type { MissedCall } from "../call";
+import type { LinkState } from "../link/link";
+import type { Hello, RoomState, ViewerInfo } from "../messages";
+import { t } from "../words/words";
+import {
+  joinWords,
+  lostWords,
+  missedWords,
+  standingWords,
+  stoppedWords,
+  type TurnWords,
+  turnWords,
+} from "./words";
+
+/** How the card looks: nothing to do, driving, nearly over, stopped, or something in the way. */
+export type Tone = "calm" | "driving" | "ending" | "stopped" | "trouble";
+
+export interface Face extends TurnWords {
+  tone: Tone;
+  note: string | null;
+  /** Whether this viewer can release the stop that is in force. */
+  releases: boolean;
+  /** What the large button does; null where there is nothing to press. */
+  queue: "join" | "leave" | null;
+}
+
+/** What a face depends on. */
+export interface Seen {
+  link: LinkState;
+  isConnected: boolean;
+  hello: Hello | null;
+  room: RoomState | null;
+  me: ViewerInfo | null;
+  isDriving: boolean;
+  secondsLeft: number | null;
+  mayRelease: boolean;
+  missedCall: MissedCall;
+  /** Whether this viewer's turn has just ended. */
+  isJustOver: boolean;
+}
+
+const ENDING_S = 10;
+
+export function face(seen: Seen): Face {
+  if (!seen.isConnected) return unconnected(seen);
+  const { hello, room, me, isDriving, mayRelease } = seen;
+  const queue = queueing(hello, me);
+  const note = missedWords(seen.missedCall) ?? standingWords(room);
+  if (room?.stop) {
+    const words = stoppedWords(room, room.stop, me, mayRelease);
+    return { ...words, tone: "stopped", note, releases: mayRelease, queue };
+  }
+  const words = turnWords(room, me);
+  const common = { ...words, note, releases: false, queue };
+  if (isDriving) return { ...common, tone: isEnding(seen) ? "ending" : "driving" };
+  const isInTheWay = room !== null && (room.robot.problem !== null || !room.robot.connected);
+  if (isInTheWay) return { ...common, tone: "trouble" };
+  if (seen.isJustOver) {
+    // The wait that the headline tells is also when this viewer may drive again.
+    return { ...common, tone: "calm", headline: t("face.thanks"), next: words.headline };
+  }
+  if (queue === null && me?.role === "observer") {
+    return { ...common, tone: "calm", note: note ?? joinWords(me, false) };
+  }
+  return { ...common, tone: "calm" };
+}
+
+function unconnected({ link, hello, me }: Seen): Face {
+  const kept = lostWords(me, hello?.grace_s ?? 0);
+  const isFirst = hello === null && link.is === "connecting";
+  const words = isFirst
+    ? { headline: t("face.connecting"), next: t("face.connecting_next") }
+    : kept;
+  return { ...words, tone: isFirst ? "calm" : "trouble", note: null, releases: false, queue: null };
+}
+
+function queueing(hello: Hello | null, me: ViewerInfo | null): Face["queue"] {
+  if (!me) return null;
+  if (me.role !== "observer") return "leave";
+  return hello?.may_queue === false ? null : "join";
+}
+
+function isEnding({ secondsLeft }: Seen): boolean {
+  return secondsLeft !== null && secondsLeft <= ENDING_S;
+}

@@ -1,0 +1,6 @@
+import type { Hello } from "../messages";
+
+/** What the host calls the robot. */
+export function robotName(_hello: Hello | null): string {
+  return "WAX";
+}
