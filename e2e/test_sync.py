@@ -177,6 +177,7 @@ async def test_timing_is_switched_while_watching(
         await viewer.listen()
         await held_back(server, viewer, "audio-master", HELD_MS)
         await asyncio.sleep(2)  # until the sound's buffer has grown to what was chosen
+        await viewer.open("Settings")
         peers = await viewer.probe("peers()")
         viewer.forget()
         for timing, policy, held_ms in (
