@@ -1,6 +1,7 @@
 import type { Look, RoomState, StateIn } from "./messages";
 import { Playback } from "./playback";
 import type { State } from "./state";
+import { t } from "./words/words";
 
 /** Without a new picture for so long, a camera shows what was, not what is. */
 const STALE_MS = 2500;
@@ -92,12 +93,10 @@ export class Cameras {
     if (stale.join() !== [...before].join()) state.staleCameras.value = new Set(stale);
     const large = state.large.peek();
     if (large === null || !stale.includes(large) || !state.isConnected.peek()) return;
-    const name = state.cameras.peek()[large]?.name ?? "the camera";
+    const name = state.cameras.peek()[large]?.name ?? t("robot.camera_unnamed");
     const isSent = state.served.peek()?.cameras[large] != null;
     this.#comeBack(
-      isSent
-        ? `No new picture comes from ${name}.`
-        : `Your connection carries no picture of ${name} now.`,
+      isSent ? t("robot.camera_stands", { name }) : t("robot.camera_not_carried", { name }),
     );
   }
 
@@ -110,7 +109,7 @@ export class Cameras {
 
   #comeBack(why: string): void {
     this.choose(null);
-    this.wiring.say(`${why} The driving view is large again.`);
+    this.wiring.say(t("robot.camera_back", { why }));
   }
 
   #playback(at: number): Playback {

@@ -1,6 +1,7 @@
 /** Links that carry a secret: the host's, and invitations. */
 
 import { post, RequestError } from "./link/http";
+import { t } from "./words/words";
 
 /** A secret that the page's address carried. */
 export interface Entry {
@@ -9,8 +10,6 @@ export interface Entry {
 }
 
 const LONGEST_MS = 10_000;
-
-const UNREACHABLE = "The server cannot be reached. Open the link again in a moment.";
 
 /** Returns the secret in the address, after removing it from there and from the history. */
 export function takeEntry(window: Pick<Window, "location" | "history">): Entry | null {
@@ -33,13 +32,13 @@ export async function showEntry({ kind, secret }: Entry): Promise<Entered> {
   try {
     if (kind === "host") {
       await post("/api/host", { secret }, { signal });
-      return { isGood: true, text: "This browser is the host's now." };
+      return { isGood: true, text: t("entry.host") };
     }
     const { purpose } = await post("/api/enter", { token: secret }, { signal });
-    const text = purpose === "queue" ? "You are invited to drive." : "You are invited to watch.";
+    const text = purpose === "queue" ? t("entry.drive") : t("entry.watch");
     return { isGood: true, text };
   } catch (error) {
     const isRefusal = error instanceof RequestError && error.isRefusal;
-    return { isGood: false, text: isRefusal ? error.message : UNREACHABLE };
+    return { isGood: false, text: isRefusal ? error.message : t("entry.unreachable") };
   }
 }

@@ -28,6 +28,7 @@ it("finds again what was saved", () => {
     policy: "video-first",
     speed: "fast",
     player: "own",
+    language: "de",
   } as const;
   savePreferences(mine, chosen);
   expect(loadPreferences(mine)).toEqual(chosen);
@@ -40,7 +41,7 @@ it.each([
   "[]",
   "7",
   "null",
-  '{"name": 7, "sound": "yes", "speed": "warp", "policy": "thesis", "player": 1}',
+  '{"name": 7, "sound": "yes", "speed": "warp", "policy": "thesis", "player": 1, "language": ["de"]}',
 ])("starts with the defaults when it finds %j", (kept) => {
   expect(loadPreferences(store(kept))).toEqual({
     name: "",
@@ -51,6 +52,7 @@ it.each([
     policy: null,
     speed: "slow",
     player: null,
+    language: null,
   });
 });
 

@@ -15,6 +15,8 @@ export interface Preferences {
   speed: "slow" | "fast";
   /** Which player plays the sound; null means the server's choice. */
   player: "browser" | "own" | null;
+  /** The page's language, as a tag; null means the host's or the browser's choice. */
+  language: string | null;
 }
 
 export const PLAYERS = [null, "own", "browser"] as const;
@@ -31,6 +33,7 @@ const DEFAULTS: Preferences = {
   policy: null,
   speed: "slow",
   player: null,
+  language: null,
 };
 
 type Store = Pick<Storage, "getItem" | "setItem">;
@@ -56,6 +59,7 @@ export function loadPreferences(store: Store | null): Preferences {
     policy: POLICIES.find((one) => one === kept.policy) ?? DEFAULTS.policy,
     speed: kept.speed === "fast" ? "fast" : DEFAULTS.speed,
     player: PLAYERS.find((one) => one === kept.player) ?? DEFAULTS.player,
+    language: typeof kept.language === "string" ? kept.language : DEFAULTS.language,
   };
 }
 

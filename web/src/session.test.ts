@@ -500,3 +500,11 @@ it("connects again, once, with room for the cameras that the server has now", as
   expect(session.state.isConnected.value).toBe(true);
   expect(peer().sent).toContainEqual({ type: "look", large: null, small: true });
 });
+
+it("speaks the language that is chosen, and keeps the choice", async () => {
+  session.actions.setLanguage("de");
+  await vi.waitFor(() => expect(document.documentElement.lang).toBe("de"));
+  expect(session.state.preferences.value.language).toBe("de");
+  session.actions.setLanguage(null);
+  await vi.waitFor(() => expect(document.documentElement.lang).toBe("en"));
+});

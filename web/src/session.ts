@@ -40,6 +40,8 @@ import { createState, type Panel, type State } from "./state";
 import { listenTurnOver } from "./turnOver";
 import { listenTalk } from "./voice/listenTalk";
 import { Talk } from "./voice/talk";
+import { listenLanguage } from "./words/language";
+import { t } from "./words/words";
 
 const CLOCKS_EVERY_MS = 200;
 /** Over this time those come back who wait for the opening. */
@@ -67,6 +69,8 @@ export interface Actions {
   setPlayer(player: Preferences["player"]): void;
   setName(name: string): void;
   setSpeed(speed: Preferences["speed"]): void;
+  /** Chooses the page's language, null for the host's or the browser's. */
+  setLanguage(language: Preferences["language"]): void;
   setAxis(name: string, position: number): void;
   join(): void;
   leave(): void;
@@ -315,7 +319,7 @@ export function startSession(): Session {
       });
     } catch {
       const retryAtMs = performance.now() + LOAD_AGAIN_MS;
-      state.link.value = { is: "waiting", retryAtMs, reason: "The page could not be loaded." };
+      state.link.value = { is: "waiting", retryAtMs, reason: t("link.not_loaded") };
       setTimeout(() => link.connect(), LOAD_AGAIN_MS);
       return;
     }
@@ -402,7 +406,7 @@ export function startSession(): Session {
     if (await acknowledger.start()) {
       link.connect();
     } else {
-      say("This browser cannot say what it has received; picture and sound will stutter here.");
+      say(t("link.cannot_acknowledge"));
     }
   }
 
@@ -476,6 +480,7 @@ export function startSession(): Session {
       prefer({ speed });
       controller.paced();
     },
+    setLanguage: (language) => prefer({ language }),
     setAxis: (name, position) => controller.setAxis(name, position),
     join: () => ask("join"),
     leave: () => ask("leave"),
@@ -486,10 +491,10 @@ export function startSession(): Session {
     letGo,
     answerCall: () => ask("here"),
     actAsHost: (act) => {
-      if (!link.sendState(act)) say("There is no connection; try again in a moment.");
+      if (!link.sendState(act)) say(t("link.try_in_a_moment"));
     },
     keepTape: () => {
-      if (!link.sendState({ type: "keep_tape" })) say("There is no connection; try again.");
+      if (!link.sendState({ type: "keep_tape" })) say(t("link.try_again"));
     },
     comeBack() {
       state.ended.value = null;
@@ -543,7 +548,11 @@ export function startSession(): Session {
   }, CLOCKS_EVERY_MS);
 
   picture.play();
-  void prepare().then(() => enter(entry));
+  void prepare().then(() => {
+    void enter(entry);
+    // In parallel with connecting, never before it.
+    listenLanguage(state.preferences, say);
+  });
   // A link that is opened where the page is open already does not load it again.
   window.addEventListener("hashchange", () => {
     const another = takeEntry(window);

@@ -2,9 +2,7 @@ import { RequestError } from "../link/http";
 import type { Link } from "../link/link";
 import { postRelease, postStop } from "../link/stop";
 import type { State } from "../state";
-
-const NO_ANSWER =
-  "The server has not answered this Stop: press it again, or switch the robot off by hand.";
+import { t } from "../words/words";
 
 export interface StopControlOptions {
   state: Pick<State, "stopNumber">;
@@ -28,7 +26,7 @@ export class StopControl {
     letGo();
     posted.catch((error: unknown) => {
       if (error instanceof RequestError && error.isRefusal) say(error.message);
-      else if (state.stopNumber.peek() === null) say(NO_ANSWER);
+      else if (state.stopNumber.peek() === null) say(t("stop.not_answered"));
     });
   }
 

@@ -5,6 +5,7 @@ import type { Sent } from "../link/signalling";
 import type { Receivers } from "../measure/report";
 import type { RoomState, Told, ViewerInfo } from "../messages";
 import type { State } from "../state";
+import { t } from "../words/words";
 import { InStep } from "./inStep";
 import { postLeave, postQueue, postSeat, type Wants } from "./queueing";
 import { RenditionChoice } from "./rendition";
@@ -41,9 +42,6 @@ const TOLD_LATE_MS = 3000;
 const SILENT_MS = 2500;
 
 const CONNECTING: LinkState = { is: "connecting", reason: null };
-const STOOD = "The picture stopped coming.";
-const FULL = "Watching is full.";
-const GUEST = "Guest";
 
 /** Who plays: a room, the robot's server, or nobody yet. */
 type Place = "room" | "server" | null;
@@ -232,7 +230,9 @@ export class Elsewhere {
       this.#failures = 0;
       this.#heardMs = performance.now();
     }
-    this.#roomLink = isPlaying ? { is: "connected" } : { is: "connecting", reason: STOOD };
+    this.#roomLink = isPlaying
+      ? { is: "connected" }
+      : { is: "connecting", reason: t("link.stood") };
     this.#tellLink();
   }
 
@@ -244,7 +244,7 @@ export class Elsewhere {
     }
     const pauseMs = RETRY_MS[this.#failures++] ?? LONGEST_RETRY_MS;
     const retryAtMs = performance.now() + pauseMs;
-    this.#roomLink = { is: "waiting", retryAtMs, reason: FULL };
+    this.#roomLink = { is: "waiting", retryAtMs, reason: t("link.full") };
     // Whoever comes for their turn is on the way already.
     if (!this.#isVisiting) this.#askIn(pauseMs);
     this.#tellLink();
@@ -286,7 +286,7 @@ export class Elsewhere {
     const id = this.#number ?? 0;
     const hello = state.hello.peek();
     if (hello && hello.viewer !== id) state.hello.value = { ...hello, viewer: id };
-    enterRoom(withMe(room, id, state.preferences.peek().name || GUEST));
+    enterRoom(withMe(room, id, state.preferences.peek().name || t("link.guest")));
     const me = state.me.peek();
     if (me) this.#visit(room, me);
   }

@@ -3,6 +3,7 @@ import { type Receivers, Reporter } from "../measure/report";
 import type { Playout, Report } from "../messages";
 import { applyPlayout } from "../playout";
 import type { Facts } from "../state";
+import { t } from "../words/words";
 import { CaptureClock, rtpClock, type Source } from "./captures";
 import { HoldBack } from "./holdBack";
 import type { RenditionChoice } from "./rendition";
@@ -21,10 +22,10 @@ export interface InStepOptions {
 const REPORTS_PER_ARRIVING = 4;
 
 const REASONS = {
-  first: "the picture does not wait for its sound",
-  none: "there is nothing to hold the picture back for",
-  held: "the picture follows the sound",
-};
+  first: "sound.picture_first",
+  none: "sound.nothing_to_hold",
+  held: "sound.picture_follows",
+} as const;
 
 /**
  * Measures what a room sends and plays it in step, as the robot's server has the page do it for its
@@ -130,7 +131,7 @@ export class InStep {
       player: "browser",
       sound_target_ms: null,
       picture_target_ms: heldMs,
-      reason: isFirst ? REASONS.first : heldMs === 0 ? REASONS.none : REASONS.held,
+      reason: t(isFirst ? REASONS.first : heldMs === 0 ? REASONS.none : REASONS.held),
     };
     applyPlayout(playout, this.#receivers?.sound ?? null, this.#receivers?.picture ?? null);
     this.options.onPlayout(playout);

@@ -1,8 +1,7 @@
 /** HTTP requests to the server; errors are sentences for people. */
 
 import type { Ended } from "../messages";
-
-const UNREACHABLE = "The server cannot be reached.";
+import { t } from "../words/words";
 
 /** The server refused (`isRefusal`) or did not answer. */
 export class RequestError extends Error {
@@ -53,12 +52,13 @@ export async function ask(path: string, init: RequestInit = {}): Promise<Answer>
   try {
     response = await fetch(path, init);
   } catch {
-    throw new RequestError(UNREACHABLE, false);
+    throw new RequestError(t("link.unreachable"), false);
   }
   const body = await response.json().catch(() => null);
   if (response.ok && body !== null) return body;
+  const { status } = response;
   const sentence =
-    typeof body?.error === "string" ? body.error : `The server answered ${response.status}.`;
+    typeof body?.error === "string" ? body.error : t("link.answered", { status: String(status) });
   const ended = body?.ended === true ? endedFor(sentence, body.opens_wall_ms) : null;
   throw new RequestError(sentence, true, retryAfterMs(response), ended);
 }

@@ -1,5 +1,6 @@
 import { ServerClock } from "../clock";
 import type { Channel, DriveIn, Ended, StateIn, StateOut } from "../messages";
+import { t } from "../words/words";
 import { Heartbeat } from "./heartbeat";
 import { Peer, type PeerEvents } from "./peer";
 import { attemptAfterMs, type LostLink, patienceMs } from "./reconnect";
@@ -45,9 +46,6 @@ const GOODBYE_MS = 1000;
 const FRESH_MS = 250;
 /** After a change of network the peer may be alive: so long it has to say so. */
 const DOUBT_MS = 150;
-
-const NO_ANSWER = "The server does not answer.";
-const SILENT = "The server has gone silent.";
 
 const now = () => performance.now();
 
@@ -127,7 +125,7 @@ export class Link {
     setTimeout(
       () => {
         const isHeard = this.#silence.sinceMs > askedMs;
-        if (!isHeard && this.#peer && !this.#isRetrying) this.#lose(SILENT);
+        if (!isHeard && this.#peer && !this.#isRetrying) this.#lose(t("link.silent"));
       },
       DOUBT_MS + (this.clock.slowestMs ?? 0),
     );
@@ -208,7 +206,7 @@ export class Link {
   /** Begins another attempt unless this one gets further within this time. */
   #giveUpAfter(ms: number): void {
     clearTimeout(this.#trying);
-    this.#trying = setTimeout(() => this.#begin(NO_ANSWER), ms);
+    this.#trying = setTimeout(() => this.#begin(t("link.no_answer")), ms);
   }
 
   /** This page may not come in, and does not come back by itself. */
@@ -261,7 +259,7 @@ export class Link {
   /** The network is back: what was sent into the dead one is given up, unless it has arrived. */
   #tryNow(): void {
     const isOld = now() - this.#begunMs >= FRESH_MS;
-    if (isOld && !this.#isReached && now() >= this.#notBeforeMs) this.#begin(NO_ANSWER);
+    if (isOld && !this.#isReached && now() >= this.#notBeforeMs) this.#begin(t("link.no_answer"));
   }
 
   get #isGreeted(): boolean {
@@ -291,7 +289,8 @@ export class Link {
   #beat(): void {
     // A modem stalls for a second now and then.
     const isUrgent = this.mayDrive && !this.isThin;
-    if (this.#heartbeat.isSilent(now(), isUrgent) && !this.#isRetrying) this.#lose(SILENT);
+    if (this.#heartbeat.isSilent(now(), isUrgent) && !this.#isRetrying)
+      this.#lose(t("link.silent"));
     this.#ping();
     clearTimeout(this.#beating);
     // Over a slow link the set-points already show that this page is alive.

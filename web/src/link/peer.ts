@@ -1,6 +1,7 @@
 import type { Channel, Ended } from "../messages";
 import { withVoice } from "../voice/answer";
 import { FORMS, type VoiceForm } from "../voice/form";
+import { t } from "../words/words";
 import { RequestError } from "./http";
 import { askIce, gathered, postOffer, type Sent } from "./signalling";
 import { withStereo } from "./stereo";
@@ -31,8 +32,6 @@ export interface PeerEvents {
  * of two; each one queued before a release delays it by 40 ms on a modem's uplink.
  */
 const MAX_WAITING_BYTES = 256;
-
-const LOST = "The connection was lost.";
 
 /**
  * One RTCPeerConnection: sound and pictures in, two data channels, and room for a voice. A reconnect
@@ -77,7 +76,8 @@ export class Peer {
       this.#listen(name as Channel, channel);
     }
     this.#on(pc, "connectionstatechange", () => {
-      if (pc.connectionState === "failed" || pc.connectionState === "closed") this.#lose(LOST);
+      if (pc.connectionState === "failed" || pc.connectionState === "closed")
+        this.#lose(t("link.lost"));
     });
   }
 
@@ -114,7 +114,7 @@ export class Peer {
         this.events.refused(refusal.ended);
         return;
       }
-      const sentence = error instanceof Error ? error.message : LOST;
+      const sentence = error instanceof Error ? error.message : t("link.lost");
       this.#lose(sentence, refusal?.retryAfterMs ?? null);
     }
   }
@@ -180,7 +180,7 @@ export class Peer {
       return true;
     } catch {
       // The buffer is full; without its state messages the connection is useless.
-      if (channel === "state") this.#lose(LOST);
+      if (channel === "state") this.#lose(t("link.lost"));
       return false;
     }
   }
@@ -198,7 +198,7 @@ export class Peer {
     this.#on(channel, "message", (event) => {
       this.events.received(name, (event as MessageEvent<string>).data);
     });
-    this.#on(channel, "close", () => this.#lose(LOST));
+    this.#on(channel, "close", () => this.#lose(t("link.lost")));
   }
 
   #on(target: EventTarget, type: string, listener: (event: Event) => void): void {

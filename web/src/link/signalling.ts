@@ -1,6 +1,7 @@
 /** The HTTP requests before there is a connection. */
 
 import type { Elsewhere } from "../messages";
+import { t } from "../words/words";
 import { type Asked, ask, postTimed, RequestError } from "./http";
 
 const GATHERING_MS = 2000;
@@ -47,7 +48,7 @@ export async function postOffer(
   const answer = await postTimed("/api/offer", { sdp, client }, { signal });
   if (typeof answer.sdp === "string") return answer.sdp;
   if (answer.type === "elsewhere") return answer as unknown as Sent;
-  throw new RequestError("The server answered with no session description.", true);
+  throw new RequestError(t("link.no_description"), true);
 }
 
 /** Waits until all candidates are known, but at most two seconds. */

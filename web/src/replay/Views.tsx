@@ -2,7 +2,7 @@ import { type Signal, useComputed, useSignal } from "@preact/signals";
 import type { RefObject } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import type { TapeCamera, TapeContent } from "../messages";
-import { DRIVING_VIEW } from "../view/words";
+import { drivingView } from "../view/words";
 import type { Player } from "./player";
 
 /** Nobody is told of a picture that is missing for less. */
@@ -44,7 +44,7 @@ export function Views({ content, player, momentMs, picture }: Props) {
         {/* biome-ignore lint/a11y/useMediaCaption: there are none of what a robot hears */}
         <video ref={picture} playsInline preload="auto" hidden={!content.has_picture} />
         {!content.has_picture && <p>There is no picture in this part.</p>}
-        {large !== null && <Enlarge name={DRIVING_VIEW} onTap={enlarge(null)} />}
+        {large !== null && <Enlarge name={drivingView()} onTap={enlarge(null)} />}
       </div>
       {player &&
         cameras.map((one) => (

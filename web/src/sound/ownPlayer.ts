@@ -1,3 +1,4 @@
+import { t } from "../words/words";
 import type { FromWorker, Playing, ToWorker } from "./worker";
 import type { FromWorklet, ToWorklet } from "./worklet";
 import workletUrl from "./worklet.ts?worker&url";
@@ -36,17 +37,17 @@ const SETTLES_MS = 800;
 
 /** Why this browser has a player of ours only on demand, as a sentence; null if it need not ask. */
 export function doubtful(): string | null {
-  return IS_FIREFOX ? "in Firefox the page's own player is still a matter of choice" : null;
+  return IS_FIREFOX ? t("sound.firefox") : null;
 }
 
 /** What this browser lacks for a player of ours, as a sentence; null if it can. */
 export function lacking(scope: typeof globalThis = globalThis): string | null {
   if (!scope.isSecureContext) {
-    return "over HTTPS this page could play the sound sooner, with a player of its own";
+    return t("sound.needs_https");
   }
   const has =
     "RTCRtpScriptTransform" in scope && "AudioDecoder" in scope && "AudioWorkletNode" in scope;
-  return has ? null : "this browser lacks what a player of our own needs";
+  return has ? null : t("sound.lacks");
 }
 
 /**
@@ -87,7 +88,7 @@ export class OwnPlayer {
           this.#worker = worker;
           resolve(true);
         } else {
-          this.#fail(`the sound cannot be decoded (${data.failed})`);
+          this.#fail(t("sound.no_decoder", { error: data.failed }));
         }
       };
     });
@@ -140,7 +141,7 @@ export class OwnPlayer {
       await this.#building;
       if (this.#isWanted && !this.#isHeard) this.#feed("both");
     } catch (error) {
-      this.#fail(`the sound's device cannot be opened (${String(error)})`);
+      this.#fail(t("sound.no_device", { error: String(error) }));
     }
   }
 
@@ -190,7 +191,7 @@ export class OwnPlayer {
       outputChannelCount: [2],
     });
     node.port.onmessage = ({ data }: MessageEvent<FromWorklet>) => this.#told(data);
-    node.onprocessorerror = () => this.#fail("the sound's player has failed");
+    node.onprocessorerror = () => this.#fail(t("sound.player_failed"));
     node.connect(context.destination);
     this.#node = node;
     this.isMuted = this.#isMuted;
@@ -213,7 +214,7 @@ export class OwnPlayer {
 
   /** A device that vanishes says nothing. Looks are counted: a blocked page hears nothing either. */
   #look(): void {
-    if (++this.#silentLooks > MOST_SILENT_LOOKS) this.#fail("the sound's device has stopped");
+    if (++this.#silentLooks > MOST_SILENT_LOOKS) this.#fail(t("sound.device_stopped"));
   }
 
   #feed(playing: Playing): void {

@@ -1,6 +1,7 @@
 import { look } from "../measure/stats";
 import type { Playout } from "../messages";
 import { Playback } from "../playback";
+import { t } from "../words/words";
 import { levelOfPower } from "./loudness";
 import { doubtful, type Heard, lacking, OwnPlayer } from "./ownPlayer";
 
@@ -56,7 +57,7 @@ export class SoundPlayback {
   async start(choice: PlayerChoice): Promise<void> {
     if (this.#hindrance(choice) !== null || this.#own.isReady || choice === "browser") return;
     if (!(await this.#own.start())) {
-      this.#problem = "the page's own player could not be loaded";
+      this.#problem = t("sound.player_not_loaded");
     }
   }
 

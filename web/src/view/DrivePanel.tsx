@@ -4,7 +4,7 @@ import { DriveButton } from "./DriveButton";
 import { ArrowIcon } from "./icons";
 import { StopButton } from "./StopButton";
 import { VoicePanel } from "./VoicePanel";
-import { axisWords, joinWords, RELEASED } from "./words";
+import { axisWords, joinWords, released } from "./words";
 
 const AXIS_STEP = 0.05;
 
@@ -115,7 +115,7 @@ function Hint() {
   }
   // Who stopped the robot, and what to do, is said above.
   if (stopNumber.value !== null) return <p class="hint" id="drive-hint" />;
-  const reason = driveReason.value ?? (isFreshlyReleased.value ? RELEASED : null);
+  const reason = driveReason.value ?? (isFreshlyReleased.value ? released() : null);
   return (
     <p class={reason ? "hint is-reason" : "hint is-keys"} id="drive-hint" aria-live="polite">
       {reason ??

@@ -9,7 +9,7 @@ import { Hud } from "./Hud";
 import { CurtainIcon, EarIcon, MutedIcon } from "./icons";
 import { Toast } from "./Toast";
 import { Views } from "./Views";
-import { BLANKED, problemWords, silenceWords } from "./words";
+import { blanked, problemWords, silenceWords } from "./words";
 
 /** A picture older than this no longer shows what the robot sees. */
 const STALE_MS = 1500;
@@ -93,7 +93,7 @@ function Blanked() {
   return (
     <div class="picture-off" role="status" aria-label="Picture">
       <CurtainIcon />
-      <p>{BLANKED}</p>
+      <p>{blanked()}</p>
     </div>
   );
 }

@@ -2,7 +2,7 @@ import type { RefObject } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import type { CameraInfo } from "../messages";
 import { useActions, useSession, useState } from "./context";
-import { cameraProblem, DRIVING_VIEW } from "./words";
+import { cameraProblem, drivingView } from "./words";
 
 interface Props {
   isShown: boolean;
@@ -26,7 +26,7 @@ export function Views({ isShown, video }: Props) {
     <div class={kinds.join(" ")}>
       <div class={isLarge ? "view is-large" : "view is-small is-driving-view"}>
         <video ref={video} class={isShown ? "" : "is-off"} muted autoplay playsinline />
-        {!isLarge && <Enlarge camera={null} name={DRIVING_VIEW} why={null} />}
+        {!isLarge && <Enlarge camera={null} name={drivingView()} why={null} />}
       </div>
       {others.map((camera, at) => (
         <Camera key={camera.name} at={at} camera={camera} />

@@ -17,7 +17,7 @@ import type { Actions, Session } from "../session";
 import { createState, type State } from "../state";
 import { aboard, hello, playout, room, served } from "../testing/messages";
 import { App } from "./App";
-import { BLANKED, NOT_INVITED, RELEASED } from "./words";
+import { blanked, notInvited, released } from "./words";
 
 let state: State;
 let actions: Actions;
@@ -43,6 +43,7 @@ beforeEach(() => {
     enlarge: vi.fn(),
     setName: vi.fn(),
     setSpeed: vi.fn(),
+    setLanguage: vi.fn(),
     setAxis: vi.fn(),
     join: vi.fn(),
     leave: vi.fn(),
@@ -404,11 +405,11 @@ describe("a stop that is latched", () => {
     act(() => {
       state.isFreshlyReleased.value = true;
     });
-    expect(getByText(body, RELEASED)).toBeTruthy();
+    expect(getByText(body, released())).toBeTruthy();
     act(() => {
       state.driveReason.value = "Slow: the link is late.";
     });
-    expect(queryByText(body, RELEASED)).toBeNull();
+    expect(queryByText(body, released())).toBeNull();
     expect(getByText(body, "Slow: the link is late.")).toBeTruthy();
   });
 });
@@ -729,7 +730,7 @@ describe("who may not stay, hear or drive", () => {
     expect(queryByRole(body, "button", { name: "Join the queue" })).toBeNull();
     expect(queryByRole(body, "switch", { name: "Sound" })).toBeNull();
     expect(queryByRole(body, "button", { name: "Turn sound on" })).toBeNull();
-    expect(getAllByText(body, NOT_INVITED).length).toBeGreaterThan(0);
+    expect(getAllByText(body, notInvited()).length).toBeGreaterThan(0);
   });
 
   it("sees a card in the place of a picture that the host has switched off", () => {
@@ -739,7 +740,7 @@ describe("who may not stay, hear or drive", () => {
       now.house.blanked = true;
       state.room.value = now;
     });
-    expect(getByText(body, BLANKED)).toBeTruthy();
+    expect(getByText(body, blanked())).toBeTruthy();
     expect(body.querySelector("video")?.classList.contains("is-off")).toBe(true);
   });
 });

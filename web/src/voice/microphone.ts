@@ -1,27 +1,24 @@
 import { levelOfPower } from "../sound/loudness";
+import { type Code, t } from "../words/words";
 
 /** Why there is no microphone, as a sentence that says what to do. */
 export class MicrophoneError extends Error {}
 
 /** What a person can do about each error of `getUserMedia`. */
-const SENTENCES: Record<string, string> = {
-  NotAllowedError: "The microphone is not allowed here; allow it beside the page's address.",
-  NotFoundError: "No microphone was found; plug one in.",
-  NotReadableError: "The microphone is in use by another program; close that one.",
-  AbortError: "The microphone does not start; plug it in again.",
+const SENTENCES: Record<string, Code> = {
+  NotAllowedError: "voice.not_allowed",
+  NotFoundError: "voice.not_found",
+  NotReadableError: "voice.in_use",
+  AbortError: "voice.no_start",
 };
-
-const INSECURE =
-  "A microphone needs HTTPS. Open this page by https://, or ask its host to start it with https = true.";
-const GONE = "The microphone has gone; plug it in again.";
 
 /** How often its level is looked at, in samples: a tenth of a second at 48 kHz and less. */
 const WINDOW = 2048;
 
 /** Why this page cannot have a microphone at all, as a sentence; null if it can ask. */
 export function hindrance(scope: typeof globalThis = globalThis): string | null {
-  if (!scope.isSecureContext) return INSECURE;
-  return scope.navigator?.mediaDevices ? null : "This browser has no microphone to offer.";
+  if (!scope.isSecureContext) return t("voice.insecure");
+  return scope.navigator?.mediaDevices ? null : t("voice.none");
 }
 
 /** An open microphone, with the browser's own echo cancellation. */
@@ -47,7 +44,8 @@ export class Microphone {
       return new Microphone(stream, onGone);
     } catch (error) {
       const name = error instanceof Error ? error.name : "";
-      throw new MicrophoneError(SENTENCES[name] ?? `The microphone cannot be opened: ${error}`);
+      const code = SENTENCES[name] ?? "voice.cannot_open";
+      throw new MicrophoneError(t(code, { error: String(error) }));
     }
   }
 
@@ -55,7 +53,7 @@ export class Microphone {
     const [track] = stream.getAudioTracks();
     if (!track) throw new DOMException("no track", "NotFoundError");
     this.track = track;
-    track.addEventListener("ended", () => onGone(GONE), { once: true });
+    track.addEventListener("ended", () => onGone(t("voice.gone")), { once: true });
     let context: AudioContext | null = null;
     let analyser: AnalyserNode | null = null;
     try {

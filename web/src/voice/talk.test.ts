@@ -1,7 +1,8 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { t } from "../words/words";
 import { FORMS, type Uplink } from "./form";
 import { type Microphone, MicrophoneError } from "./microphone";
-import { NO_ROOM, SILENT, Talk, type Voice } from "./talk";
+import { SILENT, Talk, type Voice } from "./talk";
 
 const WIDE: Uplink = { linkBps: 5_000_000, waitingBytes: 0, roundTripMs: 40, commandHz: 20 };
 
@@ -163,7 +164,7 @@ describe("what goes wrong is a sentence", () => {
     uplink = { ...WIDE, linkBps: 50_000 };
     talk.look(1000);
     expect(sent()).toBeNull();
-    expect(voice).toMatchObject({ isOn: true, problem: NO_ROOM });
+    expect(voice).toMatchObject({ isOn: true, problem: t("voice.no_room") });
     uplink = WIDE;
     talk.look(2000);
     expect(sent()).toBe(made[0]?.track);

@@ -1,3 +1,4 @@
+import { t } from "../words/words";
 import { FORMS, FormChooser, type Uplink, type VoiceForm } from "./form";
 import { Microphone } from "./microphone";
 
@@ -42,9 +43,6 @@ export interface TalkOptions {
   open?: typeof Microphone.open;
 }
 
-export const NO_ROOM =
-  "Your connection carries your commands but not your voice as well; commands go first.";
-
 const LOOK_EVERY_MS = 100;
 /** Whoever speaks is louder than this, 36 dB under full scale; known before the robot plays it. */
 const SPEAKS_LEVEL = 0.4;
@@ -64,6 +62,8 @@ export class Talk {
   readonly #chooser = new FormChooser();
   #form: VoiceForm | null = FORMS[0] ?? null;
   #isDucked = false;
+  /** Whether the voice's problem is that the link has no room for it. */
+  #isCramped = false;
   #sent: { link: VoiceLink; track: MediaStreamTrack | null } | null = null;
   #looking: ReturnType<typeof setInterval> | undefined;
   #closing: ReturnType<typeof setTimeout> | undefined;
@@ -181,11 +181,16 @@ export class Talk {
   #send(): void {
     const link = this.options.link();
     if (!link) return;
-    const { isOn, problem } = this.#voice;
+    const { isOn } = this.#voice;
     if (isOn && this.#form) link.shape(this.#form);
     const hasRoom = this.#form !== null;
-    if (isOn && !hasRoom) this.#tell({ problem: NO_ROOM, isHeard: false });
-    else if (problem === NO_ROOM) this.#tell({ problem: null });
+    if (isOn && !hasRoom) {
+      this.#tell({ problem: t("voice.no_room"), isHeard: false });
+      this.#isCramped = true;
+    } else if (this.#isCramped) {
+      this.#tell({ problem: null });
+      this.#isCramped = false;
+    }
     const track = isOn && hasRoom ? (this.#microphone?.track ?? null) : null;
     if (this.#sent?.link === link && this.#sent.track === track) return;
     if (this.#sent === null && track === null) return;

@@ -34,6 +34,22 @@ export function t(code: Code, values: Values = {}): string {
   return fill(messages[code] ?? en[code], values, tag);
 }
 
+/** A number in the language's digits, not grouped; with so many decimals, or as many as it has. */
+export function figure(value: number, decimals?: number): string {
+  return value.toLocaleString(language.value.tag, {
+    useGrouping: false,
+    ...(decimals === undefined
+      ? {}
+      : { minimumFractionDigits: decimals, maximumFractionDigits: decimals }),
+  });
+}
+
+/** How the reader writes times and days: the language, as it is used in their country if known. */
+export function locale(): string {
+  const { tag } = language.value;
+  return navigator.languages.find((one) => one.split("-")[0] === tag) ?? tag;
+}
+
 /** Puts values into a message; numbers are written as the language writes them. */
 export function fill(message: Message, values: Values, tag: string): string {
   const template = typeof message === "string" ? message : chosen(message, values.n, tag);

@@ -1,0 +1,91 @@
+import { readdirSync, readFileSync } from "node:fs";
+import { join } from "node:path";
+import { describe, expect, it } from "vitest";
+import { de } from "./de";
+import { en } from "./en";
+import type { Catalog, Message } from "./words";
+
+const SOURCES = join(import.meta.dirname, "..");
+const ENGLISH: Catalog = en;
+/** Every language but English, by its tag. */
+const OTHERS: Readonly<Record<string, Catalog>> = { de };
+const ALL = { en: ENGLISH, ...OTHERS };
+
+const templates = (message: Message) =>
+  typeof message === "string" ? [message] : Object.values(message);
+
+const holes = (template: string) =>
+  [...template.matchAll(/\{(\w+)\}/g)].map(([, name]) => name).toSorted();
+
+/** The holes of a message's general form, which are all that it may have. */
+function holesOf(message: Message): (string | undefined)[] {
+  return holes(typeof message === "string" ? message : message.other);
+}
+
+describe.each(Object.entries(ALL))("%s", (tag, catalog) => {
+  const messages = Object.entries(catalog) as [string, Message][];
+
+  it("has a message for every code, and no other", () => {
+    expect(Object.keys(catalog).toSorted()).toEqual(Object.keys(en).toSorted());
+  });
+
+  it("says something in every message, in no more space than needed", () => {
+    const poor = messages.filter(([, message]) =>
+      templates(message).some((one) => one.trim() === "" || one !== one.trim()),
+    );
+    expect(poor).toEqual([]);
+  });
+
+  it("has each value in its sentence that the English has", () => {
+    for (const [code, message] of messages) {
+      const wanted = holesOf(ENGLISH[code as keyof typeof en] ?? "");
+      expect({ code, holes: holesOf(message) }).toEqual({ code, holes: wanted });
+    }
+  });
+
+  it("has each form that the language has for a number, and no other", () => {
+    const { pluralCategories } = new Intl.PluralRules(tag).resolvedOptions();
+    const plural = messages.filter(([, message]) => typeof message !== "string");
+    expect(plural).not.toEqual([]);
+    for (const [code, message] of plural) {
+      const forms = Object.keys(message).toSorted();
+      expect({ code, forms }).toEqual({ code, forms: pluralCategories.toSorted() });
+      // A form may leave out the number ("one person"), but have nothing that the general one lacks.
+      for (const one of templates(message)) {
+        for (const hole of holes(one)) expect(holesOf(message)).toContain(hole);
+      }
+    }
+  });
+
+  it("keeps each message in the file of its area, and none in two", () => {
+    const folder = join(import.meta.dirname, tag);
+    const files = readdirSync(folder).filter((name) => name.endsWith(".json"));
+    const all = files.flatMap((file) => {
+      const codes = Object.keys(JSON.parse(readFileSync(join(folder, file), "utf8")));
+      const area = file.replace(".json", ".");
+      expect(codes.filter((code) => !code.startsWith(area))).toEqual([]);
+      return codes;
+    });
+    expect(all.toSorted()).toEqual(Object.keys(catalog).toSorted());
+  });
+});
+
+describe.each(Object.entries(OTHERS))("%s", (_tag, catalog) => {
+  it("is not English copied", () => {
+    const same = Object.keys(en).filter((code) => {
+      const key = code as keyof typeof en;
+      return JSON.stringify(catalog[key]) === JSON.stringify(en[key]);
+    });
+    // What is the same in both.
+    expect(same).toEqual(["figures.stereo"]);
+  });
+});
+
+it("has no message that the page never says", () => {
+  const sources = readdirSync(SOURCES, { recursive: true, encoding: "utf8" })
+    .filter((path) => /\.tsx?$/.test(path) && !/\.test\.tsx?$/.test(path))
+    .map((path) => readFileSync(join(SOURCES, path), "utf8"))
+    .join("\n");
+  const unused = Object.keys(en).filter((code) => !sources.includes(`"${code}"`));
+  expect(unused).toEqual([]);
+});

@@ -1,0 +1,94 @@
+// @vitest-environment happy-dom
+import { signal } from "@preact/signals";
+import { afterEach, describe, expect, it, vi } from "vitest";
+import type { Preferences } from "../preferences";
+import { choose, LANGUAGES, listenLanguage, nameOf, speak, wishes } from "./language";
+import { ENGLISH, language, t } from "./words";
+
+const NONE = { chosen: null, search: "", host: undefined, browser: [] };
+
+afterEach(async () => {
+  vi.doUnmock("./de");
+  vi.resetModules();
+  await speak("en");
+});
+
+describe("the language", () => {
+  it("is what was chosen here, before all else", () => {
+    const all = { chosen: "en", search: "?lang=de", host: "de", browser: ["de"] };
+    expect(choose(all)).toBe("en");
+  });
+
+  it("is the address's, then the host's, then the browser's", () => {
+    expect(choose({ ...NONE, search: "?view=stage&lang=de", host: "en", browser: ["en"] })).toBe(
+      "de",
+    );
+    expect(choose({ ...NONE, host: "de", browser: ["en"] })).toBe("de");
+    expect(choose({ ...NONE, browser: ["fr-CH", "de-CH", "en"] })).toBe("de");
+  });
+
+  it("is English where nobody wants one that the page speaks", () => {
+    expect(choose(NONE)).toBe("en");
+    expect(choose({ chosen: "", search: "?lang=", host: "", browser: ["fr", "tlh"] })).toBe("en");
+    expect(choose({ ...NONE, chosen: "constructor", search: "?lang=__proto__" })).toBe("en");
+  });
+
+  it("is understood with its country and in any case", () => {
+    expect(choose({ ...NONE, chosen: "DE-at" })).toBe("de");
+  });
+});
+
+it("knows where a page's wishes are", () => {
+  document.documentElement.dataset.language = "de";
+  expect(wishes("en")).toMatchObject({ chosen: "en", host: "de", browser: navigator.languages });
+  delete document.documentElement.dataset.language;
+  expect(wishes(null).host).toBeUndefined();
+});
+
+it("tells the browser in which language and direction the page is", async () => {
+  expect(await speak("de")).toBe(true);
+  expect(t("turn.you_drive")).toBe("Du fährst");
+  expect(document.documentElement).toMatchObject({ lang: "de", dir: "ltr" });
+  await speak("en");
+  expect(t("turn.you_drive")).toBe("You are driving");
+  expect(document.documentElement.lang).toBe("en");
+});
+
+it("heeds the last of several choices, whichever is loaded first", async () => {
+  await Promise.all([speak("de"), speak("en")]);
+  expect(language.value).toBe(ENGLISH);
+});
+
+it("can be called by every language's own name", () => {
+  expect(LANGUAGES.map(({ tag }) => nameOf(tag))).toEqual(LANGUAGES.map(({ name }) => name));
+});
+
+describe("a page", () => {
+  const preferences = (chosen: string | null) => signal({ language: chosen } as Preferences);
+
+  it("speaks as wished, and follows each change", async () => {
+    const wished = preferences("de");
+    listenLanguage(wished, () => {});
+    await vi.waitFor(() => expect(language.value.tag).toBe("de"));
+    wished.value = { ...wished.value, language: "en" };
+    await vi.waitFor(() => expect(language.value.tag).toBe("en"));
+  });
+
+  it("stays as it is where a language cannot be loaded, says so, and tries again", async () => {
+    vi.doMock("./de", () => {
+      throw new Error("no network");
+    });
+    const say = vi.fn();
+    const wished = preferences("de");
+    listenLanguage(wished, say);
+    await vi.waitFor(() =>
+      expect(say).toHaveBeenCalledExactlyOnceWith(
+        "The page could not be had in Deutsch; it stays as it is.",
+      ),
+    );
+    expect(t("turn.you_drive")).toBe("You are driving");
+    vi.doUnmock("./de");
+    wished.value = { ...wished.value };
+    await vi.waitFor(() => expect(t("turn.you_drive")).toBe("Du fährst"));
+  });
+});

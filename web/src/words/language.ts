@@ -1,0 +1,104 @@
+/** Which languages the page speaks, which of them is for whom, and changing between them. */
+
+import type { ReadonlySignal } from "@preact/signals";
+import type { Preferences } from "../preferences";
+import { ENGLISH, type Language, language, t } from "./words";
+
+/** A language in its own words, as people look for it in a list. */
+export interface Spoken {
+  tag: string;
+  name: string;
+}
+
+export const LANGUAGES: readonly Spoken[] = [
+  { tag: "en", name: "English" },
+  { tag: "de", name: "Deutsch" },
+];
+
+/** Each is loaded only for who reads it. */
+const LOADERS: Readonly<Record<string, () => Promise<Language>>> = {
+  en: async () => ENGLISH,
+  de: async () => ({ tag: "de", direction: "ltr", messages: (await import("./de")).de }),
+};
+
+/** Where a wish for a language may come from, the strongest first. */
+export interface Wishes {
+  /** What was chosen on this device; null for nothing. */
+  chosen: string | null;
+  /** The address's `?…`. */
+  search: string;
+  /** What the host has set for the page, if anything. */
+  host: string | undefined;
+  /** The browser's, the most wanted first. */
+  browser: readonly string[];
+}
+
+/** Returns the language for these wishes: English where none of them is spoken. Pure. */
+export function choose({ chosen, search, host, browser }: Wishes): string {
+  const asked = new URLSearchParams(search).get("lang");
+  for (const wish of [chosen, asked, host, ...browser]) {
+    const tag = wish ? spoken(wish) : null;
+    if (tag !== null) return tag;
+  }
+  return ENGLISH.tag;
+}
+
+/** The page's language for this tag: `de` for `de-AT`; null where it has none. */
+function spoken(wish: string): string | null {
+  const [tag = ""] = wish.toLowerCase().split("-");
+  return Object.hasOwn(LOADERS, tag) ? tag : null;
+}
+
+/** The wishes as they are in a page. */
+export function wishes(chosen: string | null): Wishes {
+  return {
+    chosen,
+    search: window.location.search,
+    host: document.documentElement.dataset.language,
+    browser: navigator.languages,
+  };
+}
+
+let newest = 0;
+
+/**
+ * Has the page speak this language once it is loaded; resolves to false where that fails, and then
+ * it speaks on as before. Of several calls the last one counts.
+ */
+export async function speak(tag: string): Promise<boolean> {
+  const call = ++newest;
+  let loaded: Language;
+  try {
+    loaded = await (LOADERS[tag] ?? (async () => ENGLISH))();
+  } catch {
+    return call !== newest;
+  }
+  if (call !== newest) return true;
+  language.value = loaded;
+  document.documentElement.lang = loaded.tag;
+  document.documentElement.dir = loaded.direction;
+  return true;
+}
+
+/** What a language is called by who speaks it. */
+export function nameOf(tag: string): string {
+  return LANGUAGES.find((one) => one.tag === tag)?.name ?? tag;
+}
+
+/** Has the page speak the language that is wished, now and after each change; says where it cannot. */
+export function listenLanguage(
+  preferences: ReadonlySignal<Preferences>,
+  say: (sentence: string) => void,
+): void {
+  let wished: string | null = null;
+  preferences.subscribe(({ language: chosen }) => {
+    const tag = choose(wishes(chosen));
+    if (tag === wished) return;
+    wished = tag;
+    void speak(tag).then((isSpoken) => {
+      if (isSpoken) return;
+      wished = null; // so that the same choice tries again
+      say(t("language.not_loaded", { language: nameOf(tag) }));
+    });
+  });
+}

@@ -1,0 +1,75 @@
+import { afterEach, describe, expect, it, vi } from "vitest";
+import { de } from "./de";
+import { ENGLISH, figure, fill, type Language, language, locale, t } from "./words";
+
+const GERMAN: Language = { tag: "de", direction: "ltr", messages: de };
+
+afterEach(() => {
+  vi.unstubAllGlobals();
+  language.value = ENGLISH;
+});
+
+describe("a message", () => {
+  it("takes its values wherever they are named", () => {
+    expect(fill("{b} {a} {b}", { a: "x", b: "y" }, "en")).toBe("y x y");
+  });
+
+  it("keeps a hole without a value, so that one sees what is missing", () => {
+    expect(fill("from {who}", {}, "en")).toBe("from {who}");
+  });
+
+  it("takes a value as it is, be it a hole itself", () => {
+    expect(fill("{a} {b}", { a: "{b}", b: "$&" }, "en")).toBe("{b} $&");
+  });
+
+  it("writes numbers as the language does, and text as it is", () => {
+    expect(fill("{n}", { n: 1234.5 }, "en")).toBe("1,234.5");
+    expect(fill("{n}", { n: 1234.5 }, "de")).toBe("1.234,5");
+    expect(fill("{n}", { n: "1234.5" }, "de")).toBe("1234.5");
+  });
+
+  it("has the form that the language wants for a number", () => {
+    const message = { one: "{n} Katze", few: "{n} kočky", other: "{n} Katzen" };
+    expect([1, 2, 5].map((n) => fill(message, { n }, "de"))).toEqual([
+      "1 Katze",
+      "2 Katzen",
+      "5 Katzen",
+    ]);
+    expect(fill(message, { n: 2 }, "cs")).toBe("2 kočky");
+  });
+
+  it("has its general form where no number is given", () => {
+    expect(fill({ one: "one", other: "some" }, {}, "en")).toBe("some");
+    expect(fill({ one: "one", other: "some" }, { n: "1" }, "en")).toBe("some");
+  });
+});
+
+describe("the page", () => {
+  it("speaks the language that is set", () => {
+    expect(t("turn.you_drive")).toBe("You are driving");
+    language.value = GERMAN;
+    expect(t("turn.you_drive")).toBe("Du fährst");
+    expect(t("turn.waiting", { n: 1 })).toBe("Eine Person wartet.");
+    expect(t("turn.waiting", { n: 2000 })).toBe("2.000 Personen warten.");
+  });
+
+  it("is English where a language lacks a message", () => {
+    language.value = { ...GERMAN, messages: {} };
+    expect(t("turn.you_drive")).toBe("You are driving");
+  });
+});
+
+it("writes figures with the language's own decimal sign, and groups nothing", () => {
+  expect([figure(1234), figure(0.35), figure(12, 1)]).toEqual(["1234", "0.35", "12.0"]);
+  language.value = GERMAN;
+  expect([figure(1234), figure(0.35), figure(12, 1)]).toEqual(["1234", "0,35", "12,0"]);
+});
+
+it("writes times as the reader's country does, if it speaks the page's language", () => {
+  vi.stubGlobal("navigator", { languages: ["fr-FR", "de-AT", "en-GB"] });
+  expect(locale()).toBe("en-GB");
+  language.value = GERMAN;
+  expect(locale()).toBe("de-AT");
+  vi.stubGlobal("navigator", { languages: ["fr-FR"] });
+  expect(locale()).toBe("de");
+});
