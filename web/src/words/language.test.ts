@@ -33,6 +33,13 @@ describe("the language", () => {
     expect(choose({ ...NONE, chosen: "constructor", search: "?lang=__proto__" })).toBe("en");
   });
 
+  it("is the trial's for who asks for it in the address, and for nobody else", () => {
+    expect(choose({ ...NONE, chosen: "de", search: "?lang=pseudo" })).toBe("pseudo");
+    expect(choose({ chosen: "pseudo", search: "", host: "pseudo", browser: ["pseudo"] })).toBe(
+      "en",
+    );
+  });
+
   it("is understood with its country and in any case", () => {
     expect(choose({ ...NONE, chosen: "DE-at" })).toBe("de");
   });
@@ -52,6 +59,14 @@ it("tells the browser in which language and direction the page is", async () => 
   await speak("en");
   expect(t("turn.you_drive")).toBe("You are driving");
   expect(document.documentElement.lang).toBe("en");
+});
+
+it("can be from right to left", async () => {
+  expect(await speak("pseudo")).toBe(true);
+  expect(t("turn.you_drive")).toContain("\u202e");
+  expect(document.documentElement.dir).toBe("rtl");
+  await speak("en");
+  expect(document.documentElement.dir).toBe("ltr");
 });
 
 it("heeds the last of several choices, whichever is loaded first", async () => {

@@ -19,7 +19,11 @@ export const LANGUAGES: readonly Spoken[] = [
 const LOADERS: Readonly<Record<string, () => Promise<Language>>> = {
   en: async () => ENGLISH,
   de: async () => ({ tag: "de", direction: "ltr", messages: (await import("./de")).de }),
+  pseudo: async () => (await import("./pseudo")).makePseudo(),
 };
+
+/** To see what translations do to the page; only who asks for it in the address gets it. */
+const TRIAL = "pseudo";
 
 /** Where a wish for a language may come from, the strongest first. */
 export interface Wishes {
@@ -36,6 +40,7 @@ export interface Wishes {
 /** Returns the language for these wishes: English where none of them is spoken. Pure. */
 export function choose({ chosen, search, host, browser }: Wishes): string {
   const asked = new URLSearchParams(search).get("lang");
+  if (asked === TRIAL) return TRIAL;
   for (const wish of [chosen, asked, host, ...browser]) {
     const tag = wish ? spoken(wish) : null;
     if (tag !== null) return tag;
@@ -46,7 +51,7 @@ export function choose({ chosen, search, host, browser }: Wishes): string {
 /** The page's language for this tag: `de` for `de-AT`; null where it has none. */
 function spoken(wish: string): string | null {
   const [tag = ""] = wish.toLowerCase().split("-");
-  return Object.hasOwn(LOADERS, tag) ? tag : null;
+  return LANGUAGES.some((one) => one.tag === tag) ? tag : null;
 }
 
 /** The wishes as they are in a page. */
