@@ -1,3 +1,4 @@
+import { t } from "../words/words";
 import { useState } from "./context";
 import { requestWords } from "./words";
 
@@ -15,7 +16,7 @@ export function AboardBanner() {
     <>
       {request.value && (
         <p class="banner is-request" role="alert">
-          <strong>From aboard:</strong> {requestWords(request.value.asked)}
+          <strong>{t("aboard.from")}</strong> {requestWords(request.value.asked)}
         </p>
       )}
       {reason && <p class="banner is-problem">{reason}</p>}

@@ -1,4 +1,5 @@
 import { useSignal } from "@preact/signals";
+import { t } from "../words/words";
 
 interface Props {
   /** What the button does, and what it says when asking. */
@@ -45,7 +46,7 @@ export function Ask({ name, question, answers }: Props) {
           </button>
         ))}
         <button type="button" class="plain-button" onClick={close}>
-          Cancel
+          {t("host.cancel")}
         </button>
       </div>
     </fieldset>

@@ -1,4 +1,5 @@
 import { useEffect, useRef } from "preact/hooks";
+import { t } from "../words/words";
 import { useActions, useState } from "./context";
 
 /** Asks the next in the queue whether they are there; any touch of it or key on it says so. */
@@ -19,7 +20,7 @@ export function CallCard() {
     // biome-ignore lint/a11y/useKeyWithClickEvents: the button in it takes every key
     <section class="call" role="alertdialog" aria-labelledby="call-words" onClick={answerCall}>
       <p class="call-words" id="call-words">
-        Your turn is next. Are you ready?
+        {t("turn.called")}
       </p>
       <button
         ref={button}
@@ -31,10 +32,10 @@ export function CallCard() {
           answerCall();
         }}
       >
-        I am ready
+        {t("turn.ready")}
       </button>
-      <p class="call-left" role="timer" aria-label="Time to answer">
-        {seconds} s left to answer
+      <p class="call-left" role="timer" aria-label={t("turn.time_to_answer")}>
+        {t("turn.left_to_answer", { seconds: String(seconds) })}
       </p>
     </section>
   );

@@ -1,4 +1,5 @@
 import type { Ended } from "../messages";
+import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { whenWords } from "./words";
 
@@ -14,11 +15,9 @@ export function EndedPage({ ended }: { ended: Ended }) {
         <h1>{ended.text}</h1>
       </div>
       {entryProblem.value && <p>{entryProblem.value}</p>}
-      {opensMs !== null && (
-        <p>It opens {whenWords(opensMs, Date.now())}. This page comes back by itself then.</p>
-      )}
+      {opensMs !== null && <p>{t("link.opens", { when: whenWords(opensMs, Date.now()) })}</p>}
       <button type="button" class="ended-button" onClick={comeBack}>
-        Try again
+        {t("link.come_back")}
       </button>
     </main>
   );

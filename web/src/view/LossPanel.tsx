@@ -1,3 +1,4 @@
+import { t } from "../words/words";
 import { useState } from "./context";
 import { lossSentences } from "./rules";
 
@@ -12,7 +13,7 @@ export function LossPanel() {
           <li key={sentence}>{sentence}</li>
         ))}
       </ul>
-      <p class="quiet">The server sets these rules; no page can change them.</p>
+      <p class="quiet">{t("rules.whose")}</p>
     </>
   );
 }

@@ -1,4 +1,5 @@
 import { useSignal } from "@preact/signals";
+import { t } from "../words/words";
 import { useActions, useState } from "./context";
 
 /** In the host's panel: measures on the real robot how fast it stops. */
@@ -18,13 +19,9 @@ export function ProofPanel() {
         if (event.currentTarget.open) lookAtProof();
       }}
     >
-      <summary>Prove the stop…</summary>
+      <summary>{t("proof.title")}</summary>
       <div class="section-body">
-        <p>
-          The server cuts each link to the robot in turn while its wheels turn, and measures how
-          long they go on. This takes a few minutes, during which nobody can drive. Lift the robot
-          off the floor first.
-        </p>
+        <p>{t("proof.what")}</p>
         <label class="check">
           <input
             type="checkbox"
@@ -34,7 +31,7 @@ export function ProofPanel() {
               isLifted.value = event.currentTarget.checked;
             }}
           />
-          <span>The wheels are off the floor</span>
+          <span>{t("proof.lifted")}</span>
         </label>
         <button
           type="button"
@@ -42,7 +39,7 @@ export function ProofPanel() {
           disabled={!isLifted.value || isRunning}
           onClick={start}
         >
-          Prove it now
+          {t("proof.begin")}
         </button>
         <Progress />
       </div>
@@ -55,12 +52,12 @@ function Progress() {
   const { line = "", record = null } = proof.value ?? {};
   return (
     <>
-      <p class="proof-line" role="status" aria-label="Proof">
+      <p class="proof-line" role="status" aria-label={t("proof.progress")}>
         {line}
       </p>
       {record && (
         <a href={record} target="_blank" rel="noreferrer">
-          Open the record
+          {t("proof.record")}
         </a>
       )}
     </>

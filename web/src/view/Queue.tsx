@@ -1,6 +1,7 @@
 import { useSignal } from "@preact/signals";
 import type { TargetedEvent, TargetedKeyboardEvent } from "preact";
 import { MAX_NAME_CHARS } from "../messages";
+import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { inOrder, placeWords, watchingWords } from "./words";
 
@@ -10,12 +11,12 @@ export function Queue() {
   return (
     <div class="queue">
       {/* biome-ignore lint/a11y/noRedundantRoles: without its marks Safari takes it for no list */}
-      <ol class="viewers" role="list" aria-label="Queue">
+      <ol class="viewers" role="list" aria-label={t("queue.list")}>
         {inOrder(room.value?.viewers ?? []).map((viewer) => (
           <li key={viewer.id} class={`viewer is-${viewer.role}${viewer.lost ? " is-lost" : ""}`}>
             <bdi class="viewer-name">{viewer.name}</bdi>
-            {viewer.id === hello.value?.viewer && <span class="viewer-you"> (you)</span>}
-            {viewer.host && <span class="mark">host</span>}
+            {viewer.id === hello.value?.viewer && <span class="viewer-you"> {t("queue.you")}</span>}
+            {viewer.host && <span class="mark">{t("queue.host")}</span>}
             <span class="viewer-place"> {placeWords(viewer)}</span>
           </li>
         ))}
@@ -41,7 +42,7 @@ function NameField() {
   };
   return (
     <label class="field name-field">
-      <span>Your name</span>
+      <span>{t("queue.your_name")}</span>
       <input
         type="text"
         dir="auto"

@@ -1,9 +1,10 @@
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
+import { t } from "../words/words";
 import { useSession, useState } from "./context";
 
 const LOOK_EVERY_MS = 100;
-const NAMES = { 1: ["Sound level"], 2: ["Sound level, left", "Sound level, right"] };
+const NAMES = { 1: ["sound.level"], 2: ["sound.level_left", "sound.level_right"] } as const;
 
 /** How loud the robot's sound is: of each ear where it is sent in stereo and our player plays it. */
 export function SoundMeter() {
@@ -29,7 +30,7 @@ export function SoundMeter() {
   return (
     <div class={found.length > 0 ? "sound-meter" : "sound-meter is-off"}>
       {NAMES[isStereo ? 2 : 1].map((name, side) => (
-        <meter key={name} class="level" aria-label={name} min={0} max={1} value={shown[side]} />
+        <meter key={name} class="level" aria-label={t(name)} min={0} max={1} value={shown[side]} />
       ))}
     </div>
   );

@@ -1,4 +1,5 @@
 import type { TargetedKeyboardEvent, TargetedMouseEvent, TargetedPointerEvent } from "preact";
+import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { PRESSING } from "./keys";
 
@@ -33,7 +34,7 @@ export function StopButton() {
       onClick={onClick}
       onContextMenu={(event) => event.preventDefault()}
     >
-      Stop
+      {t("stop.stop")}
     </button>
   );
 }

@@ -1,3 +1,4 @@
+import { t } from "../words/words";
 import { useActions, useState } from "./context";
 
 /** Says to everybody that they are recorded, and when opened why; who is in charge may keep it. */
@@ -8,12 +9,12 @@ export function TapeBadge() {
   if (!tape) return null;
   return (
     <details class={tape.running ? "tape is-running" : "tape"}>
-      <summary>{tape.running ? "Recorded" : "Not recorded"}</summary>
+      <summary>{tape.running ? t("tape.recorded") : t("tape.not_recorded")}</summary>
       <div class="tape-why">
         <p>{tape.why}</p>
         {mayKeepTape.value && (
           <button type="button" class="plain-button" onClick={keepTape}>
-            Keep the last two minutes
+            {t("tape.keep")}
           </button>
         )}
       </div>

@@ -1,6 +1,7 @@
 import type { RefObject } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import type { CameraInfo } from "../messages";
+import { t } from "../words/words";
 import { useActions, useSession, useState } from "./context";
 import { cameraProblem, drivingView } from "./words";
 
@@ -52,7 +53,9 @@ function Camera({ at, camera }: { at: number; camera: CameraInfo }) {
     <div class={kinds.join(" ")} hidden={isOff}>
       <video ref={video} muted autoplay playsinline />
       {isLarge ? (
-        <p class="view-name">{camera.name}</p>
+        <p class="view-name" dir="auto">
+          {camera.name}
+        </p>
       ) : (
         <Enlarge camera={at} name={camera.name} why={why} />
       )}
@@ -67,11 +70,11 @@ function Enlarge(props: { camera: number | null; name: string; why: string | nul
     <button
       type="button"
       class="view-button"
-      aria-label={`Make ${props.name} large`}
+      aria-label={t("robot.enlarge", { name: props.name })}
       onClick={() => enlarge(props.camera)}
     >
       {props.why !== null && <span class="view-why">{props.why}</span>}
-      <span class="view-name">{props.name}</span>
+      <bdi class="view-name">{props.name}</bdi>
     </button>
   );
 }

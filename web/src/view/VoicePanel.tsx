@@ -2,6 +2,7 @@ import type { TargetedKeyboardEvent, TargetedPointerEvent } from "preact";
 import { useEffect } from "preact/hooks";
 import { fingerHolder } from "../drive/inputState";
 import { hindrance } from "../voice/microphone";
+import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { PRESSING } from "./keys";
 import { Switch } from "./Switch";
@@ -23,14 +24,14 @@ export function VoicePanel() {
   const words = isOn || !speaking ? voiceWords(voice.value, hello.value) : speaking;
   const kind = problem ? " is-problem" : isHeard ? " is-heard" : "";
   return (
-    <section class="voice" aria-label="Speak to the room">
+    <section class="voice" aria-label={t("voice.title")}>
       <TalkButton isDisabled={lacks !== null} />
       {hello.value.voice.open_microphone && lacks === null && (
-        <Switch name="Keep open" isOn={isKept} onSwitch={keepSpeaking} />
+        <Switch name={t("voice.keep_open")} isOn={isKept} onSwitch={keepSpeaking} />
       )}
       <meter
         class={isOn ? "level voice-level" : "level voice-level is-off"}
-        aria-label="Your voice"
+        aria-label={t("voice.yours")}
         min={0}
         max={1}
         value={level}
@@ -83,7 +84,7 @@ function TalkButton({ isDisabled }: { isDisabled: boolean }) {
       onKeyUp={() => hush(HOLDER)}
       onBlur={() => hush(HOLDER)}
     >
-      {isOpening ? "Opening the microphone…" : isKept ? "Microphone open" : "Hold to speak"}
+      {isOpening ? t("voice.opening") : isKept ? t("voice.is_open") : t("voice.hold")}
     </button>
   );
 }

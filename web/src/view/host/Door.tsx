@@ -1,3 +1,4 @@
+import { t } from "../../words/words";
 import { Ask } from "../Ask";
 import { useActions, useState } from "../context";
 import { Switch } from "../Switch";
@@ -12,9 +13,9 @@ export function Door() {
   const opensMs = console.value?.opens_wall_ms ?? null;
   return (
     <section class="host-section" aria-labelledby="door-title">
-      <h3 id="door-title">Door and privacy</h3>
+      <h3 id="door-title">{t("door.title")}</h3>
       <Switch
-        name="Picture and sound off for everybody"
+        name={t("door.blank")}
         isOn={house?.blanked === true}
         onSwitch={(blanked) => actAsHost({ type: "blank", blanked })}
       />
@@ -25,7 +26,7 @@ export function Door() {
             class="plain-button"
             onClick={() => actAsHost({ type: "lock", locked: false })}
           >
-            Let strangers in again
+            {t("door.unlock")}
           </button>
         ) : (
           // One press, because a troll does not wait for a question; it can be taken back.
@@ -34,7 +35,7 @@ export function Door() {
             class="plain-button"
             onClick={() => actAsHost({ type: "lock", locked: true })}
           >
-            Only invited people
+            {t("door.lock")}
           </button>
         )}
         {isClosed ? (
@@ -43,19 +44,21 @@ export function Door() {
             class="plain-button"
             onClick={() => actAsHost({ type: "close", closed: false })}
           >
-            Open
+            {t("door.open")}
           </button>
         ) : (
           <Ask
-            name="Close for today…"
-            question="Send all guests away and close?"
-            answers={{ Close: () => actAsHost({ type: "close", closed: true }) }}
+            name={t("door.close_name")}
+            question={t("door.close_question")}
+            answers={{ [t("door.close")]: () => actAsHost({ type: "close", closed: true }) }}
           />
         )}
       </div>
       {isClosed && (
         <p class="quiet">
-          Closed to guests{opensMs !== null && `; opens ${whenWords(opensMs, Date.now())}`}.
+          {opensMs === null
+            ? t("door.closed")
+            : t("door.closed_until", { when: whenWords(opensMs, Date.now()) })}
         </p>
       )}
     </section>

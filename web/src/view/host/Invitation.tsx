@@ -1,16 +1,17 @@
 import { useSignal } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import type { Invite } from "../../messages";
+import { t } from "../../words/words";
 import { useActions, useState } from "../context";
 import { whenWords } from "../words";
 
 const HOUR_S = 3600;
 const DAY_S = 24 * HOUR_S;
 const DURATIONS = [
-  [HOUR_S, "1 hour"],
-  [DAY_S, "1 day"],
-  [7 * DAY_S, "1 week"],
-  [30 * DAY_S, "30 days"],
+  [HOUR_S, "invitation.hour"],
+  [DAY_S, "invitation.day"],
+  [7 * DAY_S, "invitation.week"],
+  [30 * DAY_S, "invitation.month"],
 ] as const;
 const MOST_USES = 1000;
 
@@ -30,22 +31,22 @@ export function Invitation() {
   };
   return (
     <section class="host-section" aria-labelledby="invitation-title">
-      <h3 id="invitation-title">Invite</h3>
+      <h3 id="invitation-title">{t("invitation.title")}</h3>
       <div class="host-fields">
         <label class="field">
-          <span>To</span>
+          <span>{t("invitation.to")}</span>
           <select
             value={purpose.value}
             onChange={(event) => {
               purpose.value = event.currentTarget.value as Invite["purpose"];
             }}
           >
-            <option value="queue">watch and drive</option>
-            <option value="watch">only watch</option>
+            <option value="queue">{t("invitation.to_drive")}</option>
+            <option value="watch">{t("invitation.to_watch")}</option>
           </select>
         </label>
         <label class="field">
-          <span>People</span>
+          <span>{t("invitation.people")}</span>
           <input
             type="number"
             min={1}
@@ -57,23 +58,23 @@ export function Invitation() {
           />
         </label>
         <label class="field">
-          <span>For</span>
+          <span>{t("invitation.for")}</span>
           <select
             value={validS.value}
             onChange={(event) => {
               validS.value = Number(event.currentTarget.value);
             }}
           >
-            {DURATIONS.map(([seconds, words]) => (
+            {DURATIONS.map(([seconds, code]) => (
               <option key={seconds} value={seconds}>
-                {words}
+                {t(code)}
               </option>
             ))}
           </select>
         </label>
       </div>
       <button type="button" class="main-button" onClick={make}>
-        Make a link
+        {t("invitation.make")}
       </button>
       <MadeLink />
     </section>
@@ -98,28 +99,28 @@ function MadeLink() {
       copied.value = "";
     }
   };
-  const people = made.uses === 1 ? "one person" : `${made.uses} people`;
-  const may = made.purpose === "queue" ? "watch and drive" : "watch";
+  const code = made.purpose === "queue" ? "invitation.made_to_drive" : "invitation.made_to_watch";
   return (
     <div class="made-link">
       <p class="quiet">
-        For {people} to {may}; ends {whenWords(made.ends_wall_ms, Date.now())}.
+        {t(code, { n: made.uses, when: whenWords(made.ends_wall_ms, Date.now()) })}
       </p>
       <div class="host-row">
         <input
           ref={field}
           type="text"
           readOnly
-          aria-label="Invitation link"
+          dir="ltr"
+          aria-label={t("invitation.link")}
           value={link}
           onFocus={(event) => event.currentTarget.select()}
         />
         <button type="button" class="main-button" onClick={() => void copy()}>
-          Copy
+          {t("invitation.copy")}
         </button>
       </div>
-      <p role="status" aria-label="Copied">
-        {copied.value === link && "Copied."}
+      <p role="status" aria-label={t("invitation.copied_label")}>
+        {copied.value === link && t("invitation.copied")}
       </p>
     </div>
   );

@@ -1,4 +1,5 @@
 import { useSignal } from "@preact/signals";
+import { t } from "../../words/words";
 import { useActions, useState } from "../context";
 
 const MAX_CHARS = 200;
@@ -15,7 +16,7 @@ export function Message() {
   };
   return (
     <section class="host-section" aria-labelledby="message-title">
-      <h3 id="message-title">Message to all</h3>
+      <h3 id="message-title">{t("message.title")}</h3>
       <form
         class="host-row"
         onSubmit={(event) => {
@@ -27,19 +28,19 @@ export function Message() {
           type="text"
           dir="auto"
           maxLength={MAX_CHARS}
-          aria-label="Message to all"
-          placeholder={shown || "Tea break until three!"}
+          aria-label={t("message.title")}
+          placeholder={shown || t("message.example")}
           value={draft.value}
           onInput={(event) => {
             draft.value = event.currentTarget.value;
           }}
         />
         <button type="submit" class="main-button" disabled={!draft.value.trim()}>
-          Show
+          {t("message.show")}
         </button>
         {shown && (
           <button type="button" class="plain-button" onClick={() => announce("")}>
-            Take it away
+            {t("message.take_away")}
           </button>
         )}
       </form>

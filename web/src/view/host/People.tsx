@@ -1,4 +1,5 @@
 import type { ConsoleViewer, ViewerInfo } from "../../messages";
+import { t } from "../../words/words";
 import { Ask } from "../Ask";
 import { useActions, useState } from "../context";
 import { inOrder, named, placeWords, qualityWords } from "../words";
@@ -9,7 +10,7 @@ export function People() {
   const lines = new Map(console.value?.viewers.map((line) => [line.id, line]));
   return (
     <section class="host-section" aria-labelledby="people-title">
-      <h3 id="people-title">People</h3>
+      <h3 id="people-title">{t("people.title")}</h3>
       {/* biome-ignore lint/a11y/noRedundantRoles: without its marks Safari takes it for no list */}
       <ul class="people" role="list">
         {inOrder(room.value?.viewers ?? []).map((viewer) => (
@@ -22,9 +23,9 @@ export function People() {
 
 function Person({ viewer, line }: { viewer: ViewerInfo; line: ConsoleViewer | null }) {
   const marks = [
-    ...(viewer.host ? ["host"] : []),
-    ...(line?.invited ? ["invited"] : []),
-    ...(line?.muted ? ["Stop muted"] : []),
+    ...(viewer.host ? [t("people.host")] : []),
+    ...(line?.invited ? [t("people.invited")] : []),
+    ...(line?.muted ? [t("people.stop_muted")] : []),
   ];
   return (
     <li class="person">
@@ -39,7 +40,7 @@ function Person({ viewer, line }: { viewer: ViewerInfo; line: ConsoleViewer | nu
       </p>
       {line && (
         <p class="quiet person-link">
-          {line.address}
+          <bdi>{line.address}</bdi>
           {line.address && " · "}
           {qualityWords(line)}
         </p>
@@ -56,12 +57,12 @@ function PersonButtons({ viewer, isMuted }: { viewer: ViewerInfo; isMuted: boole
   return (
     <div class="person-buttons">
       <button type="button" class="plain-button" onClick={mute}>
-        {isMuted ? "Hear their Stop again" : "Mute their Stop"}
+        {isMuted ? t("people.unmute_stop") : t("people.mute_stop")}
       </button>
       <Ask
-        name="Remove…"
-        question={`Remove ${named(viewer.name)}?`}
-        answers={{ Remove: remove(false), "Remove and keep out for a day": remove(true) }}
+        name={t("people.remove_name")}
+        question={t("people.remove_question", { name: named(viewer.name) })}
+        answers={{ [t("people.remove")]: remove(false), [t("people.ban")]: remove(true) }}
       />
     </div>
   );

@@ -1,3 +1,4 @@
+import { t } from "../../words/words";
 import { Ask } from "../Ask";
 import { useActions, useState } from "../context";
 import { Switch } from "../Switch";
@@ -12,16 +13,16 @@ export function Turns() {
   const { house, turn, voice } = room.value ?? {};
   return (
     <section class="host-section" aria-labelledby="turns-title">
-      <h3 id="turns-title">Turns</h3>
+      <h3 id="turns-title">{t("host.turns")}</h3>
       <div class="host-row">
         <Switch
-          name="Pause the queue"
+          name={t("host.pause")}
           isOn={house?.held === true}
           onSwitch={(held) => actAsHost({ type: "hold_queue", held })}
         />
         {voice && (
           <Switch
-            name="Mute all voices"
+            name={t("host.mute_voices")}
             isOn={voice.muted}
             onSwitch={(muted) => actAsHost({ type: "mute_voices", muted })}
           />
@@ -29,14 +30,16 @@ export function Turns() {
         {operator.value && turn && (
           <Ask
             key={turn.number}
-            name="End this turn…"
-            question={`End the turn of ${named(operator.value.name)}?`}
-            answers={{ "End it": () => actAsHost({ type: "end_turn", turn: turn.number }) }}
+            name={t("host.end_turn")}
+            question={t("host.end_turn_question", { name: named(operator.value.name) })}
+            answers={{
+              [t("host.end_it")]: () => actAsHost({ type: "end_turn", turn: turn.number }),
+            }}
           />
         )}
       </div>
       <label class="field">
-        <span>Guests drive at most at</span>
+        <span>{t("host.limit")}</span>
         <select
           value={house?.max_fraction ?? 1}
           onChange={(event) => {
@@ -46,7 +49,9 @@ export function Turns() {
         >
           {FRACTIONS.map((fraction) => (
             <option key={fraction} value={fraction}>
-              {fraction === 1 ? "full speed" : `${fraction * 100} % speed`}
+              {fraction === 1
+                ? t("host.full_speed")
+                : t("host.part_speed", { percent: fraction * 100 })}
             </option>
           ))}
         </select>

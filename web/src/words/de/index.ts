@@ -2,38 +2,50 @@
 
 import type { Catalog } from "../words";
 import aboard from "./aboard.json";
+import door from "./door.json";
 import entry from "./entry.json";
 import face from "./face.json";
 import figures from "./figures.json";
 import host from "./host.json";
 import hud from "./hud.json";
+import invitation from "./invitation.json";
 import language from "./language.json";
 import link from "./link.json";
+import message from "./message.json";
 import panels from "./panels.json";
+import people from "./people.json";
+import proof from "./proof.json";
 import queue from "./queue.json";
 import robot from "./robot.json";
 import rules from "./rules.json";
 import sound from "./sound.json";
 import stop from "./stop.json";
+import tape from "./tape.json";
 import turn from "./turn.json";
 import voice from "./voice.json";
 import when from "./when.json";
 
 export const de: Catalog = {
   ...aboard,
+  ...door,
   ...entry,
   ...face,
   ...figures,
   ...host,
   ...hud,
+  ...invitation,
   ...language,
   ...link,
+  ...message,
   ...panels,
+  ...people,
+  ...proof,
   ...queue,
   ...robot,
   ...rules,
   ...sound,
   ...stop,
+  ...tape,
   ...turn,
   ...voice,
   ...when,

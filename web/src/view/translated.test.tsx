@@ -1,0 +1,184 @@
+// @vitest-environment happy-dom
+import { getByRole, queryByRole } from "@testing-library/dom";
+import { type ComponentType, render } from "preact";
+import { act } from "preact/test-utils";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { loadPreferences } from "../preferences";
+import type { Actions, Session } from "../session";
+import { createState, type State } from "../state";
+import { aboard, hello, room, served } from "../testing/messages";
+import { speak } from "../words/language";
+import { AboardBanner } from "./AboardBanner";
+import { CallCard } from "./CallCard";
+import { SessionContext } from "./context";
+import { EndedPage } from "./EndedPage";
+import { HostPanel } from "./host/HostPanel";
+import { LanguageChoice } from "./LanguageChoice";
+import { LossPanel } from "./LossPanel";
+import { Queue } from "./Queue";
+import { SoundMeter } from "./SoundMeter";
+import { StopButton } from "./StopButton";
+import { TapeBadge } from "./TapeBadge";
+import { Views } from "./Views";
+import { VoicePanel } from "./VoicePanel";
+
+const setLanguage = vi.fn();
+const body = document.body;
+let state: State;
+let session: Session;
+
+/** The host's page, where as much as possible is to be read. */
+beforeEach(() => {
+  state = createState(loadPreferences(null));
+  const nothing = vi.fn();
+  const actions = new Proxy({ setLanguage } as Partial<Actions>, {
+    get: (own, name) => own[name as keyof Actions] ?? nothing,
+  }) as Actions;
+  session = {
+    state,
+    actions,
+    attachPicture: vi.fn(),
+    attachSound: vi.fn(),
+    soundLevels: async () => [0.5, 0.5],
+    attachCamera: vi.fn(),
+  };
+  state.link.value = { is: "connected" };
+  state.hello.value = hello({
+    viewer: 1,
+    is_host: true,
+    cameras: [{ name: "7", axes: [] }],
+    voice: { open_microphone: true },
+  } as Partial<Parameters<typeof hello>[0]>);
+  const viewers = room({ operator: 2, waiting: [1], watching: [3, 4] });
+  state.room.value = {
+    ...viewers,
+    viewers: viewers.viewers.map((one) => ({ ...one, name: `${one.id}`, lost: one.id === 3 })),
+    call: { viewer: 1, until_server_ms: 9000 },
+    stop: null,
+    tape: { running: true, why: "1" },
+    voice: { speaker: null, muted: false, problem: null },
+    aboard: aboard({ mode: "hand", reason: "2" }),
+    cameras: [{ problem: null }],
+  } as NonNullable<typeof state.room.value>;
+  state.request.value = { asked: "wait" };
+  state.serverMs.value = 4000;
+  state.served.value = served({ cameras: [null] });
+  state.watching.value = 1000;
+  state.console.value = {
+    type: "console",
+    closed: true,
+    opens_wall_ms: Date.now(),
+    viewers: [3, 4].map((id) => ({
+      id,
+      address: "",
+      invited: true,
+      muted: id === 3,
+      round_trip_ms: 1,
+      picture_ms: 2,
+      rendition: null,
+    })),
+  };
+  state.invitation.value = {
+    type: "invitation",
+    token: "1",
+    page: "",
+    purpose: "queue",
+    uses: 2,
+    ends_wall_ms: Date.now(),
+  };
+  state.proof.value = { state: "done", line: "1", record: "2" };
+});
+
+afterEach(async () => {
+  act(() => render(null, body));
+  await speak("en");
+});
+
+function show(View: ComponentType): void {
+  act(() =>
+    render(
+      <SessionContext.Provider value={session}>
+        <View />
+      </SessionContext.Provider>,
+      body,
+    ),
+  );
+}
+
+/** All that a person reads, or has read to them. */
+function read(): string[] {
+  const found: string[] = [];
+  for (const element of body.querySelectorAll<HTMLElement>("*")) {
+    for (const name of ["aria-label", "title", "placeholder"]) {
+      const text = element.getAttribute(name);
+      if (text) found.push(text);
+    }
+    for (const node of element.childNodes) {
+      if (node.nodeType === Node.TEXT_NODE) found.push(node.textContent ?? "");
+    }
+  }
+  return found.filter((text) => /[a-z]/i.test(text));
+}
+
+const Picture = () => <Views isShown video={{ current: null }} />;
+const Ended = () => <EndedPage ended={{ type: "ended", text: "1", opens_wall_ms: Date.now() }} />;
+
+describe("in another language", () => {
+  it.each([
+    ["who is here", Queue],
+    ["the call", CallCard],
+    ["what fails", LossPanel],
+    ["the voice", VoicePanel],
+    ["the sound's level", SoundMeter],
+    ["the views", Picture],
+    ["Stop", StopButton],
+    ["the tape", TapeBadge],
+    ["who is aboard", AboardBanner],
+    ["the host's panel", HostPanel],
+    ["the end", Ended],
+  ])("%s: nothing is left in English", async (_name, View) => {
+    await speak("pseudo");
+    show(View);
+    expect(read()).not.toEqual([]);
+    // What is translated has marks of direction; names of this page are numbers.
+    const left = read().filter((text) => !/[\u202e]/.test(text) && text !== "WAX");
+    expect(left).toEqual([]);
+  });
+
+  it("what is shown follows a change at once", async () => {
+    show(StopButton);
+    expect(getByRole(body, "button", { name: "Stop" })).toBeTruthy();
+    await act(async () => {
+      await speak("de");
+    });
+    expect(getByRole(body, "button", { name: "Stopp" })).toBeTruthy();
+    expect(queryByRole(body, "button", { name: "Stop" })).toBeNull();
+  });
+});
+
+describe("the choice of a language", () => {
+  const choose = (value: string) => {
+    const select = getByRole<HTMLSelectElement>(body, "combobox", { name: "Language" });
+    select.value = value;
+    act(() => {
+      select.dispatchEvent(new Event("change", { bubbles: true }));
+    });
+    return select;
+  };
+
+  it("has each by its own name, and none for a trial", () => {
+    show(LanguageChoice);
+    const options = [...body.querySelectorAll("option")].map((one) => one.textContent);
+    expect(options).toEqual(["Automatic", "English", "Deutsch"]);
+  });
+
+  it("shows what was chosen, and takes another or none", () => {
+    state.preferences.value = { ...state.preferences.value, language: "de" };
+    show(LanguageChoice);
+    expect(choose("de").value).toBe("de");
+    choose("en");
+    expect(setLanguage).toHaveBeenLastCalledWith("en");
+    choose("");
+    expect(setLanguage).toHaveBeenLastCalledWith(null);
+  });
+});
