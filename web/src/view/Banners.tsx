@@ -1,3 +1,4 @@
+import { t } from "../words/words";
 import { AboardBanner } from "./AboardBanner";
 import { useState } from "./context";
 
@@ -13,14 +14,14 @@ export function Banners() {
       <AboardBanner />
       {message && (
         <p class="banner">
-          <strong>The host says:</strong> <bdi>{message}</bdi>
+          <strong>{t("stage.host_says")}</strong> <bdi>{message}</bdi>
         </p>
       )}
       {entryProblem.value && (
         <p class="banner is-problem">
           <span>{entryProblem.value}</span>
           <button type="button" onClick={dismiss}>
-            OK
+            {t("stage.ok")}
           </button>
         </p>
       )}

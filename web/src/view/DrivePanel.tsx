@@ -1,4 +1,5 @@
 import { fingerHolder } from "../drive/inputState";
+import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { DriveButton } from "./DriveButton";
 import { ArrowIcon } from "./icons";
@@ -14,25 +15,25 @@ export function DrivePanel() {
   const axes = hello.value?.robot.axes ?? [];
   if (me.value === null || me.value.role === "observer") {
     return (
-      <section class="drive is-watching" aria-label="Drive">
+      <section class="drive is-watching" aria-label={t("pad.drive")}>
         <StopButton />
         <VoicePanel />
       </section>
     );
   }
   return (
-    <section class="drive" aria-label="Drive">
+    <section class="drive" aria-label={t("pad.drive")}>
       <div class="pad">
-        <DriveButton direction="forward" name="Forward">
+        <DriveButton direction="forward" name={t("pad.forward")}>
           <ArrowIcon />
         </DriveButton>
-        <DriveButton direction="left" name="Left">
+        <DriveButton direction="left" name={t("pad.left")}>
           <ArrowIcon />
         </DriveButton>
-        <DriveButton direction="back" name="Back">
+        <DriveButton direction="back" name={t("pad.back")}>
           <ArrowIcon />
         </DriveButton>
-        <DriveButton direction="right" name="Right">
+        <DriveButton direction="right" name={t("pad.right")}>
           <ArrowIcon />
         </DriveButton>
         <StopButton />
@@ -57,7 +58,7 @@ function Speed() {
   const { preferences } = useState();
   const { setSpeed } = useActions();
   return (
-    <div class="speed" role="radiogroup" aria-label="Speed">
+    <div class="speed" role="radiogroup" aria-label={t("pad.speed")}>
       {(["slow", "fast"] as const).map((speed) => (
         <label key={speed} class="segment">
           <input
@@ -67,7 +68,7 @@ function Speed() {
             checked={preferences.value.speed === speed}
             onChange={() => setSpeed(speed)}
           />
-          <span>{speed === "slow" ? "Slow" : "Fast"}</span>
+          <span>{t(speed === "slow" ? "pad.slow" : "pad.fast")}</span>
         </label>
       ))}
     </div>

@@ -14,13 +14,6 @@ import { blanked, problemWords, silenceWords } from "./words";
 /** A picture older than this no longer shows what the robot sees. */
 const STALE_MS = 1500;
 
-const SILENT = "Not live: the server is not answering.";
-
-const BLIND =
-  "This browser cannot tell how old its picture is. To drive, switch the picture off and drive by ear.";
-
-const SLOW = "Your connection is slow: picture and sound play as soon as they arrive.";
-
 /** The picture, and the messages over it. */
 export function Stage() {
   const session = useSession();
@@ -45,7 +38,11 @@ export function Stage() {
   );
   const isLive = isConnected.value && !isSilent.value && !isStale(session.state);
   return (
-    <section ref={stage} class={isLive ? "stage" : "stage is-greyed"} aria-label="Picture">
+    <section
+      ref={stage}
+      class={isLive ? "stage" : "stage is-greyed"}
+      aria-label={t("stage.picture")}
+    >
       <Views isShown={isShown} video={video} />
       {/* biome-ignore lint/a11y/useMediaCaption: a live robot has no captions */}
       <audio ref={audio} />
@@ -82,8 +79,8 @@ function PictureOff() {
   return (
     <div class="picture-off">
       <EarIcon />
-      <p>The picture is off.</p>
-      <p class="quiet">You can drive by ear.</p>
+      <p>{t("stage.off")}</p>
+      <p class="quiet">{t("stage.by_ear")}</p>
     </div>
   );
 }
@@ -91,7 +88,7 @@ function PictureOff() {
 /** The host lets nobody see or hear anything. */
 function Blanked() {
   return (
-    <div class="picture-off" role="status" aria-label="Picture">
+    <div class="picture-off" role="status" aria-label={t("stage.picture")}>
       <CurtainIcon />
       <p>{blanked()}</p>
     </div>
@@ -106,7 +103,7 @@ function Door() {
   if (links.value.length > 0 && !isConnected.value) {
     return (
       <div class="picture-off">
-        <p>There is no place for you here now. You can watch at</p>
+        <p>{t("stage.no_place")}</p>
         {links.value.map((url) => (
           <a key={url} href={url} rel="noreferrer">
             {url}
@@ -119,7 +116,7 @@ function Door() {
   return (
     <div class="picture-off">
       <p>{reason}</p>
-      <p class="quiet">This page tries again by itself.</p>
+      <p class="quiet">{t("stage.again")}</p>
     </div>
   );
 }
@@ -148,15 +145,15 @@ function Warnings() {
   const isBlind = drivingTurn.value !== null && isOn && !tellsFrames();
   const problems = isConnected.value ? problemWords(room.value) : [];
   return (
-    <ul class="warnings" aria-live="polite" aria-label="Problems">
+    <ul class="warnings" aria-live="polite" aria-label={t("stage.problems")}>
       {problems.map((problem) => (
         <li key={problem}>{problem}</li>
       ))}
-      {isSilent.value && isOn && <li>{SILENT}</li>}
-      {isBlind && <li>{BLIND}</li>}
-      {isSlow && <li class="is-quiet">{SLOW}</li>}
+      {isSilent.value && isOn && <li>{t("stage.silent")}</li>}
+      {isBlind && <li>{t("stage.blind")}</li>}
+      {isSlow && <li class="is-quiet">{t("stage.slow")}</li>}
       {isOld && problems.length === 0 && (
-        <li>The picture is {msWords(facts.value.pictureMs)} old.</li>
+        <li>{t("stage.old", { age: msWords(facts.value.pictureMs) })}</li>
       )}
     </ul>
   );

@@ -12,6 +12,7 @@ import invitation from "./invitation.json";
 import language from "./language.json";
 import link from "./link.json";
 import message from "./message.json";
+import pad from "./pad.json";
 import panels from "./panels.json";
 import people from "./people.json";
 import proof from "./proof.json";
@@ -19,6 +20,7 @@ import queue from "./queue.json";
 import robot from "./robot.json";
 import rules from "./rules.json";
 import sound from "./sound.json";
+import stage from "./stage.json";
 import stop from "./stop.json";
 import tape from "./tape.json";
 import turn from "./turn.json";
@@ -37,6 +39,7 @@ export const de: Catalog = {
   ...language,
   ...link,
   ...message,
+  ...pad,
   ...panels,
   ...people,
   ...proof,
@@ -44,6 +47,7 @@ export const de: Catalog = {
   ...robot,
   ...rules,
   ...sound,
+  ...stage,
   ...stop,
   ...tape,
   ...turn,

@@ -11,6 +11,7 @@ import invitation from "./invitation.json";
 import language from "./language.json";
 import link from "./link.json";
 import message from "./message.json";
+import pad from "./pad.json";
 import panels from "./panels.json";
 import people from "./people.json";
 import proof from "./proof.json";
@@ -18,6 +19,7 @@ import queue from "./queue.json";
 import robot from "./robot.json";
 import rules from "./rules.json";
 import sound from "./sound.json";
+import stage from "./stage.json";
 import stop from "./stop.json";
 import tape from "./tape.json";
 import turn from "./turn.json";
@@ -36,6 +38,7 @@ export const en = {
   ...language,
   ...link,
   ...message,
+  ...pad,
   ...panels,
   ...people,
   ...proof,
@@ -43,6 +46,7 @@ export const en = {
   ...robot,
   ...rules,
   ...sound,
+  ...stage,
   ...stop,
   ...tape,
   ...turn,
