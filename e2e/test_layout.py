@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 import pytest
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
 
 LAYOUTS = ((1280, 800), (900, 560), (390, 844), (844, 390))
 """A large window, the smallest that counts as one, and a phone held upright and across."""
+PANELS = ("People", "Settings", "Details", "Safety")
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
@@ -45,20 +45,51 @@ def _overlap(one: FloatRect, other: FloatRect) -> bool:
 
 
 @pytest.mark.timeout(60)
-async def test_the_delay_in_full_hides_no_turn_and_no_button(
+async def test_no_panel_hides_the_turn_or_a_drive_button(
     server: Server, open_viewer: OpenViewer
 ) -> None:
-    """The delay's details open over the picture, never over the turn or a drive button."""
+    """A panel opens beside or below the turn and the drive buttons, or over the picture alone."""
     viewer = await open_viewer(server)
     await viewer.join()
     await viewer.drives()
     page = viewer.page
-    await page.get_by_text(re.compile("^Delay")).click()
-    details = page.get_by_role("definition").first.locator("..")
     for width, height in LAYOUTS:
         await page.set_viewport_size({"width": width, "height": height})
-        opened = await _box(details)
-        assert _overlap(opened, await _box(page.get_by_role("region", name="Picture", exact=True)))
-        assert not _overlap(opened, await _box(page.get_by_role("region", name="Turn")))
-        for name in ("Forward", "Back", "Left", "Right", "Stop"):
-            assert not _overlap(opened, await _box(viewer.button(name))), (width, height, name)
+        for panel in PANELS:
+            await viewer.open(panel)
+            opened = await _box(page.get_by_role("region", name=panel, exact=True))
+            assert not _overlap(opened, await _box(page.get_by_role("region", name="Turn")))
+            for name in ("Forward", "Back", "Left", "Right", "Stop"):
+                where = (width, height, panel, name)
+                assert not _overlap(opened, await _box(viewer.button(name))), where
+
+
+@pytest.mark.timeout(60)
+async def test_the_picture_fills_its_own_box(server: Server, open_viewer: OpenViewer) -> None:
+    """Nothing black lies beside the picture: its box has its shape, and lies in the window."""
+    viewer = await open_viewer(server)
+    await viewer.sees_picture()
+    for width, height in LAYOUTS:
+        await viewer.page.set_viewport_size({"width": width, "height": height})
+        box = await _box(viewer.page.get_by_role("region", name="Picture", exact=True))
+        assert box["width"] / box["height"] == pytest.approx(640 / 480, rel=0.02), (width, height)
+        assert box["x"] >= 0
+        assert box["y"] >= 0
+        assert box["x"] + box["width"] <= width
+        assert box["y"] + box["height"] <= height
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize("size", LAYOUTS)
+async def test_stop_is_in_sight_whatever_is_open(
+    server: Server, open_viewer: OpenViewer, size: tuple[int, int]
+) -> None:
+    """Who watches never has to scroll to Stop, whichever panel they have opened."""
+    viewer = await open_viewer(server)
+    width, height = size
+    await viewer.page.set_viewport_size({"width": width, "height": height})
+    for panel in PANELS:
+        await viewer.open(panel)
+        box = await _box(viewer.button("Stop"))
+        assert 0 <= box["y"]
+        assert box["y"] + box["height"] <= height, panel

@@ -44,7 +44,12 @@ export function Panels() {
         ))}
       </div>
       {shown && (
-        <Sheet key={shown} title={t(NAMES[shown][1])} onClose={() => open(null)}>
+        <Sheet
+          key={shown}
+          name={t(NAMES[shown][0])}
+          title={t(NAMES[shown][1])}
+          onClose={() => open(null)}
+        >
           {content(shown)}
         </Sheet>
       )}
@@ -70,20 +75,21 @@ function content(panel: Panel): ComponentChildren {
 }
 
 interface SheetProps {
+  name: string;
   title: string;
   onClose: () => void;
   children: ComponentChildren;
 }
 
 /** What is open; Escape closes it, wherever in it the keyboard is. */
-function Sheet({ title, onClose, children }: SheetProps) {
-  const sheet = useRef<HTMLDivElement>(null);
+function Sheet({ name, title, onClose, children }: SheetProps) {
+  const sheet = useRef<HTMLElement>(null);
   useEffect(() => sheet.current?.scrollIntoView({ block: "nearest" }), []);
   return (
-    // biome-ignore lint/a11y/noStaticElementInteractions: Escape comes from the controls in it
-    <div
+    <section
       ref={sheet}
       class="sheet"
+      aria-label={name}
       onKeyDown={(event) => {
         if (event.key === "Escape") onClose();
       }}
@@ -95,6 +101,6 @@ function Sheet({ title, onClose, children }: SheetProps) {
         </button>
       </div>
       <div class="sheet-body">{children}</div>
-    </div>
+    </section>
   );
 }
