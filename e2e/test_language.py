@@ -23,9 +23,10 @@ SIZES = ((390, 844), (844, 390), (1280, 800))
 """A phone held upright and across, and a large window."""
 
 STOP = re.compile(r"^\W*Šţö+p")
-LEFT = re.compile(r"^(Left|\W*Ļé+f)")
-RIGHT = re.compile(r"^(Right|\W*Ŕî+ĝ)")
-"""As the trial language writes them; the directions also as long as they are not translated."""
+JOIN = re.compile(r"^\W*Ĵö+î+ñ")
+LEFT = re.compile(r"^\W*Ļé+f")
+RIGHT = re.compile(r"^\W*Ŕî+ĝ")
+"""As the trial language writes them."""
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="session")
@@ -72,6 +73,18 @@ async def test_the_address_chooses_the_language(server: Server, open_viewer: Ope
 
 
 @pytest.mark.timeout(60)
+async def test_a_chosen_language_stays_chosen(server: Server, open_viewer: OpenViewer) -> None:
+    """What is chosen in the settings is spoken at once, and again at the next visit."""
+    page = (await open_viewer(server)).page
+    await _button(page, "Settings").click()
+    await page.get_by_role("combobox", name="Language", exact=True).select_option("Deutsch")
+    await expect(_button(page, "Stopp")).to_be_visible()
+    await page.reload()
+    await _is_in(page, "de")
+    await expect(_button(page, "Stopp")).to_be_visible()
+
+
+@pytest.mark.timeout(60)
 @pytest.mark.parametrize(("width", "height"), SIZES)
 async def test_a_long_language_from_right_to_left_keeps_the_page_usable(
     server: Server, open_viewer: OpenViewer, width: int, height: int
@@ -82,6 +95,8 @@ async def test_a_long_language_from_right_to_left_keeps_the_page_usable(
     await page.goto(f"{server.url}/?lang=pseudo")
     await viewer.sees_picture()
     await expect(page.locator("html")).to_have_attribute("dir", "rtl")
+    await _button(page, JOIN).click()
+    await expect(_button(page, LEFT)).to_be_visible()
     scrolls = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
     assert await page.evaluate(scrolls) == 0
     stop = await _box(_button(page, STOP))

@@ -14,14 +14,14 @@ export function Banners() {
       <AboardBanner />
       {message && (
         <p class="banner">
-          <strong>{t("stage.host_says")}</strong> <bdi>{message}</bdi>
+          <strong>{t("message.says")}</strong> <bdi>{message}</bdi>
         </p>
       )}
       {entryProblem.value && (
         <p class="banner is-problem">
           <span>{entryProblem.value}</span>
           <button type="button" onClick={dismiss}>
-            {t("stage.ok")}
+            {t("message.understood")}
           </button>
         </p>
       )}

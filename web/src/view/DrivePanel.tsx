@@ -1,4 +1,5 @@
 import { fingerHolder } from "../drive/inputState";
+import type { Hello } from "../messages";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { DriveButton } from "./DriveButton";
@@ -15,25 +16,25 @@ export function DrivePanel() {
   const axes = hello.value?.robot.axes ?? [];
   if (me.value === null || me.value.role === "observer") {
     return (
-      <section class="drive is-watching" aria-label={t("pad.drive")}>
+      <section class="drive is-watching" aria-label={t("drive.name")}>
         <StopButton />
         <VoicePanel />
       </section>
     );
   }
   return (
-    <section class="drive" aria-label={t("pad.drive")}>
+    <section class="drive" aria-label={t("drive.name")}>
       <div class="pad">
-        <DriveButton direction="forward" name={t("pad.forward")}>
+        <DriveButton direction="forward" name={t("drive.forward")}>
           <ArrowIcon />
         </DriveButton>
-        <DriveButton direction="left" name={t("pad.left")}>
+        <DriveButton direction="left" name={t("drive.left")}>
           <ArrowIcon />
         </DriveButton>
-        <DriveButton direction="back" name={t("pad.back")}>
+        <DriveButton direction="back" name={t("drive.back")}>
           <ArrowIcon />
         </DriveButton>
-        <DriveButton direction="right" name={t("pad.right")}>
+        <DriveButton direction="right" name={t("drive.right")}>
           <ArrowIcon />
         </DriveButton>
         <StopButton />
@@ -58,7 +59,7 @@ function Speed() {
   const { preferences } = useState();
   const { setSpeed } = useActions();
   return (
-    <div class="speed" role="radiogroup" aria-label={t("pad.speed")}>
+    <div class="speed" role="radiogroup" aria-label={t("drive.speed")}>
       {(["slow", "fast"] as const).map((speed) => (
         <label key={speed} class="segment">
           <input
@@ -68,7 +69,7 @@ function Speed() {
             checked={preferences.value.speed === speed}
             onChange={() => setSpeed(speed)}
           />
-          <span>{t(speed === "slow" ? "pad.slow" : "pad.fast")}</span>
+          <span>{speed === "slow" ? t("drive.slow") : t("drive.fast")}</span>
         </label>
       ))}
     </div>
@@ -119,8 +120,18 @@ function Hint() {
   const reason = driveReason.value ?? (isFreshlyReleased.value ? released() : null);
   return (
     <p class={reason ? "hint is-reason" : "hint is-keys"} id="drive-hint" aria-live="polite">
-      {reason ??
-        `Arrow keys or W A S D drive${hello.value?.voice ? ", T speaks" : ""}${hello.value?.cameras.length ? ", C swaps cameras" : ""}, Space stops.`}
+      {reason ?? keysWords(hello.value)}
     </p>
   );
+}
+
+/** Which keys do what on this robot. */
+function keysWords(hello: Hello | null): string {
+  const keys = [
+    t("drive.keys"),
+    ...(hello?.voice ? [t("drive.key_speaks")] : []),
+    ...(hello?.cameras.length ? [t("drive.key_cameras")] : []),
+    t("drive.key_stops"),
+  ];
+  return `${keys.join(", ")}.`;
 }

@@ -1,5 +1,6 @@
 import type { ComponentChildren } from "preact";
 import { PLAYERS, type Preferences } from "../preferences";
+import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import {
   ageWords,
@@ -13,10 +14,10 @@ import {
 } from "./figures";
 import { batteryWords } from "./words";
 
-/** The picture age runs from when the server receives the frame to when the browser presents it. */
-const NOT_IN_PICTURE_AGE = "the camera's own 20–60 ms, your screen's refresh";
-
-/** The delays, and when opened: how well it plays, what is sent, and why. */
+/**
+ * The delays: how well it plays, what is sent, and why. The picture age runs from when the server
+ * receives the frame to when the browser presents it.
+ */
 export function Facts() {
   const { facts, served, playout, player, room } = useState();
   const { pictureMs, pictureErrorMs, soundMs, skewMs, roundTripMs, fps } = facts.value;
@@ -24,27 +25,31 @@ export function Facts() {
   const battery = room.value && batteryWords(room.value.robot);
   return (
     <dl class="facts">
-      <Fact name="Picture age">{ageWords(pictureMs, pictureErrorMs)}</Fact>
-      {pictureMs !== null && <Fact name="Not included">{NOT_IN_PICTURE_AGE}</Fact>}
-      <Fact name="Sound age">{msWords(soundMs)}</Fact>
-      <Fact name="Skew">{skewWords(skewMs)}</Fact>
-      <Fact name="Round trip">{msWords(roundTripMs)}</Fact>
-      <Fact name="Frame rate">{fps === null ? "–" : `${fps} fps`}</Fact>
-      <Fact name="Sound gaps, last minute">{breakWords(pauses)}</Fact>
-      <Fact name="Freezes, last minute">{breakWords(freezes)}</Fact>
-      <Fact name="Policy">{playout.value?.policy ?? "–"}</Fact>
-      <Fact name="Picture sent">{sentPictureWords(served.value)}</Fact>
-      <Fact name="Sound sent">{sentSoundWords(served.value)}</Fact>
-      <Fact name="Sound player">{player.value.by === "own" ? "WAX's own" : "the browser's"}</Fact>
+      <Fact name={t("facts.picture_age")}>{ageWords(pictureMs, pictureErrorMs)}</Fact>
+      {pictureMs !== null && (
+        <Fact name={t("facts.not_included")}>{t("facts.not_in_picture_age")}</Fact>
+      )}
+      <Fact name={t("facts.sound_age")}>{msWords(soundMs)}</Fact>
+      <Fact name={t("facts.skew")}>{skewWords(skewMs)}</Fact>
+      <Fact name={t("facts.round_trip")}>{msWords(roundTripMs)}</Fact>
+      <Fact name={t("facts.frame_rate")}>{fps === null ? "–" : t("figures.fps", { fps })}</Fact>
+      <Fact name={t("facts.gaps")}>{breakWords(pauses)}</Fact>
+      <Fact name={t("facts.freezes")}>{breakWords(freezes)}</Fact>
+      <Fact name={t("facts.policy")}>{playout.value?.policy ?? "–"}</Fact>
+      <Fact name={t("facts.picture_sent")}>{sentPictureWords(served.value)}</Fact>
+      <Fact name={t("facts.sound_sent")}>{sentSoundWords(served.value)}</Fact>
+      <Fact name={t("facts.player")}>
+        {player.value.by === "own" ? t("facts.player_own") : t("facts.player_browser")}
+      </Fact>
       <Player />
-      <Fact name="Link">{linkWords(served.value)}</Fact>
-      {battery && <Fact name="Battery">{battery}</Fact>}
+      <Fact name={t("facts.link")}>{linkWords(served.value)}</Fact>
+      {battery && <Fact name={t("facts.battery")}>{battery}</Fact>}
       <Reasons sentences={reasons(playout.value, served.value, player.value)} />
     </dl>
   );
 }
 
-const PLAYER_NAMES = { own: "WAX's own", browser: "The browser's" };
+const PLAYER_NAMES = { own: "facts.by_own", browser: "facts.by_browser" } as const;
 
 /** Which player plays the sound, for who wants to compare them. */
 function Player() {
@@ -52,7 +57,7 @@ function Player() {
   const { setPlayer } = useActions();
   return (
     <>
-      <dt id="player">Play sound by</dt>
+      <dt id="player">{t("facts.play_by")}</dt>
       <dd>
         <select
           aria-labelledby="player"
@@ -63,7 +68,7 @@ function Player() {
         >
           {PLAYERS.map((one) => (
             <option key={one} value={one ?? ""}>
-              {one ? PLAYER_NAMES[one] : "Automatic"}
+              {one ? t(PLAYER_NAMES[one]) : t("facts.automatic")}
             </option>
           ))}
         </select>
@@ -85,7 +90,7 @@ function Reasons({ sentences }: { sentences: string[] }) {
   if (sentences.length === 0) return null;
   return (
     <>
-      <dt>Why</dt>
+      <dt>{t("facts.why")}</dt>
       {sentences.map((sentence) => (
         <dd key={sentence} class="reason">
           {sentence}

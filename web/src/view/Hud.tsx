@@ -61,7 +61,7 @@ function Speed() {
   const { drivingTurn, preferences } = useState();
   if (drivingTurn.value === null) return null;
   const isFast = preferences.value.speed === "fast";
-  return <span class="chip">{t(isFast ? "pad.fast" : "pad.slow")}</span>;
+  return <span class="chip">{t(isFast ? "drive.fast" : "drive.slow")}</span>;
 }
 
 /** Whether the sound is on; one sees that there is some. */

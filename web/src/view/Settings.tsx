@@ -2,6 +2,7 @@ import { POLICIES, type Preferences } from "../preferences";
 import { type Code, t } from "../words/words";
 import { useActions, useState } from "./context";
 import { sizeWords } from "./figures";
+import { LanguageChoice } from "./LanguageChoice";
 import { Switch } from "./Switch";
 import { silenceWords } from "./words";
 
@@ -23,6 +24,7 @@ export function Settings() {
       )}
       <Size />
       <Policy />
+      <LanguageChoice />
     </div>
   );
 }

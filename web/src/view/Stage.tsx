@@ -38,11 +38,7 @@ export function Stage() {
   );
   const isLive = isConnected.value && !isSilent.value && !isStale(session.state);
   return (
-    <section
-      ref={stage}
-      class={isLive ? "stage" : "stage is-greyed"}
-      aria-label={t("stage.picture")}
-    >
+    <section ref={stage} class={isLive ? "stage" : "stage is-greyed"} aria-label={t("stage.name")}>
       <Views isShown={isShown} video={video} />
       {/* biome-ignore lint/a11y/useMediaCaption: a live robot has no captions */}
       <audio ref={audio} />
@@ -88,7 +84,7 @@ function PictureOff() {
 /** The host lets nobody see or hear anything. */
 function Blanked() {
   return (
-    <div class="picture-off" role="status" aria-label={t("stage.picture")}>
+    <div class="picture-off" role="status" aria-label={t("stage.name")}>
       <CurtainIcon />
       <p>{blanked()}</p>
     </div>
@@ -105,7 +101,7 @@ function Door() {
       <div class="picture-off">
         <p>{t("stage.no_place")}</p>
         {links.value.map((url) => (
-          <a key={url} href={url} rel="noreferrer">
+          <a key={url} href={url} dir="ltr" rel="noreferrer">
             {url}
           </a>
         ))}
@@ -116,7 +112,7 @@ function Door() {
   return (
     <div class="picture-off">
       <p>{reason}</p>
-      <p class="quiet">{t("stage.again")}</p>
+      <p class="quiet">{t("stage.tries_again")}</p>
     </div>
   );
 }

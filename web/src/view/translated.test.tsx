@@ -9,6 +9,7 @@ import { createState, type State } from "../state";
 import { aboard, hello, room, served } from "../testing/messages";
 import { speak } from "../words/language";
 import { AboardBanner } from "./AboardBanner";
+import { App } from "./App";
 import { CallCard } from "./CallCard";
 import { SessionContext } from "./context";
 import { EndedPage } from "./EndedPage";
@@ -144,6 +145,32 @@ describe("in another language", () => {
     const left = read().filter((text) => !/[\u202e]/.test(text) && text !== "WAX");
     expect(left).toEqual([]);
   });
+
+  it.each(["people", "settings", "details", "rules", "host"] as const)(
+    "the whole page with its panel %s: nothing is left in English",
+    async (panel) => {
+      const now = state.room.value;
+      if (now) {
+        now.turn = { ...now.turn, operator: 1 };
+        now.robot = { ...now.robot, connected: false, bumpers: 1, battery_v: 7 };
+        now.house = { ...now.house, message: "1" };
+        now.viewers = now.viewers.map((one) => (one.id === 1 ? { ...one, role: "operator" } : one));
+      }
+      state.room.value = now && { ...now };
+      state.served.value = served({ reason: "1", in_step: false });
+      state.entryProblem.value = "1";
+      state.preferences.value = { ...state.preferences.value, picture: false };
+      state.panel.value = panel;
+      await speak("pseudo");
+      show(() => <App session={session} />);
+      const unit = /(?<!\w)(ms|s|kbit\/s|Mbit\/s|V)(?!\w)/g;
+      const left = read().filter(
+        (text) => /[a-z]/i.test(text.replaceAll(unit, "")) && !text.includes("\u202e"),
+      );
+      const own = ["WAX", "Deutsch", "English"];
+      expect(left.filter((text) => !own.includes(text))).toEqual([]);
+    },
+  );
 
   it("what is shown follows a change at once", async () => {
     show(StopButton);

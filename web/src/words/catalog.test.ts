@@ -77,7 +77,7 @@ describe.each(Object.entries(OTHERS))("%s", (_tag, catalog) => {
       return JSON.stringify(catalog[key]) === JSON.stringify(en[key]);
     });
     // What is the same in both.
-    const also = ["figures.stereo", "panels.details"];
+    const also = ["figures.stereo", "panels.details", "panels.host"];
     expect(same.toSorted()).toEqual(also);
   });
 });

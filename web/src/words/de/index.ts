@@ -3,8 +3,10 @@
 import type { Catalog } from "../words";
 import aboard from "./aboard.json";
 import door from "./door.json";
+import drive from "./drive.json";
 import entry from "./entry.json";
 import face from "./face.json";
+import facts from "./facts.json";
 import figures from "./figures.json";
 import host from "./host.json";
 import hud from "./hud.json";
@@ -12,7 +14,6 @@ import invitation from "./invitation.json";
 import language from "./language.json";
 import link from "./link.json";
 import message from "./message.json";
-import pad from "./pad.json";
 import panels from "./panels.json";
 import people from "./people.json";
 import proof from "./proof.json";
@@ -30,8 +31,10 @@ import when from "./when.json";
 export const de: Catalog = {
   ...aboard,
   ...door,
+  ...drive,
   ...entry,
   ...face,
+  ...facts,
   ...figures,
   ...host,
   ...hud,
@@ -39,7 +42,6 @@ export const de: Catalog = {
   ...language,
   ...link,
   ...message,
-  ...pad,
   ...panels,
   ...people,
   ...proof,

@@ -2,8 +2,10 @@
 
 import aboard from "./aboard.json";
 import door from "./door.json";
+import drive from "./drive.json";
 import entry from "./entry.json";
 import face from "./face.json";
+import facts from "./facts.json";
 import figures from "./figures.json";
 import host from "./host.json";
 import hud from "./hud.json";
@@ -11,7 +13,6 @@ import invitation from "./invitation.json";
 import language from "./language.json";
 import link from "./link.json";
 import message from "./message.json";
-import pad from "./pad.json";
 import panels from "./panels.json";
 import people from "./people.json";
 import proof from "./proof.json";
@@ -29,8 +30,10 @@ import when from "./when.json";
 export const en = {
   ...aboard,
   ...door,
+  ...drive,
   ...entry,
   ...face,
+  ...facts,
   ...figures,
   ...host,
   ...hud,
@@ -38,7 +41,6 @@ export const en = {
   ...language,
   ...link,
   ...message,
-  ...pad,
   ...panels,
   ...people,
   ...proof,
