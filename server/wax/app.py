@@ -65,6 +65,7 @@ from wax.telemetry import Counters, Rates
 from wax.web.addresses import page_urls
 from wax.web.entrance import Entrance
 from wax.web.guards import Guards
+from wax.web.own_page import OwnPage
 from wax.web.routes import Routes
 from wax.web.tls import make_tls
 
@@ -269,7 +270,7 @@ class App:
             proving=self._proof_runner,
             ice=ice,
             status=lambda: self._status() | {"connections": self._entrance.status()},
-            page_data=_page_data(service, settings.sync, has_voice=self._speaker is not None),
+            own_page=_own_page(settings, service, has_voice=self._speaker is not None),
             guards=Guards(
                 settings.server,
                 clock,
@@ -509,6 +510,11 @@ def _claim(settings: Settings) -> str:
     if not settings.local.is_on:
         return ""
     return str(state_dir.find(settings.server.state_dir) / "driver-claim")
+
+
+def _own_page(settings: Settings, service: Service, *, has_voice: bool) -> OwnPage:
+    data = _page_data(service, settings.sync, has_voice=has_voice)
+    return OwnPage(settings.page, data, settings.server.public_url)
 
 
 def _page_data(service: Service, sync: RoleSyncSettings, *, has_voice: bool) -> dict[str, str]:

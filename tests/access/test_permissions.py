@@ -31,6 +31,8 @@ CELLS: dict[permissions.Act, str] = {
     **dict.fromkeys(get_args(messages.HostIn), "host"),
     "GET /": ANYBODY,
     "GET /assets": ANYBODY,
+    "GET /page.css": ANYBODY,
+    "GET /preview": ANYBODY,
     "GET /healthz": ANYBODY,
     "GET /readyz": ANYBODY,
     "GET /api/ice": ANYBODY,

@@ -269,6 +269,37 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
             )
             for url in ("robot.example.org", "https://robot.example.org/", "ftp://a", "http://a:b")
         ],
+        *[
+            (f"[page]\n{key} = {value}", f"page.{key}: got {shown}; allowed is {allowed}")
+            for key, value, shown, allowed in [
+                ("name", "''", '""', "a text of 1 to 40 printable characters"),
+                ("name", '"a\\nb"', '"a\\nb"', "a text of 1 to 40 printable characters"),
+                ("accent", "'green'", '"green"', 'empty, or a colour as "#0b6b4c"'),
+                ("accent", "'#0b6b4'", '"#0b6b4"', 'empty, or a colour as "#0b6b4c"'),
+                ("language", "'fr'", '"fr"', '"auto", "en" or "de"'),
+                (
+                    "rules",
+                    "['a', 'b', 'c', 'd', 'e', 'f', 'g']",
+                    '["a", "b", "c", "d", "e", "f", "g"]',
+                    "a list of sentences, 0 to 6 of them",
+                ),
+            ]
+        ],
+        *[
+            (
+                f"[[page.links]]\ntext = 'Us'\nurl = '{url}'",
+                f'page.links[0].url: got "{url}"; allowed is '
+                'an address as "https://example.org/us" or "mailto:us@example.org"',
+            )
+            for url in (
+                "javascript:alert(1)",
+                "data:text/html,hi",
+                "//example.org",
+                "https:///x",
+                "mailto:us",
+                "https://exa mple.org",
+            )
+        ],
         (
             "[relay]\nurls = ['turn:x']",
             "relay: there are urls without a secret; name the file that holds the TURN server's "

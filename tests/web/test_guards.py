@@ -13,11 +13,13 @@ from tests.visitors import make_access
 from tests.web.test_host_names import FOREIGN, MALFORMED
 from tests.web.test_senders import FOREIGN as FOREIGN_ORIGINS
 
+from wax.config.page import PageSettings
 from wax.config.settings import NetworkSettings, RelaySettings, ServerSettings
 from wax.records.records import Records
 from wax.rtc.ice_servers import IceServers
 from wax.web import routes
 from wax.web.guards import Guards
+from wax.web.own_page import OwnPage
 from wax.web.routes import Routes
 from wax.web.security_headers import always
 
@@ -103,7 +105,7 @@ async def line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator
         ice=IceServers(NetworkSettings(), RelaySettings()),
         status=dict,
         proving=cast("ProofRunner", None),
-        page_data={},
+        own_page=OwnPage(PageSettings()),
         access=make_access(Records(clock), clock),
         offers_hz=1000.0,
         guards=Guards(

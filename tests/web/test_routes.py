@@ -14,7 +14,9 @@ from aiohttp import CookieJar
 from aiohttp.test_utils import TestClient, TestServer
 from tests.turned_clock import TurnedClock
 from tests.visitors import make_access
+from tests.web.test_preview_picture import encoded
 
+from wax.config.page import PageSettings
 from wax.config.settings import (
     NetworkSettings,
     RelaySettings,
@@ -25,6 +27,7 @@ from wax.records.records import Records
 from wax.rtc.ice_servers import IceServers
 from wax.web import routes
 from wax.web.guards import Guards
+from wax.web.own_page import OwnPage
 from wax.web.routes import Routes
 
 if TYPE_CHECKING:
@@ -164,7 +167,7 @@ async def client(
         ice=IceServers(NetworkSettings(stun=["stun:stun.example:3478"]), RelaySettings()),
         status=lambda: {"version": "x"},
         proving=cast("ProofRunner", lent),
-        page_data={},
+        own_page=OwnPage(PageSettings()),
         access=access,
         offers_hz=2.0,
         guards=Guards(
@@ -186,9 +189,9 @@ async def become_host(client: Client, access: Access) -> None:
 @pytest.mark.parametrize(
     ("page_data", "html"),
     [
-        ({}, '<html lang="en">'),
-        ({"acknowledge": ""}, '<html data-acknowledge="" lang="en">'),
-        ({"player": "browser"}, '<html data-player="browser" lang="en">'),
+        ({}, '<html data-name="WAX" lang="en">'),
+        ({"acknowledge": ""}, '<html data-name="WAX" data-acknowledge="" lang="en">'),
+        ({"player": "browser"}, '<html data-name="WAX" data-player="browser" lang="en">'),
     ],
 )
 async def test_the_page_knows_what_to_prepare(
@@ -207,7 +210,7 @@ async def test_the_page_knows_what_to_prepare(
         ice=IceServers(NetworkSettings(), RelaySettings()),
         status=dict,
         proving=cast("ProofRunner", Lent()),
-        page_data=page_data,
+        own_page=OwnPage(PageSettings(), page_data),
         access=make_access(Records(TurnedClock()), TurnedClock()),
         offers_hz=2.0,
         guards=Guards(ServerSettings(), TurnedClock()),
@@ -218,6 +221,78 @@ async def test_the_page_knows_what_to_prepare(
         assert page.content_type == "text/html"
         assert html in await page.text()
         assert page.headers["Cache-Control"] == "no-cache"
+
+
+async def _served(
+    settings: PageSettings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> TestClient[Request, Application]:
+    """Make a client of a page with these settings."""
+    page = tmp_path / "dist"
+    page.mkdir()
+    (page / "index.html").write_text('<!doctype html><html lang="en"><head></head></html>')
+    monkeypatch.setattr(routes, "PAGE", page)
+    made = Routes(
+        room=cast("Room", FakeRoom()),
+        clock=TurnedClock(),
+        ice=IceServers(NetworkSettings(), RelaySettings()),
+        status=dict,
+        proving=cast("ProofRunner", Lent()),
+        own_page=OwnPage(settings),
+        access=make_access(Records(TurnedClock()), TurnedClock()),
+        offers_hz=2.0,
+        guards=Guards(ServerSettings(), TurnedClock()),
+        missing=dict,
+    )
+    return TestClient(TestServer(made.application()))
+
+
+async def test_what_is_the_hosts_own_is_kept_by_its_address(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Colours and picture are kept for good by the address in the page, and an hour by another."""
+    file = tmp_path / "robot.png"
+    file.write_bytes(encoded("png"))
+    settings = PageSettings(accent="#7a1fa2", picture=str(file))
+    own = OwnPage(settings)
+    assert own.picture is not None
+    async with await _served(settings, tmp_path, monkeypatch) as client:
+        for path, digest, content_type in (
+            ("/page.css", own.style_digest, "text/css"),
+            ("/preview", own.picture.digest, "image/png"),
+        ):
+            kept = await client.get(f"{path}?{digest}")
+            assert kept.content_type == content_type
+            assert kept.headers["Cache-Control"] == "public, max-age=31536000, immutable"
+            other = await client.get(f"{path}?0")
+            assert other.headers["Cache-Control"] == "public, max-age=3600"
+        preview = await client.get("/preview")
+        assert await preview.read() == file.read_bytes()
+        assert preview.headers["Cross-Origin-Resource-Policy"] == "cross-origin"
+
+
+async def test_a_page_without_a_picture_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing else is served in its place; an empty style sheet changes no colour."""
+    async with await _served(PageSettings(), tmp_path, monkeypatch) as client:
+        answer = await client.get("/preview")
+        assert answer.status == 404
+        assert await answer.json() == {"error": "This page has no picture."}
+        assert await (await client.get("/page.css")).text() == ""
+
+
+async def test_a_page_that_has_not_changed_is_not_sent_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A browser that comes back asks whether it is still the same, and reads its own copy."""
+    async with await _served(PageSettings(), tmp_path, monkeypatch) as client:
+        first = await client.get("/")
+        tag = first.headers["ETag"]
+        again = await client.get("/", headers={"If-None-Match": tag})
+        assert (again.status, await again.text()) == (304, "")
+        assert again.headers["Cache-Control"] == "no-cache"
+        other = await client.get("/", headers={"If-None-Match": 'W/"other"'})
+        assert (other.status, await other.text()) == (200, await first.text())
 
 
 async def test_the_page_travels_small(client: Client) -> None:
@@ -405,7 +480,7 @@ def test_a_page_that_was_not_built_is_a_sentence(
         ice=IceServers(NetworkSettings(), RelaySettings()),
         status=dict,
         proving=cast("ProofRunner", Lent()),
-        page_data={},
+        own_page=OwnPage(PageSettings()),
         access=make_access(Records(TurnedClock()), TurnedClock()),
         offers_hz=2.0,
         guards=Guards(ServerSettings(), TurnedClock()),

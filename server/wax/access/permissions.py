@@ -64,6 +64,8 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     # Pages and requests.
     "GET /": _ANYBODY,
     "GET /assets": _ANYBODY,
+    "GET /page.css": _ANYBODY,
+    "GET /preview": _ANYBODY,
     "GET /healthz": _ANYBODY,
     "GET /readyz": _ANYBODY,
     "POST /api/host": _ANYBODY,

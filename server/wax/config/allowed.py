@@ -85,6 +85,8 @@ def _plural(items: Schema) -> str:
     described = items.get("description", "")
     if "times" in described:
         return "hours"
+    if "sentence" in described:
+        return "sentences"
     return "addresses" if "address" in described else "names"
 
 

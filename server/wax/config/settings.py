@@ -23,6 +23,7 @@ from pydantic import (
 
 from wax.config import allowed, opening_hours
 from wax.config.network import HostName, Network, PageUrl
+from wax.config.page import PageSettings
 from wax.config.publish import PublishSettings
 from wax.config.recording import RecordingSettings
 from wax.config.thesis import ThesisSettings
@@ -522,6 +523,7 @@ class Settings(_Section):
     publish: Annotated[list[PublishSettings], Field(max_length=16)] = []
     camera: Annotated[list[CameraSettings], Field(max_length=MAX_CAMERAS)] = []
     server: ServerSettings = ServerSettings()
+    page: PageSettings = PageSettings()
     access: AccessSettings = AccessSettings()
     log: LogSettings = LogSettings()
     records: RecordSettings = RecordSettings()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import secrets
 from dataclasses import replace
@@ -10,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal, TypeVar
 
 import structlog
-from aiohttp import web
+from aiohttp import ETag, web
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from wax.access import permissions
@@ -31,6 +32,7 @@ from wax.rtc.signalling import MAX_SDP_CHARS
 from wax.session.token_bucket import TokenBuckets
 from wax.web import cookies
 from wax.web.addresses import is_loopback
+from wax.web.own_page import PICTURE_PATH, STYLE_PATH
 from wax.web.security_headers import policy_of_document
 
 if TYPE_CHECKING:
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
     from wax.session.proof_runner import ProofRunner
     from wax.session.room import Room
     from wax.web.guards import Guards
+    from wax.web.own_page import OwnPage
 
     Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
@@ -153,7 +156,7 @@ class Routes:
         ice: IceServers,
         status: Callable[[], dict[str, object]],
         proving: ProofRunner,
-        page_data: Mapping[str, str],
+        own_page: OwnPage,
         guards: Guards,
         access: Access,
         offers_hz: float,
@@ -175,7 +178,7 @@ class Routes:
         self._proof_runner = proving
         self._ice = ice
         self._status = status
-        self._page_data = page_data
+        self._own_page = own_page
         self._missing = missing
 
     def application(self) -> web.Application:
@@ -190,6 +193,8 @@ class Routes:
         application.add_routes(
             [
                 web.get("/", self.page),
+                web.get(STYLE_PATH, self.style),
+                web.get(PICTURE_PATH, self.preview),
                 web.get("/healthz", self.health),
                 web.get("/readyz", self.readiness),
                 web.get("/api/status", self.status),
@@ -209,18 +214,35 @@ class Routes:
         )
         return application
 
-    async def page(self, request: web.Request) -> web.StreamResponse:  # noqa: ARG002  # aiohttp's form
+    async def page(self, request: web.Request) -> web.StreamResponse:
+        built = (PAGE / "index.html").read_text(encoding="utf-8")
+        text = self._own_page.html(built, self._guards.seen(request).origin)
+        digest = hashlib.sha256(text.encode()).hexdigest()[:16]
         # The assets have a hash in their names; the page itself must be revalidated each time.
         headers = {"Cache-Control": "no-cache"}
-        if not self._page_data:
-            return web.FileResponse(PAGE / "index.html", headers=headers)
-        # The page must know before it connects: later it would have to connect again.
-        data = "".join(f'data-{name}="{value}" ' for name, value in self._page_data.items())
-        text = (PAGE / "index.html").read_text(encoding="utf-8")
-        text = text.replace("<html ", f"<html {data}", 1)
         answer = web.Response(text=text, content_type="text/html", headers=headers)
         answer.enable_compression()
+        if any(one.value == digest for one in request.if_none_match or ()):
+            answer = web.Response(status=304, headers=headers)
+        answer.etag = ETag(value=digest, is_weak=True)  # weak, since it may be compressed
         return answer
+
+    async def style(self, request: web.Request) -> web.Response:
+        """Answer with the host's colours; with none, the page keeps its own."""
+        own = self._own_page
+        headers = _kept(request, own.style_digest)
+        return web.Response(text=own.style, content_type="text/css", headers=headers)
+
+    async def preview(self, request: web.Request) -> web.Response:
+        picture = self._own_page.picture
+        if picture is None:
+            raise web.HTTPNotFound(reason="This page has no picture.")
+        # Other sites show it beside a link to the page.
+        shown = {"Cross-Origin-Resource-Policy": "cross-origin"}
+        headers = _kept(request, picture.digest) | shown
+        return web.Response(
+            body=picture.content, content_type=picture.content_type, headers=headers
+        )
 
     async def health(self, request: web.Request) -> web.Response:  # noqa: ARG002  # aiohttp's form
         return web.json_response({"ok": True})
@@ -374,6 +396,13 @@ class Routes:
             " start with --https",
             sender=seen.sender,
         )
+
+
+def _kept(request: web.Request, digest: str) -> dict[str, str]:
+    """Return how long an answer may be kept: for good where the address names its content."""
+    if request.query_string == digest:
+        return {"Cache-Control": "public, max-age=31536000, immutable"}
+    return {"Cache-Control": "public, max-age=3600"}
 
 
 async def _body(request: web.Request, model: type[_Body]) -> _Body:

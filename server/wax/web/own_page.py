@@ -1,0 +1,122 @@
+"""The page's HTML with what is the host's own: name, sentence, colour, and a preview of links.
+
+A strict policy forbids style inside the HTML, so the colour is a small style sheet of its own. Its
+address and the picture's have a hash of the content, so that browsers keep both.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from html import escape
+from typing import TYPE_CHECKING, Final
+
+from wax.web import colours, preview_picture
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from wax.config.page import PageSettings
+    from wax.web.colours import Shades
+
+STYLE_PATH: Final = "/page.css"
+PICTURE_PATH: Final = "/preview"
+
+_SENTENCES: Final = {
+    "en": "Drive a real robot from your browser.",
+    "de": "Steuere einen echten Roboter in deinem Browser.",
+}
+"""What links to the page say of it where the host says nothing, by the page's language."""
+
+_TITLE: Final = re.compile(r"<title>[^<]*</title>")
+_DESCRIPTION: Final = re.compile(r'<meta\s+name="description"\s+content="[^"]*"\s*/?>')
+_LANGUAGE: Final = re.compile(r'<html lang="[^"]*"')
+
+
+class OwnPage:
+    """What the host's `[page]` makes of the built page; raises `ConfigError` for its picture.
+
+    `data` is what the page must know before it connects, as attributes of its root element.
+    """
+
+    def __init__(
+        self, settings: PageSettings, data: Mapping[str, str] | None = None, public_url: str = ""
+    ) -> None:
+        self._settings = settings
+        self._public_url = public_url
+        self.picture = preview_picture.read(settings.picture)
+        self.style = _style(settings.accent)
+        self.style_digest = hashlib.sha256(self.style.encode()).hexdigest()[:16]
+        self._data = {"name": settings.name}
+        if settings.sentence:
+            self._data["sentence"] = settings.sentence
+        if settings.language != "auto":
+            self._data["language"] = settings.language
+        self._data |= data or {}
+
+    def html(self, built: str, origin: str) -> str:
+        """Return the built page as the host's own; `origin` is how the browser calls this server.
+
+        Whatever the host wrote is text: it can neither end an attribute nor begin an element.
+        """
+        settings = self._settings
+        description = settings.sentence or _SENTENCES.get(settings.language, _SENTENCES["en"])
+        text = built
+        if settings.language != "auto":
+            text = _LANGUAGE.sub(f'<html lang="{settings.language}"', text, count=1)
+        data = "".join(f'data-{name}="{escape(value)}" ' for name, value in self._data.items())
+        text = text.replace("<html ", f"<html {data}", 1)
+        # A function, since a text may hold what `sub` takes for a reference to a group.
+        text = _TITLE.sub(lambda _: f"<title>{escape(settings.name)}</title>", text, count=1)
+        text = _DESCRIPTION.sub(lambda _: _meta("name", "description", description), text, count=1)
+        more = [*self._preview(description, self._public_url or origin), *self._link()]
+        return text.replace("</head>", "".join(f"  {line}\n  " for line in more) + "</head>", 1)
+
+    def _link(self) -> list[str]:
+        """Return the link to the colours, after the page's own style so that they outrank it."""
+        if not self.style:
+            return []
+        return [f'<link rel="stylesheet" href="{STYLE_PATH}?{self.style_digest}" />']
+
+    def _preview(self, description: str, base: str) -> list[str]:
+        """Return what others show beside a link (Open Graph, and the cards that came of it)."""
+        name = self._settings.name
+        lines = [
+            _meta("property", "og:type", "website"),
+            _meta("property", "og:title", name),
+            _meta("property", "og:description", description),
+            _meta("property", "og:url", f"{base}/"),
+            _meta("name", "twitter:card", "summary_large_image" if self.picture else "summary"),
+        ]
+        if self.picture is None:
+            return lines
+        return [
+            *lines,
+            _meta("property", "og:image", f"{base}{PICTURE_PATH}?{self.picture.digest}"),
+            _meta("property", "og:image:type", self.picture.content_type),
+            _meta("property", "og:image:width", str(self.picture.width)),
+            _meta("property", "og:image:height", str(self.picture.height)),
+            _meta("property", "og:image:alt", name),
+        ]
+
+
+def _meta(kind: str, name: str, content: str) -> str:
+    return f'<meta {kind}="{name}" content="{escape(content)}" />'
+
+
+def _style(accent: str) -> str:
+    """Return the host's colours as a style sheet, empty where the page keeps its own."""
+    if not accent:
+        return ""
+    night = _properties(colours.dark(accent))
+    return (
+        f":root{{{_properties(colours.light(accent))}}}\n"
+        f"@media (prefers-color-scheme:dark){{:root{{{night}}}}}\n"
+    )
+
+
+def _properties(shades: Shades) -> str:
+    return (
+        f"--accent:{shades.accent};--accent-press:{shades.press};"
+        f"--on-accent:{shades.on_accent};--calm:{shades.calm}"
+    )

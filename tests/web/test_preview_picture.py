@@ -1,0 +1,80 @@
+"""The picture for previews is found good at the start, or refused with one sentence."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+import pytest
+
+from wax.errors import ConfigError
+from wax.web import preview_picture
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def encoded(kind: str, width: int = 120, height: int = 63) -> bytes:
+    picture = np.full((height, width, 3), 90, np.uint8)
+    done, content = cv2.imencode(f".{kind}", picture)
+    assert done
+    return content.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("kind", "content_type"),
+    [("png", "image/png"), ("jpg", "image/jpeg"), ("webp", "image/webp")],
+)
+def test_a_picture_is_told_by_its_content(kind: str, content_type: str, tmp_path: Path) -> None:
+    """Whatever its file is called; its size is known for those who show it."""
+    file = tmp_path / "robot.picture"
+    file.write_bytes(encoded(kind))
+    found = preview_picture.read(str(file))
+    assert found is not None
+    assert (found.content_type, found.width, found.height) == (content_type, 120, 63)
+    assert found.content == file.read_bytes()
+
+
+def test_another_picture_has_another_address(tmp_path: Path) -> None:
+    """What browsers keep for good is asked for by another name once it has changed."""
+    digests = set()
+    for width in (120, 122):
+        file = tmp_path / "robot.png"
+        file.write_bytes(encoded("png", width))
+        found = preview_picture.read(str(file))
+        assert found is not None
+        digests.add(found.digest)
+    assert len(digests) == 2
+
+
+def test_no_picture_is_no_problem() -> None:
+    """The key is empty by default."""
+    assert preview_picture.read("") is None
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (None, "does not exist"),
+        (b"", "is no PNG, JPEG or WebP picture"),
+        (b"GIF89a" + b"\0" * 99, "is no PNG, JPEG or WebP picture"),
+        (b"<svg xmlns='http://www.w3.org/2000/svg'/>", "is no PNG, JPEG or WebP picture"),
+        (encoded("png")[:60], "is no PNG, JPEG or WebP picture"),
+        (encoded("png") + b"\0" * (1 << 20), "has 1.0 MiB, and 1 MiB is the most; make it smaller"),
+    ],
+)
+def test_what_is_no_picture_is_refused(content: bytes | None, says: str, tmp_path: Path) -> None:
+    """The sentence names the key, the file and what is wrong with it."""
+    file = tmp_path / "robot.png"
+    if content is not None:
+        file.write_bytes(content)
+    with pytest.raises(ConfigError) as refused:
+        preview_picture.read(str(file))
+    assert str(refused.value).startswith(f"page.picture: {file} {says}")
+
+
+def test_a_folder_is_no_picture(tmp_path: Path) -> None:
+    """It exists, and still is none."""
+    with pytest.raises(ConfigError, match="is not a file"):
+        preview_picture.read(str(tmp_path))
