@@ -29,6 +29,7 @@ UNITS = {
     "_mps": "metres a second",
     "_rps": "radians a second",
     "_m": "metres",
+    "_deg": "degrees",
     "width": "pixel",
     "height": "pixel",
     "baud": "bits a second",
@@ -337,6 +338,30 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
             "[robot.serial]\naxes = ['pan', 'pan']",
             "robot.serial.axes: two axes have the name pan; give each its own",
         ),
+        *[
+            (f"[video]\n{keys}", f"video: {sentence}")
+            for keys, sentence in [
+                (
+                    "camera_height_m = 0.3",
+                    "camera_height_m and camera_fov_deg belong together; camera_fov_deg is missing",
+                ),
+                (
+                    "camera_fov_deg = 70.0",
+                    "camera_height_m and camera_fov_deg belong together; "
+                    "camera_height_m is missing",
+                ),
+                (
+                    "camera_height_m = 0.3\ncamera_fov_deg = 5.0",
+                    "camera_fov_deg is 5; no camera sees less than 10 degrees across, "
+                    "or 0 if it is not known",
+                ),
+                (
+                    "camera_height_m = 0.01\ncamera_fov_deg = 70.0",
+                    "camera_height_m is 0.01; a camera that sees the floor is at least 0.02 m "
+                    "above it, or 0 if its height is not known",
+                ),
+            ]
+        ],
         (
             "[robot.serial.bytes]\nfine = 700",
             "robot.serial.bytes.fine: got 700; "

@@ -700,6 +700,25 @@ def test_axes_move_on_change(bench: Bench) -> None:
     assert ("set_axis", "pan", 0.5, 1) in bench.step()
 
 
+def test_who_begins_knows_where_the_axes_are(bench: Bench) -> None:
+    """As the last operator left them; where nobody knows, since the robot came back, nothing."""
+    assert bench.loop.first_axes == {}
+    bench.offer()
+    bench.pan(0.5)
+    bench.step()
+    assert bench.loop.first_axes == {}
+    bench.loop.leave(A)
+    bench.step()
+    assert bench.turns.operator == B
+    assert bench.loop.first_axes == {"pan": 0.5}
+    bench.driver.now = RobotState(connected=True, epoch=2)
+    bench.step()
+    bench.loop.join(A)
+    bench.loop.leave(B)
+    bench.step()
+    assert bench.loop.first_axes == {}
+
+
 @pytest.mark.parametrize("hold", ["stop", "fault"])
 def test_a_slider_moved_during_a_hold_moves_nothing_after(bench: Bench, hold: str) -> None:
     """Where nothing may move no axis does, and what was wanted then is not made up for."""

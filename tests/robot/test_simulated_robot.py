@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -10,15 +11,24 @@ import pytest
 
 from wax.clock import SystemClock
 from wax.config.settings import RobotSettings, VideoSettings
-from wax.driver.interface import HasCamera, HasExternalView, HasMicrophone, Pose, Twist
+from wax.driver.interface import (
+    HasCamera,
+    HasExternalView,
+    HasMicrophone,
+    KnowsItsView,
+    Pose,
+    Twist,
+)
 from wax.errors import SourceError
 from wax.robot.simulated.camera import SimulatedCamera
 from wax.robot.simulated.external_view import ExternalView
 from wax.robot.simulated.flat import furnished_flat
 from wax.robot.simulated.microphone import SimulatedMicrophone
+from wax.robot.simulated.motion import RADIUS_M
 from wax.robot.simulated.render import Renderer
 from wax.robot.simulated.robot import SimulatedRobot
 from wax.robot.simulated.simulation import Senses
+from wax.robot.simulated.view import View
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -40,6 +50,24 @@ def test_it_brings_eye_and_ear(robot: SimulatedRobot) -> None:
     assert isinstance(robot, HasCamera)
     assert isinstance(robot, HasMicrophone)
     assert isinstance(robot, HasExternalView)
+
+
+@pytest.mark.parametrize("distance_m", [0.8, 1.5, 4.0])
+def test_it_knows_how_its_camera_sees_the_floor(robot: SimulatedRobot, distance_m: float) -> None:
+    """What it says of its camera is what its pictures are drawn by."""
+    assert isinstance(robot, KnowsItsView)
+    told = robot.own_view
+    drawn = View(Pose(0.0, 0.0, 0.0), 0.0, 640, 480)
+    focal_px = 320 / math.tan(math.radians(told.fov_deg) / 2)
+    row = 480 * told.axis_row + focal_px * math.tan(
+        math.atan2(told.height_m, distance_m) - math.radians(told.tilt_deg)
+    )
+    depth = np.full(640, distance_m, np.float32)
+    assert drawn.row(0.0, depth)[320] == pytest.approx(row, abs=0.01)
+    right_m = told.width_m / 2
+    column = 320 + focal_px * right_m / distance_m
+    assert drawn.aside[int(column)] * distance_m == pytest.approx(right_m, abs=0.01)
+    assert told.width_m == 2 * RADIUS_M
 
 
 def test_what_it_sees_and_hears_changes_when_it_moves(robot: SimulatedRobot) -> None:

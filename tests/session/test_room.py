@@ -246,6 +246,29 @@ async def test_who_enters_is_greeted_and_told_the_room(rig: Rig) -> None:
 
 
 @pytest.mark.usefixtures("rig")
+async def test_who_enters_is_told_whose_robot_this_is() -> None:
+    """Name, sentence, rules and links are the host's, as they wrote them."""
+    link = {"text": "Us", "url": "https://example.org/us"}
+    page = {"name": "Rover", "sentence": "Say hello.", "rules": ["Slowly."], "links": [link]}
+    ada = await Rig({"page": page}).enter("ada-1111")
+    assert ada.last("hello")["page"] == page
+
+
+@pytest.mark.usefixtures("rig")
+async def test_who_enters_is_told_how_the_camera_sees_the_floor() -> None:
+    """As the host has measured it; without that nobody knows."""
+    ada = await Rig({}).enter("ada-1111")
+    robot = ada.last("hello")["robot"]
+    assert (robot["camera"], robot["width_m"]) == (None, None)
+    assert robot["motion"]["braking_mps2"] == 2.0
+    video = {"camera_height_m": 0.3, "camera_tilt_deg": 12.5, "camera_fov_deg": 70.0}
+    eve = await Rig({"video": video, "robot": {"width_m": 0.25}}).enter("eve-1111")
+    robot = eve.last("hello")["robot"]
+    assert robot["camera"] == {"height_m": 0.3, "tilt_deg": 12.5, "fov_deg": 70.0, "axis_row": 0.5}
+    assert robot["width_m"] == 0.25
+
+
+@pytest.mark.usefixtures("rig")
 @pytest.mark.parametrize("soft", [False, True])
 async def test_who_enters_is_told_whether_the_robot_brakes_softly(soft: bool) -> None:
     """It is told as it is configured."""

@@ -201,8 +201,12 @@ class RenditionSettings(_Section):
         return f"{self.size} at {self.bitrate_bps / 1000:g} kbit/s"
 
 
+MIN_FOV_DEG: Final = 10.0
+MIN_CAMERA_HEIGHT_M: Final = 0.02
+
+
 class VideoSettings(_Section):
-    """`[video]`."""
+    """A camera, as `[video]` and `[[camera]]` have it."""
 
     source: Annotated[str, Field(min_length=1)] = "robot"
     width: Annotated[int, Field(ge=32, le=3840, multiple_of=2)] = 640
@@ -230,6 +234,33 @@ class VideoSettings(_Section):
                     f"{below.name} follows {above.name}; put the one of the higher bit rate first"
                 )
         return renditions
+
+
+class DrivingViewSettings(VideoSettings):
+    """`[video]`, whose camera looks where the robot drives."""
+
+    camera_height_m: Annotated[float, Field(ge=0, le=5)] = 0.0
+    camera_tilt_deg: Annotated[float, Field(ge=-30, le=80)] = 0.0
+    camera_fov_deg: Annotated[float, Field(ge=0, le=170)] = 0.0
+
+    @model_validator(mode="after")
+    def _camera_is_known_or_not(self) -> Self:
+        if bool(self.camera_height_m) != bool(self.camera_fov_deg):
+            missing = "camera_fov_deg" if self.camera_height_m else "camera_height_m"
+            raise ValueError(
+                f"camera_height_m and camera_fov_deg belong together; {missing} is missing"
+            )
+        if 0 < self.camera_fov_deg < MIN_FOV_DEG:
+            raise ValueError(
+                f"camera_fov_deg is {self.camera_fov_deg:g}; no camera sees less than"
+                f" {MIN_FOV_DEG:g} degrees across, or 0 if it is not known"
+            )
+        if 0 < self.camera_height_m < MIN_CAMERA_HEIGHT_M:
+            raise ValueError(
+                f"camera_height_m is {self.camera_height_m:g}; a camera that sees the floor is at"
+                f" least {MIN_CAMERA_HEIGHT_M:g} m above it, or 0 if its height is not known"
+            )
+        return self
 
 
 AxisName = Annotated[
@@ -467,6 +498,7 @@ class RobotSettings(_Section):
     soft_braking: bool = False
     silence_ms: Annotated[int, Field(ge=60, le=1000)] = 120
     wheel_base_m: Annotated[float, Field(gt=0, le=5)] = 0.3
+    width_m: Annotated[float, Field(ge=0, le=5)] = 0.0
     left_trim: Annotated[float, Field(ge=0.1, le=1)] = 1.0
     right_trim: Annotated[float, Field(ge=0.1, le=1)] = 1.0
     invert_left: bool = False
@@ -531,7 +563,7 @@ class Settings(_Section):
     metrics: MetricSettings = MetricSettings()
     network: NetworkSettings = NetworkSettings()
     relay: RelaySettings = RelaySettings()
-    video: VideoSettings = VideoSettings()
+    video: DrivingViewSettings = DrivingViewSettings()
     audio: AudioSettings = AudioSettings()
     voice: VoiceSettings = VoiceSettings()
     sync: RoleSyncSettings = RoleSyncSettings()

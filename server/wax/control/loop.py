@@ -25,7 +25,7 @@ from wax.control.turns import TurnEnded, TurnRenewed, TurnStarted
 from wax.control.witness import NoWitness
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from wax.clock import Clock
     from wax.config.settings import DriveSettings, RobotSettings
@@ -90,6 +90,7 @@ class ControlLoop:
         self._target = Setpoint()  # where the ramp ends
         self._status: tuple[int, bool, str | None] | None = None
         self._counts: Counter[str] = Counter()
+        self._first_axes: Mapping[str, float] = {}
         self._stopped = False
         self._steered_s = -math.inf
         self._is_urgent = False
@@ -282,6 +283,11 @@ class ControlLoop:
         return self._safe_driver.state
 
     @property
+    def first_axes(self) -> Mapping[str, float]:
+        """Where the axes were when the turn began, as far as they were moved."""
+        return self._first_axes
+
+    @property
     def is_taken(self) -> bool:
         """Whether the person aboard leaves the robot to no operator."""
         aboard = self._safe_driver.state.aboard
@@ -313,6 +319,7 @@ class ControlLoop:
             match event:
                 case TurnStarted():
                     self._begin(event.number, now_s)
+                    self._first_axes = self._safe_driver.axes
                 case TurnEnded():
                     self._safe_driver.stop(event.number)
                 case TurnRenewed():

@@ -53,6 +53,11 @@ class SafeDriver:
         """Whether the robot reports a pressed bumper."""
         return self.state.bumpers != 0
 
+    @property
+    def axes(self) -> dict[str, float]:
+        """Where the axes were sent since the robot connected."""
+        return dict(self._axes)
+
     def lend(self, reason: str | None, turn: int) -> None:
         """Stop the robot and leave the driver to another user while there is a reason.
 

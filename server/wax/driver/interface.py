@@ -104,6 +104,22 @@ class RobotState:
     extra: dict[str, float] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, slots=True)
+class OwnView:
+    """How a robot's own camera looks at the floor, and how wide the robot is.
+
+    The camera stands above the middle of the robot, `height_m` above the floor, looks down by
+    `tilt_deg` and sees `fov_deg` from left to right. `axis_row` is where it looks, as a share of
+    the picture's height: the middle with every real lens.
+    """
+
+    height_m: float
+    tilt_deg: float
+    fov_deg: float
+    width_m: float
+    axis_row: float = 0.5
+
+
 class Driver(Protocol):
     """Moves the robot."""
 
@@ -151,6 +167,16 @@ class HasCamera(Protocol):
 
     def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
         """Make a source with the size and rate of `settings`; it may outlive a closed robot."""
+        ...
+
+
+@runtime_checkable
+class KnowsItsView(Protocol):
+    """A robot with its own camera that knows how it looks at the floor."""
+
+    @property
+    def own_view(self) -> OwnView:
+        """How `HasCamera.camera` sees the floor while no axis turns it."""
         ...
 
 

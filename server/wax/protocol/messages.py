@@ -305,14 +305,61 @@ class Pong(_Outgoing):
     server_ms: float
 
 
+class CameraGeometry(_Outgoing):
+    """How the driving view's camera looks at the floor while no axis turns it.
+
+    It stands above the robot's middle, looks down by `tilt_deg`, and sees `fov_deg` from left to
+    right. `axis_row` is where it looks, as a share of the picture's height.
+    """
+
+    height_m: float
+    tilt_deg: float
+    fov_deg: float
+    axis_row: float
+
+
+class MotionInfo(_Outgoing):
+    """How the robot follows commands, for the path that it will take.
+
+    It speeds up by the two accelerations, and brakes at `braking_mps2`.
+    """
+
+    acceleration_mps2: float
+    acceleration_rps2: float
+    braking_mps2: float
+
+
 class RobotInfo(_Outgoing):
-    """The robot's abilities, sent at connect."""
+    """The robot's abilities, sent at connect.
+
+    `camera` is null where nobody has said how it looks at the floor, `width_m` where the robot's is
+    not known.
+    """
 
     kind: str
     max_linear_mps: float
     max_angular_rps: float
     slow_fraction: float
     axes: list[str]
+    motion: MotionInfo
+    camera: CameraGeometry | None
+    width_m: float | None
+
+
+class PageLink(_Outgoing):
+    """A link of the host's."""
+
+    text: str
+    url: str
+
+
+class PageInfo(_Outgoing):
+    """What is the host's own: `sentence` is empty where the page has its own."""
+
+    name: str
+    sentence: str
+    rules: list[str]
+    links: list[PageLink]
 
 
 class LossRules(_Outgoing):
@@ -369,6 +416,7 @@ class Hello(_Outgoing):
     type: Literal["hello"] = "hello"
     version: str
     viewer: int
+    page: PageInfo
     robot: RobotInfo
     sizes: list[str]
     turn_s: float
@@ -405,12 +453,15 @@ class TurnInfo(_Outgoing):
 
     While something other than the operator keeps them from driving, the clock stands still:
     `stands_left_ms` is what is left then, and the turn ends at `ends_server_ms` at the latest.
+    `axes` are the positions that the axes had when it began, of those that were moved since the
+    robot connected.
     """
 
     number: int
     operator: int | None
     ends_server_ms: float | None
     stands_left_ms: float | None
+    axes: dict[str, float] = {}
 
 
 class CallInfo(_Outgoing):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from wax import __version__
 from wax.control import reasons
 from wax.control.gate import LAPSE_S
-from wax.driver.interface import Aboard
+from wax.driver.interface import Aboard, KnowsItsView
 from wax.protocol import messages
 from wax.records.shortened import shortened
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from wax.access.admission import Grant, Visitor
     from wax.capture.source import Picture, Sound
     from wax.capture.source_thread import SourceThread
+    from wax.config.page import PageSettings
     from wax.config.settings import Settings
     from wax.control.stop_latch import LatchedStop
     from wax.control.turns import Turns
@@ -64,6 +65,7 @@ class Announcements:
         self._acknowledge = service.acknowledged
         # Read once, at the start: a plug-in driver may raise later.
         self._kind, self._limits = driver.kind, driver.limits
+        self._own_view = driver.own_view if isinstance(driver, KnowsItsView) else None
         self._turns = turns
         self._captures = captures
         self._access = access
@@ -80,13 +82,8 @@ class Announcements:
         return messages.Hello(
             version=__version__,
             viewer=number,
-            robot=messages.RobotInfo(
-                kind=self._kind,
-                max_linear_mps=self._limits.linear_mps,
-                max_angular_rps=self._limits.angular_rps,
-                slow_fraction=self._settings.drive.slow_fraction,
-                axes=list(self._limits.axes),
-            ),
+            page=_page(self._settings.page),
+            robot=self._robot(),
             sizes=self._sizes,
             turn_s=self._settings.turns.turn_s,
             grace_s=self._settings.turns.grace_s,
@@ -102,9 +99,17 @@ class Announcements:
         )
 
     def room(
-        self, viewers: Iterable[Viewer], state: RobotState, stop: LatchedStop | None, now_s: float
+        self,
+        viewers: Iterable[Viewer],
+        state: RobotState,
+        stop: LatchedStop | None,
+        now_s: float,
+        first_axes: Mapping[str, float] | None = None,
     ) -> messages.RoomState:
-        """Return the state of the room, with those of `viewers` who have connected."""
+        """Return the state of the room, with those of `viewers` who have connected.
+
+        `first_axes` is where the axes were when the turn began.
+        """
         return messages.RoomState(
             viewers=self._lines(viewers, now_s),
             turn=messages.TurnInfo(
@@ -112,6 +117,7 @@ class Announcements:
                 operator=self._turns.operator,
                 ends_server_ms=_ms(self._turns.ends_s),
                 stands_left_ms=_whole_ms(self._turns.stands_left_s(now_s)),
+                axes=dict(first_axes or {}),
             ),
             call=self._call(),
             stop=None if stop is None else messages.StopInfo(number=stop.number, by=stop.by),
@@ -233,6 +239,43 @@ class Announcements:
             host=viewer.visitor.is_host,
         )
 
+    def _robot(self) -> messages.RobotInfo:
+        robot, limits = self._settings.robot, self._limits
+        return messages.RobotInfo(
+            kind=self._kind,
+            max_linear_mps=limits.linear_mps,
+            max_angular_rps=limits.angular_rps,
+            slow_fraction=self._settings.drive.slow_fraction,
+            axes=list(limits.axes),
+            motion=messages.MotionInfo(
+                acceleration_mps2=robot.max_linear_acceleration_mps2,
+                acceleration_rps2=robot.max_angular_acceleration_rps2,
+                braking_mps2=robot.braking_mps2,
+            ),
+            camera=self._camera_geometry(),
+            width_m=robot.width_m or (None if self._own_view is None else self._own_view.width_m),
+        )
+
+    def _camera_geometry(self) -> messages.CameraGeometry | None:
+        """Return how the driving view sees the floor: as the host says, or the robot itself."""
+        video = self._settings.video
+        if video.camera_height_m:
+            return messages.CameraGeometry(
+                height_m=video.camera_height_m,
+                tilt_deg=video.camera_tilt_deg,
+                fov_deg=video.camera_fov_deg,
+                axis_row=0.5,
+            )
+        own = self._own_view
+        if video.source != "robot" or own is None:
+            return None
+        return messages.CameraGeometry(
+            height_m=own.height_m,
+            tilt_deg=own.tilt_deg,
+            fov_deg=own.fov_deg,
+            axis_row=own.axis_row,
+        )
+
     def _voice_rules(self, number: int) -> messages.VoiceRules | None:
         if self._voices is None or number == 0:  # who watches elsewhere has no way to speak
             return None
@@ -246,6 +289,15 @@ class Announcements:
     def _problem(self, stream: str, absent: str | None) -> str | None:
         capture = self._captures.get(stream)
         return absent if capture is None else capture.problem
+
+
+def _page(page: PageSettings) -> messages.PageInfo:
+    return messages.PageInfo(
+        name=page.name,
+        sentence=page.sentence,
+        rules=page.rules,
+        links=[messages.PageLink(text=one.text, url=one.url) for one in page.links],
+    )
 
 
 def _whole_ms(duration_s: float | None) -> float | None:

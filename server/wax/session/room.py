@@ -372,7 +372,11 @@ class Room:
     def snapshot(self, now_s: float) -> messages.RoomState:
         """Return the state of the room for everybody."""
         return self._announcements.room(
-            self._viewers, self._control.robot_state, self._control.latched, now_s
+            self._viewers,
+            self._control.robot_state,
+            self._control.latched,
+            now_s,
+            self._control.first_axes,
         )
 
     def _tell_hosts(self) -> None:

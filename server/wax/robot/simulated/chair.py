@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.settings import LocalSettings, RobotSettings, VideoSettings
     from wax.driver.hand import HandReading
-    from wax.driver.interface import Limits, RobotState, Twist
+    from wax.driver.interface import Limits, OwnView, RobotState, Twist
     from wax.robot.process.driver_watchdog import Call
     from wax.speaker.interface import Speaker
 
@@ -60,6 +60,10 @@ class SimulatedChair:
     @property
     def limits(self) -> Limits:
         return self._limits
+
+    @property
+    def own_view(self) -> OwnView:
+        return self._robot.own_view
 
     def open(self) -> None:
         """Start the simulation and the person; no effect if already open."""

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from wax.driver.interface import RobotState
+from wax.driver.interface import OwnView, RobotState
 from wax.robot.simulated.camera import SimulatedCamera
 from wax.robot.simulated.external_view import ExternalView
 from wax.robot.simulated.flat import furnished_flat
 from wax.robot.simulated.microphone import SimulatedMicrophone
+from wax.robot.simulated.motion import RADIUS_M
 from wax.robot.simulated.render import Renderer
 from wax.robot.simulated.simulation import STEP_S, Simulation
 from wax.robot.simulated.speaker import SimulatedSpeaker
+from wax.robot.simulated.view import EYE_HEIGHT_M, FIELD_OF_VIEW_RAD, HORIZON
 
 if TYPE_CHECKING:
     from wax.capture.source import AudioSource, VideoSource
@@ -50,6 +53,16 @@ class SimulatedRobot:
     @property
     def limits(self) -> Limits:
         return self._limits
+
+    @property
+    def own_view(self) -> OwnView:
+        return OwnView(
+            height_m=EYE_HEIGHT_M,
+            tilt_deg=0.0,
+            fov_deg=math.degrees(FIELD_OF_VIEW_RAD),
+            width_m=2.0 * RADIUS_M,
+            axis_row=HORIZON,
+        )
 
     def open(self) -> None:
         """Start the simulation; no effect if already open."""
