@@ -24,7 +24,7 @@ function resolve(folder: string, name: string): string {
       readFileSync(join(folder, name + end));
       return join(folder, name + end);
     } catch {
-      // The other end, then.
+      // Another end, then.
     }
   }
   throw new Error(`${name} is not in ${folder}`);
@@ -37,6 +37,9 @@ it("does not have the first load wait for what only watches elsewhere", () => {
   expect(loaded).not.toContain("livekit-client");
   expect(loaded.filter((one) => one.startsWith(join(ROOT, "elsewhere")))).toEqual([]);
   expect(loaded.filter((one) => one.startsWith(join(ROOT, "replay")))).toEqual([]);
+  expect(loaded).toContain(join(ROOT, "view/host/Calibration.tsx"));
+  expect(loaded).not.toContain(join(ROOT, "view/host/Calibrate.tsx"));
+  expect(loaded).not.toContain(join(ROOT, "path/solve.ts"));
   const later = [...loadedBy(join(ROOT, "elsewhere/elsewhere.ts"))];
   expect(later).toContain("livekit-client");
 });

@@ -15,6 +15,8 @@ import "./style/stop.css";
 import "./style/notices.css";
 import "./style/call.css";
 import "./style/ended.css";
+import "./style/own.css";
+import "./style/path.css";
 import { render } from "preact";
 import { startSession } from "./session";
 import { App } from "./view/App";

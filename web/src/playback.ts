@@ -15,6 +15,10 @@ export class Playback {
     this.#show();
   }
 
+  get stream(): MediaStream | null {
+    return this.#stream;
+  }
+
   /** Sets the track of a new peer, null for none; one that plays already goes on. */
   take(track: MediaStreamTrack | null): void {
     if (track === this.#track && this.#stream) return;

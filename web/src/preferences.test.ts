@@ -27,6 +27,8 @@ it("finds again what was saved", () => {
     size: "320x240",
     policy: "video-first",
     speed: "fast",
+    path: false,
+    welcomed: true,
     player: "own",
     language: "de",
   } as const;
@@ -51,6 +53,8 @@ it.each([
     size: "",
     policy: null,
     speed: "slow",
+    path: true,
+    welcomed: false,
     player: null,
     language: null,
   });

@@ -13,6 +13,10 @@ export interface Preferences {
   /** The synchronisation policy; null means the role's default. */
   policy: Want["policy"];
   speed: "slow" | "fast";
+  /** Whether the predicted path is drawn on the picture. */
+  path: boolean;
+  /** Whether somebody has driven here, or has read how. */
+  welcomed: boolean;
   /** Which player plays the sound; null means the server's choice. */
   player: "browser" | "own" | null;
   /** The page's language, as a tag; null means the host's or the browser's choice. */
@@ -32,6 +36,8 @@ const DEFAULTS: Preferences = {
   size: "",
   policy: null,
   speed: "slow",
+  path: true,
+  welcomed: false,
   player: null,
   language: null,
 };
@@ -58,6 +64,8 @@ export function loadPreferences(store: Store | null): Preferences {
     size: typeof kept.size === "string" ? kept.size : DEFAULTS.size,
     policy: POLICIES.find((one) => one === kept.policy) ?? DEFAULTS.policy,
     speed: kept.speed === "fast" ? "fast" : DEFAULTS.speed,
+    path: typeof kept.path === "boolean" ? kept.path : DEFAULTS.path,
+    welcomed: typeof kept.welcomed === "boolean" ? kept.welcomed : DEFAULTS.welcomed,
     player: PLAYERS.find((one) => one === kept.player) ?? DEFAULTS.player,
     language: typeof kept.language === "string" ? kept.language : DEFAULTS.language,
   };

@@ -29,6 +29,7 @@ import {
   type RoomState,
   type StateOut,
 } from "./messages";
+import { listenFirstDrive } from "./own/welcome";
 import { Playback } from "./playback";
 import { applyPlayout } from "./playout";
 import { loadPreferences, openStore, type Preferences, savePreferences } from "./preferences";
@@ -71,6 +72,8 @@ export interface Actions {
   setSpeed(speed: Preferences["speed"]): void;
   /** Chooses the page's language, null for the host's or the browser's. */
   setLanguage(language: Preferences["language"]): void;
+  /** Remembers on this device what matters to this page alone. */
+  keep(change: Partial<Pick<Preferences, "path" | "welcomed">>): void;
   setAxis(name: string, position: number): void;
   join(): void;
   leave(): void;
@@ -106,6 +109,8 @@ export interface Session {
   /** Sets the picture's element, null when it is removed. */
   attachPicture(element: HTMLVideoElement | null): void;
   attachSound(element: HTMLAudioElement | null): void;
+  /** The driving view, to be shown once more; null while there is none. */
+  pictureStream(): MediaStream | null;
   /** How loud the sound is now, from 0 to 1: of each ear, or of both together; none if unknown. */
   soundLevels(): Promise<readonly number[]>;
   /** Sets the element of a camera beside the driving view. */
@@ -481,6 +486,7 @@ export function startSession(): Session {
       controller.paced();
     },
     setLanguage: (language) => prefer({ language }),
+    keep: prefer,
     setAxis: (name, position) => controller.setAxis(name, position),
     join: () => ask("join"),
     leave: () => ask("leave"),
@@ -521,6 +527,7 @@ export function startSession(): Session {
   controller.listen(window, actions.stop, signal);
   listenTalk(window, talk, signal);
   listenCameras(window, cameras, signal);
+  listenFirstDrive(state, prefer);
   returnFocusAfterPointer(document, signal);
   listenTurnOver(state);
   freePicture(window, state, signal);
@@ -582,6 +589,7 @@ export function startSession(): Session {
       picture.attach(element);
     },
     attachSound: (element) => sound.attach(element),
+    pictureStream: () => picture.stream,
     soundLevels: () => sound.levels(),
     attachCamera(camera, element) {
       unwatchCamera[camera]?.();

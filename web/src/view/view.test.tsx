@@ -44,6 +44,7 @@ beforeEach(() => {
     setName: vi.fn(),
     setSpeed: vi.fn(),
     setLanguage: vi.fn(),
+    keep: vi.fn(),
     setAxis: vi.fn(),
     join: vi.fn(),
     leave: vi.fn(),
@@ -70,6 +71,7 @@ beforeEach(() => {
     actions,
     attachPicture: vi.fn(),
     attachSound: vi.fn(),
+    pictureStream: () => null,
     soundLevels: async () => levels,
     attachCamera: vi.fn(),
   };

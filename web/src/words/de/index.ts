@@ -14,7 +14,9 @@ import invitation from "./invitation.json";
 import language from "./language.json";
 import link from "./link.json";
 import message from "./message.json";
+import own from "./own.json";
 import panels from "./panels.json";
+import path from "./path.json";
 import people from "./people.json";
 import proof from "./proof.json";
 import queue from "./queue.json";
@@ -42,7 +44,9 @@ export const de: Catalog = {
   ...language,
   ...link,
   ...message,
+  ...own,
   ...panels,
+  ...path,
   ...people,
   ...proof,
   ...queue,

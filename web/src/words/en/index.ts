@@ -13,7 +13,9 @@ import invitation from "./invitation.json";
 import language from "./language.json";
 import link from "./link.json";
 import message from "./message.json";
+import own from "./own.json";
 import panels from "./panels.json";
+import path from "./path.json";
 import people from "./people.json";
 import proof from "./proof.json";
 import queue from "./queue.json";
@@ -41,7 +43,9 @@ export const en = {
   ...language,
   ...link,
   ...message,
+  ...own,
   ...panels,
+  ...path,
   ...people,
   ...proof,
   ...queue,

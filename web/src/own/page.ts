@@ -1,0 +1,40 @@
+/** What is the host's own, also before the server has greeted this page. */
+
+import type { PageInfo } from "../messages";
+import type { State } from "../state";
+import { t } from "../words/words";
+
+/** The host's words; the sentence is one of ours where they have written none. */
+export function ownPage(state: State): PageInfo {
+  const told = state.hello.value?.page;
+  const { name = "WAX", sentence = "" } = document.documentElement.dataset;
+  const page = told ?? { name, sentence, rules: [], links: [] };
+  return { ...page, sentence: page.sentence || t("own.sentence") };
+}
+
+/** What a newcomer can do here, in three sentences: what this is, how to drive, how to stop it. */
+export function welcomeWords(state: State): string[] {
+  const hello = state.hello.value;
+  const { sentence } = ownPage(state);
+  if (!hello) return [sentence];
+  const stop = hello.on_loss.stop_by === "everybody" ? "own.everybody_stops" : "own.operator_stops";
+  return [sentence, hello.may_queue ? drivingWords(hello.turn_s) : t("own.only_watch"), t(stop)];
+}
+
+/** Of a turn that lasts for hours the length does not matter. */
+function drivingWords(turnS: number): string {
+  if (turnS > 3600) return t("own.how_to_drive_free");
+  const isWhole = turnS >= 120 && turnS % 60 === 0;
+  const time = isWhole
+    ? t("own.minutes", { n: turnS / 60 })
+    : t("own.seconds", { n: Math.round(turnS) });
+  return t("own.how_to_drive", { time });
+}
+
+/**
+ * Whether a link may be opened. The server has checked the host's configuration; a page that reads
+ * a link from anywhere opens it only as one of these.
+ */
+export function isSafe(url: string): boolean {
+  return /^(https?:\/\/|mailto:)/i.test(url);
+}

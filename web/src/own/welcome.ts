@@ -1,0 +1,16 @@
+/** When somebody is new here: until they have driven, or have read how. */
+
+import { effect } from "@preact/signals";
+import type { Preferences } from "../preferences";
+import type { State } from "../state";
+
+/** Greets nobody again who has driven; `keep` remembers it on this device. */
+export function listenFirstDrive(
+  state: State,
+  keep: (change: Partial<Preferences>) => void,
+): () => void {
+  return effect(() => {
+    const drives = state.mayMove.value && state.held.value.size > 0;
+    if (drives && !state.preferences.peek().welcomed) keep({ welcomed: true });
+  });
+}

@@ -1,0 +1,125 @@
+/**
+ * Where the robot will be (pure).
+ *
+ * A picture shows where the robot was, and a command takes its time. So between the picture and the
+ * arrival of what is commanded now it moves by what was commanded in the time before: by the
+ * commands of the last `pictureMs` + `commandMs`.
+ */
+
+import {
+  along,
+  moved,
+  type Pose,
+  type Ramp,
+  ramped,
+  STANDSTILL,
+  START,
+  type Twist,
+} from "./motion";
+
+/** Older commands have no influence: nobody may drive over so long a link. */
+const KEPT_MS = 5000;
+/** Further than this ahead nothing is said. */
+const LOOK_AHEAD_S = 2;
+/** A path that turns further than this is cut off. */
+const MOST_TURN_RAD = Math.PI / 2;
+/** Slower than this the robot stands, or turns on the spot. */
+const STANDS_MPS = 0.02;
+const STEPS = 12;
+
+export interface Delays {
+  /** How old the picture is. */
+  pictureMs: number;
+  /** The way of a command to the robot. */
+  commandMs: number;
+}
+
+export interface Prediction {
+  /** From where the picture was taken to where the robot is when the command arrives. */
+  until: Pose[];
+  /** From there on, as long as the command stays. */
+  onwards: Pose[];
+  arrival: Pose;
+  /** Where the robot stands if all is released now. */
+  stand: Pose;
+}
+
+interface Sample {
+  atMs: number;
+  twist: Twist;
+}
+
+/** What was commanded, as the robot follows it. */
+export class History {
+  #samples: Sample[] = [];
+
+  /** Notes what is commanded now. */
+  note(atMs: number, wanted: Twist, ramp: Ramp): void {
+    const last = this.#samples.at(-1);
+    if (last && last.atMs >= atMs) return;
+    const isNew = !last || atMs - last.atMs >= KEPT_MS;
+    if (isNew) this.clear(); // a robot that was not commanded for long has stood
+    const before = isNew ? { atMs, twist: STANDSTILL } : last;
+    const twist = ramped(before.twist, wanted, (atMs - before.atMs) / 1000, ramp);
+    this.#samples.push({ atMs, twist });
+    const kept = this.#samples.findIndex((one) => one.atMs > atMs - KEPT_MS);
+    this.#samples.splice(0, kept);
+  }
+
+  /** Forgets everything, as at the beginning of a turn. */
+  clear(): void {
+    this.#samples = [];
+  }
+
+  get newest(): Twist {
+    return this.#samples.at(-1)?.twist ?? STANDSTILL;
+  }
+
+  /** The way driven since a time, from where it began. */
+  since(fromMs: number, untilMs: number): Pose[] {
+    const way = [START];
+    let pose = START;
+    this.#samples.forEach(({ atMs, twist }, at) => {
+      const startMs = Math.max(atMs, fromMs);
+      const endMs = Math.min(this.#samples[at + 1]?.atMs ?? untilMs, untilMs);
+      if (endMs <= startMs) return;
+      pose = moved(pose, twist, (endMs - startMs) / 1000);
+      way.push(pose);
+    });
+    return way;
+  }
+}
+
+/** The robot's path; null while it stands, or turns on the spot. */
+export function predict(
+  history: History,
+  nowMs: number,
+  { pictureMs, commandMs }: Delays,
+  brakingMps2: number,
+): Prediction | null {
+  const until = history.since(nowMs - pictureMs - commandMs, nowMs);
+  const arrival = until.at(-1) ?? START;
+  const twist = history.newest;
+  const isUnderWay = Math.abs(twist.linearMps) >= STANDS_MPS;
+  const hasMoved = Math.hypot(arrival.aheadM, arrival.leftM) >= STANDS_MPS / 10;
+  if (!isUnderWay && !hasMoved) return null;
+  if (!isUnderWay) return { until, onwards: [], arrival, stand: arrival };
+  return {
+    until,
+    onwards: onwards(arrival, twist),
+    arrival,
+    stand: braked(arrival, twist, brakingMps2),
+  };
+}
+
+/** Where a robot comes to a stand: it brakes on the arc on which it drives. */
+function braked(from: Pose, { linearMps, angularRps }: Twist, brakingMps2: number): Pose {
+  const lengthM = (linearMps * Math.abs(linearMps)) / (2 * brakingMps2);
+  return along(from, lengthM, (lengthM * angularRps) / linearMps);
+}
+
+function onwards(from: Pose, twist: Twist): Pose[] {
+  const turnS = MOST_TURN_RAD / Math.max(Math.abs(twist.angularRps), 1e-6);
+  const forS = Math.min(LOOK_AHEAD_S, turnS);
+  return Array.from({ length: STEPS + 1 }, (_, step) => moved(from, twist, (forS * step) / STEPS));
+}

@@ -1,0 +1,43 @@
+import { isSafe, ownPage } from "../own/page";
+import { t } from "../words/words";
+import { useState } from "./context";
+
+/** The host's sentence, rules and links, for the menu. */
+export function About() {
+  const { sentence, rules, links } = ownPage(useState());
+  const safe = links.filter((one) => isSafe(one.url));
+  return (
+    <section class="about" aria-labelledby="about-title">
+      <h3 id="about-title">{t("own.about")}</h3>
+      <p>
+        <bdi>{sentence}</bdi>
+      </p>
+      <Rules rules={rules} />
+      {safe.length > 0 && (
+        <ul class="own-links" aria-label={t("own.links")}>
+          {safe.map((one) => (
+            <li key={one.url}>
+              <a href={one.url} target="_blank" rel="noopener noreferrer">
+                <bdi>{one.text}</bdi>
+              </a>
+            </li>
+          ))}
+        </ul>
+      )}
+    </section>
+  );
+}
+
+/** The house rules, if there are any. */
+export function Rules({ rules }: { rules: readonly string[] }) {
+  if (rules.length === 0) return null;
+  return (
+    <ul class="own-rules" aria-label={t("own.rules")}>
+      {rules.map((rule) => (
+        <li key={rule}>
+          <bdi>{rule}</bdi>
+        </li>
+      ))}
+    </ul>
+  );
+}

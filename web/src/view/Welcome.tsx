@@ -1,0 +1,27 @@
+import { ownPage, welcomeWords } from "../own/page";
+import { t } from "../words/words";
+import { Rules } from "./About";
+import { useActions, useState } from "./context";
+
+/** For who is here for the first time: three lines, and the house rules. */
+export function Welcome() {
+  const state = useState();
+  const { keep } = useActions();
+  if (state.preferences.value.welcomed || !state.hello.value) return null;
+  return (
+    <section class="welcome" aria-labelledby="welcome-title">
+      <h2 id="welcome-title">{t("own.welcome")}</h2>
+      <div class="welcome-lines">
+        {welcomeWords(state).map((line) => (
+          <p key={line}>
+            <bdi>{line}</bdi>
+          </p>
+        ))}
+      </div>
+      <Rules rules={ownPage(state).rules} />
+      <button type="button" class="plain-button" onClick={() => keep({ welcomed: true })}>
+        {t("own.understood")}
+      </button>
+    </section>
+  );
+}

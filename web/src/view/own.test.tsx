@@ -1,0 +1,161 @@
+// @vitest-environment happy-dom
+import { getAllByRole, getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
+import { type ComponentChildren, render } from "preact";
+import { act } from "preact/test-utils";
+import { afterEach, beforeEach, describe, expect, it } from "vitest";
+import { listenFirstDrive } from "../own/welcome";
+import type { Session } from "../session";
+import { hello, room } from "../testing/messages";
+import { session as made } from "../testing/session";
+import { ENGLISH, language } from "../words/words";
+import { About } from "./About";
+import { SessionContext } from "./context";
+import { OwnHeader } from "./OwnHeader";
+import { Welcome } from "./Welcome";
+
+const PAGE = {
+  name: "Rover",
+  sentence: "A rover in our museum.",
+  rules: ["Drive slowly near people.", "سِر ببطء"],
+  links: [
+    { text: "About us", url: "https://example.org/us" },
+    { text: "Write to us", url: "mailto:us@example.org" },
+    { text: "Not a link", url: "javascript:alert(1)" },
+  ],
+};
+
+let session: Session;
+const body = document.body;
+
+beforeEach(() => {
+  session = made();
+});
+
+afterEach(() => {
+  act(() => render(null, body));
+  language.value = ENGLISH;
+  delete document.documentElement.dataset.name;
+  delete document.documentElement.dataset.sentence;
+});
+
+function draw(children: ComponentChildren): void {
+  act(() =>
+    render(<SessionContext.Provider value={session}>{children}</SessionContext.Provider>, body),
+  );
+}
+
+function greet(more: Parameters<typeof hello>[0] = {}): void {
+  act(() => {
+    session.state.hello.value = hello({ page: PAGE, ...more });
+  });
+}
+
+describe("whose robot this is", () => {
+  it("is told before the server has greeted, by what the page came with", () => {
+    document.documentElement.dataset.name = "Rover";
+    document.documentElement.dataset.sentence = "Say hello.";
+    draw(<OwnHeader />);
+    expect(getByRole(body, "heading", { name: "Rover" })).toBeTruthy();
+    expect(getByText(body, "Say hello.")).toBeTruthy();
+  });
+
+  it("has words of the page's own where the host has none", () => {
+    draw(<OwnHeader />);
+    expect(getByRole(body, "heading", { name: "WAX" })).toBeTruthy();
+    expect(getByText(body, "A real robot that you can drive from here.")).toBeTruthy();
+  });
+
+  it("is what the host has written, kept apart from what is around it", () => {
+    draw(<OwnHeader />);
+    greet();
+    expect(getByText(body, "Rover").tagName).toBe("BDI");
+    expect(getByText(body, "A rover in our museum.").tagName).toBe("BDI");
+  });
+});
+
+describe("the first visit", () => {
+  it("is told in three lines what this is, how to drive and how to stop, and the rules", () => {
+    draw(<Welcome />);
+    expect(queryByRole(body, "region", { name: "Welcome" })).toBeNull();
+    greet({ turn_s: 120 });
+    const card = getByRole(body, "region", { name: "Welcome" });
+    expect([...card.querySelectorAll("p")].map((line) => line.textContent)).toEqual([
+      "A rover in our museum.",
+      "Join the queue to drive; a turn lasts 2 minutes.",
+      "Everybody can press Stop at any time; the robot then stands.",
+    ]);
+    const rules = getByRole(body, "list", { name: "House rules" });
+    expect(rules.querySelectorAll("li > bdi")).toHaveLength(2);
+  });
+
+  it.each([
+    [{ turn_s: 45 }, "Join the queue to drive; a turn lasts 45 seconds."],
+    [{ turn_s: 86_400 }, "Join the queue to drive; when it is your turn, this page tells you."],
+    [{ may_queue: false }, "You can watch. To drive, you need an invitation from the host."],
+    [
+      { on_loss: { ...hello().on_loss, stop_by: "operator" } },
+      "Whoever drives, and the host, can stop the robot at any time.",
+    ],
+  ] as const)("says what holds here: %j", (more, says) => {
+    draw(<Welcome />);
+    greet(more);
+    expect(getByText(body, says)).toBeTruthy();
+  });
+
+  it("can be put away, and stays away", () => {
+    draw(<Welcome />);
+    greet();
+    act(() => getByRole(body, "button", { name: "Got it" }).click());
+    expect(session.actions.keep).toHaveBeenCalledWith({ welcomed: true });
+    act(() => {
+      session.state.preferences.value = { ...session.state.preferences.value, welcomed: true };
+    });
+    expect(queryByRole(body, "region", { name: "Welcome" })).toBeNull();
+  });
+
+  it("is over with the first drive", () => {
+    const { state } = session;
+    const kept: object[] = [];
+    const end = listenFirstDrive(state, (change) => kept.push(change));
+    state.hello.value = hello();
+    state.link.value = { is: "connected" };
+    state.held.value = new Set(["forward"]);
+    expect(kept).toEqual([]);
+    state.held.value = new Set();
+    state.room.value = room({ operator: 1 });
+    expect(kept).toEqual([]);
+    state.held.value = new Set(["forward"]);
+    expect(kept).toEqual([{ welcomed: true }]);
+    end();
+  });
+});
+
+describe("about this robot", () => {
+  it("has the host's rules, and links that tell nobody where one came from", () => {
+    draw(<About />);
+    greet();
+    expect(getByText(body, "Drive slowly near people.")).toBeTruthy();
+    const links = getAllByRole(body, "link") as HTMLAnchorElement[];
+    expect(links.map((one) => one.getAttribute("href"))).toEqual([
+      "https://example.org/us",
+      "mailto:us@example.org",
+    ]);
+    for (const link of links) expect(link.rel).toBe("noopener noreferrer");
+    expect(queryByText(body, "Not a link")).toBeNull();
+  });
+
+  it("is short where the host has written nothing", () => {
+    draw(<About />);
+    greet({ page: { name: "WAX", sentence: "", rules: [], links: [] } });
+    expect(queryByRole(body, "list")).toBeNull();
+    expect(queryByRole(body, "link")).toBeNull();
+  });
+
+  it("shows markup in it as text", () => {
+    const hostile = '"><script>window.hurt = 1</script>';
+    draw(<About />);
+    greet({ page: { ...PAGE, sentence: hostile, rules: [hostile] } });
+    expect(body.querySelector("script")).toBeNull();
+    expect(body.textContent).toContain(hostile);
+  });
+});
