@@ -1,5 +1,6 @@
 import { useState } from "../context";
 import { ProofPanel } from "../ProofPanel";
+import { Calibration } from "./Calibration";
 import { Door } from "./Door";
 import { Invitation } from "./Invitation";
 import { Message } from "./Message";
@@ -17,6 +18,7 @@ export function HostPanel() {
       <Door />
       <Invitation />
       <Message />
+      <Calibration />
       <ProofPanel />
     </div>
   );

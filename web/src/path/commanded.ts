@@ -1,0 +1,25 @@
+/** What this page commands, in the robot's own speeds. */
+
+import type { State } from "../state";
+import { STANDSTILL, type Twist } from "./motion";
+
+/** As the server scales it: by *Slow*, and for guests by what the host allows. */
+export function commanded(state: State): Twist {
+  const robot = state.hello.peek()?.robot;
+  if (!robot || !state.mayMove.peek()) return STANDSTILL;
+  const { linear, angular } = motionOf(state);
+  const pace = state.preferences.peek().speed === "slow" ? robot.slow_fraction : 1;
+  const most = state.isHost.peek() ? 1 : (state.room.peek()?.house.max_fraction ?? 1);
+  const largest = pace * Math.max(Math.abs(linear), Math.abs(angular));
+  const share = largest > most ? (pace * most) / largest : pace;
+  return {
+    linearMps: linear * share * robot.max_linear_mps,
+    angularRps: angular * share * robot.max_angular_rps,
+  };
+}
+
+function motionOf(state: State): { linear: number; angular: number } {
+  const held = state.held.peek();
+  const share = (name: "forward" | "back" | "left" | "right") => (held.has(name) ? 1 : 0);
+  return { linear: share("forward") - share("back"), angular: share("left") - share("right") };
+}

@@ -1,0 +1,187 @@
+// @vitest-environment happy-dom
+import { render } from "preact";
+import { act } from "preact/test-utils";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import type { Session } from "../session";
+import type { State } from "../state";
+import { hello, room } from "../testing/messages";
+import { session as made } from "../testing/session";
+import { SessionContext } from "../view/context";
+import { commanded } from "./commanded";
+import { PathArc } from "./PathArc";
+import { aspectOf, drivingCamera } from "./view";
+
+const CAMERA = { height_m: 0.3, tilt_deg: 30, fov_deg: 75, axis_row: 0.5 };
+
+let session: Session;
+let state: State;
+const body = document.body;
+
+/** This page drives a robot whose camera is known, over a link with a delay. */
+beforeEach(() => {
+  vi.useFakeTimers({ toFake: ["requestAnimationFrame", "cancelAnimationFrame", "performance"] });
+  session = made();
+  state = session.state;
+  const mine = hello();
+  state.hello.value = { ...mine, robot: { ...mine.robot, axes: ["pan"], camera: CAMERA } };
+  state.room.value = room({ operator: 1 });
+  state.link.value = { is: "connected" };
+  state.facts.value = { ...state.facts.value, pictureMs: 200, roundTripMs: 160 };
+  const view = (
+    <SessionContext.Provider value={session}>
+      <PathArc />
+    </SessionContext.Provider>
+  );
+  act(() => render(view, body));
+});
+
+afterEach(() => {
+  act(() => render(null, body));
+  vi.useRealTimers();
+});
+
+function drawn(): boolean {
+  return [...body.querySelectorAll("path")].some((one) => one.getAttribute("d"));
+}
+
+function hold(...directions: ("forward" | "back" | "left" | "right")[]): void {
+  act(() => {
+    state.held.value = new Set(directions);
+  });
+}
+
+function wait(ms: number): void {
+  vi.advanceTimersByTime(ms);
+}
+
+describe("the predicted path", () => {
+  it("is there while this page drives, and gone soon after it lets go", () => {
+    wait(500);
+    expect(drawn()).toBe(false);
+    hold("forward");
+    wait(1000);
+    expect(drawn()).toBe(true);
+    hold();
+    wait(1000);
+    expect(drawn()).toBe(false);
+    expect(vi.getTimerCount()).toBe(0);
+  });
+
+  it("costs nothing while nothing moves", () => {
+    expect(vi.getTimerCount()).toBe(0);
+  });
+
+  it("ends with the turn", () => {
+    hold("forward");
+    wait(1000);
+    act(() => {
+      state.room.value = room({ operator: 2 });
+    });
+    wait(1000);
+    expect(drawn()).toBe(false);
+    expect(vi.getTimerCount()).toBe(0);
+  });
+
+  it("is gone with its view", () => {
+    hold("forward");
+    wait(100);
+    act(() => render(null, body));
+    expect(vi.getTimerCount()).toBe(0);
+  });
+
+  it.each([
+    ["the picture's age is not known", () => ({ pictureMs: null })],
+    ["the picture is old", () => ({ pictureMs: 2000 })],
+    ["the link's delay is not known", () => ({ roundTripMs: null })],
+  ])("is not drawn while %s", (_, facts) => {
+    state.facts.value = { ...state.facts.value, ...facts() };
+    hold("forward");
+    wait(1000);
+    expect(drawn()).toBe(false);
+  });
+
+  it("is not drawn while the robot turns on the spot", () => {
+    hold("left");
+    wait(1000);
+    expect(drawn()).toBe(false);
+  });
+});
+
+describe("the camera that shows it", () => {
+  it("is that of the driving view", () => {
+    expect(drivingCamera(state)).toEqual({ heightM: 0.3, tiltDeg: 30, fovDeg: 75, axisRow: 0.5 });
+    expect(aspectOf(state)).toBeCloseTo(4 / 3);
+  });
+
+  it.each([
+    ["another is large", () => (state.large.value = 0)],
+    ["the picture is off", () => prefer({ picture: false })],
+    ["the path is off", () => prefer({ path: false })],
+    ["this page has turned it", () => (state.axes.value = { pan: 0.3 })],
+    ["it was turned when the turn began", () => begin({ pan: 0.3 })],
+    ["nobody knows it", () => know(null)],
+    ["the host has drawn the curtain", () => blank()],
+  ])("is none while %s", (_, change) => {
+    change();
+    expect(drivingCamera(state)).toBeNull();
+  });
+
+  it("is back once it was turned back", () => {
+    begin({ pan: 0.3 });
+    state.axes.value = { pan: 0 };
+    expect(drivingCamera(state)).not.toBeNull();
+  });
+
+  it("is not turned by the axes of other cameras", () => {
+    const now = state.hello.peek();
+    if (now) state.hello.value = { ...now, cameras: [{ name: "Arm", axes: ["pan"] }] };
+    state.axes.value = { pan: 1 };
+    expect(drivingCamera(state)).not.toBeNull();
+  });
+});
+
+describe("what is commanded", () => {
+  it("is in the robot's own speeds", () => {
+    prefer({ speed: "fast" });
+    state.held.value = new Set(["forward", "left"]);
+    expect(commanded(state)).toEqual({ linearMps: 0.6, angularRps: 1.5 });
+    state.held.value = new Set(["back"]);
+    expect(commanded(state)).toEqual({ linearMps: -0.6, angularRps: 0 });
+  });
+
+  it("is slower at slow speed, and where the host limits guests", () => {
+    state.held.value = new Set(["forward"]);
+    expect(commanded(state).linearMps).toBeCloseTo(0.6 * 0.3);
+    prefer({ speed: "fast" });
+    const now = room({ operator: 1 });
+    state.room.value = { ...now, house: { ...now.house, max_fraction: 0.5 } };
+    expect(commanded(state).linearMps).toBeCloseTo(0.3);
+    prefer({ speed: "slow" });
+    expect(commanded(state).linearMps).toBeCloseTo(0.6 * 0.3);
+  });
+
+  it("is nothing while a stop is in force", () => {
+    state.held.value = new Set(["forward"]);
+    state.room.value = room({ operator: 1, stop: { number: 1, by: "Ada" } });
+    expect(commanded(state)).toEqual({ linearMps: 0, angularRps: 0 });
+  });
+});
+
+function prefer(change: object): void {
+  state.preferences.value = { ...state.preferences.value, ...change };
+}
+
+function begin(axes: Record<string, number>): void {
+  const now = room({ operator: 1 });
+  state.room.value = { ...now, turn: { ...now.turn, axes } };
+}
+
+function know(camera: typeof CAMERA | null): void {
+  const now = state.hello.peek();
+  if (now) state.hello.value = { ...now, robot: { ...now.robot, camera } };
+}
+
+function blank(): void {
+  const now = room({ operator: 1 });
+  state.room.value = { ...now, house: { ...now.house, blanked: true } };
+}

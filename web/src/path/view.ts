@@ -1,0 +1,42 @@
+/** Whether, and by which camera, the driving view shows the floor ahead. */
+
+import type { State } from "../state";
+import type { Camera } from "./camera";
+
+/** An axis that is moved by less than this is in the middle. */
+const CENTRED = 0.02;
+
+/**
+ * The camera of the driving view, null while the path cannot be drawn: nobody knows the camera, it
+ * is turned aside, or another picture is large.
+ */
+export function drivingCamera(state: State): Camera | null {
+  const camera = state.hello.value?.robot.camera ?? null;
+  const { picture, path } = state.preferences.value;
+  const isShown = picture && path && !state.isBlanked.value;
+  if (!camera || !isShown || state.large.value !== null || !isCentred(state)) return null;
+  return {
+    heightM: camera.height_m,
+    tiltDeg: camera.tilt_deg,
+    fovDeg: camera.fov_deg,
+    axisRow: camera.axis_row,
+  };
+}
+
+/** The picture's width by its height, which all its sizes share. */
+export function aspectOf(state: State): number {
+  const [width, height] = (state.hello.value?.sizes[0] ?? "").split("x").map(Number);
+  return width && height ? width / height : 4 / 3;
+}
+
+/**
+ * Whether every axis that may turn the driving view is in the middle: where this page has sent it,
+ * else where it was when the turn began. One that nobody has moved is where it starts.
+ */
+export function isCentred(state: State): boolean {
+  const others = new Set(state.cameras.value.flatMap((one) => one.axes));
+  const first = state.room.value?.turn.axes ?? {};
+  return (state.hello.value?.robot.axes ?? [])
+    .filter((axis) => !others.has(axis))
+    .every((axis) => Math.abs(state.axes.value[axis] ?? first[axis] ?? 0) < CENTRED);
+}
