@@ -54,6 +54,7 @@ def test_any_colour_is_legible_on_every_ground_of_the_page(accent: str) -> None:
             assert contrast(parsed(shades.accent), ground) >= 4.5
         for below in (shades.accent, shades.press):
             assert contrast(parsed(shades.on_accent), parsed(below)) >= 4.5
+        assert contrast(WHITE, parsed(shades.driving)) >= 4.5
 
 
 @given(any_colour)

@@ -30,11 +30,15 @@ _DARK_GROUNDS: Final = ("#121615", "#1b211f", "#262e2b")
 
 @dataclass(frozen=True, slots=True)
 class Shades:
-    """The accent in one theme: itself, pressed, the text on it, and a calm ground of its hue."""
+    """The accent in one theme: itself, pressed, and the text on it; and grounds of its hue.
+
+    `driving` is under white text, `calm` under the page's own.
+    """
 
     accent: str
     press: str
     on_accent: str
+    driving: str
     calm: str
 
 
@@ -62,6 +66,7 @@ def light(accent: str) -> Shades:
         accent=written(legible),
         press=written(_mixed(legible, BLACK, 0.3)),
         on_accent=written(WHITE),
+        driving=_under_white(accent),
         calm=written(_mixed(WHITE, legible, 0.13)),
     )
 
@@ -73,8 +78,13 @@ def dark(accent: str) -> Shades:
         accent=written(legible),
         press=written(_mixed(legible, WHITE, 0.4)),
         on_accent="#0a0f0d",
+        driving=_under_white(accent),
         calm=written(_mixed(parsed(_DARK_GROUNDS[0]), legible, 0.2)),
     )
+
+
+def _under_white(accent: str) -> str:
+    return written(_towards(BLACK, parsed(accent), (written(WHITE),)))
 
 
 def _towards(end: Colour, colour: Colour, grounds: tuple[str, ...]) -> Colour:

@@ -118,5 +118,5 @@ def _style(accent: str) -> str:
 def _properties(shades: Shades) -> str:
     return (
         f"--accent:{shades.accent};--accent-press:{shades.press};"
-        f"--on-accent:{shades.on_accent};--calm:{shades.calm}"
+        f"--on-accent:{shades.on_accent};--driving:{shades.driving};--calm:{shades.calm}"
     )

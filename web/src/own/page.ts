@@ -2,13 +2,14 @@
 
 import type { PageInfo } from "../messages";
 import type { State } from "../state";
+import { robotName } from "../view/robotName";
 import { t } from "../words/words";
 
 /** The host's words; the sentence is one of ours where they have written none. */
 export function ownPage(state: State): PageInfo {
   const told = state.hello.value?.page;
-  const { name = "WAX", sentence = "" } = document.documentElement.dataset;
-  const page = told ?? { name, sentence, rules: [], links: [] };
+  const { sentence = "" } = document.documentElement.dataset;
+  const page = told ?? { name: robotName(null), sentence, rules: [], links: [] };
   return { ...page, sentence: page.sentence || t("own.sentence") };
 }
 

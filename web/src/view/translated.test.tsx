@@ -40,6 +40,7 @@ beforeEach(() => {
     actions,
     attachPicture: vi.fn(),
     attachSound: vi.fn(),
+    pictureStream: () => null,
     soundLevels: async () => [0.5, 0.5],
     attachCamera: vi.fn(),
   };
