@@ -69,6 +69,13 @@ describe("where the robot will be", () => {
     expect(stand.headingRad).toBeGreaterThan(arrival.headingRad);
   });
 
+  it("has a lane of two metres before it, at every speed", () => {
+    for (const linearMps of [0.1, 0.6]) {
+      const { arrival, onwards } = made(held({ linearMps, angularRps: 0 }, 2000));
+      expect((onwards.at(-1)?.aheadM ?? 0) - arrival.aheadM).toBeCloseTo(2, 6);
+    }
+  });
+
   it("turns no further than a right angle from there", () => {
     const { arrival, onwards } = made(held({ linearMps: 0.1, angularRps: 3 }, 2000));
     const last = onwards.at(-1);
@@ -105,7 +112,8 @@ describe("its lines in the picture", () => {
   it("lead up the picture, to where the robot stands beyond where the command arrives", () => {
     const next = numbers(5);
     for (let n = 0; n < 100; n++) {
-      const speed = { linearMps: next(0.1, 1), angularRps: next(-0.3, 0.3) };
+      const linearMps = next(0.1, 1);
+      const speed = { linearMps, angularRps: linearMps * next(-0.4, 0.4) };
       const arc = arcOf(made(held(speed, 1500)), CAMERA, 4 / 3, 0.3);
       if (!arc) continue;
       for (const lane of arc.lanes) {

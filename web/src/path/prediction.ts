@@ -19,8 +19,8 @@ import {
 
 /** Older commands have no influence: nobody may drive over so long a link. */
 const KEPT_MS = 5000;
-/** Further than this ahead nothing is said. */
-const LOOK_AHEAD_S = 2;
+/** So far ahead the lane is drawn: nearer floor is below many a picture. */
+const LOOK_AHEAD_M = 2;
 /** A path that turns further than this is cut off. */
 const MOST_TURN_RAD = Math.PI / 2;
 /** Slower than this the robot stands, or turns on the spot. */
@@ -118,8 +118,9 @@ function braked(from: Pose, { linearMps, angularRps }: Twist, brakingMps2: numbe
   return along(from, lengthM, (lengthM * angularRps) / linearMps);
 }
 
+/** The lane from there on, as long at every speed: it is a curve, and says nothing of time. */
 function onwards(from: Pose, twist: Twist): Pose[] {
   const turnS = MOST_TURN_RAD / Math.max(Math.abs(twist.angularRps), 1e-6);
-  const forS = Math.min(LOOK_AHEAD_S, turnS);
+  const forS = Math.min(LOOK_AHEAD_M / Math.abs(twist.linearMps), turnS);
   return Array.from({ length: STEPS + 1 }, (_, step) => moved(from, twist, (forS * step) / STEPS));
 }

@@ -1,6 +1,7 @@
 import type { RefObject } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import type { CameraInfo } from "../messages";
+import { PathArc } from "../path/PathArc";
 import { t } from "../words/words";
 import { useActions, useSession, useState } from "./context";
 import { cameraProblem, drivingView } from "./words";
@@ -27,6 +28,7 @@ export function Views({ isShown, video }: Props) {
     <div class={kinds.join(" ")}>
       <div class={isLarge ? "view is-large" : "view is-small is-driving-view"}>
         <video ref={video} class={isShown ? "" : "is-off"} muted autoplay playsinline />
+        {isLarge && <PathArc />}
         {!isLarge && <Enlarge camera={null} name={drivingView()} why={null} />}
       </div>
       {others.map((camera, at) => (
