@@ -41,6 +41,7 @@ BESIDE = (
     "test_host.py",
     "test_layout.py",
     "test_loopback_only.py",
+    "test_own_page.py",
     "test_page.py",
     "test_queue.py",
     "test_records.py",
