@@ -4,23 +4,21 @@ import type { ReadonlySignal } from "@preact/signals";
 import type { Preferences } from "../preferences";
 import { ENGLISH, type Language, language, t } from "./words";
 
-/** A language in its own words, as people look for it in a list. */
+/** A language in its own words, as people look for it in a list; loaded only for who reads it. */
 export interface Spoken {
   tag: string;
   name: string;
+  load(): Promise<Language>;
 }
 
 export const LANGUAGES: readonly Spoken[] = [
-  { tag: "en", name: "English" },
-  { tag: "de", name: "Deutsch" },
+  { tag: "en", name: "English", load: async () => ENGLISH },
+  {
+    tag: "de",
+    name: "Deutsch",
+    load: async () => ({ tag: "de", direction: "ltr", messages: (await import("./de")).de }),
+  },
 ];
-
-/** Each is loaded only for who reads it. */
-const LOADERS: Readonly<Record<string, () => Promise<Language>>> = {
-  en: async () => ENGLISH,
-  de: async () => ({ tag: "de", direction: "ltr", messages: (await import("./de")).de }),
-  pseudo: async () => (await import("./pseudo")).makePseudo(),
-};
 
 /** To see what translations do to the page; only who asks for it in the address gets it. */
 const TRIAL = "pseudo";
@@ -74,7 +72,7 @@ export async function speak(tag: string): Promise<boolean> {
   const call = ++newest;
   let loaded: Language;
   try {
-    loaded = await (LOADERS[tag] ?? (async () => ENGLISH))();
+    loaded = await load(tag);
   } catch {
     return call !== newest;
   }
@@ -83,6 +81,11 @@ export async function speak(tag: string): Promise<boolean> {
   document.documentElement.lang = loaded.tag;
   document.documentElement.dir = loaded.direction;
   return true;
+}
+
+async function load(tag: string): Promise<Language> {
+  if (tag === TRIAL) return (await import("./pseudo")).makePseudo();
+  return LANGUAGES.find((one) => one.tag === tag)?.load() ?? ENGLISH;
 }
 
 /** What a language is called by who speaks it. */
