@@ -14,7 +14,6 @@ import {
   qualityWords,
   standingWords,
   stoppedWords,
-  titleWords,
   turnWords,
   waitWords,
   whenWords,
@@ -245,10 +244,4 @@ it("says when something happens as people do", () => {
   expect(whenWords(new Date(2026, 11, 24, 9, 30).getTime(), now, "en-GB")).toBe(
     "on 24 December at 9:30",
   );
-});
-
-it("says in the tab's title what a viewer who looks elsewhere must not miss", () => {
-  expect(titleWords(false, false)).toBe("WAX");
-  expect(titleWords(false, true)).toBe("Are you ready? – WAX");
-  expect(titleWords(true, true)).toBe("You are driving – WAX");
 });

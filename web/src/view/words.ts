@@ -77,12 +77,6 @@ export interface TurnWords {
   next: string;
 }
 
-/** The tab's title, which says what a viewer who looks elsewhere must not miss. */
-export function titleWords(isDriving: boolean, isCalled: boolean): string {
-  if (isDriving) return t("turn.title_driving");
-  return isCalled ? t("turn.title_called") : "WAX";
-}
-
 /** For a viewer whose connection is lost: how long their turn or place is kept. */
 export function lostWords(me: ViewerInfo | null, graceS: number): TurnWords {
   if (!me) return { headline: t("turn.one_moment"), next: "" };
