@@ -14,7 +14,7 @@ import type {
   ViewerInfo,
 } from "../messages";
 import type { Voice } from "../voice/talk";
-import { type Code, figure, language, locale, t } from "../words/words";
+import { type Code, figure, locale, t } from "../words/words";
 
 /** The connection, for the status line. */
 export function connectionWords(link: LinkState, nowMs: number): string {
@@ -161,10 +161,9 @@ export function whenWords(wallMs: number, nowMs: number, where = locale()): stri
 
 const DAY_MS = 86_400_000;
 
-/** A name in a sentence: one that is written the other way around leaves the rest in order. */
+/** A name in a sentence: one that is written from right to left leaves the rest in order. */
 export function named(name: string): string {
-  const isOther = language.value.direction === "rtl" || RIGHT_TO_LEFT.test(name);
-  return isOther ? `\u2068${name}\u2069` : name;
+  return RIGHT_TO_LEFT.test(name) ? `\u2068${name}\u2069` : name;
 }
 
 const RIGHT_TO_LEFT = /[\u0590-\u08ff\ufb1d-\ufdff\ufe70-\ufefc]/;

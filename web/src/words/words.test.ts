@@ -53,6 +53,16 @@ describe("the page", () => {
     expect(t("turn.waiting", { n: 2000 })).toBe("2.000 Personen warten.");
   });
 
+  it("keeps each value in its own order where the language runs from right to left", () => {
+    language.value = {
+      tag: "he",
+      direction: "rtl",
+      messages: { "stop.by": "{name} \u05e2\u05e6\u05e8" },
+    };
+    expect(t("stop.by", { name: "Ada 2" })).toBe("\u2068Ada 2\u2069 \u05e2\u05e6\u05e8");
+    expect(t("stop.by", { name: "" })).toBe(" \u05e2\u05e6\u05e8");
+  });
+
   it("is English where a language lacks a message", () => {
     language.value = { ...GERMAN, messages: {} };
     expect(t("turn.you_drive")).toBe("You are driving");

@@ -56,8 +56,13 @@ export function fill(message: Message, values: Values, tag: string): string {
   return template.replace(/\{(\w+)\}/g, (hole, name: string) => {
     const value = values[name];
     if (value === undefined) return hole;
-    return typeof value === "number" ? value.toLocaleString(tag) : value;
+    return apart(typeof value === "number" ? value.toLocaleString(tag) : value);
   });
+}
+
+/** A value that keeps its own order in a language from right to left: a name, "640 × 480". */
+function apart(value: string): string {
+  return language.value.direction === "rtl" && value !== "" ? `\u2068${value}\u2069` : value;
 }
 
 function chosen(
