@@ -277,6 +277,17 @@ async def test_who_enters_is_told_whether_the_robot_brakes_softly(soft: bool) ->
     assert ada.last("hello")["on_loss"]["soft_braking"] is soft
 
 
+@pytest.mark.usefixtures("rig")
+@pytest.mark.parametrize(("drive", "may"), [({}, False), ({"click_to_move": True}, True)])
+async def test_who_enters_is_told_whether_clicks_may_move_the_robot(
+    drive: dict[str, bool], may: bool
+) -> None:
+    """They may not unless the host has allowed it."""
+    rig = Rig({"drive": drive})
+    ada = await rig.enter("ada-1111")
+    assert ada.last("hello")["click_to_move"] is may
+
+
 @pytest.mark.parametrize(("beyond_s", "moves"), [(-0.2, True), (0.2, False)])
 async def test_what_is_held_drives_on_after_a_lapse_as_short_as_was_told(
     rig: Rig, beyond_s: float, moves: bool

@@ -418,6 +418,7 @@ class DriveSettings(_Section):
     stop_picture_age_ms: Annotated[float, Field(ge=100, le=60_000)] = 800.0
     max_stop_distance_m: Annotated[float, Field(gt=0, le=10)] = 0.3
     slow_fraction: Annotated[float, Field(gt=0, le=1)] = 0.3
+    click_to_move: bool = False
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:

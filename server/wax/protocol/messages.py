@@ -410,7 +410,8 @@ class Hello(_Outgoing):
     `is_host` means that this page has shown the host's secret. `may_hear` and `may_queue` are false
     for strangers where the host lets only invited people do that. `has_microphone` is false where
     nobody hears anything, because the host wants it so. `voice` is null where nobody can speak
-    through the robot. `cameras` are those beside the driving view.
+    through the robot. `cameras` are those beside the driving view. With `click_to_move` a page may
+    hold a direction for its operator, for at most two seconds from each click.
     """
 
     type: Literal["hello"] = "hello"
@@ -422,6 +423,7 @@ class Hello(_Outgoing):
     turn_s: float
     grace_s: float
     command_rate_hz: float
+    click_to_move: bool
     on_loss: LossRules
     is_host: bool
     has_microphone: bool

@@ -88,6 +88,7 @@ class Announcements:
             turn_s=self._settings.turns.turn_s,
             grace_s=self._settings.turns.grace_s,
             command_rate_hz=self._settings.drive.command_rate_hz,
+            click_to_move=self._settings.drive.click_to_move,
             on_loss=self._on_loss(lost_after_s),
             is_host=visitor.is_host,
             has_microphone="audio" in self._captures,

@@ -31,6 +31,7 @@ export function hello(more: Partial<Hello> = {}): Hello {
     turn_s: 60,
     grace_s: 3,
     command_rate_hz: 30,
+    click_to_move: false,
     on_loss: {
       max_age_ms: 150,
       max_command_age_ms: 500,
