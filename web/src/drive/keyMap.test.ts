@@ -1,0 +1,102 @@
+import { describe, expect, it } from "vitest";
+import {
+  actionOf,
+  assign,
+  DEFAULT_KEYS,
+  KEY_ACTIONS,
+  keyWords,
+  loadKeys,
+  unassign,
+} from "./keyMap";
+
+describe("as it comes", () => {
+  it("has no key twice", () => {
+    const all = KEY_ACTIONS.flatMap((action) => DEFAULT_KEYS[action]);
+    expect(new Set(all).size).toBe(all.length);
+  });
+
+  it("knows what a key does", () => {
+    expect(actionOf(DEFAULT_KEYS, "ArrowUp")).toBe("forward");
+    expect(actionOf(DEFAULT_KEYS, "Space")).toBe("stop");
+    expect(actionOf(DEFAULT_KEYS, "KeyZ")).toBeNull();
+  });
+});
+
+describe("a new key", () => {
+  it("is added to those that are there", () => {
+    const changed = assign(DEFAULT_KEYS, "stop", "KeyX");
+    expect(changed).toEqual({ keys: { ...DEFAULT_KEYS, stop: ["Space", "KeyX"] } });
+  });
+
+  it("changes nothing where it is already", () => {
+    expect(assign(DEFAULT_KEYS, "forward", "KeyW")).toEqual({ keys: DEFAULT_KEYS });
+  });
+
+  it("is refused where another action has it, which is named", () => {
+    expect(assign(DEFAULT_KEYS, "forward", "KeyT")).toEqual({ why: "taken", by: "talk" });
+    expect(assign(DEFAULT_KEYS, "forward", "Space")).toEqual({ why: "taken", by: "stop" });
+  });
+
+  it.each(["Tab", "Escape", "ShiftLeft", "ControlRight", "AltLeft", "MetaLeft", "", "Key W", "Fn"])(
+    "is refused where the browser or the system needs it: %j",
+    (key) => {
+      expect(assign(DEFAULT_KEYS, "forward", key)).toEqual({ why: "reserved" });
+    },
+  );
+
+  it("is refused beside four others", () => {
+    const keys = { ...DEFAULT_KEYS, forward: ["KeyW", "ArrowUp", "Numpad8", "KeyZ"] };
+    expect(assign(keys, "forward", "KeyY")).toEqual({ why: "too_many" });
+  });
+});
+
+describe("a key that is taken away", () => {
+  it("does nothing any more", () => {
+    const changed = unassign(DEFAULT_KEYS, "forward", "KeyW");
+    expect(changed).toEqual({ keys: { ...DEFAULT_KEYS, forward: ["ArrowUp"] } });
+  });
+
+  it("is never Space, which always stops", () => {
+    expect(unassign(DEFAULT_KEYS, "stop", "Space")).toEqual({ why: "always_stops" });
+  });
+});
+
+describe("what was stored", () => {
+  it("comes back as it was", () => {
+    const keys = { ...DEFAULT_KEYS, forward: ["KeyE"], talk: [], stop: ["Space", "KeyX"] };
+    expect(loadKeys(JSON.parse(JSON.stringify(keys)))).toEqual(keys);
+  });
+
+  it.each([null, undefined, 7, "keys", [], {}])("is as it comes for %j", (kept) => {
+    expect(loadKeys(kept)).toEqual(DEFAULT_KEYS);
+  });
+
+  it("keeps Space for Stop, and each key for one action", () => {
+    const keys = loadKeys({ forward: ["Space", "KeyE", "KeyE"], back: ["KeyE", "KeyQ"], stop: [] });
+    expect(keys).toMatchObject({ forward: ["KeyE"], back: ["KeyQ"], stop: ["Space"] });
+  });
+
+  it("leaves out what is no key, and the fifth of an action", () => {
+    const forward = [7, null, "Escape", "a key", "KeyB", "KeyG", "KeyH", "KeyM", "KeyP"];
+    expect(loadKeys({ forward }).forward).toEqual(["KeyB", "KeyG", "KeyH", "KeyM"]);
+  });
+
+  it("does not give an action that is new a key that the user has given to another", () => {
+    const { recentre, ...older } = DEFAULT_KEYS;
+    const keys = loadKeys({ ...older, forward: recentre });
+    expect(keys.forward).toEqual(recentre);
+    expect(keys.recentre).toEqual([]);
+  });
+});
+
+it.each([
+  ["KeyW", "W"],
+  ["Digit1", "1"],
+  ["ArrowUp", "↑"],
+  ["NumpadEnter", "Numpad Enter"],
+  ["Numpad8", "Numpad 8"],
+  ["F5", "F5"],
+  ["Space", "Space"],
+])("%s is printed %s", (key, words) => {
+  expect(keyWords(key)).toBe(words);
+});

@@ -1,0 +1,117 @@
+/** Which key does what, by its place on the keyboard (`event.code`), not by its letter. Pure. */
+
+export const KEY_ACTIONS = [
+  "forward",
+  "back",
+  "left",
+  "right",
+  "stop",
+  "speed",
+  "axis1_plus",
+  "axis1_minus",
+  "axis2_plus",
+  "axis2_minus",
+  "recentre",
+  "talk",
+  "cameras",
+  "scan_select",
+  "scan_next",
+] as const;
+export type KeyAction = (typeof KEY_ACTIONS)[number];
+export type KeyMap = Readonly<Record<KeyAction, readonly string[]>>;
+
+/** On a French keyboard W A S D are Z Q S D. Left and up are an axis's positive ends. */
+export const DEFAULT_KEYS: KeyMap = {
+  forward: ["ArrowUp", "KeyW"],
+  back: ["ArrowDown", "KeyS"],
+  left: ["ArrowLeft", "KeyA"],
+  right: ["ArrowRight", "KeyD"],
+  stop: ["Space"],
+  speed: ["KeyF"],
+  axis1_plus: ["KeyJ"],
+  axis1_minus: ["KeyL"],
+  axis2_plus: ["KeyI"],
+  axis2_minus: ["KeyK"],
+  recentre: ["KeyO"],
+  talk: ["KeyT"],
+  cameras: ["KeyC"],
+  scan_select: ["Enter", "NumpadEnter"],
+  scan_next: ["KeyN"],
+};
+
+/** Stops on every keyboard, so that whoever shows somebody how to drive need not ask. */
+const ALWAYS_STOP = "Space";
+const MOST_PER_ACTION = 4;
+const CODE = /^[A-Za-z0-9]{1,24}$/;
+/** What the browser, the system or a screen reader needs. */
+const RESERVED =
+  /^(Tab|Escape|CapsLock|Fn.*|Unidentified|(Control|Alt|Meta|OS|Shift)(Left|Right))$/;
+
+/** Why a key cannot be had; `by` is the action that has it. */
+export type Refusal =
+  | { why: "reserved" | "too_many" | "always_stops" }
+  | { why: "taken"; by: KeyAction };
+export type Assigned = { keys: KeyMap } | Refusal;
+
+export function actionOf(keys: KeyMap, key: string): KeyAction | null {
+  return KEY_ACTIONS.find((action) => keys[action].includes(key)) ?? null;
+}
+
+/** Gives an action one more key, or says why not. */
+export function assign(keys: KeyMap, action: KeyAction, key: string): Assigned {
+  if (!isUsable(key)) return { why: "reserved" };
+  const by = actionOf(keys, key);
+  if (by === action) return { keys };
+  if (by !== null) return { why: "taken", by };
+  if (keys[action].length >= MOST_PER_ACTION) return { why: "too_many" };
+  return { keys: { ...keys, [action]: [...keys[action], key] } };
+}
+
+/** Takes a key away from an action, but not Space from Stop. */
+export function unassign(keys: KeyMap, action: KeyAction, key: string): Assigned {
+  if (key === ALWAYS_STOP) return { why: "always_stops" };
+  return { keys: { ...keys, [action]: keys[action].filter((one) => one !== key) } };
+}
+
+/** Returns what was stored as far as it can be used; an action that was not is as it was made. */
+export function loadKeys(kept: unknown): KeyMap {
+  const stored: Record<string, unknown> = { ...(typeof kept === "object" ? kept : null) };
+  const used = new Set([ALWAYS_STOP]);
+  const take = (codes: readonly unknown[]) => {
+    const taken = new Set<string>();
+    for (const code of codes) {
+      if (typeof code !== "string" || !isUsable(code) || used.has(code)) continue;
+      if (taken.size >= MOST_PER_ACTION) break;
+      taken.add(code);
+      used.add(code);
+    }
+    return [...taken];
+  };
+  const keys: Record<KeyAction, readonly string[]> = { ...DEFAULT_KEYS };
+  const isStored = (action: KeyAction) => Array.isArray(stored[action]);
+  for (const action of KEY_ACTIONS) {
+    if (isStored(action)) keys[action] = take(stored[action] as unknown[]);
+  }
+  for (const action of KEY_ACTIONS) {
+    if (!isStored(action)) keys[action] = take(DEFAULT_KEYS[action]);
+  }
+  return { ...keys, stop: [ALWAYS_STOP, ...keys.stop] };
+}
+
+const ARROWS: Record<string, string> = {
+  ArrowUp: "↑",
+  ArrowDown: "↓",
+  ArrowLeft: "←",
+  ArrowRight: "→",
+};
+
+/** What is printed on a key, on most keyboards. */
+export function keyWords(key: string): string {
+  return (
+    ARROWS[key] ?? key.replace(/^(Key|Digit)(?=.$)/, "").replace(/(?<=[a-z])(?=[A-Z0-9])/, " ")
+  );
+}
+
+function isUsable(key: string): boolean {
+  return CODE.test(key) && !RESERVED.test(key);
+}
