@@ -135,7 +135,7 @@ it.each([
   document.body.innerHTML = "<input type=text><p></p>";
   const ending = new AbortController();
   const next = vi.fn();
-  listenCameras(window, { next }, ending.signal);
+  listenCameras(window, { next }, (code) => code === "KeyC", ending.signal);
   const event = new KeyboardEvent("keydown", { code, bubbles: true, ...more });
   document.querySelector(on)?.dispatchEvent(event);
   ending.abort();

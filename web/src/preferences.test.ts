@@ -1,4 +1,5 @@
 import { expect, it } from "vitest";
+import { DRIVE_DEFAULTS } from "./drive/drivePreferences";
 import { loadPreferences, openStore, savePreferences } from "./preferences";
 
 function store(kept: string | null = null) {
@@ -31,6 +32,10 @@ it("finds again what was saved", () => {
     welcomed: true,
     player: "own",
     language: "de",
+    ...DRIVE_DEFAULTS,
+    way: "step",
+    stepMs: 600,
+    keys: { ...DRIVE_DEFAULTS.keys, forward: ["KeyE"] },
   } as const;
   savePreferences(mine, chosen);
   expect(loadPreferences(mine)).toEqual(chosen);
@@ -57,6 +62,7 @@ it.each([
     welcomed: false,
     player: null,
     language: null,
+    ...DRIVE_DEFAULTS,
   });
 });
 

@@ -1,8 +1,13 @@
 /** The user's choices on this device, kept between visits if the browser allows it. */
 
+import {
+  DRIVE_DEFAULTS,
+  type DrivePreferences,
+  loadDrivePreferences,
+} from "./drive/drivePreferences";
 import type { Want } from "./messages";
 
-export interface Preferences {
+export interface Preferences extends DrivePreferences {
   name: string;
   sound: boolean;
   picture: boolean;
@@ -40,6 +45,7 @@ const DEFAULTS: Preferences = {
   welcomed: false,
   player: null,
   language: null,
+  ...DRIVE_DEFAULTS,
 };
 
 type Store = Pick<Storage, "getItem" | "setItem">;
@@ -68,6 +74,7 @@ export function loadPreferences(store: Store | null): Preferences {
     welcomed: typeof kept.welcomed === "boolean" ? kept.welcomed : DEFAULTS.welcomed,
     player: PLAYERS.find((one) => one === kept.player) ?? DEFAULTS.player,
     language: typeof kept.language === "string" ? kept.language : DEFAULTS.language,
+    ...loadDrivePreferences(kept),
   };
 }
 

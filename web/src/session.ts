@@ -5,7 +5,9 @@ import { missedCall } from "./call";
 import { Cameras } from "./cameras";
 import { Chime } from "./chime";
 import { DriveController } from "./drive/driveController";
-import type { Direction } from "./drive/inputState";
+import type { DrivePreferences } from "./drive/drivePreferences";
+import type { Held, Motion } from "./drive/inputState";
+import { actionOf, type KeyAction } from "./drive/keyMap";
 import { FLOOR_HZ } from "./drive/rate";
 import { StopControl } from "./drive/stopControl";
 import type { Elsewhere } from "./elsewhere/elsewhere";
@@ -75,13 +77,23 @@ export interface Actions {
   /** Remembers on this device what matters to this page alone. */
   keep(change: Partial<Pick<Preferences, "path" | "welcomed">>): void;
   setAxis(name: string, position: number): void;
+  /** Brings all axes back to their middle. */
+  recentre(): void;
+  /** Changes how this user drives, which releases everything. */
+  setDriving(change: Partial<DrivePreferences>): void;
+  /** Drives with this gamepad, with none for null. */
+  useGamepad(index: number | null): void;
+  /** Chooses what is offered to somebody with switches, or moves on. */
+  scan(what: "select" | "next"): void;
   join(): void;
   leave(): void;
   /** Stop for everybody, latched. */
   stop(): void;
   /** Releases the stop in force; this moves nothing. */
   releaseStop(): void;
-  press(holder: string, direction: Direction | null): void;
+  press(holder: string, held: Held): void;
+  /** Moves the stick that this holder still holds; returns false if it holds none any more. */
+  deflect(holder: string, motion: Motion): boolean;
   release(holder: string): boolean;
   letGo(): void;
   /** Answers the question whether somebody is there. */
@@ -175,7 +187,6 @@ export function startSession(): Session {
     }),
     send: (drive, urgent) => link.sendDrive(drive, urgent),
   });
-  const { input } = controller;
   const letGo = () => controller.letGo();
   const stopControl = new StopControl({ state, link, client: () => identity.client, letGo, say });
 
@@ -488,12 +499,20 @@ export function startSession(): Session {
     setLanguage: (language) => prefer({ language }),
     keep: prefer,
     setAxis: (name, position) => controller.setAxis(name, position),
+    recentre: () => controller.recentre(),
+    setDriving(change) {
+      letGo();
+      prefer(change);
+    },
+    useGamepad: (index) => controller.useGamepad(index),
+    scan: (what) => controller.scan(what),
     join: () => ask("join"),
     leave: () => ask("leave"),
     stop: () => stopControl.stop(),
     releaseStop: () => stopControl.release(),
-    press: (holder, direction) => input.press(holder, direction),
-    release: (holder) => input.release(holder),
+    press: (holder, held) => controller.ways.press(holder, held),
+    deflect: (holder, motion) => controller.deflect(holder, motion),
+    release: (holder) => controller.ways.release(holder),
     letGo,
     answerCall: () => ask("here"),
     actAsHost: (act) => {
@@ -524,9 +543,14 @@ export function startSession(): Session {
   });
 
   const { signal } = new AbortController();
-  controller.listen(window, actions.stop, signal);
-  listenTalk(window, talk, signal);
-  listenCameras(window, cameras, signal);
+  const isKeyFor = (action: KeyAction) => (key: string) =>
+    actionOf(state.preferences.peek().keys, key) === action;
+  const toggleSpeed = () =>
+    actions.setSpeed(state.preferences.peek().speed === "slow" ? "fast" : "slow");
+  const tellOfPad = (what: "found" | "lost") => say(t(`ways.pad_${what}`));
+  controller.listen(window, { ...actions, toggleSpeed, tellOfPad }, signal);
+  listenTalk(window, talk, isKeyFor("talk"), signal);
+  listenCameras(window, cameras, isKeyFor("cameras"), signal);
   listenFirstDrive(state, prefer);
   returnFocusAfterPointer(document, signal);
   listenTurnOver(state);

@@ -1,6 +1,8 @@
 import { computed, type ReadonlySignal, type Signal, signal } from "@preact/signals";
 import type { MissedCall } from "./call";
-import type { Direction } from "./drive/inputState";
+import { NO_PADS, type PadState } from "./drive/gamepad";
+import type { Direction, Motion } from "./drive/inputState";
+import type { ScanItem } from "./drive/scanner";
 import type { LinkState } from "./link/link";
 import type { Breaks } from "./measure/breaks";
 import type {
@@ -79,6 +81,13 @@ export interface State {
   /** Which player plays the sound. */
   player: Signal<SoundPlayerState>;
   held: Signal<ReadonlySet<Direction>>;
+  /** What all controls together ask for. */
+  motion: Signal<Motion>;
+  /** Whether any control is held, even one that moves nothing. */
+  isHolding: Signal<boolean>;
+  /** What is offered to somebody who drives by switches; null for nothing. */
+  scan: Signal<ScanItem | null>;
+  pads: Signal<PadState>;
   axes: Signal<Readonly<Record<string, number>>>;
   /** Whether a stop was released while this page drives, and nothing was pressed since. */
   isFreshlyReleased: Signal<boolean>;
@@ -177,6 +186,10 @@ export function createState(kept: Preferences): State {
     player: signal({ by: "browser", why: null }),
     served: signal(null),
     held: signal(new Set<Direction>()),
+    motion: signal({ linear: 0, angular: 0 }),
+    isHolding: signal(false),
+    scan: signal(null),
+    pads: signal(NO_PADS),
     axes: signal({}),
     isFreshlyReleased: signal(false),
     proof: signal(null),

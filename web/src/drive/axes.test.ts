@@ -32,7 +32,12 @@ beforeEach(() => {
     send: (drive) => sent.push(drive),
   });
   listening = new AbortController();
-  controller.listen(window, () => {}, listening.signal);
+  const stop = () => {};
+  controller.listen(
+    window,
+    { stop, releaseStop: stop, toggleSpeed: stop, tellOfPad: stop },
+    listening.signal,
+  );
   state.hello.value = hello({ viewer: 1 });
   state.link.value = { is: "connected" };
   drives(7);

@@ -179,3 +179,19 @@ it("says it three times before the task ends where the page may not run again", 
   sender.insistNow();
   expect(sent.filter((drive) => drive.urgent)).toHaveLength(3);
 });
+
+it("sends a stick that is moved at once, and one that keeps moving with the set-points", () => {
+  controls = HOLDING;
+  sender.begin(7, 50);
+  vi.advanceTimersByTime(1007);
+  sent = [];
+  sender.deflected();
+  expect(sent).toHaveLength(1);
+  for (let atMs = 0; atMs < 1000; atMs += 10) {
+    vi.advanceTimersByTime(10);
+    sender.deflected();
+  }
+  // The server takes 60 a second.
+  expect(sent.length).toBeGreaterThanOrEqual(50);
+  expect(sent.length).toBeLessThanOrEqual(60);
+});

@@ -32,6 +32,11 @@ const AGAIN_AFTER_MS = [45, 90] as const;
  */
 const REST_HZ = 20;
 const REST_AFTER_MS = 500;
+/**
+ * A stick that moves is reported at once no more often than this, and with the next set-point
+ * otherwise: together with those they stay below what the server takes from a page.
+ */
+const DEFLECTED_EVERY_MS = 125;
 /** A timer this late means that the page hung or the computer slept. */
 const HUNG_MS = 500;
 
@@ -50,6 +55,7 @@ export class CommandSender {
   #hz = 0;
   #busyMs = 0;
   #dueMs = 0;
+  #deflectedMs = Number.NEGATIVE_INFINITY;
   #timer: ReturnType<typeof setTimeout> | undefined;
   #repeats: ReturnType<typeof setTimeout>[] = [];
 
@@ -79,6 +85,14 @@ export class CommandSender {
     const everyMs = 1000 / this.#pace();
     this.#dueMs = performance.now() + everyMs;
     this.#timer = setTimeout(() => this.#tick(), everyMs);
+  }
+
+  /** Handles a stick that was moved: the set-point goes out at once, or when the next is due. */
+  deflected(): void {
+    const nowMs = performance.now();
+    if (nowMs - this.#deflectedMs < DEFLECTED_EVERY_MS) return;
+    this.#deflectedMs = nowMs;
+    this.send();
   }
 
   /** Sends the state after a release, now and twice more. */

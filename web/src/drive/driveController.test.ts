@@ -3,6 +3,7 @@ import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import type { Drive } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
+import { frames, pad, plugIn, push, takeAwayGamepads } from "../testing/gamepads";
 import { hello, room } from "../testing/messages";
 import { DriveController } from "./driveController";
 
@@ -10,6 +11,9 @@ const ADA = 1;
 const BOB = 2;
 const STOP = { number: 7, by: "Bob" };
 const stop = vi.fn();
+const releaseStop = vi.fn();
+const toggleSpeed = vi.fn();
+const tellOfPad = vi.fn();
 
 let state: State;
 let sent: (Drive & { urgent: boolean })[];
@@ -27,7 +31,7 @@ function key(type: "keydown" | "keyup", code: string): void {
 
 beforeEach(() => {
   vi.useFakeTimers();
-  stop.mockClear();
+  for (const deed of [stop, releaseStop, toggleSpeed, tellOfPad]) deed.mockClear();
   sent = [];
   state = createState(loadPreferences(null));
   state.hello.value = hello({ viewer: ADA, command_rate_hz: 50 });
@@ -40,7 +44,7 @@ beforeEach(() => {
     send: (drive, urgent) => sent.push({ ...drive, urgent }),
   });
   aborting = new AbortController();
-  controller.listen(window, stop, aborting.signal);
+  controller.listen(window, { stop, releaseStop, toggleSpeed, tellOfPad }, aborting.signal);
 });
 
 afterEach(() => {
@@ -193,3 +197,132 @@ it("releases what a finger holds, wherever it is lifted", () => {
   window.dispatchEvent(new PointerEvent("pointerup", { pointerId: 3 }));
   expect(sent.at(-1)).toMatchObject({ linear: 0, held: false, urgent: true });
 });
+
+/** A robot with a camera that pans and tilts, driven by this page. */
+function drivesWith(preferences: Partial<State["preferences"]["value"]>, axes: string[] = []) {
+  const mine = hello({ viewer: ADA, command_rate_hz: 50 });
+  state.hello.value = { ...mine, robot: { ...mine.robot, axes } };
+  state.preferences.value = { ...state.preferences.value, ...preferences };
+  drives(ADA);
+}
+
+it("sends a stick that is moved, as far as it is moved", () => {
+  drives(ADA);
+  controller.ways.press("stick", { linear: 0, angular: 0 });
+  expect(sent.at(-1)).toMatchObject({ linear: 0, angular: 0, held: true });
+  expect(controller.deflect("stick", { linear: 0.25, angular: -0.5 })).toBe(true);
+  expect(sent.at(-1)).toMatchObject({ linear: 0.25, angular: -0.5, held: true });
+  expect(state.motion.value).toEqual({ linear: 0.25, angular: -0.5 });
+  expect(state.isHolding.value).toBe(true);
+  controller.ways.release("stick");
+  expect(state.motion.value).toEqual({ linear: 0, angular: 0 });
+  expect(state.isHolding.value).toBe(false);
+});
+
+it("sends a step as slow, whatever the speed", () => {
+  drivesWith({ way: "step", speed: "fast", stepMs: 400 });
+  key("keydown", "ArrowUp");
+  expect(sent.at(-1)).toMatchObject({ linear: 1, held: true, speed: "slow" });
+  vi.advanceTimersByTime(500);
+  expect(sent.at(-1)).toMatchObject({ linear: 0, held: false, speed: "fast" });
+});
+
+it("holds, where the host does not allow clicks", () => {
+  drivesWith({ way: "click" });
+  controller.ways.press("a", "forward");
+  controller.ways.release("a");
+  expect(sent.at(-1)?.held).toBe(false);
+});
+
+it("moves the axes by keys, and brings all of them back by one", () => {
+  drivesWith({}, ["pan", "tilt"]);
+  key("keydown", "KeyJ");
+  key("keydown", "KeyK");
+  vi.advanceTimersByTime(450);
+  expect(state.axes.value.pan).toBeCloseTo(0.5, 10);
+  expect(state.axes.value.tilt).toBeCloseTo(-0.5, 10);
+  key("keyup", "KeyJ");
+  key("keyup", "KeyK");
+  key("keydown", "KeyO");
+  expect(state.axes.value).toEqual({ pan: 0, tilt: 0 });
+  expect(sent.at(-1)).toMatchObject({ held: true, linear: 0 });
+  vi.advanceTimersByTime(400);
+  expect(sent.at(-1)).toMatchObject({ held: false });
+});
+
+it("has no axes before the robot has said which", () => {
+  state.hello.value = null;
+  controller.recentre();
+  expect(state.axes.value).toEqual({});
+});
+
+it("offers directions to a switch only while this page drives so", () => {
+  controller.scan("select");
+  drivesWith({ way: "scan", dwellMs: 1000 });
+  expect(state.scan.value).toBe("forward");
+  vi.advanceTimersByTime(1000);
+  expect(state.scan.value).toBe("left");
+  controller.scan("select");
+  expect(sent.at(-1)).toMatchObject({ angular: 1, held: true, speed: "slow" });
+  drives(BOB);
+  expect(state.scan.value).toBeNull();
+});
+
+it("stops by a switch, and offers the release of the stop instead", () => {
+  drivesWith({ way: "scan", switches: 2 });
+  for (const _ of ["left", "right", "back", "stop"]) tap("KeyN");
+  expect(state.scan.value).toBe("stop");
+  vi.advanceTimersByTime(60_000);
+  tap("Enter");
+  expect(stop).toHaveBeenCalledOnce();
+  drives(ADA, { stop: STOP });
+  expect(state.scan.value).toBe("release");
+  controller.scan("next");
+  controller.scan("select");
+  expect(releaseStop).toHaveBeenCalledOnce();
+  state.preferences.value = { ...state.preferences.value, way: "hold" };
+  expect(state.scan.value).toBeNull();
+});
+
+it("drives by a gamepad that was chosen, and tells of it", () => {
+  const mine = pad();
+  vi.spyOn(document, "hasFocus").mockReturnValue(true);
+  controller.useGamepad(0);
+  expect(state.pads.value.chosen).toBeNull();
+  plugIn([mine]);
+  expect(tellOfPad).toHaveBeenCalledExactlyOnceWith("found");
+  drives(ADA);
+  controller.useGamepad(0);
+  frames(2);
+  expect(state.pads.value).toMatchObject({ chosen: 0, isReady: true });
+  mine.axes[1] = -0.8;
+  frames(2);
+  expect(sent.at(-1)?.linear).toBeGreaterThan(0.3);
+  expect(sent.at(-1)?.linear).toBeLessThan(1);
+  push(mine, 1);
+  frames(2);
+  expect(stop).toHaveBeenCalledOnce();
+  aborting.abort();
+  frames(2);
+  takeAwayGamepads();
+});
+
+it("is asked for nothing before it listens", () => {
+  const another = new DriveController({
+    state,
+    serverMs: () => 5000,
+    seenServerMs: () => null,
+    uplink: () => ({ linkBps: null, waitingBytes: 0 }),
+    send: () => {},
+  });
+  another.useGamepad(0);
+  another.scan("select");
+  expect(state.pads.value.chosen).toBeNull();
+  expect(another.uplink()).toEqual({ linkBps: null, waitingBytes: 0 });
+});
+
+/** Presses a key and lets it go. */
+function tap(code: string): void {
+  key("keydown", code);
+  key("keyup", code);
+}

@@ -1,12 +1,17 @@
+import { computed, effect } from "@preact/signals";
 import type { Drive } from "../messages";
 import type { State } from "../state";
+import { AxisKeys } from "./axisKeys";
 import { CommandSender } from "./commandSender";
-import { type Direction, fingerHolder, InputState } from "./inputState";
+import { wayInForce } from "./drivePreferences";
+import { GamepadInput } from "./gamepad";
+import { DIRECTIONS, fingerHolder, InputState, type Motion } from "./inputState";
+import { KeyActions } from "./keyActions";
 import { listenKeyboard } from "./keyboard";
 import { listenLetGo } from "./letGo";
 import type { Uplink } from "./rate";
-
-const DIRECTIONS: Direction[] = ["forward", "back", "left", "right"];
+import { type ScanItem, Scanner } from "./scanner";
+import { Ways } from "./ways";
 
 export interface DriveControllerOptions {
   state: State;
@@ -16,24 +21,47 @@ export interface DriveControllerOptions {
   send: (drive: Drive, urgent: boolean) => void;
 }
 
+/** What the ways to drive may do besides driving. */
+export interface Deeds {
+  /** The operator's Stop. */
+  stop: () => void;
+  releaseStop: () => void;
+  toggleSpeed: () => void;
+  tellOfPad: (what: "found" | "lost") => void;
+}
+
 /**
  * Connects the input to the command sender. A turn begins and ends with nothing held and no axis
  * touched; a stop releases everything, including what is physically still held.
  */
 export class DriveController {
   readonly input: InputState;
+  readonly ways: Ways;
   readonly #sender: CommandSender;
+  #scanner: Scanner | null = null;
+  #gamepad: GamepadInput | null = null;
 
   constructor(private readonly options: DriveControllerOptions) {
     const { state } = options;
-    this.input = new InputState(() => this.#changed());
+    this.input = new InputState({
+      changed: () => this.#changed(),
+      deflected: () => {
+        this.#sender.deflected();
+        state.motion.value = this.input.motion;
+      },
+    });
+    this.ways = new Ways({
+      input: this.input,
+      way: () => this.#way(),
+      stepMs: () => state.preferences.peek().stepMs,
+    });
     this.#sender = new CommandSender({
       ...options,
       hung: () => this.input.releaseAll(),
       controls: () => ({
         motion: this.input.motion,
         held: this.input.isHolding,
-        speed: state.preferences.peek().speed,
+        speed: this.ways.isStepping ? "slow" : state.preferences.peek().speed,
         axes: this.input.axes,
       }),
     });
@@ -47,15 +75,57 @@ export class DriveController {
     });
   }
 
-  /** Listens to the keyboard and to events that end input; `stop` is the operator's, on Space. */
-  listen(window: Window, stop: () => void, signal: AbortSignal): void {
-    const { input } = this;
+  /** Listens to keyboard, switches and gamepads, and to events that end input. */
+  listen(window: Window, deeds: Deeds, signal: AbortSignal): void {
+    const { input, ways } = this;
     const { state } = this.options;
     const letGo = () => this.letGo();
     const isDriving = () => state.drivingTurn.peek() !== null;
-    const lift = (pointerId: number) => input.release(fingerHolder(pointerId));
-    listenKeyboard(window, { input, isDriving, stop, letGo, signal });
+    const scanner = this.#listenToSwitches(deeds, signal);
+    const keyActions = new KeyActions({
+      ...deeds,
+      ways,
+      way: () => this.#way(),
+      scanner,
+      axisKeys: new AxisKeys({
+        input,
+        position: (axis) => state.axes.peek()[axis] ?? 0,
+        setAxis: (axis, position) => this.setAxis(axis, position),
+      }),
+      axes: () => this.#axes(),
+      recentre: () => this.recentre(),
+    });
+    listenKeyboard(window, {
+      keys: () => state.preferences.peek().keys,
+      isDriving,
+      isFor: (action) => keyActions.isFor(action),
+      press: (holder, action) => keyActions.press(holder, action),
+      release: (holder) => void ways.release(holder),
+      anyKey: () => ways.interrupt(),
+      letGo,
+      signal,
+    });
+    const onPointer = (event: Event) => {
+      if (!event.defaultPrevented) ways.interrupt();
+    };
+    window.addEventListener("pointerdown", onPointer, { signal });
+    const lift = (pointerId: number, isCancelled: boolean) => {
+      const holder = fingerHolder(pointerId);
+      return isCancelled ? ways.cancel(holder) : ways.release(holder);
+    };
     listenLetGo(window, { letGo, lift, signal });
+    this.#gamepad = new GamepadInput(window, {
+      ...deeds,
+      input,
+      ways,
+      settings: () => state.preferences.peek().gamepad,
+      isDriving,
+      changed: (pads) => {
+        state.pads.value = pads;
+      },
+      tell: deeds.tellOfPad,
+    });
+    this.#gamepad.listen(signal);
   }
 
   /** What is known of the uplink now. */
@@ -74,11 +144,78 @@ export class DriveController {
     this.#sender.send();
   }
 
+  /** Moves the stick that this holder still holds; returns false if it holds none any more. */
+  deflect(holder: string, motion: Motion): boolean {
+    return this.input.deflect(holder, motion);
+  }
+
   /** Handles a change of a slider, which counts as holding its axis. */
   setAxis(name: string, position: number): void {
     const { axes } = this.options.state;
     this.input.touch(name, position);
     axes.value = { ...axes.peek(), [name]: position };
+  }
+
+  /** Brings all axes back to their middle. */
+  recentre(): void {
+    for (const axis of this.#axes()) this.setAxis(axis, 0);
+  }
+
+  /** Drives with this gamepad from now on, with none for null. */
+  useGamepad(index: number | null): void {
+    this.#gamepad?.use(index);
+  }
+
+  /** Chooses what is offered, or moves on to the next, for somebody who touches the screen. */
+  scan(what: "select" | "next"): void {
+    this.#scanner?.[what]();
+  }
+
+  /** Offers directions one after another while this page drives by scanning. */
+  #listenToSwitches({ stop, releaseStop }: Deeds, signal: AbortSignal): Scanner {
+    const { state } = this.options;
+    const scanner = new Scanner({
+      dwellMs: () => {
+        const { switches, dwellMs } = state.preferences.peek();
+        return switches === 1 ? dwellMs : null;
+      },
+      offer: (item) => {
+        state.scan.value = item;
+      },
+      choose: (item: ScanItem) => {
+        if (item === "stop") stop();
+        else if (item === "release") releaseStop();
+        else this.ways.step("switch", item);
+      },
+    });
+    this.#scanner = scanner;
+    const isScanning = computed(
+      () =>
+        state.drivingTurn.value !== null &&
+        wayInForce(state.preferences.value, state.hello.value?.click_to_move) === "scan",
+    );
+    const switches = computed(() => state.preferences.value.switches);
+    const end = effect(() => {
+      const isStopped = state.stopNumber.value !== null;
+      // With one switch more, nobody waits any longer for what is offered.
+      void switches.value;
+      if (isScanning.value) scanner.begin(isStopped);
+      else scanner.end();
+    });
+    signal.addEventListener("abort", () => {
+      end();
+      scanner.end();
+    });
+    return scanner;
+  }
+
+  #way() {
+    const { preferences, hello } = this.options.state;
+    return wayInForce(preferences.peek(), hello.peek()?.click_to_move);
+  }
+
+  #axes(): readonly string[] {
+    return this.options.state.hello.peek()?.robot.axes ?? [];
   }
 
   /** Sends first, then updates the signals. */
@@ -92,6 +229,8 @@ export class DriveController {
       this.#sender.insist();
     }
     state.held.value = new Set(DIRECTIONS.filter((one) => input.holds(one)));
+    state.motion.value = input.motion;
+    state.isHolding.value = input.isHolding;
   }
 
   #begin(turn: number | null): void {

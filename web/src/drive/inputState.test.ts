@@ -3,12 +3,14 @@ import { type Direction, InputState } from "./inputState";
 
 const STAND = { linear: 0, angular: 0 };
 const onChange = vi.fn();
+const deflected = vi.fn();
 let input: InputState;
 
 beforeEach(() => {
   vi.useFakeTimers();
   onChange.mockClear();
-  input = new InputState(onChange);
+  deflected.mockClear();
+  input = new InputState({ changed: onChange, deflected });
   input.enable();
 });
 
@@ -128,4 +130,49 @@ it("asks for a new press when a turn begins", () => {
   expect(input.motion).toEqual(STAND);
   input.press("a", "forward");
   expect(input.motion.linear).toBe(1);
+});
+
+it("sums what sticks and keys ask for, within the limits", () => {
+  input.press("stick", { linear: 0.5, angular: -0.25 });
+  expect(input.motion).toEqual({ linear: 0.5, angular: -0.25 });
+  input.press("key", "forward");
+  input.press("pad", { linear: 0, angular: -0.5 });
+  expect(input.motion).toEqual({ linear: 1, angular: -0.75 });
+  input.press("another", { linear: 0, angular: -1 });
+  expect(input.motion).toEqual({ linear: 1, angular: -1 });
+});
+
+it("holds a stick in its middle, which moves nothing", () => {
+  input.press("stick", STAND);
+  expect(input.isHolding).toBe(true);
+  expect(input.motion).toEqual(STAND);
+});
+
+it("tells of a stick that moves, once for each way it points", () => {
+  input.press("stick", STAND);
+  expect(input.deflect("stick", { linear: 0.3, angular: 0 })).toBe(true);
+  expect(input.deflect("stick", { linear: 0.3, angular: 0 })).toBe(true);
+  expect(input.deflect("stick", { linear: 0.3, angular: 0.1 })).toBe(true);
+  expect(deflected).toHaveBeenCalledTimes(2);
+  expect(onChange).toHaveBeenCalledTimes(1);
+  expect(input.motion).toEqual({ linear: 0.3, angular: 0.1 });
+});
+
+it("moves no stick that nobody holds, and nothing by what is no stick", () => {
+  expect(input.deflect("stick", { linear: 1, angular: 0 })).toBe(false);
+  input.press("stick", STAND);
+  input.press("key", "left");
+  input.releaseAll();
+  expect(input.deflect("stick", { linear: 1, angular: 0 })).toBe(false);
+  input.press("key", "left");
+  expect(input.deflect("key", { linear: 1, angular: 0 })).toBe(false);
+  expect(input.motion).toEqual({ linear: 0, angular: 1 });
+});
+
+it("says who holds, and whether anybody can", () => {
+  input.press("a", null);
+  expect([input.isHeldBy("a"), input.isHeldBy("b")]).toEqual([true, false]);
+  expect(input.isEnabled).toBe(true);
+  input.disable();
+  expect([input.isHeldBy("a"), input.isEnabled]).toEqual([false, false]);
 });

@@ -1,10 +1,15 @@
 export type Direction = "forward" | "back" | "left" | "right";
 
+export const DIRECTIONS: readonly Direction[] = ["forward", "back", "left", "right"];
+
 /** Fractions of the robot's limits: ahead and left are positive. */
 export interface Motion {
   linear: number;
   angular: number;
 }
+
+/** What a holder holds; null for a control that moves nothing, such as the slider of an axis. */
+export type Held = Direction | Motion | null;
 
 /** The holder for a finger or the mouse: the same wherever it touched down. */
 export function fingerHolder(pointerId: number): string {
@@ -24,27 +29,43 @@ interface Touch {
   timer: ReturnType<typeof setTimeout>;
 }
 
+export interface InputStateOptions {
+  /** Called synchronously whenever a holder begins or ends, or holds another direction. */
+  changed: () => void;
+  /** Called synchronously whenever what a holder holds is deflected otherwise. */
+  deflected: () => void;
+}
+
 /**
- * What is held down, and by which holder (a key, a finger, a focused button), and which axes are
- * touched.
+ * What is held down, and by which holder (a key, a finger, a stick, a focused button), and which
+ * axes are touched.
  *
- * A holder releases only what it holds. While disabled nothing can be pressed, and enabling releases
- * everything: a control held since before a turn moves nothing until it is pressed again.
+ * A holder releases only what it holds. A stick held in its middle moves nothing and still counts
+ * as held. While disabled nothing can be pressed, and enabling releases everything: a control held
+ * since before a turn moves nothing until it is pressed again.
  */
 export class InputState {
-  #held = new Map<string, Direction | null>();
+  #held = new Map<string, Held>();
   #touched = new Map<string, Touch>();
   #enabled = false;
 
-  /** `onChange` is called synchronously whenever what is held changes. */
-  constructor(private readonly onChange: () => void) {}
+  constructor(private readonly options: InputStateOptions) {}
 
+  get isEnabled(): boolean {
+    return this.#enabled;
+  }
+
+  /** The sum of all, within the limits; a direction counts once, however many hold it. */
   get motion(): Motion {
     const share = (direction: Direction) => (this.holds(direction) ? 1 : 0);
-    return {
-      linear: share("forward") - share("back"),
-      angular: share("left") - share("right"),
-    };
+    let linear = share("forward") - share("back");
+    let angular = share("left") - share("right");
+    for (const held of this.#held.values()) {
+      if (!isMotion(held)) continue;
+      linear += held.linear;
+      angular += held.angular;
+    }
+    return { linear: within(linear), angular: within(angular) };
   }
 
   /** The positions of the axes being held; the others keep theirs. */
@@ -61,6 +82,10 @@ export class InputState {
     return [...this.#held.values()].includes(direction);
   }
 
+  isHeldBy(holder: string): boolean {
+    return this.#held.has(holder);
+  }
+
   /** Starts a turn of driving, with nothing held. */
   enable(): void {
     this.#enabled = true;
@@ -72,28 +97,40 @@ export class InputState {
     this.releaseAll();
   }
 
-  /** Holds a direction, or null for a control without one, such as the slider of an axis. */
-  press(holder: string, direction: Direction | null): void {
-    if (!this.#enabled || this.#held.get(holder) === direction) return;
-    this.#held.set(holder, direction);
-    this.onChange();
+  press(holder: string, held: Held): void {
+    if (!this.#enabled || this.#held.get(holder) === held) return;
+    this.#held.set(holder, held);
+    this.options.changed();
+  }
+
+  /**
+   * Moves the stick that this holder still holds. Returns false if it holds nothing: whatever has
+   * released it since, it must be let go and taken again.
+   */
+  deflect(holder: string, motion: Motion): boolean {
+    const held = this.#held.get(holder) ?? null;
+    if (!isMotion(held)) return false;
+    this.#held.set(holder, motion);
+    const isSame = held.linear === motion.linear && held.angular === motion.angular;
+    if (!isSame) this.options.deflected();
+    return true;
   }
 
   /** Returns false if this holder held nothing. */
   release(holder: string): boolean {
     const held = this.#held.delete(holder);
-    if (held) this.onChange();
+    if (held) this.options.changed();
     return held;
   }
 
-  /** Handles a changed slider; only the first change of a touch calls `onChange`. */
+  /** Handles a changed slider; only the first change of a touch calls `changed`. */
   touch(axis: string, position: number): void {
     if (!this.#enabled) return;
     const last = this.#touched.get(axis);
     clearTimeout(last?.timer);
     const timer = setTimeout(() => this.#leave(axis), TOUCH_MS);
     this.#touched.set(axis, { position, timer });
-    if (!last) this.onChange();
+    if (!last) this.options.changed();
   }
 
   releaseAll(): void {
@@ -101,11 +138,19 @@ export class InputState {
     this.#held.clear();
     for (const { timer } of this.#touched.values()) clearTimeout(timer);
     this.#touched.clear();
-    this.onChange();
+    this.options.changed();
   }
 
   #leave(axis: string): void {
     this.#touched.delete(axis);
-    this.onChange();
+    this.options.changed();
   }
+}
+
+function isMotion(held: Held): held is Motion {
+  return typeof held === "object" && held !== null;
+}
+
+function within(fraction: number): number {
+  return Math.max(-1, Math.min(1, fraction));
 }

@@ -1,23 +1,40 @@
 // @vitest-environment happy-dom
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import { fingerHolder, InputState } from "./inputState";
+import { DIRECTIONS, fingerHolder, InputState } from "./inputState";
 import { listenKeyboard } from "./keyboard";
+import { DEFAULT_KEYS, type KeyMap } from "./keyMap";
 import { listenLetGo } from "./letGo";
 
 const stop = vi.fn();
+const anyKey = vi.fn();
 let aborting: AbortController;
 let input: InputState;
 let driving: boolean;
+let keys: KeyMap;
 
 beforeEach(() => {
   stop.mockClear();
+  anyKey.mockClear();
+  keys = DEFAULT_KEYS;
   aborting = new AbortController();
   driving = true;
-  input = new InputState(() => {});
+  input = new InputState({ changed: () => {}, deflected: () => {} });
   input.enable();
   const letGo = () => input.releaseAll();
   const { signal } = aborting;
-  listenKeyboard(window, { input, isDriving: () => driving, stop, letGo, signal });
+  listenKeyboard(window, {
+    keys: () => keys,
+    isDriving: () => driving,
+    isFor: (action) => action !== "talk",
+    press(holder, action) {
+      if (action === "stop") stop();
+      else input.press(holder, DIRECTIONS.find((one) => one === action) ?? null);
+    },
+    release: (holder) => input.release(holder),
+    anyKey,
+    letGo,
+    signal,
+  });
   const lift = (pointerId: number) => input.release(fingerHolder(pointerId));
   listenLetGo(window, { letGo, lift, signal });
 });
@@ -165,4 +182,36 @@ it("drives again by a new press after the window was away", () => {
   window.dispatchEvent(new Event("blur"));
   key("keydown", "ArrowUp");
   expect(input.motion.linear).toBe(1);
+});
+
+it("drives by the keys of this user, and by no others", () => {
+  keys = { ...DEFAULT_KEYS, forward: ["KeyE"] };
+  key("keydown", "ArrowUp");
+  expect(input.isHolding).toBe(false);
+  key("keydown", "KeyE");
+  expect(input.motion.linear).toBe(1);
+});
+
+it("leaves a key alone that is for something else", () => {
+  expect(key("keydown", "KeyT").defaultPrevented).toBe(false);
+  expect(key("keydown", "KeyZ").defaultPrevented).toBe(false);
+  expect(input.isHolding).toBe(false);
+});
+
+it("leaves Enter to what has the focus", () => {
+  focused("<button>Sound</button>");
+  expect(key("keydown", "Enter").defaultPrevented).toBe(false);
+  document.body.replaceChildren();
+  expect(key("keydown", "Enter").defaultPrevented).toBe(true);
+});
+
+it("tells of each key once, but of none that a control has taken for itself", () => {
+  key("keydown", "KeyZ");
+  key("keydown", "KeyZ", { repeat: true });
+  expect(anyKey).toHaveBeenCalledOnce();
+  focused("<button>Forward</button>");
+  document.activeElement?.addEventListener("keydown", (event) => event.preventDefault());
+  key("keydown", "ArrowUp");
+  expect(anyKey).toHaveBeenCalledOnce();
+  expect(input.isHolding).toBe(false);
 });

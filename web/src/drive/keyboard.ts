@@ -1,35 +1,28 @@
-import type { Direction, InputState } from "./inputState";
-
-const DIRECTIONS: Record<string, Direction> = {
-  ArrowUp: "forward",
-  ArrowDown: "back",
-  ArrowLeft: "left",
-  ArrowRight: "right",
-  // By position, not by letter: on a French keyboard these are Z, Q, S, D.
-  KeyW: "forward",
-  KeyS: "back",
-  KeyA: "left",
-  KeyD: "right",
-};
+import { actionOf, type KeyAction, type KeyMap } from "./keyMap";
 
 const TYPING = "textarea, select, [contenteditable], input:not([type=checkbox])";
 const OPERABLE = `${TYPING}, button, a[href], summary, input`;
+/** Keys that operate what has the focus. */
+const OPERATING = new Set(["Space", "Enter", "NumpadEnter"]);
 
 export interface KeyboardOptions {
-  input: InputState;
+  keys: () => KeyMap;
   isDriving: () => boolean;
-  /** The operator's Stop, on Space. */
-  stop: () => void;
+  /** Whether this action is done here, and now. */
+  isFor: (action: KeyAction) => boolean;
+  /** Does it, until `release` of the same holder. */
+  press: (holder: string, action: KeyAction) => void;
+  release: (holder: string) => void;
+  /** A key was pressed that nothing on the page has taken for itself. */
+  anyKey: () => void;
   /** Releases everything at once. */
   letGo: () => void;
   signal: AbortSignal;
 }
 
-/** Drives by arrow keys and WASD, and stops by Space, unless a text field has the focus. */
-export function listenKeyboard(
-  target: EventTarget,
-  { input, isDriving, stop, letGo, signal }: KeyboardOptions,
-): void {
+/** Drives, stops and more by the user's keys, unless a text field has the focus. */
+export function listenKeyboard(target: EventTarget, options: KeyboardOptions): void {
+  const { keys, isDriving, isFor, press, release, anyKey, letGo, signal } = options;
   // Not every browser marks repeated keys as such after the window lost the focus.
   const down = new Set<string>();
 
@@ -41,25 +34,23 @@ export function listenKeyboard(
       letGo();
       return;
     }
-    if (!isDriving()) return;
+    if (event.defaultPrevented || !isDriving()) return;
+    if (!repeated) anyKey();
+    const action = actionOf(keys(), event.code);
+    if (action === null || !isFor(action)) return;
     const focus = event.target instanceof Element ? event.target : null;
-    const direction = DIRECTIONS[event.code];
-    if (direction && !focus?.closest(TYPING)) {
-      event.preventDefault();
-      if (!repeated) input.press(`key ${event.code}`, direction);
-    } else if (event.code === "Space" && !focus?.closest(OPERABLE)) {
-      event.preventDefault();
-      if (!repeated) stop();
-    }
+    if (focus?.closest(OPERATING.has(event.code) ? OPERABLE : TYPING)) return;
+    event.preventDefault();
+    if (!repeated) press(`key ${event.code}`, action);
   };
 
   const onUp = (event: KeyboardEvent) => {
     down.delete(event.code);
-    input.release(`key ${event.code}`);
+    release(`key ${event.code}`);
   };
 
-  const options = { signal };
-  target.addEventListener("keydown", onDown as EventListener, options);
-  target.addEventListener("keyup", onUp as EventListener, options);
-  target.addEventListener("blur", () => down.clear(), options);
+  const listening = { signal };
+  target.addEventListener("keydown", onDown as EventListener, listening);
+  target.addEventListener("keyup", onUp as EventListener, listening);
+  target.addEventListener("blur", () => down.clear(), listening);
 }

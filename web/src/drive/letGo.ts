@@ -2,8 +2,11 @@
 export interface LetGoOptions {
   /** Releases everything at once. */
   letGo: () => void;
-  /** Releases what this finger holds; returns false if it held nothing. */
-  lift: (pointerId: number) => boolean;
+  /**
+   * Releases what this finger holds, and what it began if the system has taken it away; returns
+   * false if that is nothing.
+   */
+  lift: (pointerId: number, isCancelled: boolean) => boolean;
   signal: AbortSignal;
 }
 
@@ -23,9 +26,9 @@ export function listenLetGo(window: Window, { letGo, lift, signal }: LetGoOption
     if (document.visibilityState === "hidden" || document.hidden) letGo();
   };
   document.addEventListener("visibilitychange", onVisibility, options);
-  window.addEventListener("pointerup", (event) => void lift(event.pointerId), options);
+  window.addEventListener("pointerup", (event) => void lift(event.pointerId, false), options);
   const onCancel = (event: PointerEvent) => {
-    if (lift(event.pointerId)) letGo();
+    if (lift(event.pointerId, true)) letGo();
   };
   window.addEventListener("pointercancel", onCancel, options);
 }

@@ -10,7 +10,7 @@ import {
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { fingerHolder, InputState } from "../drive/inputState";
+import { DIRECTIONS, fingerHolder, InputState } from "../drive/inputState";
 import type { VoiceInfo } from "../messages";
 import { loadPreferences } from "../preferences";
 import type { Actions, Session } from "../session";
@@ -28,10 +28,12 @@ let body: HTMLElement;
 /** The page with a real state and real input, but no connection. */
 beforeEach(() => {
   state = createState(loadPreferences(null));
-  input = new InputState(() => {
-    const all = ["forward", "back", "left", "right"] as const;
-    state.held.value = new Set(all.filter((one) => input.holds(one)));
-  });
+  const changed = () => {
+    state.held.value = new Set(DIRECTIONS.filter((one) => input.holds(one)));
+    state.motion.value = input.motion;
+    state.isHolding.value = input.isHolding;
+  };
+  input = new InputState({ changed, deflected: changed });
   actions = {
     start: vi.fn(),
     setSound: vi.fn(),
@@ -46,6 +48,11 @@ beforeEach(() => {
     setLanguage: vi.fn(),
     keep: vi.fn(),
     setAxis: vi.fn(),
+    recentre: vi.fn(),
+    setDriving: vi.fn(),
+    useGamepad: vi.fn(),
+    scan: vi.fn(),
+    deflect: (holder, motion) => input.deflect(holder, motion),
     join: vi.fn(),
     leave: vi.fn(),
     stop: vi.fn(),
@@ -62,7 +69,7 @@ beforeEach(() => {
     speak: vi.fn(),
     hush: vi.fn(),
     keepSpeaking: vi.fn(),
-    press: (holder, direction) => input.press(holder, direction),
+    press: (holder, held) => input.press(holder, held),
     release: (holder) => input.release(holder),
     letGo: vi.fn(() => input.releaseAll()),
   };

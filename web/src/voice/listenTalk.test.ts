@@ -9,7 +9,7 @@ beforeEach(() => {
   vi.clearAllMocks();
   document.body.innerHTML = "<input type=text><input type=range><p></p>";
   ending = new AbortController();
-  listenTalk(window, talk, ending.signal);
+  listenTalk(window, talk, (code) => code === "KeyT", ending.signal);
 });
 
 afterEach(() => ending.abort());

@@ -28,6 +28,7 @@ import stop from "./stop.json";
 import tape from "./tape.json";
 import turn from "./turn.json";
 import voice from "./voice.json";
+import ways from "./ways.json";
 import when from "./when.json";
 
 export const de: Catalog = {
@@ -58,5 +59,6 @@ export const de: Catalog = {
   ...tape,
   ...turn,
   ...voice,
+  ...ways,
   ...when,
 };

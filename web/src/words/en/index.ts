@@ -27,6 +27,7 @@ import stop from "./stop.json";
 import tape from "./tape.json";
 import turn from "./turn.json";
 import voice from "./voice.json";
+import ways from "./ways.json";
 import when from "./when.json";
 
 export const en = {
@@ -57,5 +58,6 @@ export const en = {
   ...tape,
   ...turn,
   ...voice,
+  ...ways,
   ...when,
 };

@@ -1,0 +1,78 @@
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { AxisKeys, keyedAxes } from "./axisKeys";
+import { InputState } from "./inputState";
+
+let positions: Record<string, number>;
+let input: InputState;
+let axisKeys: AxisKeys;
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  positions = {};
+  input = new InputState({ changed: () => {}, deflected: () => {} });
+  input.enable();
+  axisKeys = new AxisKeys({
+    input,
+    position: (axis) => positions[axis] ?? 0,
+    setAxis(axis, position) {
+      positions[axis] = position;
+      input.touch(axis, position);
+    },
+  });
+});
+
+afterEach(() => vi.useRealTimers());
+
+it("moves an axis at once and steadily while its key is held, and holds the dead-man", () => {
+  axisKeys.begin("key", "pan", 1);
+  expect(positions.pan).toBeCloseTo(0.05, 10);
+  vi.advanceTimersByTime(450);
+  expect(positions.pan).toBeCloseTo(0.5, 10);
+  expect(input.isHolding).toBe(true);
+  input.release("key");
+  vi.advanceTimersByTime(1000);
+  expect(positions.pan).toBeCloseTo(0.5, 10);
+  expect(input.isHolding).toBe(false);
+});
+
+it("goes no further than the ends", () => {
+  axisKeys.begin("a", "pan", 1);
+  axisKeys.begin("b", "tilt", -1);
+  vi.advanceTimersByTime(5000);
+  expect(positions).toEqual({ pan: 1, tilt: -1 });
+});
+
+it("ends with whatever releases the key", () => {
+  axisKeys.begin("key", "pan", 1);
+  input.releaseAll();
+  vi.advanceTimersByTime(1000);
+  expect(positions.pan).toBeCloseTo(0.05, 10);
+  expect(vi.getTimerCount()).toBe(0);
+});
+
+it("moves nothing while nothing may be held", () => {
+  input.disable();
+  axisKeys.begin("key", "pan", 1);
+  vi.advanceTimersByTime(1000);
+  expect(positions).toEqual({});
+});
+
+it.each([
+  [["pan"], ["pan", undefined]],
+  [
+    ["arm", "tilt", "pan"],
+    ["pan", "tilt"],
+  ],
+  [
+    ["lift", "arm"],
+    ["lift", "arm"],
+  ],
+  [
+    ["grip", "pan_head"],
+    ["pan_head", "grip"],
+  ],
+  [["tilt"], [undefined, "tilt"]],
+  [[], [undefined, undefined]],
+])("of %j the keys move %j", (axes, keyed) => {
+  expect(keyedAxes(axes)).toEqual(keyed);
+});

@@ -1,0 +1,64 @@
+/** How this user drives on this device. Pure. */
+
+import { DEFAULT_KEYS, type KeyMap, loadKeys } from "./keyMap";
+import type { PadSettings } from "./padReading";
+import { WAYS, type Way } from "./ways";
+
+export interface DrivePreferences {
+  way: Way;
+  /** How long a step moves. */
+  stepMs: number;
+  /** How many switches there are to scan with. */
+  switches: 1 | 2;
+  /** With one switch, how long each thing is offered. */
+  dwellMs: number;
+  keys: KeyMap;
+  gamepad: PadSettings;
+}
+
+/** The range of each number that the user can set, and its steps. */
+export const RANGES = {
+  stepMs: { min: 200, max: 1000, step: 100 },
+  dwellMs: { min: 500, max: 5000, step: 250 },
+  deadZone: { min: 0.05, max: 0.5, step: 0.05 },
+  curve: { min: 1, max: 3, step: 0.25 },
+} as const;
+
+export const DRIVE_DEFAULTS: DrivePreferences = {
+  way: "hold",
+  stepMs: 400,
+  switches: 1,
+  dwellMs: 1500,
+  keys: DEFAULT_KEYS,
+  gamepad: { turn: "left", triggers: true, deadZone: 0.15, curve: 1.5 },
+};
+
+/** Returns the stored choices, with defaults for missing or invalid ones. */
+export function loadDrivePreferences(kept: Readonly<Record<string, unknown>>): DrivePreferences {
+  const of = DRIVE_DEFAULTS;
+  const pad: Record<string, unknown> = {
+    ...(typeof kept.gamepad === "object" ? kept.gamepad : null),
+  };
+  return {
+    way: WAYS.find((one) => one === kept.way) ?? of.way,
+    stepMs: ranged(kept.stepMs, RANGES.stepMs) ?? of.stepMs,
+    switches: kept.switches === 2 ? 2 : of.switches,
+    dwellMs: ranged(kept.dwellMs, RANGES.dwellMs) ?? of.dwellMs,
+    keys: loadKeys(kept.keys),
+    gamepad: {
+      turn: pad.turn === "right" ? "right" : of.gamepad.turn,
+      triggers: typeof pad.triggers === "boolean" ? pad.triggers : of.gamepad.triggers,
+      deadZone: ranged(pad.deadZone, RANGES.deadZone) ?? of.gamepad.deadZone,
+      curve: ranged(pad.curve, RANGES.curve) ?? of.gamepad.curve,
+    },
+  };
+}
+
+/** The way in force: clicks only where the host allows them. */
+export function wayInForce({ way }: DrivePreferences, mayClick: boolean | undefined): Way {
+  return way === "click" && !mayClick ? "hold" : way;
+}
+
+function ranged(value: unknown, { min, max }: { min: number; max: number }): number | null {
+  return typeof value === "number" && value >= min && value <= max ? value : null;
+}

@@ -1,0 +1,327 @@
+// @vitest-environment happy-dom
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { type FakePad, frames, pad, plugIn, push, takeAwayGamepads } from "../testing/gamepads";
+import { GamepadInput, NO_PADS, type PadState } from "./gamepad";
+import { InputState } from "./inputState";
+import { Ways } from "./ways";
+
+const STAND = { linear: 0, angular: 0 };
+const stop = vi.fn();
+const toggleSpeed = vi.fn();
+const tell = vi.fn();
+
+let input: InputState;
+let state: PadState;
+let mine: FakePad;
+let driving: boolean;
+let focused: boolean;
+let aborting: AbortController;
+let gamepad: GamepadInput;
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  for (const deed of [stop, toggleSpeed, tell]) deed.mockClear();
+  input = new InputState({ changed: () => {}, deflected: () => {} });
+  input.enable();
+  state = NO_PADS;
+  mine = pad();
+  driving = true;
+  focused = true;
+  vi.spyOn(document, "hasFocus").mockImplementation(() => focused);
+  aborting = new AbortController();
+  gamepad = new GamepadInput(window, {
+    input,
+    ways: new Ways({ input, way: () => "hold", stepMs: () => 400 }),
+    settings: () => ({ turn: "left", triggers: true, deadZone: 0.2, curve: 1 }),
+    isDriving: () => driving,
+    stop,
+    toggleSpeed,
+    changed(now) {
+      state = now;
+    },
+    tell,
+  });
+});
+
+afterEach(() => {
+  aborting.abort();
+  frames(2);
+  expect(vi.getTimerCount()).toBe(0);
+  takeAwayGamepads();
+  vi.useRealTimers();
+});
+
+function listens(): void {
+  gamepad.listen(aborting.signal);
+}
+
+/** A pad that was chosen and has been let go of once. */
+function drives(): void {
+  listens();
+  plugIn([mine]);
+  gamepad.use(0);
+  frames(2);
+  expect(state).toMatchObject({ chosen: 0, isReady: true });
+}
+
+describe("a pad that was not chosen", () => {
+  it("moves nothing, and is told of once", () => {
+    listens();
+    plugIn([mine]);
+    mine.axes[1] = -1;
+    frames(100);
+    expect(input.isHolding).toBe(false);
+    expect(state).toEqual({ found: [{ index: 0, id: "Xbox" }], chosen: null, isReady: false });
+    expect(tell).toHaveBeenCalledExactlyOnceWith("found");
+  });
+
+  it("is found where it was there before the page", () => {
+    plugIn([null, { ...mine, index: 1 }]);
+    listens();
+    expect(state.found).toEqual([{ index: 1, id: "Xbox" }]);
+  });
+
+  it("is chosen by its Start, once that is pressed anew, and only for a while", () => {
+    listens();
+    push(mine, 9);
+    plugIn([mine]);
+    frames(5);
+    expect(state.chosen).toBeNull();
+    push(mine, 9, 0);
+    frames(2);
+    push(mine, 9);
+    frames(2);
+    expect(state).toMatchObject({ chosen: 0, isReady: false });
+    gamepad.use(null);
+    push(mine, 9, 0);
+    frames(2);
+    push(mine, 9);
+    frames(2);
+    expect(state.chosen).toBeNull();
+  });
+
+  it("is not listened to for long", () => {
+    listens();
+    plugIn([mine]);
+    vi.advanceTimersByTime(20_100);
+    push(mine, 9);
+    frames(5);
+    expect(state.chosen).toBeNull();
+    expect(vi.getTimerCount()).toBe(0);
+  });
+
+  it("is not offered where another drives already", () => {
+    drives();
+    tell.mockClear();
+    plugIn([mine, pad({ index: 1, id: "Other" })]);
+    expect(tell).not.toHaveBeenCalled();
+    expect(state.found).toHaveLength(2);
+    expect(state.chosen).toBe(0);
+  });
+
+  it("cannot be chosen where there is none, or the browser has none", () => {
+    listens();
+    gamepad.use(3);
+    expect(state.chosen).toBeNull();
+    plugIn([]);
+    gamepad.use(0);
+    expect(state.chosen).toBeNull();
+  });
+});
+
+describe("a pad that was chosen", () => {
+  it("drives in proportion, and stands in the dead zone without holding", () => {
+    drives();
+    mine.axes[1] = -0.6;
+    frames(2);
+    expect(input.motion.linear).toBeCloseTo(0.5, 10);
+    mine.axes[1] = -1;
+    frames(2);
+    expect(input.motion.linear).toBe(1);
+    mine.axes[1] = -0.1;
+    frames(2);
+    expect(input.isHolding).toBe(false);
+  });
+
+  it("moves nothing before everything on it was let go once", () => {
+    listens();
+    mine.axes[1] = -1;
+    plugIn([mine]);
+    gamepad.use(0);
+    frames(10);
+    expect(input.isHolding).toBe(false);
+    mine.axes[1] = 0;
+    push(mine, 3);
+    frames(2);
+    expect(state.isReady).toBe(false);
+    push(mine, 3, 0);
+    frames(2);
+    expect(state.isReady).toBe(true);
+    mine.axes[1] = -1;
+    frames(2);
+    expect(input.motion.linear).toBe(1);
+  });
+
+  it.each([
+    ["all was released", () => input.releaseAll()],
+    [
+      "a turn began",
+      () => {
+        input.disable();
+        input.enable();
+      },
+    ],
+    [
+      "it was not this page's turn",
+      () => {
+        input.disable();
+        frames(2);
+        input.enable();
+      },
+    ],
+    [
+      "the page was not in front",
+      () => {
+        focused = false;
+        frames(2);
+        focused = true;
+      },
+    ],
+    [
+      "the page was hidden",
+      () => {
+        const hidden = vi.spyOn(document, "hidden", "get").mockReturnValue(true);
+        frames(2);
+        hidden.mockReturnValue(false);
+      },
+    ],
+  ])("moves nothing after %s, until it was let go", (_, happen) => {
+    drives();
+    mine.axes[1] = -1;
+    frames(2);
+    expect(input.motion.linear).toBe(1);
+    happen();
+    frames(10);
+    expect(input.isHolding).toBe(false);
+    expect(state.isReady).toBe(false);
+    mine.axes[1] = 0;
+    frames(2);
+    mine.axes[1] = -1;
+    frames(2);
+    expect(input.motion.linear).toBe(1);
+  });
+
+  it("drives by its cross", () => {
+    drives();
+    push(mine, 14);
+    frames(2);
+    expect(input.motion).toEqual({ linear: 0, angular: 1 });
+    push(mine, 14, 0);
+    frames(2);
+    expect(input.isHolding).toBe(false);
+  });
+
+  it("stops by B and changes the speed by A, once for each press", () => {
+    drives();
+    push(mine, 1);
+    frames(5);
+    expect(stop).toHaveBeenCalledOnce();
+    push(mine, 0);
+    frames(5);
+    expect(toggleSpeed).toHaveBeenCalledOnce();
+  });
+
+  it("stops by B even before it may drive, but not in somebody else's turn or another window", () => {
+    listens();
+    mine.axes[1] = -1;
+    plugIn([mine]);
+    gamepad.use(0);
+    push(mine, 1);
+    frames(2);
+    expect(stop).toHaveBeenCalledOnce();
+    for (const undo of [() => (driving = false), () => (focused = false)]) {
+      push(mine, 1, 0);
+      frames(2);
+      undo();
+      push(mine, 1);
+      frames(2);
+      driving = true;
+      expect(stop).toHaveBeenCalledOnce();
+    }
+  });
+
+  it("does not stop by what was pressed before it was chosen", () => {
+    listens();
+    push(mine, 1);
+    plugIn([mine]);
+    gamepad.use(0);
+    frames(5);
+    expect(stop).not.toHaveBeenCalled();
+  });
+
+  it("is followed no more once the user has chosen none", () => {
+    drives();
+    mine.axes[1] = -1;
+    frames(2);
+    gamepad.use(null);
+    expect(input.isHolding).toBe(false);
+    frames(5);
+    expect(input.isHolding).toBe(false);
+  });
+});
+
+describe("a pad that is gone releases all at once, says so, and is used no more", () => {
+  const pads: (FakePad | null)[] = [];
+
+  beforeEach(() => {
+    pads.splice(0, pads.length, mine);
+    listens();
+    plugIn(pads);
+    gamepad.use(0);
+    frames(2);
+    mine.axes[1] = -1;
+    frames(2);
+    expect(input.motion.linear).toBe(1);
+    tell.mockClear();
+  });
+
+  it.each([
+    ["disconnected", () => (mine.connected = false)],
+    ["not named any more", () => (pads[0] = null)],
+    ["another one in its place", () => (pads[0] = pad({ id: "Other", axes: [0, -1, 0, 0] }))],
+  ])("%s", (_, lose) => {
+    lose();
+    frames(1);
+    expect(input.motion).toEqual(STAND);
+    expect(input.isHolding).toBe(false);
+    expect(state.chosen).toBeNull();
+    expect(tell).toHaveBeenCalledExactlyOnceWith("lost");
+    frames(10);
+    expect(input.isHolding).toBe(false);
+  });
+
+  it("by the browser's event, without a frame", () => {
+    pads[0] = null;
+    window.dispatchEvent(new Event("gamepaddisconnected"));
+    expect(input.isHolding).toBe(false);
+    expect(tell).toHaveBeenCalledExactlyOnceWith("lost");
+  });
+
+  it("and where another is gone, drives on", () => {
+    window.dispatchEvent(new Event("gamepaddisconnected"));
+    expect(input.motion.linear).toBe(1);
+  });
+});
+
+it("lets go when the browser draws no more frames", () => {
+  drives();
+  mine.axes[1] = -1;
+  frames(2);
+  vi.spyOn(window, "requestAnimationFrame").mockReturnValue(1);
+  frames(1);
+  vi.advanceTimersByTime(200);
+  expect(input.motion.linear).toBe(1);
+  vi.advanceTimersByTime(200);
+  expect(input.isHolding).toBe(false);
+  gamepad.use(null);
+});

@@ -1,0 +1,179 @@
+import { DIRECTIONS, type Direction, type InputState } from "./inputState";
+import { type PadReading, type PadSettings, readPad } from "./padReading";
+import type { Ways } from "./ways";
+
+/** The gamepads that the browser names, and the one that the user has chosen to drive with. */
+export interface PadState {
+  found: readonly { index: number; id: string }[];
+  chosen: number | null;
+  /** Whether the chosen one moves the robot; it does once all on it was let go. */
+  isReady: boolean;
+}
+
+export const NO_PADS: PadState = { found: [], chosen: null, isReady: false };
+
+export interface GamepadInputOptions {
+  input: InputState;
+  ways: Ways;
+  settings: () => PadSettings;
+  isDriving: () => boolean;
+  stop: () => void;
+  toggleSpeed: () => void;
+  changed: (state: PadState) => void;
+  /** A gamepad was found, of which nothing is used; or the one in use was lost. */
+  tell: (what: "found" | "lost") => void;
+}
+
+const STICK = "gamepad stick";
+const crossHolder = (direction: Direction) => `gamepad ${direction}`;
+/** For so long a new gamepad is listened to for its Start. */
+const OFFERED_MS = 20_000;
+/** A browser that draws this rarely may not show what it knows of the gamepad either. */
+const UNREAD_MS = 250;
+
+/**
+ * Drives with a gamepad that the user has chosen. It is read for every frame that the browser draws,
+ * while it is used or has just been found. At first, and whenever all was released, it moves
+ * nothing until everything on it was let go once.
+ */
+export class GamepadInput {
+  #state = NO_PADS;
+  #offeredUntilMs = 0;
+  #frame: number | null = null;
+  #readMs = 0;
+  #unread: ReturnType<typeof setInterval> | undefined;
+  #last: PadReading | null = null;
+  #isDeflected = false;
+  #starts = new Set<number>();
+
+  constructor(
+    private readonly window: Window,
+    private readonly options: GamepadInputOptions,
+  ) {}
+
+  listen(signal: AbortSignal): void {
+    this.window.addEventListener("gamepadconnected", () => this.#offer(), { signal });
+    this.window.addEventListener("gamepaddisconnected", () => this.#look(), { signal });
+    signal.addEventListener("abort", () => this.use(null));
+    if (this.#pads().length > 0) this.#offer();
+  }
+
+  /** Drives with this gamepad from now on, with none for null. */
+  use(index: number | null): void {
+    this.#disarm();
+    this.#last = null;
+    const isThere = this.#pads().some((pad) => pad.index === index);
+    this.#offeredUntilMs = 0;
+    this.#set({ chosen: isThere ? index : null });
+    clearInterval(this.#unread);
+    if (this.#state.chosen === null) return;
+    this.#readMs = performance.now();
+    this.#unread = setInterval(() => {
+      if (performance.now() - this.#readMs > UNREAD_MS) this.#disarm();
+    }, UNREAD_MS / 2);
+    this.#read();
+  }
+
+  #pads(): Gamepad[] {
+    const all = this.window.navigator.getGamepads?.() ?? [];
+    return all.filter((pad) => pad?.connected === true) as Gamepad[];
+  }
+
+  #offer(): void {
+    this.#look();
+    if (this.#state.chosen !== null) return;
+    this.options.tell("found");
+    this.#offeredUntilMs = performance.now() + OFFERED_MS;
+    // What is pressed now was pressed to be found.
+    this.#starts = new Set(this.#pads().map((pad) => pad.index));
+    this.#read();
+  }
+
+  /** Sees which gamepads there are; loses the one in use if it is none of them any more. */
+  #look(): Gamepad[] {
+    const pads = this.#pads();
+    const { found: before, chosen } = this.#state;
+    const found = pads.map(({ index, id }) => ({ index, id }));
+    const idOf = (all: PadState["found"]) => all.find((pad) => pad.index === chosen)?.id;
+    const isLost = chosen !== null && idOf(found) !== idOf(before);
+    if (JSON.stringify(found) !== JSON.stringify(before)) this.#set({ found });
+    if (isLost) {
+      this.use(null);
+      this.options.tell("lost");
+    }
+    return pads;
+  }
+
+  #read(): void {
+    if (this.#frame !== null) this.window.cancelAnimationFrame(this.#frame);
+    this.#frame = null;
+    const pads = this.#look();
+    const nowMs = performance.now();
+    const isOffered = nowMs < this.#offeredUntilMs;
+    if (isOffered) this.#listenToStarts(pads);
+    const { chosen } = this.#state;
+    const pad = pads.find((one) => one.index === chosen);
+    if (pad) {
+      this.#readMs = nowMs;
+      this.#follow(readPad(pad, this.options.settings()));
+    }
+    if (!pad && !isOffered) return;
+    this.#frame = this.window.requestAnimationFrame(() => this.#read());
+  }
+
+  #listenToStarts(pads: readonly Gamepad[]): void {
+    for (const pad of pads) {
+      const isPressed = readPad(pad, this.options.settings()).start;
+      if (!isPressed) this.#starts.delete(pad.index);
+      else if (!this.#starts.has(pad.index)) {
+        this.use(pad.index);
+        return;
+      }
+    }
+  }
+
+  #follow(now: PadReading): void {
+    const { document } = this.window;
+    const last = this.#last ?? now;
+    this.#last = now;
+    // A page that is not in front gets no keys either.
+    const isInFront = !document.hidden && document.hasFocus();
+    if (isInFront && this.options.isDriving() && now.stop && !last.stop) this.options.stop();
+    if (!isInFront || !this.options.input.isEnabled) {
+      this.#disarm();
+    } else if (this.#state.isReady) {
+      this.#drive(now, last);
+    } else if (now.isNeutral) {
+      this.#set({ isReady: true });
+    }
+  }
+
+  #drive(now: PadReading, last: PadReading): void {
+    const { input, ways, toggleSpeed } = this.options;
+    if (now.speed && !last.speed) toggleSpeed();
+    for (const one of DIRECTIONS) {
+      const [is, was] = [now.directions.has(one), last.directions.has(one)];
+      if (is && !was) ways.press(crossHolder(one), one);
+      if (was && !is) ways.release(crossHolder(one));
+    }
+    const isDeflected = now.motion.linear !== 0 || now.motion.angular !== 0;
+    const wasDeflected = this.#isDeflected;
+    this.#isDeflected = isDeflected;
+    if (!isDeflected) input.release(STICK);
+    else if (!wasDeflected) ways.press(STICK, now.motion);
+    else if (!input.deflect(STICK, now.motion)) this.#disarm();
+  }
+
+  #disarm(): void {
+    const { input } = this.options;
+    this.#isDeflected = false;
+    input.release(STICK);
+    for (const one of DIRECTIONS) input.release(crossHolder(one));
+    if (this.#state.isReady) this.#set({ isReady: false });
+  }
+
+  #set(change: Partial<PadState>): void {
+    this.#state = { ...this.#state, ...change };
+    this.options.changed(this.#state);
+  }
+}

@@ -1,0 +1,64 @@
+import { beforeEach, expect, it } from "vitest";
+import type { AxisKeys } from "./axisKeys";
+import { KeyActions } from "./keyActions";
+import { KEY_ACTIONS, type KeyAction } from "./keyMap";
+import type { Scanner } from "./scanner";
+import type { Way, Ways } from "./ways";
+
+let way: Way;
+let axes: string[];
+let done: string[];
+let keyActions: KeyActions;
+
+beforeEach(() => {
+  way = "hold";
+  axes = ["pan", "tilt"];
+  done = [];
+  const note =
+    (what: string) =>
+    (...values: unknown[]) =>
+      void done.push([what, ...values].join(" "));
+  keyActions = new KeyActions({
+    ways: { pressKey: note("press") } as Partial<Ways> as Ways,
+    way: () => way,
+    scanner: { select: note("select"), next: note("next") } as Partial<Scanner> as Scanner,
+    axisKeys: { begin: note("axis") } as Partial<AxisKeys> as AxisKeys,
+    axes: () => axes,
+    recentre: note("recentre"),
+    stop: note("stop"),
+    toggleSpeed: note("speed"),
+  });
+});
+
+it.each<[KeyAction, string]>([
+  ["forward", "press key forward"],
+  ["back", "press key back"],
+  ["left", "press key left"],
+  ["right", "press key right"],
+  ["stop", "stop"],
+  ["speed", "speed"],
+  ["recentre", "recentre"],
+  ["axis1_plus", "axis key pan 1"],
+  ["axis1_minus", "axis key pan -1"],
+  ["axis2_plus", "axis key tilt 1"],
+  ["axis2_minus", "axis key tilt -1"],
+  ["scan_select", "select"],
+  ["scan_next", "next"],
+])("%s does %s", (action, deed) => {
+  keyActions.press("key", action);
+  expect(done).toEqual([deed]);
+});
+
+it("moves no axis that the robot has not, and does nothing of what is done elsewhere", () => {
+  axes = ["pan"];
+  for (const action of ["axis2_plus", "talk", "cameras"] as const) keyActions.press("key", action);
+  expect(done).toEqual([]);
+});
+
+it("is for all that drives; for axes that there are, and for switches while they scan", () => {
+  const others = () => KEY_ACTIONS.filter((action) => !keyActions.isFor(action));
+  expect(others()).toEqual(["talk", "cameras", "scan_select", "scan_next"]);
+  way = "scan";
+  axes = ["pan"];
+  expect(others()).toEqual(["axis2_plus", "axis2_minus", "talk", "cameras"]);
+});

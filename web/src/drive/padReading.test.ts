@@ -1,0 +1,107 @@
+import { describe, expect, it } from "vitest";
+import { type FakePad, pad, push } from "../testing/gamepads";
+import { type PadSettings, readPad } from "./padReading";
+
+const SETTINGS: PadSettings = { turn: "left", triggers: true, deadZone: 0.2, curve: 1 };
+
+/** What a pad says on which this was done. */
+function said(doing: (on: FakePad) => void, more: Partial<FakePad> = {}, settings = {}) {
+  const on = pad(more);
+  doing(on);
+  return readPad(on, { ...SETTINGS, ...settings });
+}
+
+it("asks for nothing while nobody touches it", () => {
+  expect(said(() => {})).toEqual({
+    motion: { linear: 0, angular: 0 },
+    directions: new Set(),
+    stop: false,
+    speed: false,
+    start: false,
+    isNeutral: true,
+  });
+});
+
+describe("the sticks", () => {
+  it.each([
+    ["ahead", [0, -0.6, 0, 0], { linear: 0.5, angular: 0 }],
+    ["back", [0, 1, 0, 0], { linear: -1, angular: 0 }],
+    ["left", [-1, 0, 0, 0], { linear: 0, angular: 1 }],
+    ["right", [0.6, 0, 0, 0], { linear: 0, angular: -0.5 }],
+    ["nothing in the dead zone", [0.1, -0.1, 0, 0], { linear: 0, angular: 0 }],
+    ["nothing of the right one", [0, 0, 1, 1], { linear: 0, angular: 0 }],
+  ])("ask for %s", (_, axes, motion) => {
+    const reading = said(() => {}, { axes });
+    expect(reading.motion.linear).toBeCloseTo(motion.linear, 10);
+    expect(reading.motion.angular).toBeCloseTo(motion.angular, 10);
+    expect(reading.isNeutral).toBe(motion.linear === 0 && motion.angular === 0);
+  });
+
+  it("turn by the right one where the user wants it so", () => {
+    const { motion } = said(() => {}, { axes: [1, -0.6, -1, 1] }, { turn: "right" });
+    expect(motion.linear).toBeCloseTo(0.5, 10);
+    expect(motion.angular).toBe(1);
+  });
+});
+
+describe("the triggers", () => {
+  it("go ahead and back", () => {
+    expect(said((on) => push(on, 7, 0.6)).motion.linear).toBeCloseTo(0.5, 10);
+    expect(said((on) => push(on, 6)).motion.linear).toBe(-1);
+  });
+
+  it("add to the stick, within the limits", () => {
+    const reading = said((on) => push(on, 7), { axes: [0, -1, 0, 0] });
+    expect(reading.motion.linear).toBe(1);
+  });
+
+  it("are not neutral when they cancel each other", () => {
+    const reading = said((on) => {
+      on.buttons[6] = { pressed: false, touched: true, value: 0.8 };
+      on.buttons[7] = { pressed: false, touched: true, value: 0.8 };
+    });
+    expect(reading.motion.linear).toBe(0);
+    expect(reading.isNeutral).toBe(false);
+  });
+
+  it("do nothing where the user wants it so", () => {
+    expect(said((on) => push(on, 7), {}, { triggers: false }).motion.linear).toBe(0);
+  });
+});
+
+it.each([
+  [12, "forward"],
+  [13, "back"],
+  [14, "left"],
+  [15, "right"],
+])("button %d of the cross is %s", (at, direction) => {
+  expect(said((on) => push(on, at)).directions).toEqual(new Set([direction]));
+});
+
+it.each([
+  [0, "speed"],
+  [1, "stop"],
+  [9, "start"],
+] as const)("button %d is %s, and keeps the pad from being neutral", (at, name) => {
+  const reading = said((on) => push(on, at));
+  expect([reading[name], reading.isNeutral]).toEqual([true, false]);
+});
+
+it("takes only the first stick, Stop and the speed of a layout that it does not know", () => {
+  const all = (on: FakePad) => {
+    for (let at = 0; at < 17; at++) push(on, at);
+  };
+  const reading = said(all, { mapping: "", axes: [0, -1, 1, 1] }, { turn: "right" });
+  expect(reading).toMatchObject({
+    motion: { linear: 1, angular: 0 },
+    directions: new Set(),
+    stop: true,
+    speed: true,
+    start: false,
+  });
+});
+
+it("reads a pad with fewer axes and buttons", () => {
+  const reading = said(() => {}, { axes: [], buttons: [] }, { turn: "right" });
+  expect(reading).toMatchObject({ motion: { linear: 0, angular: 0 }, isNeutral: true });
+});

@@ -1,0 +1,220 @@
+// @vitest-environment happy-dom
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import type { Drive } from "../messages";
+import { loadPreferences } from "../preferences";
+import { createState, type State } from "../state";
+import { type FakePad, frames, pad, plugIn, push, takeAwayGamepads } from "../testing/gamepads";
+import { hello, room } from "../testing/messages";
+import { DriveController } from "./driveController";
+import { fingerHolder } from "./inputState";
+import type { Way } from "./ways";
+
+const ADA = 1;
+const BOB = 2;
+const FINGER = 3;
+
+let state: State;
+let sent: Drive[];
+let aborting: AbortController;
+let controller: DriveController;
+let pads: (FakePad | null)[];
+let mine: FakePad;
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  vi.spyOn(document, "hasFocus").mockReturnValue(true);
+  sent = [];
+  mine = pad();
+  pads = [mine];
+  state = createState(loadPreferences(null));
+  state.hello.value = hello({ viewer: ADA, click_to_move: true, command_rate_hz: 50 });
+  state.link.value = { is: "connected" };
+  controller = new DriveController({
+    state,
+    serverMs: () => 5000,
+    seenServerMs: () => null,
+    uplink: () => ({ linkBps: 5_000_000, waitingBytes: 0 }),
+    send: (drive) => sent.push(drive),
+  });
+  aborting = new AbortController();
+  const nothing = () => {};
+  const deeds = { releaseStop: nothing, toggleSpeed: nothing, tellOfPad: nothing };
+  controller.listen(window, { stop: () => controller.letGo(), ...deeds }, aborting.signal);
+  state.room.value = room({ operator: ADA, number: 7 });
+});
+
+afterEach(() => {
+  aborting.abort();
+  frames(2);
+  takeAwayGamepads();
+  vi.useRealTimers();
+});
+
+function key(type: "keydown" | "keyup", code: string, repeat = false): void {
+  const event = new KeyboardEvent(type, { code, repeat, bubbles: true, cancelable: true });
+  document.body.dispatchEvent(event);
+}
+
+function drivesBy(way: Way): void {
+  state.preferences.value = { ...state.preferences.value, way, stepMs: 1000 };
+}
+
+/** Holds on with a gamepad that was chosen and let go of. */
+function byPad(hold: () => void): () => void {
+  return () => {
+    plugIn(pads);
+    controller.useGamepad(0);
+    frames(2);
+    hold();
+    frames(2);
+  };
+}
+
+const finger = fingerHolder(FINGER);
+const byFinger = (way: Way) => () => {
+  drivesBy(way);
+  controller.ways.press(finger, "forward");
+};
+
+/** Every way to drive: how it begins, and how it goes on while nobody lets go. */
+const INPUTS: Record<string, [begin: () => void, goOn?: () => void]> = {
+  "a key": [() => key("keydown", "ArrowUp"), () => key("keydown", "ArrowUp", true)],
+  "a button": [byFinger("hold")],
+  "the joystick": [
+    () => controller.ways.press(finger, { linear: 0.5, angular: 0 }),
+    () => controller.deflect(finger, { linear: 0.6, angular: 0 }),
+  ],
+  "a gamepad's stick": [
+    byPad(() => {
+      mine.axes[1] = -1;
+    }),
+    () => frames(5),
+  ],
+  "a gamepad's trigger": [byPad(() => push(mine, 7)), () => frames(5)],
+  "a gamepad's cross": [byPad(() => push(mine, 12)), () => frames(5)],
+  "a step": [byFinger("step")],
+  "a click": [byFinger("click")],
+  "a switch": [
+    () => {
+      drivesBy("scan");
+      key("keydown", "Enter");
+    },
+  ],
+  "a key of an axis": [
+    () => {
+      const { robot } = hello();
+      state.hello.value = hello({ viewer: ADA, robot: { ...robot, axes: ["pan"] } });
+      key("keydown", "KeyJ");
+    },
+  ],
+};
+
+const hide = () => {
+  vi.spyOn(document, "hidden", "get").mockReturnValue(true);
+  document.dispatchEvent(new Event("visibilitychange"));
+};
+
+/** Everything that lets go, for every way to drive. */
+const RELEASES: Record<string, () => void> = {
+  blur: () => window.dispatchEvent(new Event("blur")),
+  hidden: hide,
+  pagehide: () => window.dispatchEvent(new Event("pagehide")),
+  freeze: () => document.dispatchEvent(new Event("freeze")),
+  "a menu over the page": () => window.dispatchEvent(new Event("contextmenu")),
+  "another app": () => {
+    window.dispatchEvent(new Event("blur"));
+    hide();
+  },
+  "Space, which stops": () => key("keydown", "Space"),
+  "the turn's end": () => {
+    state.room.value = room({ operator: BOB, number: 8 });
+  },
+  "a turn after this one": () => {
+    state.room.value = room({ operator: ADA, number: 8 });
+  },
+  "a latched stop": () => {
+    state.room.value = room({ operator: ADA, number: 7, stop: { number: 1, by: "Bob" } });
+  },
+  "a lost link": () => {
+    state.link.value = { is: "connecting", reason: null };
+  },
+};
+
+describe.each(Object.entries(INPUTS))("what %s holds", (_, [begin, goOn]) => {
+  beforeEach(() => {
+    begin();
+    expect(sent.at(-1)).toMatchObject({ held: true });
+  });
+
+  it.each(Object.entries(RELEASES))("is released by %s, and stays so", (_, release) => {
+    sent = [];
+    release();
+    expect(controller.input.isHolding).toBe(false);
+    expect(sent[0]).toMatchObject({ held: false, linear: 0, angular: 0, axes: {} });
+    goOn?.();
+    vi.advanceTimersByTime(2500);
+    goOn?.();
+    expect(sent.some(({ held }) => held)).toBe(false);
+    expect(controller.input.isHolding).toBe(false);
+  });
+});
+
+describe.each(["a button", "the joystick", "a step", "a click"])("a finger on %s", (name) => {
+  it("releases it when the system takes it away, and another finger does not", () => {
+    INPUTS[name]?.[0]();
+    const cancel = (pointerId: number) =>
+      window.dispatchEvent(new PointerEvent("pointercancel", { pointerId }));
+    cancel(FINGER + 1);
+    expect(sent.at(-1)?.held).toBe(true);
+    cancel(FINGER);
+    expect(sent.at(-1)?.held).toBe(false);
+  });
+});
+
+describe.each(["a button", "the joystick"])("a finger on %s", (name) => {
+  it("releases it wherever it is lifted, and another finger does not", () => {
+    INPUTS[name]?.[0]();
+    const lift = (pointerId: number) =>
+      window.dispatchEvent(new PointerEvent("pointerup", { pointerId }));
+    lift(FINGER + 1);
+    expect(sent.at(-1)?.held).toBe(true);
+    lift(FINGER);
+    expect(sent.at(-1)?.held).toBe(false);
+  });
+});
+
+describe.each(["a gamepad's stick", "a gamepad's trigger", "a gamepad's cross"])("%s", (name) => {
+  it.each([
+    ["it vanishes", () => (pads[0] = null)],
+    ["it disconnects", () => (mine.connected = false)],
+  ])("is released when %s, and stays so when it is back", (_, lose) => {
+    INPUTS[name]?.[0]();
+    lose();
+    frames(1);
+    expect(sent.at(-1)).toMatchObject({ held: false, linear: 0 });
+    mine.connected = true;
+    plugIn([mine]);
+    frames(20);
+    expect(sent.at(-1)?.held).toBe(false);
+  });
+});
+
+describe("a click", () => {
+  beforeEach(() => byFinger("click")());
+
+  it.each([
+    ["a key", () => key("keydown", "KeyZ")],
+    ["a click elsewhere", () => window.dispatchEvent(new PointerEvent("pointerdown"))],
+    ["its two seconds", () => vi.advanceTimersByTime(2000)],
+  ])("is ended by %s", (_, end) => {
+    end();
+    expect(sent.at(-1)).toMatchObject({ held: false, linear: 0 });
+  });
+
+  it("is not ended by what the control takes for itself", () => {
+    const event = new PointerEvent("pointerdown", { cancelable: true });
+    event.preventDefault();
+    window.dispatchEvent(event);
+    expect(sent.at(-1)).toMatchObject({ held: true, linear: 1 });
+  });
+});

@@ -1,0 +1,72 @@
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { type ScanItem, Scanner } from "./scanner";
+
+let dwellMs: number | null;
+let offered: (ScanItem | null)[];
+const choose = vi.fn();
+let scanner: Scanner;
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  choose.mockClear();
+  dwellMs = 1000;
+  offered = [];
+  scanner = new Scanner({
+    dwellMs: () => dwellMs,
+    offer: (item) => offered.push(item),
+    choose,
+  });
+});
+
+afterEach(() => {
+  scanner.end();
+  vi.useRealTimers();
+});
+
+it("offers one after another, Stop among them, and begins again", () => {
+  scanner.begin(false);
+  vi.advanceTimersByTime(5000);
+  expect(offered).toEqual(["forward", "left", "right", "back", "stop", "forward"]);
+});
+
+it("chooses what is offered, and offers it once more for as long", () => {
+  scanner.begin(false);
+  vi.advanceTimersByTime(1900);
+  scanner.select();
+  expect(choose).toHaveBeenCalledExactlyOnceWith("left");
+  vi.advanceTimersByTime(900);
+  scanner.select();
+  expect(choose).toHaveBeenLastCalledWith("left");
+  vi.advanceTimersByTime(1000);
+  expect(offered.at(-1)).toBe("right");
+});
+
+it("waits for the second switch where there are two", () => {
+  dwellMs = null;
+  scanner.begin(false);
+  vi.advanceTimersByTime(60_000);
+  expect(offered).toEqual(["forward"]);
+  scanner.next();
+  scanner.select();
+  expect(choose).toHaveBeenCalledExactlyOnceWith("left");
+});
+
+it("offers only the release of a stop in force", () => {
+  scanner.begin(true);
+  vi.advanceTimersByTime(2500);
+  expect(new Set(offered)).toEqual(new Set(["release"]));
+  scanner.select();
+  expect(choose).toHaveBeenCalledExactlyOnceWith("release");
+});
+
+it("offers and chooses nothing before it begins and after it ended", () => {
+  scanner.select();
+  scanner.next();
+  scanner.begin(false);
+  scanner.end();
+  scanner.select();
+  scanner.next();
+  vi.advanceTimersByTime(10_000);
+  expect(offered).toEqual(["forward", null]);
+  expect(choose).not.toHaveBeenCalled();
+});

@@ -1,0 +1,82 @@
+import type { Direction, Held, InputState } from "./inputState";
+
+/**
+ * How a direction drives. `hold`: while it is held. `step`: each press is one short, slow move.
+ * `click`: each press goes on for a while, or until the next. `scan`: the directions are offered one
+ * after another, and a switch makes a step of the one on offer.
+ */
+export const WAYS = ["hold", "step", "click", "scan"] as const;
+export type Way = (typeof WAYS)[number];
+
+/** The longest that a click moves the robot. */
+export const CLICK_MS = 2000;
+/** Who holds the direction of a step or a click, for nobody's finger does. */
+const MOVE = "move";
+
+export interface WaysOptions {
+  input: InputState;
+  way: () => Way;
+  stepMs: () => number;
+}
+
+/**
+ * Presses of directions, by the chosen way. Whatever the way, a move is a holder like any other, so
+ * everything that releases the controls ends it; its timer is the least of what does.
+ */
+export class Ways {
+  #timer: ReturnType<typeof setTimeout> | undefined;
+  /** Who asked for the move. */
+  #by = "";
+
+  constructor(private readonly options: WaysOptions) {}
+
+  /** Whether the motion is a step's, which is slow at any speed. */
+  get isStepping(): boolean {
+    return this.options.way() !== "click" && this.options.input.isHeldBy(MOVE);
+  }
+
+  press(holder: string, held: Held): void {
+    const { input, way, stepMs } = this.options;
+    if (typeof held === "string" && way() !== "hold") {
+      this.#move(holder, held, way() === "click" ? CLICK_MS : stepMs());
+      return;
+    }
+    this.interrupt();
+    input.press(holder, held);
+  }
+
+  /** A key ends what a click began, and is held itself. */
+  pressKey(holder: string, direction: Direction): void {
+    if (this.options.way() === "click") this.options.input.press(holder, direction);
+    else this.press(holder, direction);
+  }
+
+  /** Returns false if this holder itself held nothing. */
+  release(holder: string): boolean {
+    return this.options.input.release(holder);
+  }
+
+  /** Handles a touch that the system has taken away; returns whether anything hung on it. */
+  cancel(holder: string): boolean {
+    const { input } = this.options;
+    const isItsMove = this.#by === holder && input.isHeldBy(MOVE);
+    return input.release(holder) || isItsMove;
+  }
+
+  /** One short move, whoever presses. */
+  step(holder: string, direction: Direction): void {
+    this.#move(holder, direction, this.options.stepMs());
+  }
+
+  /** Ends what a click began, because something else was clicked or pressed. */
+  interrupt(): void {
+    if (this.options.way() === "click") this.options.input.release(MOVE);
+  }
+
+  #move(holder: string, direction: Direction, ms: number): void {
+    clearTimeout(this.#timer);
+    this.#by = holder;
+    this.options.input.press(MOVE, direction);
+    this.#timer = setTimeout(() => this.options.input.release(MOVE), ms);
+  }
+}
