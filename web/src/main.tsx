@@ -6,6 +6,8 @@ import "./style/stage.css";
 import "./style/views.css";
 import "./style/turn.css";
 import "./style/drive.css";
+import "./style/joystick.css";
+import "./style/ways.css";
 import "./style/voice.css";
 import "./style/queue.css";
 import "./style/settings.css";

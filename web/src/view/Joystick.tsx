@@ -1,0 +1,108 @@
+import { useSignal, useSignalEffect } from "@preact/signals";
+import type { TargetedPointerEvent } from "preact";
+import { useEffect, useRef } from "preact/hooks";
+import type { Deflection } from "../drive/deflection";
+import { fingerHolder } from "../drive/inputState";
+import { deflectionAt, motionOf, type Place } from "../drive/stick";
+import { t } from "../words/words";
+import { useActions, useState } from "./context";
+
+type Pointer = TargetedPointerEvent<HTMLDivElement>;
+
+/** How far the knob's middle goes, and how wide the knob is, as shares of the whole: see joystick.css. */
+const TRAVEL = 0.35;
+const KNOB = 0.44;
+const MIDDLE: Deflection = { x: 0, y: 0 };
+
+/**
+ * An analogue stick under one finger or the mouse. It holds as long as it is touched, moves the
+ * robot as far as it is pushed, and springs back when let go. Arrow keys do the same while it has
+ * the focus, as everywhere on the page.
+ */
+export function Joystick() {
+  const { mayMove, isHolding } = useState();
+  const { press, deflect, release, letGo } = useActions();
+  const knob = useSignal(MIDDLE);
+  /** The finger on it, and where the stick was when it touched down: the page may move under it. */
+  const grip = useRef<{ pointerId: number; place: Place } | null>(null);
+
+  const end = () => {
+    grip.current = null;
+    knob.value = MIDDLE;
+  };
+  // Whatever has released it: what is seen is what is held.
+  useSignalEffect(() => {
+    if (!isHolding.value) knob.value = MIDDLE;
+  });
+  useEffect(
+    () => () => {
+      if (grip.current) release(fingerHolder(grip.current.pointerId));
+    },
+    [release],
+  );
+
+  const onPointerDown = (event: Pointer) => {
+    // Prevent the focus, which a finger does not need, and a text selection.
+    event.preventDefault();
+    if (event.button !== 0 || grip.current || !mayMove.peek()) return;
+    const { pointerId, clientX, clientY, currentTarget } = event;
+    currentTarget.setPointerCapture(pointerId);
+    const { left, top, width, height } = currentTarget.getBoundingClientRect();
+    const place = { x: left + width / 2, y: top + height / 2, radius: width * TRAVEL };
+    grip.current = { pointerId, place };
+    const at = deflectionAt(place, clientX, clientY);
+    press(fingerHolder(pointerId), motionOf(at));
+    knob.value = at;
+  };
+  const onPointerMove = (event: Pointer) => {
+    if (grip.current?.pointerId !== event.pointerId) return;
+    const at = deflectionAt(grip.current.place, event.clientX, event.clientY);
+    if (deflect(fingerHolder(event.pointerId), motionOf(at))) knob.value = at;
+    else end();
+  };
+  const onPointerUp = (event: Pointer) => {
+    if (grip.current?.pointerId !== event.pointerId) return;
+    end();
+    release(fingerHolder(event.pointerId));
+  };
+  // After an ordinary release nothing is held; anything still held was cancelled by the system.
+  const onLost = (event: Pointer) => {
+    if (grip.current?.pointerId !== event.pointerId) return;
+    end();
+    if (release(fingerHolder(event.pointerId))) letGo();
+  };
+
+  const { x, y } = knob.value;
+  const percent = (share: number) => `${((share * TRAVEL) / KNOB) * 100}%`;
+  return (
+    <div
+      class={x === 0 && y === 0 ? "joystick" : "joystick is-held"}
+      role="application"
+      aria-label={t("ways.joystick")}
+      aria-describedby="joystick-help"
+      aria-disabled={!mayMove.value}
+      // biome-ignore lint/a11y/noNoninteractiveTabindex: arrow keys drive while it has the focus
+      tabIndex={0}
+      onPointerDown={onPointerDown}
+      onPointerMove={onPointerMove}
+      onPointerUp={onPointerUp}
+      onPointerCancel={onLost}
+      onLostPointerCapture={onLost}
+      onMouseDown={(event) => event.preventDefault()}
+      // A long touch would open a menu on some phones.
+      onContextMenu={(event) => {
+        event.preventDefault();
+        event.stopPropagation();
+      }}
+    >
+      <span
+        class="joystick-knob"
+        aria-hidden="true"
+        style={{ translate: `${percent(x)} ${percent(y)}` }}
+      />
+      <span id="joystick-help" hidden>
+        {t("ways.joystick_help")}
+      </span>
+    </div>
+  );
+}

@@ -1,0 +1,75 @@
+import type { TargetedKeyboardEvent } from "preact";
+import { keyedAxes } from "../../drive/axisKeys";
+import { fingerHolder } from "../../drive/inputState";
+import { keyWords } from "../../drive/keyMap";
+import { t } from "../../words/words";
+import { useActions, useState } from "../context";
+import { axisWords } from "../words";
+
+const AXIS_STEP = 0.05;
+/** Keys that move a slider which has the focus. */
+const SLIDING = /^(Arrow.*|Home|End|PageUp|PageDown)$/;
+
+/** What the robot can move besides its wheels: a slider each, and all back to the middle. */
+export function Axes() {
+  const { hello, mayMove } = useState();
+  const { recentre } = useActions();
+  const axes = hello.value?.robot.axes ?? [];
+  if (axes.length === 0) return null;
+  return (
+    <fieldset class="axes" aria-label={t("ways.axes")}>
+      {axes.map((axis) => (
+        <Axis key={axis} axis={axis} />
+      ))}
+      <button type="button" disabled={!mayMove.value} onClick={recentre}>
+        {t("ways.recentre")}
+      </button>
+    </fieldset>
+  );
+}
+
+/**
+ * Holding a slider counts as holding a control. Its axis follows each change, however it is made.
+ * Left is the positive end of a pan, as it is of turning.
+ */
+function Axis({ axis }: { axis: string }) {
+  const { axes, cameras, mayMove } = useState();
+  const { setAxis, press, release } = useActions();
+  const focusHolder = `axis ${axis}`;
+  const onKeyDown = (event: TargetedKeyboardEvent<HTMLInputElement>) => {
+    if (SLIDING.test(event.code)) press(focusHolder, null);
+  };
+  return (
+    <label class="axis">
+      <span>{axisWords(axis, cameras.value)}</span>
+      <input
+        type="range"
+        dir={axis.startsWith("pan") ? "rtl" : "ltr"}
+        min={-1}
+        max={1}
+        step={AXIS_STEP}
+        value={axes.value[axis] ?? 0}
+        disabled={!mayMove.value}
+        aria-keyshortcuts={useShortcuts(axis)}
+        // The window gets the pointerup wherever it happens.
+        onPointerDown={(event) => press(fingerHolder(event.pointerId), null)}
+        onKeyDown={onKeyDown}
+        onKeyUp={() => release(focusHolder)}
+        onBlur={() => release(focusHolder)}
+        onInput={(event) => setAxis(axis, event.currentTarget.valueAsNumber)}
+      />
+    </label>
+  );
+}
+
+/** The keys that move this axis, if it has any. */
+function useShortcuts(axis: string): string | undefined {
+  const { hello, preferences } = useState();
+  const { keys } = preferences.value;
+  const at = keyedAxes(hello.value?.robot.axes ?? []).indexOf(axis);
+  const all = [
+    [...keys.axis1_plus, ...keys.axis1_minus],
+    [...keys.axis2_plus, ...keys.axis2_minus],
+  ][at];
+  return all?.map(keyWords).join(" ");
+}

@@ -1,0 +1,122 @@
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { keyedAxes } from "../../drive/axisKeys";
+import { wayInForce } from "../../drive/drivePreferences";
+import {
+  type Assigned,
+  assign,
+  DEFAULT_KEYS,
+  KEY_ACTIONS,
+  type KeyAction,
+  keyWords,
+  unassign,
+} from "../../drive/keyMap";
+import { t } from "../../words/words";
+import { useActions, useState } from "../context";
+
+const name = (action: KeyAction) => t(`ways.do_${action}`);
+const printed = (key: string) => (key === "Space" ? t("ways.key_space") : keyWords(key));
+
+/** Which key does what; a new one is chosen by pressing it. */
+export function KeyChoice() {
+  const { preferences, drivingTurn } = useState();
+  const { setDriving, stop } = useActions();
+  const awaited = useSignal<KeyAction | null>(null);
+  const complaint = useSignal("");
+  const { keys } = preferences.value;
+
+  const change = (changed: Assigned, action: KeyAction, key: string) => {
+    awaited.value = null;
+    complaint.value = "";
+    if ("keys" in changed) setDriving({ keys: changed.keys });
+    else {
+      const of = changed.why === "taken" ? changed.by : action;
+      complaint.value = t(`ways.keys_${changed.why}`, { key: printed(key), action: name(of) });
+    }
+  };
+
+  const action = awaited.value;
+  useEffect(() => {
+    if (action === null) return;
+    const ending = new AbortController();
+    const onKey = (event: KeyboardEvent) => {
+      // It means this, and nothing else on the page.
+      event.preventDefault();
+      event.stopImmediatePropagation();
+      if (event.repeat) return;
+      if (event.code === "Space" && drivingTurn.peek() !== null) stop();
+      if (event.code === "Escape") awaited.value = null;
+      else change(assign(preferences.peek().keys, action, event.code), action, event.code);
+    };
+    window.addEventListener("keydown", onKey, { capture: true, signal: ending.signal });
+    const onBlur = () => {
+      awaited.value = null;
+    };
+    window.addEventListener("blur", onBlur, { signal: ending.signal });
+    return () => ending.abort();
+  }, [action]);
+
+  return (
+    <fieldset class="ways-group">
+      <legend>{t("ways.keys")}</legend>
+      <ul class="ways-keys">
+        {useActionsShown().map((one) => (
+          <li key={one}>
+            <span>{name(one)}</span>
+            {keys[one].map((key) => (
+              <button
+                key={key}
+                type="button"
+                class="key-cap"
+                aria-label={t("ways.keys_remove", { key: printed(key), action: name(one) })}
+                onClick={() => change(unassign(keys, one, key), one, key)}
+              >
+                {printed(key)} <span aria-hidden="true">×</span>
+              </button>
+            ))}
+            <button
+              type="button"
+              class="key-cap"
+              aria-label={t("ways.keys_add", { action: name(one) })}
+              aria-pressed={action === one}
+              onClick={() => {
+                complaint.value = "";
+                awaited.value = action === one ? null : one;
+              }}
+            >
+              +
+            </button>
+          </li>
+        ))}
+      </ul>
+      <p role="status" class="ways-told">
+        {action === null ? complaint.value : t("ways.keys_press", { action: name(action) })}
+      </p>
+      <button
+        type="button"
+        onClick={() => {
+          complaint.value = "";
+          setDriving({ keys: DEFAULT_KEYS });
+        }}
+      >
+        {t("ways.keys_reset")}
+      </button>
+    </fieldset>
+  );
+}
+
+/** Those that do something on this robot, in this user's way. */
+function useActionsShown(): KeyAction[] {
+  const { hello, preferences } = useState();
+  const [first, second] = keyedAxes(hello.value?.robot.axes ?? []);
+  const isScanning = wayInForce(preferences.value, hello.value?.click_to_move) === "scan";
+  return KEY_ACTIONS.filter((action) => {
+    if (action.startsWith("axis1")) return first !== undefined;
+    if (action.startsWith("axis2")) return second !== undefined;
+    if (action.startsWith("scan")) return isScanning;
+    if (action === "recentre") return first !== undefined || second !== undefined;
+    if (action === "talk") return hello.value?.voice != null;
+    if (action === "cameras") return (hello.value?.cameras.length ?? 0) > 0;
+    return true;
+  });
+}

@@ -1,0 +1,91 @@
+import { RANGES } from "../../drive/drivePreferences";
+import type { PadSettings } from "../../drive/padReading";
+import { t } from "../../words/words";
+import { useActions, useState } from "../context";
+import { Switch } from "../Switch";
+import { Slider } from "./Slider";
+
+/** Which gamepad drives, if any, and how it answers. */
+export function PadChoice() {
+  const { pads } = useState();
+  const { useGamepad: choose } = useActions();
+  const { found, chosen } = pads.value;
+  return (
+    <fieldset class="ways-group">
+      <legend>{t("ways.pad")}</legend>
+      {found.length > 0 && (
+        <label class="field">
+          <span>{t("ways.pad")}</span>
+          <select
+            value={chosen ?? ""}
+            onChange={({ currentTarget: { value } }) => choose(value === "" ? null : Number(value))}
+          >
+            <option value="">{t("ways.pad_none")}</option>
+            {found.map(({ index, id }) => (
+              <option key={index} value={index}>
+                {id}
+              </option>
+            ))}
+          </select>
+        </label>
+      )}
+      <p class="quiet" role="status">
+        <PadWords />
+      </p>
+      {chosen !== null && <PadFields />}
+    </fieldset>
+  );
+}
+
+function PadWords() {
+  const { pads, mayMove } = useState();
+  const { found, chosen, isReady } = pads.value;
+  if (!("getGamepads" in navigator)) return <>{t("ways.pad_missing")}</>;
+  if (found.length === 0) return <>{t("ways.pad_search")}</>;
+  if (chosen === null) return null;
+  if (!mayMove.value) return <>{t("ways.pad_idle")}</>;
+  return <>{t(isReady ? "ways.pad_ready" : "ways.pad_arming")}</>;
+}
+
+function PadFields() {
+  const { preferences } = useState();
+  const { setDriving } = useActions();
+  const { gamepad } = preferences.value;
+  const { turn, triggers, deadZone, curve } = gamepad;
+  const set = (change: Partial<PadSettings>) => setDriving({ gamepad: { ...gamepad, ...change } });
+  return (
+    <>
+      <label class="field">
+        <span>{t("ways.pad_turn")}</span>
+        <select
+          value={turn}
+          onChange={(event) =>
+            set({ turn: event.currentTarget.value === "right" ? "right" : "left" })
+          }
+        >
+          <option value="left">{t("ways.pad_turn_left")}</option>
+          <option value="right">{t("ways.pad_turn_right")}</option>
+        </select>
+      </label>
+      <Switch
+        name={t("ways.pad_triggers")}
+        isOn={triggers}
+        onSwitch={(on) => set({ triggers: on })}
+      />
+      <Slider
+        name={t("ways.pad_dead_zone")}
+        value={deadZone}
+        range={RANGES.deadZone}
+        said={t("ways.percent", { n: Math.round(deadZone * 100) })}
+        onSlide={(value) => set({ deadZone: value })}
+      />
+      <Slider
+        name={t("ways.pad_curve")}
+        value={curve}
+        range={RANGES.curve}
+        said={t("ways.number", { n: curve })}
+        onSlide={(value) => set({ curve: value })}
+      />
+    </>
+  );
+}

@@ -1,0 +1,37 @@
+import type { ScanItem } from "../../drive/scanner";
+import { t } from "../../words/words";
+import { useActions, useState } from "../context";
+
+const DRIVING: readonly ScanItem[] = ["forward", "left", "right", "back", "stop"];
+const STOPPED: readonly ScanItem[] = ["release"];
+
+/** What is offered to a switch, and the same switches for somebody who touches the screen. */
+export function ScanPad() {
+  const { scan: offered, preferences } = useState();
+  const { scan } = useActions();
+  if (offered.value === null) return null;
+  const items = offered.value === "release" ? STOPPED : DRIVING;
+  return (
+    <fieldset class="scan" aria-label={t("ways.scan")}>
+      <ol class="scan-items">
+        {items.map((item) => (
+          <li
+            key={item}
+            class={`scan-item is-${item}`}
+            aria-current={item === offered.value ? "true" : undefined}
+          >
+            {t(`ways.scan_${item}`)}
+          </li>
+        ))}
+      </ol>
+      <button type="button" class="scan-button" onClick={() => scan("select")}>
+        {t("ways.scan_select")}
+      </button>
+      {preferences.value.switches === 2 && (
+        <button type="button" class="scan-button" onClick={() => scan("next")}>
+          {t("ways.scan_next")}
+        </button>
+      )}
+    </fieldset>
+  );
+}

@@ -1,0 +1,76 @@
+import { RANGES, wayInForce } from "../../drive/drivePreferences";
+import { WAYS } from "../../drive/ways";
+import { t } from "../../words/words";
+import { useActions, useState } from "../context";
+import { Slider } from "./Slider";
+
+/** How a direction drives: held, in steps, by clicks, or offered to a switch. */
+export function WayChoice() {
+  const { preferences, hello } = useState();
+  const { setDriving } = useActions();
+  const mayClick = hello.value?.click_to_move === true;
+  const { stepMs } = preferences.value;
+  const way = wayInForce(preferences.value, mayClick);
+  return (
+    <fieldset class="ways-group">
+      <legend>{t("ways.way")}</legend>
+      <div class="ways-choice">
+        {WAYS.map((one) => (
+          <label key={one} class="segment">
+            <input
+              type="radio"
+              name="way"
+              value={one}
+              checked={way === one}
+              disabled={one === "click" && !mayClick}
+              onChange={() => setDriving({ way: one })}
+            />
+            <span>{t(`ways.way_${one}`)}</span>
+          </label>
+        ))}
+      </div>
+      <p class="quiet">
+        {t(`ways.way_${way}_help`)} {!mayClick && t("ways.way_click_forbidden")}
+      </p>
+      {(way === "step" || way === "scan") && (
+        <Slider
+          name={t("ways.step_length")}
+          value={stepMs}
+          range={RANGES.stepMs}
+          said={t("ways.seconds", { s: stepMs / 1000 })}
+          onSlide={(ms) => setDriving({ stepMs: ms })}
+        />
+      )}
+      {way === "scan" && <Switches />}
+    </fieldset>
+  );
+}
+
+function Switches() {
+  const { preferences } = useState();
+  const { setDriving } = useActions();
+  const { switches, dwellMs } = preferences.value;
+  return (
+    <>
+      <label class="field">
+        <span>{t("ways.switches")}</span>
+        <select
+          value={switches}
+          onChange={(event) => setDriving({ switches: event.currentTarget.value === "2" ? 2 : 1 })}
+        >
+          <option value={1}>{t("ways.switches_one")}</option>
+          <option value={2}>{t("ways.switches_two")}</option>
+        </select>
+      </label>
+      {switches === 1 && (
+        <Slider
+          name={t("ways.dwell")}
+          value={dwellMs}
+          range={RANGES.dwellMs}
+          said={t("ways.seconds", { s: dwellMs / 1000 })}
+          onSlide={(ms) => setDriving({ dwellMs: ms })}
+        />
+      )}
+    </>
+  );
+}

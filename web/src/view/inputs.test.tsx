@@ -1,0 +1,327 @@
+// @vitest-environment happy-dom
+import { getAllByRole, getByLabelText, getByRole, queryByRole } from "@testing-library/dom";
+import { render } from "preact";
+import { act } from "preact/test-utils";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { DRIVE_DEFAULTS } from "../drive/drivePreferences";
+import { DIRECTIONS, InputState } from "../drive/inputState";
+import { DEFAULT_KEYS } from "../drive/keyMap";
+import { loadPreferences, type Preferences } from "../preferences";
+import type { Actions, Session } from "../session";
+import { createState, type State } from "../state";
+import { hello, room } from "../testing/messages";
+import { SessionContext } from "./context";
+import { Axes } from "./drive/Axes";
+import { ScanPad } from "./drive/ScanPad";
+import { WaysPanel } from "./drive/WaysPanel";
+import { Joystick } from "./Joystick";
+
+let state: State;
+let input: InputState;
+let actions: Pick<
+  Actions,
+  "press" | "deflect" | "release" | "letGo" | "recentre" | "setDriving" | "useGamepad" | "scan"
+> &
+  Pick<Actions, "setAxis" | "stop">;
+const body = document.body;
+
+/** This page drives a robot that can pan and tilt. */
+beforeEach(() => {
+  state = createState(loadPreferences(null));
+  const changed = () => {
+    state.held.value = new Set(DIRECTIONS.filter((one) => input.holds(one)));
+    state.motion.value = input.motion;
+    state.isHolding.value = input.isHolding;
+  };
+  input = new InputState({ changed, deflected: changed });
+  const mine = hello({ viewer: 1 });
+  state.hello.value = { ...mine, robot: { ...mine.robot, axes: ["pan", "tilt"] } };
+  state.room.value = room({ operator: 1 });
+  state.link.value = { is: "connected" };
+  input.enable();
+  actions = {
+    press: (holder, held) => input.press(holder, held),
+    deflect: (holder, motion) => input.deflect(holder, motion),
+    release: (holder) => input.release(holder),
+    letGo: vi.fn(() => input.releaseAll()),
+    recentre: vi.fn(),
+    setDriving: vi.fn((change) => {
+      state.preferences.value = { ...state.preferences.value, ...change };
+    }),
+    useGamepad: vi.fn(),
+    scan: vi.fn(),
+    setAxis: vi.fn(),
+    stop: vi.fn(),
+  };
+  const session = { state, actions } as unknown as Session;
+  act(() =>
+    render(
+      <SessionContext.Provider value={session}>
+        <Joystick />
+        <Axes />
+        <ScanPad />
+        <WaysPanel />
+      </SessionContext.Provider>,
+      body,
+    ),
+  );
+});
+
+afterEach(() => {
+  act(() => render(null, body));
+});
+
+function prefer(change: Partial<Preferences>): void {
+  act(() => {
+    state.preferences.value = { ...state.preferences.value, ...change };
+  });
+}
+
+function key(element: EventTarget, type: string, code: string): Event {
+  const event = new KeyboardEvent(type, { code, bubbles: true, cancelable: true });
+  act(() => void element.dispatchEvent(event));
+  return event;
+}
+
+describe("the joystick", () => {
+  let stick: HTMLElement;
+  let knob: HTMLElement;
+
+  beforeEach(() => {
+    stick = getByLabelText(body, "Joystick");
+    knob = stick.querySelector(".joystick-knob") as HTMLElement;
+    stick.setPointerCapture = vi.fn();
+    stick.getBoundingClientRect = () => new DOMRect(100, 100, 200, 200);
+  });
+
+  /** Touches, moves or lifts a finger so far right and down of the middle. */
+  function finger(type: string, right = 0, down = 0, pointerId = 1, button = 0): void {
+    const [clientX, clientY] = [200 + right, 200 + down];
+    const more = { bubbles: true, cancelable: true, pointerId, button, clientX, clientY };
+    act(() => void stick.dispatchEvent(new PointerEvent(type, more)));
+  }
+
+  const isInTheMiddle = () => knob.style.translate === "0% 0%";
+
+  it("has a name, and says how else one drives", () => {
+    expect(stick.getAttribute("aria-describedby")).toBe("joystick-help");
+    expect(document.getElementById("joystick-help")?.textContent).toContain("keys");
+    expect(stick.tabIndex).toBe(0);
+  });
+
+  it("holds the dead-man in its middle, and moves as far as it is pushed", () => {
+    finger("pointerdown");
+    expect(input.isHolding).toBe(true);
+    expect(input.motion).toEqual({ linear: 0, angular: 0 });
+    finger("pointermove", 0, -35);
+    const half = input.motion.linear;
+    expect(half).toBeGreaterThan(0.1);
+    expect(half).toBeLessThan(0.6);
+    finger("pointermove", 0, -500);
+    expect(input.motion).toEqual({ linear: 1, angular: 0 });
+    finger("pointermove", -500, 0);
+    expect(input.motion.angular).toBe(1);
+    expect(isInTheMiddle()).toBe(false);
+  });
+
+  it.each(["pointerup", "pointercancel", "lostpointercapture"])("lets go by %s", (type) => {
+    finger("pointerdown", 0, -70);
+    expect(input.motion.linear).toBe(1);
+    finger(type, 0, -70);
+    expect(input.isHolding).toBe(false);
+    expect(isInTheMiddle()).toBe(true);
+    expect(actions.letGo).toHaveBeenCalledTimes(type === "pointerup" ? 0 : 1);
+    finger("pointermove", 0, -70);
+    expect(input.isHolding).toBe(false);
+  });
+
+  it("takes no second finger, and lets it end nothing", () => {
+    finger("pointerdown", 0, -70);
+    finger("pointerdown", 0, 70, 2);
+    finger("pointermove", 0, 70, 2);
+    for (const type of ["pointerup", "pointercancel", "lostpointercapture"]) finger(type, 0, 70, 2);
+    expect(input.motion).toEqual({ linear: 1, angular: 0 });
+  });
+
+  it("springs back when all is released, and moves nothing until it is taken again", () => {
+    finger("pointerdown", 0, -70);
+    act(() => input.releaseAll());
+    expect(isInTheMiddle()).toBe(true);
+    finger("pointermove", 0, -60);
+    finger("pointermove", 0, -70);
+    expect(input.isHolding).toBe(false);
+    expect(isInTheMiddle()).toBe(true);
+    finger("pointerup", 0, -70);
+    finger("pointerdown", 0, -70);
+    expect(input.motion.linear).toBe(1);
+  });
+
+  it("lets go when it is taken off the page", () => {
+    finger("pointerdown", 0, -70);
+    act(() => render(null, body));
+    expect(input.isHolding).toBe(false);
+  });
+
+  it("does nothing by another button of the mouse, or while this page may not move", () => {
+    finger("pointerdown", 0, -70, 1, 2);
+    expect(input.isHolding).toBe(false);
+    act(() => {
+      state.room.value = room({ operator: 2 });
+    });
+    expect(stick.getAttribute("aria-disabled")).toBe("true");
+    finger("pointerdown", 0, -70);
+    expect(input.isHolding).toBe(false);
+    expect(isInTheMiddle()).toBe(true);
+  });
+});
+
+describe("the axes", () => {
+  it("have a slider each, which names its keys, and one button for the middle", () => {
+    const sliders = getAllByRole(getByRole(body, "group", { name: "Axes" }), "slider");
+    expect(sliders.map((one) => one.getAttribute("aria-keyshortcuts"))).toEqual(["J L", "I K"]);
+    expect(sliders.map((one) => one.getAttribute("dir"))).toEqual(["rtl", "ltr"]);
+    act(() => getByRole(body, "button", { name: "Recentre" }).click());
+    expect(actions.recentre).toHaveBeenCalledOnce();
+  });
+
+  it("are held by a key that slides, and by no other", () => {
+    const slider = getByRole(body, "slider", { name: "pan" });
+    key(slider, "keydown", "Tab");
+    expect(input.isHolding).toBe(false);
+    key(slider, "keydown", "ArrowLeft");
+    expect(input.isHolding).toBe(true);
+    key(slider, "keyup", "ArrowLeft");
+    expect(input.isHolding).toBe(false);
+  });
+});
+
+describe("what is offered to a switch", () => {
+  it("is shown while something is, with a button for each switch", () => {
+    expect(queryByRole(body, "group", { name: "On offer" })).toBeNull();
+    act(() => {
+      state.scan.value = "left";
+    });
+    const current = () => body.querySelector("[aria-current]")?.textContent;
+    expect(current()).toBe("Left");
+    act(() => getByRole(body, "button", { name: "Choose" }).click());
+    expect(actions.scan).toHaveBeenLastCalledWith("select");
+    expect(queryByRole(body, "button", { name: "Next" })).toBeNull();
+    prefer({ switches: 2 });
+    act(() => getByRole(body, "button", { name: "Next" }).click());
+    expect(actions.scan).toHaveBeenLastCalledWith("next");
+    act(() => {
+      state.scan.value = "release";
+    });
+    expect(current()).toBe("Release the stop");
+  });
+});
+
+describe("the way to drive", () => {
+  it("is chosen, and clicks only where the host allows them", () => {
+    const clicks = getByRole<HTMLInputElement>(body, "radio", { name: "Clicks" });
+    expect(clicks.disabled).toBe(true);
+    act(() => getByRole(body, "radio", { name: "Steps" }).click());
+    expect(actions.setDriving).toHaveBeenLastCalledWith({ way: "step" });
+    act(() => {
+      state.hello.value = hello({ viewer: 1, click_to_move: true });
+    });
+    expect(clicks.disabled).toBe(false);
+  });
+
+  it("has its own settings: of a step its length, of switches how many and how long", () => {
+    expect(queryByRole(body, "slider", { name: /Length of a step/ })).toBeNull();
+    prefer({ way: "scan" });
+    const length = getByRole<HTMLInputElement>(body, "slider", { name: /Length of a step/ });
+    length.value = "700";
+    act(() => void length.dispatchEvent(new Event("change", { bubbles: true })));
+    expect(actions.setDriving).toHaveBeenLastCalledWith({ stepMs: 700 });
+    expect(getByRole(body, "slider", { name: /Time for each/ })).toBeTruthy();
+    const switches = getByRole<HTMLSelectElement>(body, "combobox", { name: "Switches" });
+    switches.value = "2";
+    act(() => void switches.dispatchEvent(new Event("change", { bubbles: true })));
+    expect(actions.setDriving).toHaveBeenLastCalledWith({ switches: 2 });
+    expect(queryByRole(body, "slider", { name: /Time for each/ })).toBeNull();
+  });
+});
+
+describe("a gamepad", () => {
+  it("is chosen by its name, and then has settings", () => {
+    expect(queryByRole(body, "combobox", { name: "Gamepad" })).toBeNull();
+    const found = [{ index: 1, id: "Xbox" }];
+    act(() => {
+      state.pads.value = { found, chosen: null, isReady: false };
+    });
+    const pads = getByRole<HTMLSelectElement>(body, "combobox", { name: "Gamepad" });
+    pads.value = "1";
+    act(() => void pads.dispatchEvent(new Event("change", { bubbles: true })));
+    expect(actions.useGamepad).toHaveBeenLastCalledWith(1);
+    act(() => {
+      state.pads.value = { found, chosen: 1, isReady: false };
+    });
+    act(() => getByRole(body, "switch", { name: /Triggers/ }).click());
+    expect(actions.setDriving).toHaveBeenLastCalledWith({
+      gamepad: { ...DRIVE_DEFAULTS.gamepad, triggers: false },
+    });
+    pads.value = "";
+    act(() => void pads.dispatchEvent(new Event("change", { bubbles: true })));
+    expect(actions.useGamepad).toHaveBeenLastCalledWith(null);
+  });
+});
+
+describe("the keys", () => {
+  const told = () => body.querySelector(".ways-told")?.textContent;
+
+  function asks(name: string): void {
+    act(() => getByRole(body, "button", { name: `Add a key for “${name}”` }).click());
+  }
+
+  it("are changed by pressing the new one, which does nothing else meanwhile", () => {
+    const elsewhere = vi.fn();
+    window.addEventListener("keydown", elsewhere);
+    asks("Forward");
+    expect(told()).toContain("Press the new key for “Forward”");
+    expect(key(body, "keydown", "KeyE").defaultPrevented).toBe(true);
+    expect(elsewhere).not.toHaveBeenCalled();
+    expect(state.preferences.value.keys.forward).toEqual(["ArrowUp", "KeyW", "KeyE"]);
+    key(body, "keydown", "KeyQ");
+    expect(elsewhere).toHaveBeenCalledOnce();
+    window.removeEventListener("keydown", elsewhere);
+  });
+
+  it.each([
+    ["KeyS", "S is already the key for “Back”; take it away there first."],
+    ["Tab", "Tab belongs to the browser or your system; choose another key."],
+    ["Escape", ""],
+  ])("leave %s as it is, and say why", (code, sentence) => {
+    asks("Forward");
+    key(body, "keydown", code);
+    expect(told()).toBe(sentence);
+    expect(state.preferences.value.keys).toEqual(DEFAULT_KEYS);
+  });
+
+  it("stop the robot by Space even now", () => {
+    asks("Forward");
+    key(body, "keydown", "Space");
+    expect(actions.stop).toHaveBeenCalledOnce();
+    expect(told()).toContain("Space is already the key for “Stop”");
+  });
+
+  it("are taken away, but Space is not, and all come back", () => {
+    act(() => getByRole(body, "button", { name: "Take W away from “Forward”" }).click());
+    expect(state.preferences.value.keys.forward).toEqual(["ArrowUp"]);
+    act(() => getByRole(body, "button", { name: "Take Space away from “Stop”" }).click());
+    expect(told()).toContain("Space always stops the robot");
+    act(() => getByRole(body, "button", { name: "Keys as they were" }).click());
+    expect(state.preferences.value.keys).toEqual(DEFAULT_KEYS);
+  });
+
+  it("are shown only for what this robot has", () => {
+    const names = () => getAllByRole(body, "listitem").map((one) => one.textContent);
+    expect(names().some((one) => one?.includes("First axis"))).toBe(true);
+    act(() => {
+      state.hello.value = hello({ viewer: 1 });
+    });
+    for (const name of ["First axis", "Recentre", "Speak", "cameras", "on offer"])
+      expect(names().some((one) => one?.includes(name))).toBe(false);
+  });
+});
