@@ -176,3 +176,8 @@ it("says who holds, and whether anybody can", () => {
   input.disable();
   expect([input.isHeldBy("a"), input.isEnabled]).toEqual([false, false]);
 });
+
+it("asks for thousandths, which are short to send, and never for less than nothing", () => {
+  input.press("stick", { linear: 0.123456789, angular: -0.0001 });
+  expect(input.motion).toEqual({ linear: 0.123, angular: 0 });
+});

@@ -55,7 +55,10 @@ export class InputState {
     return this.#enabled;
   }
 
-  /** The sum of all, within the limits; a direction counts once, however many hold it. */
+  /**
+   * The sum of all, within the limits and in thousandths, which are short to send; a direction
+   * counts once, however many hold it.
+   */
   get motion(): Motion {
     const share = (direction: Direction) => (this.holds(direction) ? 1 : 0);
     let linear = share("forward") - share("back");
@@ -152,5 +155,5 @@ function isMotion(held: Held): held is Motion {
 }
 
 function within(fraction: number): number {
-  return Math.max(-1, Math.min(1, fraction));
+  return Math.max(-1, Math.min(1, Math.round(fraction * 1000) / 1000)) + 0;
 }

@@ -89,7 +89,7 @@ export function KeyChoice() {
           </li>
         ))}
       </ul>
-      <p role="status" class="ways-told">
+      <p class="ways-told" aria-live="polite">
         {action === null ? complaint.value : t("ways.keys_press", { action: name(action) })}
       </p>
       <button

@@ -29,7 +29,7 @@ export function PadChoice() {
           </select>
         </label>
       )}
-      <p class="quiet" role="status">
+      <p class="quiet" aria-live="polite">
         <PadWords />
       </p>
       {chosen !== null && <PadFields />}
