@@ -1,19 +1,18 @@
-import { fingerHolder } from "../drive/inputState";
 import type { Hello } from "../messages";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { DriveButton } from "./DriveButton";
+import { Axes } from "./drive/Axes";
+import { ScanPad } from "./drive/ScanPad";
 import { ArrowIcon } from "./icons";
+import { Joystick } from "./Joystick";
 import { StopButton } from "./StopButton";
 import { VoicePanel } from "./VoicePanel";
-import { axisWords, joinWords, released } from "./words";
-
-const AXIS_STEP = 0.05;
+import { joinWords, released } from "./words";
 
 /** The controls: Stop for every viewer, the rest for the operator. */
 export function DrivePanel() {
-  const { hello, me } = useState();
-  const axes = hello.value?.robot.axes ?? [];
+  const { me } = useState();
   if (me.value === null || me.value.role === "observer") {
     return (
       <section class="drive is-watching" aria-label={t("drive.name")}>
@@ -39,15 +38,11 @@ export function DrivePanel() {
         </DriveButton>
         <StopButton />
       </div>
+      <Joystick />
+      <ScanPad />
       <div class="trim">
         <Speed />
-        {axes.length > 0 && (
-          <div class="axes">
-            {axes.map((axis) => (
-              <Axis key={axis} axis={axis} />
-            ))}
-          </div>
-        )}
+        <Axes />
       </div>
       <VoicePanel />
       <Hint />
@@ -73,34 +68,6 @@ function Speed() {
         </label>
       ))}
     </div>
-  );
-}
-
-/**
- * Holding a slider counts as holding a control. Its axis follows each change, however it is made.
- */
-function Axis({ axis }: { axis: string }) {
-  const { axes, cameras, mayMove } = useState();
-  const { setAxis, press, release } = useActions();
-  const focusHolder = `axis ${axis}`;
-  return (
-    <label class="axis">
-      <span>{axisWords(axis, cameras.value)}</span>
-      <input
-        type="range"
-        min={-1}
-        max={1}
-        step={AXIS_STEP}
-        value={axes.value[axis] ?? 0}
-        disabled={!mayMove.value}
-        // The window gets the pointerup wherever it happens.
-        onPointerDown={(event) => press(fingerHolder(event.pointerId), null)}
-        onKeyDown={() => press(focusHolder, null)}
-        onKeyUp={() => release(focusHolder)}
-        onBlur={() => release(focusHolder)}
-        onInput={(event) => setAxis(axis, event.currentTarget.valueAsNumber)}
-      />
-    </label>
   );
 }
 

@@ -1,6 +1,7 @@
 import { POLICIES, type Preferences } from "../preferences";
 import { type Code, t } from "../words/words";
 import { useActions, useState } from "./context";
+import { WaysPanel } from "./drive/WaysPanel";
 import { sizeWords } from "./figures";
 import { LanguageChoice } from "./LanguageChoice";
 import { Switch } from "./Switch";
@@ -25,6 +26,7 @@ export function Settings() {
       <Size />
       <Policy />
       <LanguageChoice />
+      <WaysPanel />
     </div>
   );
 }
