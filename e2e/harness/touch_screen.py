@@ -28,6 +28,12 @@ class TouchPoints:
         self._points[finger] = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
         await self._send("touchStart", self._points)
 
+    async def slide(self, finger: int, right_px: float, down_px: float) -> None:
+        """Move a finger that is down."""
+        x, y = self._points[finger]
+        self._points[finger] = (x + right_px, y + down_px)
+        await self._send("touchMove", self._points)
+
     async def lift(self, finger: int) -> None:
         await self._send("touchEnd", {finger: self._points.pop(finger)})
 

@@ -1,0 +1,67 @@
+"""A gamepad in a page, found as a real one is: by `navigator.getGamepads` and events."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from playwright.async_api import Page
+
+A: Final = 0
+B: Final = 1
+START: Final = 9
+LEFT_OF_CROSS: Final = 14
+"""Buttons of the standard layout (W3C Gamepad)."""
+
+_SCRIPT: Final = """() => {
+    const pads = [null];
+    const told = (type) => window.dispatchEvent(new Event(type));
+    navigator.getGamepads = () => pads;
+    window.waxPad = {
+        plug() {
+            pads[0] = {
+                index: 0, id: "Test pad", connected: true, mapping: "standard",
+                timestamp: performance.now(), axes: [0, 0, 0, 0],
+                buttons: Array.from({ length: 17 }, () => ({ pressed: false, value: 0 })),
+            };
+            told("gamepadconnected");
+        },
+        push(axis, value) { pads[0].axes[axis] = value; },
+        press(button, on) { pads[0].buttons[button] = { pressed: on, value: on ? 1 : 0 }; },
+        unplug(isTold) { pads[0] = null; if (isTold) told("gamepaddisconnected"); },
+    };
+}"""
+
+
+class InjectedGamepad:
+    """One standard gamepad, in the place of all that the browser knows."""
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+
+    @classmethod
+    async def plugged_in(cls, page: Page) -> InjectedGamepad:
+        await page.evaluate(_SCRIPT)
+        await page.evaluate("() => waxPad.plug()")
+        return cls(page)
+
+    async def push(self, axis: int, value: float) -> None:
+        """Push a stick: axis 0 is left to right, axis 1 ahead (-1) to back."""
+        await self._page.evaluate("([axis, value]) => waxPad.push(axis, value)", [axis, value])
+
+    async def press(self, button: int) -> None:
+        await self._page.evaluate("(button) => waxPad.press(button, true)", button)
+
+    async def release(self, button: int) -> None:
+        await self._page.evaluate("(button) => waxPad.press(button, false)", button)
+
+    async def tap(self, button: int) -> None:
+        """Press a button for some frames."""
+        await self.press(button)
+        await self._page.wait_for_timeout(150)
+        await self.release(button)
+        await self._page.wait_for_timeout(150)
+
+    async def unplug(self, *, is_told: bool) -> None:
+        """Take it away, with the browser's event or without."""
+        await self._page.evaluate("(isTold) => waxPad.unplug(isTold)", is_told)

@@ -1,0 +1,271 @@
+"""Other ways to drive than keys and buttons: joystick, gamepad, steps and clicks."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+import pytest_asyncio
+
+from e2e.harness import toml
+from e2e.harness.gamepad import LEFT_OF_CROSS, START, B, InjectedGamepad
+from e2e.harness.robot import moves, stands_still
+from e2e.harness.touch_screen import TouchPoints
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Awaitable, Callable
+    from pathlib import Path
+
+    from playwright.async_api import Locator
+
+    from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.board import Board
+    from e2e.harness.server import Server
+    from e2e.harness.viewer import Viewer
+
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+HIDE = """() => {
+    Object.defineProperty(document, "visibilityState", { value: "hidden", configurable: true });
+    Object.defineProperty(document, "hidden", { value: true, configurable: true });
+    document.dispatchEvent(new Event("visibilitychange"));
+}"""
+"""What a tab in the background tells its page; headless Chromium keeps every tab in front."""
+LOSSES = {
+    "blur": "() => window.dispatchEvent(new Event('blur'))",
+    "pagehide": "() => window.dispatchEvent(new Event('pagehide'))",
+    "hidden": HIDE,
+}
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session")
+async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
+    settings = toml.card_with(turns=toml.BRIEF_GRACE, drive="click_to_move = true")
+    async with serve(tmp_path_factory.mktemp("inputs"), settings) as running:
+        yield running
+
+
+def on_a_board(board: Board) -> str:
+    """Configure the firmware's core as the robot, whose line can be read."""
+    serial = f'url = "{board.path}"\ndialect = "frames"\nreopen_s = 0.2'
+    return toml.card_with(robot='driver = "serial"', robot__serial=serial)
+
+
+async def driving(open_viewer: OpenViewer, server: Server, **options: object) -> Viewer:
+    viewer = await open_viewer(server, **options)
+    await viewer.join()
+    await viewer.drives()
+    return viewer
+
+
+def joystick(viewer: Viewer) -> Locator:
+    return viewer.page.get_by_label("Joystick", exact=True)
+
+
+async def travel_px(viewer: Viewer) -> float:
+    """How far the joystick's knob goes."""
+    await joystick(viewer).scroll_into_view_if_needed()
+    box = await joystick(viewer).bounding_box()
+    assert box is not None, "there is no joystick"
+    return 0.35 * box["width"]
+
+
+async def choose_way(viewer: Viewer, name: str) -> None:
+    """Choose how a direction drives, in the menu."""
+    menu = viewer.page.get_by_text("Menu", exact=True)
+    await menu.click()
+    ways = viewer.page.get_by_role("region", name="How you drive", exact=True)
+    await ways.get_by_role("radio", name=name, exact=True).check()
+    await menu.click()
+
+
+async def ready_pad(viewer: Viewer) -> InjectedGamepad:
+    """Plug a gamepad in and choose it by its Start."""
+    pad = await InjectedGamepad.plugged_in(viewer.page)
+    await viewer.page.get_by_text("Gamepad found").first.wait_for(state="visible", timeout=2000)
+    await viewer.page.wait_for_timeout(150)
+    await pad.tap(START)
+    return pad
+
+
+async def wheels_mmps(board: Board) -> tuple[int, int]:
+    """Return what frames ask of the wheels from now on, once that is the same for half a second."""
+    begun_s = time.monotonic()
+
+    async def steady() -> tuple[int, int] | None:
+        if time.monotonic() < begun_s + 1.0:
+            return None
+        asked = {
+            (frame["left"], frame["right"])
+            for frame in board.events(time.monotonic() - 0.5)
+            if frame["event"] == "frame" and frame["type"] == "drive"
+        }
+        return asked.pop() if len(asked) == 1 else None
+
+    found = await eventually(steady, "frames ask steadily for motion", within_s=4)
+    assert found is not None
+    return found
+
+
+async def comes_to_rest(board: Board) -> None:
+    async def rests() -> bool:
+        return not board.moves
+
+    await eventually(rests, "the wheels stand", within_s=1)
+
+
+# --- in proportion, to the wire ------------------------------------------------------------------
+
+
+@pytest.mark.timeout(120)
+async def test_the_joystick_drives_as_far_as_it_is_pushed(
+    serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
+) -> None:
+    """A thumb in its middle moves nothing, half way less than at the rim, and lifted it stops."""
+    async with serve(tmp_path, on_a_board(board)) as server:
+        viewer = await driving(open_viewer, server, **PHONE)
+        travel = await travel_px(viewer)
+        points = await TouchPoints.of(viewer)
+        await points.press(0, joystick(viewer))
+        await asyncio.sleep(0.5)
+        assert not board.moves
+        await points.slide(0, 0, -0.6 * travel)
+        left, right = await wheels_mmps(board)
+        assert left == right > 0
+        await points.slide(0, 0, -0.6 * travel)
+        full, _ = await wheels_mmps(board)
+        assert left < 0.7 * full
+        await points.lift(0)
+        await comes_to_rest(board)
+
+
+@pytest.mark.timeout(120)
+async def test_a_gamepad_drives_as_far_as_it_is_pushed(
+    serve: Serve, tmp_path: Path, board: Board, open_viewer: OpenViewer
+) -> None:
+    """Not before it was chosen; then its stick drives in proportion, and its loss stops."""
+    async with serve(tmp_path, on_a_board(board)) as server:
+        viewer = await driving(open_viewer, server)
+        pad = await InjectedGamepad.plugged_in(viewer.page)
+        await pad.push(1, -1)
+        await asyncio.sleep(0.5)
+        assert not board.moves
+        await pad.push(1, 0)
+        await pad.tap(START)
+        await pad.push(1, -0.6)
+        left, right = await wheels_mmps(board)
+        assert left == right > 0
+        await pad.push(1, -1)
+        full, _ = await wheels_mmps(board)
+        assert left < 0.7 * full
+        await pad.unplug(is_told=False)
+        await comes_to_rest(board)
+
+
+# --- whatever lets go ----------------------------------------------------------------------------
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def pushing(server: Server, open_viewer: OpenViewer) -> tuple[Viewer, TouchPoints]:
+    """Push the joystick to the left until the robot turns."""
+    viewer = await driving(open_viewer, server, **PHONE)
+    travel = await travel_px(viewer)
+    points = await TouchPoints.of(viewer)
+    await points.press(0, joystick(viewer))
+    await points.slide(0, -travel, 0)
+    assert await moves(server)
+    return viewer, points
+
+
+@pytest.mark.timeout(90)
+@pytest.mark.parametrize("loss", LOSSES.values(), ids=LOSSES)
+async def test_a_joystick_out_of_hands_stops(
+    server: Server, pushing: tuple[Viewer, TouchPoints], loss: str
+) -> None:
+    """Blur, pagehide and a hidden tab release it, and a finger that still moves changes nothing."""
+    viewer, points = pushing
+    await viewer.page.evaluate(loss)
+    await points.slide(0, 10, 10)
+    assert await stands_still(server)
+
+
+@pytest.mark.timeout(90)
+async def test_a_cancelled_touch_releases_the_joystick(
+    server: Server, pushing: tuple[Viewer, TouchPoints]
+) -> None:
+    """A touch that the system takes away stops the robot."""
+    _, points = pushing
+    await points.cancel()
+    assert await stands_still(server)
+
+
+@pytest.mark.timeout(90)
+async def test_a_second_finger_on_the_joystick_does_nothing(
+    server: Server, pushing: tuple[Viewer, TouchPoints]
+) -> None:
+    """It neither moves nor releases it; the first one, lifted, stops."""
+    viewer, points = pushing
+    await points.press(1, joystick(viewer))
+    await points.lift(1)
+    assert await moves(server)
+    await points.lift(0)
+    assert await stands_still(server)
+
+
+@pytest.mark.timeout(90)
+@pytest.mark.parametrize(
+    "lose",
+    [
+        pytest.param(lambda page, _: page.evaluate(LOSSES["blur"]), id="blur"),
+        pytest.param(lambda page, _: page.evaluate(HIDE), id="hidden"),
+        pytest.param(lambda _, pad: pad.unplug(is_told=True), id="disconnected"),
+        pytest.param(lambda _, pad: pad.press(B), id="stop"),
+    ],
+)
+async def test_a_gamepad_that_is_lost_or_left_stops(
+    server: Server, open_viewer: OpenViewer, lose: Callable[..., Awaitable[object]]
+) -> None:
+    """Its cross is still held, and yet the robot stands."""
+    viewer = await driving(open_viewer, server)
+    pad = await ready_pad(viewer)
+    await pad.press(LEFT_OF_CROSS)
+    assert await moves(server)
+    await lose(viewer.page, pad)
+    assert await stands_still(server)
+    if await viewer.button("Hold to release").is_visible():
+        await viewer.release_stop()
+
+
+# --- ways ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.timeout(90)
+async def test_a_step_ends_by_itself(server: Server, open_viewer: OpenViewer) -> None:
+    """Where one drives by steps, a key that stays down makes one short move."""
+    viewer = await driving(open_viewer, server)
+    await choose_way(viewer, "Steps")
+    await viewer.page.keyboard.down("ArrowLeft")
+    assert await moves(server, during_s=0.4)
+    assert await stands_still(server, after_s=0.7)
+    await viewer.page.keyboard.up("ArrowLeft")
+
+
+@pytest.mark.timeout(90)
+@pytest.mark.parametrize("by", ["two seconds", "a key", "hidden"])
+async def test_a_click_ends(server: Server, open_viewer: OpenViewer, by: str) -> None:
+    """A click moves the robot though nothing is held, for two seconds or until something else."""
+    viewer = await driving(open_viewer, server)
+    await choose_way(viewer, "Clicks")
+    await viewer.button("Left").click()
+    assert await moves(server)
+    match by:
+        case "two seconds":
+            assert await moves(server)
+            await asyncio.sleep(1.0)
+        case "a key":
+            await viewer.page.keyboard.press("z")
+        case "hidden":
+            await viewer.page.evaluate(HIDE)
+    assert await stands_still(server, after_s=0.5)
