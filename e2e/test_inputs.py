@@ -73,12 +73,11 @@ async def travel_px(viewer: Viewer) -> float:
 
 
 async def choose_way(viewer: Viewer, name: str) -> None:
-    """Choose how a direction drives, in the menu."""
-    menu = viewer.page.get_by_text("Menu", exact=True)
-    await menu.click()
+    """Choose how a direction drives, in the settings, and close them."""
+    await viewer.open("Settings")
     ways = viewer.page.get_by_role("region", name="How you drive", exact=True)
     await ways.get_by_role("radio", name=name, exact=True).check()
-    await menu.click()
+    await viewer.button("Settings").click()
 
 
 async def ready_pad(viewer: Viewer) -> InjectedGamepad:

@@ -547,7 +547,8 @@ export function startSession(): Session {
     actionOf(state.preferences.peek().keys, key) === action;
   const toggleSpeed = () =>
     actions.setSpeed(state.preferences.peek().speed === "slow" ? "fast" : "slow");
-  const tellOfPad = (what: "found" | "lost") => say(t(`ways.pad_${what}`));
+  const tellOfPad = (what: "found" | "lost") =>
+    say(t(what === "found" ? "ways.pad_found" : "ways.pad_lost"));
   controller.listen(window, { ...actions, toggleSpeed, tellOfPad }, signal);
   listenTalk(window, talk, isKeyFor("talk"), signal);
   listenCameras(window, cameras, isKeyFor("cameras"), signal);

@@ -13,7 +13,7 @@ const ALL = await Promise.all(
 );
 /** What is the same in English. */
 const SAME: Readonly<Record<string, readonly string[]>> = {
-  de: ["figures.stereo", "panels.details", "panels.host"],
+  de: ["figures.stereo", "panels.details", "panels.host", "ways.pad"],
 };
 
 const templates = (message: Message) =>

@@ -13,8 +13,9 @@ import {
 } from "../../drive/keyMap";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
+import { ACTION_NAMES, REFUSALS } from "./names";
 
-const name = (action: KeyAction) => t(`ways.do_${action}`);
+const name = (action: KeyAction) => t(ACTION_NAMES[action]);
 const printed = (key: string) => (key === "Space" ? t("ways.key_space") : keyWords(key));
 
 /** Which key does what; a new one is chosen by pressing it. */
@@ -31,7 +32,7 @@ export function KeyChoice() {
     if ("keys" in changed) setDriving({ keys: changed.keys });
     else {
       const of = changed.why === "taken" ? changed.by : action;
-      complaint.value = t(`ways.keys_${changed.why}`, { key: printed(key), action: name(of) });
+      complaint.value = t(REFUSALS[changed.why], { key: printed(key), action: name(of) });
     }
   };
 

@@ -3,6 +3,7 @@ import type { PadSettings } from "../../drive/padReading";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
 import { Switch } from "../Switch";
+import { percent, written } from "./names";
 import { Slider } from "./Slider";
 
 /** Which gamepad drives, if any, and how it answers. */
@@ -76,14 +77,14 @@ function PadFields() {
         name={t("ways.pad_dead_zone")}
         value={deadZone}
         range={RANGES.deadZone}
-        said={t("ways.percent", { n: Math.round(deadZone * 100) })}
+        said={percent(deadZone)}
         onSlide={(value) => set({ deadZone: value })}
       />
       <Slider
         name={t("ways.pad_curve")}
         value={curve}
         range={RANGES.curve}
-        said={t("ways.number", { n: curve })}
+        said={written(curve)}
         onSlide={(value) => set({ curve: value })}
       />
     </>

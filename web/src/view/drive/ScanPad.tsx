@@ -1,6 +1,7 @@
 import type { ScanItem } from "../../drive/scanner";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
+import { SCAN_NAMES } from "./names";
 
 const DRIVING: readonly ScanItem[] = ["forward", "left", "right", "back", "stop"];
 const STOPPED: readonly ScanItem[] = ["release"];
@@ -20,7 +21,7 @@ export function ScanPad() {
             class={`scan-item is-${item}`}
             aria-current={item === offered.value ? "true" : undefined}
           >
-            {t(`ways.scan_${item}`)}
+            {t(SCAN_NAMES[item])}
           </li>
         ))}
       </ol>

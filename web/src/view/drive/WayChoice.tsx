@@ -2,6 +2,7 @@ import { RANGES, wayInForce } from "../../drive/drivePreferences";
 import { WAYS } from "../../drive/ways";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
+import { seconds, WAY_NAMES } from "./names";
 import { Slider } from "./Slider";
 
 /** How a direction drives: held, in steps, by clicks, or offered to a switch. */
@@ -25,19 +26,19 @@ export function WayChoice() {
               disabled={one === "click" && !mayClick}
               onChange={() => setDriving({ way: one })}
             />
-            <span>{t(`ways.way_${one}`)}</span>
+            <span>{t(WAY_NAMES[one][0])}</span>
           </label>
         ))}
       </div>
       <p class="quiet">
-        {t(`ways.way_${way}_help`)} {!mayClick && t("ways.way_click_forbidden")}
+        {t(WAY_NAMES[way][1])} {!mayClick && t("ways.way_click_forbidden")}
       </p>
       {(way === "step" || way === "scan") && (
         <Slider
           name={t("ways.step_length")}
           value={stepMs}
           range={RANGES.stepMs}
-          said={t("ways.seconds", { s: stepMs / 1000 })}
+          said={seconds(stepMs)}
           onSlide={(ms) => setDriving({ stepMs: ms })}
         />
       )}
@@ -67,7 +68,7 @@ function Switches() {
           name={t("ways.dwell")}
           value={dwellMs}
           range={RANGES.dwellMs}
-          said={t("ways.seconds", { s: dwellMs / 1000 })}
+          said={seconds(dwellMs)}
           onSlide={(ms) => setDriving({ dwellMs: ms })}
         />
       )}
