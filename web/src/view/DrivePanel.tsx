@@ -1,8 +1,8 @@
-import type { Hello } from "../messages";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { DriveButton } from "./DriveButton";
 import { Axes } from "./drive/Axes";
+import { keyHint } from "./drive/keyHint";
 import { ScanPad } from "./drive/ScanPad";
 import { ArrowIcon } from "./icons";
 import { Joystick } from "./Joystick";
@@ -73,8 +73,9 @@ function Speed() {
 
 /** Beside the controls: why the robot stands or is slow, or how to drive. */
 function Hint() {
-  const { drivingTurn, driveReason, hello, isConnected, isFreshlyReleased, me, stopNumber } =
-    useState();
+  const state = useState();
+  const { drivingTurn, driveReason, hello, isConnected } = state;
+  const { isFreshlyReleased, me, preferences, stopNumber } = state;
   if (drivingTurn.value === null) {
     return (
       <p class="hint" id="drive-hint">
@@ -87,18 +88,7 @@ function Hint() {
   const reason = driveReason.value ?? (isFreshlyReleased.value ? released() : null);
   return (
     <p class={reason ? "hint is-reason" : "hint is-keys"} id="drive-hint" aria-live="polite">
-      {reason ?? keysWords(hello.value)}
+      {reason ?? keyHint(preferences.value, hello.value)}
     </p>
   );
-}
-
-/** Which keys do what on this robot. */
-function keysWords(hello: Hello | null): string {
-  const keys = [
-    t("drive.keys"),
-    ...(hello?.voice ? [t("drive.key_speaks")] : []),
-    ...(hello?.cameras.length ? [t("drive.key_cameras")] : []),
-    t("drive.key_stops"),
-  ];
-  return `${keys.join(", ")}.`;
 }

@@ -8,15 +8,14 @@ import {
   DEFAULT_KEYS,
   KEY_ACTIONS,
   type KeyAction,
-  keyWords,
   unassign,
 } from "../../drive/keyMap";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
+import { keyName } from "./keyHint";
 import { ACTION_NAMES, REFUSALS } from "./names";
 
 const name = (action: KeyAction) => t(ACTION_NAMES[action]);
-const printed = (key: string) => (key === "Space" ? t("ways.key_space") : keyWords(key));
 
 /** Which key does what; a new one is chosen by pressing it. */
 export function KeyChoice() {
@@ -32,7 +31,7 @@ export function KeyChoice() {
     if ("keys" in changed) setDriving({ keys: changed.keys });
     else {
       const of = changed.why === "taken" ? changed.by : action;
-      complaint.value = t(REFUSALS[changed.why], { key: printed(key), action: name(of) });
+      complaint.value = t(REFUSALS[changed.why], { key: keyName(key), action: name(of) });
     }
   };
 
@@ -69,10 +68,10 @@ export function KeyChoice() {
                 key={key}
                 type="button"
                 class="key-cap"
-                aria-label={t("ways.keys_remove", { key: printed(key), action: name(one) })}
+                aria-label={t("ways.keys_remove", { key: keyName(key), action: name(one) })}
                 onClick={() => change(unassign(keys, one, key), one, key)}
               >
-                {printed(key)} <span aria-hidden="true">×</span>
+                {keyName(key)} <span aria-hidden="true">×</span>
               </button>
             ))}
             <button

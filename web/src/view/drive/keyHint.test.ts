@@ -1,0 +1,30 @@
+import { expect, it } from "vitest";
+import { DEFAULT_KEYS } from "../../drive/keyMap";
+import { loadPreferences } from "../../preferences";
+import { hello } from "../../testing/messages";
+import { keyHint } from "./keyHint";
+
+const MINE = loadPreferences(null);
+const keys = { ...DEFAULT_KEYS, forward: ["KeyE"], stop: ["Space", "KeyX"] };
+
+it.each([
+  ["as they come", {}, hello(), "Arrow keys or W A S D drive, Space stops."],
+  [
+    "with a voice and cameras",
+    {},
+    hello({ voice: { open_microphone: false }, cameras: [{ name: "Door", axes: [] }] }),
+    "Arrow keys or W A S D drive, T speaks, C swaps cameras, Space stops.",
+  ],
+  ["of one's own", { keys }, hello(), "E ↓ ← → drive, Space stops."],
+  ["where a direction has none", { keys: { ...keys, left: [] } }, hello(), "Space stops."],
+  ["of one switch", { way: "scan" as const }, hello(), "Enter chooses, Space stops."],
+  [
+    "of two switches",
+    { way: "scan" as const, switches: 2 as const },
+    hello(),
+    "Enter chooses, N moves on, Space stops.",
+  ],
+  ["before the greeting", {}, null, "Arrow keys or W A S D drive, Space stops."],
+])("says the keys %s", (_, change, greeting, sentence) => {
+  expect(keyHint({ ...MINE, ...change }, greeting)).toBe(sentence);
+});
