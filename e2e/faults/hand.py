@@ -93,7 +93,11 @@ class HandControl:
 
 @dataclass(frozen=True, slots=True)
 class Taken:
-    """One touch, in ms from it: the last that is the operator's has been applied, on the wire."""
+    """One touch, in ms from it: the last that is the operator's has been applied, on the wire.
+
+    On the wire it ends with a stop, or with what the person asks for themselves: where the two come
+    between two frames, there is no frame for the stop.
+    """
 
     applied_ms: float | None
     wire_ms: float | None
@@ -162,15 +166,16 @@ async def _touched(n: int, *, is_frozen: bool, **settings: Any) -> Trials[Taken]
 
 def _taken(stage: Stage, calls: Calls, since_s: float) -> Taken | None:
     """Return what came of a touch; None if the robot stood before it."""
-    stopping = stage.outcome(since_s)
-    if stopping is None:
+    if stage.outcome(since_s) is None:
         return None
+    frames = stage.record.between(since_s, time.monotonic())
+    wire_s = next((one.at_s for one in frames if max(one.left_mmps, one.right_mmps) <= 0), None)
     told = calls.since(since_s)
     stop_s = next((call.at_s for call in told if call.word == "stop"), None)
     after = [call for call in told if stop_s is not None and call.at_s > stop_s]
     return Taken(
         applied_ms=None if stop_s is None else (stop_s - since_s) * 1000,
-        wire_ms=stopping.told_ms,
+        wire_ms=None if wire_s is None else (wire_s - since_s) * 1000,
         drives=any(call.linear_mps < 0.0 for call in after),
         wrong=sum(call.linear_mps > 0.0 for call in after),
     )
@@ -189,7 +194,7 @@ def _rows(key: str, what: str, trials: Trials[Taken]) -> list[Row]:
             void=trials.void,
         ),
         timed(f"{key}: applied, at most", "… at most", applied_ms, MAX_MS),
-        timed(f"{key}: wire", "… stop frame", [one.wire_ms for one in found], WIRE_MS),
+        timed(f"{key}: wire", "… and on the wire", [one.wire_ms for one in found], WIRE_MS),
         counted(
             f"{key}: operator",
             "… set-points of the operator's applied after it",
