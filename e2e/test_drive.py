@@ -130,6 +130,7 @@ async def test_buttons_work_by_mouse(server: Server, driver: Viewer, name: str, 
 async def test_two_thumbs_drive_a_curve(server: Server, open_viewer: OpenViewer) -> None:
     """On a phone one thumb backs while the other turns; each stops what it alone held."""
     viewer = await open_viewer(server, **PHONE)
+    await viewer.drive_by("Buttons")
     await viewer.join()
     await viewer.drives()
     points = await TouchPoints.of(viewer)

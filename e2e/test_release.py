@@ -100,6 +100,7 @@ async def test_a_frozen_page_stops(server: Server, turning: Viewer) -> None:
 async def test_a_cancelled_touch_stops(server: Server, open_viewer: OpenViewer) -> None:
     """A touch that the system takes away releases the button under it."""
     viewer = await open_viewer(server, has_touch=True)
+    await viewer.drive_by("Buttons")
     await viewer.join()
     await viewer.drives()
     points = await TouchPoints.of(viewer)

@@ -94,6 +94,12 @@ class Viewer:
         if await tab.get_attribute("aria-expanded") == "false":
             await tab.click()
 
+    async def drive_by(self, control: str) -> None:
+        """Have a Joystick or Buttons on the screen, whatever the pointer."""
+        await self.open("Settings")
+        choice = self.page.get_by_role("combobox", name="On the screen", exact=True)
+        await choice.select_option(label=control)
+
     async def call_oneself(self, name: str) -> None:
         await self.name.fill(name)
         await self.name.press("Enter")

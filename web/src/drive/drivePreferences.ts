@@ -6,6 +6,8 @@ import { WAYS, type Way } from "./ways";
 
 export interface DrivePreferences {
   way: Way;
+  /** What lies on the screen; null for what suits the pointer: a stick to fingers. */
+  control: Control | null;
   /** How long a step moves. */
   stepMs: number;
   /** How many switches there are to scan with. */
@@ -15,6 +17,9 @@ export interface DrivePreferences {
   keys: KeyMap;
   gamepad: PadSettings;
 }
+
+export type Control = "stick" | "buttons";
+export const CONTROLS = [null, "stick", "buttons"] as const;
 
 /** The range of each number that the user can set, and its steps. */
 export const RANGES = {
@@ -26,6 +31,7 @@ export const RANGES = {
 
 export const DRIVE_DEFAULTS: DrivePreferences = {
   way: "hold",
+  control: null,
   stepMs: 400,
   switches: 1,
   dwellMs: 1500,
@@ -41,6 +47,7 @@ export function loadDrivePreferences(kept: Readonly<Record<string, unknown>>): D
   };
   return {
     way: WAYS.find((one) => one === kept.way) ?? of.way,
+    control: CONTROLS.find((one) => one === kept.control) ?? of.control,
     stepMs: ranged(kept.stepMs, RANGES.stepMs) ?? of.stepMs,
     switches: kept.switches === 2 ? 2 : of.switches,
     dwellMs: ranged(kept.dwellMs, RANGES.dwellMs) ?? of.dwellMs,
@@ -52,6 +59,16 @@ export function loadDrivePreferences(kept: Readonly<Record<string, unknown>>): D
       curve: ranged(pad.curve, RANGES.curve) ?? of.gamepad.curve,
     },
   };
+}
+
+/** What lies on the screen: a stick only moves while it is held. */
+export function controlInForce(
+  preferences: DrivePreferences,
+  way: Way,
+  isCoarse: boolean,
+): Control {
+  if (way !== "hold") return "buttons";
+  return preferences.control ?? (isCoarse ? "stick" : "buttons");
 }
 
 /** The way in force: clicks only where the host allows them. */

@@ -1,3 +1,4 @@
+import { controlInForce, wayInForce } from "../drive/drivePreferences";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { DriveButton } from "./DriveButton";
@@ -12,7 +13,7 @@ import { joinWords, released } from "./words";
 
 /** The controls: Stop for every viewer, the rest for the operator. */
 export function DrivePanel() {
-  const { me } = useState();
+  const { me, preferences, hello } = useState();
   if (me.value === null || me.value.role === "observer") {
     return (
       <section class="drive is-watching" aria-label={t("drive.name")}>
@@ -21,24 +22,15 @@ export function DrivePanel() {
       </section>
     );
   }
+  const way = wayInForce(preferences.value, hello.value?.click_to_move);
+  const isCoarse = window.matchMedia("(pointer: coarse)").matches;
+  const isStick = controlInForce(preferences.value, way, isCoarse) === "stick";
   return (
     <section class="drive" aria-label={t("drive.name")}>
-      <div class="pad">
-        <DriveButton direction="forward" name={t("drive.forward")}>
-          <ArrowIcon />
-        </DriveButton>
-        <DriveButton direction="left" name={t("drive.left")}>
-          <ArrowIcon />
-        </DriveButton>
-        <DriveButton direction="back" name={t("drive.back")}>
-          <ArrowIcon />
-        </DriveButton>
-        <DriveButton direction="right" name={t("drive.right")}>
-          <ArrowIcon />
-        </DriveButton>
+      <div class={isStick ? "pad is-stick" : "pad"}>
+        {isStick ? <Joystick /> : <Buttons />}
         <StopButton />
       </div>
-      <Joystick />
       <ScanPad />
       <div class="trim">
         <Speed />
@@ -47,6 +39,25 @@ export function DrivePanel() {
       <VoicePanel />
       <Hint />
     </section>
+  );
+}
+
+function Buttons() {
+  return (
+    <>
+      <DriveButton direction="forward" name={t("drive.forward")}>
+        <ArrowIcon />
+      </DriveButton>
+      <DriveButton direction="left" name={t("drive.left")}>
+        <ArrowIcon />
+      </DriveButton>
+      <DriveButton direction="back" name={t("drive.back")}>
+        <ArrowIcon />
+      </DriveButton>
+      <DriveButton direction="right" name={t("drive.right")}>
+        <ArrowIcon />
+      </DriveButton>
+    </>
   );
 }
 

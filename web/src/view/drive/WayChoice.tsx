@@ -1,4 +1,4 @@
-import { RANGES, wayInForce } from "../../drive/drivePreferences";
+import { CONTROLS, type Control, RANGES, wayInForce } from "../../drive/drivePreferences";
 import { WAYS } from "../../drive/ways";
 import { t } from "../../words/words";
 import { useActions, useState } from "../context";
@@ -33,6 +33,7 @@ export function WayChoice() {
       <p class="quiet">
         {t(WAY_NAMES[way][1])} {!mayClick && t("ways.way_click_forbidden")}
       </p>
+      {way === "hold" && <ScreenControl />}
       {(way === "step" || way === "scan") && (
         <Slider
           name={t("ways.step_length")}
@@ -46,6 +47,35 @@ export function WayChoice() {
     </fieldset>
   );
 }
+
+/** A stick or buttons. */
+function ScreenControl() {
+  const { preferences } = useState();
+  const { setDriving } = useActions();
+  return (
+    <label class="field">
+      <span>{t("ways.control")}</span>
+      <select
+        value={preferences.value.control ?? ""}
+        onChange={(event) =>
+          setDriving({ control: (event.currentTarget.value || null) as Control | null })
+        }
+      >
+        {CONTROLS.map((one) => (
+          <option key={one} value={one ?? ""}>
+            {t(CONTROL_NAMES[one ?? "auto"])}
+          </option>
+        ))}
+      </select>
+    </label>
+  );
+}
+
+const CONTROL_NAMES = {
+  auto: "ways.control_auto",
+  stick: "ways.joystick",
+  buttons: "ways.control_buttons",
+} as const;
 
 function Switches() {
   const { preferences } = useState();
