@@ -78,18 +78,22 @@ async def test_nothing_is_fetched_from_elsewhere(server: Server, open_viewer: Op
 
 
 @pytest.mark.timeout(60)
+@pytest.mark.parametrize("control", ["Joystick", "Buttons"])
 async def test_a_phone_has_everything_under_the_thumbs(
-    server: Server, open_viewer: OpenViewer
+    server: Server, open_viewer: OpenViewer, control: str
 ) -> None:
-    """On a phone nothing scrolls sideways, and the drive buttons are large and in view."""
+    """On a phone nothing scrolls sideways, and what one drives by is large and in view."""
     viewer = await open_viewer(server, **PHONE)
+    await viewer.drive_by(control)
     await viewer.join()
     await viewer.drives()
     wide = await viewer.page.evaluate("() => document.documentElement.scrollWidth")
     assert wide <= PHONE["viewport"]["width"]  # type: ignore[index]  # a mapping of its own
     assert await viewer.page.evaluate("() => window.scrollY") == 0
-    for name in (*DRIVE_BUTTONS, "Stop"):
-        box = await viewer.button(name).bounding_box()
+    stick = viewer.page.get_by_label("Joystick", exact=True)
+    drives = [stick] if control == "Joystick" else [viewer.button(name) for name in DRIVE_BUTTONS]
+    for name in (*drives, viewer.button("Stop")):
+        box = await name.bounding_box()
         assert box is not None, f"{name} is not shown"
         assert min(box["width"], box["height"]) >= THUMB_PX, (name, box)
         assert box["x"] >= 0, (name, box)

@@ -81,6 +81,7 @@ async def hands_off(
         }
         await tab.close()
         await page.take_the_wheel()
+        await page.viewer.drive_by("Buttons")
         touch = _Touch(stage, page, await TouchPoints.of(page.viewer))
         found["pointercancel"] = await repeat("hands-off: pointercancel", n, touch.cancel)
     return [
