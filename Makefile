@@ -52,6 +52,14 @@ voice: ## a voice to the robot: its delay, and what it adds to the commands': ma
 	@sh .make/install.sh test
 	@sh .make/suite.sh voice $(ARGS)
 
+page: ## what the page takes: first picture, main thread, input to the gate, memory: make page ARGS="--only input*"
+	@sh .make/install.sh test
+	@sh .make/suite.sh page $(ARGS)
+
+gallery: ## photograph the page in every state, window and theme: make gallery ARGS="--only driving"
+	@sh .make/install.sh test
+	@sh .make/suite.sh gallery $(ARGS)
+
 figures: ## render the tables of README.md from e2e/published
 	@sh .make/install.sh test
 	@.venv/bin/python -m e2e.measure
@@ -84,4 +92,4 @@ clean: ## remove everything installed or built here
 	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis dist e2e/out \
 		web/node_modules web/src/generated server/wax/web/dist
 
-.PHONY: help run unit test test-all check bench lab goals sound faults public cluster voice figures mutants soak fuzz ablation coverage lock clean
+.PHONY: help run unit test test-all check bench lab goals sound faults public cluster voice page gallery figures mutants soak fuzz ablation coverage lock clean

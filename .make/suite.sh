@@ -1,5 +1,5 @@
 # Run a suite that measures, or tests the tests, after installing what it drives.
-# usage: suite.sh bench | faults | public | cluster | voice | lab | soak | fuzz | mutants | coverage   ARGUMENTS…
+# usage: suite.sh bench | faults | public | cluster | voice | page | gallery | lab | soak | fuzz | mutants | coverage   ARGUMENTS…
 set -eu
 . .make/lib.sh
 . .make/browsers.sh
@@ -28,6 +28,14 @@ lab)
         say "ViSQOL could not be built, see above; the voice has no score"
     ;;
 voice) want_playwright && want_chromium && want_ear ;;
+page)
+    want_playwright && want_chromium && want_link && want_ear
+    sh .make/firmware.sh board >/dev/null
+    ;;
+gallery)
+    want_playwright && want_chromium
+    sh .make/firmware.sh board >/dev/null
+    ;;
 mutants)
     sh .make/firmware.sh library >/dev/null # there is a compiler, or a sentence about it
     exec python -m tests.mutants "$@"
@@ -44,6 +52,6 @@ coverage)
     npm run --silent --prefix web coverage || status=1
     exit $status
     ;;
-*) die "usage: suite.sh bench | faults | public | cluster | voice | lab | soak | fuzz | mutants | coverage ARGUMENTS…" ;;
+*) die "usage: suite.sh bench | faults | public | cluster | voice | page | gallery | lab | soak | fuzz | mutants | coverage ARGUMENTS…" ;;
 esac
 exec python -m "e2e.$suite" "$@"

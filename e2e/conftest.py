@@ -31,10 +31,11 @@ if TYPE_CHECKING:
 
 load_profiles()
 
-MEASURES = ("bench", "cluster", "lab", "peers", "voice")
+MEASURES = ("bench", "cluster", "lab", "page", "peers", "voice")
 """Folders of what measures or needs another's server, whose tests `make test-all` runs."""
 
 BESIDE = (
+    "gallery",
     "reach",
     "test_bad_input.py",
     "test_eyes_closed.py",

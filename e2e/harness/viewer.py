@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from e2e.measure.ear import Block, Ear, Tap
 
 HERE = Path(__file__).parent
+_DETAILS = re.compile("^(Delay|Details)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +130,34 @@ class Viewer:
         """Return the page's status of the connection."""
         text = await self.page.get_by_role("status").first.inner_text()
         return text.strip().lower().startswith("connected")
+
+    # --- what is opened and put away --------------------------------------------------------
+
+    async def puts_the_first_card_away(self) -> None:
+        """Close what greets who is here for the first time, if it is there."""
+        card = self.page.get_by_role("region", name="Welcome", exact=True)
+        if await card.is_visible():
+            await card.get_by_role("button").last.click()
+
+    async def opens_the_menu(self) -> None:
+        await self.button("Menu").click()
+
+    async def opens_the_details(self) -> None:
+        """Show the figures of the picture, the sound and the link."""
+        await self.page.get_by_text(_DETAILS).first.click()
+
+    async def opens_the_console(self) -> None:
+        """Show what only the host sees."""
+        await self._finds(self.page.get_by_text("Host", exact=True).first)
+
+    async def switches_the_picture_off(self) -> None:
+        await self._finds(self.switch("Picture"))
+
+    async def _finds(self, control: Locator) -> None:
+        """Press what may be in the menu, and open that for it."""
+        if not await control.is_visible():
+            await self.opens_the_menu()
+        await control.click()
 
     # --- the video probe ------------------------------------------------------------------
 

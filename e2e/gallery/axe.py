@@ -1,0 +1,45 @@
+"""What axe-core finds on the page, as sentences."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.harness.missing import missing
+from e2e.measure.suite import ROOT
+
+if TYPE_CHECKING:
+    from playwright.async_api import Page
+
+_SOURCE: Final = ROOT / "web/node_modules/axe-core/axe.min.js"
+_TAGS: Final = ("wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa")
+_RUN: Final = """async (tags) => (await axe.run(document, {
+    runOnly: { type: "tag", values: tags },
+    // Off unless asked for, although it is of WCAG 2.2 AA.
+    rules: { "target-size": { enabled: true } },
+    resultTypes: ["violations"],
+})).violations.map(({ id, help, nodes }) => ({
+    id, help, nodes: nodes.map(({ target, failureSummary }) => [target.join(" "), failureSummary]),
+}))"""
+
+
+@cache
+def _source() -> str:
+    if not _SOURCE.exists():
+        missing("axe-core is not installed: type make test, or npm ci in web/")
+    return _SOURCE.read_text(encoding="utf-8")
+
+
+async def findings(page: Page) -> list[str]:
+    """Return a sentence for each element that breaks a rule of WCAG 2.2 A and AA.
+
+    The page's policy allows no script of ours, so it comes in by the debugger.
+    """
+    if not await page.evaluate("typeof axe !== 'undefined'"):
+        await page.evaluate(_source())
+    violations: list[dict[str, Any]] = await page.evaluate(_RUN, list(_TAGS))
+    return [
+        f"axe {one['id']}: {one['help']}; {selector} ({' '.join(summary.split())})"
+        for one in violations
+        for selector, summary in one["nodes"]
+    ]

@@ -1,0 +1,81 @@
+"""How one comes to drive, to drive slowly, and to be stopped."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Final
+
+from e2e.harness.robot import moves
+from e2e.harness.touch_screen import TouchPoints
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from e2e.gallery.scene import Scene
+
+_LATE: Final = "e2e.gallery.late_camera:LateCamera"
+_FROZEN: Final = "e2e.faults.camera:Camera"
+
+
+async def driving(scene: Scene) -> None:
+    """Turn the robot: by a key that is held, or by a finger."""
+    await scene.serves()
+    await scene.comes("Bob")
+    viewer = await scene.drives()
+    await asyncio.sleep(1)  # a turn begins with nothing held
+
+    async def turns() -> bool:
+        return await moves(scene.server, during_s=0.4)
+
+    if scene.is_touched:
+        points = await TouchPoints.of(viewer)
+        await points.press(0, viewer.button("Left"))
+    else:
+        await viewer.page.keyboard.down("ArrowLeft")
+    await eventually(turns, "the robot turns")
+
+
+async def slow(scene: Scene) -> None:
+    """Drive by a picture that is late, but not too late."""
+    await scene.serves(video={"source": _LATE}, audio={"source": "testcard"})
+    viewer = await scene.drives()
+    await viewer.page.keyboard.down("ArrowLeft")
+
+
+async def paused(scene: Scene) -> None:
+    """Freeze the camera while somebody drives."""
+    camera = scene.camera()
+    await scene.serves(
+        environment=camera.environment, video={"source": _FROZEN}, audio={"source": "testcard"}
+    )
+    viewer = await scene.drives()
+    await asyncio.sleep(1)
+    await viewer.page.keyboard.down("ArrowLeft")
+    await camera.freeze()
+
+
+async def stopped_by_you(scene: Scene) -> None:
+    await scene.serves()
+    viewer = await scene.drives()
+    await viewer.button("Stop").click()
+
+
+async def stopped_by_another(scene: Scene) -> None:
+    await scene.serves()
+    other = await scene.comes("Wanda")
+    await scene.drives()
+    await other.press_stop()
+
+
+async def stopped_by_host(scene: Scene) -> None:
+    await scene.serves()
+    host = await scene.comes("Host", is_host=True)
+    await scene.drives()
+    await host.press_stop()
+
+
+async def stopped_watched(scene: Scene) -> None:
+    """Stop the robot before somebody who cannot release it."""
+    await scene.serves()
+    operator = await scene.somebody_drives()
+    await scene.opens()
+    await operator.press_stop()

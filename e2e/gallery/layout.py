@@ -1,0 +1,53 @@
+"""What must hold of the layout in every state, window and theme."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from playwright.async_api import Page
+
+_SCRIPT: Final = Path(__file__).with_name("layout.js").read_text(encoding="utf-8")
+_VANISHES: Final = """() => [...document.querySelectorAll("button:enabled")]
+    .filter((one) => one.checkVisibility({ visibilityProperty: true }))
+    .filter((one) => {
+        const { borderTopStyle, borderTopWidth, outlineStyle, forcedColorAdjust } =
+            getComputedStyle(one);
+        const isFramed = borderTopStyle !== "none" && parseFloat(borderTopWidth) >= 1;
+        return !isFramed && outlineStyle === "none" && forcedColorAdjust !== "none";
+    })
+    .map((one) => `“${(one.ariaLabel ?? one.innerText).trim()}” has no edge in forced colours`)"""
+"""The page's colours, and so its backgrounds, are gone there: a button is known by its edge."""
+_MOVES: Final = """() => document.getAnimations()
+    .filter((one) => one.playState === "running")
+    .filter((one) => one.effect.getComputedTiming().endTime > 200)
+    .map((one) => `<${one.effect.target.localName}.${one.effect.target.className}> moves on`)"""
+"""What is neither over at once nor standing still."""
+
+
+async def faults(page: Page, *, has_stop: bool) -> list[str]:
+    """Return what is wrong: it scrolls sideways, Stop is hidden, a target is small."""
+    stop = page.get_by_role("button", name="Stop", exact=True)
+    count = await stop.count()
+    if has_stop and count != 1:
+        return [f"there are {count} Stop buttons", *await page.evaluate(f"({_SCRIPT})(null)")]
+    button = await stop.element_handle() if has_stop else None
+    found: list[str] = await page.evaluate(_SCRIPT, button)
+    return found
+
+
+async def vanished(page: Page) -> list[str]:
+    """Return the buttons that have no edge in forced colours."""
+    await page.emulate_media(forced_colors="active")
+    found: list[str] = await page.evaluate(_VANISHES)
+    await page.emulate_media(forced_colors="none")
+    return found
+
+
+async def moving(page: Page) -> list[str]:
+    """Return what goes on moving for somebody who asks for less motion."""
+    await page.emulate_media(reduced_motion="reduce")
+    found: list[str] = await page.evaluate(_MOVES)
+    await page.emulate_media(reduced_motion="no-preference")
+    return found

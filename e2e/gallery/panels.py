@@ -1,0 +1,42 @@
+"""What one switches off, or opens, and what the host does to all."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from e2e.gallery.scene import Scene
+
+
+async def picture_off(scene: Scene) -> None:
+    await scene.serves()
+    viewer = await scene.drives()
+    await viewer.switches_the_picture_off()
+
+
+async def blanked(scene: Scene) -> None:
+    await scene.serves()
+    host = await scene.comes("Host", is_host=True)
+    await scene.opens()
+    host.say(type="blank", blanked=True)
+
+
+async def console(scene: Scene) -> None:
+    """Open the host's console while somebody drives and somebody waits."""
+    await scene.serves()
+    await scene.somebody_drives()
+    await scene.somebody_waits()
+    viewer = await scene.opens(is_host=True)
+    await viewer.opens_the_console()
+
+
+async def menu(scene: Scene) -> None:
+    await scene.serves()
+    viewer = await scene.drives()
+    await viewer.opens_the_menu()
+
+
+async def details(scene: Scene) -> None:
+    await scene.serves()
+    viewer = await scene.drives()
+    await viewer.opens_the_details()

@@ -1,0 +1,141 @@
+"""A robot with a server, the page that is looked at, and the other people in the room."""
+
+from __future__ import annotations
+
+from contextlib import AsyncExitStack, asynccontextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Final
+
+from e2e.faults.camera import Control
+from e2e.gallery.views import COMPUTER
+from e2e.harness import toml
+from e2e.harness.board import Board
+from e2e.harness.server import Server
+from e2e.harness.viewer import Viewer
+from wax.client import Operator
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from playwright.async_api import Browser
+
+    from e2e.gallery.views import Device
+
+_FLAT: Final[dict[str, Any]] = {
+    "video": {"source": "robot"},
+    "audio": {"source": "robot"},
+    # Somebody who has closed their page is forgotten soon.
+    "turns": {"grace_s": 0.5},
+}
+"""The simulated robot in its flat: what `make run` shows."""
+
+
+class Scene:
+    """What a story of `e2e.gallery.states` tells with; all of it ends with the scene.
+
+    A story calls `serves` and `opens` before anything else of the kind.
+    """
+
+    def __init__(self, browser: Browser, device: Device, folder: Path, stack: AsyncExitStack):
+        self.device = device
+        self.folder = folder
+        self._browser = browser
+        self._stack = stack
+        self._server: Server | None = None
+        self._viewer: Viewer | None = None
+
+    @property
+    def is_touched(self) -> bool:
+        return self.device is not COMPUTER
+
+    @property
+    def server(self) -> Server:
+        assert self._server is not None, "the story has not called `serves`"
+        return self._server
+
+    @property
+    def viewer(self) -> Viewer:
+        """The page that is looked at."""
+        assert self._viewer is not None, "the story has not called `opens`"
+        return self._viewer
+
+    # --- what there is ------------------------------------------------------------------------
+
+    async def serves(self, *, environment: dict[str, str] | None = None, **tables: Any) -> Server:
+        """Start the server; `tables` are of its configuration."""
+        server = self._server = Server(self.folder, toml.dumps(toml.merged(_FLAT, tables)))
+        server.environment |= environment or {}
+        self._stack.push_async_callback(server.kill)
+        await server.start()
+        return server
+
+    async def board(self) -> Board:
+        """Plug the real firmware in, for ``robot=serial(board)``."""
+        board = Board(self.folder)
+        await board.start()
+        self._stack.push_async_callback(board.stop)
+        return board
+
+    def camera(self) -> Control:
+        """Have a camera that freezes when it is told to, for ``video=…`` of `faults.camera`."""
+        return self._stack.enter_context(Control())
+
+    # --- who is there -------------------------------------------------------------------------
+
+    async def prepares(self, *, is_host: bool = False) -> Viewer:
+        """Have the browser of the person whose page is looked at, with no page open yet."""
+        context = await self._browser.new_context(**self.device.context)
+        self._stack.push_async_callback(context.close)
+        if is_host:
+            await self.server.make_host(context)
+        self._viewer = await Viewer.prepare(context, self.server.url)
+        return self._viewer
+
+    async def opens(
+        self, path: str = "/", *, is_host: bool = False, is_new: bool = False
+    ) -> Viewer:
+        """Open the page and wait for its picture; who is not new has put the first card away."""
+        viewer = await self.prepares(is_host=is_host)
+        await viewer.page.goto(self.server.url + path)
+        await viewer.sees_picture()
+        if not is_new:
+            await viewer.puts_the_first_card_away()
+        return viewer
+
+    async def drives(self, **how: Any) -> Viewer:
+        """Open the page, and let its person drive."""
+        viewer = await self.opens(**how)
+        await viewer.join()
+        await viewer.drives()
+        return viewer
+
+    async def comes(self, name: str, *, is_host: bool = False) -> Operator:
+        """Let somebody else in, without a browser."""
+        cookies = await self.server.host_cookies() if is_host else None
+        client = Operator(self.server.url, name=name, cookies=cookies)
+        return await self._stack.enter_async_context(client)
+
+    async def somebody_drives(self, name: str = "Ada") -> Operator:
+        operator = await self.comes(name)
+        await operator.join()
+        return operator
+
+    async def somebody_waits(self, name: str = "Bob") -> Operator:
+        waiting = await self.comes(name)
+        waiting.say(type="join")
+        assert await waiting.until(lambda: _waits(waiting)), f"{name} gets no place in the queue"
+        return waiting
+
+
+def _waits(client: Operator) -> bool:
+    viewers = client.newest("room").get("viewers", [])
+    return any(one["id"] == client.viewer and one["role"] == "queued" for one in viewers)
+
+
+@asynccontextmanager
+async def scene(browser: Browser, device: Device) -> AsyncIterator[Scene]:
+    """Set an empty stage."""
+    async with AsyncExitStack() as stack:
+        folder = stack.enter_context(TemporaryDirectory(prefix="wax-gallery-"))
+        yield Scene(browser, device, Path(folder), stack)

@@ -1,0 +1,63 @@
+"""The gallery's pictures on the disk, and the page that shows them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from e2e.gallery.states import STATES
+from e2e.gallery.views import DEVICES
+from e2e.measure.command import OUT
+
+if TYPE_CHECKING:
+    from e2e.gallery.scene import Scene
+    from e2e.gallery.state import State
+    from e2e.gallery.views import View
+
+FOLDER: Final = OUT / "gallery"
+_TEMPLATES: Final = Path(__file__).parent / "templates"
+
+
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """One picture, its address within the gallery, and what a screen reader is told there."""
+
+    title: str
+    picture: str
+    tree: str
+
+
+async def shoot(scene: Scene, state: State, view: View, folder: Path = FOLDER) -> None:
+    """Photograph the page as a person sees it, and print its accessibility tree."""
+    place = folder / state.key
+    place.mkdir(parents=True, exist_ok=True)
+    page = scene.viewer.page
+    await page.screenshot(path=place / f"{view.key}.png", animations="disabled")
+    tree = await page.locator("body").aria_snapshot()
+    (place / f"{view.key}.yaml").write_text(tree + "\n", encoding="utf-8")
+
+
+def write_page(problems: dict[str, str], folder: Path = FOLDER) -> Path:
+    """Write the page over all that is in the folder; `problems` are by a state's key."""
+    loader = FileSystemLoader(_TEMPLATES)
+    env = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
+    states = [(state, _shots(state, folder), problems.get(state.key, "")) for state in STATES]
+    text = env.get_template("gallery.html").render(states=states)
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "index.html"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _shots(state: State, folder: Path) -> list[Shot]:
+    found = []
+    for view in (view for device in DEVICES for view in device.views):
+        picture = folder / state.key / f"{view.key}.png"
+        if picture.exists():
+            tree = picture.with_suffix(".yaml").read_text(encoding="utf-8")
+            title = f"{view.size.title}, {view.theme}"
+            found.append(Shot(title, f"{state.key}/{picture.name}", tree))
+    return found

@@ -1,0 +1,116 @@
+"""The gallery's own promises."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+import pytest_asyncio
+
+from e2e.gallery import axe, layout
+from e2e.gallery.shots import write_page
+from e2e.gallery.states import STATES
+from e2e.gallery.views import COMPUTER, DEVICES, PHONE
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    from playwright.async_api import Browser, Page
+
+pytestmark = pytest.mark.timeout(60)
+
+
+def test_states_and_views_have_names_of_their_own() -> None:
+    """No picture overwrites another's, and a link on the gallery's page leads to one state."""
+    keys = [state.key for state in STATES]
+    assert len(set(keys)) == len(keys)
+    assert all(key == key.lower() and " " not in key for key in keys)
+    views = [view for device in DEVICES for view in device.views]
+    assert len({view.key for view in views}) == len(views) == 6
+    assert all(view.device is device for device in DEVICES for view in device.views)
+
+
+def test_the_page_shows_what_there_is(tmp_path: Path) -> None:
+    """A picture is shown with its tree, as text; a state that was not reached says why."""
+    place = tmp_path / "free"
+    place.mkdir()
+    (place / "upright-dark.png").write_bytes(b"")
+    (place / "upright-dark.yaml").write_text('- button "<b>Join</b>"\n', encoding="utf-8")
+    text = write_page({"menu": "no button “Menu”"}, tmp_path).read_text(encoding="utf-8")
+    assert 'src="free/upright-dark.png"' in text
+    assert "&lt;b&gt;Join&lt;/b&gt;" in text
+    assert "Not reached: no button “Menu”" in text
+    assert text.count("<img") == 1
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def blank(chromium: Browser) -> AsyncIterator[Page]:
+    page = await chromium.new_page(viewport={"width": 400, "height": 300})
+    yield page
+    await page.close()
+
+
+_STOP = '<button style="position: fixed; left: 100px; top: 100px; width: 90px; height: 50px">'
+
+
+@pytest.mark.parametrize(
+    ("html", "finding"),
+    [
+        (f"{_STOP}Stop</button>", None),
+        ("<p>nothing</p>", "there are 0 Stop buttons"),
+        (f"{_STOP}Stop</button><div style='width: 900px; height: 9px'></div>", "sideways"),
+        (f"{_STOP.replace('top: 100px', 'top: 290px')}Stop</button>", "not in the window"),
+        (
+            f"{_STOP}Stop</button><div style='position: fixed; inset: 120px 0 0 0'></div>",
+            "covered by",
+        ),
+        (f"{_STOP}Stop</button><button style='width: 43px; height: 44px'>x</button>", "43 × 44"),
+        (f"{_STOP}Stop</button><p>Read <a href='/x'>this</a> first.</p>", None),
+        (f"{_STOP}Stop</button><button disabled style='width: 9px'>x</button>", None),
+    ],
+)
+async def test_the_layouts_check_finds(blank: Page, html: str, finding: str | None) -> None:
+    """Each thing that must not be is found where it is, and nothing where it is not."""
+    await blank.set_content(html)
+    found = await layout.faults(blank, has_stop=True)
+    if finding is None:
+        assert found == []
+    else:
+        assert len(found) == 1
+        assert finding in found[0]
+
+
+async def test_axe_finds_what_is_wrong(blank: Page) -> None:
+    """A finding names the rule, the element, and what helps."""
+    await blank.set_content(
+        "<!doctype html><html lang=en><title>x</title><main><h1>x</h1><img src=data:,></main>"
+    )
+    (found,) = await axe.findings(blank)
+    assert found.startswith("axe image-alt: ")
+    assert "img" in found
+    assert "alt" in found
+    await blank.set_content(
+        "<!doctype html><html lang=en><title>x</title><main><h1>x</h1>"
+        "<button style='width:9px;height:9px;padding:0'>a</button>"
+        "<button style='width:9px;height:9px;padding:0'>b</button></main>"
+    )
+    assert any("axe target-size: " in one for one in await axe.findings(blank))
+
+
+async def test_the_readers_wishes_are_checked(blank: Page) -> None:
+    """A button without an edge in forced colours is found, and what moves on in spite of them."""
+    await blank.set_content(
+        "<style>@keyframes turn { to { rotate: 1turn } }"
+        " i { display: block; animation: turn 1s infinite }"
+        " @media (prefers-reduced-motion: reduce) { .calm { animation: none } }</style>"
+        "<button>ok</button><button style='border: none'>gone</button><i>x</i><i class=calm>x</i>"
+    )
+    assert await layout.vanished(blank) == ["“gone” has no edge in forced colours"]
+    assert await layout.moving(blank) == ["<i.> moves on"]
+
+
+def test_a_phone_is_touched() -> None:
+    """Views of a phone are of a context with a finger, those of a computer are not."""
+    assert PHONE.context["has_touch"]
+    assert "has_touch" not in COMPUTER.context

@@ -1,0 +1,129 @@
+"""Every state in every window and theme: to be seen, to be pressed, to be read out."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import pytest
+import pytest_asyncio
+
+from e2e.gallery import axe, layout
+from e2e.gallery.shots import shoot, write_page
+from e2e.gallery.states import STATES, named
+from e2e.gallery.views import ACROSS, COMPUTER, DESKTOP, UPRIGHT, View
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from playwright.async_api import Browser
+
+    from e2e.gallery.scene import Scene
+    from e2e.gallery.state import State
+    from e2e.gallery.views import Device, Theme
+
+pytestmark = pytest.mark.timeout(180)
+
+BRIEFLY: Final[tuple[tuple[str, View], ...]] = (
+    ("free", View(UPRIGHT, "light")),
+    ("somebody-drives", View(DESKTOP, "dark")),
+    ("waiting", View(ACROSS, "light")),
+    ("driving", View(DESKTOP, "light")),
+    ("driving", View(ACROSS, "dark")),
+    ("driving", View(UPRIGHT, "light")),
+    ("stopped-by-another", View(UPRIGHT, "dark")),
+    ("server-gone", View(DESKTOP, "dark")),
+    ("menu", View(UPRIGHT, "dark")),
+    ("console", View(DESKTOP, "light")),
+)
+"""Ten that between them have most of what the page can show."""
+ZOOMED: Final = ("free", "menu", "console")
+ZOOM: Final = 2
+"""WCAG 1.4.4: text at 200 %, which halves a window's CSS pixels."""
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session", autouse=True)
+async def _gallery() -> AsyncIterator[None]:
+    """Show the pictures that the tests have taken."""
+    yield
+    write_page({})
+
+
+def _every() -> list[Any]:
+    return [
+        pytest.param(state, device, id=f"{state.key}-{device.key}")
+        for state in STATES
+        for device in state.devices
+    ]
+
+
+async def _wrong(scene: Scene, state: State, view: View) -> list[str]:
+    await view.show(scene.viewer.page)
+    found = await layout.faults(scene.viewer.page, has_stop=state.has_stop)
+    found += await axe.findings(scene.viewer.page)
+    return [f"{view.key}: {one}" for one in found]
+
+
+@pytest.mark.parametrize(
+    ("key", "view"), BRIEFLY, ids=[f"{key}-{view.key}" for key, view in BRIEFLY]
+)
+async def test_a_state_has_no_finding(chromium: Browser, key: str, view: View) -> None:
+    """No rule of WCAG 2.2 AA is broken, Stop is free to be pressed, and no target is small."""
+    state = named(key)
+    async with state.reached(chromium, view.device) as scene:
+        assert await _wrong(scene, state, view) == []
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(("state", "device"), _every())
+async def test_every_state_has_no_finding(chromium: Browser, state: State, device: Device) -> None:
+    """The same in every state, window and theme; each is photographed for the gallery."""
+    wrong = []
+    async with state.reached(chromium, device) as scene:
+        for view in device.views:
+            wrong += await _wrong(scene, state, view)
+            await shoot(scene, state, view)
+        assert scene.viewer.errors == []
+    assert wrong == []
+
+
+@pytest.mark.parametrize("theme", ["light", pytest.param("dark", marks=pytest.mark.full)])
+@pytest.mark.parametrize(
+    "key",
+    ["driving", *(pytest.param(key, marks=pytest.mark.full) for key in ZOOMED)],
+)
+async def test_at_200_percent_everything_is_there(
+    chromium: Browser, key: str, theme: Theme
+) -> None:
+    """With text twice as large nothing runs out of the window sideways, and Stop is in it."""
+    state = named(key)
+    async with state.reached(chromium, COMPUTER) as scene:
+        page = scene.viewer.page
+        await View(DESKTOP, theme).show(page)
+        size = {"width": DESKTOP.width // ZOOM, "height": DESKTOP.height // ZOOM}
+        await page.set_viewport_size(size)  # type: ignore[arg-type]
+        assert await layout.faults(scene.viewer.page, has_stop=state.has_stop) == []
+        assert await axe.findings(page) == []
+
+
+async def test_at_200_percent_one_joins_drives_and_stops(chromium: Browser) -> None:
+    """With text twice as large all that a visitor does can be done by the buttons themselves."""
+    async with named("free").reached(chromium, COMPUTER) as scene:
+        viewer = scene.viewer
+        size = {"width": DESKTOP.width // ZOOM, "height": DESKTOP.height // ZOOM}
+        await viewer.page.set_viewport_size(size)  # type: ignore[arg-type]
+        await viewer.join()
+        await viewer.drives()
+        await viewer.button("Stop").click()
+        await named("stopped-by-you").mark(viewer.page).wait_for(state="visible")
+        await viewer.release_stop()
+
+
+@pytest.mark.parametrize(
+    "key", ["driving", *(pytest.param(key, marks=pytest.mark.full) for key in ("free", "menu"))]
+)
+async def test_colours_and_motion_are_the_readers(chromium: Browser, key: str) -> None:
+    """In forced colours a button keeps its edge; asked for less motion, nothing moves on."""
+    async with named(key).reached(chromium, COMPUTER) as scene:
+        page = scene.viewer.page
+        assert await layout.vanished(page) == []
+        assert await layout.moving(page) == []

@@ -1,0 +1,122 @@
+"""How one comes to watch, to wait, and to be called."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Final
+
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from playwright.async_api import Route
+
+    from e2e.gallery.scene import Scene
+
+_READY_S: Final = 20.0
+_TURN_S: Final = 3.0
+_REST_S: Final = 90.0
+
+
+async def connecting(scene: Scene) -> None:
+    """Open the page where what it asks the server for gets lost on the way."""
+    await scene.serves()
+    viewer = await scene.prepares()
+
+    async def loses(route: Route) -> None:
+        """Keep the request and give no answer."""
+
+    await viewer.page.route("**/api/offer", loses)
+    await viewer.page.goto(scene.server.url)
+
+
+async def first_visit(scene: Scene) -> None:
+    await scene.serves()
+    await scene.opens(is_new=True)
+
+
+async def free(scene: Scene) -> None:
+    await scene.serves()
+    await scene.opens()
+
+
+async def somebody_drives(scene: Scene) -> None:
+    await scene.serves()
+    await scene.somebody_drives()
+    await scene.comes("Bob")
+    await scene.opens()
+
+
+async def waiting(scene: Scene) -> None:
+    await scene.serves()
+    await scene.somebody_drives()
+    await scene.somebody_waits()
+    viewer = await scene.opens()
+    await viewer.join()
+
+
+async def you_are_next(scene: Scene) -> None:
+    await scene.serves()
+    await scene.somebody_drives()
+    viewer = await scene.opens()
+    await viewer.join()
+
+
+async def called(scene: Scene) -> None:
+    """Ask somebody who has done nothing for a while whether they are there: the robot is free."""
+    await scene.serves(turns={"ready_s": _READY_S})
+    operator = await scene.somebody_drives()
+    viewer = await scene.opens()
+    await viewer.join()
+    await asyncio.sleep(_READY_S + 0.5)
+    await operator.leave()
+
+
+async def turn_over(scene: Scene) -> None:
+    """End one's turn because somebody else waits; others go first for a while."""
+    await scene.serves(turns={"turn_s": _TURN_S, "cooldown_s": _REST_S})
+    viewer = await scene.drives()
+    other = await scene.somebody_waits("Ada")
+    await asyncio.sleep(_TURN_S)
+    await other.gets_turn()
+
+    async def is_over() -> bool:
+        return not await viewer.page.get_by_text("You are driving").first.is_visible()
+
+    await eventually(is_over, "the page says that the turn is over")
+
+
+async def full(scene: Scene) -> None:
+    """Come when the only place is taken."""
+    await scene.serves(server={"max_viewers": 1})
+    await scene.comes("Ada")
+    viewer = await scene.prepares()
+    await viewer.page.goto(scene.server.url)
+
+
+async def removed(scene: Scene) -> None:
+    """Have the host ask somebody to leave."""
+    await scene.serves()
+    host = await scene.comes("Host", is_host=True)
+    await scene.opens()
+
+    def guests() -> list[int]:
+        viewers = host.newest("room").get("viewers", [])
+        return [one["id"] for one in viewers if one["id"] != host.viewer]
+
+    assert await host.until(lambda: bool(guests())), "the host sees no guest"
+    host.say(type="remove", viewer=guests()[0], ban=False)
+
+
+async def closed(scene: Scene) -> None:
+    """Have the host close for today."""
+    await scene.serves()
+    host = await scene.comes("Host", is_host=True)
+    await scene.opens()
+    host.say(type="close", closed=True)
+
+
+async def stage(scene: Scene) -> None:
+    """Show it on a screen in a hall, while somebody drives."""
+    await scene.serves()
+    await scene.somebody_drives()
+    await scene.opens("/?view=stage")
