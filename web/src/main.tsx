@@ -19,11 +19,18 @@ import "./style/call.css";
 import "./style/ended.css";
 import "./style/own.css";
 import "./style/path.css";
+import "./style/loading.css";
 import { render } from "preact";
 import { startSession } from "./session";
+import { lacksOf } from "./support";
 import { App } from "./view/App";
+import { UnsupportedPage } from "./view/UnsupportedPage";
 
-const root = document.getElementById("page");
+const lacks = lacksOf();
 // The offer is on its way before anything is drawn.
-const session = startSession();
-if (root) render(<App session={session} />, root);
+const session = lacks ? null : startSession();
+const root = document.getElementById("page");
+// Until now it says that the page is loading.
+root?.replaceChildren();
+if (root && session) render(<App session={session} />, root);
+else if (root && lacks) render(<UnsupportedPage lacks={lacks} />, root);

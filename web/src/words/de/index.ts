@@ -25,6 +25,7 @@ import rules from "./rules.json";
 import sound from "./sound.json";
 import stage from "./stage.json";
 import stop from "./stop.json";
+import support from "./support.json";
 import tape from "./tape.json";
 import turn from "./turn.json";
 import voice from "./voice.json";
@@ -56,6 +57,7 @@ export const de: Catalog = {
   ...sound,
   ...stage,
   ...stop,
+  ...support,
   ...tape,
   ...turn,
   ...voice,

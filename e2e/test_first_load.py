@@ -1,0 +1,112 @@
+"""What the page loads before it shows anything, and where from."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import aiohttp
+import pytest
+import pytest_asyncio
+
+from e2e.harness import toml
+from e2e.measure.suite import ROOT
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from playwright.async_api import Browser
+
+    from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.server import Server
+
+BUDGET_BYTES: Final = 80_000
+LATER: Final = {"elsewhere", "stats", "kiosk", "stage", "replay", "de", "pseudo", "qr", "plot"}
+"""Names of parts that are for some people, or for later."""
+FIRST: Final = """() => new Promise((resolve) => {
+    const entries = () => [
+        ...performance.getEntriesByType("navigation"), ...performance.getEntriesByType("resource"),
+    ];
+    const told = (untilMs) => resolve(entries()
+        .filter((one) => one.responseEnd <= untilMs && !one.name.includes("/api/"))
+        .map(({ name, encodedBodySize, responseEnd }) => ({ name, encodedBodySize, responseEnd })));
+    const video = document.querySelector("video");
+    video.requestVideoFrameCallback((_now, { presentationTime }) => told(presentationTime));
+})"""
+HOST: Final = re.compile(
+    r"""["'`(](?:https?:|wss?:)?//([a-z0-9-]+(?:\\?\.[a-z0-9-]+)+)""", re.IGNORECASE
+)
+NAMESPACES: Final = {"www.w3.org"}
+"""What names a language, such as SVG, and is never asked for anything."""
+DIST: Final = ROOT / "server/wax/web/dist"
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session")
+async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
+    settings = toml.card_with(turns=toml.BRIEF_GRACE)
+    async with serve(tmp_path_factory.mktemp("first-load"), settings) as running:
+        yield running
+
+
+async def _loaded(browser: Browser, server: Server) -> list[dict[str, Any]]:
+    """Return what a browser without a past has fetched until a picture was shown."""
+    context = await browser.new_context(locale="en-GB")
+    try:
+        page = await context.new_page()
+        await page.goto(server.url, wait_until="commit")
+        await page.locator("video").first.wait_for(state="attached")
+        found: list[dict[str, Any]] = await page.evaluate(FIRST)
+        return found
+    finally:
+        await context.close()
+
+
+@pytest.mark.timeout(60)
+async def test_little_is_loaded_before_the_first_picture(chromium: Browser, server: Server) -> None:
+    """Page, scripts and styles are 80 kB as they travel, and nothing of them is for later."""
+    loaded = await _loaded(chromium, server)
+    sizes = {one["name"].removeprefix(server.url): one["encodedBodySize"] for one in loaded}
+    assert any(name.endswith(".js") for name in sizes), sizes
+    assert "/" in sizes
+    assert sum(sizes.values()) <= BUDGET_BYTES, sizes
+    # A part is called name-hash.js.
+    parts = {Path(name).stem.rpartition("-")[0].lower() for name in sizes}
+    assert not parts & LATER, sizes
+
+
+@pytest.mark.timeout(60)
+async def test_everything_loaded_is_the_servers_own(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """Whatever the page asks for in its first seconds, a request of any kind is to its server."""
+    viewer = await open_viewer(server)
+    asked: list[str] = []
+    viewer.page.on("request", lambda request: asked.append(request.url))
+    await viewer.page.reload()
+    await viewer.sees_picture()
+    await viewer.page.wait_for_timeout(2000)
+    assert asked
+    assert all(url.startswith((server.url, "blob:", "data:")) for url in asked), asked
+
+
+def test_no_other_host_is_named_in_it() -> None:
+    """In the text of page, scripts and styles there is no address of anybody else's."""
+    page = (DIST / "index.html").read_text(encoding="utf-8")
+    names = re.findall(r'(?:src|href)="/(assets/[^"]+)"', page)
+    assert [name for name in names if name.endswith(".js")], page
+    for text in (page, *((DIST / name).read_text(encoding="utf-8") for name in names)):
+        assert set(HOST.findall(text)) <= NAMESPACES
+
+
+async def test_no_code_or_style_may_be_written_into_it(server: Server) -> None:
+    """The policy allows the page what comes from its server, and neither inline nor evaluated."""
+    for path in ("/", "/icon.svg", "/healthz", "/nothing"):
+        async with aiohttp.ClientSession() as http, http.get(server.url + path) as response:
+            policy = response.headers["Content-Security-Policy"]
+        rules = dict(rule.strip().split(" ", 1) for rule in policy.split(";"))
+        assert "unsafe" not in policy, (path, policy)
+        assert "*" not in policy, (path, policy)
+        assert rules["default-src"] == "'self'", (path, policy)
+        for kind in ("script-src", "style-src"):
+            assert rules.get(kind, "'self'") == "'self'", (path, policy)
