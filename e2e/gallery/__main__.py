@@ -47,7 +47,7 @@ async def gallery(states: Sequence[State], folder: Path = FOLDER) -> dict[str, s
             try:
                 await _of_state(browser, state, folder)
             except (AssertionError, Error) as error:
-                problems[state.key] = str(error).strip().splitlines()[0]
+                problems[state.key] = " ".join(str(error).split())[:300]
             print(problems.get(state.key, "ok"))
         await browser.close()
     return problems

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from contextlib import AsyncExitStack, asynccontextmanager
+import asyncio
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
+
+from playwright.async_api import Error
 
 from e2e.faults.camera import Control
 from e2e.gallery.views import COMPUTER
@@ -13,12 +16,13 @@ from e2e.harness import toml
 from e2e.harness.board import Board
 from e2e.harness.server import Server
 from e2e.harness.viewer import Viewer
+from e2e.measure.suite import ROOT
 from wax.client import Operator
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
-    from playwright.async_api import Browser
+    from playwright.async_api import Browser, Route
 
     from e2e.gallery.views import Device
 
@@ -65,7 +69,8 @@ class Scene:
     async def serves(self, *, environment: dict[str, str] | None = None, **tables: Any) -> Server:
         """Start the server; `tables` are of its configuration."""
         server = self._server = Server(self.folder, toml.dumps(toml.merged(_FLAT, tables)))
-        server.environment |= environment or {}
+        # Cameras of the tests are found by name, like any plug-in.
+        server.environment |= {"PYTHONPATH": str(ROOT), **(environment or {})}
         self._stack.push_async_callback(server.kill)
         await server.start()
         return server
@@ -80,6 +85,22 @@ class Scene:
     def camera(self) -> Control:
         """Have a camera that freezes when it is told to, for ``video=…`` of `faults.camera`."""
         return self._stack.enter_context(Control())
+
+    async def loses(self, requests: str) -> None:
+        """Give no answer to what the page asks for there, as where the network has lost it."""
+        is_over = asyncio.Event()
+
+        async def lost(route: Route) -> None:
+            await is_over.wait()
+            with suppress(Error):  # its page is closed by then
+                await route.abort()
+
+        async def end() -> None:
+            is_over.set()
+            await self.viewer.page.unroute_all(behavior="wait")
+
+        await self.viewer.page.route(requests, lost)
+        self._stack.push_async_callback(end)
 
     # --- who is there -------------------------------------------------------------------------
 

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Final
 from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
-    from playwright.async_api import Route
-
     from e2e.gallery.scene import Scene
 
 _READY_S: Final = 20.0
@@ -21,11 +19,7 @@ async def connecting(scene: Scene) -> None:
     """Open the page where what it asks the server for gets lost on the way."""
     await scene.serves()
     viewer = await scene.prepares()
-
-    async def loses(route: Route) -> None:
-        """Keep the request and give no answer."""
-
-    await viewer.page.route("**/api/offer", loses)
+    await scene.loses("**/api/offer")
     await viewer.page.goto(scene.server.url)
 
 

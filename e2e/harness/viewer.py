@@ -71,6 +71,11 @@ class Viewer:
         )
 
     @property
+    def joystick(self) -> Locator:
+        """What a finger or the mouse pushes the way that the robot should go."""
+        return self.page.get_by_label("Joystick", exact=True).first
+
+    @property
     def size(self) -> Locator:
         return self.page.get_by_role("combobox", name="Picture size", exact=True)
 
@@ -152,6 +157,14 @@ class Viewer:
 
     async def switches_the_picture_off(self) -> None:
         await self._finds(self.switch("Picture"))
+
+    async def chooses_a_way(self, name: str) -> None:
+        """Choose how the directions drive, by its name in the menu, and close that."""
+        way = self.page.get_by_role("radio", name=name, exact=True)
+        if not await way.is_visible():
+            await self.opens_the_menu()
+        await way.check(force=True)
+        await self.page.keyboard.press("Escape")
 
     async def _finds(self, control: Locator) -> None:
         """Press what may be in the menu, and open that for it."""
