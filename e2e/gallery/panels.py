@@ -27,16 +27,30 @@ async def console(scene: Scene) -> None:
     await scene.somebody_drives()
     await scene.somebody_waits()
     viewer = await scene.opens(is_host=True)
-    await viewer.opens_the_console()
+    await viewer.open("Host")
 
 
-async def menu(scene: Scene) -> None:
+async def people(scene: Scene) -> None:
+    await scene.serves()
+    await scene.somebody_drives()
+    await scene.somebody_waits()
+    viewer = await scene.opens()
+    await viewer.open("People")
+
+
+async def settings(scene: Scene) -> None:
     await scene.serves()
     viewer = await scene.drives()
-    await viewer.opens_the_menu()
+    await viewer.open("Settings")
 
 
 async def details(scene: Scene) -> None:
     await scene.serves()
     viewer = await scene.drives()
-    await viewer.opens_the_details()
+    await viewer.open("Details")
+
+
+async def rules(scene: Scene) -> None:
+    await scene.serves()
+    viewer = await scene.opens()
+    await viewer.open("Safety")

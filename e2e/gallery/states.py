@@ -105,9 +105,11 @@ STATES: Final = (
     ),
     State("picture-off", "The picture is off", panels.picture_off, _any("picture is off")),
     State("blanked", "Switched off by the host", panels.blanked, _any("host has switched")),
-    State("console", "The host's console", panels.console, _any("you are the host")),
-    State("menu", "The menu", panels.menu, _any("picture size")),
+    State("console", "The host's console", panels.console, _any("door and privacy")),
+    State("people", "Who is here", panels.people, _any("your name")),
+    State("settings", "The settings", panels.settings, _any("picture size")),
     State("details", "The details", panels.details, _any("picture age")),
+    State("rules", "What happens if something fails", panels.rules, _any("no page can change")),
     State(
         "stage",
         "On a screen in a hall (?view=stage)",

@@ -32,11 +32,11 @@ BRIEFLY: Final[tuple[tuple[str, View], ...]] = (
     ("driving", View(UPRIGHT, "light")),
     ("stopped-by-another", View(UPRIGHT, "dark")),
     ("server-gone", View(DESKTOP, "dark")),
-    ("menu", View(UPRIGHT, "dark")),
+    ("settings", View(UPRIGHT, "dark")),
     ("console", View(DESKTOP, "light")),
 )
 """Ten that between them have most of what the page can show."""
-ZOOMED: Final = ("free", "menu", "console")
+ZOOMED: Final = ("free", "settings", "console")
 ZOOM: Final = 2
 """WCAG 1.4.4: text at 200 %, which halves a window's CSS pixels."""
 
@@ -119,7 +119,7 @@ async def test_at_200_percent_one_joins_drives_and_stops(chromium: Browser) -> N
 
 
 @pytest.mark.parametrize(
-    "key", ["driving", *(pytest.param(key, marks=pytest.mark.full) for key in ("free", "menu"))]
+    "key", ["driving", *(pytest.param(key, marks=pytest.mark.full) for key in ("free", "settings"))]
 )
 async def test_colours_and_motion_are_the_readers(chromium: Browser, key: str) -> None:
     """In forced colours a button keeps its edge; asked for less motion, nothing moves on."""

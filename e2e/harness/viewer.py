@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from e2e.measure.ear import Block, Ear, Tap
 
 HERE = Path(__file__).parent
-_DETAILS = re.compile("^(Delay|Details)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,33 +142,22 @@ class Viewer:
         if await card.is_visible():
             await card.get_by_role("button").last.click()
 
-    async def opens_the_menu(self) -> None:
-        await self.button("Menu").click()
-
-    async def opens_the_details(self) -> None:
-        """Show the figures of the picture, the sound and the link."""
-        await self.page.get_by_text(_DETAILS).first.click()
-
-    async def opens_the_console(self) -> None:
-        """Show what only the host sees."""
-        await self._finds(self.page.get_by_text("Host", exact=True).first)
-
     async def switches_the_picture_off(self) -> None:
-        await self._finds(self.switch("Picture"))
+        await self.open("Settings")
+        await self.switch("Picture").click()
+        await self.closes("Settings")
 
     async def chooses_a_way(self, name: str) -> None:
-        """Choose how the directions drive, by its name in the menu, and close that."""
-        way = self.page.get_by_role("radio", name=name, exact=True)
-        if not await way.is_visible():
-            await self.opens_the_menu()
-        await way.check(force=True)
-        await self.page.keyboard.press("Escape")
+        """Choose how the directions drive, by its name among the settings."""
+        await self.open("Settings")
+        await self.page.get_by_role("radio", name=name, exact=True).check(force=True)
+        await self.closes("Settings")
 
-    async def _finds(self, control: Locator) -> None:
-        """Press what may be in the menu, and open that for it."""
-        if not await control.is_visible():
-            await self.opens_the_menu()
-        await control.click()
+    async def closes(self, panel: str) -> None:
+        """Close a panel by its tab, so that nothing of it has the keyboard."""
+        tab = self.button(panel)
+        if await tab.get_attribute("aria-expanded") == "true":
+            await tab.click()
 
     # --- the video probe ------------------------------------------------------------------
 

@@ -25,6 +25,7 @@ import { startSession } from "./session";
 import { lacksOf } from "./support";
 import { App } from "./view/App";
 import { UnsupportedPage } from "./view/UnsupportedPage";
+import { choose, speak, wishes } from "./words/language";
 
 const lacks = lacksOf();
 // The offer is on its way before anything is drawn.
@@ -33,4 +34,7 @@ const root = document.getElementById("page");
 // Until now it says that the page is loading.
 root?.replaceChildren();
 if (root && session) render(<App session={session} />, root);
-else if (root && lacks) render(<UnsupportedPage lacks={lacks} />, root);
+else if (root && lacks) {
+  void speak(choose(wishes(null)));
+  render(<UnsupportedPage lacks={lacks} />, root);
+}
