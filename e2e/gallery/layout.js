@@ -39,10 +39,20 @@
     // Where a label belongs to it, that is pressed as well.
     const boxes = [control, ...(control.labels ?? [])].map((one) => one.getBoundingClientRect());
     if (boxes.some(({ width, height }) => width >= 43.5 && height >= 43.5)) continue;
-    const { width, height } = boxes[0];
+    const { left, top, width, height } = boxes[0];
+    // It may look smaller than it is to be pressed.
+    if (isPressed(control, left + width / 2, top + height / 2)) continue;
     found.push(`${said(control)} is ${Math.round(width)} × ${Math.round(height)} px, not 44`);
   }
   return found;
+
+  function isPressed(control, x, y) {
+    const edges = [[-21.5, 0], [21.5, 0], [0, -21.5], [0, 21.5]];
+    return edges.every(([across, along]) => {
+      const hit = document.elementFromPoint(x + across, y + along);
+      return hit !== null && control.contains(hit);
+    });
+  }
 
   // A link between words is as high as its line.
   function isInSentence(control) {

@@ -66,6 +66,12 @@ _STOP = '<button style="position: fixed; left: 100px; top: 100px; width: 90px; h
             "covered by",
         ),
         (f"{_STOP}Stop</button><button style='width: 43px; height: 44px'>x</button>", "43 × 44"),
+        (
+            "<style>#x { margin: 60px; position: relative; width: 20px; height: 20px }"
+            " #x::after { content: ''; position: absolute; inset: -14px }</style>"
+            f"{_STOP}Stop</button><button id=x>x</button>",
+            None,
+        ),
         (f"{_STOP}Stop</button><p>Read <a href='/x'>this</a> first.</p>", None),
         (f"{_STOP}Stop</button><button disabled style='width: 9px'>x</button>", None),
     ],

@@ -8,6 +8,7 @@ import json
 import os
 import time
 from contextlib import asynccontextmanager, suppress
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 import aiohttp
@@ -121,16 +122,33 @@ class Firefox:
         source = {"type": "key", "id": "keyboard", "actions": [action]}
         await self._session.send("input.performActions", context=self._context, actions=[source])
 
+    async def pointer(self, device: str, *actions: Mapping[str, Any]) -> None:
+        """Move, press and lift a ``mouse`` or ``touch``; `actions` as in WebDriver."""
+        source = {
+            "type": "pointer",
+            "id": device,
+            "parameters": {"pointerType": device},
+            "actions": [dict(action) for action in actions],
+        }
+        await self._session.send("input.performActions", context=self._context, actions=[source])
+
 
 @asynccontextmanager
 async def firefox(
-    path: str, profile: Path, preload: str, ear: Ear | None = None
+    path: str,
+    profile: Path,
+    preload: str,
+    ear: Ear | None = None,
+    preferences: Mapping[str, bool | int | str] = MappingProxyType({}),
 ) -> AsyncIterator[Firefox]:
-    """Start a headless Firefox with a fresh profile; it ends at the end of the block."""
+    """Start a headless Firefox with a fresh profile; it ends at the end of the block.
+
+    `preferences` are set beside the usual ones.
+    """
     with (profile / LOG).open("wb") as log:
         process = await asyncio.create_subprocess_exec(
             path,
-            *arguments(profile, PREFERENCES),
+            *arguments(profile, {**PREFERENCES, **preferences}),
             stdin=asyncio.subprocess.DEVNULL,
             stdout=log,
             stderr=log,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from e2e.bench.key_to_byte import HOLD_S, REST_S, Stroke
+from e2e.harness.gamepad import START, InjectedGamepad
 from e2e.harness.touch_screen import TouchPoints
 
 if TYPE_CHECKING:
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
 _KEY: Final = "ArrowUp"
 _AHEAD_AXIS: Final = 1
 """Of the left stick, in the standard layout; ahead is negative."""
-_START_BUTTON: Final = 9
 _FOUND_S: Final = 0.5
 _PUSHED: Final = 0.8
 _STEP_S: Final = 1.2
@@ -77,10 +77,13 @@ async def _joystick(viewer: Viewer) -> Hand:
     """Put a finger on the middle, which asks for nothing, and push it ahead."""
     points = await TouchPoints.of(viewer)
     stick = viewer.joystick
+    await stick.scroll_into_view_if_needed()
+    box = await stick.bounding_box()
+    assert box is not None, "there is no joystick"
 
     async def push() -> None:
         await points.press(0, stick)
-        await points.move(0, 0.0, -_PUSHED)
+        await points.slide(0, 0.0, -_PUSHED * box["height"] / 2)
 
     async def lift() -> None:
         await points.lift(0)
@@ -91,19 +94,20 @@ async def _joystick(viewer: Viewer) -> Hand:
 async def _gamepad(viewer: Viewer) -> Hand:
     """Choose the gamepad by its Start; what is pushed ahead of that moves nothing."""
     page = viewer.page
-    await page.evaluate("waxPad.connect()")
+    pad = await InjectedGamepad.plugged_in(page)
     await asyncio.sleep(_FOUND_S)
-    for is_down in (True, False):
-        await page.evaluate(f"waxPad.press({_START_BUTTON}, {str(is_down).lower()})")
-        await asyncio.sleep(_FOUND_S)
+    await pad.tap(START)
+    await asyncio.sleep(_FOUND_S)
+    # No browser says when a gamepad moved, so what moves it does.
+    push = "waxInputs.push(['{}', '', performance.now()]); waxPad.push({}, {})"
 
-    async def push() -> None:
-        await page.evaluate(f"waxPad.push({_AHEAD_AXIS}, -1)")
+    async def ahead() -> None:
+        await page.evaluate(push.format("paddown", _AHEAD_AXIS, -1))
 
     async def let_go() -> None:
-        await page.evaluate(f"waxPad.push({_AHEAD_AXIS}, 0)")
+        await page.evaluate(push.format("padup", _AHEAD_AXIS, 0))
 
-    return Hand(push, let_go)
+    return Hand(ahead, let_go)
 
 
 async def _step(viewer: Viewer) -> Hand:
