@@ -13,7 +13,7 @@ START: Final = 9
 LEFT_OF_CROSS: Final = 14
 """Buttons of the standard layout (W3C Gamepad)."""
 
-_SCRIPT: Final = """() => {
+SCRIPT: Final = """() => {
     const pads = [null];
     const told = (type) => window.dispatchEvent(new Event(type));
     navigator.getGamepads = () => pads;
@@ -41,7 +41,7 @@ class InjectedGamepad:
 
     @classmethod
     async def plugged_in(cls, page: Page) -> InjectedGamepad:
-        await page.evaluate(_SCRIPT)
+        await page.evaluate(SCRIPT)
         await page.evaluate("() => waxPad.plug()")
         return cls(page)
 

@@ -1,0 +1,142 @@
+"""Stock Firefox: the ways to drive other than keys, and what it says without WebRTC."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import pytest
+
+from e2e.harness import gamepad, toml
+from e2e.harness.bidi import firefox
+from e2e.harness.robot import moves, stands_still, undisturbed
+from e2e.harness.wait import eventually
+from e2e.test_firefox import PROBE, button, find_firefox, reads
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from e2e.conftest import Serve
+    from e2e.harness.bidi import Firefox
+    from e2e.harness.server import Server
+
+pytestmark = pytest.mark.timeout(120)
+
+WORDS: Final = Path(__file__).parents[1] / "web/src/words/en/support.json"
+HOLD_S: Final = 0.8
+"""So long is watched whether the robot moves."""
+
+
+@asynccontextmanager
+async def _driving(serve: Serve, folder: Path) -> AsyncIterator[tuple[Server, Firefox]]:
+    path = find_firefox()
+    profile = folder / "profile"
+    profile.mkdir()
+    script = PROBE.read_text(encoding="utf-8")
+    async with serve(folder, toml.CARD) as server, firefox(path, profile, script) as window:
+        await window.goto(server.url)
+        await eventually(
+            lambda: window.evaluate("waxProbe.playing()"), "the picture plays", within_s=20
+        )
+        await window.evaluate(button("Join the queue"))
+        await reads(window, "You are driving")
+        yield server, window
+
+
+async def _middle(window: Firefox, selector: str) -> dict[str, Any]:
+    """Return where an element is in the window, and half its height, after it was scrolled to."""
+    box: dict[str, Any] = await window.evaluate(f"""(() => {{
+        const one = document.querySelector({json.dumps(selector)});
+        one.scrollIntoView({{ block: "nearest" }});
+        const {{ left, top, width, height }} = one.getBoundingClientRect();
+        return {{ x: left + width / 2, y: top + height / 2, half: height / 2 }};
+    }})()""")
+    return box
+
+
+def _at(x: float, y: float) -> dict[str, Any]:
+    return {"type": "pointerMove", "x": round(x), "y": round(y)}
+
+
+DOWN: Final = {"type": "pointerDown", "button": 0}
+UP: Final = {"type": "pointerUp", "button": 0}
+
+
+async def test_firefox_drives_by_a_button(serve: Serve, tmp_path: Path) -> None:
+    """Held with the mouse, the button turns the robot; let go, it stands."""
+    async with _driving(serve, tmp_path) as (server, window):
+        name = await window.evaluate("""(() => {
+            const all = [...document.querySelectorAll("button")];
+            const left = all.find((one) => (one.ariaLabel ?? one.innerText).trim() === "Left");
+            left.id ||= "left-button";
+            return left.id;
+        })()""")
+
+        async def turns() -> bool:
+            box = await _middle(window, f"#{name}")
+            await window.pointer("mouse", _at(box["x"], box["y"]), DOWN)
+            moved = await moves(server, during_s=HOLD_S)
+            await window.pointer("mouse", UP)
+            assert await stands_still(server)
+            return moved
+
+        assert await undisturbed(server, turns)
+
+
+@pytest.mark.full
+async def test_firefox_drives_by_the_joystick(serve: Serve, tmp_path: Path) -> None:
+    """Pushed with a finger, it moves the robot; lifted, it stands."""
+    async with _driving(serve, tmp_path) as (server, window):
+
+        async def pushes() -> bool:
+            box = await _middle(window, '[aria-label="Joystick"]')
+            up = _at(box["x"], box["y"] - 0.8 * box["half"])
+            await window.pointer("touch", _at(box["x"], box["y"]), DOWN, up)
+            moved = await moves(server, during_s=HOLD_S)
+            await window.pointer("touch", UP)
+            assert await stands_still(server)
+            return moved
+
+        assert await undisturbed(server, pushes)
+
+
+@pytest.mark.full
+async def test_firefox_drives_by_a_gamepad(serve: Serve, tmp_path: Path) -> None:
+    """Plugged in it moves nothing; chosen by its Start, its stick does."""
+    async with _driving(serve, tmp_path) as (server, window):
+        await window.evaluate(f"({gamepad.SCRIPT})()")
+        await window.evaluate("waxPad.plug()")
+        await window.evaluate("waxPad.push(1, -1)")
+        assert not await moves(server, during_s=HOLD_S)
+        await window.evaluate("waxPad.push(1, 0)")
+        for is_down in ("true", "false"):
+            await window.evaluate(f"waxPad.press({gamepad.START}, {is_down})")
+            await asyncio.sleep(0.3)
+
+        async def pushes() -> bool:
+            await window.evaluate("waxPad.push(1, -1)")
+            moved = await moves(server, during_s=HOLD_S)
+            await window.evaluate("waxPad.push(1, 0)")
+            assert await stands_still(server)
+            return moved
+
+        assert await undisturbed(server, pushes)
+
+
+async def test_firefox_without_webrtc_says_so(serve: Serve, tmp_path: Path) -> None:
+    """Where its user has switched WebRTC off, the page says that, and what to do."""
+    path = find_firefox()
+    profile = tmp_path / "profile"
+    profile.mkdir()
+    off = {"media.peerconnection.enabled": False}
+    words = json.loads(WORDS.read_text(encoding="utf-8"))
+    async with (
+        serve(tmp_path, toml.CARD) as server,
+        firefox(path, profile, "", preferences=off) as window,
+    ):
+        await window.goto(server.url)
+        for name in ("cannot", "no_webrtc", "switched_off", "what_to_do"):
+            await reads(window, words[f"support.{name}"])
