@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import pytest
 import pytest_asyncio
@@ -51,31 +51,42 @@ async def blank(chromium: Browser) -> AsyncIterator[Page]:
     await page.close()
 
 
-_STOP = '<button style="position: fixed; left: 100px; top: 100px; width: 90px; height: 50px">'
-
-
-@pytest.mark.parametrize(
-    ("html", "finding"),
-    [
-        (f"{_STOP}Stop</button>", None),
-        ("<p>nothing</p>", "there are 0 Stop buttons"),
-        (f"{_STOP}Stop</button><div style='width: 900px; height: 9px'></div>", "sideways"),
-        (f"{_STOP.replace('top: 100px', 'top: 290px')}Stop</button>", "not in the window"),
-        (
-            f"{_STOP}Stop</button><div style='position: fixed; inset: 120px 0 0 0'></div>",
-            "covered by",
-        ),
-        (f"{_STOP}Stop</button><button style='width: 43px; height: 44px'>x</button>", "43 × 44"),
-        (
-            "<style>#x { margin: 60px; position: relative; width: 20px; height: 20px }"
-            " #x::after { content: ''; position: absolute; inset: -14px }</style>"
-            f"{_STOP}Stop</button><button id=x>x</button>",
-            None,
-        ),
-        (f"{_STOP}Stop</button><p>Read <a href='/x'>this</a> first.</p>", None),
-        (f"{_STOP}Stop</button><button disabled style='width: 9px'>x</button>", None),
-    ],
+_STOP: Final = (
+    '<button style="position: fixed; left: 100px; top: 100px; width: 90px; height: 50px">'
 )
+
+
+_FINDINGS: Final[dict[str, tuple[str, str | None]]] = {
+    "nothing": (f"{_STOP}Stop</button>", None),
+    "no Stop": ("<p>nothing</p>", "there are 0 Stop buttons"),
+    "too wide": (
+        f"{_STOP}Stop</button><div style='width: 900px; height: 9px'></div>",
+        "sideways",
+    ),
+    "Stop outside": (f"{_STOP.replace('top: 100px', 'top: 290px')}Stop</button>", "not in the"),
+    "Stop covered": (
+        f"{_STOP}Stop</button><div style='position: fixed; inset: 120px 0 0 0'></div>",
+        "covered by",
+    ),
+    "small": (
+        f"{_STOP}Stop</button><button style='width: 43px; height: 44px'>x</button>",
+        "43 × 44",
+    ),
+    "larger than it looks": (
+        "<style>#x { margin: 60px; position: relative; width: 20px; height: 20px }"
+        " #x::after { content: ''; position: absolute; inset: -14px }</style>"
+        f"{_STOP}Stop</button><button id=x>x</button>",
+        None,
+    ),
+    "a link in a sentence": (
+        f"{_STOP}Stop</button><p>Read <a href='/x'>this</a> first.</p>",
+        None,
+    ),
+    "disabled": (f"{_STOP}Stop</button><button disabled style='width: 9px'>x</button>", None),
+}
+
+
+@pytest.mark.parametrize(("html", "finding"), _FINDINGS.values(), ids=_FINDINGS.keys())
 async def test_the_layouts_check_finds(blank: Page, html: str, finding: str | None) -> None:
     """Each thing that must not be is found where it is, and nothing where it is not."""
     await blank.set_content(html)
