@@ -11,7 +11,10 @@ from e2e.harness.wait import eventually
 
 if TYPE_CHECKING:
     from e2e.gallery.scene import Scene
+    from e2e.harness.viewer import Viewer
 
+_BEGUN_S: Final = 1.0
+"""A turn begins with nothing held; what is pressed before that moves nothing."""
 _LATE: Final = "e2e.gallery.late_camera:LateCamera"
 _FROZEN: Final = "e2e.faults.camera:Camera"
 
@@ -21,7 +24,7 @@ async def driving(scene: Scene) -> None:
     await scene.serves()
     await scene.comes("Bob")
     viewer = await scene.drives()
-    await asyncio.sleep(1)  # a turn begins with nothing held
+    await asyncio.sleep(_BEGUN_S)
 
     async def turns() -> bool:
         return await moves(scene.server, during_s=0.4)
@@ -34,11 +37,16 @@ async def driving(scene: Scene) -> None:
     await eventually(turns, "the robot turns")
 
 
+async def _holds_a_key(viewer: Viewer) -> None:
+    await asyncio.sleep(_BEGUN_S)
+    await viewer.page.keyboard.down("ArrowLeft")
+
+
 async def slow(scene: Scene) -> None:
     """Drive by a picture that is late, but not too late."""
     await scene.serves(video={"source": _LATE}, audio={"source": "testcard"})
     viewer = await scene.drives()
-    await viewer.page.keyboard.down("ArrowLeft")
+    await _holds_a_key(viewer)
 
 
 async def paused(scene: Scene) -> None:
@@ -48,8 +56,7 @@ async def paused(scene: Scene) -> None:
         environment=camera.environment, video={"source": _FROZEN}, audio={"source": "testcard"}
     )
     viewer = await scene.drives()
-    await asyncio.sleep(1)
-    await viewer.page.keyboard.down("ArrowLeft")
+    await _holds_a_key(viewer)
     await camera.freeze()
 
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.settings import VideoSettings
 
-LATE_S: Final = 0.55
+LATE_S: Final = 0.5
 """Between the ages at which the robot slows down and stops, as they are shipped."""
 
 
