@@ -150,7 +150,8 @@ class Viewer:
     async def chooses_a_way(self, name: str) -> None:
         """Choose how the directions drive, by its name among the settings."""
         await self.open("Settings")
-        await self.page.get_by_role("radio", name=name, exact=True).check(force=True)
+        ways = self.page.get_by_role("region", name="How you drive", exact=True)
+        await ways.get_by_role("radio", name=name, exact=True).check()
         await self.closes("Settings")
 
     async def closes(self, panel: str) -> None:
