@@ -107,7 +107,7 @@ function show(View: ComponentType): void {
   );
 }
 
-/** All that a person reads, or has read to them. */
+/** All that a person reads, or has read to them; but a key is printed as it is printed. */
 function read(): string[] {
   const found: string[] = [];
   for (const element of body.querySelectorAll<HTMLElement>("*")) {
@@ -116,7 +116,8 @@ function read(): string[] {
       if (text) found.push(text);
     }
     for (const node of element.childNodes) {
-      if (node.nodeType === Node.TEXT_NODE) found.push(node.textContent ?? "");
+      if (node.nodeType === Node.TEXT_NODE && element.tagName !== "KBD")
+        found.push(node.textContent ?? "");
     }
   }
   return found.filter((text) => /[a-z]/i.test(text));

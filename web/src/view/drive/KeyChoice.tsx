@@ -71,7 +71,7 @@ export function KeyChoice() {
                 aria-label={t("ways.keys_remove", { key: keyName(key), action: name(one) })}
                 onClick={() => change(unassign(keys, one, key), one, key)}
               >
-                {keyName(key)} <span aria-hidden="true">×</span>
+                <kbd>{keyName(key)}</kbd> <span aria-hidden="true">×</span>
               </button>
             ))}
             <button
