@@ -19,6 +19,7 @@ import { Link } from "./link/link";
 import { watchNetwork } from "./link/network";
 import type { Peer } from "./link/peer";
 import type { Sent } from "./link/signalling";
+import { isThin } from "./link/thin";
 import { listenCameras } from "./listenCameras";
 import { tellsFrames, watchFrames } from "./measure/picture";
 import { measureRefresh } from "./measure/refresh";
@@ -40,6 +41,8 @@ import { Acknowledger } from "./receipt/acknowledge";
 import { changed } from "./roomChange";
 import { SoundPlayback } from "./sound/soundPlayback";
 import { createState, type Panel, type State } from "./state";
+import type { History } from "./stats/history";
+import { recordHistory } from "./stats/record";
 import { listenTurnOver } from "./turnOver";
 import { listenTalk } from "./voice/listenTalk";
 import { Talk } from "./voice/talk";
@@ -55,8 +58,6 @@ const LOAD_AGAIN_MS = 5000;
 const ECHO_MS = { least: 500, most: 2500 } as const;
 /** How long a request of the person aboard is shown. */
 const REQUEST_MS = 15_000;
-/** On a slower link than this, the page's own traffic matters. */
-const THIN_BPS = 100_000;
 
 /** The user's actions. */
 export interface Actions {
@@ -118,6 +119,8 @@ export interface Actions {
 export interface Session {
   state: State;
   actions: Actions;
+  /** What was measured and what happened in the last minutes. */
+  history: History;
   /** Sets the picture's element, null when it is removed. */
   attachPicture(element: HTMLVideoElement | null): void;
   attachSound(element: HTMLAudioElement | null): void;
@@ -135,6 +138,7 @@ export function startSession(): Session {
   const entry = takeEntry(window);
   const store = openStore(() => window.localStorage);
   const state = createState(loadPreferences(store));
+  const history = recordHistory(state);
   const picture = new Playback();
   const sound = new SoundPlayback({
     changed(player) {
@@ -274,7 +278,7 @@ export function startSession(): Session {
         break;
       case "served":
         state.served.value = message;
-        link.isThin = message.link_bps < THIN_BPS;
+        link.isThin = isThin(message);
         break;
       case "rtp_clock":
         reporter.mapped(message);
@@ -608,6 +612,7 @@ export function startSession(): Session {
   return {
     state,
     actions,
+    history,
     attachPicture(element) {
       unwatch();
       unwatch = element ? watchFrames(element, { presented }, shown) : () => {};

@@ -31,6 +31,12 @@ export interface Facts {
   /** How much later than the picture the sound plays; known even where the ages are not. */
   skewMs: number | null;
   roundTripMs: number | null;
+  /** How unevenly the packets of sound arrive (RFC 3550). */
+  jitterMs: number | null;
+  /** How long the sound waits in its player's buffer. */
+  bufferMs: number | null;
+  /** The pictures that arrive and that are presented in a second. */
+  arrivedFps: number | null;
   fps: number | null;
   pauses: Breaks | null;
   freezes: Breaks | null;
@@ -42,6 +48,9 @@ const NO_FACTS: Facts = {
   soundMs: null,
   skewMs: null,
   roundTripMs: null,
+  jitterMs: null,
+  bufferMs: null,
+  arrivedFps: null,
   fps: null,
   pauses: null,
   freezes: null,

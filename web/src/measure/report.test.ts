@@ -192,3 +192,13 @@ it("does not call a picture old at which nobody can look", async () => {
   await vi.advanceTimersByTimeAsync(5000);
   expect(sent.at(-1)?.picture).toMatchObject({ age_ms: null, rate_hz: null });
 });
+
+it("tells how unevenly the sound arrives, how long it waits, and how many pictures arrive", async () => {
+  sound.inbound = { packetsReceived: 1, jitter: 0.0125 };
+  picture = { framesReceived: 100 };
+  await vi.advanceTimersByTimeAsync(1000);
+  picture = { framesReceived: 115 };
+  await vi.advanceTimersByTimeAsync(1000);
+  expect(facts.at(-1)?.jitterMs).toBe(12.5);
+  expect(facts.at(-1)?.arrivedFps).toBe(15);
+});

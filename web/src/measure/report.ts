@@ -2,11 +2,12 @@ import type { ServerClock } from "../clock";
 import type { Report, RtpClock } from "../messages";
 import type { Heard } from "../sound/ownPlayer";
 import type { Facts } from "../state";
+import { Arrivals } from "./arrivals";
 import { PictureCounts, SoundCounts } from "./counts";
 import { PictureMeter } from "./picture";
 import { RtpTimeline } from "./rtp";
 import { SoundMeter } from "./sound";
-import { look } from "./stats";
+import { type InboundStats, look } from "./stats";
 
 const REPORT_EVERY_MS = 250;
 /** Often enough for a median in each report, at hardly any cost. */
@@ -52,6 +53,7 @@ export class Reporter {
   readonly #timelines = { audio: new RtpTimeline(), video: new RtpTimeline() };
   readonly #sound: SoundMeter;
   #counts = { sound: new SoundCounts(), picture: new PictureCounts() };
+  #arrivals = new Arrivals();
   #ticks = 0;
   #reports = 0;
   #reported = "";
@@ -71,6 +73,7 @@ export class Reporter {
     this.#timelines.audio.set(null);
     this.#timelines.video.set(null);
     this.#counts = { sound: new SoundCounts(), picture: new PictureCounts() };
+    this.#arrivals = new Arrivals();
     this.picture.reset();
     this.#sound.take();
     this.#reports = 0;
@@ -148,18 +151,27 @@ export class Reporter {
       link.sendDrive(report);
       this.#toldMs = own && heardMs;
     }
-    if (isFact) onFacts(this.#facts(report, nowMs));
+    if (isFact) onFacts(this.#facts(report, ofSound?.inbound, ofPicture?.inbound, nowMs));
   }
 
-  #facts({ sound, picture, clock_error_ms }: Report, nowMs: number): Facts {
+  #facts(
+    { sound, picture, clock_error_ms }: Report,
+    ofSound: InboundStats | undefined,
+    ofPicture: InboundStats | undefined,
+    nowMs: number,
+  ): Facts {
     const pictureMs = picture?.age_ms ?? null;
     const soundMs = sound?.age_ms ?? null;
+    const arrived = ofPicture?.framesReceived ?? ofPicture?.framesDecoded;
     return {
       pictureMs,
       pictureErrorMs: this.#pictureErrorMs(clock_error_ms),
       soundMs,
       skewMs: soundMs === null || pictureMs === null ? null : soundMs - pictureMs,
       roundTripMs: this.options.link.clock.rttMs,
+      jitterMs: ofSound?.jitter === undefined ? null : ofSound.jitter * 1000,
+      bufferMs: sound?.delay_ms ?? null,
+      arrivedFps: this.#arrivals.next(arrived, nowMs),
       fps: picture?.rate_hz ?? null,
       pauses: sound && this.#counts.sound.pauses.take(nowMs),
       freezes: picture && this.#counts.picture.freezes.take(nowMs),

@@ -3,12 +3,15 @@
 export interface InboundStats {
   codecId?: string;
   packetsReceived?: number;
+  /** In seconds. */
+  jitter?: number;
   jitterBufferDelay?: number;
   jitterBufferEmittedCount?: number;
   totalSamplesReceived?: number;
   concealedSamples?: number;
   concealmentEvents?: number;
   insertedSamplesForDeceleration?: number;
+  framesReceived?: number;
   framesDecoded?: number;
   freezeCount?: number;
   totalFreezesDuration?: number;

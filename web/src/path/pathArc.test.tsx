@@ -5,7 +5,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Session } from "../session";
 import type { State } from "../state";
 import { hello, room } from "../testing/messages";
-import { session as made } from "../testing/session";
+import { testSession as made } from "../testing/session";
 import { SessionContext } from "../view/context";
 import { commanded } from "./commanded";
 import { PathArc } from "./PathArc";

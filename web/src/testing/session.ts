@@ -1,23 +1,26 @@
-/** A session with a real state and no connection, whose actions only remember that they were asked. */
+/** A session without a connection, for the tests of views. */
 import { vi } from "vitest";
 import { loadPreferences } from "../preferences";
 import type { Actions, Session } from "../session";
-import { createState } from "../state";
+import { createState, type State } from "../state";
+import { History } from "../stats/history";
 
-export function session(): Session {
-  const made: Partial<Record<keyof Actions, ReturnType<typeof vi.fn>>> = {};
+/** Real state, and actions that only remember that they were called. */
+export function testSession(state: State = createState(loadPreferences(null))): Session {
+  const known = new Map<PropertyKey, unknown>();
   const actions = new Proxy({} as Actions, {
-    get(_, name: keyof Actions) {
-      made[name] ??= vi.fn();
-      return made[name];
+    get(_, name) {
+      if (!known.has(name)) known.set(name, vi.fn());
+      return known.get(name);
     },
   });
   return {
-    state: createState(loadPreferences(null)),
+    state,
     actions,
+    history: new History(),
+    pictureStream: () => null,
     attachPicture: vi.fn(),
     attachSound: vi.fn(),
-    pictureStream: () => null,
     soundLevels: async () => [],
     attachCamera: vi.fn(),
   };

@@ -6,7 +6,7 @@ import { afterEach, beforeEach, describe, expect, it } from "vitest";
 import { listenFirstDrive } from "../own/welcome";
 import type { Session } from "../session";
 import { hello, room } from "../testing/messages";
-import { session as made } from "../testing/session";
+import { testSession as made } from "../testing/session";
 import { ENGLISH, language } from "../words/words";
 import { About } from "./About";
 import { SessionContext } from "./context";

@@ -15,6 +15,7 @@ import type { VoiceInfo } from "../messages";
 import { loadPreferences } from "../preferences";
 import type { Actions, Session } from "../session";
 import { createState, type State } from "../state";
+import { History } from "../stats/history";
 import { aboard, hello, playout, room, served } from "../testing/messages";
 import { App } from "./App";
 import { blanked, notInvited, released } from "./words";
@@ -78,7 +79,11 @@ beforeEach(() => {
     actions,
     attachPicture: vi.fn(),
     attachSound: vi.fn(),
+
     pictureStream: () => null,
+
+    history: new History(),
+
     soundLevels: async () => levels,
     attachCamera: vi.fn(),
   };
@@ -1084,6 +1089,9 @@ it("shows how well it plays, what is sent and why", () => {
       soundMs: 80,
       skewMs: 33.8,
       roundTripMs: 12,
+      jitterMs: 2,
+      bufferMs: 30,
+      arrivedFps: 25,
       fps: 25,
       pauses: { count: 0, longestMs: 0 },
       freezes: { count: 1, longestMs: 410 },

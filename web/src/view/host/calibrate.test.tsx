@@ -6,7 +6,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { type Camera, project } from "../../path/camera";
 import type { Session } from "../../session";
 import { hello, room } from "../../testing/messages";
-import { session as made } from "../../testing/session";
+import { testSession as made } from "../../testing/session";
 import { SessionContext } from "../context";
 import { Calibrate } from "./Calibrate";
 import { Calibration } from "./Calibration";

@@ -23,6 +23,7 @@ import robot from "./robot.json";
 import rules from "./rules.json";
 import sound from "./sound.json";
 import stage from "./stage.json";
+import stats from "./stats.json";
 import stop from "./stop.json";
 import support from "./support.json";
 import tape from "./tape.json";
@@ -55,6 +56,7 @@ export const en = {
   ...rules,
   ...sound,
   ...stage,
+  ...stats,
   ...stop,
   ...support,
   ...tape,

@@ -1,0 +1,109 @@
+/** Keeps the history from the moment the page opens, so that there is a past once somebody asks. */
+
+import { effect } from "@preact/signals";
+import type { Facts, State } from "../state";
+import { t } from "../words/words";
+import { History, type Mark, type Sample } from "./history";
+
+/** Begins to keep what the page measures and is told; costs a few numbers a second. */
+export function recordHistory(
+  state: State,
+  nowMs: () => number = () => performance.now(),
+): History {
+  const history = new History();
+  const mark = (kind: Mark["kind"], text: string) => history.mark({ atMs: nowMs(), kind, text });
+  const before = state.facts.peek();
+  state.facts.subscribe((facts) => {
+    if (facts !== before) history.add(sampleOf(state, facts, nowMs()));
+  });
+  onChange(
+    () => state.link.value.is,
+    (is) => mark("link", t(`stats.link.${is}`)),
+  );
+  onChange(
+    () => turnOf(state),
+    (turn) => mark("turn", t(`stats.turn.${turn.split(" ")[0] as Turn}`)),
+  );
+  onChange(
+    () => state.stopNumber.value,
+    (stop) => mark("stop", t(stop === null ? "stats.stop.released" : "stats.stop.pressed")),
+  );
+  onChange(
+    () => state.driveReason.value,
+    (reason) => reason && mark("robot", unnamed(reason, state)),
+  );
+  onChange(
+    () => [state.playout.value?.policy, state.playout.value?.reason].filter(Boolean).join(": "),
+    (policy) => policy && mark("policy", policy),
+  );
+  onChange(
+    () => [state.served.value?.rendition, state.served.value?.reason].filter(Boolean).join(": "),
+    (sent) => sent && mark("sent", sent),
+  );
+  onChange(
+    () => state.player.value.by,
+    (by) => mark("player", t(`stats.player.${by}`)),
+  );
+  return history;
+}
+
+/** Calls `tell` with each new value, but not with the first. */
+function onChange<T>(value: () => T, tell: (value: T) => void): void {
+  let isFirst = true;
+  let before: T | undefined;
+  effect(() => {
+    const now = value();
+    if (!isFirst && now !== before) tell(now);
+    isFirst = false;
+    before = now;
+  });
+}
+
+type Turn = "mine" | "another" | "nobody";
+
+/** Whose turn it is, and which, without a name. */
+function turnOf({ room, drivingTurn }: State): string {
+  const turn = room.value?.turn;
+  if (drivingTurn.value !== null) return `mine ${drivingTurn.value}`;
+  return turn?.operator == null ? "nobody" : `another ${turn.number}`;
+}
+
+/** The sentence without the names of those who are here: the history goes into bug reports. */
+export function unnamed(sentence: string, { room }: State): string {
+  const { viewers = [], stop } = room.peek() ?? {};
+  const names = [...viewers.map((one) => one.name), ...(stop ? [stop.by] : [])];
+  return names
+    .filter((name) => name.trim() !== "")
+    .toSorted((a, b) => b.length - a.length)
+    .reduce((text, name) => text.replaceAll(name, "…"), sentence);
+}
+
+export function sampleOf(state: State, facts: Facts, atMs: number): Sample {
+  const served = state.served.peek();
+  const { picture, size } = state.preferences.peek();
+  const asked = size || state.hello.peek()?.sizes[0];
+  return {
+    atMs,
+    pictureMs: facts.pictureMs,
+    soundMs: facts.soundMs,
+    skewMs: facts.skewMs,
+    jitterMs: facts.jitterMs,
+    bufferMs: facts.bufferMs,
+    roundTripMs: facts.roundTripMs,
+    heldMs: state.playout.peek()?.picture_target_ms ?? null,
+    linkBps: served?.link_bps ?? null,
+    usedBps: served?.used_bps ?? null,
+    queueMs: served?.queue_ms ?? null,
+    widthPx: served && (widthOf(served.rendition) ?? 0),
+    askedPx: picture ? widthOf(asked) : 0,
+    sentHz: served && (served.rendition === null ? 0 : served.picture_hz),
+    arrivedHz: facts.arrivedFps,
+    shownHz: facts.fps,
+  };
+}
+
+/** Of `640x480 at 500 kbit/s`: 640. */
+function widthOf(rendition: string | null | undefined): number | null {
+  const width = Number.parseInt(rendition ?? "", 10);
+  return Number.isNaN(width) ? null : width;
+}

@@ -1,0 +1,27 @@
+/** A line of a plot in figures, for who does not see it. Pure. */
+
+export interface Summary {
+  least: number;
+  median: number;
+  most: number;
+  newest: number;
+}
+
+/** Null where nothing is known. */
+export function summary(values: readonly (number | null)[]): Summary | null {
+  const known = values.filter((value) => value !== null);
+  const sorted = known.toSorted((a, b) => a - b);
+  const [least, most, newest] = [sorted[0], sorted.at(-1), known.at(-1)];
+  if (least === undefined || most === undefined || newest === undefined) return null;
+  return { least, median: median(sorted) ?? least, most, newest };
+}
+
+/** The middle one, or the mean of both; null for none. */
+export function median(values: readonly number[]): number | null {
+  const sorted = values.toSorted((a, b) => a - b);
+  const [low, high] = [
+    sorted[Math.ceil(sorted.length / 2) - 1],
+    sorted[Math.floor(sorted.length / 2)],
+  ];
+  return low === undefined || high === undefined ? null : (low + high) / 2;
+}
