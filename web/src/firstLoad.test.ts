@@ -35,8 +35,9 @@ it("does not have the first load wait for what only watches elsewhere", () => {
   expect(loaded).toContain("preact");
   expect(loaded).toContain(join(ROOT, "measure/report.ts"));
   expect(loaded).not.toContain("livekit-client");
-  expect(loaded.filter((one) => one.startsWith(join(ROOT, "elsewhere")))).toEqual([]);
-  expect(loaded.filter((one) => one.startsWith(join(ROOT, "replay")))).toEqual([]);
+  for (const folder of ["elsewhere", "replay"]) {
+    expect(loaded.filter((one) => one.startsWith(join(ROOT, folder)))).toEqual([]);
+  }
   expect(loaded).toContain(join(ROOT, "view/host/Calibration.tsx"));
   expect(loaded).not.toContain(join(ROOT, "view/host/Calibrate.tsx"));
   expect(loaded).not.toContain(join(ROOT, "path/solve.ts"));
@@ -49,4 +50,14 @@ it("does not have the first load wait for another language than English", () => 
   const words = loaded.filter((one) => one.startsWith(join(ROOT, "words")));
   const first = ["en/index.ts", "language.ts", "words.ts"].map((name) => join(ROOT, "words", name));
   expect(words.toSorted()).toEqual(first);
+});
+
+it("keeps the past from the start, and loads what plots it for who asks", () => {
+  const loaded = [...loadedBy(join(ROOT, "main.tsx"))];
+  expect(loaded).not.toContain("uplot");
+  const ofStats = loaded.filter((one) => one.startsWith(join(ROOT, "stats")));
+  const needed = ["stats/history.ts", "stats/record.ts"].map((path) => join(ROOT, path));
+  expect(ofStats.toSorted()).toEqual(needed);
+  expect([...loadedBy(join(ROOT, "view/Stats.tsx"))]).not.toContain("uplot");
+  expect([...loadedBy(join(ROOT, "stats/StatsPage.tsx"))]).toContain("uplot");
 });
