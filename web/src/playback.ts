@@ -9,9 +9,13 @@ export class Playback {
   #track: MediaStreamTrack | null = null;
   #stream: MediaStream | null = null;
   #playing = false;
+  #volume = 1;
+  #output = "";
 
   attach(element: HTMLMediaElement | null): void {
     this.#element = element;
+    if (element) element.volume = this.#volume;
+    if (this.#output) void this.setOutput(this.#output).catch(() => {});
     this.#show();
   }
 
@@ -39,6 +43,18 @@ export class Playback {
   /** While muted it plays all the same. */
   set isMuted(isMuted: boolean) {
     if (this.#element) this.#element.muted = isMuted;
+  }
+
+  /** From 0 to 1. Browsers of iOS leave that to the buttons of the device. */
+  set volume(volume: number) {
+    this.#volume = volume;
+    if (this.#element) this.#element.volume = volume;
+  }
+
+  /** Plays on the device with this id, "" for the browser's own choice; rejects if it is gone. */
+  async setOutput(id: string): Promise<void> {
+    this.#output = id;
+    await this.#element?.setSinkId?.(id);
   }
 
   pause(): void {

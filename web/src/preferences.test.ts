@@ -32,6 +32,8 @@ it("finds again what was saved", () => {
     welcomed: true,
     player: "own",
     language: "de",
+    volume: 0.4,
+    muted: true,
     ...DRIVE_DEFAULTS,
     way: "step",
     stepMs: 600,
@@ -48,7 +50,7 @@ it.each([
   "[]",
   "7",
   "null",
-  '{"name": 7, "sound": "yes", "speed": "warp", "policy": "thesis", "player": 1, "language": ["de"]}',
+  '{"name": 7, "sound": "yes", "speed": "warp", "policy": "thesis", "player": 1, "language": ["de"], "volume": 7, "muted": 1}',
 ])("starts with the defaults when it finds %j", (kept) => {
   expect(loadPreferences(store(kept))).toEqual({
     name: "",
@@ -62,6 +64,8 @@ it.each([
     welcomed: false,
     player: null,
     language: null,
+    volume: 1,
+    muted: false,
     ...DRIVE_DEFAULTS,
   });
 });

@@ -26,6 +26,9 @@ export interface Preferences extends DrivePreferences {
   player: "browser" | "own" | null;
   /** The page's language, as a tag; null means the host's or the browser's choice. */
   language: string | null;
+  /** From 0 to 1. */
+  volume: number;
+  muted: boolean;
 }
 
 export const PLAYERS = [null, "own", "browser"] as const;
@@ -45,6 +48,8 @@ const DEFAULTS: Preferences = {
   welcomed: false,
   player: null,
   language: null,
+  volume: 1,
+  muted: false,
   ...DRIVE_DEFAULTS,
 };
 
@@ -74,6 +79,8 @@ export function loadPreferences(store: Store | null): Preferences {
     welcomed: typeof kept.welcomed === "boolean" ? kept.welcomed : DEFAULTS.welcomed,
     player: PLAYERS.find((one) => one === kept.player) ?? DEFAULTS.player,
     language: typeof kept.language === "string" ? kept.language : DEFAULTS.language,
+    volume: isShare(kept.volume) ? kept.volume : DEFAULTS.volume,
+    muted: kept.muted === true,
     ...loadDrivePreferences(kept),
   };
 }
@@ -93,4 +100,8 @@ function parse(store: Store | null): Record<string, unknown> {
   } catch {
     return {};
   }
+}
+
+function isShare(value: unknown): value is number {
+  return typeof value === "number" && value >= 0 && value <= 1;
 }

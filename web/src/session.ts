@@ -39,6 +39,7 @@ import { loadPreferences, openStore, type Preferences, savePreferences } from ".
 import { Prover } from "./proof";
 import { Acknowledger } from "./receipt/acknowledge";
 import { changed } from "./roomChange";
+import { type HearingActions, hear } from "./sound/hearing";
 import { SoundPlayback } from "./sound/soundPlayback";
 import { createState, type Panel, type State } from "./state";
 import type { History } from "./stats/history";
@@ -60,7 +61,7 @@ const ECHO_MS = { least: 500, most: 2500 } as const;
 const REQUEST_MS = 15_000;
 
 /** The user's actions. */
-export interface Actions {
+export interface Actions extends HearingActions {
   start(): void;
   setSound(on: boolean): void;
   setPicture(on: boolean): void;
@@ -456,6 +457,7 @@ export function startSession(): Session {
   }
 
   const actions: Actions = {
+    ...hear({ state, sound, prefer, say, start: () => actions.start() }),
     start() {
       picture.play();
       actions.setSound(true);

@@ -19,6 +19,7 @@ import type {
 } from "./messages";
 import type { Preferences } from "./preferences";
 import type { Proof } from "./proof";
+import type { Output } from "./sound/outputs";
 import type { SoundPlayerState } from "./sound/soundPlayback";
 import { SILENT, type Voice } from "./voice/talk";
 
@@ -87,6 +88,8 @@ export interface State {
   large: Signal<number | null>;
   /** Those that have not shown a new picture for a while. */
   staleCameras: Signal<ReadonlySet<number>>;
+  /** The device on which the sound plays; null for the browser's own choice. */
+  output: Signal<Output | null>;
   /** Which player plays the sound. */
   player: Signal<SoundPlayerState>;
   held: Signal<ReadonlySet<Direction>>;
@@ -192,6 +195,7 @@ export function createState(kept: Preferences): State {
     playout: signal(null),
     large: signal(null),
     staleCameras: signal(new Set<number>()),
+    output: signal(null),
     player: signal({ by: "browser", why: null }),
     served: signal(null),
     held: signal(new Set<Direction>()),

@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import { lacking, OwnPlayer } from "./ownPlayer";
+import { lacking, OwnPlayer, routes } from "./ownPlayer";
 
 class FakePort {
   onmessage: ((event: { data: unknown }) => void) | null = null;
@@ -25,7 +25,8 @@ class FakeNode {
   static last: FakeNode;
   port = new FakePort();
   onprocessorerror: (() => void) | null = null;
-  connect = vi.fn();
+  connect = vi.fn((next: unknown) => next);
+  disconnect = vi.fn();
   constructor() {
     FakeNode.last = this;
   }
@@ -33,15 +34,20 @@ class FakeNode {
 
 class FakeContext {
   static made = 0;
+  static last: FakeContext;
   currentTime = 10;
   destination = {};
   audioWorklet = { addModule: async () => {} };
   resume = async () => {};
   suspend = async () => {};
   close = async () => {};
+  setSinkId = vi.fn(async (_id: string) => {});
+  gain = { gain: { value: 1 }, connect: vi.fn() };
+  createGain = () => this.gain;
   getOutputTimestamp = () => ({ contextTime: 9.97, performanceTime: 5000 });
   constructor() {
     FakeContext.made++;
+    FakeContext.last = this;
   }
 }
 
@@ -166,4 +172,35 @@ it("says what a browser lacks", () => {
   expect(of({ ...able, isSecureContext: false })).toMatch(/HTTPS/);
   const { AudioDecoder: _, ...older } = able;
   expect(of(older)).toMatch(/lacks/);
+});
+
+it("is as loud as wanted, also by a device that it opens later", async () => {
+  const player = await playing();
+  expect(FakeContext.last.gain.connect).not.toHaveBeenCalled();
+  player.loudness = 0.25;
+  expect(FakeContext.last.gain.gain.value).toBe(0.25);
+  expect(FakeContext.last.gain.connect).toHaveBeenCalledWith(FakeContext.last.destination);
+  FakeNode.last.onprocessorerror?.();
+  await player.play();
+  expect(FakeContext.made).toBe(2);
+  expect(FakeContext.last.gain.gain.value).toBe(0.25);
+  player.loudness = 1;
+  expect(FakeContext.last.gain.gain.value).toBe(1);
+});
+
+it("plays on the chosen device, also once it opens it later", async () => {
+  const player = await playing();
+  await player.setOutput("headphones");
+  expect(FakeContext.last.setSinkId).toHaveBeenCalledWith("headphones");
+  FakeNode.last.onprocessorerror?.();
+  await player.play();
+  expect(FakeContext.made).toBe(2);
+  expect(FakeContext.last.setSinkId).toHaveBeenCalledWith("headphones");
+});
+
+it("knows whether it can choose the device", () => {
+  const of = (scope: object) => routes(scope as unknown as typeof globalThis);
+  expect(of({ AudioContext: { prototype: { setSinkId: 1 } } })).toBe(true);
+  expect(of({ AudioContext: { prototype: {} } })).toBe(false);
+  expect(of({})).toBe(false);
 });

@@ -24,6 +24,9 @@ export interface OwnPlayerEvents {
   failed(why: string): void;
 }
 
+/** Of browsers that let a page choose the device (Web Audio API 1.1). */
+type Routed = AudioContext & { setSinkId?: (id: string) => Promise<void> };
+
 type TransformConstructor = new (worker: Worker) => unknown;
 
 const SAMPLES_PER_MS = 48;
@@ -50,6 +53,11 @@ export function lacking(scope: typeof globalThis = globalThis): string | null {
   return has ? null : t("sound.lacks");
 }
 
+/** Whether our player can play on another device than the browser's own choice. */
+export function routes(scope: typeof globalThis = globalThis): boolean {
+  return "setSinkId" in (scope.AudioContext?.prototype ?? {});
+}
+
 /**
  * Plays the sound without the browser's buffer: a worker decodes, an audio worklet plays.
  *
@@ -60,9 +68,10 @@ export class OwnPlayer {
   #worker: Worker | null = null;
   #context: AudioContext | null = null;
   #node: AudioWorkletNode | null = null;
-  /** Between the node and the device, once it had to be silent. */
+  /** Between the node and the device, once it had to be softer. */
   #gain: GainNode | null = null;
-  #isMuted = false;
+  #loudness = 1;
+  #output = "";
   #building: Promise<void> | null = null;
   #leastDelayMs: number | null = null;
   #newest: FromWorklet | null = null;
@@ -112,17 +121,24 @@ export class OwnPlayer {
     this.#tellWorklet({ leastDelayMs: ms });
   }
 
-  /** While muted it plays all the same. */
-  set isMuted(isMuted: boolean) {
-    this.#isMuted = isMuted;
+  /** As a factor of the amplitude. While that is 0 it plays all the same. */
+  set loudness(loudness: number) {
+    this.#loudness = loudness;
     const [context, node] = [this.#context, this.#node];
-    if (!context || !node || (!isMuted && !this.#gain)) return;
+    if (!context || !node || (loudness === 1 && !this.#gain)) return;
     if (!this.#gain) {
       this.#gain = context.createGain();
       node.disconnect();
       node.connect(this.#gain).connect(context.destination);
     }
-    this.#gain.gain.value = isMuted ? 0 : 1;
+    this.#gain.gain.value = loudness;
+  }
+
+  /** Plays on the device with this id, "" for the browser's own choice; rejects if it is gone. */
+  async setOutput(id: string): Promise<void> {
+    this.#output = id;
+    const context: Routed | null = this.#context;
+    await context?.setSinkId?.(id);
   }
 
   /**
@@ -185,6 +201,7 @@ export class OwnPlayer {
   }
 
   async #build(context: AudioContext): Promise<void> {
+    if (this.#output) await (context as Routed).setSinkId?.(this.#output);
     await context.audioWorklet.addModule(workletUrl);
     const node = new AudioWorkletNode(context, "wax-player", {
       numberOfInputs: 0,
@@ -194,7 +211,7 @@ export class OwnPlayer {
     node.onprocessorerror = () => this.#fail(t("sound.player_failed"));
     node.connect(context.destination);
     this.#node = node;
-    this.isMuted = this.#isMuted;
+    this.loudness = this.#loudness;
     const { port1, port2 } = new MessageChannel();
     this.#tellWorklet({ sound: port1 }, [port1]);
     this.#tellWorker({ worklet: port2 }, [port2]);

@@ -4,6 +4,9 @@ import { SoundPlayback } from "./soundPlayback";
 const own = vi.hoisted(() => ({
   lacks: null as string | null,
   doubt: null as string | null,
+  routes: true,
+  loudness: 1,
+  setOutput: vi.fn(async (_: string) => {}),
   starts: true,
   isReady: false,
   events: { plays() {}, failed(_: string) {} },
@@ -16,6 +19,7 @@ const own = vi.hoisted(() => ({
 vi.mock("./ownPlayer", () => ({
   lacking: () => own.lacks,
   doubtful: () => own.doubt,
+  routes: () => own.routes,
   OwnPlayer: class {
     constructor(events: typeof own.events) {
       own.events = events;
@@ -30,6 +34,10 @@ vi.mock("./ownPlayer", () => ({
     play = own.play;
     rest = own.rest;
     share = own.share;
+    setOutput = own.setOutput;
+    set loudness(loudness: number) {
+      own.loudness = loudness;
+    }
     watch() {}
     negotiated() {}
     heard() {
@@ -49,7 +57,14 @@ const receiver = {
     return new Map([["a", { type: "inbound-rtp", jitterBufferEmittedCount: emitted, audioLevel }]]);
   },
 };
-const element = { muted: false, play: vi.fn(async () => {}), pause: vi.fn(), srcObject: null };
+const element = {
+  muted: false,
+  volume: 1,
+  setSinkId: vi.fn(async (_: string) => {}),
+  play: vi.fn(async () => {}),
+  pause: vi.fn(),
+  srcObject: null,
+};
 const changed = vi.fn();
 const reconnect = vi.fn();
 
@@ -65,7 +80,14 @@ beforeEach(() => {
   vi.useFakeTimers();
   vi.stubGlobal("MediaStream", class {});
   vi.clearAllMocks();
-  Object.assign(own, { lacks: null, doubt: null, starts: true, isReady: false });
+  Object.assign(own, {
+    lacks: null,
+    doubt: null,
+    starts: true,
+    isReady: false,
+    routes: true,
+    loudness: 1,
+  });
   element.muted = false;
   emitted = 0;
 });
@@ -239,4 +261,48 @@ it("is silent by both while the sound is off", async () => {
   own.play.mockClear();
   playback.choose("own", null);
   expect(own.play).not.toHaveBeenCalled();
+});
+
+it("plays as loud as wanted by both, and mutes both without ending them", async () => {
+  const playback = await made();
+  playback.choose("auto", null);
+  playback.play();
+  playback.volume = 0.5;
+  expect([own.loudness, element.volume, element.muted]).toEqual([0.25, 0.25, false]);
+  playback.isMuted = true;
+  expect([own.loudness, element.muted]).toEqual([0, true]);
+  playback.isDucked = true;
+  playback.isMuted = false;
+  expect([own.loudness, element.muted]).toEqual([0, true]);
+  playback.isDucked = false;
+  expect([own.loudness, element.volume, element.muted]).toEqual([0.25, 0.25, false]);
+  expect(own.rest).not.toHaveBeenCalled();
+});
+
+it("plays on the chosen device by both, and on the browser's own where that is gone", async () => {
+  const playback = await made();
+  expect(await playback.setOutput("headphones")).toBe(true);
+  expect(element.setSinkId).toHaveBeenLastCalledWith("headphones");
+  expect(own.setOutput).toHaveBeenLastCalledWith("headphones");
+  element.setSinkId.mockRejectedValueOnce(new DOMException("gone", "NotFoundError"));
+  expect(await playback.setOutput("unplugged")).toBe(false);
+  expect(element.setSinkId).toHaveBeenLastCalledWith("");
+  expect(own.setOutput).toHaveBeenLastCalledWith("");
+});
+
+it("has the browser's player play where ours cannot reach the chosen device", async () => {
+  own.routes = false;
+  const playback = await made();
+  playback.choose("auto", null);
+  playback.play();
+  own.events.plays();
+  await playback.setOutput("headphones");
+  await vi.advanceTimersByTimeAsync(1100);
+  expect(changed).toHaveBeenLastCalledWith({
+    by: "browser",
+    why: expect.stringContaining("default device only"),
+  });
+  own.play.mockClear();
+  await playback.setOutput("");
+  expect(own.play).toHaveBeenCalledOnce();
 });

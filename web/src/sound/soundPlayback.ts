@@ -3,7 +3,7 @@ import type { Playout } from "../messages";
 import { Playback } from "../playback";
 import { t } from "../words/words";
 import { levelOfPower } from "./loudness";
-import { doubtful, type Heard, lacking, OwnPlayer } from "./ownPlayer";
+import { doubtful, type Heard, lacking, OwnPlayer, routes } from "./ownPlayer";
 
 /** Which player is to play; "auto" is ours where it can. */
 export type PlayerChoice = Playout["player"];
@@ -24,6 +24,8 @@ export interface SoundPlaybackEvents {
 const FILLED_SAMPLES = 4800;
 const LOOK_EVERY_MS = 20;
 const TAKES_OVER_WITHIN_MS = 1000;
+const NOT_ROUTED =
+  "in this browser the page's own player plays on the default device only, and you chose another";
 /** After a failure ours is tried again after so long, and each time after twice as long. */
 const AGAIN_AFTER_MS = 5000;
 
@@ -41,7 +43,13 @@ export class SoundPlayback {
   /** Ours was told to play, and does not sound yet. */
   #isBeginning = false;
   #isTakingOver = false;
+  /** The browser's player fills its buffer. */
+  #isUnheard = false;
   #isDucked = false;
+  #isMuted = false;
+  /** As a factor of the amplitude. */
+  #loudness = 1;
+  #output = "";
   #receiver: RTCRtpReceiver | null = null;
   #state: SoundPlayerState = { by: "browser", why: null };
   #againMs = AGAIN_AFTER_MS;
@@ -93,8 +101,43 @@ export class SoundPlayback {
   /** Plays on, but unheard. */
   set isDucked(isDucked: boolean) {
     this.#isDucked = isDucked;
-    this.#own.isMuted = isDucked;
-    this.#browser.isMuted = isDucked || this.#isTakingOver;
+    this.#setLoudness();
+  }
+
+  /** Plays on, but unheard, until the viewer wants it otherwise. */
+  set isMuted(isMuted: boolean) {
+    this.#isMuted = isMuted;
+    this.#setLoudness();
+  }
+
+  /** From 0 to 1, as ears have it: at the half, it is heard as about half as loud. */
+  set volume(volume: number) {
+    this.#loudness = volume ** 2;
+    this.#setLoudness();
+  }
+
+  /**
+   * Plays on the device with this id, "" for the browser's own choice. Returns false if there is no
+   * such device, and then plays on where the browser would.
+   */
+  async setOutput(id: string): Promise<boolean> {
+    this.#output = id;
+    try {
+      await Promise.all([this.#browser.setOutput(id), routes() && this.#own.setOutput(id)]);
+    } catch {
+      if (id === "" || this.#output !== id) return false;
+      await this.setOutput("");
+      return false;
+    }
+    this.#update();
+    return true;
+  }
+
+  #setLoudness(): void {
+    const isSilent = this.#isDucked || this.#isMuted;
+    this.#own.loudness = isSilent ? 0 : this.#loudness;
+    this.#browser.volume = this.#loudness;
+    this.#browser.isMuted = isSilent || this.#isUnheard;
   }
 
   set leastDelayMs(ms: number | null) {
@@ -149,7 +192,9 @@ export class SoundPlayback {
 
   /** Why our own player is not to play. */
   #hindrance(choice = this.#choice): string | null {
-    return this.#problem ?? (choice === "auto" ? doubtful() : null);
+    if (this.#problem !== null) return this.#problem;
+    if (this.#output !== "" && !routes()) return NOT_ROUTED;
+    return choice === "auto" ? doubtful() : null;
   }
 
   #rest(): void {
@@ -166,7 +211,8 @@ export class SoundPlayback {
   #ownFailed(why: string): void {
     this.#isBeginning = false;
     this.#problem = why;
-    this.#browser.isMuted = this.#isDucked;
+    this.#isUnheard = false;
+    this.#setLoudness();
     if (this.#isPlaying) this.#browser.play();
     this.#tell("browser");
     setTimeout(() => {
@@ -181,7 +227,8 @@ export class SoundPlayback {
     if (this.#isTakingOver) return;
     this.#isTakingOver = true;
     this.#own.share();
-    this.#browser.isMuted = true;
+    this.#isUnheard = true;
+    this.#setLoudness();
     this.#browser.play();
     const untilMs = performance.now() + TAKES_OVER_WITHIN_MS;
     const from = await this.#emitted();
@@ -189,7 +236,8 @@ export class SoundPlayback {
       await new Promise((resolve) => setTimeout(resolve, LOOK_EVERY_MS));
     } while ((await this.#emitted()) - from < FILLED_SAMPLES && performance.now() < untilMs);
     this.#isTakingOver = false;
-    this.#browser.isMuted = this.#isDucked;
+    this.#isUnheard = false;
+    this.#setLoudness();
     if (this.#state.by === "browser") return; // it failed, or was paused, meanwhile
     this.#own.rest();
     this.#tell("browser");

@@ -30,6 +30,7 @@ import support from "./support.json";
 import tape from "./tape.json";
 import turn from "./turn.json";
 import voice from "./voice.json";
+import watch from "./watch.json";
 import ways from "./ways.json";
 import when from "./when.json";
 
@@ -63,6 +64,7 @@ export const de: Catalog = {
   ...tape,
   ...turn,
   ...voice,
+  ...watch,
   ...ways,
   ...when,
 };

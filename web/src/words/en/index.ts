@@ -29,6 +29,7 @@ import support from "./support.json";
 import tape from "./tape.json";
 import turn from "./turn.json";
 import voice from "./voice.json";
+import watch from "./watch.json";
 import ways from "./ways.json";
 import when from "./when.json";
 
@@ -62,6 +63,7 @@ export const en = {
   ...tape,
   ...turn,
   ...voice,
+  ...watch,
   ...ways,
   ...when,
 };
