@@ -12,6 +12,7 @@ import "./style/voice.css";
 import "./style/queue.css";
 import "./style/settings.css";
 import "./style/panels.css";
+import "./style/watching.css";
 import "./style/host.css";
 import "./style/stop.css";
 import "./style/notices.css";

@@ -39,6 +39,7 @@ import { loadPreferences, openStore, type Preferences, savePreferences } from ".
 import { Prover } from "./proof";
 import { Acknowledger } from "./receipt/acknowledge";
 import { changed } from "./roomChange";
+import { ShownPicture } from "./shownPicture";
 import { type HearingActions, hear } from "./sound/hearing";
 import { SoundPlayback } from "./sound/soundPlayback";
 import { createState, type Panel, type State } from "./state";
@@ -47,6 +48,7 @@ import { recordHistory } from "./stats/record";
 import { listenTurnOver } from "./turnOver";
 import { listenTalk } from "./voice/listenTalk";
 import { Talk } from "./voice/talk";
+import { keepAwake, needsScreen } from "./wakeLock";
 import { listenLanguage } from "./words/language";
 import { t } from "./words/words";
 
@@ -122,6 +124,8 @@ export interface Session {
   actions: Actions;
   /** What was measured and what happened in the last minutes. */
   history: History;
+  /** The element of the picture that is large, null while there is none. */
+  shownPicture(): HTMLVideoElement | null;
   /** Sets the picture's element, null when it is removed. */
   attachPicture(element: HTMLVideoElement | null): void;
   attachSound(element: HTMLAudioElement | null): void;
@@ -569,6 +573,7 @@ export function startSession(): Session {
   window.addEventListener("pageshow", (event) => {
     if (event.persisted && !state.ended.peek()) link.connect();
   });
+  keepAwake(needsScreen(state));
   watchNetwork(() => link.networkChanged(), signal);
   document.addEventListener("visibilitychange", () => {
     if (!document.hidden) link.hurry();
@@ -609,13 +614,16 @@ export function startSession(): Session {
 
   const shown = () => elsewhere?.picture ?? link.peer?.picture;
 
+  const elements = new ShownPicture();
   let unwatch = () => {};
   const unwatchCamera: (() => void)[] = [];
   return {
     state,
     actions,
     history,
+    shownPicture: () => elements.get(state.large.peek()),
     attachPicture(element) {
+      elements.attach(null, element);
       unwatch();
       unwatch = element ? watchFrames(element, { presented }, shown) : () => {};
       picture.attach(element);
@@ -624,6 +632,7 @@ export function startSession(): Session {
     pictureStream: () => picture.stream,
     soundLevels: () => sound.levels(),
     attachCamera(camera, element) {
+      elements.attach(camera, element);
       unwatchCamera[camera]?.();
       const meter = { presented: () => cameras.presented(camera) };
       unwatchCamera[camera] = element

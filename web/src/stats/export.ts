@@ -17,6 +17,7 @@
  */
 
 import type { ViewerInfo } from "../messages";
+import { stamp } from "../stamp";
 import { FIELDS, type Field, type History } from "./history";
 import type { Why } from "./why";
 
@@ -54,19 +55,6 @@ export function exported(history: History, about: About): object {
 /** `wax-stats-2026-05-04-13-30-00.json`, by the reader's clock. */
 export function fileName(wallMs: number): string {
   return `wax-stats-${stamp(new Date(wallMs))}.json`;
-}
-
-/** A time that sorts, and that every file system takes. */
-export function stamp(at: Date): string {
-  const parts = [
-    at.getFullYear(),
-    at.getMonth() + 1,
-    at.getDate(),
-    at.getHours(),
-    at.getMinutes(),
-    at.getSeconds(),
-  ];
-  return parts.map((part) => String(part).padStart(2, "0")).join("-");
 }
 
 /** `pictureMs` as `picture_ms`. */

@@ -21,6 +21,7 @@ export function testSession(state: State = createState(loadPreferences(null))): 
     pictureStream: () => null,
     attachPicture: vi.fn(),
     attachSound: vi.fn(),
+    shownPicture: () => null,
     soundLevels: async () => [],
     attachCamera: vi.fn(),
   };

@@ -87,6 +87,7 @@ beforeEach(() => {
     pictureStream: () => null,
 
     history: new History(),
+    shownPicture: () => null,
 
     soundLevels: async () => levels,
     attachCamera: vi.fn(),

@@ -1,0 +1,56 @@
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import {
+  enterFullscreen,
+  enterVideoFullscreen,
+  hasFullscreen,
+  hasVideoFullscreen,
+  isFullscreen,
+  leaveFullscreen,
+  watchFullscreen,
+} from "../fullscreen";
+import { t } from "../words/words";
+import { useSession, useState } from "./context";
+
+/** The whole page in fullscreen, with all that is over the picture; hidden where that is not. */
+export function Fullscreen() {
+  const session = useSession();
+  const { drivingTurn } = useState();
+  const isOn = useSignal(isFullscreen());
+  const isRefused = useSignal(false);
+  useEffect(
+    () =>
+      watchFullscreen(() => {
+        isOn.value = isFullscreen();
+        if (isOn.value) isRefused.value = false;
+      }),
+    [isOn, isRefused],
+  );
+  const isWhole = hasFullscreen();
+  // Where only the video can, nothing is over it: no Stop, so not for who drives.
+  const isVideo = !isWhole && drivingTurn.value === null;
+  if (!isWhole && !(isVideo && hasVideoFullscreen(session.shownPicture()))) return null;
+
+  const toggle = async () => {
+    try {
+      if (isOn.peek()) await leaveFullscreen();
+      else if (isWhole) await enterFullscreen();
+      else {
+        const video = session.shownPicture();
+        if (video) enterVideoFullscreen(video);
+      }
+    } catch {
+      isRefused.value = true;
+    }
+  };
+  return (
+    <div class="watch-act">
+      <button type="button" class="plain-button" onClick={() => void toggle()}>
+        {t(isOn.value ? "watch.fullscreen.leave" : "watch.fullscreen")}
+      </button>
+      <p role="status" class="quiet">
+        {isRefused.value && t("watch.fullscreen.refused")}
+      </p>
+    </div>
+  );
+}

@@ -1,0 +1,40 @@
+import { useSignal } from "@preact/signals";
+import { download } from "../download";
+import { robotName } from "../robotName";
+import { photoName, pictureOf } from "../snapshot";
+import type { State } from "../state";
+import { type Code, t } from "../words/words";
+import { useSession } from "./context";
+import { isLive } from "./live";
+
+/** Why there is nothing to take a photo of; null if there is. */
+export function whyNoPhoto(state: State, video: HTMLVideoElement | null): Code | null {
+  if (state.isBlanked.value) return "watch.snapshot.blanked";
+  if (!state.preferences.value.picture) return "watch.snapshot.off";
+  if (!video || video.videoWidth === 0) return "watch.snapshot.none";
+  return isLive(state) ? null : "watch.snapshot.old";
+}
+
+/** Saves what is seen now; a picture that is not live is none of the robot's world. */
+export function Snapshot() {
+  const session = useSession();
+  const why = useSignal<Code | null>(null);
+  const take = async () => {
+    const video = session.shownPicture();
+    why.value = whyNoPhoto(session.state, video);
+    if (why.value !== null || !video) return;
+    const photo = await pictureOf(video).catch(() => null);
+    if (photo) download(photo, photoName(robotName(), new Date()));
+    else why.value = "watch.snapshot.failed";
+  };
+  return (
+    <div class="watch-act">
+      <button type="button" class="plain-button" onClick={() => void take()}>
+        {t("watch.snapshot")}
+      </button>
+      <p role="status" class="quiet">
+        {why.value && t(why.value)}
+      </p>
+    </div>
+  );
+}

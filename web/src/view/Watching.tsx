@@ -1,0 +1,27 @@
+import { t } from "../words/words";
+import { useState } from "./context";
+import { Fullscreen } from "./Fullscreen";
+import { OutputChoice } from "./OutputChoice";
+import { PictureInPicture } from "./PictureInPicture";
+import { Snapshot } from "./Snapshot";
+import { Timing } from "./Timing";
+import { Volume } from "./Volume";
+import { silenceWords } from "./words";
+
+/** What makes watching and listening pleasant, for everybody. */
+export function Watching() {
+  const { hello } = useState();
+  const hasSound = silenceWords(hello.value) === null;
+  return (
+    <section class="watching" aria-label={t("watch.title")}>
+      {hasSound && <Volume />}
+      {hasSound && <OutputChoice />}
+      <Timing />
+      <div class="watch-acts">
+        <Snapshot />
+        <PictureInPicture />
+        <Fullscreen />
+      </div>
+    </section>
+  );
+}

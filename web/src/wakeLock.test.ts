@@ -1,0 +1,128 @@
+import { signal } from "@preact/signals";
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { loadPreferences } from "./preferences";
+import { createState } from "./state";
+import { hello, room } from "./testing/messages";
+import { keepAwake, needsScreen } from "./wakeLock";
+
+class Lock extends EventTarget {
+  released = false;
+  release = async () => {
+    this.released = true;
+    this.dispatchEvent(new Event("release"));
+  };
+}
+
+class Page extends EventTarget {
+  visibilityState: DocumentVisibilityState = "visible";
+  show(state: DocumentVisibilityState): void {
+    this.visibilityState = state;
+    this.dispatchEvent(new Event("visibilitychange"));
+  }
+}
+
+let locks: Lock[];
+let page: Page;
+let request: ReturnType<typeof vi.fn<() => Promise<WakeLockSentinel>>>;
+let end = () => {};
+const isNeeded = signal(false);
+const settled = () => new Promise((done) => setTimeout(done));
+const held = () => locks.filter((one) => !one.released).length;
+
+beforeEach(() => {
+  locks = [];
+  page = new Page();
+  isNeeded.value = false;
+  request = vi.fn(async () => {
+    const lock = new Lock();
+    locks.push(lock);
+    return lock as unknown as WakeLockSentinel;
+  });
+});
+
+afterEach(() => end());
+
+function begin(): void {
+  end = keepAwake(isNeeded, { document: page as unknown as Document, wakeLock: { request } });
+}
+
+it("holds the screen while it is needed, and no longer", async () => {
+  begin();
+  await settled();
+  expect(request).not.toHaveBeenCalled();
+  isNeeded.value = true;
+  await settled();
+  expect(held()).toBe(1);
+  isNeeded.value = false;
+  await settled();
+  expect(held()).toBe(0);
+});
+
+it("asks again once the page is shown again", async () => {
+  begin();
+  isNeeded.value = true;
+  await settled();
+  page.show("hidden");
+  await settled();
+  expect(held()).toBe(0);
+  page.show("visible");
+  await settled();
+  expect([held(), locks.length]).toEqual([1, 2]);
+});
+
+it("asks again after the browser took it, when the page is shown the next time", async () => {
+  begin();
+  isNeeded.value = true;
+  await settled();
+  await locks[0]?.release();
+  page.show("visible");
+  await settled();
+  expect(held()).toBe(1);
+});
+
+it("says nothing where it is refused, and asks the next time", async () => {
+  request.mockRejectedValueOnce(new DOMException("low battery", "NotAllowedError"));
+  begin();
+  isNeeded.value = true;
+  await settled();
+  expect(held()).toBe(0);
+  page.show("visible");
+  await settled();
+  expect(held()).toBe(1);
+});
+
+it("does not keep what comes too late", async () => {
+  begin();
+  isNeeded.value = true;
+  isNeeded.value = false;
+  await settled();
+  expect(held()).toBe(0);
+});
+
+it("lets go at the end, and lives without it", async () => {
+  begin();
+  isNeeded.value = true;
+  await settled();
+  end();
+  await settled();
+  expect(held()).toBe(0);
+  keepAwake(isNeeded, { document: page as unknown as Document, wakeLock: undefined })();
+});
+
+it("is needed by who drives, waits or watches, not by who only hears", () => {
+  const state = createState(loadPreferences(null));
+  const needs = needsScreen(state);
+  state.hello.value = hello({ viewer: 1 });
+  state.room.value = room({ watching: [1] });
+  expect(needs.value).toBe(false);
+  state.link.value = { is: "connected" };
+  expect(needs.value).toBe(true);
+  state.preferences.value = { ...state.preferences.peek(), picture: false };
+  expect(needs.value).toBe(false);
+  state.room.value = room({ waiting: [1] });
+  expect(needs.value).toBe(true);
+  state.room.value = room({ operator: 1 });
+  expect(needs.value).toBe(true);
+  state.ended.value = { type: "ended", text: "Closed.", opens_wall_ms: null };
+  expect(needs.value).toBe(false);
+});
