@@ -35,7 +35,7 @@ it("does not have the first load wait for what only watches elsewhere", () => {
   expect(loaded).toContain("preact");
   expect(loaded).toContain(join(ROOT, "measure/report.ts"));
   expect(loaded).not.toContain("livekit-client");
-  for (const folder of ["elsewhere", "replay"]) {
+  for (const folder of ["elsewhere", "kiosk", "replay"]) {
     expect(loaded.filter((one) => one.startsWith(join(ROOT, folder)))).toEqual([]);
   }
   expect(loaded).toContain(join(ROOT, "view/host/Calibration.tsx"));
@@ -55,6 +55,8 @@ it("does not have the first load wait for another language than English", () => 
 it("keeps the past from the start, and loads what plots it for who asks", () => {
   const loaded = [...loadedBy(join(ROOT, "main.tsx"))];
   expect(loaded).not.toContain("uplot");
+  expect(loaded).not.toContain("lean-qr");
+  expect([...loadedBy(join(ROOT, "kiosk/Kiosk.tsx"))]).toContain("lean-qr");
   const ofStats = loaded.filter((one) => one.startsWith(join(ROOT, "stats")));
   const needed = ["stats/history.ts", "stats/record.ts"].map((path) => join(ROOT, path));
   expect(ofStats.toSorted()).toEqual(needed);

@@ -22,6 +22,7 @@ import "./style/own.css";
 import "./style/path.css";
 import "./style/loading.css";
 import { render } from "preact";
+import { openStage, wantsStage } from "./openStage";
 import { startSession } from "./session";
 import { lacksOf } from "./support";
 import { App } from "./view/App";
@@ -34,7 +35,8 @@ const session = lacks ? null : startSession();
 const root = document.getElementById("page");
 // Until now it says that the page is loading.
 root?.replaceChildren();
-if (root && session) render(<App session={session} />, root);
+if (root && session && wantsStage(window.location.search)) void openStage(root, session);
+else if (root && session) render(<App session={session} />, root);
 else if (root && lacks) {
   void speak(choose(wishes(null)));
   render(<UnsupportedPage lacks={lacks} />, root);

@@ -83,12 +83,9 @@ beforeEach(() => {
     actions,
     attachPicture: vi.fn(),
     attachSound: vi.fn(),
-
     pictureStream: () => null,
-
     history: new History(),
     shownPicture: () => null,
-
     soundLevels: async () => levels,
     attachCamera: vi.fn(),
   };

@@ -11,6 +11,7 @@ import figures from "./figures.json";
 import host from "./host.json";
 import hud from "./hud.json";
 import invitation from "./invitation.json";
+import kiosk from "./kiosk.json";
 import language from "./language.json";
 import link from "./link.json";
 import message from "./message.json";
@@ -45,6 +46,7 @@ export const de: Catalog = {
   ...host,
   ...hud,
   ...invitation,
+  ...kiosk,
   ...language,
   ...link,
   ...message,

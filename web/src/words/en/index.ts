@@ -10,6 +10,7 @@ import figures from "./figures.json";
 import host from "./host.json";
 import hud from "./hud.json";
 import invitation from "./invitation.json";
+import kiosk from "./kiosk.json";
 import language from "./language.json";
 import link from "./link.json";
 import message from "./message.json";
@@ -44,6 +45,7 @@ export const en = {
   ...host,
   ...hud,
   ...invitation,
+  ...kiosk,
   ...language,
   ...link,
   ...message,

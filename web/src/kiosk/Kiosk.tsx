@@ -1,0 +1,178 @@
+import "./kiosk.css";
+import { useSignal } from "@preact/signals";
+import { useEffect, useMemo, useRef } from "preact/hooks";
+import { robotName } from "../robotName";
+import type { Session } from "../session";
+import { SessionContext, useSession, useState } from "../view/context";
+import { isLive } from "../view/live";
+import { StopButton } from "../view/StopButton";
+import { named } from "../view/words";
+import { t } from "../words/words";
+import { clockWords, isOnlyHere, joinAddress, wantsSound, watchers } from "./facts";
+import { watchIdle } from "./idle";
+import { QrCode } from "./QrCode";
+import { tend } from "./tend";
+
+/** For a screen in a hall: the picture, who drives, who is next, and how to join. */
+export function Kiosk({ session }: { session: Session }) {
+  const idle = useMemo(() => watchIdle(window), []);
+  useEffect(() => {
+    const end = tend(session);
+    return () => {
+      end();
+      idle.end();
+    };
+  }, [session, idle]);
+  return (
+    <SessionContext.Provider value={session}>
+      <main class={idle.isIdle.value ? "kiosk is-idle" : "kiosk"}>
+        <Picture />
+        <header class="kiosk-head">
+          <h1>{robotName()}</h1>
+        </header>
+        <Problem />
+        <div class="kiosk-foot">
+          <Driver />
+          <Join />
+        </div>
+        <Sound />
+        <div class="kiosk-stop">
+          <StopButton />
+        </div>
+      </main>
+    </SessionContext.Provider>
+  );
+}
+
+function Picture() {
+  const session = useSession();
+  const { isBlanked } = useState();
+  const video = useRef<HTMLVideoElement>(null);
+  useEffect(() => {
+    session.attachPicture(video.current);
+    return () => session.attachPicture(null);
+  }, [session]);
+  const kinds = [
+    "kiosk-picture",
+    ...(isLive(session.state) ? [] : ["is-greyed"]),
+    ...(isBlanked.value ? ["is-off"] : []),
+  ];
+  return <video ref={video} class={kinds.join(" ")} muted autoplay playsinline />;
+}
+
+/** Why what is seen is not the robot now. */
+function Problem() {
+  const { state } = useSession();
+  const { link, isConnected, isSilent, ended, isBlanked, room } = state;
+  const words = ended.value
+    ? ended.value.text
+    : link.value.is === "connecting" && link.value.reason === null
+      ? t("kiosk.connecting")
+      : !isConnected.value || isSilent.value
+        ? t("kiosk.lost")
+        : isBlanked.value
+          ? t("kiosk.blanked")
+          : room.value?.video.problem
+            ? t("kiosk.no_picture")
+            : isLive(state)
+              ? null
+              : t("kiosk.old");
+  return (
+    <p class="kiosk-problem" role="status">
+      {words}
+    </p>
+  );
+}
+
+/** Who drives and for how long, who is next, and how many watch. */
+function Driver() {
+  const { room, operator, secondsLeft, hello, watching, isConnected } = useState();
+  const now = room.value;
+  if (!now || !isConnected.value) return null;
+  const next = now.viewers.find((one) => one.place === 1);
+  const isStanding = now.turn.stands_left_ms !== null;
+  const count = watchers(now, hello.value?.viewer, watching.value);
+  return (
+    <section class="kiosk-driver" aria-live="polite">
+      <p class="kiosk-who">
+        {operator.value
+          ? t("kiosk.driving", { name: named(operator.value.name) })
+          : t(now.house.held ? "kiosk.closed" : "kiosk.free")}
+      </p>
+      {secondsLeft.value !== null && (
+        <p class="kiosk-timer" role="timer" aria-live="off" aria-label={t("kiosk.time_left")}>
+          {clockWords(secondsLeft.value)}
+        </p>
+      )}
+      {now.stop && <p class="kiosk-stopped">{t("kiosk.stopped", { name: named(now.stop.by) })}</p>}
+      {isStanding && <p>{t("kiosk.stands")}</p>}
+      <p>{next ? t("kiosk.next", { name: named(next.name) }) : t("kiosk.next.nobody")}</p>
+      <p class="kiosk-count">{t("kiosk.watching", { n: count })}</p>
+    </section>
+  );
+}
+
+/** The page's own address, to be opened by a phone. */
+function Join() {
+  const { hello } = useState();
+  const address = joinAddress(window.location);
+  if (isOnlyHere(window.location.hostname)) {
+    return <p class="kiosk-join is-only-here">{t("kiosk.address", { address })}</p>;
+  }
+  const mayQueue = hello.value?.may_queue !== false;
+  return (
+    <section class="kiosk-join">
+      <QrCode address={address} />
+      <p>{t(mayQueue ? "kiosk.join" : "kiosk.join.watch")}</p>
+      <p class="kiosk-address">{address}</p>
+    </section>
+  );
+}
+
+/** Off unless the address asks for it; and then as soon as the browser allows. */
+function Sound() {
+  const session = useSession();
+  const { player } = useState();
+  const audio = useRef<HTMLAudioElement>(null);
+  const isHeard = useSignal(false);
+  const isWanted = wantsSound(window.location.search);
+  useEffect(() => {
+    const element = audio.current;
+    if (!isWanted || !element) return;
+    session.attachSound(element);
+    session.actions.setSound(true);
+    const leaving = new AbortController();
+    const { signal } = leaving;
+    element.addEventListener(
+      "playing",
+      () => {
+        isHeard.value = true;
+      },
+      { signal },
+    );
+    // Where the browser refused, it needs a touch.
+    for (const sign of ["pointerdown", "keydown"]) {
+      window.addEventListener(
+        sign,
+        () => {
+          if (!isHeard.peek()) session.actions.setSound(true);
+        },
+        { signal },
+      );
+    }
+    return () => {
+      leaving.abort();
+      session.attachSound(null);
+    };
+  }, [session, isWanted, isHeard]);
+  if (!isWanted) return null;
+  return (
+    <>
+      {/* biome-ignore lint/a11y/useMediaCaption: a live robot has no captions */}
+      <audio ref={audio} />
+      {!isHeard.value && player.value.by === "browser" && (
+        <p class="kiosk-sound">{t("kiosk.touch_for_sound")}</p>
+      )}
+    </>
+  );
+}

@@ -1,0 +1,181 @@
+// @vitest-environment happy-dom
+import { getByRole, getByText, queryByRole, queryByText } from "@testing-library/dom";
+import { render } from "preact";
+import { act } from "preact/test-utils";
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { openStage, wantsStage } from "../openStage";
+import type { Session } from "../session";
+import { hello, room } from "../testing/messages";
+import { testSession } from "../testing/session";
+import { Kiosk } from "./Kiosk";
+import { tend } from "./tend";
+
+const { body } = document;
+let session: Session;
+
+function at(address: string): void {
+  vi.stubGlobal("location", new URL(address));
+}
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  at("https://robot.example.org/?view=stage");
+  session = testSession();
+  session.state.link.value = { is: "connected" };
+  session.state.hello.value = hello({ viewer: 9 });
+  session.state.serverMs.value = 18_000;
+});
+
+afterEach(() => {
+  act(() => render(null, body));
+  vi.useRealTimers();
+  vi.unstubAllGlobals();
+});
+
+function open(): void {
+  act(() => render(<Kiosk session={session} />, body));
+}
+
+function show(options: Parameters<typeof room>[0]): void {
+  act(() => {
+    session.state.room.value = room(options);
+  });
+}
+
+it("tells who drives and for how long, who is next, and how many watch", () => {
+  open();
+  show({ operator: 1, waiting: [2, 3], watching: [4, 9], endsMs: 60_000 });
+  expect(getByText(body, "Ada is driving")).toBeTruthy();
+  expect(getByRole(body, "timer", { name: "Time left" }).textContent).toBe("0:42");
+  expect(getByText(body, "Next: Bob")).toBeTruthy();
+  expect(getByText(body, "3 people watch")).toBeTruthy();
+  show({ watching: [9], stop: { number: 1, by: "Cleo" } });
+  expect(getByText(body, "Nobody is driving: the robot is free")).toBeTruthy();
+  expect(queryByRole(body, "timer")).toBeNull();
+  expect(getByText(body, "Nobody is waiting")).toBeTruthy();
+  expect(getByText(body, "Stopped by Cleo")).toBeTruthy();
+});
+
+it("shows how to join by a code with the page's own address", () => {
+  open();
+  const address = "https://robot.example.org/";
+  const code = getByRole(body, "img", { name: `QR code with the address ${address}` });
+  expect(code.querySelector("path")?.getAttribute("d")).toMatch(/^M/);
+  expect(code.outerHTML).not.toContain("style");
+  expect(getByText(body, address)).toBeTruthy();
+  expect(getByText(body, "Scan to drive")).toBeTruthy();
+});
+
+it("says so where no phone could open its address", () => {
+  at("http://localhost:8080/?view=stage");
+  open();
+  expect(queryByRole(body, "img")).toBeNull();
+  expect(getByText(body, /works on this computer only/)).toBeTruthy();
+});
+
+it("says why what is seen is not the robot now", () => {
+  open();
+  const problem = () => getByRole(body, "status").textContent;
+  expect(problem()).toBe("");
+  act(() => {
+    session.state.link.value = { is: "waiting", retryAtMs: 0, reason: "gone" };
+  });
+  expect(problem()).toContain("tries again by itself");
+  act(() => {
+    session.state.ended.value = { type: "ended", text: "Closed for today.", opens_wall_ms: null };
+  });
+  expect(problem()).toBe("Closed for today.");
+});
+
+it("hides its pointer and Stop until somebody moves, and again 3 s later", () => {
+  open();
+  const isIdle = () => getByRole(body, "main").classList.contains("is-idle");
+  expect(isIdle()).toBe(true);
+  act(() => void window.dispatchEvent(new Event("pointermove")));
+  expect(isIdle()).toBe(false);
+  act(() => void vi.advanceTimersByTime(2900));
+  expect(isIdle()).toBe(false);
+  act(() => void vi.advanceTimersByTime(200));
+  expect(isIdle()).toBe(true);
+});
+
+it("has no control but Stop", () => {
+  open();
+  show({ watching: [9] });
+  expect([...body.querySelectorAll("button, input, select, a")]).toEqual([
+    getByRole(body, "button", { name: "Stop" }),
+  ]);
+});
+
+it("has no sound unless the address asks for it, and then asks for a touch where it must", () => {
+  open();
+  expect(session.actions.setSound).not.toHaveBeenCalled();
+  act(() => render(null, body));
+  at("https://robot.example.org/?view=stage&sound=on");
+  open();
+  expect(session.actions.setSound).toHaveBeenCalledExactlyOnceWith(true);
+  expect(getByText(body, "Touch the screen once for sound.")).toBeTruthy();
+  act(() => void window.dispatchEvent(new Event("pointerdown")));
+  expect(session.actions.setSound).toHaveBeenCalledTimes(2);
+  act(() => void body.querySelector("audio")?.dispatchEvent(new Event("playing")));
+  expect(queryByText(body, "Touch the screen once for sound.")).toBeNull();
+  act(() => void window.dispatchEvent(new Event("pointerdown")));
+  expect(session.actions.setSound).toHaveBeenCalledTimes(2);
+});
+
+it("watches only: it gives back a place that was kept for somebody", () => {
+  const end = tend(session, { reload: vi.fn() });
+  session.state.room.value = room({ watching: [9] });
+  expect(session.actions.leave).not.toHaveBeenCalled();
+  session.state.room.value = room({ waiting: [9] });
+  expect(session.actions.leave).toHaveBeenCalledOnce();
+  end();
+});
+
+it("has a picture whatever was chosen in this browser before", () => {
+  session.state.preferences.value = { ...session.state.preferences.peek(), picture: false };
+  const end = tend(session, { reload: vi.fn() });
+  expect(session.actions.setPicture).toHaveBeenCalledWith(true);
+  end();
+});
+
+it("comes back after it was sent away, again and again", () => {
+  const end = tend(session, { reload: vi.fn() });
+  for (let i = 1; i <= 3; i++) {
+    session.state.ended.value = { type: "ended", text: "Full.", opens_wall_ms: null };
+    vi.advanceTimersByTime(60_000);
+    expect(session.actions.comeBack).toHaveBeenCalledTimes(i);
+    session.state.ended.value = null;
+    vi.advanceTimersByTime(120_000);
+  }
+  expect(session.actions.comeBack).toHaveBeenCalledTimes(3);
+  end();
+});
+
+it("follows the server to another version", () => {
+  const reload = vi.fn();
+  const end = tend(session, { reload });
+  session.state.hello.value = hello({ version: "0.0.0" });
+  session.state.hello.value = null;
+  expect(reload).not.toHaveBeenCalled();
+  session.state.hello.value = hello({ version: "0.0.1" });
+  expect(reload).toHaveBeenCalledOnce();
+  end();
+});
+
+it("is opened by its address, and tries again where it could not be loaded", async () => {
+  expect([wantsStage("?view=stage&sound=on"), wantsStage("?view=x"), wantsStage("")]).toEqual([
+    true,
+    false,
+    false,
+  ]);
+  const reload = vi.fn();
+  vi.stubGlobal("location", { ...window.location, reload });
+  await openStage(body, session, () => Promise.reject(new Error("offline")));
+  expect(getByRole(body, "alert").textContent).toContain("tries again by itself");
+  vi.advanceTimersByTime(10_000);
+  expect(reload).toHaveBeenCalledOnce();
+  at("https://robot.example.org/?view=stage");
+  await act(() => openStage(body, session, async () => ({ Kiosk })));
+  expect(getByRole(body, "heading", { name: "WAX" })).toBeTruthy();
+});
