@@ -1,0 +1,100 @@
+"""A screen in a hall: `?view=stage`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+import pytest
+import pytest_asyncio
+from playwright.async_api import expect
+
+from e2e.harness import toml
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+
+    from playwright.async_api import Route
+
+    from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.server import Server
+
+HALL = {"viewport": {"width": 1280, "height": 720}}
+NAME = "http://robot.example"
+"""By this the page is opened here, as by visitors; its requests go to the server's own address."""
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session")
+async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
+    settings = toml.card_with(turns=toml.BRIEF_GRACE)
+    async with serve(tmp_path_factory.mktemp("kiosk"), settings) as running:
+        yield running
+
+
+@pytest.mark.timeout(90)
+async def test_a_screen_shows_who_drives_and_takes_no_place(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """It shows the picture, who drives and for how long; a place kept for its tab is given back."""
+    screen = await open_viewer(server, **HALL)
+    await screen.join()
+    await screen.drives()
+    await screen.page.goto(f"{server.url}/?view=stage")
+    await screen.sees_picture()
+    await expect(screen.page.get_by_text("Nobody is driving: the robot is free")).to_be_visible()
+    driver = await open_viewer(server)
+    await driver.call_oneself("Grace")
+    await driver.join()
+    await driver.drives()
+    await expect(screen.page.get_by_text("Grace is driving")).to_be_visible()
+    assert (await screen.timer.inner_text()).startswith(("0:", "1:"))
+    video = await screen.page.locator("video").bounding_box()
+    assert video == {"x": 0, "y": 0, **HALL["viewport"]}
+
+
+@pytest.mark.timeout(60)
+async def test_stop_comes_with_the_pointer_and_goes_without_it(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """Stop and the pointer are hidden until somebody moves; pressed, it stops the robot."""
+    screen = await open_viewer(server, **HALL)
+    await screen.page.goto(f"{server.url}/?view=stage")
+    await screen.sees_picture()
+    main = screen.page.get_by_role("main")
+    await expect(main).to_have_css("cursor", "none")
+    await screen.page.mouse.move(300, 300)
+    await screen.page.mouse.move(320, 300)
+    await expect(main).not_to_have_css("cursor", "none")
+    await screen.button("Stop").click()
+    await expect(screen.page.get_by_text("Stopped by")).to_be_visible()
+    await expect(main).to_have_css("cursor", "none", timeout=8000)
+
+
+@pytest.mark.timeout(60)
+async def test_the_code_leads_to_the_page(server: Server, open_viewer: OpenViewer) -> None:
+    """A camera reads the page's own address from the code, without what makes it a screen's."""
+    screen = await open_viewer(server, **HALL)
+
+    async def through(route: Route) -> None:
+        url = route.request.url.replace(NAME, server.url)
+        headers = {**route.request.headers, "origin": server.url}
+        await route.fulfill(response=await route.fetch(url=url, headers=headers))
+
+    await screen.page.route(f"{NAME}/**", through)
+    await screen.page.goto(f"{NAME}/?view=stage")
+    code = screen.page.get_by_role("img", name=f"QR code with the address {NAME}/", exact=True)
+    picture = np.frombuffer(await code.screenshot(), np.uint8)
+    read, _, _ = cv2.QRCodeDetector().detectAndDecode(cv2.imdecode(picture, cv2.IMREAD_COLOR))
+    assert read == f"{NAME}/"
+
+
+@pytest.mark.timeout(60)
+async def test_an_address_of_this_machine_alone_makes_no_code(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """Where no phone could follow the code, the screen says by which address to open it."""
+    screen = await open_viewer(server, **HALL)
+    await screen.page.goto(f"{server.url}/?view=stage")
+    await expect(screen.page.get_by_text("works on this computer only")).to_be_visible()
+    assert await screen.page.get_by_role("img").count() == 0

@@ -1,0 +1,103 @@
+"""Details on demand: why it is slow, plots and figures, loaded when somebody asks."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import pytest
+import pytest_asyncio
+from playwright.async_api import expect
+
+from e2e.harness import toml
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+    from playwright.async_api import Route
+
+    from e2e.conftest import OpenViewer, Serve
+    from e2e.harness.server import Server
+
+PLOTS = 7
+INKED = """
+() => [...document.querySelectorAll('figure canvas')].map((canvas) => {
+  const { width, height } = canvas;
+  const { data } = canvas.getContext('2d').getImageData(0, 0, width, height);
+  return data.some((value, at) => at % 4 === 3 && value > 0);
+})
+"""
+"""Whether anything is drawn on each canvas."""
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="session")
+async def server(serve: Serve, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Server]:
+    settings = toml.card_with(turns=toml.BRIEF_GRACE)
+    async with serve(tmp_path_factory.mktemp("stats"), settings) as running:
+        yield running
+
+
+@pytest.mark.timeout(90)
+async def test_details_show_what_was_measured_before_they_were_asked_for(
+    server: Server, open_viewer: OpenViewer, tmp_path: Path
+) -> None:
+    """The past is there at once, drawn and in tables, within the policy, and can be saved."""
+    viewer = await open_viewer(server)
+    page = viewer.page
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+
+    async def has_past() -> bool:
+        return await page.evaluate("performance.now()") > 6000
+
+    await eventually(has_past, "the page has been open for some seconds", within_s=10)
+    assert not [url for url in asked if "StatsPage" in url]
+    details = viewer.button("Details")
+    await details.focus()
+    await page.keyboard.press("Enter")
+    await expect(page.get_by_role("heading", name="Why is it slow?")).to_be_visible()
+    assert [url for url in asked if "StatsPage" in url]
+    await expect(page.get_by_role("table")).to_have_count(PLOTS)
+    row = page.get_by_role("row").filter(has=page.get_by_role("rowheader", name="picture"))
+    ages = await row.get_by_role("cell").all_inner_texts()
+    assert all(int(age) < 2000 for age in ages), ages
+
+    async def is_drawn() -> bool:
+        inked = await page.evaluate(INKED)
+        return len(inked) == PLOTS and all(inked)
+
+    await eventually(is_drawn, "every plot is drawn", within_s=5)
+    async with page.expect_download() as saving:
+        await viewer.button("Save for a bug report").click()
+    saved = tmp_path / "saved.json"
+    await (await saving.value).save_as(saved)
+    told = json.loads(saved.read_text(encoding="utf-8"))
+    assert (told["schema"], told["schema_version"], told["role"]) == ("wax-stats", 1, "observer")
+    assert len(told["samples"]["picture_ms"]) == len(told["samples"]["age_ms"]) > 3
+    assert any(mark["kind"] == "link" for mark in told["marks"])
+    assert "127.0.0.1" not in saved.read_text(encoding="utf-8")
+    refused = [line for line in viewer.console if "Content Security Policy" in line]
+    assert not refused, refused
+
+
+@pytest.mark.timeout(60)
+async def test_details_that_cannot_be_loaded_say_what_to_do(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """Where the file does not come, a sentence says so; it is watched on, and tried again."""
+    viewer = await open_viewer(server)
+
+    async def refuse(route: Route) -> None:
+        await route.abort()
+
+    await viewer.page.route("**/StatsPage*", refuse)
+    await viewer.button("Details").click()
+    alert = viewer.page.get_by_role("alert").filter(has_text="could not be loaded")
+    await expect(alert).to_be_visible()
+    assert await viewer.says_connected()
+    await viewer.sees_picture()
+    await viewer.page.unroute_all()
+    await viewer.button("Try again").click()
+    await expect(viewer.page.get_by_role("heading", name="Why is it slow?")).to_be_visible()
