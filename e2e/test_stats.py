@@ -60,7 +60,9 @@ async def test_details_show_what_was_measured_before_they_were_asked_for(
     await expect(page.get_by_role("heading", name="Why is it slow?")).to_be_visible()
     assert [url for url in asked if "StatsPage" in url]
     await expect(page.get_by_role("table")).to_have_count(PLOTS)
-    row = page.get_by_role("row").filter(has=page.get_by_role("rowheader", name="picture"))
+    row = page.get_by_role("row").filter(
+        has=page.get_by_role("rowheader", name="picture", exact=True)
+    )
     ages = await row.get_by_role("cell").all_inner_texts()
     assert all(int(age) < 2000 for age in ages), ages
 

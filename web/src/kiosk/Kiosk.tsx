@@ -107,7 +107,7 @@ function Driver() {
       {now.stop && <p class="kiosk-stopped">{t("kiosk.stopped", { name: named(now.stop.by) })}</p>}
       {isStanding && <p>{t("kiosk.stands")}</p>}
       <p>{next ? t("kiosk.next", { name: named(next.name) }) : t("kiosk.next.nobody")}</p>
-      <p class="kiosk-count">{t("kiosk.watching", { n: count })}</p>
+      {count > 0 && <p class="kiosk-count">{t("kiosk.watching", { n: count })}</p>}
     </section>
   );
 }

@@ -53,6 +53,7 @@ it("tells who drives and for how long, who is next, and how many watch", () => {
   expect(getByText(body, "Nobody is driving: the robot is free")).toBeTruthy();
   expect(queryByRole(body, "timer")).toBeNull();
   expect(getByText(body, "Nobody is waiting")).toBeTruthy();
+  expect(queryByText(body, /watch/)).toBeNull();
   expect(getByText(body, "Stopped by Cleo")).toBeTruthy();
 });
 

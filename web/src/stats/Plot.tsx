@@ -157,7 +157,7 @@ function optionsOf(
     },
     axes: [
       { ...axis, size: 24, values: (_u, splits) => splits.map(clockWords) },
-      { ...axis, size: 52 },
+      { ...axis, size: 52, space: 24 },
     ],
     series: [
       {},

@@ -98,6 +98,7 @@ function Events({ marks, nowMs }: { marks: readonly Mark[]; nowMs: number }) {
 
 function agoWords(ms: number): string {
   const seconds = Math.round(ms / 1000);
+  if (seconds === 0) return t("stats.ago.now");
   return seconds < 90
     ? t("stats.ago.seconds", { n: seconds })
     : t("stats.ago.minutes", { n: Math.round(seconds / 60) });
