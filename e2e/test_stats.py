@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
 
 PLOTS = 7
+PLOTS_BUTTON = "Plots, and why it is slow"
 INKED = """
 () => [...document.querySelectorAll('figure canvas')].map((canvas) => {
   const { width, height } = canvas;
@@ -54,7 +55,8 @@ async def test_details_show_what_was_measured_before_they_were_asked_for(
 
     await eventually(has_past, "the page has been open for some seconds", within_s=10)
     assert not [url for url in asked if "StatsPage" in url]
-    details = viewer.button("Details")
+    await viewer.open("Details")
+    details = viewer.button(PLOTS_BUTTON)
     await details.focus()
     await page.keyboard.press("Enter")
     await expect(page.get_by_role("heading", name="Why is it slow?")).to_be_visible()
@@ -95,7 +97,8 @@ async def test_details_that_cannot_be_loaded_say_what_to_do(
         await route.abort()
 
     await viewer.page.route("**/StatsPage*", refuse)
-    await viewer.button("Details").click()
+    await viewer.open("Details")
+    await viewer.button(PLOTS_BUTTON).click()
     alert = viewer.page.get_by_role("alert").filter(has_text="could not be loaded")
     await expect(alert).to_be_visible()
     assert await viewer.says_connected()

@@ -181,10 +181,10 @@ async def test_timing_is_switched_while_watching(
         peers = await viewer.probe("peers()")
         viewer.forget()
         for timing, policy, held_ms in (
-            ("Picture first", "video-first", 0.0),
-            ("In step", "audio-master", HELD_MS),
+            ("Immediate", "video-first", 0.0),
+            ("Smooth", "audio-master", HELD_MS),
         ):
-            cards, _ = await asyncio.gather(viewer.cards(60), viewer.timing.select_option(timing))
+            cards, _ = await asyncio.gather(viewer.cards(60), viewer.choose_timing(timing))
             assert_live(cards, held_ms=200.0)
             await held_back(server, viewer, policy, held_ms)
         assert await viewer.probe("peers()") == peers

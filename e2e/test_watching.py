@@ -39,6 +39,7 @@ async def test_a_photo_is_what_is_seen(
 ) -> None:
     """A photo is the picture in its own size; without a picture there is none, but a reason."""
     viewer = await open_viewer(server)
+    await viewer.open("Settings")
     async with viewer.page.expect_download() as saving:
         await viewer.button("Take a photo").click()
     photo = await saving.value
@@ -57,6 +58,7 @@ async def test_a_photo_is_what_is_seen(
 async def test_fullscreen_begins_and_ends(server: Server, open_viewer: OpenViewer) -> None:
     """The whole page goes to fullscreen and comes back, by the same button."""
     viewer = await open_viewer(server)
+    await viewer.open("Settings")
     await viewer.button("Fullscreen").click()
     leave = viewer.button("Leave fullscreen")
     await expect(leave).to_be_visible()
@@ -69,8 +71,9 @@ async def test_fullscreen_begins_and_ends(server: Server, open_viewer: OpenViewe
 async def test_smooth_or_immediate(server: Server, open_viewer: OpenViewer) -> None:
     """Who chooses “Immediate” is served the picture first."""
     viewer = await open_viewer(server)
-    await viewer.page.get_by_role("radio", name="Immediate").check()
-    await viewer.button("Details").click()
+    await viewer.open("Settings")
+    await viewer.choose_timing("Immediate")
+    await viewer.open("Details")
     policy = viewer.page.get_by_text("video-first", exact=True)
     await expect(policy.last).to_be_visible()
 
@@ -90,8 +93,9 @@ async def test_volume_and_mute_are_heard(
     """Softer is softer and muted is silent, by either player, and heard again at once."""
     viewer = await open_viewer(server)
     await viewer.listen()
-    await viewer.button("Details").click()
-    await viewer.page.get_by_role("combobox", name="Play sound by").last.select_option(player)
+    await viewer.open("Details")
+    await viewer.page.get_by_role("combobox", name="Play sound by").select_option(player)
+    await viewer.open("Settings")
     await asyncio.sleep(3)
     full = max([await loudness(viewer) for _ in range(4)])
     await viewer.page.get_by_role("slider", name="Volume").fill("50")

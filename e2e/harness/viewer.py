@@ -77,9 +77,9 @@ class Viewer:
     def size(self) -> Locator:
         return self.page.get_by_role("combobox", name="Picture size", exact=True)
 
-    @property
-    def timing(self) -> Locator:
-        return self.page.get_by_role("combobox", name="Timing", exact=True)
+    async def choose_timing(self, name: str) -> None:
+        """Choose Automatic, Smooth or Immediate."""
+        await self.page.get_by_role("radio", name=name, exact=True).check()
 
     @property
     def name(self) -> Locator:

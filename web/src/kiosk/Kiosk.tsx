@@ -1,10 +1,10 @@
 import "./kiosk.css";
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
-import { robotName } from "../robotName";
 import type { Session } from "../session";
 import { SessionContext, useSession, useState } from "../view/context";
 import { isLive } from "../view/live";
+import { robotName } from "../view/robotName";
 import { StopButton } from "../view/StopButton";
 import { named } from "../view/words";
 import { t } from "../words/words";
@@ -28,7 +28,7 @@ export function Kiosk({ session }: { session: Session }) {
       <main class={idle.isIdle.value ? "kiosk is-idle" : "kiosk"}>
         <Picture />
         <header class="kiosk-head">
-          <h1>{robotName()}</h1>
+          <h1>{robotName(session.state.hello.value)}</h1>
         </header>
         <Problem />
         <div class="kiosk-foot">

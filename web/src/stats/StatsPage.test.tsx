@@ -5,7 +5,7 @@ import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import * as files from "../download";
 import type { Session } from "../session";
-import { hello, playout, room, served } from "../testing/messages";
+import { hello, room } from "../testing/messages";
 import { sample } from "../testing/samples";
 import { testSession } from "../testing/session";
 import { SessionContext } from "../view/context";
@@ -127,22 +127,6 @@ it("lists what happened, newest first", () => {
     "61 seconds ago Stop is pressed",
     "2 minutes ago Connected",
   ]);
-});
-
-it("shows the figures, and lets one choose the player", () => {
-  session.state.facts.value = { ...session.state.facts.peek(), pictureMs: 46.2, fps: 25 };
-  session.state.served.value = served();
-  session.state.playout.value = playout();
-  open();
-  const told = (name: string) => getByText(body, name).nextElementSibling?.textContent;
-  expect(told("Picture age")).toBe("46 ms");
-  expect(told("Frame rate")).toBe("25 fps");
-  expect(told("Link")).toContain("2.4 Mbit/s");
-  expect(getByText(body, "The sound does not break at 40 ms.")).toBeTruthy();
-  const choice = getByRole<HTMLSelectElement>(body, "combobox", { name: "Play sound by" });
-  choice.value = "own";
-  act(() => void choice.dispatchEvent(new Event("change", { bubbles: true })));
-  expect(session.actions.setPlayer).toHaveBeenCalledWith("own");
 });
 
 it("saves a file with the history and without a name", async () => {

@@ -6,7 +6,6 @@ import type { Session } from "../session";
 import { useSession } from "../view/context";
 import { t } from "../words/words";
 import { exported, fileName } from "./export";
-import { Figures } from "./Figures";
 import type { Mark } from "./history";
 import { Plot } from "./Plot";
 import { PLOTS } from "./plots";
@@ -60,10 +59,6 @@ export function StatsPage() {
           {t("stats.export.what")}
         </p>
       </div>
-      <section aria-labelledby="stats-figures">
-        <h3 id="stats-figures">{t("stats.figures")}</h3>
-        <Figures />
-      </section>
       <section aria-labelledby="stats-plots">
         <h3 id="stats-plots">{t("stats.plots")}</h3>
         {history.length === 0 && <p class="quiet">{t("stats.empty")}</p>}

@@ -1,8 +1,10 @@
 /** Keeps the history from the moment the page opens, so that there is a past once somebody asks. */
 
 import { effect } from "@preact/signals";
+import type { LinkState } from "../link/link";
+import type { SoundPlayerState } from "../sound/soundPlayback";
 import type { Facts, State } from "../state";
-import { t } from "../words/words";
+import { type Code, t } from "../words/words";
 import { History, type Mark, type Sample } from "./history";
 
 /** Begins to keep what the page measures and is told; costs a few numbers a second. */
@@ -18,11 +20,11 @@ export function recordHistory(
   });
   onChange(
     () => state.link.value.is,
-    (is) => mark("link", t(`stats.link.${is}`)),
+    (is) => mark("link", t(LINK[is])),
   );
   onChange(
     () => turnOf(state),
-    (turn) => mark("turn", t(`stats.turn.${turn.split(" ")[0] as Turn}`)),
+    (turn) => mark("turn", t(TURN[turn.split(" ")[0] as Turn])),
   );
   onChange(
     () => state.stopNumber.value,
@@ -42,7 +44,7 @@ export function recordHistory(
   );
   onChange(
     () => state.player.value.by,
-    (by) => mark("player", t(`stats.player.${by}`)),
+    (by) => mark("player", t(PLAYER[by])),
   );
   return history;
 }
@@ -59,7 +61,26 @@ function onChange<T>(value: () => T, tell: (value: T) => void): void {
   });
 }
 
-type Turn = "mine" | "another" | "nobody";
+const LINK = {
+  connecting: "stats.link.connecting",
+  connected: "stats.link.connected",
+  silent: "stats.link.silent",
+  waiting: "stats.link.waiting",
+  closed: "stats.link.closed",
+} as const satisfies Record<LinkState["is"], Code>;
+
+const TURN = {
+  mine: "stats.turn.mine",
+  another: "stats.turn.another",
+  nobody: "stats.turn.nobody",
+} as const satisfies Record<string, Code>;
+
+type Turn = keyof typeof TURN;
+
+const PLAYER = {
+  own: "stats.player.own",
+  browser: "stats.player.browser",
+} as const satisfies Record<SoundPlayerState["by"], Code>;
 
 /** Whose turn it is, and which, without a name. */
 function turnOf({ room, drivingTurn }: State): string {

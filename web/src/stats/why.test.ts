@@ -1,7 +1,5 @@
 import { expect, it } from "vitest";
 import { sample } from "../testing/samples";
-import { de } from "../words/de";
-import { en } from "../words/en";
 import { History, type Sample } from "./history";
 import { type Now, why } from "./why";
 
@@ -95,17 +93,4 @@ it("claims nothing about figures that this browser does not give", () => {
   history.add(sample(59_000));
   expect(why(history, NOW).code).toBe("stats.why.nothing");
   expect(why(new History(), NOW).code).toBe("stats.why.unmeasured");
-});
-
-it("has each of its sentences in both languages, with the same values", () => {
-  const codes = Object.keys(en).filter((code) => code.match(/^(kiosk|stats|watch)\./));
-  const holes = (message: unknown) =>
-    JSON.stringify(message)
-      .match(/\{\w+\}/g)
-      ?.sort() ?? [];
-  expect(codes.length).toBeGreaterThan(50);
-  for (const code of codes as (keyof typeof en)[]) {
-    expect([code, holes(de[code])]).toEqual([code, holes(en[code])]);
-    expect(de[code]).toBeTruthy();
-  }
 });

@@ -48,9 +48,11 @@ export function Fullscreen() {
       <button type="button" class="plain-button" onClick={() => void toggle()}>
         {t(isOn.value ? "watch.fullscreen.leave" : "watch.fullscreen")}
       </button>
-      <p role="status" class="quiet">
-        {isRefused.value && t("watch.fullscreen.refused")}
-      </p>
+      {isRefused.value && (
+        <p role="alert" class="quiet">
+          {t("watch.fullscreen.refused")}
+        </p>
+      )}
     </div>
   );
 }

@@ -9,6 +9,7 @@ import { CloseIcon } from "./icons";
 import { LossPanel } from "./LossPanel";
 import { Queue } from "./Queue";
 import { Settings } from "./Settings";
+import { Stats } from "./Stats";
 
 /** What the tab says, and what heads the panel. */
 const NAMES: Record<Panel, readonly [tab: Code, title: Code]> = {
@@ -66,7 +67,12 @@ function content(panel: Panel): ComponentChildren {
     case "settings":
       return <Settings />;
     case "details":
-      return <Facts />;
+      return (
+        <>
+          <Facts />
+          <Stats />
+        </>
+      );
     case "rules":
       return <LossPanel />;
     case "host":

@@ -64,9 +64,11 @@ export function PictureInPicture() {
       >
         {t(apart.value ? "watch.pip.back" : "watch.pip")}
       </button>
-      <p role="status" class="quiet">
-        {told.value && t(told.value)}
-      </p>
+      {told.value && (
+        <p role="alert" class="quiet">
+          {t(told.value)}
+        </p>
+      )}
     </div>
   );
 }

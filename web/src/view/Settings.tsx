@@ -1,13 +1,13 @@
-import { POLICIES, type Preferences } from "../preferences";
-import { type Code, t } from "../words/words";
+import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { WaysPanel } from "./drive/WaysPanel";
 import { sizeWords } from "./figures";
 import { LanguageChoice } from "./LanguageChoice";
 import { Switch } from "./Switch";
+import { Watching } from "./Watching";
 import { silenceWords } from "./words";
 
-/** The user's choices of streams, size and policy. */
+/** The user's choices of streams, size, timing and sound, and what makes watching pleasant. */
 export function Settings() {
   const { preferences, hello, cameras } = useState();
   const silence = silenceWords(hello.value);
@@ -24,7 +24,7 @@ export function Settings() {
         />
       )}
       <Size />
-      <Policy />
+      <Watching />
       <LanguageChoice />
       <WaysPanel />
     </div>
@@ -48,35 +48,6 @@ function Size() {
         {sizes.map((one, i) => (
           <option key={one} value={one}>
             {t(i === 0 ? "panels.size_largest" : "panels.size_up_to", { size: sizeWords(one) })}
-          </option>
-        ))}
-      </select>
-    </label>
-  );
-}
-
-const POLICY_NAMES: Record<string, Code> = {
-  "audio-master": "panels.timing_in_step",
-  "video-first": "panels.timing_picture_first",
-};
-
-/** The synchronisation policy; no choice if the server has one for everybody. */
-function Policy() {
-  const { preferences, playout } = useState();
-  const { setPolicy } = useActions();
-  if (playout.value && !(playout.value.policy in POLICY_NAMES)) return null;
-  return (
-    <label class="field">
-      <span>{t("panels.timing")}</span>
-      <select
-        value={preferences.value.policy ?? ""}
-        onChange={(event) =>
-          setPolicy((event.currentTarget.value || null) as Preferences["policy"])
-        }
-      >
-        {POLICIES.map((one) => (
-          <option key={one} value={one ?? ""}>
-            {t((one && POLICY_NAMES[one]) || "panels.timing_auto")}
           </option>
         ))}
       </select>

@@ -1,11 +1,11 @@
 import { useSignal } from "@preact/signals";
 import { download } from "../download";
-import { robotName } from "../robotName";
 import { photoName, pictureOf } from "../snapshot";
 import type { State } from "../state";
 import { type Code, t } from "../words/words";
 import { useSession } from "./context";
 import { isLive } from "./live";
+import { robotName } from "./robotName";
 
 /** Why there is nothing to take a photo of; null if there is. */
 export function whyNoPhoto(state: State, video: HTMLVideoElement | null): Code | null {
@@ -24,7 +24,7 @@ export function Snapshot() {
     why.value = whyNoPhoto(session.state, video);
     if (why.value !== null || !video) return;
     const photo = await pictureOf(video).catch(() => null);
-    if (photo) download(photo, photoName(robotName(), new Date()));
+    if (photo) download(photo, photoName(robotName(session.state.hello.peek()), new Date()));
     else why.value = "watch.snapshot.failed";
   };
   return (
@@ -32,9 +32,11 @@ export function Snapshot() {
       <button type="button" class="plain-button" onClick={() => void take()}>
         {t("watch.snapshot")}
       </button>
-      <p role="status" class="quiet">
-        {why.value && t(why.value)}
-      </p>
+      {why.value && (
+        <p role="alert" class="quiet">
+          {t(why.value)}
+        </p>
+      )}
     </div>
   );
 }

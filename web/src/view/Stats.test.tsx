@@ -11,6 +11,7 @@ import { Stats } from "./Stats";
 
 const { body } = document;
 const PAGE = { StatsPage: () => <p>All of them</p> };
+const NAME = "Plots, and why it is slow";
 const TOO_THIN = /^Details wait until your turn is over/;
 
 let session: Session;
@@ -35,9 +36,9 @@ afterEach(() => {
   act(() => render(null, body));
 });
 
-const button = () => getByRole<HTMLButtonElement>(body, "button", { name: "Details" });
+const button = () => getByRole<HTMLButtonElement>(body, "button", { name: NAME });
 
-async function press(name = "Details"): Promise<void> {
+async function press(name = NAME): Promise<void> {
   await act(async () => getByRole(body, "button", { name }).click());
 }
 

@@ -54,7 +54,7 @@ export function Stats({ load = LOAD }: { load?: Load }) {
         </p>
       )}
       {isOpen.value && (
-        <section class="details-body" aria-label={t("stats.title")}>
+        <section class="details-body" aria-label={t("stats.button")}>
           <Body loaded={loaded.value} isTooThin={isTooThin} again={get} />
         </section>
       )}

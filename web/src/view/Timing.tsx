@@ -1,11 +1,18 @@
 import { useId } from "preact/hooks";
 import { POLICIES, type Preferences } from "../preferences";
-import { t } from "../words/words";
+import { type Code, t } from "../words/words";
 import { useActions, useState } from "./context";
 
-const NAMES = { "audio-master": "smooth", "video-first": "immediate" } as const;
+/** What it is called, and what it does. */
+type Words = readonly [name: Code, what: Code];
 
-const nameOf = (policy: Preferences["policy"]) => (policy ? NAMES[policy] : "automatic");
+const AUTOMATIC: Words = ["watch.timing.automatic", "watch.timing.automatic.what"];
+const NAMES: Record<NonNullable<Preferences["policy"]>, Words> = {
+  "audio-master": ["watch.timing.smooth", "watch.timing.smooth.what"],
+  "video-first": ["watch.timing.immediate", "watch.timing.immediate.what"],
+};
+
+const wordsOf = (policy: Preferences["policy"]) => (policy ? NAMES[policy] : AUTOMATIC);
 
 /** Smooth or immediate; no choice if the server has one for everybody. */
 export function Timing() {
@@ -26,11 +33,11 @@ export function Timing() {
             aria-describedby={`${id}-what`}
             onChange={() => setPolicy(one)}
           />
-          <span>{t(`watch.timing.${nameOf(one)}`)}</span>
+          <span>{t(wordsOf(one)[0])}</span>
         </label>
       ))}
       <p id={`${id}-what`} class="quiet">
-        {t(`watch.timing.${nameOf(chosen)}.what`)}
+        {t(wordsOf(chosen)[1])}
       </p>
     </fieldset>
   );

@@ -7,6 +7,7 @@ import { loadPreferences } from "../preferences";
 import type { Actions, Session } from "../session";
 import { createState, type State } from "../state";
 import { aboard, hello, room, served } from "../testing/messages";
+import { testSession } from "../testing/session";
 import { speak } from "../words/language";
 import { AboardBanner } from "./AboardBanner";
 import { App } from "./App";
@@ -35,15 +36,7 @@ beforeEach(() => {
   const actions = new Proxy({ setLanguage } as Partial<Actions>, {
     get: (own, name) => own[name as keyof Actions] ?? nothing,
   }) as Actions;
-  session = {
-    state,
-    actions,
-    attachPicture: vi.fn(),
-    attachSound: vi.fn(),
-    pictureStream: () => null,
-    soundLevels: async () => [0.5, 0.5],
-    attachCamera: vi.fn(),
-  };
+  session = { ...testSession(state), actions, soundLevels: async () => [0.5, 0.5] };
   state.link.value = { is: "connected" };
   state.hello.value = hello({
     viewer: 1,

@@ -163,8 +163,7 @@ describe("every control is found by its role and name", () => {
     expect(getByRole(body, "switch", { name: "Picture" })).toBeTruthy();
     const speed = getByRole(body, "radiogroup", { name: "Speed" });
     for (const name of ["Slow", "Fast"]) expect(getByRole(speed, "radio", { name })).toBeTruthy();
-    for (const name of ["Picture size", "Timing"])
-      expect(getByRole(body, "combobox", { name })).toBeTruthy();
+    for (const name of ["Picture size"]) expect(getByRole(body, "combobox", { name })).toBeTruthy();
     expect(getByRole(body, "timer").textContent).toContain("42 s");
     expect(getByRole(body, "status").textContent).toBe("Connected");
   });
@@ -899,18 +898,6 @@ describe("sound and picture", () => {
     expect(actions.setSize).toHaveBeenCalledWith("320x240");
   });
 
-  it("lets one choose what matters more, or leave it to the role", () => {
-    show({ watching: [1] });
-    open("Settings");
-    const select = getByRole(body, "combobox", { name: "Timing" });
-    const options = [...select.children].map((one) => one.textContent);
-    expect(options).toEqual(["Automatic", "In step", "Picture first"]);
-    choose("Timing", "video-first");
-    expect(actions.setPolicy).toHaveBeenCalledWith("video-first");
-    choose("Timing", "");
-    expect(actions.setPolicy).toHaveBeenLastCalledWith(null);
-  });
-
   it("offers no choice where one policy holds for everybody", () => {
     show({ watching: [1] });
     open("Settings");
@@ -918,7 +905,7 @@ describe("sound and picture", () => {
       state.playout.value = playout({ policy: "thesis" });
     });
     expect(getByRole(body, "combobox", { name: "Picture size" })).toBeTruthy();
-    expect(queryByRole(body, "combobox", { name: "Timing" })).toBeNull();
+    expect(queryByRole(body, "radio", { name: "Immediate" })).toBeNull();
   });
 
   it("says quietly that the link cannot carry both in step, for as long as that is so", () => {

@@ -52,7 +52,7 @@ const press = async (name: string) => {
   act(() => button(name).click());
   await settle();
 };
-const status = () => getByRole(body, "status").textContent;
+const told = () => queryByRole(body, "alert")?.textContent ?? "";
 
 function blank(): void {
   act(() => {
@@ -74,7 +74,7 @@ describe("a photo", () => {
     await press("Take a photo");
     expect(saved).toHaveBeenCalledOnce();
     expect(saved.mock.calls[0]?.[1]).toMatch(/^wax-\d{4}-[\d-]+\.png$/);
-    expect(status()).toBe("");
+    expect(told()).toBe("");
   });
 
   it.each<[string, () => void]>([
@@ -111,7 +111,7 @@ describe("a photo", () => {
     change();
     await press("Take a photo");
     expect(saved).not.toHaveBeenCalled();
-    expect(status()).toContain(why);
+    expect(told()).toContain(why);
   });
 
   it("of a camera beside the driving view is judged by that camera", async () => {
@@ -126,13 +126,13 @@ describe("a photo", () => {
     });
     await press("Take a photo");
     expect(saved).toHaveBeenCalledOnce();
-    expect(status()).toContain("not live");
+    expect(told()).toContain("not live");
   });
 
   it("that the browser cannot save is no silence", async () => {
     vi.spyOn(snapshots, "pictureOf").mockRejectedValueOnce(new Error("tainted"));
     await press("Take a photo");
-    expect(status()).toContain("could not save");
+    expect(told()).toContain("could not save");
   });
 });
 
@@ -185,7 +185,7 @@ describe("picture in picture", () => {
     blank();
     await settle();
     expect(inPicture).toBeNull();
-    expect(status()).toContain("not live");
+    expect(told()).toContain("not live");
     expect(button("Picture in picture").disabled).toBe(true);
   });
 
@@ -203,7 +203,7 @@ describe("picture in picture", () => {
     );
     open(PictureInPicture);
     await press("Picture in picture");
-    expect(status()).toContain("does not show");
+    expect(told()).toContain("does not show");
   });
 
   it("is hidden where there is none", () => {
@@ -249,7 +249,7 @@ describe("fullscreen", () => {
     };
     open(Fullscreen);
     await press("Fullscreen");
-    expect(status()).toContain("does not show");
+    expect(told()).toContain("does not show");
   });
 
   it("is the video's own on an iPhone, but not for who drives", async () => {

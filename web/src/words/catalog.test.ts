@@ -13,7 +13,16 @@ const ALL = await Promise.all(
 );
 /** What is the same in English. */
 const SAME: Readonly<Record<string, readonly string[]>> = {
-  de: ["figures.stereo", "panels.details", "panels.host", "ways.pad"],
+  de: [
+    "figures.stereo",
+    "panels.details",
+    "panels.host",
+    "stats.unit.kbps",
+    "stats.unit.ms",
+    "stats.unit.px",
+    "watch.volume.value",
+    "ways.pad",
+  ],
 };
 
 const templates = (message: Message) =>
