@@ -121,8 +121,13 @@ function show(svg: SVGSVGElement | null, arc: Arc | null): void {
   const lines = arc
     ? [arc.lanes.map(pathData).join(""), pathData(arc.arrival), pathData(arc.stand)]
     : ["", "", ""];
-  seam?.setAttribute("d", lines.join(""));
-  lane?.setAttribute("d", lines[0] ?? "");
-  arrival?.setAttribute("d", lines[1] ?? "");
-  stand?.setAttribute("d", lines[2] ?? "");
+  draw(seam, lines.join(""));
+  draw(lane, lines[0]);
+  draw(arrival, lines[1]);
+  draw(stand, lines[2]);
+}
+
+/** What has not changed is not painted again. */
+function draw(path: Element | undefined, line = ""): void {
+  if (path && path.getAttribute("d") !== line) path.setAttribute("d", line);
 }

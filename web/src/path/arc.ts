@@ -61,5 +61,5 @@ function isInPicture({ x, y }: Spot): boolean {
 }
 
 function rounded(value: number): number {
-  return Math.round(value * 100) / 100;
+  return Math.round(value * 20) / 20;
 }

@@ -82,6 +82,20 @@ describe("where the robot will be", () => {
     expect((last?.headingRad ?? 0) - arrival.headingRad).toBeCloseTo(Math.PI / 2, 6);
   });
 
+  it("is the same at every moment of steady driving", () => {
+    const twist = { linearMps: 0.6, angularRps: 0.8 };
+    const history = new History();
+    held(twist, 2000, history);
+    const written = (nowMs: number) => {
+      history.note(nowMs, twist, RAMP);
+      const arc = arcOf(made(predict(history, nowMs, DELAYS, BRAKING_MPS2)), CAMERA, 4 / 3, 0.3);
+      return [...(arc?.lanes ?? []), arc?.arrival ?? [], arc?.stand ?? []].map(pathData);
+    };
+    const first = written(2033);
+    expect(first[0]).not.toBe("");
+    for (const nowMs of [2065.3, 2101, 2117.9, 2500]) expect(written(nowMs)).toEqual(first);
+  });
+
   it("does not remember a turn before", () => {
     const history = new History();
     held({ linearMps: 0.6, angularRps: 0 }, 1000, history);

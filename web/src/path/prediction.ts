@@ -26,6 +26,8 @@ const MOST_TURN_RAD = Math.PI / 2;
 /** Slower than this the robot stands, or turns on the spot. */
 const STANDS_MPS = 0.02;
 const STEPS = 12;
+/** A curve is drawn by straight lines that turn by this at most. */
+const STEP_RAD = 0.1;
 
 export interface Delays {
   /** How old the picture is. */
@@ -49,26 +51,34 @@ interface Sample {
   twist: Twist;
 }
 
-/** What was commanded, as the robot follows it. */
+/**
+ * What was commanded, as the robot follows it: a sample for each change, so that steady driving
+ * gives the same path every time, which need not be drawn again.
+ */
 export class History {
   #samples: Sample[] = [];
+  #notedMs = Number.NEGATIVE_INFINITY;
 
   /** Notes what is commanded now. */
   note(atMs: number, wanted: Twist, ramp: Ramp): void {
-    const last = this.#samples.at(-1);
-    if (last && last.atMs >= atMs) return;
-    const isNew = !last || atMs - last.atMs >= KEPT_MS;
-    if (isNew) this.clear(); // a robot that was not commanded for long has stood
-    const before = isNew ? { atMs, twist: STANDSTILL } : last;
-    const twist = ramped(before.twist, wanted, (atMs - before.atMs) / 1000, ramp);
-    this.#samples.push({ atMs, twist });
-    const kept = this.#samples.findIndex((one) => one.atMs > atMs - KEPT_MS);
-    this.#samples.splice(0, kept);
+    const afterMs = atMs - this.#notedMs;
+    if (afterMs <= 0) return;
+    if (afterMs >= KEPT_MS) this.clear(); // a robot that was not commanded for long has stood
+    const last = this.newest;
+    const twist =
+      this.#samples.length > 0 ? ramped(last, wanted, afterMs / 1000, ramp) : STANDSTILL;
+    const isSame = twist.linearMps === last.linearMps && twist.angularRps === last.angularRps;
+    if (!isSame || this.#samples.length === 0) this.#samples.push({ atMs, twist });
+    this.#notedMs = atMs;
+    // The last one before counts until the first one after.
+    const before = this.#samples.findLastIndex((one) => one.atMs <= atMs - KEPT_MS);
+    this.#samples.splice(0, Math.max(0, before));
   }
 
   /** Forgets everything, as at the beginning of a turn. */
   clear(): void {
     this.#samples = [];
+    this.#notedMs = Number.NEGATIVE_INFINITY;
   }
 
   get newest(): Twist {
@@ -82,9 +92,13 @@ export class History {
     this.#samples.forEach(({ atMs, twist }, at) => {
       const startMs = Math.max(atMs, fromMs);
       const endMs = Math.min(this.#samples[at + 1]?.atMs ?? untilMs, untilMs);
-      if (endMs <= startMs) return;
-      pose = moved(pose, twist, (endMs - startMs) / 1000);
-      way.push(pose);
+      const forS = (endMs - startMs) / 1000;
+      if (forS <= 0) return;
+      const steps = Math.max(1, Math.ceil(Math.abs(twist.angularRps * forS) / STEP_RAD));
+      for (let step = 0; step < steps; step++) {
+        pose = moved(pose, twist, forS / steps);
+        way.push(pose);
+      }
     });
     return way;
   }
