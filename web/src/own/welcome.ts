@@ -10,7 +10,7 @@ export function listenFirstDrive(
   keep: (change: Partial<Preferences>) => void,
 ): () => void {
   return effect(() => {
-    const drives = state.mayMove.value && state.held.value.size > 0;
+    const drives = state.mayMove.value && state.isHolding.value;
     if (drives && !state.preferences.peek().welcomed) keep({ welcomed: true });
   });
 }

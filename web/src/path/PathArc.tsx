@@ -30,7 +30,7 @@ export function PathArc() {
     return () => painter.current?.stop();
   }, [state]);
   useSignalEffect(() => {
-    const isMoved = state.mayMove.value && state.held.value.size > 0;
+    const isMoved = state.mayMove.value && state.isHolding.value;
     if (isMoved) painter.current?.start();
   });
   return (
@@ -82,7 +82,7 @@ class Painter {
       return;
     }
     this.#drawnMs = nowMs;
-    const { facts, hello, held, mayMove } = this.state;
+    const { facts, hello, isHolding, mayMove } = this.state;
     const robot = hello.peek()?.robot;
     const { pictureMs, roundTripMs } = facts.peek();
     if (!robot) {
@@ -96,7 +96,7 @@ class Painter {
       commandMs: (roundTripMs ?? 0) / 2 + HANDLING_MS,
     };
     const prediction = predict(this.#history, nowMs, delays, robot.motion.braking_mps2);
-    const isHeld = mayMove.peek() && held.peek().size > 0;
+    const isHeld = mayMove.peek() && isHolding.peek();
     if (!prediction && !isHeld) {
       this.stop();
       return;

@@ -7,7 +7,7 @@ import { STANDSTILL, type Twist } from "./motion";
 export function commanded(state: State): Twist {
   const robot = state.hello.peek()?.robot;
   if (!robot || !state.mayMove.peek()) return STANDSTILL;
-  const { linear, angular } = motionOf(state);
+  const { linear, angular } = state.motion.peek();
   const pace = state.preferences.peek().speed === "slow" ? robot.slow_fraction : 1;
   const most = state.isHost.peek() ? 1 : (state.room.peek()?.house.max_fraction ?? 1);
   const largest = pace * Math.max(Math.abs(linear), Math.abs(angular));
@@ -16,10 +16,4 @@ export function commanded(state: State): Twist {
     linearMps: linear * share * robot.max_linear_mps,
     angularRps: angular * share * robot.max_angular_rps,
   };
-}
-
-function motionOf(state: State): { linear: number; angular: number } {
-  const held = state.held.peek();
-  const share = (name: "forward" | "back" | "left" | "right") => (held.has(name) ? 1 : 0);
-  return { linear: share("forward") - share("back"), angular: share("left") - share("right") };
 }

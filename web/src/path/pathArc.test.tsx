@@ -46,7 +46,12 @@ function drawn(): boolean {
 
 function hold(...directions: ("forward" | "back" | "left" | "right")[]): void {
   act(() => {
-    state.held.value = new Set(directions);
+    const share = (name: "forward" | "back" | "left" | "right") => +directions.includes(name);
+    state.motion.value = {
+      linear: share("forward") - share("back"),
+      angular: share("left") - share("right"),
+    };
+    state.isHolding.value = directions.length > 0;
   });
 }
 
@@ -143,14 +148,16 @@ describe("the camera that shows it", () => {
 describe("what is commanded", () => {
   it("is in the robot's own speeds", () => {
     prefer({ speed: "fast" });
-    state.held.value = new Set(["forward", "left"]);
+    hold("forward", "left");
     expect(commanded(state)).toEqual({ linearMps: 0.6, angularRps: 1.5 });
-    state.held.value = new Set(["back"]);
+    hold("back");
     expect(commanded(state)).toEqual({ linearMps: -0.6, angularRps: 0 });
+    state.motion.value = { linear: 0.5, angular: -0.25 };
+    expect(commanded(state)).toEqual({ linearMps: 0.3, angularRps: -0.375 });
   });
 
   it("is slower at slow speed, and where the host limits guests", () => {
-    state.held.value = new Set(["forward"]);
+    hold("forward");
     expect(commanded(state).linearMps).toBeCloseTo(0.6 * 0.3);
     prefer({ speed: "fast" });
     const now = room({ operator: 1 });
@@ -161,7 +168,7 @@ describe("what is commanded", () => {
   });
 
   it("is nothing while a stop is in force", () => {
-    state.held.value = new Set(["forward"]);
+    hold("forward");
     state.room.value = room({ operator: 1, stop: { number: 1, by: "Ada" } });
     expect(commanded(state)).toEqual({ linearMps: 0, angularRps: 0 });
   });

@@ -119,12 +119,12 @@ describe("the first visit", () => {
     const end = listenFirstDrive(state, (change) => kept.push(change));
     state.hello.value = hello();
     state.link.value = { is: "connected" };
-    state.held.value = new Set(["forward"]);
+    state.isHolding.value = true;
     expect(kept).toEqual([]);
-    state.held.value = new Set();
+    state.isHolding.value = false;
     state.room.value = room({ operator: 1 });
     expect(kept).toEqual([]);
-    state.held.value = new Set(["forward"]);
+    state.isHolding.value = true;
     expect(kept).toEqual([{ welcomed: true }]);
     end();
   });
