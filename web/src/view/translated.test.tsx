@@ -162,8 +162,9 @@ describe("in another language", () => {
       const left = read().filter(
         (text) => /[a-z]/i.test(text.replaceAll(unit, "")) && !text.includes("\u202e"),
       );
-      const own = ["WAX", "Deutsch", "English"];
-      expect(left.filter((text) => !own.includes(text))).toEqual([]);
+      // A key is called what is printed on it.
+      const own = /^(WAX|Deutsch|English|[A-Z])$/;
+      expect(left.filter((text) => !own.test(text))).toEqual([]);
     },
   );
 
