@@ -10,7 +10,8 @@ export function listenFirstDrive(
   keep: (change: Partial<Preferences>) => void,
 ): () => void {
   return effect(() => {
-    const drives = state.mayMove.value && state.isHolding.value;
+    const { linear, angular } = state.motion.value;
+    const drives = state.mayMove.value && (linear !== 0 || angular !== 0);
     if (drives && !state.preferences.peek().welcomed) keep({ welcomed: true });
   });
 }

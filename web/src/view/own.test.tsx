@@ -119,12 +119,12 @@ describe("the first visit", () => {
     const end = listenFirstDrive(state, (change) => kept.push(change));
     state.hello.value = hello();
     state.link.value = { is: "connected" };
-    state.isHolding.value = true;
+    state.motion.value = { linear: 0.5, angular: 0 };
     expect(kept).toEqual([]);
-    state.isHolding.value = false;
+    state.motion.value = { linear: 0, angular: 0 };
     state.room.value = room({ operator: 1 });
     expect(kept).toEqual([]);
-    state.isHolding.value = true;
+    state.motion.value = { linear: 0.5, angular: 0 };
     expect(kept).toEqual([{ welcomed: true }]);
     end();
   });
