@@ -1,5 +1,6 @@
 import { useSignalEffect } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
+import type { Motion } from "../drive/inputState";
 import type { State } from "../state";
 import { useState } from "../view/context";
 import { type Arc, arcOf, pathData } from "./arc";
@@ -30,7 +31,7 @@ export function PathArc() {
     return () => painter.current?.stop();
   }, [state]);
   useSignalEffect(() => {
-    const isMoved = state.mayMove.value && state.isHolding.value;
+    const isMoved = state.mayMove.value && isPushed(state.motion.value);
     if (isMoved) painter.current?.start();
   });
   return (
@@ -82,7 +83,7 @@ class Painter {
       return;
     }
     this.#drawnMs = nowMs;
-    const { facts, hello, isHolding, mayMove } = this.state;
+    const { facts, hello, mayMove, motion } = this.state;
     const robot = hello.peek()?.robot;
     const { pictureMs, roundTripMs } = facts.peek();
     if (!robot) {
@@ -96,7 +97,7 @@ class Painter {
       commandMs: (roundTripMs ?? 0) / 2 + HANDLING_MS,
     };
     const prediction = predict(this.#history, nowMs, delays, robot.motion.braking_mps2);
-    const isHeld = mayMove.peek() && isHolding.peek();
+    const isHeld = mayMove.peek() && isPushed(motion.peek());
     if (!prediction && !isHeld) {
       this.stop();
       return;
@@ -107,6 +108,10 @@ class Painter {
     this.show(arc || null);
     this.#next();
   }
+}
+
+function isPushed({ linear, angular }: Motion): boolean {
+  return linear !== 0 || angular !== 0;
 }
 
 function rampOf(motion: { acceleration_mps2: number; acceleration_rps2: number }): Ramp {

@@ -8,7 +8,7 @@ export function commanded(state: State): Twist {
   const robot = state.hello.peek()?.robot;
   if (!robot || !state.mayMove.peek()) return STANDSTILL;
   const { linear, angular } = state.motion.peek();
-  const pace = state.preferences.peek().speed === "slow" ? robot.slow_fraction : 1;
+  const pace = paceOf(state, robot.slow_fraction);
   const most = state.isHost.peek() ? 1 : (state.room.peek()?.house.max_fraction ?? 1);
   const largest = pace * Math.max(Math.abs(linear), Math.abs(angular));
   const share = largest > most ? (pace * most) / largest : pace;
@@ -16,4 +16,11 @@ export function commanded(state: State): Twist {
     linearMps: linear * share * robot.max_linear_mps,
     angularRps: angular * share * robot.max_angular_rps,
   };
+}
+
+/** Slow, or full; a step is slow at any speed. */
+function paceOf(state: State, slow: number): number {
+  const { speed, way } = state.preferences.peek();
+  const isStep = (way === "step" || way === "scan") && state.held.peek().size > 0;
+  return speed === "slow" || isStep ? slow : 1;
 }

@@ -45,14 +45,17 @@ function drawn(): boolean {
 }
 
 function hold(...directions: ("forward" | "back" | "left" | "right")[]): void {
-  act(() => {
-    const share = (name: "forward" | "back" | "left" | "right") => +directions.includes(name);
-    state.motion.value = {
-      linear: share("forward") - share("back"),
-      angular: share("left") - share("right"),
-    };
-    state.isHolding.value = directions.length > 0;
-  });
+  act(() => push(...directions));
+}
+
+/** Asks for these directions as the controls do. */
+function push(...directions: ("forward" | "back" | "left" | "right")[]): void {
+  const share = (one: (typeof directions)[number]) => (directions.includes(one) ? 1 : 0);
+  state.held.value = new Set(directions);
+  state.motion.value = {
+    linear: share("forward") - share("back"),
+    angular: share("left") - share("right"),
+  };
 }
 
 function wait(ms: number): void {
@@ -148,16 +151,16 @@ describe("the camera that shows it", () => {
 describe("what is commanded", () => {
   it("is in the robot's own speeds", () => {
     prefer({ speed: "fast" });
-    hold("forward", "left");
+    push("forward", "left");
     expect(commanded(state)).toEqual({ linearMps: 0.6, angularRps: 1.5 });
-    hold("back");
+    push("back");
     expect(commanded(state)).toEqual({ linearMps: -0.6, angularRps: 0 });
     state.motion.value = { linear: 0.5, angular: -0.25 };
     expect(commanded(state)).toEqual({ linearMps: 0.3, angularRps: -0.375 });
   });
 
   it("is slower at slow speed, and where the host limits guests", () => {
-    hold("forward");
+    push("forward");
     expect(commanded(state).linearMps).toBeCloseTo(0.6 * 0.3);
     prefer({ speed: "fast" });
     const now = room({ operator: 1 });
@@ -167,8 +170,20 @@ describe("what is commanded", () => {
     expect(commanded(state).linearMps).toBeCloseTo(0.6 * 0.3);
   });
 
+  it("is as much as a stick is pushed", () => {
+    prefer({ speed: "fast" });
+    state.motion.value = { linear: 0.5, angular: -0.25 };
+    expect(commanded(state)).toEqual({ linearMps: 0.3, angularRps: -0.375 });
+  });
+
+  it("is slow of a step, at any speed", () => {
+    prefer({ speed: "fast", way: "step" });
+    push("forward");
+    expect(commanded(state).linearMps).toBeCloseTo(0.6 * 0.3);
+  });
+
   it("is nothing while a stop is in force", () => {
-    hold("forward");
+    push("forward");
     state.room.value = room({ operator: 1, stop: { number: 1, by: "Ada" } });
     expect(commanded(state)).toEqual({ linearMps: 0, angularRps: 0 });
   });
