@@ -1,7 +1,7 @@
 // @vitest-environment happy-dom
 import { beforeEach, expect, it, vi } from "vitest";
 import { Cameras } from "./cameras";
-import { listenCameras } from "./listenCameras";
+import { listenKey } from "./listenKey";
 import { loadPreferences } from "./preferences";
 import { createState, type State } from "./state";
 import { hello, room, served } from "./testing/messages";
@@ -135,7 +135,7 @@ it.each([
   document.body.innerHTML = "<input type=text><p></p>";
   const ending = new AbortController();
   const next = vi.fn();
-  listenCameras(window, { next }, (code) => code === "KeyC", ending.signal);
+  listenKey(window, next, (code) => code === "KeyC", ending.signal);
   const event = new KeyboardEvent("keydown", { code, bubbles: true, ...more });
   document.querySelector(on)?.dispatchEvent(event);
   ending.abort();

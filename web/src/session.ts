@@ -20,7 +20,7 @@ import { watchNetwork } from "./link/network";
 import type { Peer } from "./link/peer";
 import type { Sent } from "./link/signalling";
 import { isThin } from "./link/thin";
-import { listenCameras } from "./listenCameras";
+import { listenKey } from "./listenKey";
 import { tellsFrames, watchFrames } from "./measure/picture";
 import { measureRefresh } from "./measure/refresh";
 import { Reporter } from "./measure/report";
@@ -561,7 +561,8 @@ export function startSession(): Session {
     say(t(what === "found" ? "ways.pad_found" : "ways.pad_lost"));
   controller.listen(window, { ...actions, toggleSpeed, tellOfPad }, signal);
   listenTalk(window, talk, isKeyFor("talk"), signal);
-  listenCameras(window, cameras, isKeyFor("cameras"), signal);
+  listenKey(window, () => cameras.next(), isKeyFor("cameras"), signal);
+  listenKey(window, actions.toggleMute, isKeyFor("mute"), signal);
   listenFirstDrive(state, prefer);
   returnFocusAfterPointer(document, signal);
   listenTurnOver(state);

@@ -51,14 +51,15 @@ it.each<[KeyAction, string]>([
 
 it("moves no axis that the robot has not, and does nothing of what is done elsewhere", () => {
   axes = ["pan"];
-  for (const action of ["axis2_plus", "talk", "cameras"] as const) keyActions.press("key", action);
+  for (const action of ["axis2_plus", "talk", "cameras", "mute"] as const)
+    keyActions.press("key", action);
   expect(done).toEqual([]);
 });
 
 it("is for all that drives; for axes that there are, and for switches while they scan", () => {
   const others = () => KEY_ACTIONS.filter((action) => !keyActions.isFor(action));
-  expect(others()).toEqual(["talk", "cameras", "scan_select", "scan_next"]);
+  expect(others()).toEqual(["talk", "cameras", "mute", "scan_select", "scan_next"]);
   way = "scan";
   axes = ["pan"];
-  expect(others()).toEqual(["axis2_plus", "axis2_minus", "talk", "cameras"]);
+  expect(others()).toEqual(["axis2_plus", "axis2_minus", "talk", "cameras", "mute"]);
 });

@@ -22,7 +22,9 @@ const AXES: Partial<Record<KeyAction, [at: number, sign: 1 | -1]>> = {
   axis2_minus: [1, -1],
 };
 
-/** What the keys of driving do; those for cameras and voice work without driving, elsewhere. */
+/** What the keys of driving do; those for watching and speaking work without it, elsewhere. */
+const ELSEWHERE: readonly KeyAction[] = ["talk", "cameras", "mute"];
+
 export class KeyActions {
   constructor(private readonly options: KeyActionsOptions) {}
 
@@ -31,7 +33,7 @@ export class KeyActions {
     const [at] = AXES[action] ?? [];
     if (at !== undefined) return keyedAxes(axes())[at] !== undefined;
     if (action === "scan_select" || action === "scan_next") return way() === "scan";
-    return action !== "talk" && action !== "cameras";
+    return !ELSEWHERE.includes(action);
   }
 
   press(holder: string, action: KeyAction): void {

@@ -14,6 +14,7 @@ export const KEY_ACTIONS = [
   "recentre",
   "talk",
   "cameras",
+  "mute",
   "scan_select",
   "scan_next",
 ] as const;
@@ -35,6 +36,7 @@ export const DEFAULT_KEYS: KeyMap = {
   recentre: ["KeyO"],
   talk: ["KeyT"],
   cameras: ["KeyC"],
+  mute: ["KeyM"],
   scan_select: ["Enter", "NumpadEnter"],
   scan_next: ["KeyN"],
 };

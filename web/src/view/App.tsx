@@ -6,6 +6,7 @@ import { EndedPage } from "./EndedPage";
 import { Panels } from "./Panels";
 import { Stage } from "./Stage";
 import { TurnCard } from "./TurnCard";
+import { Welcome } from "./Welcome";
 
 /** The page: the picture, and beside or below it whose turn it is, the controls and the rest. */
 export function App({ session }: { session: Session }) {
@@ -33,6 +34,7 @@ function Page({ session: { state } }: { session: Session }) {
         <Banners />
         <TurnCard />
         <DrivePanel />
+        <Welcome />
         <Panels />
       </div>
     </main>

@@ -66,21 +66,22 @@ function Speed() {
 
 /** Whether the sound is on; one sees that there is some. */
 function Sound() {
-  const { isSoundOn, hello } = useState();
-  const { setSound } = useActions();
+  const { isSoundOn, hello, preferences } = useState();
+  const { setSound, toggleMute } = useActions();
   if (silenceWords(hello.value) !== null) return null;
   const isOn = isSoundOn.value;
+  const isMuted = preferences.value.muted;
   return (
     <div class="hud-sound">
       <button
         type="button"
         class="chip chip-button"
         role="switch"
-        aria-checked={isOn}
+        aria-checked={isOn && !isMuted}
         aria-label={t("hud.sound")}
-        onClick={() => setSound(!isOn)}
+        onClick={() => (isOn && isMuted ? toggleMute() : setSound(!isOn))}
       >
-        {isOn ? <EarIcon /> : <MutedIcon />}
+        {isOn && !isMuted ? <EarIcon /> : <MutedIcon />}
       </button>
       <SoundMeter />
     </div>

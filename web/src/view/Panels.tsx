@@ -2,6 +2,7 @@ import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import type { Panel } from "../state";
 import { type Code, t } from "../words/words";
+import { About } from "./About";
 import { useActions, useState } from "./context";
 import { Facts } from "./Facts";
 import { HostPanel } from "./host/HostPanel";
@@ -74,7 +75,12 @@ function content(panel: Panel): ComponentChildren {
         </>
       );
     case "rules":
-      return <LossPanel />;
+      return (
+        <>
+          <About />
+          <LossPanel />
+        </>
+      );
     case "host":
       return <HostPanel />;
   }

@@ -11,7 +11,7 @@ import { silenceWords } from "./words";
 export function Settings() {
   const { preferences, hello, cameras } = useState();
   const silence = silenceWords(hello.value);
-  const { setPicture, setCameras } = useActions();
+  const { setPicture, setCameras, keep } = useActions();
   return (
     <div class="settings">
       {silence !== null && <p class="quiet">{silence}</p>}
@@ -21,6 +21,13 @@ export function Settings() {
           name={t("panels.other_cameras")}
           isOn={preferences.value.cameras}
           onSwitch={setCameras}
+        />
+      )}
+      {hello.value?.robot.camera && (
+        <Switch
+          name={t("panels.path")}
+          isOn={preferences.value.path}
+          onSwitch={(on) => keep({ path: on })}
         />
       )}
       <Size />

@@ -1,18 +1,15 @@
 import { useEffect, useRef } from "preact/hooks";
 import { tellsFrames } from "../measure/picture";
-import type { State } from "../state";
 import { t } from "../words/words";
 import { CallCard } from "./CallCard";
 import { useActions, useSession, useState } from "./context";
 import { msWords } from "./figures";
 import { Hud } from "./Hud";
 import { CurtainIcon, EarIcon, MutedIcon } from "./icons";
+import { isStale } from "./live";
 import { Toast } from "./Toast";
 import { Views } from "./Views";
 import { blanked, problemWords, silenceWords } from "./words";
-
-/** A picture older than this no longer shows what the robot sees. */
-const STALE_MS = 1500;
 
 /** The picture, and the messages over it. */
 export function Stage() {
@@ -64,11 +61,6 @@ function shape(stage: HTMLElement, video: HTMLVideoElement): () => void {
   follow();
   video.addEventListener("resize", follow);
   return () => video.removeEventListener("resize", follow);
-}
-
-/** Whether the newest picture is too old to be live. */
-function isStale({ facts }: State): boolean {
-  return (facts.value.pictureMs ?? 0) > STALE_MS;
 }
 
 function PictureOff() {

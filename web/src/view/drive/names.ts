@@ -35,6 +35,7 @@ export const ACTION_NAMES: Record<KeyAction, Code> = {
   recentre: "ways.recentre",
   talk: "ways.do_talk",
   cameras: "ways.do_cameras",
+  mute: "ways.do_mute",
   scan_select: "ways.do_scan_select",
   scan_next: "ways.do_scan_next",
 };

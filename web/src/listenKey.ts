@@ -1,11 +1,9 @@
-import type { Cameras } from "./cameras";
-
 const TYPING = "textarea, select, [contenteditable], input:not([type=checkbox], [type=range])";
 
-/** Makes the next camera large by the key for it, unless a text field has the focus. */
-export function listenCameras(
+/** Does `act` at each press of a key for it, unless a text field has the focus. */
+export function listenKey(
   window: Window,
-  cameras: Pick<Cameras, "next">,
+  act: () => void,
   isKey: (code: string) => boolean,
   signal: AbortSignal,
 ): void {
@@ -13,7 +11,7 @@ export function listenCameras(
     const focus = event.target instanceof Element ? event.target : null;
     const isOther = event.ctrlKey || event.metaKey || event.altKey;
     if (!isKey(event.code) || event.repeat || isOther || focus?.closest(TYPING)) return;
-    cameras.next();
+    act();
   };
   window.addEventListener("keydown", onDown, { signal });
 }
