@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.client.operator import Operator
+from wax.sentence import read
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -50,7 +51,8 @@ async def drive(url: str, log: TextIO) -> None:
         if message["type"] != "drive_status":
             return
         if moves[-1:] == [True] and not message["moving"]:
-            log.write(f"stopped: {message['reason']}\n")
+            reason = message["reason"]
+            log.write(f"stopped: {None if reason is None else read(reason)}\n")
         moves.append(message["moving"])
 
     async with Sweeping(url, sees=True, on_message=heard) as operator:

@@ -125,16 +125,16 @@ async def _day(net: Internet, folder: Path, settings: str) -> None:
         await friend.page.get_by_text("Stopped by Troll").first.wait_for()
         await line.get_by_role("button", name="Remove…").click()
         await line.get_by_role("button", name="Remove and keep out for a day").click()
-        await reads(troll, BANNED)
+        await reads(troll, str(BANNED))
         await friend.release_stop()
         await robot.obeys(friend)
 
         # A new identity: refused from the same address, not from another.
-        await reads(await opens(trolls, URL), BANNED)
+        await reads(await opens(trolls, URL), str(BANNED))
         again = await opens(cafe, URL)
         await again.sees_picture()
         await host.button("Only invited people").click()
-        await reads(again, LOCKED)
+        await reads(again, str(LOCKED))
         await robot.obeys(friend)
         await host.sees_picture()
 

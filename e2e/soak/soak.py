@@ -16,6 +16,7 @@ from e2e.measure.age import Ages
 from e2e.measure.errors import MeasureError
 from e2e.measure.row import Row, counted, judged
 from wax.client import Client, Operator
+from wax.sentence import read
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -83,7 +84,8 @@ async def soak(seconds: float) -> Soaked:
 async def _serve_all(server: MeasuredServer, crowd: Crowd, found: Soaked) -> None:
     def told(message: dict[str, Any]) -> None:
         if message["type"] == "drive_status" and operator.held and not message["moving"]:
-            found.stops.append(message["reason"] or "no reason")
+            reason = message["reason"]
+            found.stops.append("no reason" if reason is None else str(read(reason)))
 
     operator = Operator(server.url, sees=True, on_message=told)
     async with _Listener(server.url) as listener, operator:

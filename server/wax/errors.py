@@ -10,6 +10,7 @@ WaxError
  ├── FullError        no room for one more viewer
  │    └── NoPlaceError  … here, but perhaps in a room of the cluster
  ├── TooOftenError    one address requests connections too often
+ ├── NotForUsError    a request that is not meant for this server, or not by our own page
  ├── ForbiddenError   a request that its sender may not make, or not now
  │    └── NotAdmittedError  somebody who may not come in, or not stay
  ├── StateError       the folder for what outlives the server cannot be used
@@ -20,15 +21,30 @@ from __future__ import annotations
 
 from typing import Final
 
+from wax.sentence import Sentence, says
+
 
 class WaxError(Exception):
-    """A sentence for a person: what is wrong and what to do."""
+    """A sentence for a person: what is wrong and what to do.
+
+    What a viewer gets to see is a `Sentence`, which their page says in their language; what only
+    the host sees, and a plug-in's own words, are text. `str` of either is English.
+    """
+
+    def __init__(self, sentence: Sentence | str) -> None:
+        super().__init__(sentence)
+
+    @property
+    def sentence(self) -> Sentence:
+        """What is wrong, for a page."""
+        (what,) = self.args
+        return what if isinstance(what, Sentence) else says(str(what))
 
 
 class _LaterError(WaxError):
     """What may be asked again after `retry_after_s` seconds."""
 
-    def __init__(self, sentence: str, *, retry_after_s: int = 1) -> None:
+    def __init__(self, sentence: Sentence | str, *, retry_after_s: int = 1) -> None:
         super().__init__(sentence)
         self.retry_after_s = retry_after_s
 
@@ -69,6 +85,14 @@ class TooOftenError(_LaterError):
     """One address requests connections too often."""
 
 
+class NotForUsError(WaxError):
+    """A request that is not to be answered; `status` is what HTTP calls that."""
+
+    def __init__(self, sentence: Sentence, status: int) -> None:
+        super().__init__(sentence)
+        self.status = status
+
+
 class ForbiddenError(WaxError):
     """A request that its sender may not make, or not now."""
 
@@ -79,7 +103,7 @@ class NotAdmittedError(ForbiddenError):
     `opens_wall_ms` (since 1970) is when they may, None if that is not the matter or not known.
     """
 
-    def __init__(self, sentence: str, opens_wall_ms: float | None = None) -> None:
+    def __init__(self, sentence: Sentence | str, opens_wall_ms: float | None = None) -> None:
         super().__init__(sentence)
         self.opens_wall_ms = opens_wall_ms
 

@@ -157,7 +157,7 @@ async def test_a_link_that_never_answers_ends_in_fail_safe(rig: Rig) -> None:
     (*_, last) = rig.told
     assert isinstance(last, messages.Playout)
     assert (last.policy, last.sound_target_ms, last.picture_target_ms) == ("thesis", None, 0.0)
-    assert last.reason.startswith("fail-safe: ")
+    assert last.reason.code == "thesis.fail_safe"
 
 
 async def test_only_the_packet_that_ends_a_unit_acknowledges_it(rig: Rig) -> None:

@@ -115,7 +115,7 @@ def test_a_name_of_alsas_is_told_its_new_one(before: str, now: str) -> None:
 def test_a_device_is_passed_on_as_it_is_written() -> None:
     """Numbers become numbers, names stay names, and no name is the default device."""
     names = [find(audio=name).audio for name in ("microphone", "microphone:3", "microphone:USB")]
-    assert [getattr(m, "name", None) for m in names] == [
+    assert [str(getattr(m, "name", None)) for m in names] == [
         "The microphone",
         "Microphone 3",
         "Microphone USB",

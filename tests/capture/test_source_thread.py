@@ -11,6 +11,7 @@ from structlog.testing import capture_logs
 
 from wax.capture.source_thread import SourceThread
 from wax.errors import SourceError
+from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -78,7 +79,7 @@ class Rig:
     def item(self) -> int:
         return self.items.get(timeout=WAIT_S)
 
-    def problem(self) -> str:
+    def problem(self) -> Sentence:
         """Look until there is a problem."""
         end_s = monotonic() + WAIT_S
         while (problem := self.capture.problem) is None:
@@ -108,7 +109,7 @@ def test_a_failing_read_is_told_retried_and_forgotten() -> None:
     rig = Rig()
     rig.capture.start()
     rig.source.steps.put(SourceError("It is unplugged."))
-    assert rig.problem() == "It is unplugged."
+    assert rig.problem() == says("It is unplugged.")
     rig.source.steps.put(7)
     assert rig.item() == 7
     assert rig.capture.problem is None
@@ -123,7 +124,7 @@ def test_any_exception_is_survived() -> None:
     rig = Rig()
     rig.capture.start()
     rig.source.steps.put(ZeroDivisionError("by zero"))
-    assert rig.problem() == "The camera failed: by zero"
+    assert str(rig.problem()) == "The camera failed: by zero"
     rig.source.steps.put(1)
     assert rig.item() == 1
     rig.stop()
@@ -142,7 +143,7 @@ def test_a_failing_sink_is_survived() -> None:
     rig = Rig(sink)
     rig.capture.start()
     rig.source.steps.put(1)
-    assert rig.problem() == "The camera failed: no"
+    assert str(rig.problem()) == "The camera failed: no"
     rig.source.steps.put(2)
     assert taken.get(timeout=WAIT_S) == 2
     rig.stop()
@@ -154,9 +155,9 @@ def test_the_same_problem_is_told_once() -> None:
     rig.source.open_error = SourceError("Plug it in.")
     with capture_logs() as logs:
         rig.capture.start()
-        assert rig.problem() == "Plug it in."
+        assert rig.problem() == says("Plug it in.")
         while rig.source.opened < 5:
-            assert rig.capture.problem == "Plug it in."
+            assert rig.capture.problem == says("Plug it in.")
         rig.source.open_error = None
         assert rig.source.reading.wait(WAIT_S)
         rig.stop()
@@ -174,7 +175,7 @@ def test_a_hanging_read_becomes_a_problem() -> None:
     rig.clock.time_s = 3.1
     with capture_logs() as logs:
         for _ in range(3):
-            assert rig.capture.problem == "The camera delivers nothing; check that it is connected."
+            assert rig.capture.problem == Sentence("camera.silent")
     assert len(logs) == 1
     rig.source.steps.put(5)
     assert rig.item() == 5

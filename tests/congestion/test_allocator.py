@@ -16,6 +16,7 @@ from wax.congestion.allocation import Allocation, SoundForm, Step
 from wax.congestion.allocator import Allocator
 from wax.congestion.delivery import LinkEstimate, LinkState
 from wax.congestion.wire_cost import picture_bps, sound_bps
+from wax.sentence import Sentence
 
 STEPS, SOUNDS = default_steps(), default_sounds()
 STEADY = LinkEstimate("steady", 5e6, 1e6, 0.0, 5.0, 0.0, 0, 40.0)
@@ -74,7 +75,7 @@ def test_it_begins_small_while_nothing_is_known() -> None:
     viewer = Viewer()
     allocation = viewer.run(0.3, 300_000, state="starting", assumed=True)[-1]
     assert allocation.step == STEPS[-1]
-    assert allocation.reason == "finding out what the link carries"
+    assert allocation.reason == Sentence("sent.starting")
     allocation = viewer.run(0.1, 1.5e6, state="starting")[-1]
     assert allocation.step == STEPS[0]
 
@@ -163,7 +164,7 @@ def test_less_is_sent_in_the_same_decision() -> None:
     assert allocation.top_layer == 1
     allocation = viewer.run(2, 800e3)[-1]
     assert allocation.step == STEPS[2]
-    assert allocation.reason == "the link carries about 800 kbit/s"
+    assert str(allocation.reason) == "the link carries about 800 kbit/s"
 
 
 def test_a_step_of_which_nothing_fits_is_left_at_once() -> None:
@@ -215,7 +216,7 @@ def test_nothing_goes_up_while_the_link_is_not_calm() -> None:
         viewer = Viewer()
         viewer.run(10, 270e3)
         assert viewer.run(10, 2e6, state=state)[-1].step == STEPS[3]
-    assert viewer.run(0.1, 2e6, state="blind")[-1].reason == "nothing is heard from the browser"
+    assert viewer.run(0.1, 2e6, state="blind")[-1].reason == Sentence("sent.blind")
 
 
 def test_sound_outlives_the_picture() -> None:
@@ -225,7 +226,7 @@ def test_sound_outlives_the_picture() -> None:
     allocations = viewer.run(60, 22e3)
     assert allocations[5].step is None
     assert allocations[5].sound == SOUNDS[-1]
-    assert allocations[5].reason == "the link carries about 22 kbit/s, enough for sound alone"
+    assert str(allocations[5].reason) == "the link carries about 22 kbit/s, enough for sound alone"
     trials = [allocation for allocation in allocations if allocation.step is not None]
     assert 0 < len(trials) < 200
     assert {(allocation.step, allocation.top_layer) for allocation in trials} == {(STEPS[-1], 0)}
@@ -277,7 +278,7 @@ def test_sound_alone_may_take_everything() -> None:
     allocation = viewer.run(10, 80e3)[-1]
     assert allocation.step is None
     assert allocation.sound == SOUNDS[0]
-    assert allocation.reason == "no picture is asked for"
+    assert allocation.reason == Sentence("sent.no_picture")
 
 
 def test_a_form_that_is_fixed_stays() -> None:
@@ -335,7 +336,7 @@ def test_a_smaller_picture_is_given_where_asked_for() -> None:
     viewer.size = "320x240"
     allocation = viewer.run(0.1, 5e6)[-1]
     assert allocation.step == STEPS[2]
-    assert allocation.reason == "as large as asked for"
+    assert allocation.reason == Sentence("sent.all")
     viewer.size = "100x80"  # smaller than any
     step = viewer.run(0.1, 5e6)[-1].step
     assert step is not None

@@ -7,6 +7,8 @@ from itertools import pairwise
 import pytest
 from tests.sync.link_model import Loop, default_steps, profile
 
+from wax.sentence import Sentence
+
 TOP, MIDDLE, *_, LEAST = default_steps()
 
 cases = pytest.mark.parametrize(
@@ -29,7 +31,7 @@ def test_on_one_machine_the_top_is_reached_at_once(feedback_s: float, seed: int)
     assert changes[-1] == (changes[-1][0], TOP)
     assert changes[-1][0] < 1.0
     assert len(changes) <= 4
-    assert record.allocations[-1][1].reason == "as large as asked for"
+    assert record.allocations[-1][1].reason == Sentence("sent.all")
 
 
 @cases

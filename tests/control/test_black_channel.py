@@ -34,6 +34,7 @@ from wax.control.turn_view import TurnView
 from wax.driver.interface import STANDSTILL, Twist
 from wax.errors import ProtocolError
 from wax.protocol import messages
+from wax.sentence import says
 from wax.session.viewer import command_of
 
 if TYPE_CHECKING:
@@ -285,7 +286,7 @@ class Server:
     def _state(self, message: messages.StateIn, viewer: int, now_s: float) -> str:
         match message:
             case messages.Stop():
-                self.latch = stop_latch.press(self.latch, str(viewer), now_s)
+                self.latch = stop_latch.press(self.latch, says(str(viewer)), now_s)
                 return "stopped"
             case messages.Release():
                 sent_s = message.sent_server_ms / 1000

@@ -22,6 +22,7 @@ from wax.control.stop_latch import LatchedStop
 from wax.control.turns import PlaceLost, TurnEnded, TurnEvent, TurnRenewed, Turns, TurnStarted
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import STANDSTILL, Aboard, Limits, RobotState, Twist
+from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -111,7 +112,7 @@ class Bench:
         self.delays_s: dict[int, float] = {A: 0.1, B: 0.1}
         self.events: list[TurnEvent] = []
         self.calls_before_event: list[tuple[object, ...]] = []
-        self.statuses: list[tuple[int, bool, str | None]] = []
+        self.statuses: list[tuple[int, bool, Sentence | None]] = []
         self.witnessed: list[tuple[object, ...]] = []
         self.calls_before_steered: list[tuple[object, ...]] = []
         self.seq = 0
@@ -119,7 +120,7 @@ class Bench:
         self.asked_what_they_see: set[int] = set()
         self.camera_fails = False
         self.max_fraction = 1.0
-        self.on_hold: str | None = None
+        self.on_hold: Sentence | None = None
         self.loop = ControlLoop(
             clock=self.clock,
             turns=self.turns,
@@ -520,13 +521,13 @@ def test_fresh_page_is_told_how_things_are(bench: Bench, again: str) -> None:
 def test_stop_reaches_the_robot_at_once(bench: Bench) -> None:
     """A stop by anybody reaches the robot within the call, and lasts."""
     bench.drive()
-    assert bench.loop.press_stop("Bob") == 1
+    assert bench.loop.press_stop(says("Bob")) == 1
     assert bench.driver.take() == [("stop", 1)]
-    assert bench.loop.latched == LatchedStop(1, "Bob")
+    assert bench.loop.latched == LatchedStop(1, says("Bob"))
     for linear in (0.0, 1.0, 0.0, 1.0):
         bench.offer(linear)
         assert bench.step() == [("apply", STANDSTILL, 1)]
-    assert bench.statuses[-1] == (A, False, stopped_by("Bob"))
+    assert bench.statuses[-1] == (A, False, stopped_by(says("Bob")))
 
 
 @pytest.mark.parametrize("what", ["a stop of somebody else", "the robot", "the camera"])
@@ -535,11 +536,11 @@ def test_the_turns_clock_stands_still(bench: Bench, what: str) -> None:
     bench.drive()
     ends_s = bench.turns.ends_s
     if what == "the robot":
-        bench.loop.maintain("away")
+        bench.loop.maintain(says("away"))
     elif what == "the camera":
         bench.camera_fails = True
     else:
-        bench.loop.press_stop("Bob", viewer=B)
+        bench.loop.press_stop(says("Bob"), viewer=B)
     for _ in range(2):
         bench.step()
     assert bench.turns.stands_left_s(bench.clock.now_s()) is not None
@@ -549,7 +550,7 @@ def test_the_turns_clock_stands_still(bench: Bench, what: str) -> None:
 def test_no_clock_stands_still_for_their_own_stop_or_link(bench: Bench) -> None:
     """Neither pressing Stop oneself nor losing the connection makes a turn longer."""
     bench.drive()
-    bench.loop.press_stop("Ada", viewer=A)
+    bench.loop.press_stop(says("Ada"), viewer=A)
     bench.step()
     bench.step()
     assert bench.turns.stands_left_s(bench.clock.now_s()) is None
@@ -573,17 +574,17 @@ def test_the_host_slows_the_robot(bench: Bench) -> None:
 
 def test_pressing_again_stops_again(bench: Bench) -> None:
     """A second press sends another stop; the number and the name stay."""
-    assert bench.loop.press_stop("Bob") == 1
-    assert bench.loop.press_stop("Eve") == 1
+    assert bench.loop.press_stop(says("Bob")) == 1
+    assert bench.loop.press_stop(says("Eve")) == 1
     assert bench.driver.take()[-2:] == [("stop", 1), ("stop", 1)]
-    assert bench.loop.latched == LatchedStop(1, "Bob")
+    assert bench.loop.latched == LatchedStop(1, says("Bob"))
 
 
 @pytest.mark.parametrize("releaser", [A, "host"])
 def test_release_moves_nothing(bench: Bench, releaser: Releaser) -> None:
     """A release by the operator or the host lets drive, from neutral on."""
     bench.drive()
-    number = bench.loop.press_stop("Bob")
+    number = bench.loop.press_stop(says("Bob"))
     bench.step()
     assert bench.loop.release_stop(releaser, number, bench.clock.time_s) is None
     assert bench.loop.latched is None
@@ -596,14 +597,14 @@ def test_release_moves_nothing(bench: Bench, releaser: Releaser) -> None:
 def test_release_without_a_beat_between_moves_nothing(bench: Bench) -> None:
     """Also where stop and release come within one beat neutral must come first."""
     bench.drive()
-    bench.loop.release_stop(A, bench.loop.press_stop("Bob"), None)
+    bench.loop.release_stop(A, bench.loop.press_stop(says("Bob")), None)
     assert not bench.moves()
 
 
 def test_stops_are_counted(bench: Bench) -> None:
     """Each press counts, and each release by what became of it."""
-    bench.loop.press_stop("Bob")
-    number = bench.loop.press_stop("Eve")
+    bench.loop.press_stop(says("Bob"))
+    number = bench.loop.press_stop(says("Eve"))
     bench.loop.release_stop(B, number, None)
     bench.loop.release_stop(A, number, None)
     bench.loop.release_stop(A, number, None)
@@ -618,7 +619,7 @@ def test_stops_are_counted(bench: Bench) -> None:
 
 def test_others_do_not_release(bench: Bench) -> None:
     """A waiting viewer cannot release the stop, and refusals are counted by reason."""
-    number = bench.loop.press_stop("Ada")
+    number = bench.loop.press_stop(says("Ada"))
     assert bench.loop.release_stop(B, number, bench.clock.time_s) is Refusal.NOT_YOUR_STOP
     assert bench.loop.latched is not None
     assert bench.loop.counts()["stops.refused.not_your_stop"] == 1
@@ -627,12 +628,12 @@ def test_others_do_not_release(bench: Bench) -> None:
 def test_stop_lives_across_turns(bench: Bench) -> None:
     """The next operator finds the stop latched, and only they may release it then."""
     bench.drive()
-    number = bench.loop.press_stop("Ada")
+    number = bench.loop.press_stop(says("Ada"))
     bench.loop.leave(A)
     bench.offer(viewer=B)
     bench.offer(1.0, viewer=B)
     assert bench.step() == [("apply", STANDSTILL, 2)]
-    assert bench.statuses[-1] == (B, False, stopped_by("Ada"))
+    assert bench.statuses[-1] == (B, False, stopped_by(says("Ada")))
     assert bench.loop.release_stop(A, number, bench.clock.time_s) is Refusal.NOT_YOUR_STOP
     assert bench.loop.release_stop(B, number, bench.clock.time_s) is None
     bench.drive(viewer=B)
@@ -643,7 +644,7 @@ def test_stop_goes_out_although_nothing_can_be_noted() -> None:
     bench = Bench()
     bench.clock.now_s = lambda: 1 / 0  # type: ignore[method-assign]
     with pytest.raises(ZeroDivisionError):
-        bench.loop.press_stop("Bob")
+        bench.loop.press_stop(says("Bob"))
     assert bench.driver.take() == [("stop", 0)]
 
 
@@ -655,8 +656,8 @@ def test_stop_latches_although_the_driver_fails_badly(bench: Bench) -> None:
 
     bench.driver.stop = interrupted  # type: ignore[method-assign]
     with pytest.raises(KeyboardInterrupt):
-        bench.loop.press_stop("Bob")
-    assert bench.loop.latched == LatchedStop(1, "Bob")
+        bench.loop.press_stop(says("Bob"))
+    assert bench.loop.latched == LatchedStop(1, says("Bob"))
 
 
 def test_after_stop_nothing_moves(bench: Bench) -> None:
@@ -725,7 +726,7 @@ def test_a_slider_moved_during_a_hold_moves_nothing_after(bench: Bench, hold: st
     bench.offer()
     bench.step()
     if hold == "stop":
-        number = bench.loop.press_stop("Bob")
+        number = bench.loop.press_stop(says("Bob"))
         bench.pan(0.5)
         assert bench.step() == [("apply", STANDSTILL, 1)]
         bench.loop.release_stop(A, number, None)
@@ -760,11 +761,11 @@ def test_new_connection_of_the_robot_needs_neutral(bench: Bench) -> None:
         (RobotState(connected=False, epoch=1), NOT_CONNECTED),
         (
             RobotState(connected=True, epoch=1, problem="The battery is empty."),
-            "The battery is empty.",
+            says("The battery is empty."),
         ),
     ],
 )
-def test_robot_with_a_problem_stands(bench: Bench, state: RobotState, reason: str) -> None:
+def test_robot_with_a_problem_stands(bench: Bench, state: RobotState, reason: Sentence) -> None:
     """While the robot has a problem it stands, the operator reads it, and neutral comes after."""
     bench.drive()
     healthy, bench.driver.now = bench.driver.now, state
@@ -825,7 +826,7 @@ def test_driver_that_cannot_even_stop(bench: Bench) -> None:
     bench.drive()
     bench.driver.broken = {"stop"}
     with capture_logs() as logs:
-        assert bench.loop.press_stop("Ada") == 1
+        assert bench.loop.press_stop(says("Ada")) == 1
     assert len(logs) == 1
     assert bench.step() == [("apply", STANDSTILL, 1)]
 
@@ -836,9 +837,9 @@ def test_driver_that_cannot_even_stop(bench: Bench) -> None:
 def test_lent_driver_hears_nothing(bench: Bench) -> None:
     """While somebody else has the driver it gets a last stop and then not a word of the loop."""
     bench.drive()
-    bench.loop.maintain("The stop is being proved.")
+    bench.loop.maintain(says("The stop is being proved."))
     assert bench.driver.take() == [("stop", 1)]
-    bench.loop.maintain("The stop is being proved, still.")
+    bench.loop.maintain(says("The stop is being proved, still."))
     bench.driver.broken = {"state", "apply", "stop"}  # as one whose line is unplugged
     for _ in range(10):
         bench.offer(0.0)
@@ -846,17 +847,17 @@ def test_lent_driver_hears_nothing(bench: Bench) -> None:
         assert bench.step() == []
     bench.loop.leave(A)
     assert bench.step() == []
-    assert bench.statuses[-2] == (A, False, "The stop is being proved, still.")
-    assert bench.loop.robot_state.problem == "The stop is being proved, still."
+    assert bench.statuses[-2] == (A, False, says("The stop is being proved, still."))
+    assert bench.loop.robot_state.problem == says("The stop is being proved, still.")
     assert bench.loop.robot_state.moving is None
     assert bench.loop.counts()["control.driver_failures"] == 0
 
 
 def test_stop_is_heard_even_by_a_lent_driver(bench: Bench) -> None:
     """A pressed stop and the end of the loop reach the robot whoever has it."""
-    bench.loop.maintain("The stop is being proved.")
+    bench.loop.maintain(says("The stop is being proved."))
     bench.driver.take()
-    bench.loop.press_stop("Bob")
+    bench.loop.press_stop(says("Bob"))
     assert bench.driver.take() == [("stop", 1)]
     bench.loop.stop()
     assert bench.driver.take() == [("stop", 1)]
@@ -867,7 +868,7 @@ def test_driver_that_comes_back_begins_with_neutral(bench: Bench) -> None:
     bench.offer()
     bench.pan(0.5)
     bench.step()
-    bench.loop.maintain("The stop is being proved.")
+    bench.loop.maintain(says("The stop is being proved."))
     bench.step()
     bench.loop.maintain(None)
     assert bench.step() == [("stop", 1), ("apply", STANDSTILL, 1)]
@@ -926,7 +927,7 @@ def test_soft_body_is_braked_and_then_stopped() -> None:
     assert [round(speed, 6) for speed in speeds] == [0.3, 0.1, 0.0]
     assert told[-2:] == [("stop", 1), ("apply", STANDSTILL, 1)]
     bench.drive()
-    bench.loop.press_stop("Bob")
+    bench.loop.press_stop(says("Bob"))
     assert bench.step() == [("apply", STANDSTILL, 1)]
 
 
@@ -1136,7 +1137,7 @@ def live(
     driver: FakeDriver,
     *,
     loop_hz: float = 100.0,
-    on_status: Callable[[int, bool, str | None], None] = lambda *_: None,
+    on_status: Callable[[int, bool, Sentence | None], None] = lambda *_: None,
 ) -> ControlLoop:
     """Make a loop on the real clock."""
     slow = DriveSettings(max_age_ms=1000.0, max_command_age_ms=2000.0, max_stop_distance_m=10.0)
@@ -1277,7 +1278,7 @@ async def test_stopped_loop_stays_quiet() -> None:
 async def test_defect_stops_the_robot() -> None:
     """A callback that raises ends the loop, for its supervisor to see, and the robot stands."""
 
-    def defect(viewer: int, moving: bool, reason: str | None) -> None:
+    def defect(viewer: int, moving: bool, reason: Sentence | None) -> None:
         raise RuntimeError("defect")
 
     driver = FakeDriver()

@@ -26,6 +26,7 @@ from wax.control.reasons import (
 from wax.control.stop_latch import LatchedStop
 from wax.control.turn_view import TurnView
 from wax.driver.interface import STANDSTILL, Aboard, HandMode, Limits, Twist
+from wax.sentence import says
 
 if TYPE_CHECKING:
     from wax.control.rules import Rules
@@ -306,13 +307,13 @@ def test_neutral_is_all_let_go(change: dict[str, object]) -> None:
 def test_nothing_moves_while_a_stop_is_latched() -> None:
     """While a stop lasts nothing moves, no axis either, and everybody reads who has pressed it."""
     state, _ = offer(driving(), replace(command(12, 101.2, linear=1.0), axes={"pan": 0.5}))
-    stop = LatchedStop(1, "Bob")
-    assert decide(state, 101.2, stop=stop) == Setpoint(reason=stopped_by("Bob"))
+    stop = LatchedStop(1, says("Bob"))
+    assert decide(state, 101.2, stop=stop) == Setpoint(reason=stopped_by(says("Bob")))
 
 
 def test_release_alone_moves_nothing() -> None:
     """After a stop a held key moves nothing, nor what was sent while the stop lasted."""
-    state, _ = gate.decide(driving(), TURN, LatchedStop(1, "Bob"), 101.2, RULES)
+    state, _ = gate.decide(driving(), TURN, LatchedStop(1, says("Bob")), 101.2, RULES)
     state, _ = offer(state, command(12, 101.19), now_s=101.21)
     assert decide(state, 101.21) == Setpoint(reason=Hold.STOPPED.value)
     state, _ = offer(state, command(13, 101.22, linear=1.0))
@@ -339,9 +340,9 @@ def test_only_a_person_who_leaves_the_robot_lets_an_operator_drive(mode: HandMod
 
 def test_the_person_aboard_comes_before_the_stop() -> None:
     """Who drives reads first that it is not theirs to drive; the stop stays latched under it."""
-    stop = LatchedStop(1, "Bob")
+    stop = LatchedStop(1, says("Bob"))
     assert decide(driving(), 101.2, aboard("hand"), stop=stop).reason == ABOARD["hand"]
-    assert decide(driving(), 101.2, aboard("free"), stop=stop).reason == stopped_by("Bob")
+    assert decide(driving(), 101.2, aboard("free"), stop=stop).reason == stopped_by(says("Bob"))
 
 
 def test_neutral_comes_first_after_the_person_aboard() -> None:

@@ -16,6 +16,7 @@ from wax.control.reasons import Hold
 from wax.control.stop_latch import StopLatch
 from wax.control.turn_view import TurnView
 from wax.driver.interface import STANDSTILL, Aboard, HandMode, Limits, Twist
+from wax.sentence import says
 
 LIMITS = RULES.limits
 LEAVES = Aboard("free")
@@ -188,7 +189,7 @@ def test_motion_only_by_the_rules(trace: list[Word], one_way_s: float) -> None:
                 state = gate.require_neutral(state, now_s, Hold.FAULT)
                 judge.hold(now_s)
             case "press":
-                stop = stop_latch.press(stop, "Bob", now_s)
+                stop = stop_latch.press(stop, says("Bob"), now_s)
                 judge.stopped = True
             case "release":
                 stop, _ = stop_latch.release(

@@ -25,6 +25,7 @@ from wax.control.loop import ControlLoop
 from wax.control.turn_time import MAX_PAUSE_S
 from wax.control.turns import TurnEnded, TurnEvent, TurnRenewed, Turns, TurnStarted
 from wax.driver.interface import Limits, RobotState, Twist
+from wax.sentence import says
 
 TURN_S: Final = 3.0
 GRACE_S: Final = 0.5
@@ -198,7 +199,7 @@ class Crowd:
 
     def do_stop(self) -> None:
         before = len(self.driver.told)
-        number = self.loop.press_stop("somebody", viewer=self._somebody())
+        number = self.loop.press_stop(says("somebody"), viewer=self._somebody())
         assert self.driver.told[before].what == "stop"
         self.stops += not self.is_stopped  # pressing again numbers nothing
         assert number == self.stops

@@ -12,6 +12,7 @@ from tests.control.rules import RULES
 from wax.control import ramp
 from wax.control.gate import Setpoint
 from wax.driver.interface import STANDSTILL, Twist
+from wax.sentence import says
 
 SOFT = replace(RULES, soft_braking=True)
 
@@ -59,7 +60,7 @@ def test_what_is_not_soft_ends_at_once() -> None:
 )
 def test_step_by_the_clock(after_s: float, expected_mps: float) -> None:
     """A step is as large as the time since the last one, and never larger than two beats."""
-    target = Setpoint(Twist(0.8, 0.0), {"pan": 0.5}, limit="Slow.", soft=True)
+    target = Setpoint(Twist(0.8, 0.0), {"pan": 0.5}, limit=says("Slow."), soft=True)
     after = ramp.step(target, STANDSTILL, after_s, RULES)
     assert after.twist.linear_mps == pytest.approx(expected_mps)
     assert after == replace(target, twist=after.twist)
@@ -68,7 +69,7 @@ def test_step_by_the_clock(after_s: float, expected_mps: float) -> None:
 @pytest.mark.parametrize(("soft", "expected_mps"), [(True, 0.76), (False, 0.0)])
 def test_step_is_as_soft_as_its_set_point(soft: bool, expected_mps: float) -> None:
     """Whether motion ends at once is the set-point's to say."""
-    after = ramp.step(Setpoint(reason="Why.", soft=soft), Twist(0.8, 0.0), 0.02, SOFT)
+    after = ramp.step(Setpoint(reason=says("Why."), soft=soft), Twist(0.8, 0.0), 0.02, SOFT)
     assert after.twist.linear_mps == pytest.approx(expected_mps)
 
 

@@ -9,6 +9,7 @@ from wax.control.gate import Setpoint
 from wax.control.safe_driver import NOT_CONNECTED, SafeDriver
 from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import STANDSTILL, Limits, RobotState, Twist
+from wax.sentence import says
 
 AHEAD = Twist(0.5, 0.0)
 
@@ -79,7 +80,7 @@ def test_a_robot_that_is_not_there_is_told_of(safe_driver: SafeDriver, robot: Ro
     robot.now = RobotState(connected=False, epoch=1)
     assert safe_driver.check(1) == NOT_CONNECTED
     robot.now = RobotState(connected=False, epoch=1, problem="No port.")
-    assert safe_driver.check(1) == "No port."
+    assert safe_driver.check(1) == says("No port.")
 
 
 def test_a_robot_that_was_connected_anew_is_stopped(safe_driver: SafeDriver, robot: Robot) -> None:
@@ -118,7 +119,7 @@ def test_motion_that_ends_with_a_reason_ends_with_a_stop(
     """At the end of a soft stop, not on the way, and once."""
     slow = Twist(0.1, 0.0)
     for twist in (AHEAD, slow, STANDSTILL, STANDSTILL):
-        safe_driver.steer(Setpoint(twist, reason=None if twist is AHEAD else "Why."), 2)
+        safe_driver.steer(Setpoint(twist, reason=None if twist is AHEAD else says("Why.")), 2)
     assert robot.take() == [
         ("apply", AHEAD, 2),
         ("apply", slow, 2),
@@ -132,12 +133,12 @@ def test_lending_begins_with_one_stop(safe_driver: SafeDriver, robot: Robot) -> 
     """Another reason is no other loan, and what was not lent is not taken back."""
     safe_driver.lend(None, 1)
     assert robot.take() == []
-    safe_driver.lend("It is being proved.", 1)
-    safe_driver.lend("It is being proved, still.", 1)
+    safe_driver.lend(says("It is being proved."), 1)
+    safe_driver.lend(says("It is being proved, still."), 1)
     safe_driver.stop(1)
     safe_driver.steer(Setpoint(AHEAD), 1)
     assert robot.take() == [("stop", 1)]
-    assert safe_driver.check(1) == "It is being proved, still."
+    assert safe_driver.check(1) == says("It is being proved, still.")
     safe_driver.lend(None, 1)
     assert safe_driver.check(1) is None
     assert robot.take() == [("stop", 1)]
@@ -148,7 +149,7 @@ def test_whether_a_lent_robot_moves_is_not_known(safe_driver: SafeDriver, robot:
     robot.now = RobotState(connected=True, epoch=1, moving=True)
     safe_driver.check(1)
     assert safe_driver.state.moving is True
-    safe_driver.lend("It is being proved.", 1)
+    safe_driver.lend(says("It is being proved."), 1)
     safe_driver.check(1)
     assert safe_driver.state.moving is None
 

@@ -10,25 +10,26 @@ import pytest
 from wax.control.reasons import Refusal
 from wax.control.stop_latch import LatchedStop, Releaser, StopLatch, press, release
 from wax.control.turn_view import TurnView
+from wax.sentence import says
 
 ADA, BOB = 1, 2
 TURN = TurnView(number=3, operator=ADA, present=True, one_way_s=0.1, sees=True)
-PRESSED = press(press(StopLatch(newest=1), "Bob", 90.0), "Eve", 100.0)
+PRESSED = press(press(StopLatch(newest=1), says("Bob"), 90.0), says("Eve"), 100.0)
 NOW_S = 101.0
 
 
 def test_numbers_only_rise() -> None:
     """Each stop has the next number; pressing again keeps it, and the name of who was first."""
-    assert PRESSED.stop == LatchedStop(2, "Bob")
+    assert PRESSED.stop == LatchedStop(2, says("Bob"))
     free, refusal = release(PRESSED, ADA, 2, NOW_S, turn=TURN, now_s=NOW_S)
     assert refusal is None
     assert free.stop is None
-    assert press(free, "Ada", NOW_S).stop == LatchedStop(3, "Ada")
+    assert press(free, says("Ada"), NOW_S).stop == LatchedStop(3, says("Ada"))
 
 
 def test_a_guessed_number_releases_nothing() -> None:
     """A release with the right number that was sent before the stop was pressed is no answer."""
-    latch = press(StopLatch(), "Bob", 100.0)
+    latch = press(StopLatch(), says("Bob"), 100.0)
     for sent_s, expected in ((99.999, Refusal.OTHER_STOP), (100.0, None)):
         assert release(latch, ADA, 1, sent_s, turn=TURN, now_s=NOW_S)[1] is expected
 
@@ -53,9 +54,11 @@ def test_released(by: Releaser, number: int, sent_s: float | None) -> None:
 
 def test_only_the_host_releases_the_hosts_stop() -> None:
     """A stop that the host has pressed, first or again, is released by the host alone."""
-    first = press(StopLatch(), "the host", 99.0, by_host=True)
-    again = press(press(StopLatch(), "Bob", 98.0, viewer=BOB), "the host", 99.0, by_host=True)
-    for latch in (first, again, press(again, "Ada", 99.5, viewer=ADA)):
+    first = press(StopLatch(), says("the host"), 99.0, by_host=True)
+    again = press(
+        press(StopLatch(), says("Bob"), 98.0, viewer=BOB), says("the host"), 99.0, by_host=True
+    )
+    for latch in (first, again, press(again, says("Ada"), 99.5, viewer=ADA)):
         refusal = release(latch, ADA, 1, 100.0, turn=TURN, now_s=NOW_S)[1]
         assert refusal is Refusal.THE_HOSTS_STOP
         assert release(latch, "host", 1, 100.0, turn=TURN, now_s=NOW_S) == (
@@ -66,8 +69,8 @@ def test_only_the_host_releases_the_hosts_stop() -> None:
 
 def test_who_pressed_first_is_known() -> None:
     """The stop names the viewer who pressed it first, by whose pressing no clock stands still."""
-    latch = press(press(StopLatch(), "Bob", 98.0, viewer=BOB), "Ada", 99.0, viewer=ADA)
-    assert latch.stop == LatchedStop(1, "Bob", BOB)
+    latch = press(press(StopLatch(), says("Bob"), 98.0, viewer=BOB), says("Ada"), 99.0, viewer=ADA)
+    assert latch.stop == LatchedStop(1, says("Bob"), BOB)
 
 
 REFUSED = {

@@ -36,7 +36,7 @@ async def test_a_restart_says_goodbye_and_takes_everybody_back(tmp_path: Path) -
             assert await ada.until(lambda: _names(ada) == ["Ada"])
             server.send_signal(signal.SIGTERM)
             assert await ada.until(lambda: bool(ada.newest("goodbye")))
-            assert "restarting" in ada.newest("goodbye")["text"]
+            assert ada.newest("goodbye")["text"] == {"code": "door.goodbye"}
             assert await ada.until(lambda: not ada.is_open)
             assert await asyncio.wait_for(server.wait(), STOP_WITHIN_S) == 0
     async with serving(config, port) as server:

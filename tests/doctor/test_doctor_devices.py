@@ -124,7 +124,7 @@ def test_a_serial_port_that_is_missing_is_told(tmp_path: Path) -> None:
     """There is none of that name, or no such kind of address."""
     missing = _serial(str(tmp_path / "ttyACM9"))
     assert (missing.level, "There is no serial port" in missing.sentence) == ("bad", True)
-    assert "Plug the robot in" in missing.advice
+    assert "Plug its cable in" in missing.advice
     assert _serial("nonsense://here").level == "bad"
 
 

@@ -134,7 +134,7 @@ async def test_a_loose_wire_is_no_answer(board: Board, robot: SerialRobot, wire:
     getattr(board, wire)(on=True)
 
     async def told() -> bool:
-        return "does not answer" in (robot.state().problem or "")
+        return "does not answer" in str(robot.state().problem)
 
     await eventually(told, "the server knows", every_s=0.005)
     getattr(board, wire)(on=False)

@@ -277,7 +277,7 @@ def test_the_state_can_be_asked_by_anybody(rig: Rig) -> None:
             while not done.wait(0.001):
                 state = driver.state()
                 assert state.epoch >= 0
-                assert state.problem is None or state.problem.endswith(".")
+                assert state.said is None or str(state.said).endswith(".")
         except Exception as error:
             failures.append(error)
 

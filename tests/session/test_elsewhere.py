@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from wax.access.admission import Visitor
+    from wax.sentence import Sentence
 
 
 class Rooms:
@@ -94,7 +95,7 @@ async def test_who_finds_no_place_is_sent_elsewhere(rig: Rig, rooms: Rooms) -> N
     rooms.has_sound = False
     assert rig.room.elsewhere.seat(EVE, TAB).hello.may_hear is False
     rooms.is_used = False
-    with pytest.raises(NoPlaceError, match="All 1 places"):
+    with pytest.raises(NoPlaceError, match="The only place"):
         rig.room.elsewhere.instead(guest(1), TAB, here.value)
 
 
@@ -102,11 +103,11 @@ async def test_where_nothing_is_free_watching_is_full(rig: Rig, rooms: Rooms) ->
     """All rooms are full, or gone; whoever has a seat keeps it while its room is there."""
     for number in range(4):
         rig.room.elsewhere.seat(guest(number), TAB)
-    with pytest.raises(FullError, match=WATCHING_IS_FULL):
+    with pytest.raises(FullError, match=str(WATCHING_IS_FULL)):
         rig.room.elsewhere.seat(EVE, TAB)
     assert rig.room.elsewhere.seat(guest(1), TAB).rooms[0].url == "wss://b"
     rooms.rooms.clear()
-    with pytest.raises(FullError, match=WATCHING_IS_FULL):
+    with pytest.raises(FullError, match=str(WATCHING_IS_FULL)):
         rig.room.elsewhere.seat(guest(1), TAB)
     rooms.links.append("https://media.example.org")
     assert rig.room.elsewhere.seat(guest(1), TAB).links == ["https://media.example.org"]
@@ -150,15 +151,15 @@ async def test_a_closed_door_empties_the_rooms(rig: Rig, rooms: Rooms) -> None:
     host.says(type="close", closed=True)
     rig.wait(0.1, host)
     assert rooms.removed == [(NAME, True)]
-    with pytest.raises(NotAdmittedError, match=CLOSED):
+    with pytest.raises(NotAdmittedError, match=str(CLOSED)):
         rig.room.elsewhere.seat(EVE, TAB)
-    with pytest.raises(NotAdmittedError, match=CLOSED):
+    with pytest.raises(NotAdmittedError, match=str(CLOSED)):
         rig.room.elsewhere.queue(EVE, TAB, "join")
 
 
 @pytest.mark.parametrize(("ban", "sentence"), [(True, BANNED), (False, REMOVED)])
 async def test_who_is_removed_loses_the_seat(
-    rig: Rig, rooms: Rooms, ban: bool, sentence: str
+    rig: Rig, rooms: Rooms, ban: bool, sentence: Sentence
 ) -> None:
     """In every tab, and is told so; without a ban they may come again after a minute."""
     host = await rig.enter("hedy-111", is_host=True)
@@ -171,11 +172,11 @@ async def test_who_is_removed_loses_the_seat(
         NAME,
         person("eve-1111", "tab-2222"),
     }
-    with pytest.raises(NotAdmittedError, match=sentence):
+    with pytest.raises(NotAdmittedError, match=str(sentence)):
         rig.room.elsewhere.seat(EVE, TAB)
     rig.clock.time_s += 61
     if ban:
-        with pytest.raises(NotAdmittedError, match=sentence):
+        with pytest.raises(NotAdmittedError, match=str(sentence)):
             rig.room.elsewhere.seat(EVE, TAB)
     else:
         assert rig.room.elsewhere.seat(EVE, TAB).rooms
@@ -217,7 +218,7 @@ async def test_who_has_a_seat_stops_the_robot_within_a_budget(rig: Rig) -> None:
     assert latched is not None
     assert (latched.number, latched.by) == (number, ELSEWHERE)
     pressed = (rig.room.stop_by(EVE, TAB) for _ in range(1000))
-    with pytest.raises(ForbiddenError, match=TOO_OFTEN):
+    with pytest.raises(ForbiddenError, match=str(TOO_OFTEN)):
         list(pressed)
 
 

@@ -14,6 +14,7 @@ import pytest
 from wax.control.stop_latch import LatchedStop
 from wax.errors import ForbiddenError
 from wax.proof.verdict import FAULTS
+from wax.sentence import says
 from wax.session import proof_runner as proving_module
 from wax.session.proof_runner import LENT, STOPPED, ProofRunner
 
@@ -180,7 +181,7 @@ async def test_a_stop_breaks_the_proof_off(
 ) -> None:
     """Stop also stops a proof's robot, and no proof begins while the stop is in force."""
     process = await _under_way(proving, monkeypatch)
-    robot.latched = LatchedStop(1, "Ada")
+    robot.latched = LatchedStop(1, says("Ada"))
     assert await asyncio.wait_for(process.wait(), 5) == -signal.SIGTERM
     told = await _ended(proving)
     assert (told["state"], told["line"]) == ("failed", STOPPED)

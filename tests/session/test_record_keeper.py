@@ -18,7 +18,8 @@ from wax.error_boundary import ErrorBoundary
 from wax.records.file import open_for_reading
 from wax.records.records import Records
 from wax.records.writer import RecordWriter
-from wax.session.record_keeper import RecordKeeper, each, refused, why_stopped
+from wax.sentence import Sentence, says
+from wax.session.record_keeper import DriveStatus, RecordKeeper, each, refused, why_stopped
 from wax.telemetry import Counters
 
 if TYPE_CHECKING:
@@ -161,13 +162,15 @@ def test_stops_have_who_and_until_when(rig: Rig) -> None:
         (Refusal.TOO_OLD.value, "too old"),
         (Refusal.BLIND.value, "blind"),
         (Hold.LATE.value, "late"),
-        ("The serial line is gone.", "robot: The serial line is gone."),
+        (says("The serial line is gone."), "robot: The serial line is gone."),
         (None, None),
         (NOT_HELD, None),
         (Limit.LATE_PICTURE.value, None),
     ],
 )
-def test_what_stops_a_moving_robot_is_told(rig: Rig, reason: str | None, told: str | None) -> None:
+def test_what_stops_a_moving_robot_is_told(
+    rig: Rig, reason: Sentence | None, told: str | None
+) -> None:
     """Once, with its operator; what the operator did is no stop."""
     rig.viewers.append(viewer(1, "Ada"))
     rig.keeper.drive_status(1, False, Hold.TURN_STARTED.value)
@@ -185,7 +188,7 @@ def test_a_pressed_stop_is_told_once(rig: Rig) -> None:
     rig.viewers.append(viewer(1, "Ada"))
     rig.keeper.drive_status(1, True, None)
     rig.keeper.stop_pressed(None, "somebody", 1)
-    rig.keeper.drive_status(1, False, stopped_by("somebody"))
+    rig.keeper.drive_status(1, False, stopped_by(says("somebody")))
     assert len(rig.written("stops")) == 1
 
 
@@ -237,7 +240,7 @@ def test_both_are_called() -> None:
     [
         (None, (7, False, Refusal.TOO_OLD.value), None),
         ((7, True, None), (7, True, Refusal.TOO_OLD.value), "too_old"),
-        ((7, True, None), (7, False, "The left wheel is off."), "robot"),
+        ((7, True, None), (7, False, says("The left wheel is off.")), "robot"),
         ((7, False, None), (7, False, Refusal.TOO_OLD.value), None),
         ((7, True, None), (8, False, Refusal.TOO_OLD.value), None),
         ((7, True, None), (7, False, NOT_HELD), None),
@@ -246,7 +249,7 @@ def test_both_are_called() -> None:
     ],
 )
 def test_a_fault_is_what_stops_who_drives(
-    before: tuple[int, bool, str | None] | None, now: tuple[int, bool, str | None], why: str | None
+    before: DriveStatus | None, now: DriveStatus, why: str | None
 ) -> None:
     """Neither a hand-over nor a finger that lets go is one, nor what only slows."""
     assert why_stopped(before, now) == why

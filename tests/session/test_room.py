@@ -26,6 +26,7 @@ from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
 from wax.protocol import room_change
 from wax.records.records import Records
+from wax.sentence import Sentence, says
 from wax.session import entry as entry_module
 from wax.session import room as room_module
 from wax.session.announcements import Announcements
@@ -78,7 +79,7 @@ class Robot:
 class Camera:
     """A capture that fails and recovers when told."""
 
-    problem: str | None = None
+    problem: Sentence | None = None
 
 
 class FakePeer:
@@ -347,7 +348,7 @@ async def test_a_server_that_ends_says_goodbye(rig: Rig, monkeypatch: pytest.Mon
     ada, bob = await rig.enter("client-ada"), await rig.enter("client-bob")
     await rig.room.close()
     for peer in (ada, bob):
-        assert "restarting" in peer.sent[-1]["text"]
+        assert peer.sent[-1]["text"] == {"code": "door.goodbye"}
         assert (peer.sent[-1]["type"], peer.is_alive) == ("goodbye", False)
     with pytest.raises(FullError, match="restarting"):
         await rig.enter("client-eve")
@@ -488,8 +489,8 @@ async def test_everybody_stops_and_all_hear_who(rig: Rig) -> None:
     bob.says(type="stop")
     assert rig.robot.told == ["stop"]
     rig.wait(0.1, ada, bob)
-    assert ada.last("room")["stop"] == {"number": 1, "by": "Bob"}
-    assert bob.last("room")["stop"] == {"number": 1, "by": "Bob"}
+    assert ada.last("room")["stop"] == {"number": 1, "by": _by("Bob")}
+    assert bob.last("room")["stop"] == {"number": 1, "by": _by("Bob")}
 
 
 async def test_only_operator_and_host_release(rig: Rig) -> None:
@@ -535,7 +536,7 @@ async def test_stop_and_release_by_the_second_way(rig: Rig) -> None:
     with pytest.raises(ForbiddenError):
         rig.room.release_by(visitor("ada-1111"), TAB, number + 1)
     rig.wait(0.1, ada)
-    assert ada.last("room")["stop"] == {"number": number, "by": "Guest 2"}
+    assert ada.last("room")["stop"] == {"number": number, "by": _by("Guest 2")}
     rig.room.release_by(visitor("ada-1111"), TAB, number)
     rig.wait(0.1, ada)
     assert ada.last("room")["stop"] is None
@@ -553,7 +554,7 @@ async def test_where_only_the_operator_may_stop(monkeypatch: pytest.MonkeyPatch)
     ada.says(type="join")
     closed.wait(0.2, ada, bob)
     bob.says(type="stop")
-    assert "operator or the host" in bob.last("notice")["text"]
+    assert bob.last("notice")["text"] == {"code": "stop.only_operator"}
     for client in ("", "bob-1111"):
         with pytest.raises(ForbiddenError, match="operator or the host"):
             closed.room.stop_by(visitor(client), TAB)
@@ -577,7 +578,7 @@ async def test_a_driver_that_raises_is_a_problem_of_the_robot(rig: Rig) -> None:
     rig.wait(0.2, ada)
     rig.robot.is_broken = True
     rig.wait(0.2, ada)
-    assert ada.last("room")["robot"]["problem"] == NO_ANSWER
+    assert ada.last("room")["robot"]["problem"] == NO_ANSWER.wire()
     rig.robot.is_broken = False
     rig.wait(0.2, ada)
     assert ada.last("room")["robot"]["problem"] is None
@@ -589,7 +590,7 @@ async def test_a_problem_of_the_robot_is_told_at_once(rig: Rig) -> None:
     rig.wait(0.2, ada)
     rig.robot.problem = "the line is unplugged"
     rig.wait(0.1, ada)
-    assert ada.last("room")["robot"]["problem"] == "the line is unplugged"
+    assert ada.last("room")["robot"]["problem"] == says("the line is unplugged").wire()
 
 
 async def test_everybody_is_told_of_the_person_aboard(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -605,7 +606,7 @@ async def test_everybody_is_told_of_the_person_aboard(monkeypatch: pytest.Monkey
     told = ada.last("room")["aboard"]
     assert told == {
         "mode": "hand",
-        "reason": ABOARD["hand"],
+        "reason": ABOARD["hand"].wire(),
         "asked": "wait",
         "asks": 3,
         "takes_part": False,
@@ -645,9 +646,9 @@ async def test_an_operator_is_an_adviser_while_the_person_aboard_drives(rig: Rig
 async def test_a_camera_that_fails_is_told_and_its_recovery_too(rig: Rig) -> None:
     """The page says that the camera is gone, and that it is back."""
     ada = await rig.enter("ada-1111")
-    rig.camera.problem = "The camera was unplugged."
+    rig.camera.problem = Sentence("camera.silent")
     rig.wait(0.3, ada)
-    assert ada.last("room")["video"]["problem"] == "The camera was unplugged."
+    assert ada.last("room")["video"]["problem"] == {"code": "camera.silent"}
     rig.camera.problem = None
     rig.wait(0.3, ada)
     assert ada.last("room")["video"]["problem"] is None
@@ -808,9 +809,11 @@ async def test_nobody_keeps_a_tape_that_there_is_not(rig: Rig, is_host: bool) ->
     """Who is in charge is told that nothing is recorded, and the others that they may not."""
     ada = await rig.enter("ada-1111", is_host=is_host)
     ada.says(type="keep_tape")
-    said = ada.last("notice")["text"]
-    assert said == (
-        "Nothing is recorded here." if is_host else "Only the operator or the host can do that."
-    )
+    code = "tape.none" if is_host else "may.operator"
+    assert ada.last("notice")["text"] == {"code": code}
     rig.wait(0.3, ada)
     assert ada.last("room")["tape"] is None
+
+
+def _by(name: str) -> dict[str, Any]:
+    return Sentence("by.named", {"name": name}).wire()

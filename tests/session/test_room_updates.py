@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wax.protocol import messages, room_change
+from wax.sentence import says
 from wax.session.last_wins import LastWins
 from wax.session.room_updates import RoomUpdates
 from wax.session.token_bucket import TokenBucket
@@ -132,7 +133,7 @@ FLOODS = {
     ),
     "comes and goes": lambda n: room(*([line(1)] if n % 2 else []), *_others()),
     "stops": lambda n: room(
-        line(1), *_others(), stop=messages.StopInfo(number=n, by="x" * 24) if n % 2 else None
+        line(1), *_others(), stop=messages.StopInfo(number=n, by=says("x" * 24)) if n % 2 else None
     ),
 }
 
@@ -150,7 +151,7 @@ def test_what_matters_is_told_at_once() -> None:
     for number in range(50):
         updates.next(room(line(1, name=f"x{number}"), *_others()[: number % 9]), now_s)
     assert updates.next(room(line(1, name="y"), *_others()), now_s) is None
-    stopped = room(line(1, name="z"), stop=messages.StopInfo(number=1, by="Bob"))
+    stopped = room(line(1, name="z"), stop=messages.StopInfo(number=1, by=says("Bob")))
     change = updates.next(stopped, now_s)
     assert isinstance(change, messages.RoomChange)
     assert change.stop == stopped.stop

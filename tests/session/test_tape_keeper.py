@@ -18,6 +18,7 @@ from wax.control.stop_latch import LatchedStop
 from wax.control.turns import TurnEnded, TurnRenewed, TurnStarted, Why
 from wax.driver.interface import STANDSTILL, Pose, RobotState, Twist
 from wax.error_boundary import ErrorBoundary
+from wax.sentence import Sentence, says
 from wax.session.tape_keeper import KEPT_S, TapeKeeper
 from wax.telemetry import Counters
 
@@ -33,7 +34,7 @@ class Writing:
     """A recorder that writes into a list."""
 
     def __init__(self) -> None:
-        self.problem: str | None = None
+        self.problem: Sentence | None = None
         self.events: list[tuple[TapeEvent, float]] = []
         self.lasting: dict[Hashable, TapeEvent] = {}
         self.kept: list[tuple[float, str]] = []
@@ -147,10 +148,10 @@ def test_a_set_point_is_written_when_it_changes(rig: Rig) -> None:
         (NOBODY_DRIVES, "nobody_drives"),
         (Refusal.TOO_OLD.value, "too_old"),
         (Hold.TURN_STARTED.value, "turn_started"),
-        ("The left wheel is off.", "robot"),
+        (says("The left wheel is off."), "robot"),
     ],
 )
-def test_reasons_have_short_names(rig: Rig, sentence: str, told: str) -> None:
+def test_reasons_have_short_names(rig: Rig, sentence: Sentence, told: str) -> None:
     """Sentences may be changed or translated; a tape is read years later."""
     rig.steer(Setpoint(reason=sentence))
     assert rig.writing.of("steered")[0]["reason"] == told
@@ -179,14 +180,14 @@ def test_everybody_is_told_what_is_recorded(
         has_sound=has_sound,
         has_cameras=has_cameras,
     )
-    assert keeper.status().why.startswith(what)
+    assert str(keeper.status().why).startswith(what)
 
 
 def test_no_name_is_on_the_tape_unless_configured(rig: Rig) -> None:
     """Not even in the sentence of a stop; and no address ever is."""
     rig.viewers.append(viewer(2, "Ada"))
-    rig.latched = LatchedStop(1, "Ada", 2)
-    rig.steer(Setpoint(reason=stopped_by("Ada")))
+    rig.latched = LatchedStop(1, says("Ada"), 2)
+    rig.steer(Setpoint(reason=stopped_by(says("Ada"))))
     rig.keeper.look()
     text = "".join(event.model_dump_json() for event, _ in rig.writing.events)
     assert "Ada" not in text
@@ -203,7 +204,7 @@ def test_names_that_are_configured_are_written_once() -> None:
         rig.keeper.look()
     assert [one["name"] for one in rig.writing.of("named")] == ["Ada", "Countess"]
     assert rig.writing.lasting["named", 2].model_dump()["name"] == "Countess"
-    assert "with names" in rig.keeper.status().why
+    assert "with names" in str(rig.keeper.status().why)
 
 
 def test_who_has_left_is_named_no_more() -> None:
@@ -230,7 +231,12 @@ def test_what_is_no_number_is_unknown(rig: Rig) -> None:
 
 def test_stops_are_written_when_pressed_and_released(rig: Rig) -> None:
     """Also where one follows another at once."""
-    for stop in (None, LatchedStop(1, "Ada", 2), LatchedStop(2, "the host", by_host=True), None):
+    for stop in (
+        None,
+        LatchedStop(1, says("Ada"), 2),
+        LatchedStop(2, says("the host"), by_host=True),
+        None,
+    ):
         rig.latched = stop
         rig.steer(Setpoint())
     stops = [(one["number"], one["pressed"]) for one in rig.writing.of("stopped")]
@@ -253,8 +259,8 @@ def test_a_fault_keeps_the_last_two_minutes(rig: Rig) -> None:
     rig.keeper.drive_status(7, False, NOT_HELD)
     assert rig.writing.kept == []
     rig.keeper.drive_status(7, True, None)
-    rig.latched = LatchedStop(1, "Ada", 2)
-    rig.keeper.drive_status(7, False, stopped_by("Ada"))
+    rig.latched = LatchedStop(1, says("Ada"), 2)
+    rig.keeper.drive_status(7, False, stopped_by(says("Ada")))
     assert rig.writing.kept == []
     rig.latched = None
     rig.keeper.drive_status(7, True, None)
@@ -266,7 +272,7 @@ def test_a_fault_keeps_the_last_two_minutes(rig: Rig) -> None:
 def test_keeping_again_and_again_costs_nothing(rig: Rig) -> None:
     """Who presses all the time has the folder read once in five seconds."""
     for _ in range(20):
-        assert rig.keeper.keep("operator") == "The last two minutes are kept."
+        assert rig.keeper.keep("operator") == Sentence("tape.kept")
     assert rig.keeper.keep("host")
     assert [by for _, by in rig.writing.kept] == ["operator", "host"]
 
@@ -275,12 +281,12 @@ def test_everybody_is_told_that_it_runs_and_why(rig: Rig) -> None:
     """What is recorded and for how long; or why it is not."""
     told = rig.keeper.status()
     assert told.running
-    assert "without names" in told.why
-    assert "7 days" in told.why
-    rig.writing.problem = "the disk is full"
+    assert "without names" in str(told.why)
+    assert "7 days" in str(told.why)
+    rig.writing.problem = says("the disk is full")
     told = rig.keeper.status()
-    assert (told.running, told.why) == (False, "Nothing is recorded: the disk is full.")
-    assert "Nothing is recorded" in rig.keeper.keep("host")
+    assert (told.running, str(told.why)) == (False, "Nothing is recorded: the disk is full.")
+    assert "Nothing is recorded" in str(rig.keeper.keep("host"))
 
 
 def test_how_the_viewers_have_it_is_written(rig: Rig) -> None:

@@ -13,6 +13,7 @@ from tests.turned_clock import TurnedClock
 from tests.visitors import EVERYTHING, TAB, visitor
 
 from wax.config.settings import AudioSettings, SyncSettings, VideoSettings
+from wax.control.reasons import Refusal
 from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
 from wax.protocol import messages
@@ -259,7 +260,8 @@ def test_an_unknown_size_is_refused_with_a_sentence() -> None:
     assert connected.video.wanted == [SMALLEST]
     channel, notice = connected.room.sent[-1]
     assert (channel, notice["type"]) == ("state", "notice")
-    assert "640x480" in notice["text"]
+    assert notice["text"]["code"] == "want.no_size"
+    assert "640x480" in notice["text"]["values"]["sizes"]
 
 
 def test_leaving_ends_what_nobody_else_wants() -> None:
@@ -316,13 +318,13 @@ def test_what_becomes_of_commands_is_told_a_few_times_a_second() -> None:
     connected = _scene()
     for tick in range(40):
         connected.clock.time_s += 0.025
-        reason = "too old" if tick % 2 else None
+        reason = Refusal.TOO_OLD.value if tick % 2 else None
         connected.viewer.drive_status = messages.DriveStatus(moving=not tick % 2, reason=reason)
         connected.viewer.tell_drive_status(connected.clock.now_s())
     connected.viewer.tell_drive_status(connected.clock.now_s() + 1)
     told = [m for _, m in connected.room.sent if m["type"] == "drive_status"]
     assert 3 <= len(told) <= 5
-    assert told[-1]["reason"] == "too old"
+    assert told[-1]["reason"] == Refusal.TOO_OLD.value.wire()
 
 
 def test_a_camera_that_is_not_there_cannot_be_looked_at() -> None:
@@ -338,4 +340,5 @@ def test_a_camera_that_is_not_there_cannot_be_looked_at() -> None:
     assert looked == [{"large": 0, "small": True}, {"large": None, "small": True}]
     assert connected.counters.snapshot()["requests refused"] == 1
     notices = [message for channel, message in connected.room.sent if channel == "state"]
-    assert any(one.get("text") == "There is no camera 2; reload the page." for one in notices)
+    told = {"code": "want.no_camera", "values": {"number": 2}}
+    assert any(one.get("text") == told for one in notices)

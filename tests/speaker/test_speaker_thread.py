@@ -12,6 +12,7 @@ from tests.speaker.spoken import packets, tone
 
 from wax.clock import SystemClock
 from wax.errors import SpeakerError
+from wax.sentence import Sentence, says
 from wax.speaker import speaker_thread
 from wax.speaker.speaker_thread import SpeakerThread
 from wax.voice.packet import RATE_HZ
@@ -114,7 +115,7 @@ def test_a_device_that_hangs_is_said(
     box.free.clear()
     speak(thread)
     until(lambda: thread.problem is not None)
-    assert thread.problem == "The robot's speaker takes no sound; check that it is connected."
+    assert thread.problem == Sentence("speaker.hangs")
     speak(thread, 3)
     thread.hush()
     box.free.set()
@@ -137,7 +138,7 @@ def test_a_device_that_fails_is_opened_again(
         box.failing = box.fails_to_open = error
         speak(thread)
         until(lambda: thread.problem is not None)
-        assert (thread.problem or "").startswith(sentence)
+        assert str(thread.problem).startswith(sentence)
         box.failing = box.fails_to_open = None
         until(lambda: thread.problem is None)
     assert thread.failures >= 1
@@ -150,5 +151,5 @@ def test_a_speaker_that_cannot_be_opened_is_a_sentence(box: Box) -> None:
     thread = SpeakerThread(box, CLOCK, retry_s=60)
     assert thread.problem is not None
     thread.start()
-    until(lambda: thread.problem == "No speaker.")
+    until(lambda: thread.problem == says("No speaker."))
     thread.stop()

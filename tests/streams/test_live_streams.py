@@ -19,6 +19,7 @@ from wax.fanout.sound_hub import SoundHub
 from wax.fanout.video_hub import VideoHub
 from wax.fanout.video_lane import VideoLane
 from wax.protocol import messages
+from wax.sentence import Sentence
 from wax.streams.live import LiveService
 from wax.sync.playout import PlayoutReport, StreamPlayout
 
@@ -323,7 +324,7 @@ async def test_the_page_is_told_what_it_gets_when_that_changes() -> None:
     assert told[-1].rendition == TOP
     assert told[-1].picture_hz == 30.0
     assert (told[-1].layers, told[-1].layers_made) == (3, 3)
-    assert told[-1].reason == "as large as asked for"
+    assert told[-1].reason == Sentence("sent.all")
     assert len(told) <= 14
 
 

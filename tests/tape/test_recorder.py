@@ -13,6 +13,7 @@ from tests.turned_clock import TurnedClock
 from wax.config.recording import RecordingSettings
 from wax.encode.encoded import EncodedPicture
 from wax.protocol.tape_events import Missed, Named, Stopped, TapeEvent
+from wax.sentence import says
 from wax.tape import recorder as recorder_module
 from wax.tape.reading import read_events
 from wax.tape.recorder import DISK_FULL, TAPE_FULL, TOO_SLOW, Format, Recorder
@@ -136,11 +137,11 @@ def test_it_tells_how_much_there_is(rig: Rig) -> None:
 def test_a_tape_that_gives_up_says_so(rig: Rig) -> None:
     """What comes then is left out, whatever the disk does."""
     rig.recorder.start()
-    rig.recorder.give_up("it has failed")
+    rig.recorder.give_up(says("it has failed"))
     rig.film(BEGIN_S, 1.0)
     rig.recorder.stop(20.0)
     status = rig.recorder.status()
-    assert status.problem == "it has failed"
+    assert status.problem == says("it has failed")
     assert status.left_out >= 60
     assert rig.shelf.parts() == []
 
@@ -239,7 +240,7 @@ def test_a_folder_that_is_none_is_said(tmp_path: Path) -> None:
     until(lambda: rig.recorder.problem is not None)
     rig.recorder.stop(20.0)
     assert rig.recorder.problem is not None
-    assert "[recording] folder" in rig.recorder.problem
+    assert "[recording] folder" in str(rig.recorder.problem)
 
 
 def test_what_is_deleted_while_it_is_written_harms_nothing(rig: Rig) -> None:

@@ -78,7 +78,7 @@ async def test_an_error_in_the_fan_out_ends_the_tape_and_nothing_else(rig: Rig) 
     assert rig.video.wanted == []
     assert rig.audio.wanted == []
     assert rig.tape.recorder.problem is not None
-    assert "restart" in rig.tape.recorder.problem
+    assert "restart" in str(rig.tape.recorder.problem)
     assert rig.counters.snapshot() == {"viewer faults": 1}
 
 

@@ -500,7 +500,10 @@ async def test_stop_and_release_have_a_way_of_their_own(client: Client, room: Fa
     assert room.stops == [(None, False), ("12345678-abcd", False), ("12345678-abcd", 7, False)]
     room.error = ForbiddenError("not you")
     refused = await client.post("/api/release", json={"stop": 7})
-    assert (refused.status, await refused.json()) == (403, {"error": "not you"})
+    assert (refused.status, await refused.json()) == (
+        403,
+        {"error": "not you", "sentence": {"code": "says", "values": {"text": "not you"}}},
+    )
     assert (await client.post("/api/release", json={"client": "12345678-abcd"})).status == 400
     assert (await client.post("/api/release", json={"stop": "7"})).status == 400
 
@@ -593,7 +596,12 @@ async def test_who_may_not_come_in_reads_when_they_may(client: Client, access: A
     response = await client.get("/api/ice")
     told = await response.json()
     assert response.status == 403
-    assert told == {"error": "The robot is closed.", "ended": True, "opens_wall_ms": None}
+    assert told == {
+        "error": "The robot is closed.",
+        "sentence": {"code": "door.closed"},
+        "ended": True,
+        "opens_wall_ms": None,
+    }
 
 
 async def test_strangers_stop_nothing(client: Client, room: FakeRoom) -> None:

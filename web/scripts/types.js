@@ -1,7 +1,8 @@
-// Makes src/generated/messages.ts from the server's message models. PYTHON names the interpreter
+// Makes src/generated/messages.ts from the server's message models, and sentences.json beside it, what
+// the server says in English. PYTHON names the interpreter
 // to ask; it needs pydantic, and finds the server's sources beside this folder.
 import { execFileSync } from "node:child_process";
-import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { delimiter } from "node:path";
 import { fileURLToPath } from "node:url";
 import { compile } from "json-schema-to-typescript";
@@ -9,7 +10,6 @@ import { compile } from "json-schema-to-typescript";
 const python = process.env.PYTHON || "python3";
 const server = fileURLToPath(new URL("../../server", import.meta.url));
 const folder = new URL("../src/generated/", import.meta.url);
-const target = new URL("messages.ts", folder);
 
 const paths = [server, process.env.PYTHONPATH].filter(Boolean).join(delimiter);
 
@@ -27,16 +27,20 @@ function askServer() {
   }
 }
 
-/** @returns {string} what the last call made, empty when there was none */
-function before() {
-  try {
-    return readFileSync(target, "utf8");
-  } catch {
-    return "";
-  }
+/**
+ * Writes a generated file; one that is unchanged keeps its time, so that a running dev server does
+ * not reload.
+ * @param {string} name
+ * @param {string} made
+ */
+function write(name, made) {
+  const target = new URL(name, folder);
+  if (existsSync(target) && readFileSync(target, "utf8") === made) return;
+  mkdirSync(folder, { recursive: true });
+  writeFileSync(target, made);
 }
 
-const { constants, ...schema } = JSON.parse(askServer());
+const { constants, sentences, ...schema } = JSON.parse(askServer());
 const values = Object.entries(constants).map(
   ([name, value]) => `export const ${name} = ${JSON.stringify(value)};\n`,
 );
@@ -47,9 +51,5 @@ const types = await compile(schema, "Messages", {
   unreachableDefinitions: true,
 });
 
-// An unchanged file keeps its time, so that a running dev server does not reload.
-const made = types + values.join("");
-if (made !== before()) {
-  mkdirSync(folder, { recursive: true });
-  writeFileSync(target, made);
-}
+write("messages.ts", types + values.join(""));
+write("sentences.json", `${JSON.stringify(sentences, null, 2)}\n`);

@@ -13,6 +13,7 @@ from wax.access.keyring import Keyring
 from wax.config.opening_hours import OpeningHours
 from wax.errors import ForbiddenError
 from wax.records.entries import Invited
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.access.admission import Grant
@@ -91,10 +92,7 @@ class Access:
         """Return the host's cookie for a link's secret; raises `ForbiddenError`."""
         cookie = self._hosts.exchange(secret, self._now_s())
         if cookie is None:
-            raise ForbiddenError(
-                "This host link is used or over; `wax host-link` on the robot's machine prints a"
-                " new one."
-            )
+            raise ForbiddenError(Sentence("link.used"))
         return cookie
 
     def renewed(self, shown: Shown) -> str | None:
@@ -112,7 +110,7 @@ class Access:
         invitation = self._keyring.invitation_of(token)
         if invitation.id not in self._invited[identity]:
             if self._uses(invitation.id) >= invitation.uses:
-                raise ForbiddenError("This invitation is used up; ask the host for a new one.")
+                raise ForbiddenError(Sentence("invitation.used_up"))
             use = Invited(invitation.id, identity, invitation.purpose, invitation.ends_s)
             self._invited[identity][invitation.id] = use
             self._records.keep_invited(use)

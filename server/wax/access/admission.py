@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from wax.errors import FullError, NotAdmittedError
 from wax.records.entries import Ban
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -18,11 +19,11 @@ if TYPE_CHECKING:
     from wax.config.settings import AccessSettings
 
 BAN_S: Final = 86_400.0
-BY_INVITATION: Final = "This robot is open to invited people only. Ask its host for a link."
-BANNED: Final = "The host has asked you to leave. You can come back tomorrow."
-LOCKED: Final = "The host lets only invited people stay for now."
-CLOSED: Final = "The robot is closed."
-TOO_MANY_TABS: Final = "You have this page open too often; close another tab of it, then reload."
+BY_INVITATION: Final = Sentence("door.by_invitation")
+BANNED: Final = Sentence("door.banned")
+LOCKED: Final = Sentence("door.locked")
+CLOSED: Final = Sentence("door.closed")
+TOO_MANY_TABS: Final = Sentence("door.too_many_tabs")
 
 
 @dataclass(frozen=True, slots=True)

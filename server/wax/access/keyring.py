@@ -15,6 +15,7 @@ from itsdangerous import BadData, Signer, URLSafeSerializer
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from wax.errors import ForbiddenError
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -89,15 +90,11 @@ class Keyring:
                 raise BadData("too long")
             signed = _Signed.model_validate(self._invitations.loads(token))
         except (BadData, ValidationError, UnicodeError) as error:
-            raise ForbiddenError(
-                "This invitation is not this robot's, or was cut off; ask for the whole link."
-            ) from error
+            raise ForbiddenError(Sentence("invitation.not_ours")) from error
         now_s = self._wall_s()
         if now_s < signed.made_s - _AHEAD_S:
-            raise ForbiddenError(
-                "This invitation begins later: the robot's clock is wrong. Tell the host."
-            )
+            raise ForbiddenError(Sentence("invitation.too_early"))
         ends_s = float(signed.made_s + signed.valid_s)
         if now_s >= ends_s:
-            raise ForbiddenError("This invitation is over; ask the host for a new one.")
+            raise ForbiddenError(Sentence("invitation.over"))
         return Invitation(signed.id, signed.purpose, signed.uses, ends_s)

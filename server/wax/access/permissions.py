@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final, Literal, get_args
 
 from wax.errors import ForbiddenError
 from wax.protocol import messages
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -82,11 +83,11 @@ PERMISSIONS: Final[Mapping[Act, frozenset[Role]]] = {
     "GET /api/proof/record": _HOST,
 }
 
-_ONLY: Final[Mapping[frozenset[Role], str]] = {
-    _INSIDE: "Only people who watch this robot can do that.",
-    _DRIVING: "Only the operator or the host can do that.",
-    _IN_CHARGE: "Only the operator or the host can do that.",
-    _HOST: "Only the host can do that.",
+_ONLY: Final[Mapping[frozenset[Role], Sentence]] = {
+    _INSIDE: Sentence("may.watchers"),
+    _DRIVING: Sentence("may.operator"),
+    _IN_CHARGE: Sentence("may.operator"),
+    _HOST: Sentence("may.host"),
 }
 
 
@@ -99,5 +100,5 @@ def check(role: Role, act: Act) -> None:
     """Raise `ForbiddenError`, with a sentence, where `may` says no."""
     if not may(role, act):
         if role == "adviser" and may("operator", act):
-            raise ForbiddenError("Only the person aboard drives now; advise them.")
-        raise ForbiddenError(_ONLY.get(PERMISSIONS.get(act, frozenset()), "Nobody can do that."))
+            raise ForbiddenError(Sentence("aboard.advise"))
+        raise ForbiddenError(_ONLY.get(PERMISSIONS.get(act, frozenset()), Sentence("may.nobody")))

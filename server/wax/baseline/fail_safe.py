@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from wax.sentence import Sentence
+
 if TYPE_CHECKING:
     from wax.config.thesis import ThesisSettings
 
@@ -22,7 +24,7 @@ class LinkMeasurements:
     sound_delay_s: float | None = None
 
 
-def insufficient(measured: LinkMeasurements, settings: ThesisSettings) -> str | None:
+def insufficient(measured: LinkMeasurements, settings: ThesisSettings) -> Sentence | None:
     """Return why the link is insufficient, None if it is sufficient.
 
     T_r >= A (3.4); less than one picture a second gets through, or the sound's end-to-end delay
@@ -30,11 +32,11 @@ def insufficient(measured: LinkMeasurements, settings: ThesisSettings) -> str | 
     """
     audio_mu_s = settings.audio_mu_ms / 1000
     if measured.transfer_s is not None and measured.transfer_s >= audio_mu_s:
-        return "a picture takes as long as an audio media unit, or longer"
+        return Sentence("thesis.long_transfer")
     if measured.interval_s is not None and measured.interval_s * settings.fail_safe_fps > 1:
-        return "too few pictures a second get through"
+        return Sentence("thesis.few_pictures")
     if measured.sound_delay_s is not None and measured.sound_delay_s > audio_mu_s:
-        return "the sound is later than one audio media unit"
+        return Sentence("thesis.late_sound")
     return None
 
 
@@ -44,7 +46,7 @@ class BaselineFailSafe:
     def __init__(self, settings: ThesisSettings) -> None:
         self._settings = settings
         self._sufficient_since_s: float | None = None
-        self.reason: str | None = None
+        self.reason: Sentence | None = None
 
     @property
     def is_active(self) -> bool:

@@ -16,13 +16,14 @@ from wax.baseline.unit_sender import UnitSender
 from wax.config.settings import RenditionSettings, VideoSettings
 from wax.congestion.control import NoCongestionControl
 from wax.protocol import messages
+from wax.sentence import Sentence
 from wax.streams.interface import Codecs, Kind, Lanes, MessageRate, Policy, Units
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from wax.baseline.unit_hub import UnitHub
-    from wax.baseline.unit_sender import Decision
+    from wax.baseline.unit_sender import Decision, Mode
     from wax.clock import Clock
     from wax.config.settings import SyncSettings
     from wax.config.thesis import ThesisSettings
@@ -34,6 +35,11 @@ if TYPE_CHECKING:
     Packets = tuple[EncodedPicture | EncodedSound, ...]
 
 _UINT32: Final = 2**32
+_MODES: Final[Mapping[Mode, Sentence]] = {
+    "one stream": Sentence("thesis.one_stream"),
+    "start-up": Sentence("thesis.start_up"),
+    "synchronised": Sentence("thesis.synchronised"),
+}
 _STREAMS: Final[dict[Kind, Stream]] = {"audio": "sound", "video": "picture"}
 
 
@@ -57,7 +63,7 @@ class BaselineStreams:
         self._lanes: dict[Stream, UnitLane[Any]] = {}
         self._intake: PictureIntake | None = None
         self._timer: asyncio.TimerHandle | None = None
-        self._told: str | None = None
+        self._told: Sentence | None = None
         self._fail_safe_s = 0.0
         self._fail_safe_since_s: float | None = None
         self._begin()
@@ -211,7 +217,7 @@ class BaselineStreams:
         """Send the page its mode when that has changed."""
         state = self._sender.state()
         self._note_mode(state.mode)
-        reason = state.mode if state.reason is None else f"{state.mode}: {state.reason}"
+        reason = _words(state.mode, state.reason)
         if reason == self._told or not self._lanes:
             return
         self._told = reason
@@ -244,7 +250,7 @@ class BaselineStreams:
         return {
             "policy": "thesis",
             "mode": state.mode,
-            "reason": state.reason,
+            "reason": None if state.reason is None else str(state.reason),
             "hold_back_ms": _ms(state.hold_back_s),
             "transfer_ms": _ms(state.transfer_s),
             "rollback_ms": _ms(state.rollback_s),
@@ -299,6 +305,10 @@ def thesis_video(video: VideoSettings, thesis: ThesisSettings) -> VideoSettings:
         bitrate_bps=round(8 * thesis.picture_bytes * fps),
     )
     return video.model_copy(update={"codec": "vp8", "renditions": [rendition]})
+
+
+def _words(mode: Mode, why: Sentence | None) -> Sentence:
+    return _MODES[mode] if why is None else Sentence("thesis.fail_safe", {"why": why})
 
 
 def _ms(seconds: float | None) -> float | None:

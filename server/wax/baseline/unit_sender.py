@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from wax.baseline.media_units import MediaUnit, Stream
     from wax.config.thesis import ThesisSettings
+    from wax.sentence import Sentence
 
 Mode = Literal["one stream", "start-up", "synchronised", "fail-safe"]
 
@@ -48,7 +49,7 @@ class State:
     """
 
     mode: Mode
-    reason: str | None
+    reason: Sentence | None
     hold_back_s: float | None
     transfer_s: float | None
     pictures_cached: int | None

@@ -12,6 +12,7 @@ import structlog
 from wax.capture.letterbox import fit_bgr
 from wax.capture.source import Picture
 from wax.errors import SourceError
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,11 +32,7 @@ _OPEN_S: Final = 8.0
 _RAW_MAX_BYTES_PER_S: Final = 20_000_000
 """More than this does not fit through USB 2 uncompressed: request Motion JPEG."""
 
-_PERMISSION: Final = (
-    "the terminal may use the camera (System Settings, Privacy & Security)"
-    if sys.platform == "darwin"
-    else "you are in the group 'video'"
-)
+_IS_MAC: Final = sys.platform == "darwin"
 
 
 class VideoDevice(Protocol):
@@ -92,7 +89,7 @@ class OpenCvCamera:
 
     def open(self) -> None:
         self.close()
-        self._grabber = _Grabber(self._make, self._clock, self.name)
+        self._grabber = _Grabber(self._make, self._clock, self._device)
         self._grabber.wait_until_open(_OPEN_S)
 
     def read(self) -> Picture:
@@ -113,8 +110,10 @@ class OpenCvCamera:
         if not device.isOpened():
             device.release()
             raise SourceError(
-                f"{self.name} cannot be opened; check that it is plugged in, that no other "
-                f"program uses it and that {_PERMISSION}. 'wax devices' lists the cameras."
+                Sentence(
+                    "camera.not_open_mac" if _IS_MAC else "camera.not_open",
+                    {"camera": self._device},
+                )
             )
         if width * height * 2 * fps > _RAW_MAX_BYTES_PER_S:
             # The format first: it limits V4L2's sizes and rates.
@@ -129,23 +128,25 @@ class OpenCvCamera:
 class _Grabber:
     """The thread that reads the camera and keeps its newest frame."""
 
-    def __init__(self, make: Callable[[], VideoDevice], clock: Clock, name: str) -> None:
+    def __init__(self, make: Callable[[], VideoDevice], clock: Clock, device: int | str) -> None:
         self._make = make
         self._clock = clock
-        self._name = name
+        self._device = device
         self._condition = threading.Condition()
         self._opened = False
         self._newest: tuple[NDArray[np.uint8], float] | None = None
         self._failure: SourceError | None = None
         self._stopping = False
-        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread = threading.Thread(target=self._run, name=f"camera {device}", daemon=True)
         self._thread.start()
 
     def wait_until_open(self, timeout_s: float) -> None:
         with self._condition:
             self._condition.wait_for(lambda: self._opened or self._failure, timeout_s)
             if not self._opened:
-                raise self._failure or SourceError(f"{self._name} does not open; plug it in again.")
+                raise self._failure or SourceError(
+                    Sentence("camera.hangs", {"camera": self._device})
+                )
 
     def newest(self, timeout_s: float) -> tuple[NDArray[np.uint8], float]:
         """Return a frame not returned before."""
@@ -154,7 +155,7 @@ class _Grabber:
             found, self._newest = self._newest, None
             if found is None:
                 raise self._failure or SourceError(
-                    f"{self._name} delivers no picture; check its cable or plug it in again."
+                    Sentence("camera.no_picture", {"camera": self._device})
                 )
             return found
 
@@ -174,12 +175,14 @@ class _Grabber:
         except SourceError as error:
             self._fail(error)
         except Exception as error:
-            _LOG.exception("camera failed", camera=self._name)
-            self._fail(SourceError(f"{self._name} failed: {error}"))
+            _LOG.exception("camera failed", camera=self._device)
+            self._fail(
+                SourceError(Sentence("camera.broke", {"camera": self._device, "why": str(error)}))
+            )
 
     def _grab(self, device: VideoDevice) -> None:
         if not device.grab():
-            raise SourceError(f"{self._name} has stopped; check its cable. Retrying.")
+            raise SourceError(Sentence("camera.stopped", {"camera": self._device}))
         captured_s = self._clock.now_s()
         good, bgr = device.retrieve()
         if good:  # else a damaged Motion JPEG picture: wait for the next

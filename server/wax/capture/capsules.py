@@ -9,6 +9,7 @@ import numpy as np
 from wax.capture.channels import MOST_CHANNELS, channels_of
 from wax.capture.source import SAMPLE_RATE_HZ, Sound
 from wax.errors import SourceError
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -138,6 +139,5 @@ def _check(samples: NDArray[np.int16]) -> None:
     is_shaped = samples.ndim == 1 or (samples.ndim == 2 and 1 <= channels_of(samples) <= 2)
     if not is_shaped or samples.dtype != np.int16:
         raise SourceError(
-            f"The microphone delivers {samples.dtype} samples of the shape {samples.shape}; they"
-            " must be int16 of the shape (n,) for one channel or (n, 2) for two."
+            Sentence("microphone.odd", {"type": str(samples.dtype), "shape": str(samples.shape)})
         )

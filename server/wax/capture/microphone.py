@@ -18,6 +18,7 @@ from wax.capture.portaudio import begin, end, first_line, load_portaudio, look_f
 from wax.capture.resample import Resampler
 from wax.capture.source import SAMPLE_RATE_HZ, Sound
 from wax.errors import SourceError
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -68,8 +69,10 @@ class PortAudioMicrophone:
         self._logged_s = float("-inf")
 
     @property
-    def name(self) -> str:
-        return "The microphone" if self._device is None else f"Microphone {self._device}"
+    def name(self) -> Sentence:
+        if self._device is None:
+            return Sentence("microphone.default")
+        return Sentence("microphone.named", {"name": self._device})
 
     def open(self) -> None:
         self.close()
@@ -81,8 +84,7 @@ class PortAudioMicrophone:
             self._stream = self._start(portaudio)
         except (portaudio.PortAudioError, ValueError) as error:
             raise SourceError(
-                f"{self.name} cannot be opened ({first_line(error)}); check that it is plugged "
-                "in and that no other program uses it. 'wax devices' lists the microphones."
+                Sentence("microphone.not_open", {"microphone": self.name, "why": first_line(error)})
             ) from error
 
     def read(self) -> Sound:
@@ -91,9 +93,7 @@ class PortAudioMicrophone:
         try:
             sound = self._blocks.get(timeout=_SILENT_S)
         except queue.Empty:
-            raise SourceError(
-                f"{self.name} delivers no sound; check its cable or plug it in again."
-            ) from None
+            raise SourceError(Sentence("microphone.no_sound", {"microphone": self.name})) from None
         self._log_losses()
         return sound
 
@@ -131,7 +131,7 @@ class PortAudioMicrophone:
         )
         begin(stream)
         if channels < self._wanted_channels:
-            _LOG.info("the microphone has one channel: its sound is mono", source=self.name)
+            _LOG.info("the microphone has one channel: its sound is mono", source=str(self.name))
         return stream
 
     def _receiver(
@@ -167,7 +167,7 @@ class PortAudioMicrophone:
         now_s, losses = self._clock.now_s(), self._losses
         if losses == self._losses_logged or now_s - self._logged_s < _LOG_EVERY_S:
             return
-        _LOG.warning("sound was lost", source=self.name, blocks=losses - self._losses_logged)
+        _LOG.warning("sound was lost", source=str(self.name), blocks=losses - self._losses_logged)
         self._losses_logged, self._logged_s = losses, now_s
 
     def _keep(self, blocks: queue.Queue[Sound], sound: Sound) -> None:

@@ -6,12 +6,14 @@ import importlib
 from typing import Any, Final
 
 from wax.errors import SourceError
+from wax.sentence import Sentence
 
+MICROPHONES: Final = Sentence("portaudio.microphones")
 _in_use: Final[set[int]] = set()
 """The open streams of this process, which PortAudio itself does not tell."""
 
 
-def load_portaudio(what: str = "Microphones", instead: str = '[audio] source = "none"') -> Any:
+def load_portaudio(what: Sentence = MICROPHONES, instead: str = '[audio] source = "none"') -> Any:
     """Import `sounddevice`, which needs the PortAudio library; raises `SourceError`.
 
     `what` needs it, and `instead` is what to set where it cannot be had.
@@ -20,13 +22,11 @@ def load_portaudio(what: str = "Microphones", instead: str = '[audio] source = "
         return importlib.import_module("sounddevice")
     except OSError as error:
         raise SourceError(
-            f"{what} need the PortAudio library; install it (Debian, Ubuntu: "
-            f"apt install libportaudio2, macOS: brew install portaudio) or set {instead}."
+            Sentence("portaudio.no_library", {"what": what, "instead": instead})
         ) from error
     except ImportError as error:
         raise SourceError(
-            f"{what} need the package sounddevice; install it (pip install sounddevice)"
-            f" or set {instead}."
+            Sentence("portaudio.no_package", {"what": what, "instead": instead})
         ) from error
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, Generic, Protocol, TypeVar
 import structlog
 
 from wax.errors import SourceError
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -38,8 +39,9 @@ class _Source(Protocol[ItemT_co]):
 class SourceThread(Generic[ItemT]):
     """Opens a source, passes everything it delivers to `sink`, and reopens it after a failure.
 
-    `name` is ``camera`` or ``microphone``, for messages. `sink` is called from this object's
-    thread; the other methods may be called from any thread. Nothing here raises.
+    `name` is ``camera``, which a name of its own may follow, or ``microphone``. `sink` is
+    called from this object's thread; the other methods may be called from any thread. Nothing here
+    raises.
     """
 
     def __init__(
@@ -54,17 +56,18 @@ class SourceThread(Generic[ItemT]):
         self._source = source
         self._sink = sink
         self._name = name
+        self._hears = name == "microphone"
         self._clock = clock
         self._retry_s = retry_s
         self._stopping = threading.Event()
         self._lock = threading.Lock()
-        self._problem: str | None = None
+        self._problem: Sentence | None = None
         self._busy_since_s: float | None = None
         self._thread: threading.Thread | None = None
         self._failures = 0
 
     @property
-    def problem(self) -> str | None:
+    def problem(self) -> Sentence | None:
         """A sentence for people while nothing is delivered, else None.
 
         A hung source cannot report itself; it counts as failed after 3 s without a sign of life.
@@ -73,7 +76,7 @@ class SourceThread(Generic[ItemT]):
             since_s = self._busy_since_s
             hangs = since_s is not None and self._clock.now_s() - since_s > _SILENT_S
             if hangs and self._problem is None:
-                self._note(f"The {self._name} delivers nothing; check that it is connected.")
+                self._note(Sentence("microphone.silent" if self._hears else "camera.silent"))
             return self._problem
 
     @property
@@ -108,11 +111,16 @@ class SourceThread(Generic[ItemT]):
             try:
                 self._deliver()
             except SourceError as error:
-                self._fail(str(error))
+                self._fail(error.sentence)
             except Exception as error:
                 # A plug-in may raise anything; the server keeps running.
                 _LOG.exception("source failed unexpectedly", source=self._name)
-                self._fail(f"The {self._name} failed: {error or type(error).__name__}")
+                self._fail(
+                    Sentence(
+                        "microphone.failed" if self._hears else "camera.failed",
+                        {"why": str(error) or type(error).__name__},
+                    )
+                )
             finally:
                 self._close()
             self._stopping.wait(self._retry_s)
@@ -129,7 +137,7 @@ class SourceThread(Generic[ItemT]):
             self._tell(None)
             self._sink(item)
 
-    def _fail(self, sentence: str) -> None:
+    def _fail(self, sentence: Sentence) -> None:
         self._failures += 1
         self._busy_since_s = None
         self._tell(sentence)
@@ -141,15 +149,15 @@ class SourceThread(Generic[ItemT]):
         except Exception:
             _LOG.exception("source does not close", source=self._name)
 
-    def _tell(self, problem: str | None) -> None:
+    def _tell(self, problem: Sentence | None) -> None:
         with self._lock:
             if problem != self._problem and not self._stopping.is_set():
                 self._note(problem)
 
-    def _note(self, problem: str | None) -> None:
+    def _note(self, problem: Sentence | None) -> None:
         """Store a new problem, or None when it has passed; the lock is held."""
         self._problem = problem
         if problem is None:
             _LOG.info("source delivers again", source=self._name)
         else:
-            _LOG.warning("source has a problem", source=self._name, problem=problem)
+            _LOG.warning("source has a problem", source=self._name, problem=str(problem))

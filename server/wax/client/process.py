@@ -21,6 +21,7 @@ import aiohttp
 from pydantic import TypeAdapter
 
 from wax.client.operator import Operator
+from wax.sentence import read
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine
@@ -137,12 +138,16 @@ class OrderedOperator:
             turn=operator.turn,
             ends_ms=None if ends_server_ms is None else ends_server_ms - operator.clock.ahead_ms,
             stop=operator.stopped,
-            reason=operator.newest("drive_status").get("reason"),
+            reason=_words(operator.newest("drive_status").get("reason")),
         )
         if state != self._state:
             self._state = state
             sys.stdout.write(json.dumps(asdict(state)) + "\n")
             sys.stdout.flush()
+
+
+def _words(sentence: object) -> str | None:
+    return None if sentence is None else str(read(sentence))
 
 
 def _is_closed(operator: Operator) -> bool:

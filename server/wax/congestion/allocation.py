@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from wax.sentence import Sentence
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +49,7 @@ class Allocation:
     top_layer: int
     sound: SoundForm | None
     redundancy: int
-    reason: str
+    reason: Sentence
     left_bps: float = 0.0
     kept_bps: float = 0.0
 

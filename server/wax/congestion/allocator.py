@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 from wax.congestion.allocation import Allocation, area
 from wax.congestion.sound_choice import Budget, SoundChoice
 from wax.congestion.wire_cost import picture_bps
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -174,7 +175,7 @@ class Allocator:
             self._sound.none()
         if size is None:
             self._at, self._gone_s = None, None
-            return Allocation(None, 0, form, redundancy, "no picture is asked for")
+            return Allocation(None, 0, form, redundancy, Sentence("sent.no_picture"))
         allowed = self._allowed(size)
         self._follow(estimate, budget, allowed, quick=quick)
         reason = self._reason(estimate, allowed)
@@ -304,24 +305,26 @@ class Allocator:
         least = min(self._areas)
         return fitting or [at for at, other in enumerate(self._areas) if other == least]
 
-    def _reason(self, estimate: LinkEstimate, allowed: Sequence[int]) -> str:
-        what = "the link" if estimate.limit == "link" else "your share of the robot's upload"
-        carries = f"{what} carries about {_rate(estimate.rate_bps)}"
+    def _reason(self, estimate: LinkEstimate, allowed: Sequence[int]) -> Sentence:
+        rate = _rate(estimate.rate_bps)
+        is_link = estimate.limit == "link"
         if estimate.state == "blind":
-            return "nothing is heard from the browser"
+            return Sentence("sent.blind")
         if self._at is None:
-            return f"{carries}, enough for sound alone"
+            return Sentence("sent.carries_sound" if is_link else "sent.share_sound", {"rate": rate})
         if self._now_s < self._try_until_s:
-            return "trying whether the link carries a picture again"
+            return Sentence("sent.trying")
         if self._at == allowed[0] and self._cut == 0:
-            return "as large as asked for"
+            return Sentence("sent.all")
         if estimate.state == "starting":
-            return "finding out what the link carries"
-        return carries
+            return Sentence("sent.starting")
+        return Sentence("sent.carries" if is_link else "sent.share", {"rate": rate})
 
 
-def _rate(bps: float) -> str:
+def _rate(bps: float) -> Sentence:
     """Format a rate with two digits; no estimate is more precise."""
     digits = 10 ** max(0, math.floor(math.log10(max(bps, 10))) - 1)
     rounded = round(bps / digits) * digits
-    return f"{rounded / 1e6:g} Mbit/s" if rounded >= 1e6 else f"{rounded / 1e3:g} kbit/s"
+    if rounded >= 1e6:
+        return Sentence("rate.mbit", {"rate": rounded / 1e6})
+    return Sentence("rate.kbit", {"rate": rounded / 1e3})

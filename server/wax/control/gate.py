@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from wax.control.rules import Rules
     from wax.control.stop_latch import LatchedStop
     from wax.driver.interface import Limits
+    from wax.sentence import Sentence
 
 __all__ = ["Command", "GateState", "Hold", "Limit", "Refusal", "Setpoint", "TurnView"]
 
@@ -82,8 +83,8 @@ class Setpoint:
 
     twist: Twist = STANDSTILL
     axes: Mapping[str, float] = field(default_factory=dict)
-    reason: str | None = None
-    limit: str | None = None
+    reason: Sentence | None = None
+    limit: Sentence | None = None
     soft: bool = False
 
 
@@ -154,7 +155,7 @@ def decide(
     return replace(state, well_s=now_s), _let_pass(setpoint, turn)
 
 
-def _outranked(turn: TurnView, stop: LatchedStop | None) -> tuple[Hold, str] | None:
+def _outranked(turn: TurnView, stop: LatchedStop | None) -> tuple[Hold, Sentence] | None:
     """Return what comes before any operator, with the sentence for them."""
     if turn.aboard is not None and turn.aboard.mode != "free":
         return Hold.ABOARD, ABOARD[turn.aboard.mode]
@@ -196,7 +197,7 @@ def _unseeing(
     return Refusal.BLIND if is_blind and state.command is None else None
 
 
-def _refusal(state: GateState, turn: TurnView) -> str:
+def _refusal(state: GateState, turn: TurnView) -> Sentence:
     """Return why no command at all may move the robot."""
     if turn.operator is None:
         return NOBODY_DRIVES

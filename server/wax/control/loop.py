@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from wax.control.turns import TurnEvent, Turns
     from wax.control.witness import Witness
     from wax.driver.interface import Driver, RobotState
+    from wax.sentence import Sentence
 
 MIN_GAP_S: Final = 0.005
 """Set-points are never closer together than this, so that a slow serial line is not flooded."""
@@ -66,10 +67,10 @@ class ControlLoop:
         link_delay_s: Callable[[int], float | None],
         sees: Callable[[int], bool],
         camera_fails: Callable[[], bool],
-        on_hold: Callable[[], str | None],
+        on_hold: Callable[[], Sentence | None],
         max_fraction: Callable[[int], float],
         on_events: Callable[[tuple[TurnEvent, ...]], None],
-        on_status: Callable[[int, bool, str | None], None],
+        on_status: Callable[[int, bool, Sentence | None], None],
         witness: Witness | None = None,
     ) -> None:
         self._clock = clock
@@ -88,7 +89,7 @@ class ControlLoop:
         self._latch = StopLatch()
         self._gate = GateState()
         self._target = Setpoint()  # where the ramp ends
-        self._status: tuple[int, bool, str | None] | None = None
+        self._status: tuple[int, bool, Sentence | None] | None = None
         self._counts: Counter[str] = Counter()
         self._first_axes: Mapping[str, float] = {}
         self._stopped = False
@@ -234,10 +235,10 @@ class ControlLoop:
 
     # --- stop, and what else keeps the robot standing ------------------------------------------
 
-    def press_stop(self, by: str, *, viewer: int | None = None, by_host: bool = False) -> int:
+    def press_stop(self, by: Sentence, *, viewer: int | None = None, by_host: bool = False) -> int:
         """Stop the robot now, before anything else, until the stop is released.
 
-        Returns the number of the stop in force. `by` is the name shown to people.
+        Returns the number of the stop in force. `by` tells people who it was.
         """
         try:
             self._safe_driver.stop_even_if_lent(self._turns.number)
@@ -268,7 +269,7 @@ class ControlLoop:
         """The stop in force, None if there is none."""
         return self._latch.stop
 
-    def maintain(self, reason: str | None) -> None:
+    def maintain(self, reason: Sentence | None) -> None:
         """Hand the driver to another user for this reason, or take it back with None.
 
         Meanwhile the reason is reported as the robot's problem and the loop calls the driver only
@@ -342,7 +343,7 @@ class ControlLoop:
         self._safe_driver.stop(self._turns.number)
         self._gate = gate.require_neutral(self._gate, now_s, why)
 
-    def _watch(self, now_s: float) -> str | None:
+    def _watch(self, now_s: float) -> Sentence | None:
         """Return why the robot cannot be driven; then, or after a reconnection, require neutral."""
         epoch = self._safe_driver.epoch
         problem = self._safe_driver.check(self._turns.number) or self._on_hold()
@@ -387,7 +388,7 @@ class ControlLoop:
         setpoint = self._decide(turn, now_s)
         return setpoint.twist != self._target.twist or self._safe_driver.changes_axes(setpoint.axes)
 
-    def _limit(self) -> str | None:
+    def _limit(self) -> Sentence | None:
         """Return what keeps the robot slower than its operator asks.
 
         Only the robot knows on which side a bumper is, and only it refuses to go further there.
@@ -397,7 +398,7 @@ class ControlLoop:
             return Limit.BUMPER.value
         return wanted.limit
 
-    def _tell(self, turn: TurnView, reason: str | None) -> None:
+    def _tell(self, turn: TurnView, reason: Sentence | None) -> None:
         if turn.operator is None:
             return
         status = (turn.operator, self._safe_driver.is_moving, reason)

@@ -10,6 +10,7 @@ import structlog
 from wax.driver.checks import NO_ANSWER, checked
 from wax.driver.hand import HasPassenger
 from wax.driver.interface import STANDSTILL, RobotState, Twist
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 _LOG = structlog.get_logger(__name__)
 
-NOT_CONNECTED: Final = "The robot is not connected."
+NOT_CONNECTED: Final = Sentence("robot.not_connected")
 
 
 class SafeDriver:
@@ -36,11 +37,11 @@ class SafeDriver:
         self._passenger = driver if isinstance(driver, HasPassenger) else None
         self._axes: dict[str, float] = {}
         self._answers = True
-        self._lent_for: str | None = None
+        self._lent_for: Sentence | None = None
         self.twist: Twist = STANDSTILL
         self.state = RobotState(connected=False)
         self.epoch: int | None = None
-        self.problem: str | None = None
+        self.problem: Sentence | None = None
         self.failures = 0
 
     @property
@@ -58,7 +59,7 @@ class SafeDriver:
         """Where the axes were sent since the robot connected."""
         return dict(self._axes)
 
-    def lend(self, reason: str | None, turn: int) -> None:
+    def lend(self, reason: Sentence | None, turn: int) -> None:
         """Stop the robot and leave the driver to another user while there is a reason.
 
         Taking it back counts as a new connection: the next `check` stops the robot.
@@ -69,12 +70,12 @@ class SafeDriver:
             self.epoch = None
         self._lent_for = reason
 
-    def check(self, turn: int) -> str | None:
+    def check(self, turn: int) -> Sentence | None:
         """Return why the robot cannot be driven; `epoch` changes when it has reconnected."""
         self.problem = self._check(turn)
         return self.problem
 
-    def _check(self, turn: int) -> str | None:
+    def _check(self, turn: int) -> Sentence | None:
         if self._lent_for is not None:
             self.state = replace(self.state, problem=self._lent_for, moving=None)
             return self._lent_for
@@ -90,7 +91,7 @@ class SafeDriver:
             self.epoch = state.epoch
             self._axes.clear()  # their positions are unknown now
             self.stop(turn)
-        return state.problem or (None if state.connected else NOT_CONNECTED)
+        return state.said or (None if state.connected else NOT_CONNECTED)
 
     def tell_passenger(self, *, is_operated: bool) -> None:
         """Tell a driver with a person aboard whether an operator is there who may drive."""
@@ -101,7 +102,7 @@ class SafeDriver:
         """Whether any axis would get a new position."""
         return bool(self._changes(axes))
 
-    def steer(self, setpoint: Setpoint, turn: int) -> str | None:
+    def steer(self, setpoint: Setpoint, turn: int) -> Sentence | None:
         """Give the robot its set-point; return a sentence if the driver raised and was stopped.
 
         Motion that ends with a `reason` ends with `Driver.stop`, not with a set-point of zero.

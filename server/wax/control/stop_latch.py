@@ -17,6 +17,7 @@ from wax.control.reasons import Refusal
 
 if TYPE_CHECKING:
     from wax.control.turn_view import TurnView
+    from wax.sentence import Sentence
 
 Releaser = int | Literal["host"] | None
 """A viewer's number, the host, or None for somebody unknown."""
@@ -27,13 +28,13 @@ RELEASE_TTL_S: Final = 2.0
 
 @dataclass(frozen=True, slots=True)
 class LatchedStop:
-    """A stop in force, and who pressed it first: their name, and `viewer` if they are in the room.
+    """A stop in force, and who pressed it first, in words; `viewer` if they are in the room.
 
     `by_host` is true once the host has pressed it, first or again.
     """
 
     number: int
-    by: str
+    by: Sentence
     viewer: int | None = None
     by_host: bool = False
 
@@ -48,7 +49,12 @@ class StopLatch:
 
 
 def press(
-    latch: StopLatch, by: str, now_s: float, *, viewer: int | None = None, by_host: bool = False
+    latch: StopLatch,
+    by: Sentence,
+    now_s: float,
+    *,
+    viewer: int | None = None,
+    by_host: bool = False,
 ) -> StopLatch:
     """Latch a stop; pressing again keeps its number and the name.
 

@@ -124,7 +124,7 @@ def serial_port(settings: Settings, *, running: bool) -> Verdict:
         _open(robot.serial)
     except Exception as error:
         # The handlers of pyserial's URLs raise all sorts of exceptions.
-        problem, _, advice = why_not_open(robot.serial.url, error).partition(": ")
+        problem, _, advice = str(why_not_open(robot.serial.url, error)).partition(": ")
         return bad(f"{problem}.", advice[:1].upper() + advice[1:])
     return ok(
         f"The serial port {robot.serial.url} opens. Whether the robot obeys, and how fast it stops,"

@@ -6,12 +6,13 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from wax.driver.interface import STANDSTILL, Aboard, RobotState, Twist
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.driver.interface import Limits
 
 
-NO_ANSWER: Final = "The robot does not answer."
+NO_ANSWER: Final = Sentence("robot.no_answer")
 """The problem reported for a robot whose driver raises."""
 
 

@@ -12,6 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, Protocol, runtime_checkable
 
+from wax.sentence import Sentence, says
+
 if TYPE_CHECKING:
     from wax.capture.source import AudioSource, VideoSource
     from wax.clock import Clock
@@ -85,7 +87,8 @@ class Aboard:
 class RobotState:
     """The robot's state, as far as it reports one.
 
-    `problem` is a sentence for people while the robot cannot be driven, else None.
+    `problem` is a sentence for people while the robot cannot be driven, else None. Text is shown
+    as it is; a `Sentence` is one of WAX's own, which each page says in its language.
     `epoch` rises with every (re)connection: a set-point from before is never applied after.
     `moving` is whether the robot reports that a wheel turns, None if it does not report.
     `bumpers` has a bit for each pressed bumper. `battery_fraction` is 0 to 1. `aboard` is None for
@@ -93,7 +96,7 @@ class RobotState:
     """
 
     connected: bool
-    problem: str | None = None
+    problem: Sentence | str | None = None
     epoch: int = 0
     moving: bool | None = None
     pose: Pose | None = None
@@ -102,6 +105,13 @@ class RobotState:
     battery_fraction: float | None = None
     aboard: Aboard | None = None
     extra: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def said(self) -> Sentence | None:
+        """The problem as a page is told it."""
+        if self.problem is None or isinstance(self.problem, Sentence):
+            return self.problem
+        return says(self.problem) if self.problem else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from wax.capture.source_thread import SourceThread
 from wax.capture.timestamp_overlay import TimestampOverlay
 from wax.fanout.video_hub import VideoHub
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -47,12 +48,12 @@ class Camera:
         return self.settings.name
 
     @property
-    def problem(self) -> str | None:
+    def problem(self) -> Sentence | None:
         """A sentence that names the camera while it delivers nothing, else None."""
         problem = self._capture.problem
-        if problem is None or self.name in problem:
+        if problem is None or self.name in str(problem):
             return problem
-        return f"{self.name}: {problem}"
+        return Sentence("camera.named", {"name": self.name, "problem": problem})
 
     @property
     def failures(self) -> int:

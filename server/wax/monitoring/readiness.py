@@ -43,9 +43,9 @@ class Readiness:
             missing["control"] = LATE
         state = self._control.robot_state
         if not state.connected or state.problem is not None:
-            missing["robot"] = state.problem or DISCONNECTED
+            missing["robot"] = str(state.problem or DISCONNECTED)
         # Without sound one can drive: the microphone is the host's business, not the balancer's.
         camera = self._captures.get("video")
         if camera is not None and camera.problem is not None:
-            missing["camera"] = camera.problem
+            missing["camera"] = str(camera.problem)
         return missing

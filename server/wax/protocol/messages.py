@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from wax.errors import ProtocolError
 from wax.protocol import compact
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -481,7 +482,7 @@ class RobotStatus(_Outgoing):
     """
 
     connected: bool
-    problem: str | None
+    problem: Sentence | None
     bumpers: int
     battery_v: float | None
     battery_fraction: float | None
@@ -498,7 +499,7 @@ class AboardInfo(_Outgoing):
     """
 
     mode: Literal["free", "hand", "pause", "stopped", "lost"]
-    reason: str | None
+    reason: Sentence | None
     asked: Literal["wait", "go_on", "left", "right"] | None
     asks: int
     takes_part: bool
@@ -507,7 +508,7 @@ class AboardInfo(_Outgoing):
 class SourceStatus(_Outgoing):
     """A camera or microphone; `problem` is a sentence, null if it delivers."""
 
-    problem: str | None
+    problem: Sentence | None
 
 
 class VoiceInfo(_Outgoing):
@@ -519,14 +520,14 @@ class VoiceInfo(_Outgoing):
 
     speaker: int | None
     muted: bool
-    problem: str | None
+    problem: Sentence | None
 
 
 class StopInfo(_Outgoing):
-    """The stop in force: its rising number, and who pressed it."""
+    """The stop in force: its rising number, and who pressed it, to be named after “by”."""
 
     number: int
-    by: str
+    by: Sentence
 
 
 class House(_Outgoing):
@@ -548,7 +549,7 @@ class Tape(_Outgoing):
     """Whether everything is recorded now; `why` is a sentence: what for, or why it is not."""
 
     running: bool
-    why: str
+    why: Sentence
 
 
 class RoomState(_Outgoing):
@@ -609,7 +610,7 @@ class Playout(_Outgoing):
     player: Literal["auto", "browser", "own"]
     sound_target_ms: float | None
     picture_target_ms: float | None
-    reason: str
+    reason: Sentence
 
 
 class Served(_Outgoing):
@@ -634,7 +635,7 @@ class Served(_Outgoing):
     used_bps: int
     queue_ms: float
     in_step: bool
-    reason: str
+    reason: Sentence
     layers: int | None = None
     layers_made: int | None = None
     cameras: list[str | None] = []
@@ -669,7 +670,7 @@ class DriveStatus(_Outgoing):
 
     type: Literal["drive_status"] = "drive_status"
     moving: bool
-    reason: str | None
+    reason: Sentence | None
 
 
 class Heard(_Outgoing):
@@ -681,14 +682,14 @@ class Heard(_Outgoing):
 
     type: Literal["heard"] = "heard"
     heard: bool
-    reason: str | None
+    reason: Sentence | None
 
 
 class Notice(_Outgoing):
     """A sentence for this viewer, such as why a request was refused."""
 
     type: Literal["notice"] = "notice"
-    text: str
+    text: Sentence
 
 
 class Ended(_Outgoing):
@@ -699,7 +700,7 @@ class Ended(_Outgoing):
     """
 
     type: Literal["ended"] = "ended"
-    text: str
+    text: Sentence
     opens_wall_ms: float | None
 
 
@@ -781,7 +782,7 @@ class Goodbye(_Outgoing):
     """The last message of a server that stops or restarts; the page reconnects by itself."""
 
     type: Literal["goodbye"] = "goodbye"
-    text: str
+    text: Sentence
 
 
 DriveIn = Drive | Ping | Report

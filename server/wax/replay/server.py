@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import structlog
 from aiohttp import web
 
-from wax.errors import StartError, StateError
+from wax.errors import NotForUsError, StartError, StateError
 from wax.web.routes import PAGE
 
 if TYPE_CHECKING:
@@ -98,6 +98,8 @@ async def _tell_errors(request: web.Request, handler: Handler) -> web.StreamResp
     """Answer each error with a sentence."""
     try:
         return await handler(request)
+    except NotForUsError as error:
+        return web.json_response({"error": str(error)}, status=error.status)
     except StateError as error:
         return web.json_response({"error": str(error)}, status=404)
     except web.HTTPException as error:

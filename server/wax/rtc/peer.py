@@ -20,6 +20,7 @@ from wax.rtc.signalling import is_firefox, pictures
 from wax.rtc.sound_sender import SoundSender
 from wax.rtc.transport_tap import TransportTap
 from wax.rtc.voice_receiver import VoiceReceiver
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -146,9 +147,7 @@ class Peer:
             # aiortc's parser raises all sorts of errors; the page needs only one.
             _LOG.info("offer refused", error=repr(error))
             await self.close()
-            raise SignallingError(
-                "the offer cannot be answered; reload the page, or try another browser"
-            ) from error
+            raise SignallingError(Sentence("request.unanswerable")) from error
         return self._pc.localDescription.sdp
 
     async def _negotiate(self, offer: RTCSessionDescription) -> None:

@@ -11,6 +11,7 @@ from wax.control.gate import LAPSE_S
 from wax.driver.interface import Aboard, KnowsItsView
 from wax.protocol import messages
 from wax.records.shortened import shortened
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -131,14 +132,12 @@ class Announcements:
             ),
             robot=messages.RobotStatus(
                 connected=state.connected,
-                problem=state.problem,
+                problem=state.said,
                 bumpers=state.bumpers,
                 battery_v=None if state.battery_v is None else round(state.battery_v, 1),
                 battery_fraction=state.battery_fraction,
             ),
-            video=messages.SourceStatus(
-                problem=self._problem("video", "This robot has no camera.")
-            ),
+            video=messages.SourceStatus(problem=self._problem("video", Sentence("camera.none"))),
             audio=messages.SourceStatus(problem=self._problem("audio", None)),
             voice=None if self._voices is None else self._voices.info(),
             tape=self._tape(),
@@ -287,7 +286,7 @@ class Announcements:
             return []
         return [messages.CameraInfo(name=one.name, axes=one.settings.axes) for one in self._cameras]
 
-    def _problem(self, stream: str, absent: str | None) -> str | None:
+    def _problem(self, stream: str, absent: Sentence | None) -> Sentence | None:
         capture = self._captures.get(stream)
         return absent if capture is None else capture.problem
 

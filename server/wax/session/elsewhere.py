@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final, Literal
 from wax.cluster.rooms import person
 from wax.errors import ForbiddenError, FullError, NoPlaceError, NotAdmittedError
 from wax.protocol import messages
+from wax.sentence import Sentence
 from wax.session.seats import Seats
 
 if TYPE_CHECKING:
@@ -32,9 +33,9 @@ if TYPE_CHECKING:
 
 Wants = Literal["join", "leave", "here", "stay"]
 
-WATCHING_IS_FULL: Final = "Watching is full; try again later."
-_TOO_MANY: Final = "All places for your address are taken; try again later."
-_NOT_QUEUED: Final = "You are not in the queue; join it first."
+WATCHING_IS_FULL: Final = Sentence("door.watching_full")
+_TOO_MANY: Final = Sentence("door.watching_full_for_address")
+_NOT_QUEUED: Final = Sentence("queue.not_in")
 _FULL_AFTER_S: Final = 5
 _LEAST_PER_ADDRESS: Final = 4
 _STAYS_S: Final = 20.0
@@ -85,7 +86,7 @@ class Elsewhere:
         self._share = settings.max_share_per_address
         self._seats = Seats()
         self._unchecked: list[str] = []
-        self._sent_away: dict[str, tuple[str, float]] = {}
+        self._sent_away: dict[str, tuple[Sentence, float]] = {}
 
     # --- seats -------------------------------------------------------------------------------
 
@@ -106,7 +107,7 @@ class Elsewhere:
             grant = self._access.admit(visitor)
         except NotAdmittedError as error:
             if seated is not None:
-                self._end(name, str(error))
+                self._end(name, error.sentence)
             raise
         if seated is None:
             self._check_room(visitor)
@@ -137,7 +138,7 @@ class Elsewhere:
             raise here
         return self.seat(visitor, tab)
 
-    def send_away(self, identity: str, sentence: str) -> None:
+    def send_away(self, identity: str, sentence: Sentence) -> None:
         """Take all seats of a browser; for a minute it is told the sentence."""
         for seated in self._seats.of_identity(identity):
             self._end(seated.person, sentence)
@@ -163,7 +164,7 @@ class Elsewhere:
         if not visitor.is_host and self._seats.at(visitor.address) >= most:
             raise FullError(_TOO_MANY, retry_after_s=_FULL_AFTER_S)
 
-    def _end(self, name: str, sentence: str) -> None:
+    def _end(self, name: str, sentence: Sentence) -> None:
         self._seats.take(name)
         self._sent_away[name] = (sentence, self._clock.now_s() + _SENT_AWAY_S)
         self._cluster.remove(name, for_good=True)
@@ -234,7 +235,7 @@ class Elsewhere:
                 try:
                     self._access.admit(self._access.again(seated.visitor))
                 except NotAdmittedError as error:
-                    self._end(name, str(error))
+                    self._end(name, error.sentence)
         del self._unchecked[:_CHECKED_AT_ONCE]
 
     def wait(self, viewer: Viewer, now_s: float) -> None:

@@ -9,6 +9,7 @@ from weakref import WeakValueDictionary
 from wax.errors import FullError, NoPlaceError
 from wax.rtc.peer import Peer
 from wax.rtc.signalling import clean_offer
+from wax.sentence import Sentence
 from wax.session.newcomers import Asking, Newcomers
 from wax.session.viewer import Viewer
 
@@ -134,7 +135,7 @@ class Entry:
         self._access.admission.check_tabs(visitor, others)
         now_s = self._clock.now_s()
         if sum(one.is_elsewhere(now_s) for one in self._viewers) >= _MOST_EXPECTED:
-            raise FullError("The queue is full; try again later.", retry_after_s=5)
+            raise FullError(Sentence("queue.full"), retry_after_s=5)
         viewer = self._enter(visitor, grant, tab, self._viewers.take_number())
         viewer.was_ready = True  # for them a place is kept
         return viewer
@@ -147,9 +148,7 @@ class Entry:
             self._access.admission.check_tabs(visitor, [one.visitor for one in others])
         asking = self._asking(visitor, viewer)
         if not (self._service.has_room or asking.is_host or asking.has_been_here):
-            raise NoPlaceError(
-                "The robot's connection carries no more viewers; try again later.", retry_after_s=5
-            )
+            raise NoPlaceError(Sentence("door.upload_full"), retry_after_s=5)
         number = self._viewers.take_number() if viewer is None else viewer.number
         self._newcomers.admit(
             number,

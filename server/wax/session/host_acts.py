@@ -10,6 +10,7 @@ from wax.access.admission import BANNED
 from wax.printable import printable
 from wax.protocol import messages
 from wax.records.entries import Person
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.access.access import Access
@@ -22,14 +23,16 @@ if TYPE_CHECKING:
 
 _LOG = structlog.get_logger(__name__)
 
-REMOVED: Final = "The host has asked you to leave."
+REMOVED: Final = Sentence("door.removed")
 _MAX_MESSAGE_CHARS: Final = 200
 
 
 class Door(Protocol):
     """What the room does for the host."""
 
-    def send_away(self, viewer: Viewer, sentence: str, opens_wall_ms: float | None = None) -> None:
+    def send_away(
+        self, viewer: Viewer, sentence: Sentence, opens_wall_ms: float | None = None
+    ) -> None:
         """Tell a viewer why they may not stay, and forget them."""
 
     def check_all(self) -> None:
@@ -120,7 +123,7 @@ class HostActs:
         if viewer is None:
             return
         if viewer.visitor.is_host:
-            host.send(messages.Notice(text="A host cannot be removed."))
+            host.send(messages.Notice(text=Sentence("host.stays")))
             return
         if act.ban:
             self._access.ban(viewer.visitor)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
-BLANKED: Final = "The host has switched picture and sound off for a moment."
+from wax.sentence import Sentence
+
+BLANKED: Final = Sentence("house.blanked")
 
 
 @dataclass(slots=True)
@@ -24,6 +26,6 @@ class House:
     muted: set[str] = field(default_factory=set)
 
     @property
-    def on_hold(self) -> str | None:
+    def on_hold(self) -> Sentence | None:
         """Why nobody can drive by the host's wish."""
         return BLANKED if self.is_blanked else None

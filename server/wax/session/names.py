@@ -7,6 +7,7 @@ import unicodedata
 from typing import TYPE_CHECKING, Final
 
 from wax.protocol.messages import MAX_NAME_CHARS
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -26,13 +27,13 @@ def clean_name(name: str) -> str:
     return bounded.strip()[:MAX_NAME_CHARS].strip()
 
 
-def refusal(name: str, others: Iterable[str]) -> str | None:
+def refusal(name: str, others: Iterable[str]) -> Sentence | None:
     """Return why a guest may not be called so: it is a title, or the name of somebody else."""
     folded = _folded(name)
     if _TITLES.fullmatch(folded) or _GUEST.fullmatch(folded):
-        return f"Nobody here can be called “{name}”; choose another name."
+        return Sentence("name.title", {"name": name})
     if any(_folded(other) == folded for other in others):
-        return f"Somebody here is called “{name}” already; choose another name."
+        return Sentence("name.taken", {"name": name})
     return None
 
 

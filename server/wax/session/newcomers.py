@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from wax.errors import FullError, NoPlaceError, TooOftenError
+from wax.sentence import Sentence
 from wax.session.token_bucket import TokenBucket
 
 if TYPE_CHECKING:
@@ -65,9 +66,7 @@ class Newcomers:
         self._expire(now_s)
         own = sum(one.address == asking.address for one in self._silent)
         if own >= self._most_silent_per_address:
-            raise TooOftenError(
-                "Others from your address are connecting right now; your turn comes in a moment."
-            )
+            raise TooOftenError(Sentence("door.address_crowded"))
 
     def admit(
         self,
@@ -84,7 +83,7 @@ class Newcomers:
         """
         if asking.has_been_here:
             if not asking.is_host and not self._returns.take(now_s):
-                raise FullError("Everybody is coming back right now; your turn comes in a moment.")
+                raise FullError(Sentence("door.all_come_back"))
             return
         self.check(asking, now_s)
         self._room_for(asking, list(present))
@@ -103,16 +102,14 @@ class Newcomers:
         if asking.is_host and hosts < _MOST_HOSTS:
             return
         if len(present) - min(hosts, _MOST_HOSTS) >= self._most:
-            raise NoPlaceError(
-                f"All {self._most} places are taken; try again later.", retry_after_s=5
-            )
+            raise NoPlaceError(Sentence("door.full", {"n": self._most}), retry_after_s=5)
         if asking.is_host:
             return
         guests = [one for one in present if not one.is_host]
         own = sum(one.address == asking.address for one in guests)
         if asking.address and own >= self._most_per_address:
             raise NoPlaceError(
-                f"All {self._most_per_address} places for your address are taken; try again later.",
+                Sentence("door.full_for_address", {"n": self._most_per_address}),
                 retry_after_s=5,
             )
 
@@ -120,9 +117,7 @@ class Newcomers:
         self._expire(now_s)
         full = len(self._silent) >= self._most_silent
         if (full and now_s - self._silent[0].since_s < _YIELDS_S) or not self._answers.take(now_s):
-            raise FullError(
-                "Too many people are connecting right now; your turn comes in a moment."
-            )
+            raise FullError(Sentence("door.crowded"))
         if full:
             self._silent.popleft().yield_place()
 

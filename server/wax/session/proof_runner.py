@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Final, Literal
 import structlog
 
 from wax.errors import ForbiddenError
+from wax.sentence import Sentence, says
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
 
 _LOG = structlog.get_logger(__name__)
 
-LENT: Final = "The host is testing the stop; the robot will be back in a few minutes."
-STOPPED: Final = "Someone pressed Stop, so the proof was aborted. Release the stop first."
+LENT: Final = Sentence("robot.lent")
+STOPPED: Final = Sentence("proof.stopped")
 _LOOK_S: Final = 0.02
 _END_S: Final = 5.0
 """How long the proof may take to stop the robot; a server that is shutting down waits less."""
@@ -51,7 +52,7 @@ class ProofRunner:
         self._config_path = config_path
         self._changed = changed
         self._state: State = "never"
-        self._line = ""
+        self._line: Sentence | None = None
         self._record: str | None = None
         self._task: asyncio.Task[None] | None = None
         self._process: asyncio.subprocess.Process | None = None
@@ -60,25 +61,24 @@ class ProofRunner:
     def progress(self) -> dict[str, object]:
         """Return the progress, and where the newest record is."""
         record = None if self._record is None else "/api/proof/record"
-        return {"state": self._state, "line": self._line, "record": record}
+        line = None if self._line is None else self._line.wire()
+        return {"state": self._state, "line": line, "record": record}
 
     def record(self) -> str:
         """Return the newest record as HTML; raises `ForbiddenError` if there is none."""
         if self._record is None:
-            raise ForbiddenError("There is no record yet; run the proof first.")
+            raise ForbiddenError(Sentence("proof.no_record"))
         return self._record
 
     async def start(self) -> None:
         """Take the robot from everybody and begin; raises `ForbiddenError` if impossible."""
         if self._is_ending:
-            raise ForbiddenError("The server is shutting down.")
+            raise ForbiddenError(Sentence("proof.too_late"))
         if self._state == "running":
-            raise ForbiddenError("A proof is already running.")
+            raise ForbiddenError(Sentence("proof.runs"))
         if self._control.latched is not None:
-            raise ForbiddenError(
-                "The robot is stopped: release the stop first, then start the proof."
-            )
-        self._state, self._line = "running", "The server has released the robot."
+            raise ForbiddenError(Sentence("proof.release_first"))
+        self._state, self._line = "running", Sentence("proof.released")
         self._task = asyncio.create_task(self._lend(), name="prove-stop")
 
     def break_off(self) -> None:
@@ -103,10 +103,10 @@ class ProofRunner:
             await self._prove()
         except Exception as error:
             _LOG.exception("the proof could not be run")
-            self._state, self._line = "failed", f"The proof could not be run: {error}"
+            self._state, self._line = "failed", Sentence("proof.not_run", {"why": str(error)})
         finally:
             if self._state == "running":
-                self._state, self._line = "failed", "The proof was aborted."
+                self._state, self._line = "failed", Sentence("proof.aborted")
             if not self._is_ending:
                 self._driver.open()
                 self._control.maintain(None)
@@ -133,7 +133,7 @@ class ProofRunner:
         if self._control.latched is not None:
             self._state, self._line = "failed", STOPPED
         elif self._record is None:
-            self._state, self._line = "failed", complaint or "The proof ended without a result."
+            self._state, self._line = "failed", complaint or Sentence("proof.no_result")
         else:
             self._state, self._line = "done" if code == 0 else "failed", said
 
@@ -148,19 +148,22 @@ class ProofRunner:
         command = [sys.executable, "-m", "wax", *config, "prove-stop", "--lifted", "--json"]
         return [*command, "--record", str(record)]
 
-    async def _follow(self, process: asyncio.subprocess.Process) -> tuple[str, str]:
+    async def _follow(
+        self, process: asyncio.subprocess.Process
+    ) -> tuple[Sentence | None, Sentence | None]:
         """Show the proof's progress; return its last line, and the last line of its errors."""
         assert process.stdout is not None
         assert process.stderr is not None
         complaints = asyncio.create_task(process.stderr.read())
-        said = ""
+        said: Sentence | None = None
         async for line in process.stdout:
             with contextlib.suppress(ValueError, KeyError, TypeError):
                 told = json.loads(line)
-                self._line = f"{told['line']} ({told['done']} of {told['of']})"
-                said = str(told["line"])
+                said = says(str(told["line"]))
+                done, of = int(told["done"]), int(told["of"])
+                self._line = Sentence("proof.step", {"step": said, "done": done, "of": of})
         complaint = (await complaints).decode(errors="replace").strip()
-        return said, complaint.rpartition("\n")[2]
+        return said, says(complaint.rpartition("\n")[2]) if complaint else None
 
 
 async def _end(process: asyncio.subprocess.Process) -> None:

@@ -23,13 +23,14 @@ if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.control.turns import TurnEvent
     from wax.records.records import Records
+    from wax.sentence import Sentence
     from wax.session.viewer import Viewer
 
 _LOG = structlog.get_logger(__name__)
 
 _P = ParamSpec("_P")
 
-DriveStatus = tuple[int, bool, str | None]
+DriveStatus = tuple[int, bool, "Sentence | None"]
 """The operator, whether the robot moves, and what keeps it; see `ControlLoop`."""
 
 _LOOK_S: Final = 1.0
@@ -42,16 +43,16 @@ PRESSED: Final = "pressed"
 ROBOT: Final = "robot"
 _REFUSED: Final = re.compile("refused|over the rate")
 _NAMES: Final[dict[str, str]] = {
-    NOBODY_DRIVES: "nobody_drives",
-    NOT_HELD: "not_held",
-    **{one.value: one.name.lower() for one in (*Refusal, *Hold, *Limit)},
+    NOBODY_DRIVES.code: "nobody_drives",
+    NOT_HELD.code: "not_held",
+    **{one.value.code: one.name.lower() for one in (*Refusal, *Hold, *Limit)},
 }
 _NO_STOP: Final = {
-    NOBODY_DRIVES,
-    NOT_HELD,
-    Hold.TURN_STARTED.value,
-    Hold.STOPPED.value,
-    *(one.value for one in Limit),
+    NOBODY_DRIVES.code,
+    NOT_HELD.code,
+    Hold.TURN_STARTED.value.code,
+    Hold.STOPPED.value.code,
+    *(one.value.code for one in Limit),
 }
 """What is said while the robot stands, or drives slowly, as its operator wants."""
 
@@ -146,7 +147,7 @@ class RecordKeeper:
                 self._records.stop_released(self._stop, name)
                 self._stop = None
 
-    def drive_status(self, number: int, moving: bool, reason: str | None) -> None:
+    def drive_status(self, number: int, moving: bool, reason: Sentence | None) -> None:
         """Follow whether the robot moves, and what keeps it; see `ControlLoop`."""
         with self._contained():
             before, self._drive_status = self._drive_status, (number, moving, reason)
@@ -215,14 +216,14 @@ def why_stopped(before: DriveStatus | None, now: DriveStatus) -> str | None:
     number, _, reason = now
     if before is None or before[0] != number or not before[1] or before[2] == reason:
         return None
-    if reason is None or reason in _NO_STOP:
+    if reason is None or reason.code in _NO_STOP:
         return None
     return name_of(reason)
 
 
-def name_of(reason: str) -> str:
+def name_of(reason: Sentence) -> str:
     """Return the short name of a sentence of the gate's, `ROBOT` for the robot's own."""
-    return _NAMES.get(reason, ROBOT)
+    return _NAMES.get(reason.code, ROBOT)
 
 
 def refused(counts: Mapping[str, float]) -> dict[str, float]:

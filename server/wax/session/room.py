@@ -11,6 +11,7 @@ import structlog
 from wax.control.fairness import Person
 from wax.errors import ForbiddenError, FullError, NotAdmittedError
 from wax.protocol import messages, room_change
+from wax.sentence import Sentence
 from wax.session import names
 from wax.session.elsewhere import Elsewhere
 from wax.session.entry import Entry
@@ -58,12 +59,12 @@ _HALF_OPEN_S: Final = 9.0
 """The same for a peer whose channels have not opened yet."""
 _GOODBYE_S: Final = 0.1
 """SCTP sends a message on later passes of the event loop; closing a peer drops what is left."""
-_GOODBYE: Final = "The server is restarting or was switched off."
+_GOODBYE: Final = Sentence("door.goodbye")
 _CHECK_S: Final = 1.0
 """How often is looked whether everybody may still stay: hours and invitations end by themselves."""
-_NOT_INVITED: Final = "Only invited people drive this robot. Ask its host for a link."
-_NO_TAPE: Final = "Nothing is recorded here."
-_OTHER_TAB: Final = "You are in the queue already, in another tab of this page."
+_NOT_INVITED: Final = Sentence("queue.not_invited")
+_NO_TAPE: Final = Sentence("tape.none")
+_OTHER_TAB: Final = Sentence("queue.other_tab")
 
 
 class Room:
@@ -285,9 +286,11 @@ class Room:
 
     # --- for the host (Door) ---------------------------------------------------------------
 
-    def send_away(self, viewer: Viewer, sentence: str, opens_wall_ms: float | None = None) -> None:
+    def send_away(
+        self, viewer: Viewer, sentence: Sentence, opens_wall_ms: float | None = None
+    ) -> None:
         """Tell a viewer why they may not stay, and forget them."""
-        _LOG.info("viewer sent away", viewer=viewer.number, why=sentence)
+        _LOG.info("viewer sent away", viewer=viewer.number, why=str(sentence))
         self._elsewhere.send_away(viewer.visitor.identity, sentence)
         viewer.send(messages.Ended(text=sentence, opens_wall_ms=opens_wall_ms))
         peer, viewer.peer = viewer.peer, None
@@ -305,7 +308,7 @@ class Room:
             try:
                 viewer.visitor, viewer.grant = visitor, self._access.admit(visitor)
             except NotAdmittedError as error:
-                self.send_away(viewer, str(error), error.opens_wall_ms)
+                self.send_away(viewer, error.sentence, error.opens_wall_ms)
 
     def check_elsewhere(self) -> None:
         """Do the same for everybody who watches elsewhere, soon."""
@@ -319,7 +322,7 @@ class Room:
         if self._turns.has_place_elsewhere(viewer.number):
             raise ForbiddenError(_OTHER_TAB)
         if self._turns.waiting_at(viewer.visitor.address) >= most:
-            raise ForbiddenError(f"{most} people of your network wait already; try again later.")
+            raise ForbiddenError(Sentence("queue.neighbours", {"n": most}))
 
     @contextmanager
     def _refusing(self, viewer: Viewer) -> Iterator[None]:
@@ -328,7 +331,7 @@ class Room:
             yield
         except ForbiddenError as error:
             self._counters.add("requests refused")
-            viewer.send(messages.Notice(text=str(error)))
+            viewer.send(messages.Notice(text=error.sentence))
         self._viewers.changed()
 
     def _part(self, viewer: Viewer) -> None:

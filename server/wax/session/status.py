@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from wax.fanout.camera import Camera
     from wax.fanout.sound_hub import SoundHub
     from wax.fanout.video_hub import VideoHub
-    from wax.protocol.messages import Report
+    from wax.protocol.messages import Report, StopInfo
+    from wax.sentence import Sentence
     from wax.session.room import Room
     from wax.session.viewer import Viewer
     from wax.session.viewers import Viewers
@@ -103,11 +104,11 @@ class Status:
                 "operator": self._turns.operator,
                 "seconds_left": None if ends_s is None else round(max(ends_s - now_s, 0.0), 2),
             },
-            "stop": None if snapshot.stop is None else snapshot.stop.model_dump(),
+            "stop": _stop(snapshot.stop),
             "robot": self._robot(),
             "streams": {
                 "video": {
-                    "problem": snapshot.video.problem,
+                    "problem": _text(snapshot.video.problem),
                     "failures": self._failures("video"),
                     "captured_fps": self._rates.hz("video.captured"),
                     "encoded_fps": {n: self._rates.hz(f"video.{n}") for n in self._video.names},
@@ -115,7 +116,7 @@ class Status:
                     "dropped": self._video.dropped,
                 },
                 "audio": {
-                    "problem": snapshot.audio.problem,
+                    "problem": _text(snapshot.audio.problem),
                     "failures": self._failures("audio"),
                     "captured_hz": self._rates.hz("audio.captured"),
                     "encoded_hz": self._rates.hz("audio.encoded"),
@@ -130,7 +131,7 @@ class Status:
             "cameras": [self._camera(camera) for camera in self._cameras],
             **self._voice(),
             "elsewhere": self._cluster.status(),
-            "tape": None if self._tape is None else asdict(self._tape.status()),
+            "tape": _tape(self._tape),
             "counters": self._counters.snapshot() | self._control.counts(),
             "tasks": len(asyncio.all_tasks()),
         }
@@ -140,7 +141,7 @@ class Status:
         hub = camera.hub
         return {
             "name": camera.name,
-            "problem": camera.problem,
+            "problem": _text(camera.problem),
             "failures": camera.failures,
             "captured_fps": self._rates.hz(f"camera {camera.name}.captured"),
             "encoded_fps": {
@@ -156,7 +157,7 @@ class Status:
             return {}
         return {
             "voice": {
-                "problem": self._speaker.problem,
+                "problem": _text(self._speaker.problem),
                 "failures": self._speaker.failures,
                 "lost_ms": self._speaker.lost_ms,
             }
@@ -193,7 +194,7 @@ class Status:
             **state.extra,  # first, so that a plug-in cannot override the rest
             "kind": self._kind,
             "connected": state.connected,
-            "problem": state.problem,
+            "problem": _text(state.said),
             "moving": state.moving,
             "pose": None if state.pose is None else asdict(state.pose),
             "aboard": None if state.aboard is None else asdict(state.aboard),
@@ -201,6 +202,21 @@ class Status:
             "battery_v": state.battery_v,
             "battery_fraction": state.battery_fraction,
         }
+
+
+def _text(sentence: Sentence | None) -> str | None:
+    return None if sentence is None else str(sentence)
+
+
+def _stop(stop: StopInfo | None) -> dict[str, object] | None:
+    return None if stop is None else {"number": stop.number, "by": str(stop.by)}
+
+
+def _tape(tape: Recorder | None) -> dict[str, object] | None:
+    if tape is None:
+        return None
+    status = tape.status()
+    return asdict(status) | {"problem": _text(status.problem)}
 
 
 def _skew_ms(report: Report) -> float | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from wax.errors import ForbiddenError
+from wax.sentence import Sentence
 from wax.session.token_bucket import TokenBuckets
 
 if TYPE_CHECKING:
@@ -18,10 +19,11 @@ if TYPE_CHECKING:
     from wax.session.record_keeper import RecordKeeper
     from wax.session.viewer import Viewer
 
-ONLY_THE_OPERATOR_STOPS: Final = "Only the operator or the host can stop this robot."
-MUTED: Final = "The host does not let you press Stop any more."
-ELSEWHERE: Final = "somebody who watches elsewhere"
-TOO_OFTEN: Final = "You have pressed Stop very often; wait a moment."
+ONLY_THE_OPERATOR_STOPS: Final = Sentence("stop.only_operator")
+MUTED: Final = Sentence("stop.muted")
+HOST: Final = Sentence("by.host")
+ELSEWHERE: Final = Sentence("by.elsewhere")
+TOO_OFTEN: Final = Sentence("stop.too_often")
 
 _MOST: Final = 1024
 _MINUTE_S: Final = 60.0
@@ -63,7 +65,7 @@ class StopAuthority:
         drives = viewer is not None and viewer.number == self._turns.operator
         if not (drives or is_host):
             self._check(None if viewer is None else viewer.visitor)
-        return self._press(viewer, "the host" if viewer is None else viewer.name, is_host=is_host)
+        return self._press(viewer, HOST if viewer is None else _named(viewer), is_host=is_host)
 
     def press_elsewhere(self, visitor: Visitor) -> int:
         """Do the same for somebody who watches in a room of the cluster."""
@@ -78,13 +80,13 @@ class StopAuthority:
         refusal = self._control.release_stop(by, stop, sent_s)
         if refusal is not None:
             raise ForbiddenError(refusal.value)
-        self._keeper.stop_released("the host" if viewer is None else viewer.name)
+        self._keeper.stop_released(str(HOST) if viewer is None else viewer.name)
 
-    def _press(self, viewer: Viewer | None, name: str, *, is_host: bool) -> int:
+    def _press(self, viewer: Viewer | None, by: Sentence, *, is_host: bool) -> int:
         number = self._control.press_stop(
-            name, viewer=None if viewer is None else viewer.number, by_host=is_host
+            by, viewer=None if viewer is None else viewer.number, by_host=is_host
         )
-        self._keeper.stop_pressed(viewer, name, number)
+        self._keeper.stop_pressed(viewer, str(by), number)
         return number
 
     def _check(self, visitor: Visitor | None) -> None:
@@ -100,3 +102,7 @@ class StopAuthority:
         is_first = self._first.take(visitor.identity, now_s)
         is_within = self._people.take(visitor.identity, now_s)
         return (self._addresses.take(visitor.address, now_s) and is_within) or is_first
+
+
+def _named(viewer: Viewer) -> Sentence:
+    return Sentence("by.named", {"name": viewer.name})

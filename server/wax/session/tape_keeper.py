@@ -12,6 +12,7 @@ import structlog
 from wax.control.turns import TurnEnded, TurnStarted
 from wax.protocol import messages
 from wax.protocol import tape_events as told
+from wax.sentence import Sentence
 from wax.session.record_keeper import name_of, why_stopped
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ _REPEAT_S: Final = 1.0
 _KEEP_GAP_S: Final = 5.0
 """Each time the folder is read; a bad link stops the robot again and again."""
 
-_KEPT: Final = "The last two minutes are kept."
+_KEPT: Final = Sentence("tape.kept")
 _PRESSED: Final = "pressed"
 
 
@@ -90,12 +91,13 @@ class TapeKeeper:
         problem = self._recorder.problem
         if problem is None:
             return self._runs
-        return messages.Tape(running=False, why=f"Nothing is recorded: {problem}.")
+        return messages.Tape(running=False, why=Sentence("tape.stands", {"why": problem}))
 
-    def keep(self, role: Role) -> str:
+    def keep(self, role: Role) -> Sentence:
         """Keep the last two minutes for somebody in charge; return a sentence for them."""
         self._keep("host" if role == "host" else "operator")
-        return _KEPT if self._recorder.problem is None else f"{_KEPT} {self.status().why}"
+        told = self.status()
+        return _KEPT if told.running else Sentence("tape.kept_but", {"but": told.why})
 
     # --- the control loop's ------------------------------------------------------------------
 
@@ -124,7 +126,6 @@ class TapeKeeper:
             self._follow_stop(self._latched(), now_s)
             reason = None
             if wanted.reason is not None:
-                # The sentence of a pressed Stop has a name in it.
                 reason = _PRESSED if self._stop is not None else name_of(wanted.reason)
             self._changed(
                 told.Steered(
@@ -154,7 +155,7 @@ class TapeKeeper:
                     continue
                 self._recorder.event(turned, now_s, lasts_as="turned")
 
-    def drive_status(self, number: int, moving: bool, reason: str | None) -> None:
+    def drive_status(self, number: int, moving: bool, reason: Sentence | None) -> None:
         """Keep the last two minutes when the robot was stopped by a fault."""
         with self._contained():
             before, self._drive_status = self._drive_status, (number, moving, reason)
@@ -182,6 +183,7 @@ class TapeKeeper:
         picture = None if viewer.report is None else viewer.report.picture
         sound = None if viewer.report is None else viewer.report.sound
         served: dict[str, Any] = viewer.streams.status()
+        reason = served.get("reason")
         return told.Watched(
             viewer=viewer.number,
             drives=viewer.number == self._operator,
@@ -195,7 +197,7 @@ class TapeKeeper:
             sound_mu_ms=served.get("sound_mu_ms"),
             link_bps=served.get("link_bps"),
             queue_ms=served.get("queue_ms"),
-            why=served.get("reason"),
+            why=None if reason is None else str(reason),
         )
 
     def _name(self, viewer: Viewer, now_s: float) -> None:
@@ -230,7 +232,7 @@ class TapeKeeper:
         pose, battery_v = state.pose, _known(state.battery_v)
         reported = told.Reported(
             connected=state.connected,
-            problem=state.problem,
+            problem=None if state.said is None else str(state.said),
             moving=state.moving,
             x_m=None if pose is None else _known(pose.x_m),
             y_m=None if pose is None else _known(pose.y_m),
@@ -267,16 +269,14 @@ class TapeKeeper:
                 _LOG.exception("the tape is incomplete")
 
 
-def _sentence(settings: RecordingSettings, *, has_sound: bool, has_cameras: bool) -> str:
+def _sentence(settings: RecordingSettings, *, has_sound: bool, has_cameras: bool) -> Sentence:
     """Say what is recorded, in which detail, and for how long."""
-    pictures = "The pictures of all cameras" if has_cameras else "Picture"
-    what = f"{pictures}, sound and driving" if has_sound else f"{pictures} and driving"
-    names = "with names" if settings.names else "without names"
-    days = f"{settings.keep_days:g} day{'' if settings.keep_days == 1 else 's'}"
-    return (
-        f"{what} are recorded, {names}, so that the host can see what happened;"
-        f" unless they keep it, it is deleted after {days}."
-    )
+    if has_cameras:
+        what = Sentence("tape.cameras_sound" if has_sound else "tape.cameras")
+    else:
+        what = Sentence("tape.picture_sound" if has_sound else "tape.picture")
+    names = Sentence("tape.with_names" if settings.names else "tape.without_names")
+    return Sentence("tape.runs", {"what": what, "names": names, "n": settings.keep_days})
 
 
 def _known(value: float | None) -> float | None:

@@ -14,6 +14,7 @@ from wax.error_boundary import ErrorBoundary
 from wax.errors import ForbiddenError, ProtocolError
 from wax.protocol import compact, messages
 from wax.rtc.link_monitor import LinkMonitor
+from wax.sentence import Sentence
 from wax.session.last_minute import LastMinute
 from wax.session.last_wins import LastWins
 from wax.session.names import clean_name
@@ -276,7 +277,7 @@ class Viewer:
         except ForbiddenError as error:
             self._counters.add("messages not allowed")
             if channel == "state":
-                self.send(messages.Notice(text=str(error)))
+                self.send(messages.Notice(text=error.sentence))
         except ProtocolError as error:
             self._counters.add("messages refused")
             _LOG.debug("message refused", viewer=self.number, error=str(error))
@@ -336,7 +337,8 @@ class Viewer:
         if want.size not in self._service.sizes:
             self._counters.add("requests refused")
             sizes = ", ".join(self._service.sizes)
-            self.send(messages.Notice(text=f"There is no size {want.size}; choose one of {sizes}."))
+            refusal = Sentence("want.no_size", {"size": want.size, "sizes": sizes})
+            self.send(messages.Notice(text=refusal))
             return
         self.wants_picture = want.picture
         self.streams.want(
@@ -349,8 +351,8 @@ class Viewer:
     def _look(self, look: messages.Look) -> None:
         if look.large is not None and look.large >= len(self._service.cameras):
             self._counters.add("requests refused")
-            text = f"There is no camera {look.large + 1}; reload the page."
-            self.send(messages.Notice(text=text))
+            refusal = Sentence("want.no_camera", {"number": look.large + 1})
+            self.send(messages.Notice(text=refusal))
             return
         self.streams.look(large=look.large, small=look.small)
 

@@ -8,6 +8,7 @@ import structlog
 
 from wax.control.turns import TurnEnded, Why
 from wax.protocol import messages
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 _LOG = structlog.get_logger(__name__)
 
 _TOLD: Final = {
-    Why.IDLE: "You have not driven for a while, and somebody was waiting: your turn is over.",
-    Why.ENDED: "The host has ended your turn.",
+    Why.IDLE: Sentence("turn.idle"),
+    Why.ENDED: Sentence("turn.ended"),
 }
 """What an operator is told of the end of a turn that they did not expect."""
 
@@ -94,11 +95,11 @@ class Viewers:
                 viewer.follow(self._sync.operator if drives else self._sync.observer, drives=drives)
         self.changed()
 
-    def _tell(self, number: int, sentence: str) -> None:
+    def _tell(self, number: int, sentence: Sentence) -> None:
         if (viewer := self._viewers.get(number)) is not None:
             viewer.send(messages.Notice(text=sentence))
 
-    def drive_status(self, number: int, moving: bool, reason: str | None) -> None:
+    def drive_status(self, number: int, moving: bool, reason: Sentence | None) -> None:
         """Store the status of an operator's commands; the next round sends it."""
         viewer = self._viewers.get(number)
         if viewer is not None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 from wax.access import permissions
 from wax.protocol import messages
+from wax.sentence import Sentence
 from wax.session.token_bucket import TokenBucket
 from wax.voice.floor import Floor, Verdict
 
@@ -28,15 +29,15 @@ _OVER_S: Final = 0.5
 """Who has sent nothing for this long has stopped speaking."""
 _TELL_S: Final = 0.3
 
-_ONLY: Final = "Only the operator and the host can speak to the people beside the robot."
-_MUTED: Final = "The host has muted all voices."
+_ONLY: Final = Sentence("voice.not_yours")
+_MUTED: Final = Sentence("voice.muted")
 
 
 class Output(Protocol):
     """What plays a voice (`wax.speaker.speaker_thread.SpeakerThread`); nothing here raises."""
 
     @property
-    def problem(self) -> str | None: ...
+    def problem(self) -> Sentence | None: ...
 
     @property
     def sounded_s(self) -> float: ...
@@ -174,11 +175,12 @@ class Voices:
             case Verdict.TAKEN:
                 reason = self._taken(now_s)
             case Verdict.NO_SPEAKER:
-                reason = self._speaker.problem or "The robot's speaker does not play."
+                reason = self._speaker.problem or Sentence("speaker.silent")
         return messages.Heard(heard=False, reason=reason)
 
-    def _taken(self, now_s: float) -> str:
+    def _taken(self, now_s: float) -> Sentence:
         holder = self._floor.holder(now_s)
         other = None if holder is None else self._speaking.get(holder)
-        name = "Somebody else" if other is None else other.viewer.name
-        return f"{name} is speaking; wait until they have finished."
+        if other is None:
+            return Sentence("voice.taken_by_somebody")
+        return Sentence("voice.taken", {"name": other.viewer.name})

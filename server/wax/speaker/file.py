@@ -6,6 +6,7 @@ import struct
 from typing import IO, TYPE_CHECKING, Final
 
 from wax.errors import SpeakerError
+from wax.sentence import Sentence
 from wax.voice.packet import RATE_HZ
 
 if TYPE_CHECKING:
@@ -42,22 +43,27 @@ class FileSpeaker:
         except OSError as error:
             self.close()
             raise SpeakerError(
-                f"The voice cannot be written to {self._path} ({error.strerror or error});"
-                " name another file in [voice] speaker."
+                Sentence(
+                    "speaker.file_not_open",
+                    {"file": str(self._path), "why": error.strerror or str(error)},
+                )
             ) from error
 
     def write(self, samples: NDArray[np.int16]) -> None:
         if self._file is None:
             raise SpeakerError(f"{self._path} was written before it was opened.")
         if self._bytes > _MAX_BYTES:
-            raise SpeakerError(f"{self._path} is full; move it away, and a new one is begun.")
+            raise SpeakerError(Sentence("speaker.file_full", {"file": str(self._path)}))
         try:
             self._file.seek(_HEADER.size + self._bytes)
             self._bytes += self._file.write(samples.astype("<i2").tobytes())
             self._write_header(self._file)
         except OSError as error:
             raise SpeakerError(
-                f"The voice cannot be written to {self._path}: {error.strerror or error}."
+                Sentence(
+                    "speaker.file_failed",
+                    {"file": str(self._path), "why": error.strerror or str(error)},
+                )
             ) from error
 
     def close(self) -> None:
@@ -71,10 +77,7 @@ class FileSpeaker:
         ours = _header(0)
         # All but the two lengths, at bytes 4 and 40.
         if len(head) < _HEADER.size or head[:4] != ours[:4] or head[8:40] != ours[8:40]:
-            raise SpeakerError(
-                f"{self._path} holds something other than a voice kept by WAX; it was left as it"
-                " is. Name another file in [voice] speaker."
-            )
+            raise SpeakerError(Sentence("speaker.file_not_ours", {"file": str(self._path)}))
         return (self._path.stat().st_size - _HEADER.size) // 2 * 2
 
     def _write_header(self, file: IO[bytes]) -> None:

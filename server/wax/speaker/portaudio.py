@@ -10,6 +10,7 @@ import numpy as np
 
 from wax.capture.portaudio import begin, end, first_line, load_portaudio, look_for_new_devices
 from wax.errors import SourceError, SpeakerError
+from wax.sentence import Sentence
 from wax.voice.packet import RATE_HZ
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ _WAITING_S: Final = 0.2
 
 
 def _load() -> Any:
-    return load_portaudio("Speakers", '[voice] speaker = "none"')
+    return load_portaudio(Sentence("portaudio.speakers"), '[voice] speaker = "none"')
 
 
 class PortAudioSpeaker:
@@ -52,15 +53,17 @@ class PortAudioSpeaker:
         self._opened_before = False
 
     @property
-    def name(self) -> str:
-        return "The speaker" if self._device is None else f"Speaker {self._device}"
+    def name(self) -> Sentence:
+        if self._device is None:
+            return Sentence("speaker.default")
+        return Sentence("speaker.named", {"name": self._device})
 
     def open(self) -> None:
         self.close()
         try:
             portaudio = self._load_portaudio()
         except SourceError as error:
-            raise SpeakerError(str(error)) from error
+            raise SpeakerError(error.sentence) from error
         if self._opened_before:
             look_for_new_devices(portaudio)
         self._opened_before = True
@@ -68,13 +71,12 @@ class PortAudioSpeaker:
             self._stream = self._start(portaudio)
         except (portaudio.PortAudioError, ValueError) as error:
             raise SpeakerError(
-                f"{self.name} cannot be opened ({first_line(error)}); check that it is plugged in "
-                "and that no other program uses it. 'wax devices' lists the speakers."
+                Sentence("speaker.not_open", {"speaker": self.name, "why": first_line(error)})
             ) from error
 
     def write(self, samples: NDArray[np.int16]) -> None:
         if self._stream is None or not self._stream.active:
-            raise SpeakerError(f"{self.name} has gone; check its cable or plug it in again.")
+            raise SpeakerError(Sentence("speaker.gone", {"speaker": self.name}))
         self._waiting.put(samples)
 
     def close(self) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import structlog
 
 from wax.errors import SpeakerError
+from wax.sentence import Sentence
 from wax.speaker.voice_playout import VoicePlayout
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ _AHEAD_S: Final = 0.015
 _LOOK_S: Final = 0.5
 _HANGS_S: Final = 1.0
 _STOP_S: Final = 1.0
-_OPENING: Final = "The robot's speaker is not open yet."
+_OPENING: Final = Sentence("speaker.opening")
 
 
 class SpeakerThread:
@@ -42,14 +43,14 @@ class SpeakerThread:
         self._came = threading.Event()
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
-        self._problem: str | None = _OPENING
+        self._problem: Sentence | None = _OPENING
         self._busy_since_s: float | None = None
         self._sounded_s = float("-inf")
         self._hushed = 0
         self.failures = 0
 
     @property
-    def problem(self) -> str | None:
+    def problem(self) -> Sentence | None:
         """A sentence for people while nothing can be heard, else None.
 
         A device that hangs cannot say so itself; after a second it counts as failed.
@@ -58,7 +59,7 @@ class SpeakerThread:
             since_s = self._busy_since_s
             hangs = since_s is not None and self._clock.now_s() - since_s > _HANGS_S
             if hangs and self._problem in (None, _OPENING):
-                self._note("The robot's speaker takes no sound; check that it is connected.")
+                self._note(Sentence("speaker.hangs"))
             return self._problem
 
     @property
@@ -111,11 +112,11 @@ class SpeakerThread:
             try:
                 self._play()
             except SpeakerError as error:
-                self._fail(str(error))
+                self._fail(error.sentence)
             except Exception as error:
                 # A plug-in may raise anything; the server keeps running.
                 _LOG.exception("speaker failed unexpectedly")
-                self._fail(f"The robot's speaker failed: {error or type(error).__name__}")
+                self._fail(Sentence("speaker.failed", {"why": str(error) or type(error).__name__}))
             finally:
                 self._close()
             self._stopping.wait(self._retry_s)
@@ -149,7 +150,7 @@ class SpeakerThread:
             if self._problem is not None:
                 self._note(None)
 
-    def _fail(self, sentence: str) -> None:
+    def _fail(self, sentence: Sentence) -> None:
         self.failures += 1
         with self._lock:
             self._busy_since_s = None
@@ -164,10 +165,10 @@ class SpeakerThread:
         except Exception:
             _LOG.exception("speaker does not close")
 
-    def _note(self, problem: str | None) -> None:
+    def _note(self, problem: Sentence | None) -> None:
         """Store a new problem, or None when it has passed; the lock is held."""
         self._problem = problem
         if problem is None:
             _LOG.info("the speaker plays")
         else:
-            _LOG.warning("the speaker has a problem", problem=problem)
+            _LOG.warning("the speaker has a problem", problem=str(problem))

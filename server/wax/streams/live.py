@@ -177,7 +177,8 @@ class LiveStreams:
             estimate = self._congestion.estimate(now_s)
             in_step = self._playout.is_in_step
             now = served(estimate, self._allocation, in_step=in_step, cameras=self._seen)
-            known |= now.model_dump(exclude={"type"}) | {"lost": round(estimate.lost, 4)}
+            known |= now.model_dump(exclude={"type"})
+            known |= {"reason": str(now.reason), "lost": round(estimate.lost, 4)}
         return known
 
     def _follow(self) -> None:

@@ -72,7 +72,7 @@ class PlayoutController:
             known |= {
                 "sound_target_ms": self._targets.sound_ms,
                 "picture_held_ms": self._held_ms,
-                "why_in_step": self._targets.reason,
+                "why_in_step": str(self._targets.reason),
             }
         return known
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING, Final
 
+from wax.sentence import Sentence
 from wax.sync.hold_back import HoldBack
 from wax.sync.playout import PlayoutTargets
 from wax.sync.playout_state import PlayoutState
@@ -61,7 +62,7 @@ class AudioMaster:
         return self.state.sound.target_ms or _AUTO_PREROLL_MS
 
     def start(self) -> PlayoutTargets:
-        return self._targets("the sound sets the time")
+        return self._targets(Sentence("sync.begin"))
 
     def decide(
         self,
@@ -77,36 +78,36 @@ class AudioMaster:
             return PlayoutTargets(
                 sound_ms=self.state.sound.target_ms,
                 picture_ms=0.0,
-                reason=f"each as soon as possible: {self.state.fail_safe.reason}",
+                reason=Sentence("sync.apart", {"why": self.state.fail_safe.reason}),
                 in_step=False,
             )
         if report.picture is not None:
             self._hold.shown(report.picture.age_ms, report.picture.delay_ms, now_s)
         if report.sound is None:
             self._hold.forget(0.0, now_s)
-            return self._targets("no sound to wait for")
+            return self._targets(Sentence("sync.no_sound"))
         if report.picture is None:
             self._hold.forget(self._hold.held_ms, now_s)
-            return self._targets("no picture to hold back")
+            return self._targets(Sentence("sync.no_picture"))
         return self._targets(self._meet(report.sound, report.picture, _round_trip_s(estimate)))
 
-    def _meet(self, sound: StreamPlayout, picture: StreamPlayout, round_trip_s: float) -> str:
+    def _meet(self, sound: StreamPlayout, picture: StreamPlayout, round_trip_s: float) -> Sentence:
         """Update the hold-back from the measurement; return the reason."""
         early_ms = _early_ms(sound, picture)
         if early_ms is None:
-            return "waiting for the first measurement"
+            return Sentence("sync.first")
         self._hold.update(early_ms, round_trip_s, self.state.now_s)
         if self._hold.is_at_once(self.state.now_s):
-            return "pictures stood still; they are shown at once for some seconds"
+            return Sentence("sync.stood")
         if self._hold.is_in_vain:
-            return "the sound is too late to wait for"
+            return Sentence("sync.in_vain")
         if self._hold.is_short:
-            return "the picture is held back as long as allowed"
+            return Sentence("sync.short")
         if self._hold.held_ms == 0:
-            return "there is nothing to hold the picture back for"
-        return "the picture follows the sound"
+            return Sentence("sync.nothing")
+        return Sentence("sync.follows")
 
-    def _targets(self, reason: str) -> PlayoutTargets:
+    def _targets(self, reason: Sentence) -> PlayoutTargets:
         return PlayoutTargets(
             sound_ms=self.state.sound.target_ms, picture_ms=self._hold.held_ms, reason=reason
         )

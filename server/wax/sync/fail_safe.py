@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from wax.sentence import Sentence
+
 if TYPE_CHECKING:
     from wax.congestion.allocation import Allocation
     from wax.congestion.delivery import LinkEstimate
@@ -20,14 +22,14 @@ _LEAVE_S: Final = 4.0
 
 def insufficient(
     estimate: LinkEstimate | None, allocation: Allocation | None, sound: SoundDelay
-) -> str | None:
+) -> Sentence | None:
     """Return why a link cannot carry both sound and picture; None if it can."""
     if sound.is_useless:
-        return "the sound breaks however long it waits"
+        return Sentence("sync.sound_breaks")
     if allocation is not None and allocation.step is None:
-        return "no picture fits the link"
+        return Sentence("sync.no_picture_fits")
     if estimate is not None and estimate.state == "congested":
-        return "the link is congested"
+        return Sentence("sync.congested")
     return None
 
 
@@ -37,13 +39,13 @@ class FailSafe:
     def __init__(self) -> None:
         self._trouble_since_s: float | None = None
         self._peace_since_s: float | None = None
-        self.reason: str | None = None
+        self.reason: Sentence | None = None
 
     @property
     def is_active(self) -> bool:
         return self.reason is not None
 
-    def update(self, trouble: str | None, now_s: float) -> None:
+    def update(self, trouble: Sentence | None, now_s: float) -> None:
         """Update with the current reason, None for none; `now_s` never falls."""
         if trouble is None:
             self._trouble_since_s = None

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from wax.sentence import Sentence
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,5 +44,5 @@ class PlayoutTargets:
 
     sound_ms: float | None
     picture_ms: float | None
-    reason: str
+    reason: Sentence
     in_step: bool = True

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from wax.config.settings import SyncSettings
     from wax.congestion.allocation import Allocation
     from wax.congestion.delivery import LinkEstimate
+    from wax.sentence import Sentence
     from wax.sync.playout import PlayoutReport
 
 _USUAL_MU_MS = 20
@@ -66,6 +67,8 @@ class PlayoutState:
         if self.fail_safe.is_active and self.sound.is_useless:
             self.sound.restart()
 
-    def _trouble(self, estimate: LinkEstimate | None, allocation: Allocation | None) -> str | None:
+    def _trouble(
+        self, estimate: LinkEstimate | None, allocation: Allocation | None
+    ) -> Sentence | None:
         still = self.fail_safe.reason if self.sound.is_breaking else None
         return insufficient(estimate, allocation, self.sound) or still

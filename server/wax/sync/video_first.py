@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from wax.sentence import Sentence
 from wax.sync.playout import PlayoutTargets
 from wax.sync.playout_state import PlayoutState
 
@@ -33,7 +34,7 @@ class VideoFirst:
         return PlayoutTargets(
             sound_ms=self.state.sound.target_ms,
             picture_ms=0.0,
-            reason="neither waits for the other",
+            reason=Sentence("sync.neither"),
         )
 
     def decide(

@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Final
 import structlog
 
 from wax.encode.encoded import EncodedPicture, EncodedSound
-from wax.errors import StateError
+from wax.errors import StateError, WaxError
 from wax.protocol.tape_events import Missed
+from wax.sentence import Sentence, says
 from wax.tape.plan import SegmentPlan
 from wax.tape.retention import retain
 from wax.tape.segment import WRITE_ERRORS, Segment
@@ -45,15 +46,12 @@ _PRUNE_S: Final = 600.0
 _ROOM_S: Final = 5.0
 _GB: Final = 1e9
 
-DISK_FULL: Final = "the disk is full; free some of it, or lower [recording] min_free_gb"
-TAPE_FULL: Final = (
-    "it is full of what the host has kept; `wax tape delete` makes room, or a larger"
-    " [recording] max_gb"
-)
-TOO_SLOW: Final = "the disk is too slow"
+DISK_FULL: Final = Sentence("tape.disk_full")
+TAPE_FULL: Final = Sentence("tape.full")
+TOO_SLOW: Final = Sentence("tape.too_slow")
 
 
-class TapeError(Exception):
+class TapeError(WaxError):
     """Why nothing can be recorded now."""
 
 
@@ -122,7 +120,7 @@ class RecorderStatus:
     or could not be written: pictures, packets of sound and events.
     """
 
-    problem: str | None
+    problem: Sentence | None
     parts: int
     parts_bytes: int
     waiting: int
@@ -148,11 +146,11 @@ class Recorder:
         self._zero_ns = clock.wall_ms() * 1_000_000 - round(clock.now_s() * 1e9)
         self._queue: SimpleQueue[_Item | None] = SimpleQueue()
         self._behind_since_s: float | None = None
-        self._gave_up: str | None = None
+        self._gave_up: Sentence | None = None
         self._not_put = 0
         self._thread = threading.Thread(target=self._run, name="tape", daemon=True)
         # All below is written by the thread only.
-        self._trouble: str | None = None
+        self._trouble: Sentence | None = None
         self._not_written = 0
         self._shelved = (0, 0)
         self._is_over = False
@@ -164,7 +162,7 @@ class Recorder:
         )
         self._lasting: dict[Hashable, TapeEvent] = {}
         self._flushed_s = self._pruned_s = self._measured_s = float("-inf")
-        self._logged: str | None = None
+        self._logged: Sentence | None = None
 
     def start(self) -> None:
         self._thread.start()
@@ -204,7 +202,7 @@ class Recorder:
         """Repeat this no more."""
         self._queue.put(_Forget(lasts_as))
 
-    def give_up(self, why: str) -> None:
+    def give_up(self, why: Sentence) -> None:
         """Record nothing more until the server starts again."""
         self._gave_up = why
 
@@ -213,7 +211,7 @@ class Recorder:
         self._queue.put(_Keep(since_s, by))
 
     @property
-    def problem(self) -> str | None:
+    def problem(self) -> Sentence | None:
         """Why nothing is recorded now; None while something is."""
         behind = None if self._behind_since_s is None else TOO_SLOW
         return self._gave_up or self._trouble or behind
@@ -254,7 +252,7 @@ class Recorder:
                 self._fails(_why(error))
             except Exception:
                 _LOG.exception("the tape failed")
-                self._fails("it failed; see the log")
+                self._fails(Sentence("tape.failed"))
             if not self._is_over:
                 self._leave_out(RETRY_S)
 
@@ -394,11 +392,11 @@ class Recorder:
         except WRITE_ERRORS as error:
             self._fails(_why(error))
 
-    def _fails(self, why: str) -> None:
+    def _fails(self, why: Sentence) -> None:
         self._trouble = why
         if why != self._logged:
             self._logged = why
-            _LOG.warning("nothing is recorded", folder=str(self._shelf.folder), why=why)
+            _LOG.warning("nothing is recorded", folder=str(self._shelf.folder), why=str(why))
 
     def _leave_out(self, for_s: float) -> None:
         """Take what comes and leave it out, until the end or until it is time to try again."""
@@ -423,5 +421,7 @@ class Recorder:
                     self._not_written += 1
 
 
-def _why(error: Exception) -> str:
-    return getattr(error, "strerror", None) or str(error)
+def _why(error: Exception) -> Sentence:
+    if isinstance(error, WaxError):
+        return error.sentence
+    return says(getattr(error, "strerror", None) or str(error))

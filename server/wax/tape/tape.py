@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 import structlog
 
 from wax.error_boundary import ErrorBoundary
+from wax.sentence import Sentence
 from wax.streams.rendition_ladder import sound_forms
 from wax.tape.camera_track import CameraTrack, format_of
 from wax.tape.recorder import Format, Recorder
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 _LOG = structlog.get_logger(__name__)
 
-_FAILED: Final = "the tape has failed; the log says why, a restart of the server records again"
+_FAILED: Final = Sentence("tape.given_up")
 _SOUND_MS: Final = 20
 """The packets that observers on good links get; the form next to it is recorded."""
 

@@ -8,6 +8,8 @@ from urllib.parse import urlsplit
 import structlog
 from aiohttp import web
 
+from wax.errors import NotForUsError
+from wax.sentence import Sentence
 from wax.web.connection import Connection
 from wax.web.host_names import HostNames, host_of
 from wax.web.security_headers import UNDER_HTTPS, always
@@ -30,16 +32,11 @@ _LONGEST_PATH: Final = 200
 """More than any of ours; a file system raises errors of its own at 256."""
 _SEEN: Final = web.RequestKey("seen", Seen)
 
-_NOT_OURS: Final = (
-    "This server does not go by that name; if it should, add the name to [server] names."
-)
-_NO_NAME: Final = "The request does not say properly which host it is for."
-_ELSEWHERE: Final = (
-    "The request comes from another site's page; behind a proxy, name the proxy in"
-    " [server] trusted_proxies."
-)
+_NOT_OURS: Final = Sentence("request.other_name")
+_NO_NAME: Final = Sentence("request.no_name")
+_ELSEWHERE: Final = Sentence("request.other_site")
 
-_BROKEN: Final = "The request has not come as a whole."
+_BROKEN: Final = Sentence("request.broken")
 
 
 class Guards:
@@ -78,7 +75,7 @@ class Guards:
             try:
                 return await handler(request)
             except (ConnectionError, web.RequestPayloadError):
-                raise _refusal(web.HTTPBadRequest, _BROKEN) from None
+                raise NotForUsError(_BROKEN, 400) from None
 
         return (guard,)
 
@@ -108,7 +105,7 @@ class Guards:
             response.headers.setdefault("Cache-Control", "no-store")
 
     def _check(self, request: web.Request) -> None:
-        """Raise `web.HTTPException` if the request is not to be answered."""
+        """Raise `NotForUsError` if the request is not to be answered."""
         seen = self.seen(request)
         try:
             host = host_of(seen.host)
@@ -117,22 +114,18 @@ class Guards:
             target = host_of(named) if named else host
         except ValueError:
             self._refused(request, "malformed host")
-            raise _refusal(web.HTTPBadRequest, _NO_NAME) from None
+            raise NotForUsError(_NO_NAME, 400) from None
         if not (self._is_ours(host) and self._is_ours(target)):
             self._refused(request, "not our name", host=host)
-            raise _refusal(web.HTTPMisdirectedRequest, _NOT_OURS)
+            raise NotForUsError(_NOT_OURS, 421)
         if len(request.raw_path) > _LONGEST_PATH or "\0" in request.path:
-            raise _refusal(web.HTTPNotFound, "There is no such page.")
+            raise NotForUsError(Sentence("request.no_page"), 404)
         if request.method not in ("GET", "HEAD") and not is_same_origin(request, seen.origin):
             self._refused(request, "another site's page")
-            raise _refusal(web.HTTPForbidden, _ELSEWHERE)
+            raise NotForUsError(_ELSEWHERE, 403)
 
     def _is_ours(self, host: str) -> bool:
         return self._names.knows(host, self._clock.now_s()) or host in self._public_addresses()
 
     def _refused(self, request: web.Request, why: str, **values: str) -> None:
         self._log.info("request refused", why=why, sender=self.sender(request), **values)
-
-
-def _refusal(kind: type[web.HTTPError], sentence: str) -> web.HTTPError:
-    return kind(reason=sentence)

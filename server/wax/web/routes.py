@@ -23,12 +23,14 @@ from wax.errors import (
     FullError,
     NoPlaceError,
     NotAdmittedError,
+    NotForUsError,
     ProtocolError,
     StartError,
     TooOftenError,
     WaxError,
 )
 from wax.rtc.signalling import MAX_SDP_CHARS
+from wax.sentence import Sentence, says
 from wax.session.token_bucket import TokenBuckets
 from wax.web import cookies
 from wax.web.addresses import is_loopback
@@ -377,13 +379,11 @@ class Routes:
         """Refuse an address that asks too often, before a body is read."""
         visitor = request[_VISITOR]
         if not visitor.is_host and not buckets.take(visitor.address, self._clock.now_s()):
-            raise TooOftenError(
-                "Too many connections from your address; wait a few seconds and try again."
-            )
+            raise TooOftenError(Sentence("door.too_often"))
 
     def _knock(self, request: web.Request) -> None:
         if not self._knocks.take(self._guards.sender(request), self._clock.now_s()):
-            raise TooOftenError("Too many tries from your address; wait a minute and try again.")
+            raise TooOftenError(Sentence("door.too_many_tries"))
 
     def _warn_of_plain_http(self, request: web.Request) -> None:
         seen = self._guards.seen(request)
@@ -422,20 +422,26 @@ async def _tell_errors(request: web.Request, handler: Handler) -> web.StreamResp
         return await handler(request)
     except NotAdmittedError as error:
         more = {"ended": True, "opens_wall_ms": error.opens_wall_ms}
-        return _refuse(HTTP_STATUS[NotAdmittedError], str(error), more)
+        return _refuse(HTTP_STATUS[NotAdmittedError], error.sentence, more)
+    except NotForUsError as error:
+        return _refuse(error.status, error.sentence)
     except WaxError as error:
-        refusal = _refuse(HTTP_STATUS.get(type(error), 500), str(error))
+        refusal = _refuse(HTTP_STATUS.get(type(error), 500), error.sentence)
         if isinstance(error, (FullError, TooOftenError)):
             refusal.headers["Retry-After"] = str(error.retry_after_s)
         return refusal
     except web.HTTPException as error:
         if error.status < 400:
             raise
-        return _refuse(error.status, error.reason)
+        return _refuse(error.status, says(error.reason))
     except Exception:
         _LOG.exception("request failed", path=request.path)
-        return _refuse(500, "the server failed to handle this request; see its log")
+        return _refuse(500, Sentence("request.failed"))
 
 
-def _refuse(status: int, sentence: str, more: Mapping[str, object] | None = None) -> web.Response:
-    return web.json_response({"error": sentence, **(more or {})}, status=status)
+def _refuse(
+    status: int, sentence: Sentence, more: Mapping[str, object] | None = None
+) -> web.Response:
+    """Say why, in English for whoever is no page."""
+    body = {"error": str(sentence), "sentence": sentence.wire(), **(more or {})}
+    return web.json_response(body, status=status)

@@ -1,4 +1,4 @@
-"""Print the JSON Schema of every message, from which the page's types and constants are generated.
+"""Print what the page is made from: the JSON Schema of every message, constants, and the sentences.
 
 ``python -m wax.web.schema`` needs only pydantic: the page is built before WAX is installed.
 """
@@ -13,6 +13,7 @@ from pydantic import TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema
 
 from wax.protocol import messages, room_change, tape_events
+from wax.sentence import CATALOGUE
 
 if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaMode
@@ -40,14 +41,17 @@ class _ForThePage(GenerateJsonSchema):
         return False
 
     def field_is_required(self, field: Any, total: bool) -> bool:
-        """Require every field, since the server always writes all of them."""
+        """Require every field, since the server always writes all but those it may leave out."""
+        if "serialization_exclude_if" in field:
+            return False
         return self.mode == "serialization" or super().field_is_required(field, total)
 
 
 def schema() -> dict[str, Any]:
     """Return one schema: a property for each channel and direction, the messages in ``$defs``.
 
-    Its ``constants`` are not part of JSON Schema: values of `messages` that the page needs too.
+    Not part of JSON Schema are its ``constants``, values of `messages` that the page needs too, and
+    ``sentences``, what the server says in English by its code.
     """
     adapters = [
         (name, mode, TypeAdapter[Any](getattr(messages, name))) for name, mode in _CHANNELS.items()
@@ -67,6 +71,7 @@ def schema() -> dict[str, Any]:
         "required": list(_CHANNELS),
         "$defs": shared["$defs"],
         "constants": {name: getattr(messages, name) for name in _CONSTANTS},
+        "sentences": CATALOGUE,
     }
 
 

@@ -103,7 +103,7 @@ def test_silence_is_told_and_ends_with_standstill(robot: Driver, log: Log) -> No
     before = robot.state()
     until(lambda: robot.state().problem is not None)
     state = robot.state()
-    assert "silent" in (state.problem or "")
+    assert "silent" in str(state.problem)
     assert state.epoch > before.epoch
     assert state.extra["driver_silences"] > before.extra["driver_silences"]
     assert not drives(robot, log)
@@ -119,7 +119,7 @@ def test_a_killed_process_is_started_again(robot: Driver, log: Log) -> None:
     assert robot.state().extra["driver_pid"] == killed
     os.kill(killed, signal.SIGKILL)
     until(lambda: not robot.state().connected)
-    assert "has ended (signal 9); restarting it." in (robot.state().problem or "")
+    assert "has ended (signal 9); restarting it." in str(robot.state().problem)
     killed_s = time.monotonic()
     until(lambda: drives(robot, log, during_s=0.1) or robot.state().connected)
     assert not drives(robot, log)
@@ -150,7 +150,7 @@ def test_a_frozen_process_is_replaced(robot: Driver, log: Log) -> None:
     frozen = log.pid()
     os.kill(frozen, signal.SIGSTOP)
     until(lambda: not robot.state().connected)
-    assert "does not answer; restarting it." in (robot.state().problem or "")
+    assert "does not answer; restarting it." in str(robot.state().problem)
     until(lambda: robot.state().connected)
     assert log.pid() != frozen
     assert not is_alive(frozen)
@@ -250,7 +250,7 @@ def test_another_robot_than_was_asked_is_not_driven(log: Log) -> None:
     )
     robot.open()
     until(lambda: robot.state().problem is not None)
-    assert "restart WAX" in (robot.state().problem or "")
+    assert "restart WAX" in str(robot.state().problem)
     assert not robot.state().connected
     robot.close()
 
@@ -261,7 +261,7 @@ def test_a_process_that_cannot_begin_says_so(log: Log) -> None:
     robot = ProcessDriver(settings, SystemClock(), kind="recorder", limits=Limits(0.6, 1.5))
     robot.open()
     until(lambda: robot.state().extra["driver_restarts"] >= 2)
-    assert "has ended (status 1, see the server's log)" in (robot.state().problem or "")
+    assert "has ended (status 1, see the server's log)" in str(robot.state().problem)
     robot.close()
 
 

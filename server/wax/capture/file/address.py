@@ -12,6 +12,7 @@ from av.error import FFmpegError, InvalidDataError
 from av.stream import Disposition
 
 from wax.errors import SourceError
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from av.audio.codeccontext import AudioCodecContext
@@ -65,15 +66,12 @@ def open_container(address: str) -> InputContainer:
             return av.open(address, timeout=_TIMEOUT_S, options={"rtsp_flags": "prefer_tcp"})
         return av.open(f"file:{address}")
     except InvalidDataError as error:
-        raise SourceError(
-            f"{name} is not a playable video or sound, or its beginning or index is missing; use "
-            "another file."
-        ) from error
+        raise SourceError(Sentence("file.unplayable", {"name": name})) from error
     except FileNotFoundError as error:
-        raise SourceError(f"{name} does not exist; correct its name or create it.") from error
+        raise SourceError(Sentence("file.missing", {"name": name})) from error
     except (FFmpegError, OSError) as error:
         reason = error.strerror or str(error)
-        raise SourceError(f"{name} cannot be opened ({reason}); check that it exists.") from error
+        raise SourceError(Sentence("file.not_open", {"name": name, "why": reason})) from error
 
 
 def is_live(address: str, container: InputContainer) -> bool:

@@ -30,6 +30,7 @@ from wax.capture.file.address import (
     shown_name,
 )
 from wax.errors import SourceError
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -132,7 +133,7 @@ class Demuxer:
             self._condition.wait_for(lambda: self._found is not None or self.failed, timeout=8)
             if self._found is not None:
                 return self._found
-            raise self._failure or SourceError(f"{self.name} does not open; is it reachable?")
+            raise self._failure or SourceError(Sentence("file.unreachable", {"name": self.name}))
 
     def take(self, kind: Kind, until_s: float) -> Coded | None:
         """Return the next packet; None if none is due before `until_s`.
@@ -155,7 +156,7 @@ class Demuxer:
                 raise self._failure
             if self._horizon_s > far_s:
                 return None
-            raise SourceError(f"{self.name} delivers nothing; check the connection.")
+            raise SourceError(Sentence("file.silent", {"name": self.name}))
 
     def waiting(self, kind: Kind) -> int:
         """Return how many packets can be taken without waiting."""
@@ -172,7 +173,7 @@ class Demuxer:
             self._condition.notify_all()
 
     def _run(self) -> None:
-        failure = SourceError(f"{self.name} was closed.")
+        failure = SourceError(Sentence("file.closed", {"name": self.name}))
         try:
             start_s: float | None = None
             while not self._stopping:
@@ -180,10 +181,12 @@ class Demuxer:
         except SourceError as error:
             failure = error
         except FFmpegError as error:
-            failure = SourceError(f"{self.name} stopped ({error.strerror}); check the connection.")
+            failure = SourceError(
+                Sentence("file.stopped", {"name": self.name, "why": error.strerror or str(error)})
+            )
         except Exception as error:
             _LOG.exception("demuxer failed", address=self.name)
-            failure = SourceError(f"{self.name} cannot be played: {error}")
+            failure = SourceError(Sentence("file.failed", {"name": self.name, "why": str(error)}))
         with self._condition:
             self._failure = failure
             self._condition.notify_all()
@@ -198,7 +201,7 @@ class Demuxer:
                 self._condition.notify_all()
             tracks = {track.index: track for kind, track in found.items() if kind in self._queues}
             if not tracks:
-                raise SourceError(f"{self.name} has neither the picture nor the sound wanted.")
+                raise SourceError(Sentence("file.neither", {"name": self.name}))
             now_s = self._clock.now_s()
             if start_s is None or start_s < now_s - _STALL_S:
                 start_s = now_s + _START_S
@@ -227,9 +230,9 @@ class Demuxer:
                 raise
             _LOG.warning("file is damaged; played as far as possible", file=self.name, why=error)
         if self.live:
-            raise SourceError(f"{self.name} has ended; waiting for it to come back.")
+            raise SourceError(Sentence("file.over", {"name": self.name}))
         if not count:
-            raise SourceError(f"{self.name} contains nothing playable.")
+            raise SourceError(Sentence("file.empty", {"name": self.name}))
 
     def _wait_until_needed(self) -> bool:
         with self._condition:

@@ -101,7 +101,6 @@ class FileVideo(StreamDecoder):
     """
 
     kind: Kind = "video"
-    missing = '{} contains no picture; set [video] source = "none" or use another file.'
 
     def __init__(
         self,
@@ -179,7 +178,6 @@ class FileAudio(StreamDecoder):
     """
 
     kind: Kind = "audio"
-    missing = '{} contains no sound; set [audio] source = "none" or use another file.'
 
     def __init__(
         self,

@@ -8,6 +8,7 @@ import structlog
 from av.error import FFmpegError
 
 from wax.errors import SourceError
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,8 +30,6 @@ class StreamDecoder:
     """
 
     kind: Kind
-    missing: str
-    """The message, with {} for the name, if the address has no such stream."""
 
     def __init__(
         self,
@@ -54,7 +53,12 @@ class StreamDecoder:
         self._demuxer = self._join()
         try:
             if self.kind not in self._demuxer.kinds():
-                raise SourceError(self.missing.format(self._demuxer.name))
+                raise SourceError(
+                    Sentence(
+                        "file.no_picture" if self.kind == "video" else "file.no_sound",
+                        {"name": self._demuxer.name},
+                    )
+                )
         except SourceError:
             self.close()
             raise
@@ -85,7 +89,7 @@ class StreamDecoder:
         frames += self._decode(item)
         self._fruitless = 0 if frames else self._fruitless + 1
         if self._fruitless > _FRUITLESS:
-            raise SourceError(f"{self.demuxer.name} cannot be decoded; use another file.")
+            raise SourceError(Sentence("file.undecodable", {"name": self.demuxer.name}))
         return frames
 
     def _decode(self, item: Coded, *, flush: bool = False) -> list[tuple[Any, Coded]]:

@@ -37,7 +37,6 @@ class SerialHand:
             SerialSettings(url=local.url, baud=local.baud, reopen_s=_REOPEN_S),
             clock,
             self,
-            part="hand control",
             key="local.url",
         )
         self._lock = threading.Lock()

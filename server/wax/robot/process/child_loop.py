@@ -25,6 +25,7 @@ from wax.robot.process.pipe_messages import (
     encode,
     sendable,
 )
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.clock import Clock
@@ -41,10 +42,7 @@ HUNG_S: Final = 2.0
 OPEN_S: Final = 20.0
 END_S: Final = 1.0
 READ_BYTES: Final = 65_536
-STILL_DRIVEN: Final = (
-    "The person aboard still drives by themselves, as before this server was started: wait until"
-    " they let go."
-)
+STILL_DRIVEN: Final = Sentence("aboard.still_drives")
 
 
 class ChildLoop:
@@ -82,7 +80,7 @@ class ChildLoop:
         self._said: tuple[object, ...] = ()
         self._said_s = 0.0
         self._unsent = encode(Ready(kind=driver.kind, limits=driver.limits))
-        self._logged: str | None = None
+        self._logged: Sentence | None = None
         self._is_alone = False
         self._is_dismissed = False
 
@@ -222,7 +220,7 @@ class ChildLoop:
         if problem != self._logged:
             self._logged = problem
             if problem is not None:
-                _LOG.warning("the robot is held", problem=problem, **self._watchdog.counts)
+                _LOG.warning("the robot is held", problem=str(problem), **self._watchdog.counts)
 
     def _tell(self) -> bool:
         """Send a changed state to the server at once, and the whole state 20 times a second."""

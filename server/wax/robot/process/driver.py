@@ -28,6 +28,7 @@ from wax.robot.process.pipe_messages import (
     decode_answer,
     encode,
 )
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.clock import Clock
@@ -47,7 +48,7 @@ STEADY_S: Final = 5.0
 CLOSE_S: Final = 0.85
 KILL_S: Final = 0.1
 
-_CHANGED: Final = "The robot's driver is no longer the one that WAX started with; restart WAX."
+_CHANGED: Final = Sentence("robot.driver_changed")
 _OURS: Final = ("driver_restarts", "driver_full", "driver_garbled")
 
 
@@ -210,19 +211,19 @@ class ProcessDriver:
             if closing.is_set():
                 self._lost(None)
                 return
-            _LOG.warning("restarting the driver process", problem=problem)
+            _LOG.warning("restarting the driver process", problem=str(problem))
             self._lost(problem)
             if self._clock.now_s() - began_s >= STEADY_S:
                 pause_s = FIRST_PAUSE_S
             closing.wait(pause_s)
             pause_s = min(LAST_PAUSE_S, pause_s * 2.0)
 
-    def _attend(self, closing: threading.Event) -> str:
+    def _attend(self, closing: threading.Event) -> Sentence:
         """Start a process and read from it until its end; return why it ended."""
         try:
             child = ChildProcess(self._begin)
         except OSError as error:
-            return f"The driver process cannot be started ({error.strerror or error}); retrying."
+            return Sentence("robot.driver_not_started", {"why": error.strerror or str(error)})
         with self._lock:
             self._child = child
             if closing.is_set():
@@ -232,11 +233,11 @@ class ProcessDriver:
             if self._child is child:
                 self._child, self._listens = None, False
         if self._is_abandoned:
-            return "The driver process is left to the person aboard."
+            return Sentence("robot.driver_left")
         status = child.end()
-        return problem or f"The driver process has ended ({_how(status)}); restarting it."
+        return problem or _ended(status)
 
-    def _listen(self, child: ChildProcess) -> str | None:
+    def _listen(self, child: ChildProcess) -> Sentence | None:
         """Receive its states; return a sentence if it must be ended, None when it has ended."""
         lines = LineBuffer()
         deadline_s = self._clock.now_s() + START_S
@@ -257,7 +258,7 @@ class ProcessDriver:
                 deadline_s = self._clock.now_s() + HUNG_S
             if not data and self._clock.now_s() >= deadline_s:
                 child.kill()
-                return "The driver process does not answer; restarting it."
+                return Sentence("robot.driver_hangs")
         return None
 
     def _is_same(self, ready: Ready) -> bool:
@@ -274,7 +275,7 @@ class ProcessDriver:
             self._counts = told.counts
             self._listens = True
 
-    def _lost(self, problem: str | None) -> None:
+    def _lost(self, problem: Sentence | None) -> None:
         with self._lock:
             self._state = RobotState(connected=False, problem=problem, epoch=self._epoch)
             self._childs_epoch = None
@@ -283,5 +284,7 @@ class ProcessDriver:
             self._past["driver_restarts"] += problem is not None
 
 
-def _how(status: int) -> str:
-    return f"signal {-status}" if status < 0 else f"status {status}, see the server's log"
+def _ended(status: int) -> Sentence:
+    if status < 0:
+        return Sentence("robot.driver_killed", {"signal": -status})
+    return Sentence("robot.driver_ended", {"status": status})

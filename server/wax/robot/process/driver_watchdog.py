@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 from wax.driver.checks import NO_ANSWER, within
 from wax.driver.interface import STANDSTILL, Twist
 from wax.robot.process.pipe_messages import Axis, Halt, Move
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.driver.interface import Limits
@@ -28,9 +29,9 @@ COUNTS: Final = (
     "driver_garbage",
     "driver_failures",
 )
-SILENT: Final = "The server was silent for too long: let go of all controls, then drive again."
-GARBLED: Final = "The server sent an invalid message: let go of all controls, then drive again."
-NEUTRAL_FIRST: Final = "The robot is held: let go of all controls, then drive again."
+SILENT: Final = Sentence("robot.server_silent")
+GARBLED: Final = Sentence("robot.garbled")
+NEUTRAL_FIRST: Final = Sentence("robot.held")
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +86,7 @@ class DriverWatchdog:
         self._twist = STANDSTILL
         self.silent_at_s = math.inf
         """When silence will stop the robot; infinite before the first message."""
-        self.problem: str | None = None
+        self.problem: Sentence | None = None
         self.holds = 0
         self.counts = dict.fromkeys(COUNTS, 0)
 
@@ -130,7 +131,7 @@ class DriverWatchdog:
         self.counts["driver_failures"] += 1
         return self.hold(NO_ANSWER, now_s)
 
-    def hold(self, problem: str | None, now_s: float) -> tuple[Call, ...]:
+    def hold(self, problem: Sentence | None, now_s: float) -> tuple[Call, ...]:
         """Stop the robot; nothing sent before `now_s` moves it again."""
         self._disarm()
         self._held_s = now_s

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from wax.driver.interface import Aboard, Limits
     from wax.robot.process.driver_watchdog import Call, DriverWatchdog
     from wax.robot.process.pipe_messages import Message
+    from wax.sentence import Sentence
 
 HAND_COUNTS: Final = ("driver_hand_takes", "driver_hand_stops", "driver_hand_losses")
 
@@ -72,7 +73,7 @@ class HandWatchdog:
         return self._hand.mode == "hand" or not self._twist.is_zero
 
     @property
-    def problem(self) -> str | None:
+    def problem(self) -> Sentence | None:
         """Why the robot is held; the server's silence is no matter while the person drives."""
         match self._hand.mode:
             case "lost":
@@ -145,7 +146,7 @@ class HandWatchdog:
         self._stand(now_s)
         return self._watchdog.failed(now_s)
 
-    def hold(self, problem: str | None, now_s: float) -> tuple[Call, ...]:
+    def hold(self, problem: Sentence | None, now_s: float) -> tuple[Call, ...]:
         """Stop the robot; nothing sent before moves it again, and no hand that was on it."""
         self._stand(now_s)
         return self._watchdog.hold(problem, now_s)

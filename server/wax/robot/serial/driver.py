@@ -11,6 +11,7 @@ from wax.robot.serial.frames_dialect import FramesDialect
 from wax.robot.serial.reconnecting_port import Port
 from wax.robot.serial.setpoints import SetPoints
 from wax.robot.serial.wheels import WheelMixer
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.clock import Clock
@@ -93,7 +94,7 @@ class _SerialConversation:
         self._dialect = dialect
         self._url = url
         self._connected = False
-        self._problem: str | None = None
+        self._problem: Sentence | None = None
         self._epoch = 0
 
     def opened(self, now_s: float) -> bytes:
@@ -116,7 +117,7 @@ class _SerialConversation:
 
     def lost(self, problem: DriverError) -> None:
         with self.lock:
-            self._disconnect(str(problem))
+            self._disconnect(problem.sentence)
 
     def farewell(self) -> bytes:
         with self.lock:
@@ -148,13 +149,10 @@ class _SerialConversation:
         elif self._dialect.overdue(now_s):
             self._disconnect(_silent(self._url))
 
-    def _disconnect(self, problem: str | None) -> None:
+    def _disconnect(self, problem: Sentence | None) -> None:
         self.setpoints.lost()
         self._connected, self._problem = False, problem
 
 
-def _silent(url: str) -> str:
-    return (
-        f"The robot does not answer on {url}: check its power, its cable and that it runs the "
-        "program in server/firmware."
-    )
+def _silent(url: str) -> Sentence:
+    return Sentence("robot.no_answer_on", {"port": url})

@@ -14,6 +14,7 @@ import serial
 
 from wax.errors import DriverError
 from wax.robot.serial.port_threads import Conversation, PortThreads
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from wax.clock import Clock
@@ -35,7 +36,7 @@ class Caller(Conversation, Protocol):
 class Port:
     """One serial port, kept open from `open` to `close` whatever happens to it.
 
-    `part` is what is plugged in there, and `key` the configuration's name of its port, for people.
+    `key` is the configuration's name of it, for people.
     """
 
     def __init__(
@@ -44,11 +45,9 @@ class Port:
         clock: Clock,
         caller: Caller,
         *,
-        part: str = "robot",
         key: str = "robot.serial.url",
     ) -> None:
         self._settings = settings
-        self._part = part
         self._key = key
         self._clock = clock
         self._caller = caller
@@ -96,7 +95,7 @@ class Port:
             port = self._open_port()
         except Exception as error:
             # The handlers of pyserial's URLs raise all sorts of exceptions.
-            return DriverError(why_not_open(self._settings.url, error, self._part, self._key))
+            return DriverError(why_not_open(self._settings.url, error, self._key))
         if closing.is_set():
             port.close()
             return None
@@ -106,7 +105,7 @@ class Port:
         try:
             line.run()
         except Exception as error:
-            return DriverError(_why_lost(self._settings, error, self._part))
+            return DriverError(_why_lost(self._settings, error))
         finally:
             self._line = None
         return None
@@ -121,28 +120,19 @@ class Port:
         )
 
 
-def _why_lost(settings: SerialSettings, error: Exception, part: str) -> str:
-    return (
-        f"The {part}'s serial port {settings.url} was lost ({error}): check the cable and the "
-        f"{part}'s power. Retrying every {settings.reopen_s:g} s."
+def _why_lost(settings: SerialSettings, error: Exception) -> Sentence:
+    return Sentence(
+        "port.lost", {"port": settings.url, "why": str(error), "seconds": settings.reopen_s}
     )
 
 
-def why_not_open(
-    url: str, error: Exception, part: str = "robot", key: str = "robot.serial.url"
-) -> str:
+def why_not_open(url: str, error: Exception, key: str = "robot.serial.url") -> Sentence:
     """Return a sentence that says why a port did not open and what to do."""
     number = getattr(error, "errno", None)
     if number in (errno.ENOENT, errno.ENXIO, errno.ENODEV):
-        return (
-            f"There is no serial port {url}: plug the {part} in, or set {key} to one "
-            "listed by `wax devices`."
-        )
+        return Sentence("port.missing", {"port": url, "key": key})
     if number in (errno.EACCES, errno.EPERM):
-        return (
-            f"You may not open the serial port {url}: add yourself to its group, on Debian and "
-            "Ubuntu with `sudo usermod -aG dialout $USER`, and log in again."
-        )
+        return Sentence("port.forbidden", {"port": url})
     if number in (errno.EAGAIN, errno.EBUSY):
-        return f"Another program is using the serial port {url}: end it first."
-    return f"The serial port {url} cannot be opened: {error}."
+        return Sentence("port.busy", {"port": url})
+    return Sentence("port.not_open", {"port": url, "why": str(error)})

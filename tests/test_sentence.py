@@ -1,0 +1,173 @@
+"""The sentences for people, which travel as codes with values."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.examples import examples
+
+import wax
+from wax.errors import SourceError, WaxError
+from wax.sentence import CATALOGUE, Sentence, read, says
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+_SOURCES: Final = Path(wax.__path__[0])
+_PARTS: Final = re.compile(
+    r"by|rate|tape|sent|sync|thesis|portaudio|(microphone|speaker)\.(default|named)"
+    r"|camera\.named|says|proof\.step"
+)
+"""What stands within other sentences, or in a list of figures, and so is no whole one."""
+
+
+def _templates(code: str) -> list[str]:
+    message = CATALOGUE[code]
+    return [message] if isinstance(message, str) else list(message.values())
+
+
+def _holes(code: str) -> set[str]:
+    return set(re.findall(r"\{(\w+)\}", " ".join(_templates(code))))
+
+
+def _made() -> Iterator[tuple[str, list[str], set[str] | None]]:
+    """Yield each `Sentence(…)` of the source: where, the codes it may have, its values' names."""
+    for path in sorted(_SOURCES.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Sentence":
+                where = f"{path.relative_to(_SOURCES)}:{node.lineno}"
+                code, *values = node.args
+                written = (one.value for one in ast.walk(code) if isinstance(one, ast.Constant))
+                codes = [one for one in written if isinstance(one, str) and one in CATALOGUE]
+                yield where, codes, _names(values[0]) if values else set()
+
+
+def _names(values: ast.expr) -> set[str] | None:
+    if not isinstance(values, ast.Dict):
+        return None
+    return {str(key.value) for key in values.keys if isinstance(key, ast.Constant)}
+
+
+MADE: Final = list(_made())
+
+
+def test_the_whole_source_was_read() -> None:
+    """Otherwise the tests below would promise nothing."""
+    assert len(MADE) > 150
+
+
+@pytest.mark.parametrize(("where", "codes", "names"), MADE, ids=[where for where, *_ in MADE])
+def test_what_the_source_says_is_in_the_catalogue(
+    where: str, codes: list[str], names: set[str] | None
+) -> None:
+    """Each sentence is made of a code that is written out, and of just the values it has holes for;
+    a form for a number may leave the number out.
+    """
+    assert codes, f"{where}: no code of the catalogue"
+    for code in codes:
+        plural = set() if isinstance(CATALOGUE[code], str) else {"n"}
+        assert names == _holes(code) | plural, f"{where}: {code}"
+
+
+def test_nothing_is_in_the_catalogue_that_nobody_says() -> None:
+    """What was said once and is not any more is taken out, in every language."""
+    said = {code for _, codes, _ in MADE for code in codes}
+    assert set(CATALOGUE) == said
+
+
+@pytest.mark.parametrize("code", CATALOGUE)
+def test_each_is_english_that_reads_right(code: str) -> None:
+    """A whole sentence with whatever is in its holes; nothing is left open."""
+    for n in (1, 2, 30):
+        values = dict.fromkeys(_holes(code), "the door") | {"n": n}
+        text = str(Sentence(code, values))
+        assert "{" not in text
+        assert "…" not in text
+        assert text == text.strip()
+        assert "  " not in text
+        if not _PARTS.match(code) and not text.endswith("the door"):
+            assert not text[0].islower() or text.startswith("the door"), text
+            assert text.endswith((".", "?")), text
+
+
+@pytest.mark.parametrize(
+    ("sentence", "english"),
+    [
+        (Sentence("door.full", {"n": 1}), "The only place is taken; try again later."),
+        (Sentence("door.full", {"n": 1200}), "All 1,200 places are taken; try again later."),
+        (Sentence("rate.mbit", {"rate": 2.0}), "2 Mbit/s"),
+        (Sentence("rate.mbit", {"rate": 1.2}), "1.2 Mbit/s"),
+        (
+            Sentence("stop.pressed", {"by": Sentence("by.named", {"name": "Ada"})}),
+            "Stopped by Ada. Release the stop, then drive again.",
+        ),
+        (says("The arm is stuck {so}."), "The arm is stuck {so}."),
+        (Sentence("door.full"), "All … places are taken; try again later."),
+        (Sentence("no.such", {"text": "The arm is stuck.", "n": 3}), "The arm is stuck., 3"),
+        (Sentence("no.such"), "no.such"),
+    ],
+)
+def test_in_words(sentence: Sentence, english: str) -> None:
+    """Numbers, others within, what comes from elsewhere; and something even for what is wrong."""
+    assert str(sentence) == english
+
+
+_VALUES = st.recursive(
+    st.text() | st.integers() | st.floats(),
+    lambda inner: st.builds(Sentence, st.text(), st.dictionaries(st.text(), inner)),
+    max_leaves=8,
+)
+
+
+@examples(200)
+@given(st.sampled_from([*CATALOGUE, "", "no.such"]), st.dictionaries(st.text(), _VALUES))
+def test_words_are_found_for_anything(code: str, values: dict[str, str | int | float]) -> None:
+    """A sentence never raises, whatever is in it."""
+    holes = _holes(code) if code in CATALOGUE else set()
+    sentence = Sentence(code, values | dict.fromkeys(holes, "") if len(values) % 2 else values)
+    assert isinstance(str(sentence), str)
+    assert isinstance(hash(sentence), int)
+
+
+_FINITE = st.text() | st.integers(-(2**53), 2**53) | st.floats(allow_nan=False, width=32)
+_SENT = st.recursive(
+    st.builds(Sentence, st.text(), st.dictionaries(st.text(), _FINITE)),
+    lambda inner: st.builds(Sentence, st.text(), st.dictionaries(st.text(), inner)),
+    max_leaves=5,
+)
+
+
+@examples(100)
+@given(_SENT)
+def test_the_wire_keeps_it(sentence: Sentence) -> None:
+    """It arrives as it was sent, at a page and at a client without a browser."""
+    assert read(sentence.wire()) == sentence
+
+
+def test_the_wire_is_short() -> None:
+    """Values that are not there cost a modem nothing."""
+    stop = Sentence("stop.pressed", {"by": Sentence("by.host")})
+    assert json.dumps(stop.wire()) == (
+        '{"code": "stop.pressed", "values": {"by": {"code": "by.host"}}}'
+    )
+
+
+@pytest.mark.parametrize("wire", [None, "says", 3, {}, {"code": 3}, {"code": "x", "values": [1]}])
+def test_what_is_none_is_refused(wire: object) -> None:
+    """Anything but a code and values is a `ValueError`."""
+    with pytest.raises(ValueError, match="Sentence"):
+        read(wire)
+
+
+def test_an_error_is_a_sentence() -> None:
+    """By its code where it has one; a plug-in's own words are shown as they are."""
+    ours, theirs = Sentence("camera.hangs", {"camera": 0}), "My camera has no film."
+    assert (SourceError(ours).sentence, SourceError(theirs).sentence) == (ours, says(theirs))
+    assert [str(WaxError(one)) for one in (ours, theirs)] == [str(ours), theirs]
