@@ -5,6 +5,7 @@ import { listenKey } from "./listenKey";
 import { loadPreferences } from "./preferences";
 import { createState, type State } from "./state";
 import { hello, room, served } from "./testing/messages";
+import { says } from "./words/said";
 
 const TWO = [
   { name: "Door", axes: [] },
@@ -60,13 +61,13 @@ it("shows the driving view large when a turn begins, and lets one swap after tha
   state.room.value = room({ operator: 1 });
   expect(state.large.value).toBeNull();
   cameras.choose(1);
-  state.room.value = room({ operator: 1, stop: { number: 3, by: "Ada" } });
+  state.room.value = room({ operator: 1, stop: { number: 3, by: says("Ada") } });
   expect(state.large.value).toBe(1);
 });
 
 it("gives the place back with a sentence when the large one fails", () => {
   cameras.choose(0);
-  const failing = [{ problem: "Door: The camera delivers nothing." }, { problem: null }];
+  const failing = [{ problem: says("Door: The camera delivers nothing.") }, { problem: null }];
   cameras.told({ ...room({}), cameras: failing });
   expect(state.large.value).toBeNull();
   expect(say).toHaveBeenCalledExactlyOnceWith(
@@ -76,7 +77,7 @@ it("gives the place back with a sentence when the large one fails", () => {
 
 it("leaves the large one alone when another fails", () => {
   cameras.choose(1);
-  cameras.told({ ...room({}), cameras: [{ problem: "gone" }, { problem: null }] });
+  cameras.told({ ...room({}), cameras: [{ problem: says("gone") }, { problem: null }] });
   expect(state.large.value).toBe(1);
   expect(say).not.toHaveBeenCalled();
 });

@@ -1,6 +1,7 @@
 import type { Look, RoomState, StateIn } from "./messages";
 import { Playback } from "./playback";
 import type { State } from "./state";
+import { said } from "./words/said";
 import { t } from "./words/words";
 
 /** Without a new picture for so long, a camera shows what was, not what is. */
@@ -104,7 +105,7 @@ export class Cameras {
   told(room: RoomState): void {
     const large = this.wiring.state.large.peek();
     const problem = large === null ? null : room.cameras[large]?.problem;
-    if (problem) this.#comeBack(problem);
+    if (problem) this.#comeBack(said(problem));
   }
 
   #comeBack(why: string): void {

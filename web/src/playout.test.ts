@@ -1,5 +1,6 @@
 import { expect, it } from "vitest";
 import { applyPlayout } from "./playout";
+import { says } from "./words/said";
 
 type Receiver = RTCRtpReceiver & { jitterBufferTarget?: number | null };
 
@@ -12,7 +13,7 @@ function playout(sound_target_ms: number | null, picture_target_ms: number | nul
     type: "playout",
     policy: "p",
     player: "browser",
-    reason: "r",
+    reason: says("r"),
     sound_target_ms,
     picture_target_ms,
   } as const;

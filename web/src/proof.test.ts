@@ -1,5 +1,6 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
 import { type Proof, Prover } from "./proof";
+import { says } from "./words/said";
 
 let told: Proof[];
 let asked: string[];
@@ -24,10 +25,14 @@ afterEach(() => {
   vi.unstubAllGlobals();
 });
 
-const RUNNING: Proof = { state: "running", line: "The page is closed (3 of 40)", record: null };
+const RUNNING: Proof = {
+  state: "running",
+  line: says("The page is closed (3 of 40)"),
+  record: null,
+};
 const DONE: Proof = {
   state: "done",
-  line: "Every link was cut 5 times; the robot stood within 200 ms.",
+  line: says("Every link was cut 5 times; the robot stood within 200 ms."),
   record: "/api/proof/record",
 };
 

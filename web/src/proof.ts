@@ -1,9 +1,10 @@
 import { type Answer, ask, post } from "./link/http";
+import type { Sentence } from "./messages";
 
 /** The progress of the proof of the stop; `line` describes its current step, `record` is a path. */
 export interface Proof {
   state: "never" | "running" | "done" | "failed";
-  line: string;
+  line: Sentence | null;
   record: string | null;
 }
 

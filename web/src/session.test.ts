@@ -4,6 +4,7 @@ import type { PeerEvents } from "./link/peer";
 import { MAX_NAME_CHARS, type StateIn, type StateOut } from "./messages";
 import { type Session, startSession } from "./session";
 import { aboard, elsewhere, hello, room, served } from "./testing/messages";
+import { says } from "./words/said";
 
 const { FakePeer, peers } = vi.hoisted(() => {
   const made: InstanceType<typeof Fake>[] = [];
@@ -178,7 +179,7 @@ describe("input", () => {
   });
 
   it("are empty from the moment of a stop until the first press after its release", () => {
-    const stop = { number: 3, by: "Bob" };
+    const stop = { number: 3, by: says("Bob") };
     session.actions.press("a", "forward");
     expect(said(() => receive(room({ operator: 1, number: 7, stop })))).toEqual([[false, 0]]);
     session.actions.press("a", "forward");
@@ -299,7 +300,7 @@ it("says so when it is to acknowledge and this browser cannot", async () => {
 });
 
 describe("a page that may not stay", () => {
-  const ended = { type: "ended", text: "The robot is closed.", opens_wall_ms: null } as const;
+  const ended = { type: "ended", text: says("The robot is closed."), opens_wall_ms: null } as const;
 
   it("shows why, stays away, and comes back when it is asked to", () => {
     open();
@@ -482,7 +483,7 @@ describe("a page for which the server has no place", () => {
   it("leaves the rooms where it may not stay", () => {
     session.actions.comeBack();
     open();
-    receive({ type: "ended", text: "You were removed.", opens_wall_ms: null });
+    receive({ type: "ended", text: says("You were removed."), opens_wall_ms: null });
     expect(away.leave).toHaveBeenCalledOnce();
   });
 });

@@ -50,6 +50,7 @@ import { listenTalk } from "./voice/listenTalk";
 import { Talk } from "./voice/talk";
 import { keepAwake, needsScreen } from "./wakeLock";
 import { listenLanguage } from "./words/language";
+import { said } from "./words/said";
 import { t } from "./words/words";
 
 const CLOCKS_EVERY_MS = 200;
@@ -295,10 +296,10 @@ export function startSession(): Session {
         state.driveReason.value = message.reason;
         break;
       case "heard":
-        talk.told(message.heard, message.reason);
+        talk.told(message.heard, said(message.reason));
         break;
       case "notice":
-        say(message.text);
+        say(said(message.text));
         break;
       case "ended":
         end(message);

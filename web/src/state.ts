@@ -14,6 +14,7 @@ import type {
   InvitationLink,
   Playout,
   RoomState,
+  Sentence,
   Served,
   ViewerInfo,
 } from "./messages";
@@ -72,7 +73,7 @@ export interface State {
   /** Pages of others on which the robot can be watched while there is no place here. */
   links: Signal<readonly string[]>;
   /** Why the robot stands, or moves more slowly than commanded, while somebody drives it. */
-  driveReason: Signal<string | null>;
+  driveReason: Signal<Sentence | null>;
   /** The newest notice; always a new object, so that the same text shows again. */
   notice: Signal<{ text: string } | null>;
   preferences: Signal<Preferences>;

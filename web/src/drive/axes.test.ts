@@ -4,6 +4,7 @@ import type { Drive, RoomState } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { hello, room } from "../testing/messages";
+import { says } from "../words/said";
 import { DriveController } from "./driveController";
 
 interface Word {
@@ -11,7 +12,7 @@ interface Word {
   axes: Drive["axes"];
 }
 
-const STOP = { number: 3, by: "Bob" };
+const STOP = { number: 3, by: says("Bob") };
 const NOTHING = { held: false, axes: {} };
 
 let state: State;

@@ -5,11 +5,12 @@ import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { frames, pad, plugIn, push, takeAwayGamepads } from "../testing/gamepads";
 import { hello, room } from "../testing/messages";
+import { says } from "../words/said";
 import { DriveController } from "./driveController";
 
 const ADA = 1;
 const BOB = 2;
-const STOP = { number: 7, by: "Bob" };
+const STOP = { number: 7, by: says("Bob") };
 const stop = vi.fn();
 const releaseStop = vi.fn();
 const toggleSpeed = vi.fn();

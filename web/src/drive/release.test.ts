@@ -5,6 +5,7 @@ import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
 import { type FakePad, frames, pad, plugIn, push, takeAwayGamepads } from "../testing/gamepads";
 import { hello, room } from "../testing/messages";
+import { says } from "../words/said";
 import { DriveController } from "./driveController";
 import { fingerHolder } from "./inputState";
 import type { Way } from "./ways";
@@ -133,7 +134,7 @@ const RELEASES: Record<string, () => void> = {
     state.room.value = room({ operator: ADA, number: 8 });
   },
   "a latched stop": () => {
-    state.room.value = room({ operator: ADA, number: 7, stop: { number: 1, by: "Bob" } });
+    state.room.value = room({ operator: ADA, number: 7, stop: { number: 1, by: says("Bob") } });
   },
   "a lost link": () => {
     state.link.value = { is: "connecting", reason: null };

@@ -3,7 +3,6 @@ import { type Receivers, Reporter } from "../measure/report";
 import type { Playout, Report } from "../messages";
 import { applyPlayout } from "../playout";
 import type { Facts } from "../state";
-import { t } from "../words/words";
 import { CaptureClock, rtpClock, type Source } from "./captures";
 import { HoldBack } from "./holdBack";
 import type { RenditionChoice } from "./rendition";
@@ -21,10 +20,11 @@ export interface InStepOptions {
 
 const REPORTS_PER_ARRIVING = 4;
 
+/** As the server would say it. */
 const REASONS = {
-  first: "sound.picture_first",
-  none: "sound.nothing_to_hold",
-  held: "sound.picture_follows",
+  first: "sync.neither",
+  none: "sync.nothing",
+  held: "sync.follows",
 } as const;
 
 /**
@@ -131,7 +131,7 @@ export class InStep {
       player: "browser",
       sound_target_ms: null,
       picture_target_ms: heldMs,
-      reason: t(isFirst ? REASONS.first : heldMs === 0 ? REASONS.none : REASONS.held),
+      reason: { code: isFirst ? REASONS.first : heldMs === 0 ? REASONS.none : REASONS.held },
     };
     applyPlayout(playout, this.#receivers?.sound ?? null, this.#receivers?.picture ?? null);
     this.options.onPlayout(playout);

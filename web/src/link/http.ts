@@ -1,6 +1,7 @@
 /** HTTP requests to the server; errors are sentences for people. */
 
-import type { Ended } from "../messages";
+import type { Ended, Sentence } from "../messages";
+import { isSentence, said, says } from "../words/said";
 import { t } from "../words/words";
 
 /** The server refused (`isRefusal`) or did not answer. */
@@ -56,14 +57,18 @@ export async function ask(path: string, init: RequestInit = {}): Promise<Answer>
   }
   const body = await response.json().catch(() => null);
   if (response.ok && body !== null) return body;
-  const { status } = response;
-  const sentence =
-    typeof body?.error === "string" ? body.error : t("link.answered", { status: String(status) });
+  const sentence = told(body) ?? says(t("link.answered", { status: String(response.status) }));
   const ended = body?.ended === true ? endedFor(sentence, body.opens_wall_ms) : null;
-  throw new RequestError(sentence, true, retryAfterMs(response), ended);
+  throw new RequestError(said(sentence), true, retryAfterMs(response), ended);
 }
 
-function endedFor(text: string, opens: unknown): Ended {
+/** Why it was refused; what stands between the server and this page may say it in plain words. */
+function told(body: { sentence?: unknown; error?: unknown } | null): Sentence | null {
+  if (isSentence(body?.sentence)) return body.sentence;
+  return typeof body?.error === "string" ? says(body.error) : null;
+}
+
+function endedFor(text: Sentence, opens: unknown): Ended {
   return { type: "ended", text, opens_wall_ms: typeof opens === "number" ? opens : null };
 }
 

@@ -1,6 +1,7 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { StateOut } from "../messages";
 import { elsewhere, hello } from "../testing/messages";
+import { said, says } from "../words/said";
 import { Link, type LinkState } from "./link";
 import type { PeerEvents } from "./peer";
 import type { Sent } from "./signalling";
@@ -233,9 +234,9 @@ it.each([
   open();
   playFor(6);
   vi.mocked(Math.random).mockReturnValue(random);
-  const text = "The server is restarting or was switched off.";
+  const text = { code: "door.goodbye" };
   peer().events.received("state", JSON.stringify({ type: "goodbye", text }));
-  expect(states.at(-1)).toMatchObject({ reason: text });
+  expect(states.at(-1)).toMatchObject({ reason: said(text) });
   expect(peer().isClosed).toBe(true);
   vi.advanceTimersByTime(waitMs - 1);
   expect(peers).toHaveLength(1);
@@ -354,7 +355,7 @@ it("hurries only where it waits", () => {
 });
 
 describe("a page that may not stay", () => {
-  const ended = { type: "ended", text: "The robot is closed.", opens_wall_ms: null } as const;
+  const ended = { type: "ended", text: says("The robot is closed."), opens_wall_ms: null } as const;
 
   it("is told so, and does not come back by itself", () => {
     open();

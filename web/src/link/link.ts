@@ -1,5 +1,6 @@
 import { ServerClock } from "../clock";
 import type { Channel, DriveIn, Ended, StateIn, StateOut } from "../messages";
+import { said } from "../words/said";
 import { t } from "../words/words";
 import { Heartbeat } from "./heartbeat";
 import { Peer, type PeerEvents } from "./peer";
@@ -324,7 +325,7 @@ export class Link {
     } else if (message.type === "goodbye") {
       this.#forget();
       this.#attempts = 0;
-      this.#retry(message.text, GOODBYE_MS * (1 + Math.random()));
+      this.#retry(said(message.text), GOODBYE_MS * (1 + Math.random()));
     }
   }
 

@@ -116,11 +116,12 @@ it("sends no offer into a network that is dead, where it might arrive much later
 });
 
 it("tells a refusal for good from one that may pass", async () => {
-  const body = { error: "The robot is closed.", ended: true, opens_wall_ms: 5 };
+  const sentence = { code: "door.closed" };
+  const body = { error: "The robot is closed.", sentence, ended: true, opens_wall_ms: 5 };
   ice = async () => new Response(JSON.stringify(body), { status: 403 });
   const { connected, lost, refused } = connect();
   await connected;
-  const ended = { type: "ended", text: "The robot is closed.", opens_wall_ms: 5 };
+  const ended = { type: "ended", text: sentence, opens_wall_ms: 5 };
   expect(refused).toHaveBeenCalledWith(ended);
   expect(lost).not.toHaveBeenCalled();
 });

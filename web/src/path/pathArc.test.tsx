@@ -7,6 +7,7 @@ import type { State } from "../state";
 import { hello, room } from "../testing/messages";
 import { testSession as made } from "../testing/session";
 import { SessionContext } from "../view/context";
+import { says } from "../words/said";
 import { commanded } from "./commanded";
 import { PathArc } from "./PathArc";
 import { aspectOf, drivingCamera } from "./view";
@@ -184,7 +185,7 @@ describe("what is commanded", () => {
 
   it("is nothing while a stop is in force", () => {
     push("forward");
-    state.room.value = room({ operator: 1, stop: { number: 1, by: "Ada" } });
+    state.room.value = room({ operator: 1, stop: { number: 1, by: says("Ada") } });
     expect(commanded(state)).toEqual({ linearMps: 0, angularRps: 0 });
   });
 });

@@ -63,7 +63,7 @@ export function playout(more: Partial<Playout> = {}): Playout {
     player: "browser",
     sound_target_ms: 40,
     picture_target_ms: null,
-    reason: "The sound does not break at 40 ms.",
+    reason: { code: "sync.follows" },
     ...more,
   };
 }
@@ -81,7 +81,7 @@ export function served(more: Partial<Served> = {}): Served {
     used_bps: 590_000,
     queue_ms: 4,
     in_step: true,
-    reason: "Everything is sent.",
+    reason: { code: "sent.all" },
     layers: 3,
     layers_made: 3,
     cameras: [],

@@ -1,5 +1,6 @@
 import { expect, it } from "vitest";
 import { playout, served } from "../testing/messages";
+import { says } from "../words/said";
 import {
   ageWords,
   breakWords,
@@ -63,8 +64,8 @@ it("says why our own player does not play", () => {
 });
 
 it("gives every reason once", () => {
-  const [one, two] = [playout({ reason: "A." }), served({ reason: "B." })];
+  const [one, two] = [playout({ reason: says("A.") }), served({ reason: says("B.") })];
   expect(reasons(one, two, BROWSER)).toEqual(["B.", "A."]);
-  expect(reasons(playout({ reason: "B." }), two, BROWSER)).toEqual(["B."]);
-  expect(reasons(playout({ reason: "" }), null, BROWSER)).toEqual([]);
+  expect(reasons(playout({ reason: says("B.") }), two, BROWSER)).toEqual(["B."]);
+  expect(reasons(playout({ reason: says("") }), null, BROWSER)).toEqual([]);
 });

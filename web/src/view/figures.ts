@@ -3,6 +3,7 @@
 import type { Breaks } from "../measure/breaks";
 import type { Playout, Served } from "../messages";
 import type { SoundPlayerState } from "../sound/soundPlayback";
+import { said } from "../words/said";
 import { figure, t } from "../words/words";
 
 const UNKNOWN = "–";
@@ -84,7 +85,9 @@ export function reasons(
   served: Served | null,
   player: SoundPlayerState,
 ): string[] {
-  return [...new Set([served?.reason, playout?.reason, player.why])].flatMap((one) => one || []);
+  return [...new Set([said(served?.reason), said(playout?.reason), player.why])].flatMap(
+    (one) => one || [],
+  );
 }
 
 function rateWords(bps: number): string {

@@ -9,6 +9,7 @@ import { createState, type State } from "../state";
 import { aboard, hello, room, served } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { speak } from "../words/language";
+import { says } from "../words/said";
 import { AboardBanner } from "./AboardBanner";
 import { App } from "./App";
 import { CallCard } from "./CallCard";
@@ -50,9 +51,9 @@ beforeEach(() => {
     viewers: viewers.viewers.map((one) => ({ ...one, name: `${one.id}`, lost: one.id === 3 })),
     call: { viewer: 1, until_server_ms: 9000 },
     stop: null,
-    tape: { running: true, why: "1" },
+    tape: { running: true, why: says("1") },
     voice: { speaker: null, muted: false, problem: null },
-    aboard: aboard({ mode: "hand", reason: "2" }),
+    aboard: aboard({ mode: "hand", reason: says("2") }),
     cameras: [{ problem: null }],
   } as NonNullable<typeof state.room.value>;
   state.request.value = { asked: "wait" };
@@ -81,7 +82,7 @@ beforeEach(() => {
     uses: 2,
     ends_wall_ms: Date.now(),
   };
-  state.proof.value = { state: "done", line: "1", record: "2" };
+  state.proof.value = { state: "done", line: says("1"), record: "2" };
 });
 
 afterEach(async () => {
@@ -117,7 +118,9 @@ function read(): string[] {
 }
 
 const Picture = () => <Views isShown video={{ current: null }} />;
-const Ended = () => <EndedPage ended={{ type: "ended", text: "1", opens_wall_ms: Date.now() }} />;
+const Ended = () => (
+  <EndedPage ended={{ type: "ended", text: says("1"), opens_wall_ms: Date.now() }} />
+);
 
 describe("in another language", () => {
   it.each([
@@ -152,7 +155,7 @@ describe("in another language", () => {
         now.viewers = now.viewers.map((one) => (one.id === 1 ? { ...one, role: "operator" } : one));
       }
       state.room.value = now && { ...now };
-      state.served.value = served({ reason: "1", in_step: false });
+      state.served.value = served({ reason: says("1"), in_step: false });
       state.entryProblem.value = "1";
       state.preferences.value = { ...state.preferences.value, picture: false };
       state.panel.value = panel;

@@ -1,6 +1,8 @@
 import { describe, expect, it } from "vitest";
 import type { RoomState } from "../messages";
 import { aboard, room, viewer } from "../testing/messages";
+import { named } from "../words/named";
+import { says } from "../words/said";
 import {
   batteryWords,
   connectionWords,
@@ -8,7 +10,6 @@ import {
   joinWords,
   lostWords,
   missedWords,
-  named,
   placeWords,
   problemWords,
   qualityWords,
@@ -135,8 +136,8 @@ it("names what has a problem", () => {
   expect(problemWords(now)).toEqual([]);
   now.robot.connected = false;
   now.robot.bumpers = 2;
-  now.video.problem = "there is no camera";
-  now.audio.problem = "the microphone was unplugged";
+  now.video.problem = says("there is no camera");
+  now.audio.problem = says("the microphone was unplugged");
   expect(problemWords(now)).toEqual([
     "Robot: it is not connected",
     "Robot: a bumper is pressed",
@@ -146,7 +147,7 @@ it("names what has a problem", () => {
 });
 
 describe("a stop", () => {
-  const stop = { number: 3, by: "Eve" };
+  const stop = { number: 3, by: says("Eve") };
   const words = (options: Parameters<typeof room>[0], me: number, mayRelease = false) => {
     const now = room(options);
     const viewer = now.viewers.find((one) => one.id === me) ?? null;
@@ -195,14 +196,16 @@ describe("the turn's clock", () => {
 
   it("stands still for a reason that is told", () => {
     const { house, robot } = room({});
-    expect(stands({ stop: { number: 1, by: "Eve" } })).toContain("while the robot is stopped.");
+    expect(stands({ stop: { number: 1, by: says("Eve") } })).toContain(
+      "while the robot is stopped.",
+    );
     expect(stands({ house: { ...house, blanked: true } })).toContain("picture and sound off");
     expect(stands({ robot: { ...robot, connected: false } })).toContain("does not answer");
     expect(stands({ aboard: aboard({ mode: "hand" }) })).toContain(
       "the person aboard has the robot.",
     );
     expect(stands({ aboard: aboard() })).toContain("nobody can drive");
-    expect(stands({ video: { problem: "unplugged" } })).toContain("there is no picture");
+    expect(stands({ video: { problem: says("unplugged") } })).toContain("there is no picture");
     expect(stands({})).toBe("The clock stands still while nobody can drive.");
   });
 });

@@ -14,6 +14,8 @@ import type {
   ViewerInfo,
 } from "../messages";
 import type { Voice } from "../voice/talk";
+import { named } from "../words/named";
+import { said } from "../words/said";
 import { type Code, figure, locale, t } from "../words/words";
 
 /** The connection, for the status line. */
@@ -161,13 +163,6 @@ export function whenWords(wallMs: number, nowMs: number, where = locale()): stri
 
 const DAY_MS = 86_400_000;
 
-/** A name in a sentence: one that is written from right to left leaves the rest in order. */
-export function named(name: string): string {
-  return RIGHT_TO_LEFT.test(name) ? `\u2068${name}\u2069` : name;
-}
-
-const RIGHT_TO_LEFT = /[\u0590-\u08ff\ufb1d-\ufdff\ufe70-\ufefc]/;
-
 export function turnWords(room: RoomState | null, me: ViewerInfo | null): TurnWords {
   if (!room || !me) return { headline: t("turn.one_moment"), next: "" };
   const operator = room.viewers.find((viewer) => viewer.role === "operator");
@@ -227,7 +222,7 @@ export function stoppedWords(
   // Who sits in the robot is left stranded by nobody.
   const until = (room?.aboard ? ABOARD_UNTIL : UNTIL)[who];
   return {
-    headline: t("stop.by", { name: named(stop.by) }),
+    headline: t("stop.by", { name: said(stop.by) }),
     next: t(until, { name: other ?? "" }),
   };
 }
@@ -279,11 +274,11 @@ export function problemWords(room: RoomState | null): string[] {
   const { robot, video, audio } = room;
   const isLost = robot.problem === null && !robot.connected;
   return [
-    ...(robot.problem ? [t("robot.problem", { problem: robot.problem })] : []),
+    ...(robot.problem ? [t("robot.problem", { problem: said(robot.problem) })] : []),
     ...(isLost ? [t("robot.not_connected")] : []),
     ...(robot.bumpers ? [t("robot.bumper")] : []),
-    ...(video.problem ? [t("robot.camera", { problem: video.problem })] : []),
-    ...(audio.problem ? [t("robot.microphone", { problem: audio.problem })] : []),
+    ...(video.problem ? [t("robot.camera", { problem: said(video.problem) })] : []),
+    ...(audio.problem ? [t("robot.microphone", { problem: said(audio.problem) })] : []),
   ];
 }
 
@@ -298,7 +293,7 @@ export function cameraProblem(
   served: Served | null,
 ): string | null {
   const problem = room?.cameras[at]?.problem;
-  if (problem) return problem;
+  if (problem) return said(problem);
   const isLeftOut = served !== null && served.cameras[at] == null;
   return isLeftOut ? t("robot.camera_left_out") : null;
 }
@@ -320,7 +315,7 @@ export function speakerWords(room: RoomState | null, me: number): string {
 /** Why one's own voice is not heard; null where nothing is known that keeps it from that. */
 export function voiceProblem(voice: Voice, room: RoomState | null): string | null {
   if (voice.problem !== null) return voice.problem;
-  if (room?.voice?.problem) return room.voice.problem;
+  if (room?.voice?.problem) return said(room.voice.problem);
   return room?.voice?.muted ? t("voice.muted") : null;
 }
 

@@ -16,7 +16,7 @@ export const LANGUAGES: readonly Spoken[] = [
   {
     tag: "de",
     name: "Deutsch",
-    load: async () => ({ tag: "de", direction: "ltr", messages: (await import("./de")).de }),
+    load: async () => (await import("./de")).german,
   },
 ];
 

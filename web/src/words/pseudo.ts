@@ -5,7 +5,8 @@
  */
 
 import { en } from "./en";
-import type { Catalog, Language, Message } from "./words";
+import { SAID_ENGLISH } from "./said";
+import type { Language, Message } from "./words";
 
 /** Latin digits, so that figures stay comparable; XB is a country of nobody's. */
 const TAG = "ar-XB-u-nu-latn";
@@ -48,10 +49,14 @@ function inEveryForm(message: Exclude<Message, string>): Message {
   return { other: pseudo(message.other), ...Object.fromEntries(forms) };
 }
 
-export function makePseudo(messages: Catalog = en): Language {
+function all(messages: Readonly<Record<string, Message>>): Record<string, Message> {
   const made = Object.entries(messages).map(([code, message]) => [
     code,
     typeof message === "string" ? pseudo(message) : inEveryForm(message),
   ]);
-  return { tag: TAG, direction: "rtl", messages: Object.fromEntries(made) };
+  return Object.fromEntries(made);
+}
+
+export function makePseudo(messages: Readonly<Record<string, Message>> = en): Language {
+  return { tag: TAG, direction: "rtl", messages: all(messages), said: all(SAID_ENGLISH) };
 }

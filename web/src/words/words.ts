@@ -21,6 +21,8 @@ export interface Language {
   tag: string;
   direction: "ltr" | "rtl";
   messages: Catalog;
+  /** What the server says, by its codes (`said.ts`); English where it lacks one. */
+  said?: Readonly<Record<string, Message>>;
 }
 
 export const ENGLISH: Language = { tag: "en", direction: "ltr", messages: en };

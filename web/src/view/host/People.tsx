@@ -1,8 +1,9 @@
 import type { ConsoleViewer, ViewerInfo } from "../../messages";
+import { named } from "../../words/named";
 import { t } from "../../words/words";
 import { Ask } from "../Ask";
 import { useActions, useState } from "../context";
-import { inOrder, named, placeWords, qualityWords } from "../words";
+import { inOrder, placeWords, qualityWords } from "../words";
 
 /** Everybody, with what only the host sees of them. */
 export function People() {

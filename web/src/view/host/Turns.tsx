@@ -1,8 +1,8 @@
+import { named } from "../../words/named";
 import { t } from "../../words/words";
 import { Ask } from "../Ask";
 import { useActions, useState } from "../context";
 import { Switch } from "../Switch";
-import { named } from "../words";
 
 const FRACTIONS = [1, 0.75, 0.5, 0.25] as const;
 

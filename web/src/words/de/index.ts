@@ -1,6 +1,7 @@
 /** German; loaded only for who reads it. */
 
-import type { Catalog } from "../words";
+import said from "../server/de.json";
+import type { Catalog, Language } from "../words";
 import aboard from "./aboard.json";
 import door from "./door.json";
 import drive from "./drive.json";
@@ -70,3 +71,5 @@ export const de: Catalog = {
   ...ways,
   ...when,
 };
+
+export const german: Language = { tag: "de", direction: "ltr", messages: de, said };

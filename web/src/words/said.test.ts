@@ -1,0 +1,115 @@
+import { afterEach, describe, expect, it } from "vitest";
+import { german } from "./de";
+import { LANGUAGES } from "./language";
+import { makePseudo } from "./pseudo";
+import { isSentence, SAID_ENGLISH, said, says } from "./said";
+import { ENGLISH, language, type Message } from "./words";
+
+afterEach(() => {
+  language.value = ENGLISH;
+});
+
+const templates = (message: Message) =>
+  typeof message === "string" ? [message] : Object.values(message);
+
+const holes = (template: string) =>
+  [...template.matchAll(/\{(\w+)\}/g)].map(([, name]) => name).toSorted();
+
+const general = (message: Message) => (typeof message === "string" ? message : message.other);
+
+const ALL = await Promise.all(LANGUAGES.map(({ load }) => load()));
+/** Every language but English. */
+const OTHERS = [...ALL.filter((one) => one !== ENGLISH), makePseudo()];
+
+describe.each(OTHERS)("what the server says, in $tag", ({ tag, said: own = {} }) => {
+  it("has every code of the server's, and no other", () => {
+    expect(Object.keys(own).toSorted()).toEqual(Object.keys(SAID_ENGLISH).toSorted());
+  });
+
+  it("has a hole for each value, in each of its forms", () => {
+    for (const [code, english] of Object.entries(SAID_ENGLISH)) {
+      const message = own[code] ?? "";
+      expect({ code, holes: holes(general(message)) }).toEqual({
+        code,
+        holes: holes(general(english)),
+      });
+      for (const one of templates(message)) {
+        for (const hole of holes(one)) expect(holes(general(english))).toContain(hole);
+      }
+    }
+  });
+
+  it("has each form that the language has for a number, where English has more than one", () => {
+    const { pluralCategories } = new Intl.PluralRules(tag).resolvedOptions();
+    for (const [code, english] of Object.entries(SAID_ENGLISH)) {
+      if (typeof english === "string") continue;
+      const forms = Object.keys(own[code] ?? {}).toSorted();
+      expect({ code, forms }).toEqual({ code, forms: pluralCategories.toSorted() });
+    }
+  });
+
+  it("says something, in no more space than needed", () => {
+    const poor = Object.values(own).flatMap(templates);
+    expect(poor.filter((one) => one.trim() === "" || one !== one.trim())).toEqual([]);
+  });
+});
+
+it("is not English copied", () => {
+  const same = Object.keys(SAID_ENGLISH).filter(
+    (code) => JSON.stringify(german.said?.[code]) === JSON.stringify(SAID_ENGLISH[code]),
+  );
+  // Nothing but values and units.
+  expect(same.toSorted()).toEqual(["by.named", "camera.named", "rate.kbit", "rate.mbit", "says"]);
+});
+
+describe("a sentence of the server's", () => {
+  it("is said in the reader's language, and anew when that changes", () => {
+    const sentence = { code: "drive.not_your_turn" };
+    expect(said(sentence)).toBe("It is not your turn.");
+    language.value = german;
+    expect(said(sentence)).toBe("Du bist nicht dran.");
+  });
+
+  it("may have others within, and numbers as the language writes them", () => {
+    const rate = { code: "rate.mbit", values: { rate: 1.2 } };
+    const sentence = { code: "sent.carries", values: { rate } };
+    expect(said(sentence)).toBe("the link carries about 1.2 Mbit/s");
+    language.value = german;
+    expect(said(sentence)).toBe("Die Verbindung trägt etwa 1,2 Mbit/s");
+  });
+
+  it("has the form for its number", () => {
+    const full = (n: number) => said({ code: "door.full", values: { n } });
+    expect([full(1), full(30)]).toEqual([
+      "The only place is taken; try again later.",
+      "All 30 places are taken; try again later.",
+    ]);
+  });
+
+  it("keeps a name from right to left in its place", () => {
+    expect(said({ code: "voice.taken", values: { name: "אבא" } })).toBe(
+      "\u2068אבא\u2069 is speaking; wait until they have finished.",
+    );
+  });
+
+  it("is English in a language that lacks it", () => {
+    language.value = { ...german, said: {} };
+    expect(said({ code: "door.closed" })).toBe("The robot is closed.");
+  });
+
+  it("says at least its values where the page does not know the code, or what to do", () => {
+    expect(said({ code: "new.one", values: { text: "The arm is stuck.", n: 3 } })).toBe(
+      "The arm is stuck., 3",
+    );
+    expect(said({ code: "new.one" })).toContain("reload it");
+  });
+
+  it("is nothing where there is none", () => {
+    expect([said(null), said(undefined)]).toEqual([null, null]);
+  });
+
+  it("is known by its code, among whatever may come", () => {
+    expect([says("Hm."), { code: "x" }].every(isSentence)).toBe(true);
+    expect([null, undefined, "x", 3, {}, { code: 3 }].some(isSentence)).toBe(false);
+  });
+});

@@ -1,0 +1,45 @@
+/** What the server says, in the reader's language: it comes as a code with values. */
+
+import english from "../generated/sentences.json";
+import type { Sentence } from "../messages";
+import { named } from "./named";
+import { fill, language, type Message, t } from "./words";
+
+/** What a language has for the server's codes. */
+export type SaidCatalog = Readonly<Record<string, Message>>;
+
+/** The server's own words, from which the page is built. */
+export const SAID_ENGLISH: SaidCatalog = english;
+
+/**
+ * The sentence in words. A code that the language lacks is English; one that this page has never
+ * heard of, since the server is newer, is at least its values.
+ */
+export function said(sentence: Sentence): string;
+export function said(sentence: Sentence | null | undefined): string | null;
+export function said(sentence: Sentence | null | undefined): string | null {
+  if (!sentence) return null;
+  const { tag, said: own } = language.value;
+  const { code, values = {} } = sentence;
+  const words = Object.fromEntries(
+    Object.entries(values).map(([name, value]) => [name, inWords(value)]),
+  );
+  const message = own?.[code] ?? SAID_ENGLISH[code];
+  if (message !== undefined) return fill(message, words, tag);
+  return Object.values(words).join(", ") || t("link.unknown");
+}
+
+function inWords(value: string | number | Sentence): string | number {
+  if (typeof value === "object") return said(value);
+  return typeof value === "string" ? named(value) : value;
+}
+
+/** Whether this came as a sentence. */
+export function isSentence(one: unknown): one is Sentence {
+  return typeof (one as Sentence | null)?.code === "string";
+}
+
+/** Words that are nobody's code, as a sentence: they are shown as they are. */
+export function says(text: string): Sentence {
+  return { code: "says", values: { text } };
+}
