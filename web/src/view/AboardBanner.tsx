@@ -1,3 +1,4 @@
+import { said } from "../words/said";
 import { t } from "../words/words";
 import { useState } from "./context";
 import { requestWords } from "./words";
@@ -19,7 +20,7 @@ export function AboardBanner() {
           <strong>{t("aboard.from")}</strong> {requestWords(request.value.asked)}
         </p>
       )}
-      {reason && <p class="banner is-problem">{reason}</p>}
+      {reason && <p class="banner is-problem">{said(reason)}</p>}
     </>
   );
 }

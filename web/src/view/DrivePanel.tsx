@@ -1,4 +1,5 @@
 import { controlInForce, wayInForce } from "../drive/drivePreferences";
+import { said } from "../words/said";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { DriveButton } from "./DriveButton";
@@ -96,7 +97,7 @@ function Hint() {
   }
   // Who stopped the robot, and what to do, is said above.
   if (stopNumber.value !== null) return <p class="hint" id="drive-hint" />;
-  const reason = driveReason.value ?? (isFreshlyReleased.value ? released() : null);
+  const reason = said(driveReason.value) ?? (isFreshlyReleased.value ? released() : null);
   return (
     <p class={reason ? "hint is-reason" : "hint is-keys"} id="drive-hint" aria-live="polite">
       {reason ?? keyHint(preferences.value, hello.value)}

@@ -1,4 +1,5 @@
 import type { Ended } from "../messages";
+import { said } from "../words/said";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 import { whenWords } from "./words";
@@ -12,7 +13,7 @@ export function EndedPage({ ended }: { ended: Ended }) {
     <main class="ended">
       <p class="brand">WAX</p>
       <div role="alert">
-        <h1>{ended.text}</h1>
+        <h1>{said(ended.text)}</h1>
       </div>
       {entryProblem.value && <p>{entryProblem.value}</p>}
       {opensMs !== null && <p>{t("link.opens", { when: whenWords(opensMs, Date.now()) })}</p>}

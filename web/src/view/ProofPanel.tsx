@@ -1,4 +1,5 @@
 import { useSignal } from "@preact/signals";
+import { said } from "../words/said";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 
@@ -49,11 +50,11 @@ export function ProofPanel() {
 
 function Progress() {
   const { proof } = useState();
-  const { line = "", record = null } = proof.value ?? {};
+  const { line = null, record = null } = proof.value ?? {};
   return (
     <>
       <p class="proof-line" role="status" aria-label={t("proof.progress")}>
-        {line}
+        {said(line)}
       </p>
       {record && (
         <a href={record} target="_blank" rel="noreferrer">

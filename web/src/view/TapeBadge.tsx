@@ -1,3 +1,4 @@
+import { said } from "../words/said";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 
@@ -11,7 +12,7 @@ export function TapeBadge() {
     <details class={tape.running ? "tape is-running" : "tape"}>
       <summary>{tape.running ? t("tape.recorded") : t("tape.not_recorded")}</summary>
       <div class="tape-why">
-        <p>{tape.why}</p>
+        <p>{said(tape.why)}</p>
         {mayKeepTape.value && (
           <button type="button" class="plain-button" onClick={keepTape}>
             {t("tape.keep")}
