@@ -48,6 +48,8 @@ def sources() -> Iterator[Path]:
         "protocol/messages.py",
         "protocol/compact.py",
         "protocol/tape_events.py",
+        "sentence.py",
+        "sentences.json",
         "web/schema.py",
     ):
         yield ROOT / "server/wax" / name

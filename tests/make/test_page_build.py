@@ -76,6 +76,8 @@ def test_only_sources_make_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             "protocol/messages.py",
             "protocol/compact.py",
             "protocol/tape_events.py",
+            "sentence.py",
+            "sentences.json",
             "web/schema.py",
         )
     ]
