@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _SOURCES: Final = Path(wax.__path__[0])
 _PARTS: Final = re.compile(
     r"by|rate|tape|sent|sync|thesis|portaudio|(microphone|speaker)\.(default|named)"
-    r"|camera\.named|says|proof\.step"
+    r"|camera\.named|says|fault|proof\.(?!passed$|late)\w+"
 )
 """What stands within other sentences, or in a list of figures, and so is no whole one."""
 

@@ -8,7 +8,6 @@ import contextlib
 import json
 import os
 import sys
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -240,7 +239,9 @@ def _prove_stop(arguments: argparse.Namespace) -> int:
     from wax.proof.command import prove_stop
 
     def tell(progress: Progress) -> None:
-        print(json.dumps(asdict(progress)) if arguments.json else progress.line, flush=True)
+        told = {"line": str(progress.line), "sentence": progress.line.wire()}
+        counts = {"done": progress.done, "of": progress.of}
+        print(json.dumps(told | counts) if arguments.json else progress.line, flush=True)
 
     return prove_stop(
         config.load(arguments.config),

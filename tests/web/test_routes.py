@@ -120,7 +120,7 @@ class Lent:
         self.started += 1
 
     def progress(self) -> dict[str, object]:
-        return {"state": "never", "line": "", "record": None}
+        return {"state": "never", "line": None, "record": None}
 
     def record(self) -> str:
         if self.page is None:

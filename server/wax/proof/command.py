@@ -16,6 +16,7 @@ from wax.errors import ConfigError, StartError
 from wax.proof import record
 from wax.proof.config_file import check
 from wax.proof.proof import Progress, Proof
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -70,7 +71,7 @@ def prove_stop(
     except OSError as error:
         raise StartError(f"the record {path} cannot be written: {error.strerror}") from error
     cuts = sum(len(finding.samples) for finding in findings.findings)
-    tell(Progress(f"The record: {path}", cuts, cuts))
+    tell(Progress(Sentence("proof.record_at", {"path": str(path)}), cuts, cuts))
     tell(Progress(record.sentence(findings), cuts, cuts))
     return 0 if findings.all_passed else 1
 

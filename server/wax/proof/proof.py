@@ -19,6 +19,7 @@ from wax.proof.remote import RemoteOperator
 from wax.proof.server import ServerUnderProof, kill
 from wax.proof.tap import Tap
 from wax.proof.verdict import FAULTS, Finding, Findings
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,7 +47,7 @@ _NO_WATCHDOG: Final = (
 class Progress:
     """One line for people; `done` of `of` cuts are finished."""
 
-    line: str
+    line: Sentence
     done: int
     of: int
 
@@ -83,7 +84,7 @@ class Proof:
                     self._operator = RemoteOperator(Path(folder) / "operator.log")
                     leaving.push_async_callback(self._operator.kill)
                     leaving.callback(self._tap.close)  # closed first: the robot stands
-                    self._say("The server under proof starts")
+                    self._say(Sentence("proof.server_starts"))
                     await self._server.start()
                     await self._operator.start(self._server.url)
                     broken = await self._cut_all()
@@ -110,7 +111,11 @@ class Proof:
         samples: list[Sample] = []
         try:
             for number in range(1, self._repeats + 1):
-                self._say(f"{fault.title}: {number} of {self._repeats}")
+                self._say(
+                    Sentence(
+                        "proof.cut", {"fault": fault.title, "number": number, "of": self._repeats}
+                    )
+                )
                 samples.append(await self._sample(fault))
                 self._done += 1
         finally:
@@ -206,7 +211,7 @@ class Proof:
             return "Its operator has lost the connection to the server."
         return f"The server says: {state.reason}" if state.reason else "Is its power on?"
 
-    def _say(self, line: str) -> None:
+    def _say(self, line: Sentence) -> None:
         self._tell(Progress(line, self._done, len(FAULTS) * self._repeats))
 
     def _findings(self, broken: str | None) -> Findings:

@@ -7,9 +7,10 @@ from html import escape
 from typing import TYPE_CHECKING, Final
 
 from wax.proof.verdict import FRAME_LIMIT_MS, ROBOT_LIMIT_MS, spread
+from wax.sentence import Sentence
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from wax.config.settings import Settings
     from wax.proof.verdict import Finding, Findings, Spread
@@ -64,7 +65,7 @@ def page(findings: Findings, settings: Settings, heading: RecordHeading) -> str:
 <body>
 <h1>Proof of the stop</h1>
 <p>{escape(heading.date)} · {escape(heading.machine)} · WAX {escape(heading.version)}</p>
-<p class="verdict {verdict}">{escape(sentence(findings))}</p>
+<p class="verdict {verdict}">{escape(str(sentence(findings)))}</p>
 {_table(findings)}
 <h2>How it was measured</h2>
 <p>{escape(_method(findings))}</p>
@@ -82,24 +83,39 @@ record holds for this installation as it was configured on this day.</p>
 """
 
 
-def sentence(findings: Findings) -> str:
+def sentence(findings: Findings) -> Sentence:
     """Return the verdict in one sentence."""
     if findings.broken is not None:
-        return f"Not proved: {findings.broken}"
-    times = "once" if findings.repeats == 1 else f"{findings.repeats} times"
-    every = "Each measurable link" if findings.skipped else "Every link"
-    what = "the robot stood" if findings.reports else "the robot was told to stop"
-    if findings.all_passed:
-        latest = f"{what} within {_number(findings.latest_ms)} ms"
-        included = ", its own braking included" if findings.reports else ""
-        but = f" Not measured: {_titles(findings.skipped)}." if findings.skipped else ""
-        return f"{every} was cut {times}; {latest}{included}.{but}"
-    late = [one for one in findings.measured if not findings.passed(one)]
-    return f"Not proved: too late, or no stop at all: {_titles(late) or 'nothing was measured'}."
+        return Sentence("proof.broken", {"why": findings.broken})
+    if not findings.all_passed:
+        late = _titles([one for one in findings.measured if not findings.passed(one)])
+        return Sentence("proof.late", {"which": late or Sentence("proof.nothing")})
+    skipped = _titles(findings.skipped)
+    passed = Sentence(
+        "proof.passed",
+        {
+            "every": Sentence("proof.every" if skipped is None else "proof.measurable"),
+            "latest": Sentence(
+                "proof.stood" if findings.reports else "proof.told",
+                {"ms": _number(findings.latest_ms)},
+            ),
+            "n": findings.repeats,
+        },
+    )
+    if skipped is None:
+        return passed
+    return Sentence("proof.passed_but", {"passed": passed, "skipped": skipped})
 
 
-def _titles(findings: Iterable[Finding]) -> str:
-    return "; ".join(finding.fault.title for finding in findings)
+def _titles(findings: Sequence[Finding]) -> Sentence | None:
+    """Return what was cut, as a list in words; None for nothing."""
+    titles = [finding.fault.title for finding in findings]
+    if not titles:
+        return None
+    *firsts, listed = titles
+    for first in reversed(firsts):
+        listed = Sentence("proof.list", {"first": first, "rest": listed})
+    return listed
 
 
 def _table(findings: Findings) -> str:
@@ -126,7 +142,7 @@ def _row(findings: Findings, finding: Finding) -> str:
     else:
         result = "passed" if findings.passed(finding) else "FAILED"
     numbers = "".join(f'<td class="number">{escape(cell)}</td>' for cell in cells)
-    return f"<tr><td>{escape(finding.fault.title)}</td>{numbers}<td>{result}</td></tr>"
+    return f"<tr><td>{escape(str(finding.fault.title))}</td>{numbers}<td>{result}</td></tr>"
 
 
 def _frame_cells(finding: Finding) -> list[str]:

@@ -6,6 +6,8 @@ import statistics
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
+from wax.sentence import Sentence
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
@@ -22,19 +24,19 @@ class Fault:
     """A link to cut. `ends` is what must stop the robot: a stop frame, or the robot itself."""
 
     key: str
-    title: str
+    title: Sentence
     ends: Literal["frame", "robot"]
 
 
 FAULTS: Final = (
-    Fault("silent", "The operator's network vanishes", "frame"),
-    Fault("stop", "Stop is pressed, by the data channel", "frame"),
-    Fault("http", "Stop is pressed, by HTTP", "frame"),
-    Fault("leave", "The operator hands over and keeps sending", "frame"),
-    Fault("frozen", "The server is frozen", "frame"),
-    Fault("killed", "The server is killed", "frame"),
-    Fault("driver", "The driver process is killed", "robot"),
-    Fault("cut", "The serial line is cut", "robot"),
+    Fault("silent", Sentence("fault.silent"), "frame"),
+    Fault("stop", Sentence("fault.stop"), "frame"),
+    Fault("http", Sentence("fault.http"), "frame"),
+    Fault("leave", Sentence("fault.leave"), "frame"),
+    Fault("frozen", Sentence("fault.frozen"), "frame"),
+    Fault("killed", Sentence("fault.killed"), "frame"),
+    Fault("driver", Sentence("fault.driver"), "robot"),
+    Fault("cut", Sentence("fault.cut"), "robot"),
 )
 
 

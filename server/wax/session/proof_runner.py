@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Final, Literal
 import structlog
 
 from wax.errors import ForbiddenError
-from wax.sentence import Sentence, says
+from wax.sentence import Sentence, read, says
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -159,7 +159,7 @@ class ProofRunner:
         async for line in process.stdout:
             with contextlib.suppress(ValueError, KeyError, TypeError):
                 told = json.loads(line)
-                said = says(str(told["line"]))
+                said = read(told["sentence"])
                 done, of = int(told["done"]), int(told["of"])
                 self._line = Sentence("proof.step", {"step": said, "done": done, "of": of})
         complaint = (await complaints).decode(errors="replace").strip()
