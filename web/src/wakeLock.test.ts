@@ -4,6 +4,7 @@ import { loadPreferences } from "./preferences";
 import { createState } from "./state";
 import { hello, room } from "./testing/messages";
 import { keepAwake, needsScreen } from "./wakeLock";
+import { says } from "./words/said";
 
 class Lock extends EventTarget {
   released = false;
@@ -123,6 +124,6 @@ it("is needed by who drives, waits or watches, not by who only hears", () => {
   expect(needs.value).toBe(true);
   state.room.value = room({ operator: 1 });
   expect(needs.value).toBe(true);
-  state.ended.value = { type: "ended", text: "Closed.", opens_wall_ms: null };
+  state.ended.value = { type: "ended", text: says("Closed."), opens_wall_ms: null };
   expect(needs.value).toBe(false);
 });

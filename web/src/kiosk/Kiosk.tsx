@@ -6,7 +6,8 @@ import { SessionContext, useSession, useState } from "../view/context";
 import { isLive } from "../view/live";
 import { robotName } from "../view/robotName";
 import { StopButton } from "../view/StopButton";
-import { named } from "../view/words";
+import { named } from "../words/named";
+import { said } from "../words/said";
 import { t } from "../words/words";
 import { clockWords, isOnlyHere, joinAddress, wantsSound, watchers } from "./facts";
 import { watchIdle } from "./idle";
@@ -104,7 +105,7 @@ function Driver() {
           {clockWords(secondsLeft.value)}
         </p>
       )}
-      {now.stop && <p class="kiosk-stopped">{t("kiosk.stopped", { name: named(now.stop.by) })}</p>}
+      {now.stop && <p class="kiosk-stopped">{t("kiosk.stopped", { name: said(now.stop.by) })}</p>}
       {isStanding && <p>{t("kiosk.stands")}</p>}
       <p>{next ? t("kiosk.next", { name: named(next.name) }) : t("kiosk.next.nobody")}</p>
       {count > 0 && <p class="kiosk-count">{t("kiosk.watching", { n: count })}</p>}

@@ -7,6 +7,7 @@ import { openStage, wantsStage } from "../openStage";
 import type { Session } from "../session";
 import { hello, room } from "../testing/messages";
 import { testSession } from "../testing/session";
+import { says } from "../words/said";
 import { Kiosk } from "./Kiosk";
 import { tend } from "./tend";
 
@@ -49,7 +50,7 @@ it("tells who drives and for how long, who is next, and how many watch", () => {
   expect(getByRole(body, "timer", { name: "Time left" }).textContent).toBe("0:42");
   expect(getByText(body, "Next: Bob")).toBeTruthy();
   expect(getByText(body, "3 people watch")).toBeTruthy();
-  show({ watching: [9], stop: { number: 1, by: "Cleo" } });
+  show({ watching: [9], stop: { number: 1, by: says("Cleo") } });
   expect(getByText(body, "Nobody is driving: the robot is free")).toBeTruthy();
   expect(queryByRole(body, "timer")).toBeNull();
   expect(getByText(body, "Nobody is waiting")).toBeTruthy();
@@ -83,7 +84,11 @@ it("says why what is seen is not the robot now", () => {
   });
   expect(problem()).toContain("tries again by itself");
   act(() => {
-    session.state.ended.value = { type: "ended", text: "Closed for today.", opens_wall_ms: null };
+    session.state.ended.value = {
+      type: "ended",
+      text: says("Closed for today."),
+      opens_wall_ms: null,
+    };
   });
   expect(problem()).toBe("Closed for today.");
 });
@@ -143,7 +148,7 @@ it("has a picture whatever was chosen in this browser before", () => {
 it("comes back after it was sent away, again and again", () => {
   const end = tend(session, { reload: vi.fn() });
   for (let i = 1; i <= 3; i++) {
-    session.state.ended.value = { type: "ended", text: "Full.", opens_wall_ms: null };
+    session.state.ended.value = { type: "ended", text: says("Full."), opens_wall_ms: null };
     vi.advanceTimersByTime(60_000);
     expect(session.actions.comeBack).toHaveBeenCalledTimes(i);
     session.state.ended.value = null;

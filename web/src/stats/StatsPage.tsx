@@ -4,6 +4,7 @@ import { useEffect } from "preact/hooks";
 import { download } from "../download";
 import type { Session } from "../session";
 import { useSession } from "../view/context";
+import { said } from "../words/said";
 import { t } from "../words/words";
 import { exported, fileName } from "./export";
 import type { Mark } from "./history";
@@ -106,7 +107,7 @@ function whyNow({ state, history }: Session, nowMs: number): Why {
     isHidden: document.hidden,
     isBlanked: state.isBlanked.value,
     wantsPicture: state.preferences.value.picture,
-    driveReason: state.driveReason.value,
+    driveReason: said(state.driveReason.value),
   });
 }
 

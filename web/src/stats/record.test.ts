@@ -2,6 +2,7 @@ import { beforeEach, expect, it } from "vitest";
 import { loadPreferences } from "../preferences";
 import { createState, type Facts, type State } from "../state";
 import { hello, playout, room, served, viewer } from "../testing/messages";
+import { says } from "../words/said";
 import type { History } from "./history";
 import { recordHistory, unnamed } from "./record";
 
@@ -52,12 +53,12 @@ it("knows a picture that is not sent from one of which nothing is known", () => 
 it("marks what happens, once each, and nothing before it happens", () => {
   expect(marks()).toEqual([]);
   state.link.value = { is: "connected" };
-  state.room.value = room({ operator: 1, number: 4, stop: { number: 2, by: "Bob" } });
+  state.room.value = room({ operator: 1, number: 4, stop: { number: 2, by: says("Bob") } });
   state.room.value = room({ operator: 1, number: 4 });
-  state.driveReason.value = "Slow: the picture is late.";
+  state.driveReason.value = says("Slow: the picture is late.");
   state.driveReason.value = null;
-  state.served.value = served({ reason: "The link is full." });
-  state.served.value = served({ reason: "The link is full.", link_bps: 1 });
+  state.served.value = served({ reason: says("The link is full.") });
+  state.served.value = served({ reason: says("The link is full."), link_bps: 1 });
   state.playout.value = playout();
   state.player.value = { by: "own", why: null };
   state.room.value = room({ operator: 2, number: 5 });
@@ -69,7 +70,7 @@ it("marks what happens, once each, and nothing before it happens", () => {
     "stop: Stop is released",
     "robot: Slow: the picture is late.",
     "sent: 640x480 at 500 kbit/s: The link is full.",
-    "policy: audio-master: The sound does not break at 40 ms.",
+    "policy: audio-master: the picture follows the sound",
     "player: WAX's own player plays the sound",
     "turn: Somebody else's turn begins",
     "turn: Nobody drives",
@@ -77,9 +78,9 @@ it("marks what happens, once each, and nothing before it happens", () => {
 });
 
 it("keeps nobody's name", () => {
-  const present = room({ stop: { number: 2, by: "Ada from elsewhere" } });
+  const present = room({ stop: { number: 2, by: says("Ada from elsewhere") } });
   state.room.value = { ...present, viewers: [viewer(1, { name: "Ada" }), viewer(2, { name: "" })] };
-  state.driveReason.value = "Stopped by Ada. Release the stop, then drive again.";
+  state.driveReason.value = says("Stopped by Ada. Release the stop, then drive again.");
   expect(marks().at(-1)).toBe("robot: Stopped by …. Release the stop, then drive again.");
   expect(unnamed("By Ada from elsewhere.", state)).toBe("By ….");
 });

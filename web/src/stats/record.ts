@@ -4,6 +4,7 @@ import { effect } from "@preact/signals";
 import type { LinkState } from "../link/link";
 import type { SoundPlayerState } from "../sound/soundPlayback";
 import type { Facts, State } from "../state";
+import { said } from "../words/said";
 import { type Code, t } from "../words/words";
 import { History, type Mark, type Sample } from "./history";
 
@@ -31,15 +32,17 @@ export function recordHistory(
     (stop) => mark("stop", t(stop === null ? "stats.stop.released" : "stats.stop.pressed")),
   );
   onChange(
-    () => state.driveReason.value,
+    () => said(state.driveReason.value),
     (reason) => reason && mark("robot", unnamed(reason, state)),
   );
   onChange(
-    () => [state.playout.value?.policy, state.playout.value?.reason].filter(Boolean).join(": "),
+    () =>
+      [state.playout.value?.policy, said(state.playout.value?.reason)].filter(Boolean).join(": "),
     (policy) => policy && mark("policy", policy),
   );
   onChange(
-    () => [state.served.value?.rendition, state.served.value?.reason].filter(Boolean).join(": "),
+    () =>
+      [state.served.value?.rendition, said(state.served.value?.reason)].filter(Boolean).join(": "),
     (sent) => sent && mark("sent", sent),
   );
   onChange(
@@ -92,7 +95,7 @@ function turnOf({ room, drivingTurn }: State): string {
 /** The sentence without the names of those who are here: the history goes into bug reports. */
 export function unnamed(sentence: string, { room }: State): string {
   const { viewers = [], stop } = room.peek() ?? {};
-  const names = [...viewers.map((one) => one.name), ...(stop ? [stop.by] : [])];
+  const names = [...viewers.map((one) => one.name), ...(stop ? [said(stop.by)] : [])];
   return names
     .filter((name) => name.trim() !== "")
     .toSorted((a, b) => b.length - a.length)
