@@ -63,6 +63,11 @@ async def _wrong(scene: Scene, state: State, view: View) -> list[str]:
     return [f"{view.key}: {one}" for one in found]
 
 
+def _assert_none(findings: list[str]) -> None:
+    """Fail with all of them, a line each."""
+    assert not findings, "\n" + "\n".join(findings)
+
+
 @pytest.mark.parametrize(
     ("key", "view"), BRIEFLY, ids=[f"{key}-{view.key}" for key, view in BRIEFLY]
 )
@@ -70,7 +75,7 @@ async def test_a_state_has_no_finding(chromium: Browser, key: str, view: View) -
     """No rule of WCAG 2.2 AA is broken, Stop is free to be pressed, and no target is small."""
     state = named(key)
     async with state.reached(chromium, view.device) as scene:
-        assert await _wrong(scene, state, view) == []
+        _assert_none(await _wrong(scene, state, view))
 
 
 @pytest.mark.full
@@ -83,7 +88,7 @@ async def test_every_state_has_no_finding(chromium: Browser, state: State, devic
             wrong += await _wrong(scene, state, view)
             await shoot(scene, state, view)
         assert scene.viewer.errors == []
-    assert wrong == []
+    _assert_none(wrong)
 
 
 @pytest.mark.parametrize("theme", ["light", pytest.param("dark", marks=pytest.mark.full)])
@@ -101,8 +106,8 @@ async def test_at_200_percent_everything_is_there(
         await View(DESKTOP, theme).show(page)
         size = {"width": DESKTOP.width // ZOOM, "height": DESKTOP.height // ZOOM}
         await page.set_viewport_size(size)  # type: ignore[arg-type]
-        assert await layout.faults(scene.viewer.page, has_stop=state.has_stop) == []
-        assert await axe.findings(page) == []
+        found = await layout.faults(page, has_stop=state.has_stop)
+        _assert_none(found + await axe.findings(page))
 
 
 async def test_at_200_percent_one_joins_drives_and_stops(chromium: Browser) -> None:
@@ -125,5 +130,4 @@ async def test_colours_and_motion_are_the_readers(chromium: Browser, key: str) -
     """In forced colours a button keeps its edge; asked for less motion, nothing moves on."""
     async with named(key).reached(chromium, COMPUTER) as scene:
         page = scene.viewer.page
-        assert await layout.vanished(page) == []
-        assert await layout.moving(page) == []
+        _assert_none(await layout.vanished(page) + await layout.moving(page))
