@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from e2e.harness.server import Server
 
 BUDGET_BYTES: Final = 80_000
-LATER: Final = {"elsewhere", "stats", "kiosk", "stage", "replay", "de", "pseudo", "qr", "plot"}
+LATER: Final = {"elsewhere", "statspage", "kiosk", "calibrate", "replay", "de", "pseudo"}
 """Names of parts that are for some people, or for later."""
 FIRST: Final = """() => new Promise((resolve) => {
     const entries = () => [

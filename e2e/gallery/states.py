@@ -114,8 +114,8 @@ STATES: Final = (
         "stage",
         "On a screen in a hall (?view=stage)",
         watching.stage,
-        _any("join"),
-        shows=lambda page: page.get_by_role("img", name=re.compile("join|scan|QR", re.IGNORECASE)),
+        _any("scan to drive"),
+        shows=lambda page: page.get_by_role("img", name=re.compile("^QR code")),
         has_stop=False,
     ),
 )
