@@ -66,7 +66,7 @@ function Problem() {
   const { state } = useSession();
   const { link, isConnected, isSilent, ended, isBlanked, room } = state;
   const words = ended.value
-    ? ended.value.text
+    ? said(ended.value.text)
     : link.value.is === "connecting" && link.value.reason === null
       ? t("kiosk.connecting")
       : !isConnected.value || isSilent.value

@@ -34,8 +34,10 @@ function Page({ session: { state } }: { session: Session }) {
         <Banners />
         <TurnCard />
         <DrivePanel />
-        <Welcome />
-        <Panels />
+        <div class="more">
+          {!isDriving && <Welcome />}
+          <Panels />
+        </div>
       </div>
     </main>
   );
