@@ -46,6 +46,7 @@ async def slow(scene: Scene) -> None:
     """Drive by a picture that is late, but not too late."""
     await scene.serves(video={"source": _LATE}, audio={"source": "testcard"})
     viewer = await scene.drives()
+    await viewer.radio("Fast").check()
     await _holds_a_key(viewer)
 
 
