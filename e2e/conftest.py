@@ -39,7 +39,10 @@ BESIDE = (
     "reach",
     "test_bad_input.py",
     "test_eyes_closed.py",
+    "test_first_load.py",
     "test_host.py",
+    "test_kiosk.py",
+    "test_language.py",
     "test_layout.py",
     "test_loopback_only.py",
     "test_own_page.py",
@@ -48,7 +51,9 @@ BESIDE = (
     "test_records.py",
     "test_release.py",
     "test_start_stop.py",
+    "test_stats.py",
     "test_strangers.py",
+    "test_watching.py",
 )
 """Where a wait is long enough for a machine that does other things: another test runs beside it."""
 
