@@ -179,7 +179,13 @@ async def pushing(server: Server, open_viewer: OpenViewer) -> tuple[Viewer, Touc
 
 
 @pytest.mark.timeout(90)
-@pytest.mark.parametrize("loss", LOSSES.values(), ids=LOSSES)
+@pytest.mark.parametrize(
+    "loss",
+    [
+        pytest.param(script, id=name, marks=[] if name == "blur" else pytest.mark.full)
+        for name, script in LOSSES.items()
+    ],
+)
 async def test_a_joystick_out_of_hands_stops(
     server: Server, pushing: tuple[Viewer, TouchPoints], loss: str
 ) -> None:
@@ -200,6 +206,7 @@ async def test_a_cancelled_touch_releases_the_joystick(
     assert await stands_still(server)
 
 
+@pytest.mark.full
 @pytest.mark.timeout(90)
 async def test_a_second_finger_on_the_joystick_does_nothing(
     server: Server, pushing: tuple[Viewer, TouchPoints]
@@ -252,7 +259,14 @@ async def test_a_step_ends_by_itself(server: Server, open_viewer: OpenViewer) ->
 
 
 @pytest.mark.timeout(90)
-@pytest.mark.parametrize("by", ["two seconds", "a key", "hidden"])
+@pytest.mark.parametrize(
+    "by",
+    [
+        "two seconds",
+        pytest.param("a key", marks=pytest.mark.full),
+        pytest.param("hidden", marks=pytest.mark.full),
+    ],
+)
 async def test_a_click_ends(server: Server, open_viewer: OpenViewer, by: str) -> None:
     """A click moves the robot though nothing is held, for two seconds or until something else."""
     viewer = await driving(open_viewer, server)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 _BEGUN_S: Final = 1.0
 """A turn begins with nothing held; what is pressed before that moves nothing."""
+_PUSH_PX: Final = 50
 _LATE: Final = "e2e.gallery.late_camera:LateCamera"
 _FROZEN: Final = "e2e.faults.camera:Camera"
 
@@ -31,7 +32,8 @@ async def driving(scene: Scene) -> None:
 
     if scene.is_touched:
         points = await TouchPoints.of(viewer)
-        await points.press(0, viewer.button("Left"))
+        await points.press(0, viewer.page.get_by_label("Joystick", exact=True))
+        await points.slide(0, -_PUSH_PX, 0)
     else:
         await viewer.page.keyboard.down("ArrowLeft")
     await eventually(turns, "the robot turns")

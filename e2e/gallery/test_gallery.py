@@ -37,10 +37,10 @@ def test_the_page_shows_what_there_is(tmp_path: Path) -> None:
     place.mkdir()
     (place / "upright-dark.png").write_bytes(b"")
     (place / "upright-dark.yaml").write_text('- button "<b>Join</b>"\n', encoding="utf-8")
-    text = write_page({"menu": "no button “Menu”"}, tmp_path).read_text(encoding="utf-8")
+    text = write_page({"settings": "no button “Settings”"}, tmp_path).read_text(encoding="utf-8")
     assert 'src="free/upright-dark.png"' in text
     assert "&lt;b&gt;Join&lt;/b&gt;" in text
-    assert "Not reached: no button “Menu”" in text
+    assert "Not reached: no button “Settings”" in text
     assert text.count("<img") == 1
 
 

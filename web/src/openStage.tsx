@@ -1,5 +1,5 @@
 import { render } from "preact";
-import type { Session } from "./session";
+import type { Session } from "./actions";
 import { t } from "./words/words";
 
 const AGAIN_MS = 10_000;

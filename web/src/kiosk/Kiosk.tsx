@@ -1,7 +1,7 @@
 import "./kiosk.css";
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
-import type { Session } from "../session";
+import type { Session } from "../actions";
 import { SessionContext, useSession, useState } from "../view/context";
 import { isLive } from "../view/live";
 import { robotName } from "../view/robotName";

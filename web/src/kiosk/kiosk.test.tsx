@@ -3,8 +3,8 @@ import { getByRole, getByText, queryByRole, queryByText } from "@testing-library
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import type { Session } from "../actions";
 import { openStage, wantsStage } from "../openStage";
-import type { Session } from "../session";
 import { hello, room } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { says } from "../words/said";

@@ -1,7 +1,7 @@
 /** Keeps a screen going for weeks, with nobody there. */
 
 import { effect, signal } from "@preact/signals";
-import type { Session } from "../session";
+import type { Session } from "../actions";
 import { keepAwake } from "../wakeLock";
 
 /** After the server has sent it away without saying until when. */

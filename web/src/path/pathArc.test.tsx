@@ -2,7 +2,7 @@
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import type { Session } from "../session";
+import type { Session } from "../actions";
 import type { State } from "../state";
 import { hello, room } from "../testing/messages";
 import { testSession as made } from "../testing/session";

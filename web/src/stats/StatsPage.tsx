@@ -1,8 +1,8 @@
 import "./stats.css";
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
+import type { Session } from "../actions";
 import { download } from "../download";
-import type { Session } from "../session";
 import { useSession } from "../view/context";
 import { said } from "../words/said";
 import { t } from "../words/words";

@@ -1,7 +1,7 @@
 /** A session without a connection, for the tests of views. */
 import { vi } from "vitest";
+import type { Actions, Session } from "../actions";
 import { loadPreferences } from "../preferences";
-import type { Actions, Session } from "../session";
 import { createState, type State } from "../state";
 import { History } from "../stats/history";
 

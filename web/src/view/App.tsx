@@ -1,4 +1,4 @@
-import type { Session } from "../session";
+import type { Session } from "../actions";
 import { Banners } from "./Banners";
 import { SessionContext } from "./context";
 import { DrivePanel } from "./DrivePanel";

@@ -3,7 +3,7 @@ import { getByRole, getByText, queryByText } from "@testing-library/dom";
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import type { Session } from "../session";
+import type { Session } from "../actions";
 import { hello, room, served } from "../testing/messages";
 import { testSession } from "../testing/session";
 import { SessionContext } from "./context";

@@ -1,6 +1,6 @@
 import { createContext } from "preact";
 import { useContext } from "preact/hooks";
-import type { Actions, Session } from "../session";
+import type { Actions, Session } from "../actions";
 import type { State } from "../state";
 
 export const SessionContext = createContext<Session | null>(null);

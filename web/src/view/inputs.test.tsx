@@ -3,11 +3,11 @@ import { getAllByRole, getByLabelText, getByRole, queryByRole } from "@testing-l
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import type { Actions, Session } from "../actions";
 import { DRIVE_DEFAULTS } from "../drive/drivePreferences";
 import { DIRECTIONS, InputState } from "../drive/inputState";
 import { DEFAULT_KEYS } from "../drive/keyMap";
 import { loadPreferences, type Preferences } from "../preferences";
-import type { Actions, Session } from "../session";
 import { createState, type State } from "../state";
 import { hello, room } from "../testing/messages";
 import { SessionContext } from "./context";

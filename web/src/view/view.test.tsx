@@ -10,10 +10,10 @@ import {
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import type { Actions, Session } from "../actions";
 import { DIRECTIONS, fingerHolder, InputState } from "../drive/inputState";
 import type { Tape, VoiceInfo } from "../messages";
 import { loadPreferences } from "../preferences";
-import type { Actions, Session } from "../session";
 import { createState, type State } from "../state";
 import { History } from "../stats/history";
 import { aboard, hello, playout, room, served } from "../testing/messages";

@@ -3,8 +3,8 @@ import { fireEvent, getByLabelText, getByRole, getByText, queryByText } from "@t
 import { render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import type { Session } from "../../actions";
 import { type Camera, project } from "../../path/camera";
-import type { Session } from "../../session";
 import { hello, room } from "../../testing/messages";
 import { testSession as made } from "../../testing/session";
 import { SessionContext } from "../context";
