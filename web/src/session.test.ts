@@ -1,8 +1,9 @@
 // @vitest-environment happy-dom
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import type { Session } from "./actions";
 import type { PeerEvents } from "./link/peer";
 import { MAX_NAME_CHARS, type StateIn, type StateOut } from "./messages";
-import { type Session, startSession } from "./session";
+import { startSession } from "./session";
 import { aboard, elsewhere, hello, room, served } from "./testing/messages";
 import { says } from "./words/said";
 
