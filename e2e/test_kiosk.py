@@ -85,7 +85,9 @@ async def test_the_code_leads_to_the_page(server: Server, open_viewer: OpenViewe
     await screen.page.goto(f"{NAME}/?view=stage")
     code = screen.page.get_by_role("img", name=f"QR code with the address {NAME}/", exact=True)
     picture = np.frombuffer(await code.screenshot(), np.uint8)
-    read, _, _ = cv2.QRCodeDetector().detectAndDecode(cv2.imdecode(picture, cv2.IMREAD_COLOR))
+    seen = cv2.imdecode(picture, cv2.IMREAD_COLOR)
+    assert seen is not None, "the code is no picture"
+    read, _, _ = cv2.QRCodeDetector().detectAndDecode(seen)
     assert read == f"{NAME}/"
 
 

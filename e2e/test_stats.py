@@ -51,7 +51,7 @@ async def test_details_show_what_was_measured_before_they_were_asked_for(
     page.on("request", lambda request: asked.append(request.url))
 
     async def has_past() -> bool:
-        return await page.evaluate("performance.now()") > 6000
+        return bool(await page.evaluate("performance.now() > 6000"))
 
     await eventually(has_past, "the page has been open for some seconds", within_s=10)
     assert not [url for url in asked if "StatsPage" in url]

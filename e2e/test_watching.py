@@ -46,6 +46,7 @@ async def test_a_photo_is_what_is_seen(
     assert photo.suggested_filename.endswith(".png")
     await photo.save_as(tmp_path / "photo.png")
     taken = cv2.imread(str(tmp_path / "photo.png"))
+    assert taken is not None, "the photo is no picture"
     [card] = await viewer.cards(1)
     assert taken.shape[:2] == (card.height, card.width)
     assert np.std(taken) > 10, "the photo is of one colour"
