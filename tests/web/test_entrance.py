@@ -21,6 +21,7 @@ from wax.web import connection, tls, tls_gate
 from wax.web.certificate import self_signed
 from wax.web.entrance import Entrance
 from wax.web.guards import Guards
+from wax.web.routes import _tell_errors
 from wax.web.tls import make_tls
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ async def open_entrance(**settings: Any) -> AsyncIterator[Entrance]:
     server = ServerSettings(host="127.0.0.1", port=0, **settings)
     clock = SystemClock()
     guards = Guards(server, clock)
-    application = web.Application(middlewares=guards.middlewares)
+    application = web.Application(middlewares=[_tell_errors, *guards.middlewares])
     application.on_response_prepare.append(guards.add_headers)
     application.add_routes(
         [

@@ -277,7 +277,7 @@ async def test_a_page_without_a_picture_says_so(
     async with await _served(PageSettings(), tmp_path, monkeypatch) as client:
         answer = await client.get("/preview")
         assert answer.status == 404
-        assert await answer.json() == {"error": "This page has no picture."}
+        assert (await answer.json())["error"] == "This page has no picture."
         assert await (await client.get("/page.css")).text() == ""
 
 
