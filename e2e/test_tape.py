@@ -39,10 +39,8 @@ PLACES: Final = """() => {
     const { left, right, bottom } = what.getBoundingClientRect();
     return { left, right, bottom };
   };
-  const words = document.createRange();
-  words.selectNodeContents(document.querySelector(".link"));
   return {
-    link: place(words),
+    link: place(document.querySelector(".link")),
     badge: place(document.querySelector(".tape summary")),
     why: place(document.querySelector(".tape-why")),
   };

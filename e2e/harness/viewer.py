@@ -188,10 +188,12 @@ class Viewer:
     # --- the ear --------------------------------------------------------------------------
 
     async def listen(self) -> None:
-        """Turn the sound on if that is offered, and wait until the browser sounds."""
+        """Turn the sound on where it is not, and wait until the browser sounds."""
         self._tap = needed(self._ear).tap(records=True)
         if await self.button("Turn sound on").is_visible():
             await self.button("Turn sound on").click()
+        elif await self.switch("Sound").get_attribute("aria-checked") == "false":
+            await self.switch("Sound").click()
         assert await self._tap.hears(within_s=10), "nothing sounds"
 
     def heard(self) -> list[Block]:

@@ -100,6 +100,7 @@ async def _day(net: Internet, folder: Path, settings: str) -> None:
         host = await opens(laptop, at_home)
         await host.sees_picture()
         # Without HTTPS the browser's player has the sound; the page says what HTTPS would bring.
+        await host.open("Details")
         await host.page.get_by_text("over HTTPS this page could play").wait_for(state="attached")
         await host.page.get_by_role("button", name="Host", exact=True).click()
         await host.button("Make a link").click()

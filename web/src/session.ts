@@ -47,6 +47,7 @@ import { listenTalk } from "./voice/listenTalk";
 import { Talk } from "./voice/talk";
 import { keepAwake, needsScreen } from "./wakeLock";
 import { listenLanguage } from "./words/language";
+import { LateWords } from "./words/lateWords";
 import { said } from "./words/said";
 import { t } from "./words/words";
 
@@ -55,6 +56,8 @@ const CLOCKS_EVERY_MS = 200;
 const OPENING_MS = 20_000;
 /** What could not be loaded is tried again after so long. */
 const LOAD_AGAIN_MS = 5000;
+/** Where the first picture has not come after so long, there may be none. */
+const PICTURE_WITHIN_MS = 2000;
 /** What the robot's microphone heard of this user has passed after so long, at most. */
 const ECHO_MS = { least: 500, most: 2500 } as const;
 /** How long a request of the person aboard is shown. */
@@ -514,6 +517,13 @@ export function startSession(): Session {
     cameras.look(performance.now(), document.hidden);
   }, CLOCKS_EVERY_MS);
 
+  // After the first picture, but no later than the server may have something to say.
+  const words = new LateWords();
+  state.link.subscribe(({ is }) => {
+    if (is === "connected") setTimeout(() => words.ask(), PICTURE_WITHIN_MS);
+    else if (is !== "connecting") words.ask();
+  });
+
   picture.play();
   void prepare().then(() => {
     void enter(entry);
@@ -533,6 +543,7 @@ export function startSession(): Session {
       return;
     }
     link.heard();
+    words.ask();
     reporter.picture.presented(rtp, atMs);
   }
 

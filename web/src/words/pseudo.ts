@@ -4,8 +4,8 @@
  * when it is asked for, so that it is never behind.
  */
 
+import english from "../generated/sentences.json";
 import { en } from "./en";
-import { SAID_ENGLISH } from "./said";
 import type { Language, Message } from "./words";
 
 /** Latin digits, so that figures stay comparable; XB is a country of nobody's. */
@@ -58,5 +58,5 @@ function all(messages: Readonly<Record<string, Message>>): Record<string, Messag
 }
 
 export function makePseudo(messages: Readonly<Record<string, Message>> = en): Language {
-  return { tag: TAG, direction: "rtl", messages: all(messages), said: all(SAID_ENGLISH) };
+  return { tag: TAG, direction: "rtl", messages: all(messages), said: all(english) };
 }

@@ -2,7 +2,7 @@ import { afterEach, describe, expect, it } from "vitest";
 import { german } from "./de";
 import { LANGUAGES } from "./language";
 import { makePseudo } from "./pseudo";
-import { isSentence, SAID_ENGLISH, said, says } from "./said";
+import { isSentence, loadSaid, type SaidCatalog, said, says } from "./said";
 import { ENGLISH, language, type Message } from "./words";
 
 afterEach(() => {
@@ -17,6 +17,7 @@ const holes = (template: string) =>
 
 const general = (message: Message) => (typeof message === "string" ? message : message.other);
 
+const SAID_ENGLISH: SaidCatalog = await loadSaid();
 const ALL = await Promise.all(LANGUAGES.map(({ load }) => load()));
 /** Every language but English. */
 const OTHERS = [...ALL.filter((one) => one !== ENGLISH), makePseudo()];

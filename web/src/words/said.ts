@@ -1,6 +1,6 @@
 /** What the server says, in the reader's language: it comes as a code with values. */
 
-import english from "../generated/sentences.json";
+import { signal } from "@preact/signals";
 import type { Sentence } from "../messages";
 import { named } from "./named";
 import { fill, language, type Message, t } from "./words";
@@ -8,8 +8,14 @@ import { fill, language, type Message, t } from "./words";
 /** What a language has for the server's codes. */
 export type SaidCatalog = Readonly<Record<string, Message>>;
 
-/** The server's own words, from which the page is built. */
-export const SAID_ENGLISH: SaidCatalog = english;
+/** The server's own words, once they are loaded: the first picture does not wait for them. */
+const english = signal<SaidCatalog>({});
+
+/** Loads the server's words; where that fails, what it says is told in general words. */
+export async function loadSaid(): Promise<SaidCatalog> {
+  english.value = (await import("../generated/sentences.json")).default;
+  return english.value;
+}
 
 /**
  * The sentence in words. A code that the language lacks is English; one that this page has never
@@ -24,7 +30,7 @@ export function said(sentence: Sentence | null | undefined): string | null {
   const words = Object.fromEntries(
     Object.entries(values).map(([name, value]) => [name, inWords(value)]),
   );
-  const message = own?.[code] ?? SAID_ENGLISH[code];
+  const message = own?.[code] ?? english.value[code];
   if (message !== undefined) return fill(message, words, tag);
   return Object.values(words).join(", ") || t("link.unknown");
 }

@@ -1,0 +1,30 @@
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { LateWords } from "./lateWords";
+
+beforeEach(() => {
+  vi.useFakeTimers();
+});
+
+afterEach(() => {
+  vi.useRealTimers();
+});
+
+it("loads once, however often it is asked", () => {
+  const load = vi.fn(async () => {});
+  const words = new LateWords(load);
+  expect(load).not.toHaveBeenCalled();
+  words.ask();
+  words.ask();
+  expect(load).toHaveBeenCalledOnce();
+});
+
+it("tries again until it has loaded", async () => {
+  const load = vi.fn(async () => {});
+  load.mockRejectedValueOnce(new Error("the server is gone"));
+  const words = new LateWords(load);
+  words.ask();
+  await vi.advanceTimersByTimeAsync(5000);
+  expect(load).toHaveBeenCalledTimes(2);
+  await vi.advanceTimersByTimeAsync(60_000);
+  expect(load).toHaveBeenCalledTimes(2);
+});
