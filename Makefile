@@ -7,7 +7,7 @@ run: ## install what is missing, build the page, serve it: make run ARGS="--conf
 	@sh .make/install.sh run
 	@exec .venv/bin/wax $(ARGS)
 
-unit: ## the inner loop: unit tests of both languages, in less than a minute
+unit: ## the inner loop: unit tests of both languages, in less than two minutes
 	@sh .make/test.sh unit
 
 test: ## all checks and tests, browsers included, in a quarter of an hour
