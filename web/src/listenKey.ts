@@ -1,4 +1,4 @@
-const TYPING = "textarea, select, [contenteditable], input:not([type=checkbox], [type=range])";
+import { isOwnPress } from "./typing";
 
 /** Does `act` at each press of a key for it, unless a text field has the focus. */
 export function listenKey(
@@ -8,10 +8,7 @@ export function listenKey(
   signal: AbortSignal,
 ): void {
   const onDown = (event: KeyboardEvent) => {
-    const focus = event.target instanceof Element ? event.target : null;
-    const isOther = event.ctrlKey || event.metaKey || event.altKey;
-    if (!isKey(event.code) || event.repeat || isOther || focus?.closest(TYPING)) return;
-    act();
+    if (isKey(event.code) && isOwnPress(event)) act();
   };
   window.addEventListener("keydown", onDown, { signal });
 }

@@ -10,7 +10,7 @@ import { testSession as made } from "../testing/session";
 import { ENGLISH, language } from "../words/words";
 import { About } from "./About";
 import { SessionContext } from "./context";
-import { OwnHeader } from "./OwnHeader";
+import { robotName } from "./robotName";
 import { Welcome } from "./Welcome";
 
 const PAGE = {
@@ -54,21 +54,21 @@ describe("whose robot this is", () => {
   it("is told before the server has greeted, by what the page came with", () => {
     document.documentElement.dataset.name = "Rover";
     document.documentElement.dataset.sentence = "Say hello.";
-    draw(<OwnHeader />);
-    expect(getByRole(body, "heading", { name: "Rover" })).toBeTruthy();
+    draw(<About />);
+    expect(robotName(null)).toBe("Rover");
     expect(getByText(body, "Say hello.")).toBeTruthy();
   });
 
   it("has words of the page's own where the host has none", () => {
-    draw(<OwnHeader />);
-    expect(getByRole(body, "heading", { name: "WAX" })).toBeTruthy();
+    draw(<About />);
+    expect(robotName(null)).toBe("WAX");
     expect(getByText(body, "A real robot that you can drive from here.")).toBeTruthy();
   });
 
   it("is what the host has written, kept apart from what is around it", () => {
-    draw(<OwnHeader />);
+    draw(<About />);
     greet();
-    expect(getByText(body, "Rover").tagName).toBe("BDI");
+    expect(robotName(session.state.hello.value)).toBe("Rover");
     expect(getByText(body, "A rover in our museum.").tagName).toBe("BDI");
   });
 });

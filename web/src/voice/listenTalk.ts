@@ -1,8 +1,7 @@
 import { fingerHolder } from "../drive/inputState";
 import { listenLetGo } from "../drive/letGo";
+import { isOwnPress } from "../typing";
 import type { Talk } from "./talk";
-
-const TYPING = "textarea, select, [contenteditable], input:not([type=checkbox], [type=range])";
 
 /**
  * Speaks while the key for it is held, unless a text field has the focus, and falls silent wherever the page
@@ -15,10 +14,7 @@ export function listenTalk(
   signal: AbortSignal,
 ): void {
   const onDown = (event: KeyboardEvent) => {
-    const focus = event.target instanceof Element ? event.target : null;
-    const isOther = event.ctrlKey || event.metaKey || event.altKey;
-    if (!isKey(event.code) || event.repeat || isOther || focus?.closest(TYPING)) return;
-    talk.press(`key ${event.code}`);
+    if (isKey(event.code) && isOwnPress(event)) talk.press(`key ${event.code}`);
   };
   const onUp = (event: KeyboardEvent) => {
     talk.release(`key ${event.code}`);

@@ -1,0 +1,15 @@
+// @vitest-environment happy-dom
+import { beforeEach, expect, it } from "vitest";
+import { alertTab } from "./alertTab";
+
+beforeEach(() => {
+  document.head.innerHTML = '<link rel="icon" href="/icon.svg">';
+});
+
+it("shows another icon while somebody is wanted, and then the usual one", () => {
+  const icon = () => document.querySelector("link")?.getAttribute("href");
+  alertTab(document, true);
+  expect(icon()).toBe("/icon-wanted.svg");
+  alertTab(document, false);
+  expect(icon()).toBe("/icon.svg");
+});
