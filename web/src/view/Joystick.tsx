@@ -9,6 +9,13 @@ import { useActions, useState } from "./context";
 
 type Pointer = TargetedPointerEvent<HTMLDivElement>;
 
+declare module "preact" {
+  interface DOMAttributes<Target extends EventTarget> {
+    /** Pointer Events, level 3, which not every browser has. */
+    onPointerRawUpdate?: (event: TargetedPointerEvent<Target>) => void;
+  }
+}
+
 /** How far the knob's middle goes, and how wide the knob is, as shares of the whole: see joystick.css. */
 const TRAVEL = 0.35;
 const KNOB = 0.44;
@@ -16,14 +23,15 @@ const MIDDLE: Deflection = { x: 0, y: 0 };
 
 /**
  * An analogue stick under one finger or the mouse. It holds as long as it is touched, moves the
- * robot as far as it is pushed, and springs back when let go. Arrow keys do the same while it has
- * the focus, as everywhere on the page.
+ * robot as far as it is pushed from where it was touched, and springs back when let go: a thumb
+ * that lands beside the middle, or a page that moves under it, moves nothing. Arrow keys do the same
+ * while it has the focus, as everywhere on the page.
  */
 export function Joystick() {
   const { mayMove, isHolding } = useState();
   const { press, deflect, release, letGo } = useActions();
   const knob = useSignal(MIDDLE);
-  /** The finger on it, and where the stick was when it touched down: the page may move under it. */
+  /** The finger on it, and where it touched down, which is the stick's middle. */
   const grip = useRef<{ pointerId: number; place: Place } | null>(null);
 
   const end = () => {
@@ -47,12 +55,9 @@ export function Joystick() {
     if (event.button !== 0 || grip.current || !mayMove.peek()) return;
     const { pointerId, clientX, clientY, currentTarget } = event;
     currentTarget.setPointerCapture(pointerId);
-    const { left, top, width, height } = currentTarget.getBoundingClientRect();
-    const place = { x: left + width / 2, y: top + height / 2, radius: width * TRAVEL };
-    grip.current = { pointerId, place };
-    const at = deflectionAt(place, clientX, clientY);
-    press(fingerHolder(pointerId), motionOf(at));
-    knob.value = at;
+    const radius = currentTarget.getBoundingClientRect().width * TRAVEL;
+    grip.current = { pointerId, place: { x: clientX, y: clientY, radius } };
+    press(fingerHolder(pointerId), motionOf(MIDDLE));
   };
   const onPointerMove = (event: Pointer) => {
     if (grip.current?.pointerId !== event.pointerId) return;
@@ -84,6 +89,8 @@ export function Joystick() {
       // biome-ignore lint/a11y/noNoninteractiveTabindex: arrow keys drive while it has the focus
       tabIndex={0}
       onPointerDown={onPointerDown}
+      // A browser that has it tells of a move at once here, and of the same with the next frame below.
+      onPointerRawUpdate={onPointerMove}
       onPointerMove={onPointerMove}
       onPointerUp={onPointerUp}
       onPointerCancel={onLost}

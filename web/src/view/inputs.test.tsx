@@ -101,6 +101,12 @@ describe("the joystick", () => {
     act(() => void stick.dispatchEvent(new PointerEvent(type, more)));
   }
 
+  /** Touches the middle, and pushes from there. */
+  function push(right: number, down: number): void {
+    finger("pointerdown");
+    finger("pointermove", right, down);
+  }
+
   const isInTheMiddle = () => knob.style.translate === "0% 0%";
 
   it("has a name, and says how else one drives", () => {
@@ -124,8 +130,16 @@ describe("the joystick", () => {
     expect(isInTheMiddle()).toBe(false);
   });
 
+  it("moves nothing by a touch alone, wherever that lands, and counts the push from there", () => {
+    finger("pointerdown", 60, -60);
+    expect(input.isHolding).toBe(true);
+    expect(input.motion).toEqual({ linear: 0, angular: 0 });
+    finger("pointermove", 60, -130);
+    expect(input.motion).toEqual({ linear: 1, angular: 0 });
+  });
+
   it.each(["pointerup", "pointercancel", "lostpointercapture"])("lets go by %s", (type) => {
-    finger("pointerdown", 0, -70);
+    push(0, -70);
     expect(input.motion.linear).toBe(1);
     finger(type, 0, -70);
     expect(input.isHolding).toBe(false);
@@ -136,7 +150,7 @@ describe("the joystick", () => {
   });
 
   it("takes no second finger, and lets it end nothing", () => {
-    finger("pointerdown", 0, -70);
+    push(0, -70);
     finger("pointerdown", 0, 70, 2);
     finger("pointermove", 0, 70, 2);
     for (const type of ["pointerup", "pointercancel", "lostpointercapture"]) finger(type, 0, 70, 2);
@@ -144,7 +158,7 @@ describe("the joystick", () => {
   });
 
   it("springs back when all is released, and moves nothing until it is taken again", () => {
-    finger("pointerdown", 0, -70);
+    push(0, -70);
     act(() => input.releaseAll());
     expect(isInTheMiddle()).toBe(true);
     finger("pointermove", 0, -60);
@@ -152,12 +166,12 @@ describe("the joystick", () => {
     expect(input.isHolding).toBe(false);
     expect(isInTheMiddle()).toBe(true);
     finger("pointerup", 0, -70);
-    finger("pointerdown", 0, -70);
+    push(0, -70);
     expect(input.motion.linear).toBe(1);
   });
 
   it("lets go when it is taken off the page", () => {
-    finger("pointerdown", 0, -70);
+    push(0, -70);
     act(() => render(null, body));
     expect(input.isHolding).toBe(false);
   });
