@@ -185,7 +185,7 @@ async def test_bad_messages_are_counted_and_harmless(
             return refused(await server.status()) - refused(before) >= len(messages) - 3
 
         await eventually(counted, "nearly all are counted", within_s=3)
-        assert await stranger.pongs(), "the peer no longer answers"
+        assert await stranger.pongs(5.0), "the peer no longer answers"
         assert stranger.peer.connectionState == "connected"
         assert not (await pose(server)).moved(start)
         after = await server.status()

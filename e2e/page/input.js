@@ -1,11 +1,21 @@
-// Notes what the browser says of each input, with the time of its event: [kind, name, ms].
+// Notes what the browser says of each input: [kind, name, when it was, when the page was told], in ms.
 (() => {
   const noted = [];
   window.waxInputs = noted;
   const note = (event) => {
-    if (event.isTrusted && !event.repeat) noted.push([event.type, event.code ?? "", event.timeStamp]);
+    if (!event.isTrusted || event.repeat) return;
+    // A raw update is the same move, told of sooner.
+    const kind = event.type === "pointerrawupdate" ? "pointermove" : event.type;
+    noted.push([kind, event.code ?? "", event.timeStamp, performance.now()]);
   };
-  for (const kind of ["keydown", "keyup", "pointerdown", "pointermove", "pointerup"]) {
+  for (const kind of [
+    "keydown",
+    "keyup",
+    "pointerdown",
+    "pointermove",
+    "pointerrawupdate",
+    "pointerup",
+  ]) {
     addEventListener(kind, note, { capture: true });
   }
 })();

@@ -6,7 +6,7 @@ import asyncio
 import random
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from e2e.bench.key_to_byte import Stroke, changes, delays
 from e2e.faults.record import Record
@@ -14,13 +14,15 @@ from e2e.gallery.views import COMPUTER, PHONE
 from e2e.harness.board import Board
 from e2e.harness.page_clock import page_clock
 from e2e.measure.errors import MeasureError
-from e2e.measure.row import Row, summed
+from e2e.measure.row import Row, judged, summed
+from e2e.measure.summary import summarize
 from e2e.page.driven import browsing, drives
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from e2e.bench.key_to_byte import Change
+    from e2e.harness.page_clock import PageClock
     from e2e.page.ways import Way
 
 GOAL_MS: Final = 20.0
@@ -38,12 +40,16 @@ async def input_to_gate(way: Way, n: int) -> list[Row]:
         board = Board(Path(folder))
         await board.start()
         try:
-            strokes, clock_error_ms = await _strokes(way, board, n)
+            noted, clock, clock_error_ms = await _noted(way, board, n)
             record = Record(board.log_path)
             record.read()
         finally:
             await board.stop()
-    return rows(way, strokes, changes(record.frames), clock_error_ms)
+    strokes = [
+        Stroke(one.down, clock.monotonic_s(one.made_ms) * 1000) for one in way.strokes(noted)
+    ]
+    found = rows(way, strokes, changes(record.frames), clock_error_ms)
+    return [*found, _told(way, noted)] if way.is_touched else found
 
 
 def rows(
@@ -75,8 +81,16 @@ def rows(
     return [row, summed(key, let_go, "ms", released_ms, GOAL_MS, judged="p99")]
 
 
-async def _strokes(way: Way, board: Board, n: int) -> tuple[list[Stroke], float]:
-    """Drive by this way; gives the strokes, and how well their clock is known in ms."""
+def _told(way: Way, noted: Sequence[Sequence[Any]]) -> Row:
+    """Sum up the browser's own share, which no page can shorten."""
+    told_ms = way.told_after_ms(noted)
+    values = summarize(told_ms).model_dump(include={"median", "p95", "p99", "max"})
+    what = "… of which until the browser tells the page"
+    return judged(f"input/{way.key}: told", what, "ms", values, n=len(told_ms), column="median")
+
+
+async def _noted(way: Way, board: Board, n: int) -> tuple[list[list[Any]], PageClock, float]:
+    """Drive by this way; gives what the browser said, and its clock with that one's error in ms."""
     robot = {"driver": "serial", "serial": {"url": str(board.path)}}
     device = PHONE if way.is_touched else COMPUTER
     async with browsing({"robot": robot}) as (browser, url):
@@ -92,7 +106,4 @@ async def _strokes(way: Way, board: Board, n: int) -> tuple[list[Stroke], float]
         after = await page_clock(viewer.page.evaluate)
         noted = await viewer.page.evaluate("waxInputs")
     clock, drift_s = min(before, after), abs(before.ahead_s - after.ahead_s)
-    strokes = [
-        Stroke(one.down, clock.monotonic_s(one.made_ms) * 1000) for one in way.strokes(noted)
-    ]
-    return strokes, max(before.error_s, after.error_s, drift_s) * 1000
+    return noted, clock, max(before.error_s, after.error_s, drift_s) * 1000

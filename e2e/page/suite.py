@@ -51,7 +51,8 @@ SUITE: Final = Suite(
         "Pictures presented: by the compositor’s count, the page while it drives and a bare"
         " <video> with a connection to the same server in turn, each alone in the same browser.",
         "Inputs: from the time stamp of the browser’s event, for the gamepad from its injected"
-        " change, on one machine. The gate’s own moment is before the frame is on the line.",
+        " change, on one machine. The gate’s own moment is before the frame is on the line. A touch"
+        " is emulated, and headless Chromium takes up to a frame to tell the page of it.",
         "Memory: Chromium’s JSHeapUsedSize after a collection; what grows is the slope of the"
         " second half, over the whole time.",
     ),

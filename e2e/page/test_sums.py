@@ -70,18 +70,19 @@ def test_pictures_are_compared_pair_by_pair() -> None:
 def test_a_press_begins_with_the_ways_own_event() -> None:
     """A joystick's with the first push, not with the finger; a key's not with another key."""
     noted: list[list[Any]] = [
-        ["pointerdown", "", 1.0],
-        ["pointermove", "", 2.0],
-        ["pointermove", "", 3.0],
-        ["pointerup", "", 4.0],
-        ["keydown", "Tab", 5.0],
-        ["keydown", "ArrowUp", 6.0],
-        ["keyup", "Tab", 7.0],
-        ["keyup", "ArrowUp", 8.0],
-        ["paddown", "", 9.0],
-        ["padup", "", 10.0],
+        ["pointerdown", "", 1.0, 1.5],
+        ["pointermove", "", 2.0, 2.25],
+        ["pointermove", "", 3.0, 9.0],
+        ["pointerup", "", 4.0, 4.5],
+        ["keydown", "Tab", 5.0, 5.5],
+        ["keydown", "ArrowUp", 6.0, 6.5],
+        ["keyup", "Tab", 7.0, 7.5],
+        ["keyup", "ArrowUp", 8.0, 8.5],
+        ["paddown", "", 9.0, 9.0],
+        ["padup", "", 10.0, 10.0],
     ]
     assert STICK.strokes(noted) == [Stroke(True, 2.0), Stroke(False, 4.0)]
+    assert STICK.told_after_ms(noted) == [0.25]
     assert KEY.strokes(noted) == [Stroke(True, 6.0), Stroke(False, 8.0)]
     assert BUTTON.strokes(noted) == [Stroke(True, 1.0), Stroke(False, 4.0)]
     assert PAD.strokes(noted) == [Stroke(True, 9.0), Stroke(False, 10.0)]

@@ -16,8 +16,14 @@ if TYPE_CHECKING:
     from e2e.harness.viewer import Viewer
 
 _KEY: Final = "ArrowUp"
-_AHEAD_AXIS: Final = 1
-"""Of the left stick, in the standard layout; ahead is negative."""
+_PUSH: Final = """
+([kind, ahead]) => {
+  const now = performance.now();
+  waxInputs.push([kind, "", now, now]);
+  waxPad.push(1, ahead);
+}
+"""
+"""No browser says when a gamepad moved, so what moves it does; ahead is negative on axis 1."""
 _FOUND_S: Final = 0.5
 _PUSHED: Final = 0.8
 _STEP_S: Final = 1.2
@@ -52,13 +58,24 @@ class Way:
 
     def strokes(self, noted: Sequence[Sequence[Any]]) -> list[Stroke]:
         """Return when presses began and ended, as noted; the first of several events counts."""
-        found: list[Stroke] = []
-        for kind, code, at_ms in noted:
+        return [Stroke(kind == self.downs, float(at_ms)) for kind, _, at_ms, _ in self._own(noted)]
+
+    def told_after_ms(self, noted: Sequence[Sequence[Any]]) -> list[float]:
+        """Return how long the browser took to tell the page of each press."""
+        return [
+            float(told_ms) - float(at_ms)
+            for kind, _, at_ms, told_ms in self._own(noted)
+            if kind == self.downs
+        ]
+
+    def _own(self, noted: Sequence[Sequence[Any]]) -> list[Sequence[Any]]:
+        found: list[Sequence[Any]] = []
+        for one in noted:
+            kind, code, *_ = one
             if kind not in (self.downs, self.ups) or (code and code != _KEY):
                 continue
-            down = kind == self.downs
-            if down is not bool(found and found[-1].down):
-                found.append(Stroke(down, float(at_ms)))
+            if (kind == self.downs) is not bool(found and found[-1][0] == self.downs):
+                found.append(one)
         return found
 
 
@@ -98,14 +115,12 @@ async def _gamepad(viewer: Viewer) -> Hand:
     await asyncio.sleep(_FOUND_S)
     await pad.tap(START)
     await asyncio.sleep(_FOUND_S)
-    # No browser says when a gamepad moved, so what moves it does.
-    push = "waxInputs.push(['{}', '', performance.now()]); waxPad.push({}, {})"
 
     async def ahead() -> None:
-        await page.evaluate(push.format("paddown", _AHEAD_AXIS, -1))
+        await page.evaluate(_PUSH, ["paddown", -1])
 
     async def let_go() -> None:
-        await page.evaluate(push.format("padup", _AHEAD_AXIS, 0))
+        await page.evaluate(_PUSH, ["padup", 0])
 
     return Hand(ahead, let_go)
 
