@@ -58,7 +58,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     commands.add_parser("run", help="serve (also without a command)")
-    commands.add_parser("devices", help="list cameras, microphones and serial ports")
+    commands.add_parser("devices", help="list cameras, microphones, serial ports and drivers")
+    _add_config(commands)
     _add_host_link(commands)
     _add_prove_stop(commands)
     _add_records(commands)
@@ -66,6 +67,20 @@ def _parser() -> argparse.ArgumentParser:
     _add_replay(commands)
     _add_doctor(commands)
     return parser
+
+
+def _add_config(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    shown = commands.add_parser(
+        "config",
+        help="show the keys that drivers bring, with their reasons and ranges",
+        description="Show the tables [robot.NAME] of drivers, as config/wax.toml has the others.",
+    )
+    shown.add_argument(
+        "drivers",
+        nargs="*",
+        metavar="DRIVER",
+        help="as in [robot] driver; all that are installed by default",
+    )
 
 
 def _add_host_link(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -330,9 +345,16 @@ def _until_read() -> Iterator[None]:
 
 def _devices(_: argparse.Namespace) -> int:
     from wax.capture.list_devices import list_devices
+    from wax.plugin import list_plugins
     from wax.robot.serial.list_ports import list_ports
 
-    print("\n".join([*list_devices(), *list_ports()]))
+    print("\n".join([*list_devices(), *list_ports(), *list_plugins()]))
+    return 0
+
+
+def _config(arguments: argparse.Namespace) -> int:
+    with _until_read():
+        print("\n".join(config.describe_drivers(arguments.drivers)))
     return 0
 
 
@@ -341,6 +363,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 _COMMANDS: Final[dict[str, Callable[[argparse.Namespace], int]]] = {
+    "config": _config,
     "devices": _devices,
     "doctor": _doctor,
     "host-link": _host_link,

@@ -1,14 +1,99 @@
-"""Load a plug-in class by its name in the configuration, and build it."""
+"""Find a plug-in class by its name in the configuration, load it, and build it.
+
+A name is ``package.module:Class``, or one under which an installed package offers a class: an entry
+point of the groups below. WAX's own drivers and sources are offered in the same way.
+"""
 
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
+import re
+from dataclasses import dataclass
+from importlib import metadata
+from typing import TYPE_CHECKING, Any, Final
 
 from wax.errors import ConfigError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+
+DRIVERS: Final = "wax.drivers"
+CAMERAS: Final = "wax.cameras"
+MICROPHONES: Final = "wax.microphones"
+
+_OURS: Final = "wax-teleop"
+_KEYS: Final = {
+    DRIVERS: "[robot] driver",
+    CAMERAS: "[video] source",
+    MICROPHONES: "[audio] source",
+}
+_OF_EXTRA: Final = re.compile(r"""([\w.-]+)[^;]*;\s*extra\s*==\s*["']([\w.-]+)["']\s*""")
+"""A package's requirement that an extra has on every system."""
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """A class, as ``module:Class``, that an installed package offers under a name.
+
+    `extra` is the package's optional part of the same name, which brings the libraries it needs.
+    """
+
+    name: str
+    value: str
+    package: str
+    version: str
+    extra: str | None = None
+
+    @property
+    def is_ours(self) -> bool:
+        """Whether it comes with WAX."""
+        return self.package == _OURS
+
+    @property
+    def origin(self) -> str:
+        """Where it comes from, for people."""
+        return "comes with WAX" if self.is_ours else f"of {self.package} {self.version}"
+
+    @property
+    def lacks(self) -> list[str]:
+        """The packages of its extra that are not installed."""
+        needs = [_OF_EXTRA.fullmatch(need) for need in metadata.requires(self.package) or ()]
+        return [
+            need[1] for need in needs if need and need[2] == self.extra and not _is_there(need[1])
+        ]
+
+    @property
+    def install(self) -> str:
+        """The line that installs all it needs."""
+        return f'pip install "{self.package}{f"[{self.extra}]" if self.extra else ""}"'
+
+
+def offers(group: str) -> list[Offer]:
+    """Return what the installed packages offer, ours first, by name."""
+    found = {_offer(point) for point in metadata.entry_points(group=group)}
+    return sorted(found, key=lambda offer: (not offer.is_ours, offer.name, offer.package))
+
+
+def list_plugins() -> list[str]:
+    """Return printable lines: each driver, camera and microphone that a package offers."""
+    lines = ["Drivers and sources of installed packages:"]
+    for group, key in _KEYS.items():
+        for offer in offers(group):
+            lacks = f"; to have it: {offer.install}" if offer.lacks else ""
+            lines.append(f'  {key} = "{offer.name}"   # {offer.origin}{lacks}')
+    return lines
+
+
+def find_offer(name: str, group: str, key: str) -> Offer | None:
+    """Return the class offered under this name, None if there is none; ours comes first.
+
+    Raises `ConfigError` if two packages offer one. `key` is the configuration key for the message.
+    """
+    found = [offer for offer in offers(group) if offer.name == name]
+    if len(found) > 1 and not found[0].is_ours:
+        both = " and ".join(f"{offer.package} as {offer.value!r}" for offer in found)
+        raise ConfigError(f"{key}: {name} is offered by {both}; write which of them you mean.")
+    return found[0] if found else None
 
 
 def is_plugin_name(name: str) -> bool:
@@ -21,33 +106,96 @@ def is_plugin_name(name: str) -> bool:
     )
 
 
-def make_plugin(
-    name: str, key: str, settings: object, clock: object, *, needs: Iterable[str], contract: str
-) -> Any:
-    """Build ``package.module:Class`` as ``Class(settings, clock)``.
+def is_plugin(name: str, group: str, key: str) -> bool:
+    """Whether `name` names a class in either way; raises `ConfigError` as `find_offer`."""
+    return is_plugin_name(name) or find_offer(name, group, key) is not None
 
-    `needs` names the methods that it must have, `contract` the file that explains them, and `key`
-    the configuration key for the message. Raises `ConfigError`, whatever the plug-in raises.
+
+def load_class(name: str, group: str | None, key: str) -> type[Any]:
+    """Load the class; raises `ConfigError`, whatever its module raises.
+
+    Without a `group` only ``package.module:Class`` is a name.
     """
-    found = _load_class(name, key)
-    for method in needs:
-        if not callable(getattr(found, method, None)):
-            raise ConfigError(f"{key}: {name} has no method {method}; see {contract}.")
-    try:
-        return found(settings, clock)
-    except Exception as error:
-        raise ConfigError(f"{key}: {name}(settings, clock) failed: {error!r}") from error
-
-
-def _load_class(name: str, key: str) -> type[Any]:
-    module_name, _, attribute = name.partition(":")
+    offer = None if group is None or is_plugin_name(name) else find_offer(name, group, key)
+    if offer is None and not is_plugin_name(name):
+        raise ConfigError(f"{key}: got {name!r}; possible are {_possible(group)}")
+    module_name, _, attribute = (offer.value if offer else name).partition(":")
     try:
         module = importlib.import_module(module_name)
     except ImportError as error:
-        raise ConfigError(f"{key}: {name}: cannot import {module_name}: {error}") from error
+        raise ConfigError(_missing(f"{key}: {name}", module_name, offer, error)) from error
     except Exception as error:
         raise ConfigError(f"{key}: {name}: importing {module_name} failed: {error!r}") from error
     found = getattr(module, attribute, None)
     if not isinstance(found, type):
         raise ConfigError(f"{key}: {name}: {module_name} has no class {attribute}")
     return found
+
+
+def make_plugin(
+    name: str,
+    key: str,
+    settings: object,
+    clock: object,
+    *,
+    needs: Iterable[str],
+    contract: str,
+    group: str | None = None,
+) -> Any:
+    """Build the named class as ``Class(settings, clock)``.
+
+    `needs` names the methods that it must have, `contract` the file that explains them, `key` the
+    configuration key for the message, and `group` is that of its entry points, if it has one.
+    Raises `ConfigError`, whatever the plug-in raises.
+    """
+    found = load_class(name, group, key)
+    for method in needs:
+        if not callable(getattr(found, method, None)):
+            raise ConfigError(f"{key}: {name} has no method {method}; see {contract}.")
+    try:
+        return found(settings, clock)
+    except ImportError as error:
+        offer = None if group is None else find_offer(name, group, key)
+        raise ConfigError(_missing(f"{key}: {name}", name, offer, error)) from error
+    except Exception as error:
+        raise ConfigError(f"{key}: {name}(settings, clock) failed: {error!r}") from error
+
+
+def _offer(point: metadata.EntryPoint) -> Offer:
+    package = point.dist
+    if package is None:
+        return Offer(point.name, point.value, "an unknown package", "", None)
+    extras = package.metadata.get_all("Provides-Extra") or []
+    return Offer(
+        point.name,
+        f"{point.module}:{point.attr}",
+        package.name,
+        package.version,
+        extra=point.name if point.name in extras else None,
+    )
+
+
+def _is_there(package: str) -> bool:
+    try:
+        metadata.distribution(package)
+    except metadata.PackageNotFoundError:
+        return False
+    return True
+
+
+def _missing(what: str, module: str, offer: Offer | None, error: ImportError) -> str:
+    if offer is not None and offer.extra and isinstance(error, ModuleNotFoundError):
+        return f"{what} needs {error.name or 'more'}, which is not installed: {offer.install}"
+    return f"{what}: cannot import {module}: {error}"
+
+
+def _possible(group: str | None) -> str:
+    names = [] if group is None else [repr(name) for name in _names(group)]
+    if group is not None and not names:
+        return "none, because this installation of WAX is older than its files; install it anew"
+    own = "your own class as 'package.module:Class'"
+    return f"{', '.join(names)}, or {own}" if names else own
+
+
+def _names(group: str) -> list[str]:
+    return list(dict.fromkeys(offer.name for offer in offers(group)))

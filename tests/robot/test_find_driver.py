@@ -41,7 +41,7 @@ def test_anybodys_class_is_found(clock: FakeClock) -> None:
 
 def test_an_unknown_name_is_answered_with_what_is_possible(clock: FakeClock) -> None:
     """The sentence quotes what was asked for and lists every possibility."""
-    with pytest.raises(ConfigError, match=r"'tank'.*'simulated', 'serial'.*package\.module:Class"):
+    with pytest.raises(ConfigError, match=r"'tank'.*'serial', 'simulated'.*package\.module:Class"):
         make_driver(RobotSettings(driver="tank"), clock)
 
 

@@ -11,10 +11,9 @@ from wax.capture.camera import OpenCvCamera
 from wax.capture.file.address import is_network, open_container
 from wax.capture.file.media_file import MediaFile
 from wax.capture.microphone import PortAudioMicrophone
-from wax.capture.testcard import TestCardAudio, TestCardVideo
 from wax.driver.interface import HasCamera, HasExternalView, HasMicrophone
 from wax.errors import ConfigError, SourceError
-from wax.plugin import is_plugin_name, make_plugin
+from wax.plugin import CAMERAS, MICROPHONES, is_plugin, make_plugin
 
 if TYPE_CHECKING:
     from wax.capture.source import AudioSource, VideoSource
@@ -84,13 +83,11 @@ def _make_video(
 
 def _find_video(settings: VideoSettings, key: str, clock: Clock, files: _Files) -> VideoSource:
     name = settings.source
-    if name == "testcard":
-        return TestCardVideo(settings, clock)
     device = _camera_device(name)
     if device is not None:
         return OpenCvCamera(settings, clock, device=device)
-    if not is_network(name) and is_plugin_name(name):
-        plugin: VideoSource = _make_plugin(name, key, settings, clock)
+    if not is_network(name) and is_plugin(name, CAMERAS, key):
+        plugin: VideoSource = _make_plugin(name, key, settings, clock, CAMERAS)
         return plugin
     return files.find(name, key).video(settings)
 
@@ -101,8 +98,6 @@ def _make_audio(
     name = settings.source
     if name == "none":
         return None
-    if name == "testcard":
-        return TestCardAudio(settings, clock)
     if name == "robot":
         if not isinstance(driver, HasMicrophone):
             raise ConfigError(_no_sense(_AUDIO_KEY, driver.kind, "microphone", "microphone"))
@@ -110,8 +105,8 @@ def _make_audio(
     microphone = _microphone(settings, clock)
     if microphone is not None:
         return microphone
-    if not is_network(name) and is_plugin_name(name):
-        plugin: AudioSource = _make_plugin(name, _AUDIO_KEY, settings, clock)
+    if not is_network(name) and is_plugin(name, MICROPHONES, _AUDIO_KEY):
+        plugin: AudioSource = _make_plugin(name, _AUDIO_KEY, settings, clock, MICROPHONES)
         return plugin
     return files.find(name, _AUDIO_KEY).audio(settings)
 
@@ -180,10 +175,12 @@ def _existing(name: str, key: str) -> Path:
     )
 
 
-def _make_plugin(name: str, key: str, settings: VideoSettings | AudioSettings, clock: Clock) -> Any:
+def _make_plugin(
+    name: str, key: str, settings: VideoSettings | AudioSettings, clock: Clock, group: str
+) -> Any:
     """Build a plug-in source, and check that it is one."""
-    needs = ("open", "read", "close")
-    return make_plugin(name, key, settings, clock, needs=needs, contract="wax/capture/source.py")
+    needs, contract = ("open", "read", "close"), "wax/capture/source.py"
+    return make_plugin(name, key, settings, clock, needs=needs, contract=contract, group=group)
 
 
 def _no_sense(key: str, kind: str, sense: str, instead: str) -> str:

@@ -1,7 +1,8 @@
 """The interface of a camera or microphone: three methods, called from one thread.
 
 For a device of your own, write a class with these methods and name it in the configuration as
-``package.module:Class``. It is built as ``Class(settings, clock)`` with the configuration's
+``package.module:Class``, or by your package's entry point in the group ``wax.cameras`` or
+``wax.microphones``. It is built as ``Class(settings, clock)`` with the configuration's
 `VideoSettings` or `AudioSettings`. A thread of its own then calls `open`, `read` repeatedly, and
 `close`, so `read` may block. A `SourceError` from `open` or `read` is shown on the page, and the
 source is closed and opened again after a pause.

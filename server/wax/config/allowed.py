@@ -73,10 +73,16 @@ def _kind(schema: Schema) -> str:
         "boolean": "true or false",
         "integer": "an even number" if schema.get("multipleOf") == 2 else "a whole number",
         "number": "a number",
-        "string": "a text that is not empty" if schema.get("minLength") else "a text",
+        "string": _text(schema),
         "array": f"a list of {_plural(schema.get('items', {}))}",
     }
     return kinds.get(schema.get("type", ""), "a table")
+
+
+def _text(schema: Schema) -> str:
+    if "pattern" in schema:
+        return f"a text like {schema['pattern']}"
+    return "a text that is not empty" if schema.get("minLength") else "a text"
 
 
 def _plural(items: Schema) -> str:

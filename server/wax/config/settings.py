@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import tomllib
 import zoneinfo
-from difflib import get_close_matches
 from functools import cache
 from ipaddress import ip_address
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self, TypeVar
 from urllib.parse import urlsplit
 
 from pydantic import (
@@ -21,7 +20,7 @@ from pydantic import (
     model_validator,
 )
 
-from wax.config import allowed, opening_hours
+from wax.config import driver_tables, opening_hours, problems
 from wax.config.network import HostName, Network, PageUrl
 from wax.config.page import PageSettings
 from wax.config.publish import PublishSettings
@@ -30,9 +29,11 @@ from wax.config.thesis import ThesisSettings
 from wax.errors import ConfigError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
-    from pydantic_core import ErrorDetails
+    from wax.config.allowed import Schema
+    from wax.config.driver_settings import DriverSettings
 
 
 class _Section(BaseModel):
@@ -487,8 +488,14 @@ class SerialSettings(_Section):
         return axes
 
 
+OwnT = TypeVar("OwnT", bound="DriverSettings")
+
+
 class RobotSettings(_Section):
-    """`[robot]`."""
+    """`[robot]`, and beside our keys the tables that drivers bring (`DriverSettings`)."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, dict[str, Any]] = Field(init=False)
 
     driver: Annotated[str, Field(min_length=1)] = "simulated"
     max_linear_mps: Annotated[float, Field(gt=0, le=10)] = 0.6
@@ -505,6 +512,10 @@ class RobotSettings(_Section):
     invert_left: bool = False
     invert_right: bool = False
     serial: SerialSettings = SerialSettings()
+
+    def own(self, model: type[OwnT]) -> OwnT:
+        """Return a driver's own table, with its defaults where the configuration has none."""
+        return model.model_validate((self.__pydantic_extra__ or {}).get(model.TABLE, {}))
 
 
 Deflection = Annotated[float, Field(ge=-1, le=1)]
@@ -623,19 +634,6 @@ class Settings(_Section):
         return self
 
 
-_RENAMED: Final = {
-    "video.imprint": "video.timestamp_overlay",
-    "drive.fine_fraction": "drive.slow_fraction",
-}
-"""The old names of renamed keys, with the new ones."""
-
-_REMOVED: Final = {
-    "ice": "is gone, since its passwords were shown to every visitor; list STUN servers in"
-    " network.stun, and name a TURN server with its static-auth-secret in [relay]",
-}
-"""Keys that are gone, with what to write instead."""
-
-
 def load(path: Path | None) -> Settings:
     """Read a TOML file; keys that it leaves out, or all if `path` is None, have their defaults.
 
@@ -659,35 +657,26 @@ def parse(tree: dict[str, Any], name: str) -> Settings:
 
     Raises `ConfigError` with one line for each wrong key: its value and what is allowed.
     """
+    settings, lines = None, list[str]()
     try:
-        return Settings.model_validate(tree)
+        settings = Settings.model_validate(tree)
     except ValidationError as error:
-        schema = _schema()
-        # pydantic reports a problem for each branch of a union; one line for the key is enough.
-        lines = dict.fromkeys(_sentence(problem, schema) for problem in error.errors())
+        lines = problems.lines(error, _schema())
+    lines += driver_tables.check(tree.get("robot"), ours=RobotSettings.model_fields)
+    if settings is None or lines:
         count = f"{len(lines)} problem" + ("s" if len(lines) > 1 else "")
-        raise ConfigError("\n  ".join([f"{name}: {count}:", *lines])) from error
+        raise ConfigError("\n  ".join([f"{name}: {count}:", *lines]))
+    return settings
+
+
+def describe_drivers(names: Sequence[str]) -> list[str]:
+    """Return the manual's lines for the tables of these drivers, or of all that are installed.
+
+    Raises `ConfigError` for a name that is no driver's.
+    """
+    return driver_tables.describe(names, ours=RobotSettings.model_fields)
 
 
 @cache
-def _schema() -> allowed.Schema:
+def _schema() -> Schema:
     return Settings.model_json_schema()
-
-
-def _sentence(problem: ErrorDetails, schema: allowed.Schema) -> str:
-    key, known = allowed.find(schema, problem["loc"])
-    if key in _RENAMED:
-        return f"{key}: is now called {_RENAMED[key]}"
-    if key in _REMOVED:
-        return f"{key}: {_REMOVED[key]}"
-    if known is None:
-        near = get_close_matches(
-            str(problem["loc"][-1]), allowed.neighbours(schema, problem["loc"])
-        )
-        return f"{key}: there is no such key" + (f"; did you mean {near[0]}?" if near else "")
-    if problem["type"] == "missing":
-        return f"{key}: is missing; allowed is {allowed.words(known)}"
-    if problem["type"] == "value_error":
-        sentence = problem["msg"].removeprefix("Value error, ")
-        return f"{key}: {sentence}" if key else sentence
-    return f"{key}: got {allowed.shown(problem['input'])}; allowed is {allowed.words(known)}"

@@ -1,10 +1,14 @@
 """The interface of a robot driver.
 
-A robot is a class with these methods, named in the configuration as ``package.module:Class`` and
-built as ``Class(settings, clock)`` with the configuration's `RobotSettings`. Every method may be
-called from the event loop and must return at once: do slow input and output in a thread of your
-own. The constructor must not touch the hardware: the class is built once to read `kind` and
-`limits`, and again in the process that opens it (`wax.robot.process`).
+A robot is a class with these methods, named in the configuration as ``package.module:Class``, or by
+the name of its package's entry point in the group ``wax.drivers``. It is built as ``Class(settings,
+clock)`` with the configuration's `RobotSettings`. A table of its own is a class `Settings` in it
+(`wax.config.driver_settings`), which ``settings.own(Class.Settings)`` returns, checked.
+
+Every method may be called from the event loop and must return at once: do slow input and output in
+a thread of your own. The constructor must not touch the hardware: the class is built once to read
+`kind` and `limits`, and again in the process that opens it (`wax.robot.process`). Import there what
+not everybody has installed: then a missing library is told with the line that installs it.
 """
 
 from __future__ import annotations

@@ -9,10 +9,9 @@ import structlog
 
 from wax.driver.interface import HasCamera, HasExternalView, HasMicrophone, HasSpeaker, Limits
 from wax.errors import ConfigError
-from wax.plugin import is_plugin_name, make_plugin
+from wax.plugin import DRIVERS, make_plugin
 from wax.robot.hand.source import make_hand
 from wax.robot.process.driver import ProcessDriver
-from wax.robot.serial.driver import SerialRobot
 
 if TYPE_CHECKING:
     from wax.clock import Clock
@@ -51,7 +50,7 @@ def make_robot(
     if local is not None and local.is_on:
         _check_passenger(driver, settings, local, clock)
         if settings.driver == "simulated":
-            from wax.robot.simulated.chair import SimulatedChair  # noqa: PLC0415 - as below
+            from wax.robot.simulated.chair import SimulatedChair  # noqa: PLC0415 - it draws
 
             return SimulatedChair(settings, local, clock)
     elif isinstance(driver, HasCamera | HasExternalView | HasMicrophone | HasSpeaker):
@@ -93,23 +92,11 @@ def _check_passenger(
 def make_driver(settings: RobotSettings, clock: Clock) -> Driver:
     """Build the driver of `[robot] driver` itself, not yet opened; raises `ConfigError`."""
     name = settings.driver
-    if name == "simulated":
-        # Imported here so that other robots need not wait for its drawing libraries.
-        from wax.robot.simulated.robot import SimulatedRobot  # noqa: PLC0415
-
-        return SimulatedRobot(settings, clock)
-    if name == "serial":
-        return SerialRobot(settings, clock)
-    if is_plugin_name(name):
-        driver: Driver = make_plugin(
-            name, _KEY, settings, clock, needs=_METHODS, contract=_CONTRACT
-        )
-        _check_properties(name, driver)
-        return driver
-    raise ConfigError(
-        f"{_KEY}: got {name!r}; possible are 'simulated', 'serial', "
-        "or your own class as 'package.module:Class'"
+    driver: Driver = make_plugin(
+        name, _KEY, settings, clock, needs=_METHODS, contract=_CONTRACT, group=DRIVERS
     )
+    _check_properties(name, driver)
+    return driver
 
 
 def _check_properties(name: str, driver: Driver) -> None:

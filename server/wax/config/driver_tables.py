@@ -1,0 +1,157 @@
+"""Check and describe the tables `[robot.TABLE]` that drivers bring."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import TYPE_CHECKING, Any, Final
+
+from pydantic import ValidationError
+
+from wax.config import allowed, problems
+from wax.config.driver_settings import DriverSettings
+from wax.errors import ConfigError
+from wax.plugin import DRIVERS, load_class, offers
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+
+_KEY: Final = "robot.driver"
+_CONTRACT: Final = "wax/config/driver_settings.py"
+_WIDTH: Final = 100
+
+
+def check(robot: object, *, ours: Collection[str]) -> list[str]:
+    """Return a sentence for each wrong key of the drivers' tables in `[robot]`, as it was written.
+
+    `ours` are the keys of `[robot]` itself. The tables of WAX's own drivers may always be there,
+    another's only while it is the configured one, because nobody else knows what it means.
+    """
+    if not isinstance(robot, dict):
+        return []
+    tables = {
+        name: table for name, table in robot.items() if name not in ours and isinstance(table, dict)
+    }
+    lines = []
+    for name, table in tables.items():
+        try:
+            model = _model(name, str(robot.get("driver", "simulated")), ours)
+        except ConfigError as error:
+            lines.append(str(error))
+        else:
+            lines += _check(model, name, table)
+    return list(dict.fromkeys(lines))
+
+
+def model_of(driver: type[Any], name: str, ours: Collection[str]) -> type[DriverSettings] | None:
+    """Return the driver's `Settings`, None if it has none; raises `ConfigError` for a wrong one."""
+    model = getattr(driver, "Settings", None)
+    if model is None:
+        return None
+    if not (isinstance(model, type) and issubclass(model, DriverSettings)):
+        raise ConfigError(f"{_KEY}: {name}: its Settings are no DriverSettings; see {_CONTRACT}.")
+    table = getattr(model, "TABLE", None)
+    if not isinstance(table, str) or not table.isidentifier() or table in ours:
+        raise ConfigError(
+            f"{_KEY}: {name}: its Settings have the TABLE {table!r}; give them a name that is not a"
+            f" key of [robot]; see {_CONTRACT}."
+        )
+    return model
+
+
+def describe(names: Sequence[str], *, ours: Collection[str]) -> list[str]:
+    """Return the lines of these drivers' tables, as in the manual, or of all that are installed.
+
+    Raises `ConfigError` for a name that is no driver's; where all are asked for, one that cannot be
+    loaded is a line.
+    """
+    lines = []
+    for name in names or dict.fromkeys(offer.name for offer in offers(DRIVERS)):
+        try:
+            model = model_of(load_class(name, DRIVERS, _KEY), name, ours)
+        except ConfigError as error:
+            if names:
+                raise
+            lines += [*_comment(str(error)), ""]
+            continue
+        if model is None:
+            own = f"[robot.{name}] is in the manual" if name in ours else "has no keys of its own"
+            lines += [f"# {name}: {own}.", ""]
+        else:
+            lines += [f"# {name}", *_table(model)]
+    return lines
+
+
+def _table(model: type[DriverSettings]) -> list[str]:
+    """Return the lines of one: of each key its reason, what is allowed, and the default."""
+    schema = model.model_json_schema()
+    bare = _without_reasons(schema)
+    lines = [f"[robot.{model.TABLE}]"]
+    for key, field in schema.get("properties", {}).items():
+        _, known = allowed.find(bare, [key])
+        lines += _comment(field.get("description", ""))
+        lines += _comment(f"Allowed: {allowed.words(known or {})}")
+        lines += [
+            f"{key} = {_toml(field['default'])}" if "default" in field else f"# {key} = …",
+            "",
+        ]
+    return lines
+
+
+def _model(table: str, driver: str, ours: Collection[str]) -> type[DriverSettings]:
+    """Find whose table that is; raises `ConfigError`."""
+    for offer in offers(DRIVERS):
+        if offer.is_ours and offer.name == table:
+            model = model_of(load_class(table, DRIVERS, _KEY), table, ours)
+            if model is not None:
+                return model
+    model = model_of(load_class(driver, DRIVERS, _KEY), driver, ours)
+    if model is not None and table == model.TABLE:
+        return model
+    if any(offer.name == table for offer in offers(DRIVERS)):
+        raise ConfigError(
+            f'robot.{table}: is for driver = "{table}", but driver is "{driver}"; leave one of them'
+            " out"
+        )
+    raise ConfigError(
+        problems.unknown(f"robot.{table}", [*ours, *([model.TABLE] if model else [])])
+    )
+
+
+def _check(model: type[DriverSettings], name: str, table: dict[str, Any]) -> list[str]:
+    try:
+        model.model_validate(table)
+    except ValidationError as error:
+        return problems.lines(error, _without_reasons(model.model_json_schema()), f"robot.{name}")
+    except Exception as error:  # a validator of the plug-in's own may raise anything
+        return [f"robot.{name}: checking it failed: {error!r}"]
+    return []
+
+
+def _without_reasons(schema: allowed.Schema) -> allowed.Schema:
+    """Leave out what the fields are for, where a description else says what is allowed."""
+    tables: list[allowed.Schema] = [schema, *schema.get("$defs", {}).values()]
+    bare = [
+        table
+        | {
+            "properties": {
+                key: {word: value for word, value in field.items() if word != "description"}
+                for key, field in table.get("properties", {}).items()
+            }
+        }
+        if table.get("type") == "object"
+        else table
+        for table in tables
+    ]
+    return bare[0] | {"$defs": dict(zip(schema.get("$defs", {}), bare[1:], strict=True))}
+
+
+def _comment(text: str) -> list[str]:
+    return [f"# {line}" for line in textwrap.wrap(text, _WIDTH - 2)]
+
+
+def _toml(value: object) -> str:
+    if isinstance(value, dict):
+        return f"{{ {', '.join(f'{key} = {_toml(inner)}' for key, inner in value.items())} }}"
+    if isinstance(value, list):
+        return f"[{', '.join(_toml(inner) for inner in value)}]"
+    return '"none"' if value is None else allowed.shown(value)
