@@ -1,6 +1,6 @@
 // @vitest-environment happy-dom
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { type FakePad, frames, pad, plugIn, push, takeAwayGamepads } from "../testing/gamepads";
+import { type FakePad, pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
 import { GamepadInput, NO_PADS, type PadState } from "./gamepad";
 import { InputState } from "./inputState";
 import { Ways } from "./ways";
@@ -45,7 +45,7 @@ beforeEach(() => {
 
 afterEach(() => {
   aborting.abort();
-  frames(2);
+  readings(2);
   expect(vi.getTimerCount()).toBe(0);
   takeAwayGamepads();
   vi.useRealTimers();
@@ -60,7 +60,7 @@ function drives(): void {
   listens();
   plugIn([mine]);
   gamepad.use(0);
-  frames(2);
+  readings(2);
   expect(state).toMatchObject({ chosen: 0, isReady: true });
 }
 
@@ -69,7 +69,7 @@ describe("a pad that was not chosen", () => {
     listens();
     plugIn([mine]);
     mine.axes[1] = -1;
-    frames(100);
+    readings(100);
     expect(input.isHolding).toBe(false);
     expect(state).toEqual({ found: [{ index: 0, id: "Xbox" }], chosen: null, isReady: false });
     expect(tell).toHaveBeenCalledExactlyOnceWith("found");
@@ -85,18 +85,18 @@ describe("a pad that was not chosen", () => {
     listens();
     push(mine, 9);
     plugIn([mine]);
-    frames(5);
+    readings(5);
     expect(state.chosen).toBeNull();
     push(mine, 9, 0);
-    frames(2);
+    readings(2);
     push(mine, 9);
-    frames(2);
+    readings(2);
     expect(state).toMatchObject({ chosen: 0, isReady: false });
     gamepad.use(null);
     push(mine, 9, 0);
-    frames(2);
+    readings(2);
     push(mine, 9);
-    frames(2);
+    readings(2);
     expect(state.chosen).toBeNull();
   });
 
@@ -105,7 +105,7 @@ describe("a pad that was not chosen", () => {
     plugIn([mine]);
     vi.advanceTimersByTime(20_100);
     push(mine, 9);
-    frames(5);
+    readings(5);
     expect(state.chosen).toBeNull();
     expect(vi.getTimerCount()).toBe(0);
   });
@@ -133,13 +133,13 @@ describe("a pad that was chosen", () => {
   it("drives in proportion, and stands in the dead zone without holding", () => {
     drives();
     mine.axes[1] = -0.6;
-    frames(2);
+    readings(2);
     expect(input.motion.linear).toBeCloseTo(0.5, 10);
     mine.axes[1] = -1;
-    frames(2);
+    readings(2);
     expect(input.motion.linear).toBe(1);
     mine.axes[1] = -0.1;
-    frames(2);
+    readings(2);
     expect(input.isHolding).toBe(false);
   });
 
@@ -148,17 +148,17 @@ describe("a pad that was chosen", () => {
     mine.axes[1] = -1;
     plugIn([mine]);
     gamepad.use(0);
-    frames(10);
+    readings(10);
     expect(input.isHolding).toBe(false);
     mine.axes[1] = 0;
     push(mine, 3);
-    frames(2);
+    readings(2);
     expect(state.isReady).toBe(false);
     push(mine, 3, 0);
-    frames(2);
+    readings(2);
     expect(state.isReady).toBe(true);
     mine.axes[1] = -1;
-    frames(2);
+    readings(2);
     expect(input.motion.linear).toBe(1);
   });
 
@@ -175,7 +175,7 @@ describe("a pad that was chosen", () => {
       "it was not this page's turn",
       () => {
         input.disable();
-        frames(2);
+        readings(2);
         input.enable();
       },
     ],
@@ -183,7 +183,7 @@ describe("a pad that was chosen", () => {
       "the page was not in front",
       () => {
         focused = false;
-        frames(2);
+        readings(2);
         focused = true;
       },
     ],
@@ -191,43 +191,43 @@ describe("a pad that was chosen", () => {
       "the page was hidden",
       () => {
         const hidden = vi.spyOn(document, "hidden", "get").mockReturnValue(true);
-        frames(2);
+        readings(2);
         hidden.mockReturnValue(false);
       },
     ],
   ])("moves nothing after %s, until it was let go", (_, happen) => {
     drives();
     mine.axes[1] = -1;
-    frames(2);
+    readings(2);
     expect(input.motion.linear).toBe(1);
     happen();
-    frames(10);
+    readings(10);
     expect(input.isHolding).toBe(false);
     expect(state.isReady).toBe(false);
     mine.axes[1] = 0;
-    frames(2);
+    readings(2);
     mine.axes[1] = -1;
-    frames(2);
+    readings(2);
     expect(input.motion.linear).toBe(1);
   });
 
   it("drives by its cross", () => {
     drives();
     push(mine, 14);
-    frames(2);
+    readings(2);
     expect(input.motion).toEqual({ linear: 0, angular: 1 });
     push(mine, 14, 0);
-    frames(2);
+    readings(2);
     expect(input.isHolding).toBe(false);
   });
 
   it("stops by B and changes the speed by A, once for each press", () => {
     drives();
     push(mine, 1);
-    frames(5);
+    readings(5);
     expect(stop).toHaveBeenCalledOnce();
     push(mine, 0);
-    frames(5);
+    readings(5);
     expect(toggleSpeed).toHaveBeenCalledOnce();
   });
 
@@ -237,14 +237,14 @@ describe("a pad that was chosen", () => {
     plugIn([mine]);
     gamepad.use(0);
     push(mine, 1);
-    frames(2);
+    readings(2);
     expect(stop).toHaveBeenCalledOnce();
     for (const undo of [() => (driving = false), () => (focused = false)]) {
       push(mine, 1, 0);
-      frames(2);
+      readings(2);
       undo();
       push(mine, 1);
-      frames(2);
+      readings(2);
       driving = true;
       expect(stop).toHaveBeenCalledOnce();
     }
@@ -255,17 +255,17 @@ describe("a pad that was chosen", () => {
     push(mine, 1);
     plugIn([mine]);
     gamepad.use(0);
-    frames(5);
+    readings(5);
     expect(stop).not.toHaveBeenCalled();
   });
 
   it("is followed no more once the user has chosen none", () => {
     drives();
     mine.axes[1] = -1;
-    frames(2);
+    readings(2);
     gamepad.use(null);
     expect(input.isHolding).toBe(false);
-    frames(5);
+    readings(5);
     expect(input.isHolding).toBe(false);
   });
 });
@@ -278,9 +278,9 @@ describe("a pad that is gone releases all at once, says so, and is used no more"
     listens();
     plugIn(pads);
     gamepad.use(0);
-    frames(2);
+    readings(2);
     mine.axes[1] = -1;
-    frames(2);
+    readings(2);
     expect(input.motion.linear).toBe(1);
     tell.mockClear();
   });
@@ -291,16 +291,16 @@ describe("a pad that is gone releases all at once, says so, and is used no more"
     ["another one in its place", () => (pads[0] = pad({ id: "Other", axes: [0, -1, 0, 0] }))],
   ])("%s", (_, lose) => {
     lose();
-    frames(1);
+    readings(1);
     expect(input.motion).toEqual(STAND);
     expect(input.isHolding).toBe(false);
     expect(state.chosen).toBeNull();
     expect(tell).toHaveBeenCalledExactlyOnceWith("lost");
-    frames(10);
+    readings(10);
     expect(input.isHolding).toBe(false);
   });
 
-  it("by the browser's event, without a frame", () => {
+  it("by the browser's event, before the next reading", () => {
     pads[0] = null;
     window.dispatchEvent(new Event("gamepaddisconnected"));
     expect(input.isHolding).toBe(false);
@@ -313,15 +313,57 @@ describe("a pad that is gone releases all at once, says so, and is used no more"
   });
 });
 
-it("lets go when the browser draws no more frames", () => {
-  drives();
-  mine.axes[1] = -1;
-  frames(2);
-  vi.spyOn(window, "requestAnimationFrame").mockReturnValue(1);
-  frames(1);
-  vi.advanceTimersByTime(200);
-  expect(input.motion.linear).toBe(1);
-  vi.advanceTimersByTime(200);
-  expect(input.isHolding).toBe(false);
-  gamepad.use(null);
+describe("how often it is read", () => {
+  /** How often within a second. */
+  function perSecond(): number {
+    const read = vi.spyOn(navigator, "getGamepads");
+    vi.advanceTimersByTime(1000);
+    const count = read.mock.calls.length;
+    read.mockRestore();
+    return count;
+  }
+
+  it("lets no push wait for longer than 8 ms while this page may drive", () => {
+    drives();
+    mine.axes[1] = -1;
+    vi.advanceTimersByTime(8);
+    expect(input.motion.linear).toBe(1);
+    mine.axes[1] = 0;
+    vi.advanceTimersByTime(8);
+    expect(input.isHolding).toBe(false);
+  });
+
+  it("is rarely before that, and never where none is used", () => {
+    listens();
+    plugIn([mine]);
+    expect(perSecond()).toBe(20);
+    gamepad.use(0);
+    input.disable();
+    readings(1);
+    expect(perSecond()).toBe(20);
+    gamepad.use(null);
+    readings(1);
+    expect(perSecond()).toBe(0);
+  });
+
+  it.each([
+    ["a quarter of a second late lets go, until all was let go", 243, false],
+    ["a little late does not", 200, true],
+  ])("%s", (_, lateMs, isHolding) => {
+    drives();
+    mine.axes[1] = -1;
+    readings(1);
+    // What a browser does that holds timers up: the next one finds that this much time has passed.
+    const { now } = performance;
+    vi.spyOn(performance, "now").mockImplementation(() => now.call(performance) + lateMs);
+    vi.advanceTimersByTime(8);
+    expect(input.isHolding).toBe(isHolding);
+    readings(5);
+    expect(input.isHolding).toBe(isHolding);
+    mine.axes[1] = 0;
+    readings(1);
+    mine.axes[1] = -1;
+    readings(1);
+    expect(input.motion.linear).toBe(1);
+  });
 });

@@ -28,20 +28,23 @@ const STICK = "gamepad stick";
 const crossHolder = (direction: Direction) => `gamepad ${direction}`;
 /** For so long a new gamepad is listened to for its Start. */
 const OFFERED_MS = 20_000;
-/** A browser that draws this rarely may not show what it knows of the gamepad either. */
-const UNREAD_MS = 250;
+/** While this page may drive: browsers draw rarely compared with what a push may wait. */
+const DRIVING_MS = 8;
+/** Before that, to see what is plugged in, pressed or let go. */
+const LOOKING_MS = 50;
+/** After so long without a reading, what was let go and pushed again meanwhile is not known. */
+const LATE_MS = 250;
 
 /**
- * Drives with a gamepad that the user has chosen. It is read for every frame that the browser draws,
- * while it is used or has just been found. At first, and whenever all was released, it moves
- * nothing until everything on it was let go once.
+ * Drives with a gamepad that the user has chosen. It is read by a timer, often while this page may
+ * drive, while it is used or has just been found. At first, whenever all was released, and when the
+ * browser held the timer up, it moves nothing until everything on it was let go once.
  */
 export class GamepadInput {
   #state = NO_PADS;
   #offeredUntilMs = 0;
-  #frame: number | null = null;
+  #timer: ReturnType<typeof setTimeout> | undefined;
   #readMs = 0;
-  #unread: ReturnType<typeof setInterval> | undefined;
   #last: PadReading | null = null;
   #isDeflected = false;
   #starts = new Set<number>();
@@ -65,12 +68,8 @@ export class GamepadInput {
     const isThere = this.#pads().some((pad) => pad.index === index);
     this.#offeredUntilMs = 0;
     this.#set({ chosen: isThere ? index : null });
-    clearInterval(this.#unread);
     if (this.#state.chosen === null) return;
     this.#readMs = performance.now();
-    this.#unread = setInterval(() => {
-      if (performance.now() - this.#readMs > UNREAD_MS) this.#disarm();
-    }, UNREAD_MS / 2);
     this.#read();
   }
 
@@ -93,10 +92,13 @@ export class GamepadInput {
   #look(): Gamepad[] {
     const pads = this.#pads();
     const { found: before, chosen } = this.#state;
-    const found = pads.map(({ index, id }) => ({ index, id }));
     const idOf = (all: PadState["found"]) => all.find((pad) => pad.index === chosen)?.id;
-    const isLost = chosen !== null && idOf(found) !== idOf(before);
-    if (JSON.stringify(found) !== JSON.stringify(before)) this.#set({ found });
+    const isLost = chosen !== null && idOf(pads) !== idOf(before);
+    const isSame = (pad: Gamepad, at: number) =>
+      pad.index === before[at]?.index && pad.id === before[at].id;
+    if (pads.length !== before.length || !pads.every(isSame)) {
+      this.#set({ found: pads.map(({ index, id }) => ({ index, id })) });
+    }
     if (isLost) {
       this.use(null);
       this.options.tell("lost");
@@ -105,8 +107,7 @@ export class GamepadInput {
   }
 
   #read(): void {
-    if (this.#frame !== null) this.window.cancelAnimationFrame(this.#frame);
-    this.#frame = null;
+    clearTimeout(this.#timer);
     const pads = this.#look();
     const nowMs = performance.now();
     const isOffered = nowMs < this.#offeredUntilMs;
@@ -114,11 +115,13 @@ export class GamepadInput {
     const { chosen } = this.#state;
     const pad = pads.find((one) => one.index === chosen);
     if (pad) {
+      if (nowMs - this.#readMs > LATE_MS) this.#disarm();
       this.#readMs = nowMs;
       this.#follow(readPad(pad, this.options.settings()));
     }
     if (!pad && !isOffered) return;
-    this.#frame = this.window.requestAnimationFrame(() => this.#read());
+    const afterMs = pad && this.options.input.isEnabled ? DRIVING_MS : LOOKING_MS;
+    this.#timer = setTimeout(() => this.#read(), afterMs);
   }
 
   #listenToStarts(pads: readonly Gamepad[]): void {

@@ -3,7 +3,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Drive } from "../messages";
 import { loadPreferences } from "../preferences";
 import { createState, type State } from "../state";
-import { type FakePad, frames, pad, plugIn, push, takeAwayGamepads } from "../testing/gamepads";
+import { type FakePad, pad, plugIn, push, readings, takeAwayGamepads } from "../testing/gamepads";
 import { hello, room } from "../testing/messages";
 import { says } from "../words/said";
 import { DriveController } from "./driveController";
@@ -46,7 +46,7 @@ beforeEach(() => {
 
 afterEach(() => {
   aborting.abort();
-  frames(2);
+  readings(2);
   takeAwayGamepads();
   vi.useRealTimers();
 });
@@ -65,9 +65,9 @@ function byPad(hold: () => void): () => void {
   return () => {
     plugIn(pads);
     controller.useGamepad(0);
-    frames(2);
+    readings(2);
     hold();
-    frames(2);
+    readings(2);
   };
 }
 
@@ -89,10 +89,10 @@ const INPUTS: Record<string, [begin: () => void, goOn?: () => void]> = {
     byPad(() => {
       mine.axes[1] = -1;
     }),
-    () => frames(5),
+    () => readings(5),
   ],
-  "a gamepad's trigger": [byPad(() => push(mine, 7)), () => frames(5)],
-  "a gamepad's cross": [byPad(() => push(mine, 12)), () => frames(5)],
+  "a gamepad's trigger": [byPad(() => push(mine, 7)), () => readings(5)],
+  "a gamepad's cross": [byPad(() => push(mine, 12)), () => readings(5)],
   "a step": [byFinger("step")],
   "a click": [byFinger("click")],
   "a switch": [
@@ -191,11 +191,11 @@ describe.each(["a gamepad's stick", "a gamepad's trigger", "a gamepad's cross"])
   ])("is released when %s, and stays so when it is back", (_, lose) => {
     INPUTS[name]?.[0]();
     lose();
-    frames(1);
+    readings(1);
     expect(sent.at(-1)).toMatchObject({ held: false, linear: 0 });
     mine.connected = true;
     plugIn([mine]);
-    frames(20);
+    readings(20);
     expect(sent.at(-1)?.held).toBe(false);
   });
 });

@@ -38,7 +38,7 @@ export function takeAwayGamepads(): void {
   Reflect.deleteProperty(navigator, "getGamepads");
 }
 
-/** Draws so many frames; timers are fake. */
-export function frames(count: number): void {
-  vi.advanceTimersByTime(16 * count);
+/** Waits until gamepads were read so often, at the slower pace; timers are fake. */
+export function readings(count: number): void {
+  vi.advanceTimersByTime(50 * count);
 }
