@@ -113,6 +113,7 @@ class Bench:
         self.events: list[TurnEvent] = []
         self.calls_before_event: list[tuple[object, ...]] = []
         self.statuses: list[tuple[int, bool, Sentence | None]] = []
+        self.shares: list[float] = []
         self.witnessed: list[tuple[object, ...]] = []
         self.calls_before_steered: list[tuple[object, ...]] = []
         self.seq = 0
@@ -138,7 +139,7 @@ class Bench:
             on_hold=lambda: self.on_hold,
             max_fraction=lambda _: self.max_fraction,
             on_events=self._on_events,
-            on_status=lambda *status: self.statuses.append(status),
+            on_status=self._hear,
             witness=self,
         )
 
@@ -152,6 +153,10 @@ class Bench:
     def _sees(self, viewer: int) -> bool:
         self.asked_what_they_see.add(viewer)
         return self.has_picture
+
+    def _hear(self, viewer: int, moving: bool, reason: Sentence | None, share: float) -> None:
+        self.statuses.append((viewer, moving, reason))
+        self.shares.append(share)
 
     def _on_events(self, events: tuple[TurnEvent, ...]) -> None:
         self.events += events
@@ -938,10 +943,12 @@ def test_who_sees_late_is_slowed_and_told_why(bench: Bench) -> None:
     bench.loop.offer(A, late)
     assert ("apply", Twist(0.25, 0.0), 1) in bench.step()
     assert bench.statuses[-1] == (A, True, Limit.LATE_PICTURE.value)
+    assert bench.shares[-1] == 0.5
     blind = replace(bench.command(1.0), seen_s=bench.clock.time_s - 0.92)
     bench.loop.offer(A, blind)
     assert ("stop", 1) in bench.step()
     assert bench.statuses[-1] == (A, False, Refusal.BLIND.value)
+    assert bench.shares[-1] == 0.0
 
 
 def test_who_does_not_want_to_see_drives_slowly(bench: Bench) -> None:
@@ -1137,7 +1144,7 @@ def live(
     driver: FakeDriver,
     *,
     loop_hz: float = 100.0,
-    on_status: Callable[[int, bool, Sentence | None], None] = lambda *_: None,
+    on_status: Callable[[int, bool, Sentence | None, float], None] = lambda *_: None,
 ) -> ControlLoop:
     """Make a loop on the real clock."""
     slow = DriveSettings(max_age_ms=1000.0, max_command_age_ms=2000.0, max_stop_distance_m=10.0)
@@ -1278,7 +1285,7 @@ async def test_stopped_loop_stays_quiet() -> None:
 async def test_defect_stops_the_robot() -> None:
     """A callback that raises ends the loop, for its supervisor to see, and the robot stands."""
 
-    def defect(viewer: int, moving: bool, reason: Sentence | None) -> None:
+    def defect(viewer: int, moving: bool, reason: Sentence | None, _share: float) -> None:
         raise RuntimeError("defect")
 
     driver = FakeDriver()

@@ -23,6 +23,25 @@ def test_nothing_against_it() -> None:
     assert speed.twist(FULL, VideoFreshness.CLEAR, TTL_S, RULES) == (Twist(-0.8, 1.0), None)
 
 
+def test_what_is_left_of_the_speed() -> None:
+    """The limits leave a share of what is asked for, whichever way it goes and at slow speed."""
+    for command in (FULL, replace(FULL, speed="slow"), replace(FULL, linear=0.0)):
+        asked, _ = speed.twist(command, VideoFreshness.CLEAR, TTL_S, RULES)
+        assert speed.share(command, asked, RULES) == pytest.approx(1.0)
+    late, _ = speed.twist(FULL, VideoFreshness.LATE, TTL_S, RULES)
+    assert speed.share(FULL, late, RULES) == pytest.approx(RULES.slow_fraction)
+    turning = replace(FULL, linear=0.0, angular=-1.0)
+    late, _ = speed.twist(turning, VideoFreshness.LATE, TTL_S, RULES)
+    assert speed.share(turning, late, RULES) == pytest.approx(RULES.slow_fraction)
+    assert speed.share(FULL, STANDSTILL, RULES) == 0.0
+
+
+@pytest.mark.parametrize("command", [None, replace(FULL, linear=0.0, angular=0.0)])
+def test_nothing_is_left_out_of_nothing(command: Command | None) -> None:
+    """Who asks for no motion is not slowed."""
+    assert speed.share(command, STANDSTILL, RULES) == 1.0
+
+
 def test_fine() -> None:
     """Slow speed multiplies what is asked for, and is no limit that one must be told of."""
     fine = replace(FULL, speed="slow")

@@ -126,6 +126,7 @@ async def test_while_blanked_nobody_drives(rig: Rig, host: FakePeer) -> None:
         "type": "",
         "moving": False,
         "reason": BLANKED.wire(),
+        "share": 0.0,
     }
     assert bob.last("room")["turn"]["stands_left_ms"] is not None
 

@@ -782,7 +782,8 @@ async def test_the_operator_gets_the_status_of_their_commands(rig: Rig) -> None:
     for seq in range(1, 8):
         rig.drive(ada, seq, linear=0.0 if seq < 3 else 0.5)
         rig.wait(0.1, ada, bob)
-    assert ada.last("drive_status") == {"type": "drive_status", "moving": True, "reason": None}
+    freely = {"type": "drive_status", "moving": True, "reason": None, "share": 1.0}
+    assert ada.last("drive_status") == freely
     rig.wait(1.5, ada, bob)
     told = [message for message in ada.sent if message["type"] == "drive_status"]
     assert not told[-1]["moving"]

@@ -319,7 +319,9 @@ def test_what_becomes_of_commands_is_told_a_few_times_a_second() -> None:
     for tick in range(40):
         connected.clock.time_s += 0.025
         reason = Refusal.TOO_OLD.value if tick % 2 else None
-        connected.viewer.drive_status = messages.DriveStatus(moving=not tick % 2, reason=reason)
+        connected.viewer.drive_status = messages.DriveStatus(
+            moving=not tick % 2, reason=reason, share=1.0
+        )
         connected.viewer.tell_drive_status(connected.clock.now_s())
     connected.viewer.tell_drive_status(connected.clock.now_s() + 1)
     told = [m for _, m in connected.room.sent if m["type"] == "drive_status"]

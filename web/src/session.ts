@@ -179,6 +179,7 @@ export function startSession(): Session {
     reporter.reset();
     talk.reconnected();
     state.driveReason.value = null;
+    state.driveShare.value = 1;
     state.playout.value = null;
     state.served.value = null;
   }
@@ -219,6 +220,7 @@ export function startSession(): Session {
         break;
       case "drive_status":
         state.driveReason.value = message.reason;
+        state.driveShare.value = message.share;
         break;
       case "heard":
         talk.told(message.heard, said(message.reason));

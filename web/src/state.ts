@@ -74,6 +74,8 @@ export interface State {
   links: Signal<readonly string[]>;
   /** Why the robot stands, or moves more slowly than commanded, while somebody drives it. */
   driveReason: Signal<Sentence | null>;
+  /** What part of the commanded speed the server lets the robot go: 0 while it holds it. */
+  driveShare: Signal<number>;
   /** The newest notice; always a new object, so that the same text shows again. */
   notice: Signal<{ text: string } | null>;
   preferences: Signal<Preferences>;
@@ -188,6 +190,7 @@ export function createState(kept: Preferences): State {
     watching: signal(null),
     links: signal([]),
     driveReason: signal(null),
+    driveShare: signal(1),
     notice: signal(null),
     preferences: signal(kept),
     isSoundOn: signal(false),

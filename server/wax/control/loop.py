@@ -12,7 +12,7 @@ import math
 from collections import Counter
 from typing import TYPE_CHECKING, Final
 
-from wax.control import gate, ramp, stop_latch
+from wax.control import gate, ramp, speed, stop_latch
 from wax.control.gate import GateState, Setpoint
 from wax.control.loop_timer import LoopTimer
 from wax.control.operator_delay import OperatorDelay
@@ -52,8 +52,8 @@ class ControlLoop:
     returns whether nobody gets a picture, `on_hold` why nobody may drive by the host's wish,
     `max_fraction` how much of the robot's speed the host lets a viewer use.
     `on_events` gets every change of the turns. `on_status` gets the operator, whether the robot
-    moves, and a sentence if it is held or slowed, whenever one of them changes. `witness` hears of
-    every command and set-point.
+    moves, a sentence if it is held or slowed, and what part of the speed asked for is left to it,
+    whenever one of them changes. `witness` hears of every command and set-point.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class ControlLoop:
         on_hold: Callable[[], Sentence | None],
         max_fraction: Callable[[int], float],
         on_events: Callable[[tuple[TurnEvent, ...]], None],
-        on_status: Callable[[int, bool, Sentence | None], None],
+        on_status: Callable[[int, bool, Sentence | None, float], None],
         witness: Witness | None = None,
     ) -> None:
         self._clock = clock
@@ -89,7 +89,7 @@ class ControlLoop:
         self._latch = StopLatch()
         self._gate = GateState()
         self._target = Setpoint()  # where the ramp ends
-        self._status: tuple[int, bool, Sentence | None] | None = None
+        self._status: tuple[int, bool, Sentence | None, float] | None = None
         self._counts: Counter[str] = Counter()
         self._first_axes: Mapping[str, float] = {}
         self._stopped = False
@@ -137,7 +137,7 @@ class ControlLoop:
         if failure is not None:
             self._gate = gate.require_neutral(self._gate, now_s, Hold.FAULT)
         self._witness.steered(self._target, self._safe_driver.twist, turn.number, now_s)
-        self._tell(turn, failure or self._target.reason or self._limit())
+        self._tell(turn, failure or self._target.reason)
 
     async def _rest(self) -> None:
         """Sleep until the next tick or an urgent command; keep the minimum gap either way.
@@ -398,10 +398,23 @@ class ControlLoop:
             return Limit.BUMPER.value
         return wanted.limit
 
-    def _tell(self, turn: TurnView, reason: Sentence | None) -> None:
+    def _share(self, turn: TurnView) -> float:
+        """Return what part of the speed asked for the limits leave, in steps of a twentieth.
+
+        Finer ones would be news with each measurement of the link.
+        """
+        if self._target.limit is None:
+            return 1.0
+        share = speed.share(self._gate.command, self._target.twist, self._rules)
+        if turn.aboard is not None:
+            share *= turn.aboard.share
+        return round(20 * share) / 20
+
+    def _tell(self, turn: TurnView, held: Sentence | None) -> None:
         if turn.operator is None:
             return
-        status = (turn.operator, self._safe_driver.is_moving, reason)
+        reason, share = (self._limit(), self._share(turn)) if held is None else (held, 0.0)
+        status = (turn.operator, self._safe_driver.is_moving, reason, share)
         if status != self._status:
             self._status = status
             self._on_status(*status)

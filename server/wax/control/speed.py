@@ -51,6 +51,16 @@ def twist(
     return wanted, limit
 
 
+def share(command: Command | None, lowered: Twist, rules: Rules) -> float:
+    """Return what part of the speed that a command asks for is left, 1 where it asks for none."""
+    if command is None or not command.asks_for_motion:
+        return 1.0
+    own = rules.slow_fraction if command.speed == "slow" else 1.0
+    if command.linear != 0:
+        return lowered.linear_mps / (own * command.linear * rules.limits.linear_mps)
+    return lowered.angular_rps / (own * command.angular * rules.limits.angular_rps)
+
+
 def _stopping(wanted_mps: float, rules: Rules) -> Limit:
     """Tell a long link from a robot that could not stop in time even over the shortest one."""
     is_delay = wanted_mps <= fastest_mps(rules.max_age_s, rules)

@@ -665,12 +665,14 @@ class Units(_Outgoing):
 class DriveStatus(_Outgoing):
     """The status of the operator's commands; sent when it changes.
 
-    `reason` is why the robot does not move, or moves more slowly than commanded.
+    `reason` is why the robot does not move, or moves more slowly than commanded; `share` is what
+    part of the commanded speed is left: 1 where nothing slows it, 0 where it is held.
     """
 
     type: Literal["drive_status"] = "drive_status"
     moving: bool
     reason: Sentence | None
+    share: float
 
 
 class Heard(_Outgoing):

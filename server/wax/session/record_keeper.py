@@ -147,7 +147,9 @@ class RecordKeeper:
                 self._records.stop_released(self._stop, name)
                 self._stop = None
 
-    def drive_status(self, number: int, moving: bool, reason: Sentence | None) -> None:
+    def drive_status(
+        self, number: int, moving: bool, reason: Sentence | None, _share: float = 1.0
+    ) -> None:
         """Follow whether the robot moves, and what keeps it; see `ControlLoop`."""
         with self._contained():
             before, self._drive_status = self._drive_status, (number, moving, reason)

@@ -155,7 +155,9 @@ class TapeKeeper:
                     continue
                 self._recorder.event(turned, now_s, lasts_as="turned")
 
-    def drive_status(self, number: int, moving: bool, reason: Sentence | None) -> None:
+    def drive_status(
+        self, number: int, moving: bool, reason: Sentence | None, _share: float = 1.0
+    ) -> None:
         """Keep the last two minutes when the robot was stopped by a fault."""
         with self._contained():
             before, self._drive_status = self._drive_status, (number, moving, reason)

@@ -99,11 +99,13 @@ class Viewers:
         if (viewer := self._viewers.get(number)) is not None:
             viewer.send(messages.Notice(text=sentence))
 
-    def drive_status(self, number: int, moving: bool, reason: Sentence | None) -> None:
+    def drive_status(
+        self, number: int, moving: bool, reason: Sentence | None, share: float
+    ) -> None:
         """Store the status of an operator's commands; the next round sends it."""
         viewer = self._viewers.get(number)
         if viewer is not None:
-            viewer.drive_status = messages.DriveStatus(moving=moving, reason=reason)
+            viewer.drive_status = messages.DriveStatus(moving=moving, reason=reason, share=share)
 
     def link_delay_s(self, number: int) -> float | None:
         """Return the measured one-way delay of a viewer's link."""

@@ -3,7 +3,10 @@
 import type { State } from "../state";
 import { STANDSTILL, type Twist } from "./motion";
 
-/** As the server scales it: by *Slow*, and for guests by what the host allows. */
+/**
+ * As the server scales it: by *Slow*, for guests by what the host allows, and by what else it says
+ * that it does. It says so a while later, so that what the page knows by itself comes first.
+ */
 export function commanded(state: State): Twist {
   const robot = state.hello.peek()?.robot;
   if (!robot || !state.mayMove.peek()) return STANDSTILL;
@@ -11,7 +14,9 @@ export function commanded(state: State): Twist {
   const pace = paceOf(state, robot.slow_fraction);
   const most = state.isHost.peek() ? 1 : (state.room.peek()?.house.max_fraction ?? 1);
   const largest = pace * Math.max(Math.abs(linear), Math.abs(angular));
-  const share = largest > most ? (pace * most) / largest : pace;
+  // The host's limit is in the server's share, too.
+  const allowed = largest > most ? most / largest : 1;
+  const share = pace * Math.min(allowed, state.driveShare.peek());
   return {
     linearMps: linear * share * robot.max_linear_mps,
     angularRps: angular * share * robot.max_angular_rps,

@@ -45,6 +45,12 @@ function drawn(): boolean {
   return [...body.querySelectorAll("path")].some((one) => one.getAttribute("d"));
 }
 
+/** How far down the picture the robot would stand, in hundredths. */
+function standsAt(): number {
+  const line = body.querySelector(".path-stand")?.getAttribute("d") ?? "";
+  return Number(line.split(" ")[1]?.split("L")[0]);
+}
+
 function hold(...directions: ("forward" | "back" | "left" | "right")[]): void {
   act(() => push(...directions));
 }
@@ -107,6 +113,29 @@ describe("the predicted path", () => {
     hold("forward");
     wait(1000);
     expect(drawn()).toBe(false);
+  });
+
+  it("ends while the server holds the robot, and is there again when it lets it go", () => {
+    hold("forward");
+    wait(1000);
+    state.driveShare.value = 0;
+    wait(1000);
+    expect(drawn()).toBe(false);
+    state.driveShare.value = 1;
+    wait(1000);
+    expect(drawn()).toBe(true);
+  });
+
+  it("is shorter while the server slows the robot", () => {
+    prefer({ speed: "fast" });
+    hold("forward");
+    wait(1000);
+    const far = standsAt();
+    state.driveShare.value = 0.3;
+    wait(1000);
+    expect(drawn()).toBe(true);
+    // Lower in the picture is nearer.
+    expect(standsAt()).toBeGreaterThan(far + 1);
   });
 
   it("is not drawn while the robot turns on the spot", () => {
@@ -181,6 +210,19 @@ describe("what is commanded", () => {
     prefer({ speed: "fast", way: "step" });
     push("forward");
     expect(commanded(state).linearMps).toBeCloseTo(0.6 * 0.3);
+  });
+
+  it("is as much as the server lets the robot go, but not slowed twice for one reason", () => {
+    prefer({ speed: "fast" });
+    push("forward");
+    state.driveShare.value = 0.25;
+    expect(commanded(state).linearMps).toBeCloseTo(0.15);
+    const now = room({ operator: 1 });
+    state.room.value = { ...now, house: { ...now.house, max_fraction: 0.5 } };
+    state.driveShare.value = 0.5;
+    expect(commanded(state).linearMps).toBeCloseTo(0.3);
+    state.driveShare.value = 0;
+    expect(commanded(state)).toEqual({ linearMps: 0, angularRps: 0 });
   });
 
   it("is nothing while a stop is in force", () => {
