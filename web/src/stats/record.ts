@@ -4,6 +4,7 @@ import { effect } from "@preact/signals";
 import type { LinkState } from "../link/link";
 import type { SoundPlayerState } from "../sound/soundPlayback";
 import type { Facts, State } from "../state";
+import { policyWords, sizeWords } from "../view/figures";
 import { said } from "../words/said";
 import { type Code, t } from "../words/words";
 import { History, type Mark, type Sample } from "./history";
@@ -36,13 +37,17 @@ export function recordHistory(
     (reason) => reason && mark("robot", unnamed(reason, state)),
   );
   onChange(
-    () =>
-      [state.playout.value?.policy, said(state.playout.value?.reason)].filter(Boolean).join(": "),
+    () => {
+      const playout = state.playout.value;
+      return playout && `${policyWords(playout.policy)}: ${said(playout.reason)}`;
+    },
     (policy) => policy && mark("policy", policy),
   );
   onChange(
-    () =>
-      [state.served.value?.rendition, said(state.served.value?.reason)].filter(Boolean).join(": "),
+    () => {
+      const { rendition, reason } = state.served.value ?? {};
+      return [rendition && sizeWords(rendition), said(reason)].filter(Boolean).join(": ");
+    },
     (sent) => sent && mark("sent", sent),
   );
   onChange(

@@ -7,6 +7,7 @@ import {
   breakWords,
   linkWords,
   msWords,
+  policyWords,
   reasons,
   sentPictureWords,
   sentSoundWords,
@@ -35,7 +36,7 @@ export function Facts() {
       <Fact name={t("facts.frame_rate")}>{fps === null ? "–" : t("figures.fps", { fps })}</Fact>
       <Fact name={t("facts.gaps")}>{breakWords(pauses)}</Fact>
       <Fact name={t("facts.freezes")}>{breakWords(freezes)}</Fact>
-      <Fact name={t("facts.policy")}>{playout.value?.policy ?? "–"}</Fact>
+      <Fact name={t("facts.policy")}>{policyWords(playout.value?.policy)}</Fact>
       <Fact name={t("facts.picture_sent")}>{sentPictureWords(served.value)}</Fact>
       <Fact name={t("facts.sound_sent")}>{sentSoundWords(served.value)}</Fact>
       <Fact name={t("facts.player")}>

@@ -6,6 +6,7 @@ import {
   breakWords,
   linkWords,
   msWords,
+  policyWords,
   reasons,
   sentPictureWords,
   sentSoundWords,
@@ -20,6 +21,13 @@ it("writes a dash where nothing is known", () => {
   expect(breakWords(null)).toBe("–");
   expect([sentPictureWords(null), sentSoundWords(null), linkWords(null)]).toEqual(["–", "–", "–"]);
   expect(reasons(null, null, BROWSER)).toEqual([]);
+});
+
+it("names how it plays as the choice does, and never by a code", () => {
+  expect(policyWords("audio-master")).toBe("Smooth");
+  expect(policyWords("video-first")).toBe("Immediate");
+  expect(policyWords("thesis")).toBe("as in the thesis");
+  expect([policyWords(undefined), policyWords("newer")]).toEqual(["–", "–"]);
 });
 
 it("writes times, and how wrong an age can be, never less than it is", () => {

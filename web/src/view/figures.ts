@@ -4,9 +4,14 @@ import type { Breaks } from "../measure/breaks";
 import type { Playout, Served } from "../messages";
 import type { SoundPlayerState } from "../sound/soundPlayback";
 import { said } from "../words/said";
-import { figure, t } from "../words/words";
+import { type Code, figure, t } from "../words/words";
 
 const UNKNOWN = "–";
+const POLICY_NAMES: Readonly<Record<string, Code>> = {
+  "audio-master": "watch.timing.smooth",
+  "video-first": "watch.timing.immediate",
+  thesis: "figures.as_in_thesis",
+};
 
 /** A figure in ms, or a dash without a measurement. */
 export function msWords(ms: number | null): string {
@@ -36,6 +41,12 @@ export function breakWords(breaks: Breaks | null): string {
   const { count, longestMs } = breaks;
   if (count === 0) return t("figures.no_breaks");
   return t("figures.breaks", { count: figure(count), longest: msWords(longestMs) });
+}
+
+/** How picture and sound are played, as `Timing` offers it. */
+export function policyWords(policy: string | undefined): string {
+  const name = POLICY_NAMES[policy ?? ""];
+  return name ? t(name) : UNKNOWN;
 }
 
 /** `640x480`, or `640x480 at 500 kbit/s`, as people write it. */

@@ -320,6 +320,24 @@ describe("the keys", () => {
     expect(told()).toContain("Space is already the key for “Stop”");
   });
 
+  it("leave the focus beside the one that was taken away with a keyboard", () => {
+    const button = (name: string) => getByRole(body, "button", { name });
+    const click = (name: string, detail: number) =>
+      act(() => {
+        button(name).focus();
+        button(name).dispatchEvent(new MouseEvent("click", { bubbles: true, detail }));
+      });
+    click("Take ↑ away from “Forward”", 0);
+    expect(document.activeElement).toBe(button("Take W away from “Forward”"));
+    click("Take W away from “Forward”", 0);
+    expect(document.activeElement).toBe(button("Add a key for “Forward”"));
+    // One that is not taken away keeps it; a pointer leaves it nowhere, so that Space still stops.
+    click("Take Space away from “Stop”", 0);
+    expect(document.activeElement).toBe(button("Take Space away from “Stop”"));
+    click("Take S away from “Back”", 1);
+    expect(document.activeElement?.closest("li")).toBeFalsy();
+  });
+
   it("are taken away, but Space is not, and all come back", () => {
     act(() => getByRole(body, "button", { name: "Take W away from “Forward”" }).click());
     expect(state.preferences.value.keys.forward).toEqual(["ArrowUp"]);

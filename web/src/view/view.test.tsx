@@ -1102,7 +1102,7 @@ it("shows how well it plays, what is sent and why", () => {
   expect(told("Skew")).toBe("sound 34 ms later");
   expect(told("Sound gaps, last minute")).toBe("none");
   expect(told("Freezes, last minute")).toBe("1, longest 410 ms");
-  expect(told("Policy")).toBe("audio-master");
+  expect(told("Playback")).toBe("Smooth");
   expect(told("Picture sent")).toContain("640 × 480");
   expect(told("Sound sent")).toContain("20 ms packets");
   expect(told("Link")).toContain("2.4 Mbit/s");

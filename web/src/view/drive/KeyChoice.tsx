@@ -69,7 +69,12 @@ export function KeyChoice() {
                 type="button"
                 class="key-cap"
                 aria-label={t("ways.keys_remove", { key: keyName(key), action: name(one) })}
-                onClick={() => change(unassign(keys, one, key), one, key)}
+                onClick={(event) => {
+                  const changed = unassign(keys, one, key);
+                  // With a keyboard one goes on from here, but this button is gone then.
+                  if (event.detail === 0 && "keys" in changed) focusNext(event.currentTarget);
+                  change(changed, one, key);
+                }}
               >
                 <kbd>{keyName(key)}</kbd> <span aria-hidden="true">×</span>
               </button>
@@ -103,6 +108,12 @@ export function KeyChoice() {
       </button>
     </fieldset>
   );
+}
+
+/** Focuses the key after this one, or the button that adds one. */
+function focusNext(button: HTMLElement): void {
+  const next = button.nextElementSibling;
+  if (next instanceof HTMLElement) next.focus();
 }
 
 /** Those that do something on this robot, in this user's way. */
