@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from wax.config.settings import VideoSettings
 
 LATE_S: Final = 0.5
-"""Between the ages at which the robot slows down and stops, as they are shipped."""
+"""Later than the age at which the robot slows down, as it is shipped."""
 
 
 class LateCamera:
@@ -21,17 +21,24 @@ class LateCamera:
 
     def __init__(self, settings: VideoSettings, clock: Clock) -> None:
         self._card = TestCardVideo(settings, clock)
-        self._length = max(1, round(LATE_S * settings.fps))
         self._under_way: deque[Picture] = deque()
 
     def open(self) -> None:
         self._card.open()
 
     def read(self) -> Picture:
-        while len(self._under_way) < self._length:
-            self._under_way.append(self._card.read())
-        self._under_way.append(self._card.read())
-        return self._under_way.popleft()
+        """Return the newest picture that is late enough, on a busy machine not each of them.
+
+        A fixed number of pictures would be later and later, the fewer of them come in a second.
+        """
+        while True:
+            newest = self._card.read()
+            self._under_way.append(newest)
+            arrived: Picture | None = None
+            while self._under_way[0].captured_s <= newest.captured_s - LATE_S:
+                arrived = self._under_way.popleft()
+            if arrived is not None:
+                return arrived
 
     def close(self) -> None:
         self._under_way.clear()
