@@ -1,5 +1,6 @@
 import type { Signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
+import { t } from "../words/words";
 import type { Player, View } from "./player";
 import type { Timeline } from "./timeline";
 import { clockWords } from "./words";
@@ -18,9 +19,9 @@ interface ControlsProps extends TimeProps {
 }
 
 const RATES = [
-  [1, "normal"],
-  [0.5, "half"],
-  [0.25, "a quarter"],
+  [1, "replay.speed.normal"],
+  [0.5, "replay.speed.half"],
+  [0.25, "replay.speed.quarter"],
 ] as const;
 const STEP_MS = 1000;
 
@@ -53,30 +54,30 @@ export function Controls({ player, timeline, momentMs, isPlaying, view, onSeek }
 
   const time = { timeline, momentMs, onSeek };
   return (
-    <section class="replay-controls" aria-label="Playback">
+    <section class="replay-controls" aria-label={t("replay.controls")}>
       <Scrubber {...time} />
       <div class="replay-row">
         <button type="button" class="main-button" onClick={toggle}>
-          {isPlaying.value ? "Pause" : "Play"}
+          {t(isPlaying.value ? "replay.pause" : "replay.play")}
         </button>
         <Clock {...time} />
         <Steps {...time} />
         <label class="field">
-          <span>Speed</span>
+          <span>{t("replay.speed")}</span>
           <select
             onChange={(event) => {
               player.rate = Number(event.currentTarget.value);
             }}
           >
-            {RATES.map(([rate, words]) => (
+            {RATES.map(([rate, name]) => (
               <option key={rate} value={rate} selected={rate === player.rate}>
-                {words}
+                {t(name)}
               </option>
             ))}
           </select>
         </label>
         <label class="field">
-          <span>Show it</span>
+          <span>{t("replay.view")}</span>
           <select
             value={view.value}
             onChange={(event) => {
@@ -85,8 +86,8 @@ export function Controls({ player, timeline, momentMs, isPlaying, view, onSeek }
               onSeek(moment);
             }}
           >
-            <option value="was">as it was</option>
-            <option value="seen">as the operator saw it</option>
+            <option value="was">{t("replay.view.was")}</option>
+            <option value="seen">{t("replay.view.seen")}</option>
           </select>
         </label>
       </div>
@@ -98,7 +99,7 @@ function Scrubber({ timeline, momentMs, onSeek }: TimeProps) {
   return (
     <input
       type="range"
-      aria-label="Time"
+      aria-label={t("replay.time")}
       aria-valuetext={clockWords(momentMs.value)}
       min={0}
       max={Math.ceil(timeline.lengthMs)}
@@ -111,7 +112,10 @@ function Scrubber({ timeline, momentMs, onSeek }: TimeProps) {
 function Clock({ timeline, momentMs }: TimeProps) {
   return (
     <span class="replay-clock figure">
-      {clockWords(momentMs.value)} of {clockWords(timeline.lengthMs)}
+      {t("replay.clock", {
+        at: clockWords(momentMs.value),
+        length: clockWords(timeline.lengthMs),
+      })}
     </span>
   );
 }
@@ -124,18 +128,18 @@ function Steps({ timeline, momentMs, onSeek }: TimeProps) {
       <button
         type="button"
         disabled={!previous}
-        title="Key P"
+        title={t("replay.key", { key: "P" })}
         onClick={() => previous && onSeek(previous.atMs)}
       >
-        Previous event
+        {t("replay.previous")}
       </button>
       <button
         type="button"
         disabled={!next}
-        title="Key N"
+        title={t("replay.key", { key: "N" })}
         onClick={() => next && onSeek(next.atMs)}
       >
-        Next event
+        {t("replay.next")}
       </button>
     </>
   );

@@ -1,3 +1,4 @@
+import { t } from "../words/words";
 import type { Mark } from "./timeline";
 import { clockWords } from "./words";
 
@@ -8,9 +9,9 @@ interface MarksProps {
 
 /** All events of the part; choosing one goes there. */
 export function Marks({ marks, onSeek }: MarksProps) {
-  if (marks.length === 0) return <p class="quiet">No turn, stop or fault is in this part.</p>;
+  if (marks.length === 0) return <p class="quiet">{t("replay.events.none")}</p>;
   return (
-    <ol class="replay-marks" aria-label="Events">
+    <ol class="replay-marks" aria-label={t("replay.events")}>
       {marks.map((mark) => (
         <li key={`${mark.atMs} ${mark.words}`} class={`is-${mark.kind}`}>
           <button type="button" onClick={() => onSeek(mark.atMs)}>

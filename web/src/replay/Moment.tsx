@@ -1,4 +1,5 @@
 import type { Signal } from "@preact/signals";
+import { t } from "../words/words";
 import type { View } from "./player";
 import type { Open } from "./Replay";
 import { commandWords, reportedWords, steeredWords, watchedWords } from "./words";
@@ -16,15 +17,15 @@ export function Moment({ open, momentMs, view }: MomentProps) {
   const command = view.value === "was" ? timeline.commandAt(atMs) : timeline.sentAt(atMs);
   return (
     <dl class="replay-moment">
-      <dt>Drives</dt>
+      <dt>{t("replay.drives")}</dt>
       <dd>{timeline.who(timeline.operatorAt(atMs))}</dd>
-      <dt>{view.value === "was" ? "Command that counts" : "Their hands"}</dt>
+      <dt>{t(view.value === "was" ? "replay.counts" : "replay.hands")}</dt>
       <dd>{commandWords(command)}</dd>
-      <dt>Robot is told</dt>
+      <dt>{t("replay.told")}</dt>
       <dd>{steeredWords(timeline.steeredAt(atMs))}</dd>
-      <dt>Robot says</dt>
+      <dt>{t("replay.reports")}</dt>
       <dd>{reportedWords(timeline.reportedAt(atMs))}</dd>
-      <dt>Operator has it</dt>
+      <dt>{t("replay.watched")}</dt>
       <dd>{watchedWords(timeline.watchedAt(atMs))}</dd>
     </dl>
   );

@@ -1,5 +1,6 @@
 import type { Signal } from "@preact/signals";
 import { useMemo } from "preact/hooks";
+import { t } from "../words/words";
 import { type Box, type Point, scaleFor, steps, xOf } from "./plot";
 import type { Open } from "./Replay";
 import type { Mark, Timeline } from "./timeline";
@@ -28,7 +29,7 @@ export function Plots({ open, momentMs }: { open: Open; momentMs: Signal<number>
   const { timeline } = open;
   const plots = useMemo(() => plotsOf(timeline), [timeline]);
   return (
-    <section class="replay-plots" aria-label="Plots">
+    <section class="replay-plots" aria-label={t("replay.plots")}>
       {plots.map((plot) => (
         <Plot key={plot.title} {...plot} momentMs={momentMs} />
       ))}
@@ -61,7 +62,7 @@ function Plot({
   return (
     <figure class="replay-plot">
       <figcaption>
-        {title}, up to {most} {unit}
+        {t("replay.plot.to", { title, most, unit })}
         {lines.map((line) => (
           <span key={line.name} class={`is-${line.kind}`}>
             {line.name}
@@ -102,41 +103,41 @@ function plotsOf(timeline: Timeline): PlotProps[] {
     own.map(({ atMs, event }) => ({ atMs, value: event[of] }));
   return [
     {
-      title: "Delay at the operator",
-      unit: "ms",
+      title: t("replay.plot.delay"),
+      unit: t("stats.unit.ms"),
       least: 100,
       lengthMs,
       marks,
       lines: [
-        { name: "picture", kind: "picture", points: delay("picture_ms") },
-        { name: "sound", kind: "sound", points: delay("sound_ms") },
-        { name: "there and back", kind: "link", points: delay("round_trip_ms") },
+        { name: t("replay.line.picture"), kind: "picture", points: delay("picture_ms") },
+        { name: t("replay.line.sound"), kind: "sound", points: delay("sound_ms") },
+        { name: t("replay.line.link"), kind: "link", points: delay("round_trip_ms") },
       ],
     },
     {
-      title: "Age of the commands that counted",
-      unit: "ms",
+      title: t("replay.plot.age"),
+      unit: t("stats.unit.ms"),
       least: 50,
       lengthMs,
       marks,
       lines: [
         {
-          name: "age",
+          name: t("replay.line.age"),
           kind: "link",
           points: timeline.counted.map(({ atMs, event }) => ({ atMs, value: event.age_ms })),
         },
       ],
     },
     {
-      title: "Forward",
-      unit: "m/s",
+      title: t("replay.plot.forward"),
+      unit: t("replay.plot.mps"),
       least: 0.1,
       isSigned: true,
       lengthMs,
       marks,
       lines: [
         {
-          name: "wanted by the gate",
+          name: t("replay.line.wanted"),
           kind: "picture",
           points: timeline.steered.map(({ atMs, event }) => ({
             atMs,
@@ -144,7 +145,7 @@ function plotsOf(timeline: Timeline): PlotProps[] {
           })),
         },
         {
-          name: "given to the robot",
+          name: t("replay.line.given"),
           kind: "sound",
           points: timeline.steered.map(({ atMs, event }) => ({ atMs, value: event.linear_mps })),
         },

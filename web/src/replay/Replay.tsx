@@ -1,6 +1,7 @@
 import { type Signal, useSignal, useSignalEffect } from "@preact/signals";
 import { useCallback, useEffect, useMemo, useRef } from "preact/hooks";
 import type { TapeContent, TapeListing } from "../messages";
+import { t } from "../words/words";
 import { Controls } from "./Controls";
 import { loadListing, loadPart } from "./load";
 import { Marks } from "./Marks";
@@ -61,10 +62,10 @@ export function Replay() {
   return (
     <main class="replay">
       <header class="replay-head">
-        <h1>The tape</h1>
+        <h1>{t("replay.title")}</h1>
         {parts.length > 1 && (
           <label class="field">
-            <span>Part</span>
+            <span>{t("replay.part")}</span>
             <select
               value={name.value ?? ""}
               onChange={(event) => {
@@ -171,6 +172,6 @@ function Part({ open, onEnded }: { open: Open; onEnded: () => boolean }) {
 function StopMark({ open, momentMs }: { open: Open; momentMs: Signal<number> }) {
   const stop = open.timeline.stopAt(momentMs.value);
   if (!stop) return null;
-  const by = stop.by_host ? "the host" : open.timeline.who(stop.viewer);
-  return <p class="replay-stop">Stopped by {by}</p>;
+  const who = stop.by_host ? t("replay.who.host") : open.timeline.who(stop.viewer);
+  return <p class="replay-stop">{t("replay.stop.in_force", { who })}</p>;
 }

@@ -3,6 +3,7 @@ import type { RefObject } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import type { TapeCamera, TapeContent } from "../messages";
 import { drivingView } from "../view/words";
+import { t } from "../words/words";
 import type { Player } from "./player";
 
 /** Nobody is told of a picture that is missing for less. */
@@ -43,7 +44,7 @@ export function Views({ content, player, momentMs, picture }: Props) {
       <div class={large === null ? "replay-view is-large" : "replay-view"}>
         {/* biome-ignore lint/a11y/useMediaCaption: there are none of what a robot hears */}
         <video ref={picture} playsInline preload="auto" hidden={!content.has_picture} />
-        {!content.has_picture && <p>There is no picture in this part.</p>}
+        {!content.has_picture && <p>{t("replay.no_picture")}</p>}
         {large !== null && <Enlarge name={drivingView()} onTap={enlarge(null)} />}
       </div>
       {player &&
@@ -90,7 +91,7 @@ function Camera({ url, camera, player, momentMs, isLarge, onTap }: CameraProps) 
   return (
     <div class={kinds.join(" ")}>
       <video ref={video} src={url} muted playsInline preload="auto" />
-      {isMissing.value && <p>No picture then.</p>}
+      {isMissing.value && <p>{t("replay.no_picture_then")}</p>}
       {isLarge ? (
         <p class="replay-view-name">{camera.name}</p>
       ) : (
@@ -106,8 +107,8 @@ function Enlarge({ name, onTap }: { name: string; onTap: () => void }) {
     <button
       type="button"
       class="replay-view-button"
-      title="Key C"
-      aria-label={`Make ${name} large`}
+      title={t("replay.key", { key: "C" })}
+      aria-label={t("replay.enlarge", { name })}
       onClick={onTap}
     >
       <span class="replay-view-name">{name}</span>

@@ -1,4 +1,5 @@
 import type { TapeContent, TapeListing } from "../messages";
+import { t } from "../words/words";
 
 /** What there is to replay; throws an `Error` with a sentence. */
 export function loadListing(): Promise<TapeListing> {
@@ -15,10 +16,10 @@ async function load<T>(url: string): Promise<T> {
   try {
     response = await fetch(url);
   } catch {
-    throw new Error("`wax replay` does not answer; is it still running?");
+    throw new Error(t("replay.problem.silent"));
   }
   const answer: unknown = await response.json().catch(() => null);
   if (response.ok && answer !== null) return answer as T;
   const said = (answer as { error?: unknown } | null)?.error;
-  throw new Error(typeof said === "string" ? said : "`wax replay` failed; see its terminal.");
+  throw new Error(typeof said === "string" ? said : t("replay.problem.failed"));
 }

@@ -1,6 +1,9 @@
-import { expect, it } from "vitest";
+import { beforeAll, expect, it } from "vitest";
 import type { Commanded, Placed, TapeContent, Watched } from "../messages";
+import { loadSaid } from "../words/said";
 import { Timeline } from "./timeline";
+
+beforeAll(() => loadSaid());
 
 type Event = Placed["event"];
 
@@ -119,7 +122,9 @@ it("marks stops, faults and turns, and steps from one to the next", () => {
   expect(line.stopAt(100)?.number).toBe(4);
   expect(line.stopAt(6000)).toBeNull();
   expect(line.next(0)?.atMs).toBe(5000);
-  expect(line.next(5000)?.words).toBe("Stopped by a fault: too old");
+  expect(line.next(5000)?.words).toBe(
+    "Stopped by a fault: the operator reads “No fresh commands arrive: your connection is slow.”",
+  );
   expect(line.previous(8000)?.atMs).toBe(5000);
   expect(line.previous(5000)).toBeNull();
   expect(line.next(9000)).toBeNull();

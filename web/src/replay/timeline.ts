@@ -10,6 +10,9 @@ import type {
   Turned,
   Watched,
 } from "../messages";
+import { named } from "../words/named";
+import { figure, t } from "../words/words";
+import { endWords, reasonWords } from "./reasons";
 
 type Event = Placed["event"];
 type Type = Event["type"];
@@ -135,8 +138,9 @@ export class Timeline {
 
   /** What somebody is called here: their name where it was recorded, else their number. */
   who(viewer: number | null): string {
-    if (viewer === null) return "nobody";
-    return this.#names.get(viewer) ?? `viewer ${viewer}`;
+    if (viewer === null) return t("replay.who.nobody");
+    const name = this.#names.get(viewer);
+    return name === undefined ? t("replay.who.viewer", { number: `${viewer}` }) : named(name);
   }
 
   /** What there is of who drives then. */
@@ -152,27 +156,23 @@ export class Timeline {
     switch (event.type) {
       case "stopped": {
         if (!isNews) return [];
-        const by = event.by_host ? "the host" : this.who(event.viewer);
-        return mark("stop", event.pressed ? `Stop pressed by ${by}` : "Stop released");
+        if (!event.pressed) return mark("stop", t("replay.stop.released"));
+        const who = event.by_host ? t("replay.who.host") : this.who(event.viewer);
+        return mark("stop", t("replay.stop.pressed", { who }));
       }
       case "faulted":
-        return mark("fault", `Stopped by a fault: ${words(event.why)}`);
+        return mark("fault", t("replay.fault", { why: reasonWords(event.why) }));
       case "turned":
         if (!isNews) return [];
         return event.operator === null
-          ? mark("turn", `The turn ends: ${event.why ?? "nobody waits"}`)
-          : mark("turn", `The turn of ${this.who(event.operator)} begins`);
+          ? mark("turn", t("replay.turn.ends", { why: endWords(event.why) }))
+          : mark("turn", t("replay.turn.begins", { who: this.who(event.operator) }));
       case "missed":
-        return mark("gap", `${event.missed_s.toFixed(1)} s are missing: the disk was too slow`);
+        return mark("gap", t("replay.gap", { seconds: figure(event.missed_s, 1) }));
       default:
         return [];
     }
   }
-}
-
-/** A short name as words: `too_old` is `too old`. */
-export function words(name: string): string {
-  return name.replaceAll("_", " ");
 }
 
 function all<T extends Type>(content: TapeContent, type: T): At<Of<T>>[] {

@@ -1,6 +1,9 @@
-import { expect, it } from "vitest";
+import { beforeAll, expect, it } from "vitest";
 import type { Commanded, Reported, Steered } from "../messages";
+import { loadSaid } from "../words/said";
 import { clockWords, commandWords, partWords, reportedWords, steeredWords } from "./words";
+
+beforeAll(() => loadSaid());
 
 it("says a time within a part", () => {
   expect(clockWords(0)).toBe("0:00.0");
@@ -20,10 +23,12 @@ it("says what hands do and what comes of it", () => {
   expect(commandWords({ ...command, held: false })).toBe("nothing is held");
   expect(commandWords(null)).toBe("no commands arrive");
   const steered = { linear_mps: 0, angular_rps: 0, reason: "too_old", limit: null } as Steered;
-  expect(steeredWords(steered)).toBe("stands (too old)");
+  expect(steeredWords(steered)).toBe(
+    "stands (the operator reads “No fresh commands arrive: your connection is slow.”)",
+  );
   expect(steeredWords({ ...steered, reason: "pressed" })).toBe("stands (Stop is pressed)");
   expect(steeredWords({ ...steered, linear_mps: 0.4, reason: null, limit: "long_delay" })).toBe(
-    "0.40 m/s, 0.00 rad/s (long delay)",
+    "0.40 m/s, 0.00 rad/s (the operator reads “Slow: your connection has a long delay.”)",
   );
 });
 

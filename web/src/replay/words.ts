@@ -1,19 +1,23 @@
-/** The sentences of the tape's page. Pure. */
+/** The sentences of the tape's page. */
 
 import type { Commanded, Reported, Steered, TapePart, Watched } from "../messages";
-import { words } from "./timeline";
+import { msWords, sizeWords } from "../view/figures";
+import { type Code, figure, locale, t } from "../words/words";
+import { reasonWords } from "./reasons";
 
-/** Names of reasons that are no sentence by themselves. */
-const REASONS: Record<string, string> = { pressed: "Stop is pressed" };
-const KEPT = { host: "kept", operator: "kept by an operator", fault: "a fault" };
+const KEPT = {
+  host: "replay.kept.host",
+  operator: "replay.kept.operator",
+  fault: "replay.kept.fault",
+} as const satisfies Record<NonNullable<TapePart["kept"]>, Code>;
 
 /** Returns what says a part in the list: when it began, its size, and why it is kept. */
-export function partWords(locale?: string): (part: TapePart) => string {
+export function partWords(where = locale()): (part: TapePart) => string {
   // Making this takes longer than using it, and a week has ten thousand parts.
-  const time = new Intl.DateTimeFormat(locale, { dateStyle: "medium", timeStyle: "medium" });
+  const time = new Intl.DateTimeFormat(where, { dateStyle: "medium", timeStyle: "medium" });
   return (part) => {
-    const size = `${(part.size_bytes / 1e6).toFixed(1)} MB`;
-    const kept = part.kept ? [KEPT[part.kept]] : [];
+    const size = t("replay.part.size", { mb: figure(part.size_bytes / 1e6, 1) });
+    const kept = part.kept ? [t(KEPT[part.kept])] : [];
     return [time.format(part.began_wall_ms), size, ...kept].join(", ");
   };
 }
@@ -27,61 +31,63 @@ export function clockWords(ms: number): string {
 
 /** What the operator's hands do. */
 export function commandWords(command: Commanded | null): string {
-  if (!command) return "no commands arrive";
-  if (!command.held) return "nothing is held";
+  if (!command) return t("replay.command.none");
+  if (!command.held) return t("replay.command.released");
   const { linear, angular } = command;
-  const along = linear > 0 ? "forward" : linear < 0 ? "back" : null;
-  const around = angular > 0 ? "left" : angular < 0 ? "right" : null;
+  const along = linear > 0 ? "replay.command.forward" : "replay.command.back";
+  const around = angular > 0 ? "replay.command.left" : "replay.command.right";
   const held = [
-    ...(along ? [`${along} ${percent(linear)}`] : []),
-    ...(around ? [`${around} ${percent(angular)}`] : []),
+    ...(linear === 0 ? [] : [t(along, { share: percent(linear) })]),
+    ...(angular === 0 ? [] : [t(around, { share: percent(angular) })]),
     ...Object.keys(command.axes),
   ];
-  return [held.join(", ") || "held, but not moved", command.speed].join("; ");
+  const speed = t(command.speed === "slow" ? "replay.command.slow" : "replay.command.fast");
+  return [held.join(", ") || t("replay.command.still"), speed].join("; ");
 }
 
 /** What came of it: the robot's set-point, and what holds or slows it. */
 export function steeredWords(steered: Steered | null): string {
-  if (!steered) return "unknown";
+  if (!steered) return t("replay.unknown");
   const { linear_mps, angular_rps, reason, limit } = steered;
-  const motion =
+  const what =
     linear_mps === 0 && angular_rps === 0
-      ? "stands"
-      : `${linear_mps.toFixed(2)} m/s, ${angular_rps.toFixed(2)} rad/s`;
+      ? t("replay.stands")
+      : t("replay.motion", { ahead: figure(linear_mps, 2), turning: figure(angular_rps, 2) });
   const why = reason ?? limit;
-  return why ? `${motion} (${REASONS[why] ?? words(why)})` : motion;
+  return why ? t("replay.why", { what, why: reasonWords(why) }) : what;
 }
 
-/** What the robot says of itself. */
+/** What the robot says of itself; a problem in its driver's own words. */
 export function reportedWords(reported: Reported | null): string {
-  if (!reported) return "unknown";
-  if (!reported.connected) return "not connected";
+  if (!reported) return t("replay.unknown");
+  const { connected, problem, moving, bumpers, battery_v } = reported;
+  if (!connected) return t("replay.robot.unconnected");
   const said = [
-    ...(reported.problem ? [reported.problem] : []),
-    ...(reported.moving === null ? [] : [reported.moving ? "its wheels turn" : "its wheels stand"]),
-    ...(reported.bumpers ? ["a bumper is pressed"] : []),
-    ...(reported.battery_v === null ? [] : [`${reported.battery_v.toFixed(1)} V`]),
+    ...(problem ? [problem] : []),
+    ...(moving === null ? [] : [t(moving ? "replay.robot.turns" : "replay.robot.stands")]),
+    ...(bumpers ? [t("replay.robot.bumper")] : []),
+    ...(battery_v === null ? [] : [t("replay.robot.battery", { volts: figure(battery_v, 1) })]),
   ];
-  return said.join(", ") || "nothing";
+  return said.join(", ") || t("replay.robot.nothing");
 }
 
-/** How the operator had it. */
+/** How the operator had it, and why so little was sent, in the words of that day. */
 export function watchedWords(watched: Watched | null): string {
-  if (!watched) return "unknown";
+  if (!watched) return t("replay.unknown");
   const { picture_ms, sound_ms, round_trip_ms, rendition, why } = watched;
   return [
-    `picture ${age(picture_ms)}`,
-    `sound ${age(sound_ms)}`,
-    `there and back ${age(round_trip_ms)}`,
-    ...(rendition ? [rendition] : ["no picture sent"]),
+    t("replay.watched.picture", { age: age(picture_ms) }),
+    t("replay.watched.sound", { age: age(sound_ms) }),
+    t("replay.watched.link", { age: age(round_trip_ms) }),
+    rendition ? sizeWords(rendition) : t("replay.watched.not_sent"),
     ...(why ? [why] : []),
   ].join("; ");
 }
 
 function age(ms: number | null): string {
-  return ms === null ? "unknown" : `${Math.round(ms)} ms`;
+  return ms === null ? t("replay.unknown") : msWords(ms);
 }
 
 function percent(share: number): string {
-  return `${Math.round(Math.abs(share) * 100)} %`;
+  return figure(Math.round(Math.abs(share) * 100));
 }

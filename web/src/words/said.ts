@@ -35,6 +35,11 @@ export function said(sentence: Sentence | null | undefined): string | null {
   return Object.values(words).join(", ") || t("link.unknown");
 }
 
+/** Whether there are words for this code, once they are loaded. */
+export function isCode(code: string): boolean {
+  return Object.hasOwn(english.value, code);
+}
+
 function inWords(value: string | number | Sentence): string | number {
   if (typeof value === "object") return said(value);
   return typeof value === "string" ? named(value) : value;

@@ -22,6 +22,7 @@ import path from "./path.json";
 import people from "./people.json";
 import proof from "./proof.json";
 import queue from "./queue.json";
+import replay from "./replay.json";
 import robot from "./robot.json";
 import rules from "./rules.json";
 import sound from "./sound.json";
@@ -57,6 +58,7 @@ export const de: Catalog = {
   ...people,
   ...proof,
   ...queue,
+  ...replay,
   ...robot,
   ...rules,
   ...sound,

@@ -20,6 +20,7 @@ import path from "./path.json";
 import people from "./people.json";
 import proof from "./proof.json";
 import queue from "./queue.json";
+import replay from "./replay.json";
 import robot from "./robot.json";
 import rules from "./rules.json";
 import sound from "./sound.json";
@@ -55,6 +56,7 @@ export const en = {
   ...people,
   ...proof,
   ...queue,
+  ...replay,
   ...robot,
   ...rules,
   ...sound,

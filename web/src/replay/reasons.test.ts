@@ -1,0 +1,39 @@
+// @vitest-environment happy-dom
+import { afterEach, beforeAll, expect, it } from "vitest";
+import sentences from "../generated/sentences.json";
+import { speak } from "../words/language";
+import { loadSaid } from "../words/said";
+import { endWords, reasonWords } from "./reasons";
+
+beforeAll(() => loadSaid());
+afterEach(() => speak("en"));
+
+it("quotes what the operator was told, for every reason of the gate's", () => {
+  const codes = Object.keys(sentences).filter((one) => /^(drive|hold|limit)\./.test(one));
+  expect(codes.length).toBeGreaterThan(20);
+  for (const code of codes) {
+    const words = reasonWords(code.split(".")[1] ?? "");
+    expect(words).toMatch(/^the operator reads “.+”$/);
+  }
+  expect(reasonWords("blind")).toContain(sentences["drive.blind"]);
+  expect(reasonWords("lapsed")).toContain(sentences["hold.lapsed"]);
+});
+
+it("has words of its own for what nobody was told", () => {
+  expect(reasonWords("pressed")).toBe("Stop is pressed");
+  expect(reasonWords("robot")).toBe("a reason of the robot's own");
+  expect(reasonWords("nobody_drives")).toBe("nobody drives");
+  expect(reasonWords("from_the_future")).toBe("from the future");
+});
+
+it("says why a turn ended, as far as the tape knows it", () => {
+  expect(endWords("expired")).toBe("its time is over");
+  expect(endWords("ended by the host")).toBe("ended by the host");
+  expect([endWords(null), endWords("newer")]).toEqual(Array(2).fill("nobody knows why"));
+});
+
+it("says it in the reader's language", async () => {
+  await speak("de");
+  expect(reasonWords("late_picture")).toBe("zu lesen war „Langsam: Das Bild kommt spät.“");
+  expect(endWords("idle")).toBe("es wurde nicht gefahren");
+});
