@@ -302,6 +302,25 @@ describe("the keys", () => {
     window.removeEventListener("keydown", elsewhere);
   });
 
+  it("listen for one key as soon as they ask for it, and for no second one", async () => {
+    const elsewhere = vi.fn();
+    window.addEventListener("keydown", elsewhere);
+    // Without `act`, which would wait for what comes some frames later.
+    const says = (what: string) =>
+      vi.waitFor(() => expect(told()?.slice(0, what.length || 1)).toBe(what), { interval: 1 });
+    const press = (code: string) =>
+      window.dispatchEvent(new KeyboardEvent("keydown", { code, cancelable: true }));
+    getByRole(body, "button", { name: "Add a key for “Forward”" }).click();
+    await says("Press the new key");
+    press("KeyE");
+    expect(elsewhere).not.toHaveBeenCalled();
+    await says("");
+    press("KeyQ");
+    expect(elsewhere).toHaveBeenCalledOnce();
+    expect(state.preferences.value.keys.forward).toEqual(["ArrowUp", "KeyW", "KeyE"]);
+    window.removeEventListener("keydown", elsewhere);
+  });
+
   it.each([
     ["KeyS", "S is already the key for “Back”; take it away there first."],
     ["Tab", "Tab belongs to the browser or your system; choose another key."],

@@ -1,5 +1,5 @@
 import { useSignal } from "@preact/signals";
-import { useEffect } from "preact/hooks";
+import { useLayoutEffect } from "preact/hooks";
 import { keyedAxes } from "../../drive/axisKeys";
 import { wayInForce } from "../../drive/drivePreferences";
 import {
@@ -36,7 +36,8 @@ export function KeyChoice() {
   };
 
   const action = awaited.value;
-  useEffect(() => {
+  // It listens by the time it says so, and no longer: not some frames later.
+  useLayoutEffect(() => {
     if (action === null) return;
     const ending = new AbortController();
     const onKey = (event: KeyboardEvent) => {
