@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
+from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING
 
 import pytest
@@ -11,7 +12,7 @@ import pytest_asyncio
 
 from e2e.harness import toml
 from e2e.harness.gamepad import LEFT_OF_CROSS, START, B, InjectedGamepad
-from e2e.harness.robot import moves, stands_still
+from e2e.harness.robot import moves, stands_still, undisturbed
 from e2e.harness.touch_screen import TouchPoints
 from e2e.harness.wait import eventually
 
@@ -33,6 +34,8 @@ HIDE = """() => {
     document.dispatchEvent(new Event("visibilitychange"));
 }"""
 """What a tab in the background tells its page; headless Chromium keeps every tab in front."""
+OFFERED = ("Forward", "Left", "Right", "Back", "Stop")
+"""To a switch, one after another."""
 LOSSES = {
     "blur": "() => window.dispatchEvent(new Event('blur'))",
     "pagehide": "() => window.dispatchEvent(new Event('pagehide'))",
@@ -72,12 +75,18 @@ async def travel_px(viewer: Viewer) -> float:
     return 0.35 * box["width"]
 
 
-async def choose_way(viewer: Viewer, name: str) -> None:
-    """Choose how a direction drives, in the settings, and close them."""
+@asynccontextmanager
+async def settings_of(viewer: Viewer) -> AsyncIterator[Locator]:
+    """Open the settings of how one drives, and close them."""
     await viewer.open("Settings")
-    ways = viewer.page.get_by_role("region", name="How you drive", exact=True)
-    await ways.get_by_role("radio", name=name, exact=True).check()
+    yield viewer.page.get_by_role("region", name="How you drive", exact=True)
     await viewer.button("Settings").click()
+
+
+async def choose_way(viewer: Viewer, name: str) -> None:
+    """Choose how a direction drives."""
+    async with settings_of(viewer) as ways:
+        await ways.get_by_role("radio", name=name, exact=True).check()
 
 
 async def ready_pad(viewer: Viewer) -> InjectedGamepad:
@@ -282,3 +291,62 @@ async def test_a_click_ends(server: Server, open_viewer: OpenViewer, by: str) ->
         case "hidden":
             await viewer.page.evaluate(HIDE)
     assert await stands_still(server, after_s=0.5)
+
+
+@pytest.mark.timeout(90)
+@pytest.mark.parametrize("switches", [1, pytest.param(2, marks=pytest.mark.full)])
+async def test_switches_drive_and_stop(
+    server: Server, open_viewer: OpenViewer, switches: int
+) -> None:
+    """One switch chooses what is offered in its turn; with two, the other moves on."""
+    viewer = await driving(open_viewer, server)
+    await choose_way(viewer, "Switch")
+    if switches == 2:
+        async with settings_of(viewer) as ways:
+            await ways.get_by_role("combobox", name="Switches").select_option("2")
+    offer = viewer.page.get_by_role("group", name="On offer").locator("[aria-current=true]")
+
+    async def choose(name: str) -> None:
+        for _ in range(0 if switches == 1 else len(OFFERED)):
+            if await offer.inner_text() == name:
+                break
+            await viewer.page.keyboard.press("n")
+        await offer.get_by_text(name, exact=True).wait_for(timeout=10_000)
+        await viewer.page.keyboard.press("Enter")
+
+    async def steps() -> bool:
+        await choose("Left")
+        moved = await moves(server, during_s=0.4)
+        assert await stands_still(server, after_s=0.7)
+        return moved
+
+    assert await undisturbed(server, steps)
+    await choose("Stop")
+    await viewer.button("Hold to release").wait_for()
+    await choose("Release the stop")
+    await viewer.button("Hold to release").wait_for(state="hidden")
+
+
+@pytest.mark.timeout(90)
+async def test_a_key_that_was_chosen_drives_and_one_taken_away_does_not(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """The new key turns the robot while it is held; the old one moves nothing any more."""
+    viewer = await driving(open_viewer, server)
+    async with settings_of(viewer) as ways:
+        await ways.get_by_role("button", name="Add a key for “Left”").click()
+        await ways.get_by_text("Press the new key for “Left”").wait_for()
+        await viewer.page.keyboard.press("e")
+        await ways.get_by_role("button", name="Take ← away from “Left”").click()
+    await viewer.page.keyboard.down("ArrowLeft")
+    assert not await moves(server)
+    await viewer.page.keyboard.up("ArrowLeft")
+
+    async def turns() -> bool:
+        await viewer.page.keyboard.down("e")
+        moved = await moves(server)
+        await viewer.page.keyboard.up("e")
+        assert await stands_still(server)
+        return moved
+
+    assert await undisturbed(server, turns)
