@@ -26,17 +26,26 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.timeout(120)
 
 WORDS: Final = Path(__file__).parents[1] / "web/src/words/en/support.json"
+TOUCH_SCREEN: Final = {"ui.primaryPointerCapabilities": 1, "ui.allPointerCapabilities": 1}
+"""Fingers are all that points."""
+IN_FRONT: Final = "document.hasFocus = () => true"
+"""A headless Firefox never has the focus, whatever its window is told or clicked."""
 HOLD_S: Final = 0.8
 """So long is watched whether the robot moves."""
 
 
 @asynccontextmanager
-async def _driving(serve: Serve, folder: Path) -> AsyncIterator[tuple[Server, Firefox]]:
+async def _driving(
+    serve: Serve, folder: Path, **preferences: int
+) -> AsyncIterator[tuple[Server, Firefox]]:
     path = find_firefox()
     profile = folder / "profile"
     profile.mkdir()
     script = PROBE.read_text(encoding="utf-8")
-    async with serve(folder, toml.CARD) as server, firefox(path, profile, script) as window:
+    async with (
+        serve(folder, toml.CARD) as server,
+        firefox(path, profile, script, preferences=preferences) as window,
+    ):
         await window.goto(server.url)
         await eventually(
             lambda: window.evaluate("waxProbe.playing()"), "the picture plays", within_s=20
@@ -89,7 +98,7 @@ async def test_firefox_drives_by_a_button(serve: Serve, tmp_path: Path) -> None:
 @pytest.mark.full
 async def test_firefox_drives_by_the_joystick(serve: Serve, tmp_path: Path) -> None:
     """Pushed with a finger, it moves the robot; lifted, it stands."""
-    async with _driving(serve, tmp_path) as (server, window):
+    async with _driving(serve, tmp_path, **TOUCH_SCREEN) as (server, window):
 
         async def pushes() -> bool:
             box = await _middle(window, '[aria-label="Joystick"]')
@@ -107,6 +116,7 @@ async def test_firefox_drives_by_the_joystick(serve: Serve, tmp_path: Path) -> N
 async def test_firefox_drives_by_a_gamepad(serve: Serve, tmp_path: Path) -> None:
     """Plugged in it moves nothing; chosen by its Start, its stick does."""
     async with _driving(serve, tmp_path) as (server, window):
+        await window.evaluate(IN_FRONT)
         await window.evaluate(f"({gamepad.SCRIPT})()")
         await window.evaluate("waxPad.plug()")
         await window.evaluate("waxPad.push(1, -1)")
