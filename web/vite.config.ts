@@ -1,13 +1,29 @@
+import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 
+/** Has the page ask for the player's worker with everything else, not when it is started. */
+function preloadWorker(): Plugin {
+  return {
+    name: "preload-worker",
+    transformIndexHtml(_html, { bundle }) {
+      const worker = Object.keys(bundle ?? {}).find((name) => /\bworker-[^/]*\.js$/.test(name));
+      if (!worker) return [];
+      const attrs = { rel: "modulepreload", href: `/${worker}` };
+      return [{ tag: "link", attrs, injectTo: "head" }];
+    },
+  };
+}
+
 export default defineConfig({
+  plugins: [preloadWorker()],
   build: {
     outDir: "../server/wax/web/dist",
     emptyOutDir: true,
     target: "es2022",
     // The server's security policy allows no inline code or style.
     assetsInlineLimit: 0,
-    modulePreload: false,
+    // Parts of the first load come beside each other; every such browser knows how by itself.
+    modulePreload: { polyfill: false },
     // livekit-client is as large as that; it is loaded only while the robot is full.
     chunkSizeWarningLimit: 600,
   },

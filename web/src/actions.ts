@@ -70,6 +70,8 @@ export interface Session {
   actions: Actions;
   /** What was measured and what happened in the last minutes. */
   history: History;
+  /** Resolves once the first offer was sent; never where there is no connection. */
+  offered: Promise<void>;
   /** The element of the picture that is large, null while there is none. */
   shownPicture(): HTMLVideoElement | null;
   /** Sets the picture's element, null when it is removed. */

@@ -29,15 +29,23 @@ import { App } from "./view/App";
 import { UnsupportedPage } from "./view/UnsupportedPage";
 import { choose, speak, wishes } from "./words/language";
 
+/** Whether or not there is a server, the page is there by then. */
+const DRAWN_WITHIN_MS = 150;
+
 const lacks = lacksOf();
-// The offer is on its way before anything is drawn.
-const session = lacks ? null : startSession();
 const root = document.getElementById("page");
-// Until now it says that the page is loading.
-root?.replaceChildren();
-if (root && session && wantsStage(window.location.search)) void openStage(root, session);
-else if (root && session) render(<App session={session} />, root);
-else if (root && lacks) {
+if (root && lacks) {
   void speak(choose(wishes(null)));
+  root.replaceChildren();
   render(<UnsupportedPage lacks={lacks} />, root);
+} else if (root) {
+  const session = startSession();
+  // Drawing would keep the offer waiting; while the server answers it there is time.
+  const atLast = new Promise((resolve) => setTimeout(resolve, DRAWN_WITHIN_MS));
+  void Promise.race([session.offered, atLast]).then(() => {
+    // Until now it says that the page is loading.
+    root.replaceChildren();
+    if (wantsStage(window.location.search)) void openStage(root, session);
+    else render(<App session={session} />, root);
+  });
 }

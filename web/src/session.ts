@@ -82,7 +82,12 @@ export function startSession(): Session {
   const chime = new Chime();
   const acknowledger = new Acknowledger((received) => link.sendState(received));
 
+  let tellOffered = () => {};
+  const offered = new Promise<void>((resolve) => {
+    tellOffered = resolve;
+  });
   const link = new Link(() => identity.client, {
+    offered: () => tellOffered(),
     changed: (now) => {
       if (elsewhere) elsewhere.linkChanged(now);
       else state.link.value = now;
@@ -558,6 +563,7 @@ export function startSession(): Session {
     state,
     actions,
     history,
+    offered,
     shownPicture: () => elements.get(state.large.peek()),
     attachPicture(element) {
       elements.attach(null, element);

@@ -60,6 +60,7 @@ beforeEach(() => {
     changed: (state) => states.push(state),
     fresh: () => {},
     received: (message) => heard.push(message),
+    offered: () => {},
     receivers: () => {},
     sent: (where) => sentTo.push(where),
   });

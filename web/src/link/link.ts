@@ -24,6 +24,8 @@ export type LinkState =
 /** The link's events. */
 export interface LinkEvents {
   changed(state: LinkState): void;
+  /** A peer's offer was sent. */
+  offered(): void;
   /** A new peer takes the place of the one before, whose measurements are no longer valid. */
   fresh(peer: Peer): void;
   received(message: StateOut): void;
@@ -164,6 +166,7 @@ export class Link {
     this.#next?.close();
     const events: PeerEvents = {
       reached: () => this.#reached(),
+      offered: this.events.offered,
       answered: () => this.#take(peer),
       opened: () => this.#opened(),
       received: (channel, text) => this.#received(channel, text),

@@ -3,6 +3,10 @@ import { Peer } from "./peer";
 
 const STUN = [{ urls: "stun:example.org" }];
 
+const CODECS = ["video/VP8", "video/rtx", "video/VP9", "video/H264", "video/AV1"].map(
+  (mimeType) => ({ mimeType, clockRate: 90_000 }),
+);
+
 /** A data channel that keeps what it was given. */
 class FakeChannel extends EventTarget {
   readyState = "open";
@@ -28,10 +32,12 @@ class FakeConnection extends EventTarget {
 
   directions: RTCRtpTransceiverDirection[] = [];
   replaceTrack = vi.fn(async () => {});
+  setCodecPreferences = vi.fn();
   signalingState = "stable";
   addTransceiver = (_kind: string, { direction }: { direction: RTCRtpTransceiverDirection }) => {
     this.directions.push(direction);
-    return { receiver: {}, sender: { replaceTrack: this.replaceTrack } };
+    const { replaceTrack, setCodecPreferences } = this;
+    return { receiver: {}, sender: { replaceTrack }, setCodecPreferences };
   };
   channels = new Map<string, FakeChannel>();
   createDataChannel = (name: string) => {
@@ -63,6 +69,7 @@ let offers: number;
 beforeEach(() => {
   FakeConnection.made = [];
   vi.stubGlobal("RTCPeerConnection", FakeConnection);
+  vi.stubGlobal("RTCRtpReceiver", { getCapabilities: () => ({ codecs: CODECS }) });
   offers = 0;
   offer = "v=0 offer";
   answer = "v=0 answer";
@@ -82,6 +89,7 @@ function connect(mayHaveVoice = false) {
   const sent = vi.fn();
   const reached = vi.fn();
   const answered = vi.fn();
+  const offered = vi.fn(() => offers);
   const events = {
     reached,
     answered,
@@ -90,13 +98,14 @@ function connect(mayHaveVoice = false) {
     lost,
     refused,
     sent,
+    offered,
     receivers: () => {},
   };
   const peer = new Peer(events, mayHaveVoice);
   const connected = peer.connect("client");
   const connection = FakeConnection.made.at(-1);
   if (!connection) throw new Error("there is no connection");
-  return { peer, connected, connection, lost, refused, sent, reached, answered };
+  return { peer, connected, connection, lost, refused, sent, reached, answered, offered };
 }
 
 it("sends no offer into a network that is dead, where it might arrive much later", async () => {
@@ -323,4 +332,20 @@ describe("a voice", () => {
     expect(connection.remoteDescription?.sdp).toBe(ANSWER);
     expect(connection.replaceTrack).not.toHaveBeenCalled();
   });
+});
+
+it("offers the codecs that servers send, and no others", async () => {
+  const { connected, connection } = connect();
+  await connected;
+  const [codecs] = connection.setCodecPreferences.mock.lastCall as [{ mimeType: string }[]];
+  expect(codecs.map((one) => one.mimeType)).toEqual(["video/VP8", "video/rtx", "video/H264"]);
+});
+
+it("tells that the offer was sent before it is answered, so that others may work meanwhile", async () => {
+  const { connected, offered, answered } = connect();
+  await connected;
+  expect(offered).toHaveReturnedWith(1);
+  expect(offered.mock.invocationCallOrder[0]).toBeLessThan(
+    answered.mock.invocationCallOrder[0] as number,
+  );
 });

@@ -8,8 +8,10 @@ import { withStereo } from "./stereo";
 
 /** A peer's events; there are none after `lost` or `close`. */
 export interface PeerEvents {
-  /** The server is there; the offer is on its way. */
+  /** The server is there. */
   reached(): void;
+  /** The offer was sent. */
+  offered(): void;
   /** The server has taken this peer, and dropped this page's earlier one. */
   answered(): void;
   /** Both data channels are open. */
@@ -65,8 +67,8 @@ export class Peer {
     });
     this.sound = sound.receiver;
     if (mayHaveVoice) this.#voice = sound.sender;
-    this.picture = pc.addTransceiver("video", { direction: "recvonly" }).receiver;
-    this.cameras = Array.from({ length: cameras }, () => furtherPicture(pc));
+    this.picture = receivesPictures(pc);
+    this.cameras = Array.from({ length: cameras }, () => receivesPictures(pc));
     events.receivers(this.sound, this.picture);
     this.#channels = {
       drive: pc.createDataChannel("drive", { ordered: false, maxRetransmits: 0 }),
@@ -97,7 +99,9 @@ export class Peer {
       await this.#offer(offer);
       // Without ICE servers there is nothing to wait for: the server learns our address from us.
       if (servers.length > 0 && ice.wantsCandidates) await gathered(pc);
-      const answer = await postOffer(pc.localDescription?.sdp ?? "", client, signal);
+      const answering = postOffer(pc.localDescription?.sdp ?? "", client, signal);
+      this.events.offered();
+      const answer = await answering;
       if (signal.aborted) return;
       if (typeof answer !== "string") {
         this.close();
@@ -212,8 +216,8 @@ export class Peer {
   }
 }
 
-/** Offers what servers send, no more: with many cameras the offer would grow too long. */
-function furtherPicture(pc: RTCPeerConnection): RTCRtpReceiver {
+/** Offers what servers send, no more: the offer grows with each camera, and an uplink is thin. */
+function receivesPictures(pc: RTCPeerConnection): RTCRtpReceiver {
   const transceiver = pc.addTransceiver("video", { direction: "recvonly" });
   const all = RTCRtpReceiver.getCapabilities("video")?.codecs ?? [];
   const sent = all.filter(({ mimeType }) => /\/(vp8|h264|rtx)$/i.test(mimeType));

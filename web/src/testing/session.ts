@@ -18,6 +18,7 @@ export function testSession(state: State = createState(loadPreferences(null))): 
     state,
     actions,
     history: new History(),
+    offered: Promise.resolve(),
     pictureStream: () => null,
     attachPicture: vi.fn(),
     attachSound: vi.fn(),

@@ -86,6 +86,7 @@ beforeEach(() => {
     attachSound: vi.fn(),
     pictureStream: () => null,
     history: new History(),
+    offered: Promise.resolve(),
     shownPicture: () => null,
     soundLevels: async () => levels,
     attachCamera: vi.fn(),
