@@ -235,6 +235,30 @@ def test_the_person_aboard_takes_the_robot_from_its_operator(bench: Bench) -> No
     bench.drive()
 
 
+@pytest.mark.parametrize(
+    ("max_fraction", "aboard", "left"),
+    [
+        (1.0, None, 1.0),
+        (1.0, Aboard("free"), 1.0),
+        (1.0, Aboard("free", 0.43), 0.45),
+        (0.5, None, 0.5),
+        (0.5, Aboard("free", 0.4), 0.2),
+        (1.0, Aboard("free", 0.0), 0.0),
+    ],
+)
+def test_an_operator_is_told_what_is_left_of_their_speed(
+    bench: Bench, max_fraction: float, aboard: Aboard | None, left: float
+) -> None:
+    """In twentieths of what they ask for: the limits lower it, and so does the person aboard."""
+    bench.max_fraction = max_fraction
+    bench.driver.now = replace(bench.driver.now, aboard=aboard)
+    for linear in (0.0, 1.0):
+        bench.step()
+        bench.offer(linear)
+    bench.step()
+    assert bench.shares[-1] == left
+
+
 def test_the_clock_of_a_turn_stands_still_while_the_person_aboard_drives(bench: Bench) -> None:
     """An operator does not lose their turn to somebody whom they shall help."""
     bench.driver.now = replace(bench.driver.now, aboard=Aboard("stopped", 0.0))
