@@ -307,7 +307,10 @@ describe("the keys", () => {
     window.addEventListener("keydown", elsewhere);
     // Without `act`, which would wait for what comes some frames later.
     const says = (what: string) =>
-      vi.waitFor(() => expect(told()?.slice(0, what.length || 1)).toBe(what), { interval: 1 });
+      vi.waitFor(() => expect(told()?.slice(0, what.length || 1)).toBe(what), {
+        interval: 1,
+        timeout: 4000,
+      });
     const press = (code: string) =>
       window.dispatchEvent(new KeyboardEvent("keydown", { code, cancelable: true }));
     getByRole(body, "button", { name: "Add a key for “Forward”" }).click();
