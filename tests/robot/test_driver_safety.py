@@ -1,0 +1,147 @@
+"""Every driver that comes with WAX keeps the promises of `wax.testing`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+import pytest
+
+from wax.config.settings import LocalSettings, RobotSettings
+from wax.driver.interface import STANDSTILL, Limits, Twist
+from wax.robot.find_driver import make_driver, make_robot
+from wax.robot.serial.frames import DriveBody, HelloBody, StopBody
+from wax.testing import DriverSafety
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from tests.robot.conftest import Board
+
+    from wax.clock import Clock
+    from wax.driver.interface import Driver
+    from wax.robot.serial.frames import Body
+
+DIRECTIONS: Final = {
+    b"F": (1, 0),
+    b"B": (-1, 0),
+    b"L": (0, 1),
+    b"R": (0, -1),
+    b"G": (1, 1),
+    b"I": (1, -1),
+    b"H": (-1, 1),
+    b"J": (-1, -1),
+}
+"""The commands of 2004: ahead or back, left or right."""
+
+
+class Ours(DriverSafety):
+    """A driver that takes its limits from the configuration."""
+
+    kind: ClassVar = "serial"
+    ttl_s: ClassVar[float | None] = None
+
+    def test_its_limits_are_the_configured_ones(self, driver: Driver) -> None:
+        """Kind and limits are known before it is opened, and are what the host has configured."""
+        assert driver.kind == self.kind
+        assert (driver.limits.linear_mps, driver.limits.angular_rps) == (0.6, 1.5)
+        assert driver.limits.ttl_s == self.ttl_s
+
+
+class TestSimulated(Ours):
+    """Seen by how it moves."""
+
+    kind = "simulated"
+    ttl_s = 0.3
+    braking_s = 0.1
+
+    def make_driver(self, clock: Clock) -> Driver:
+        robot = make_driver(RobotSettings(), clock)
+        self._seen = getattr(self, "_seen", None) or robot
+        return robot
+
+    def commanded(self) -> Sequence[Twist]:
+        speed_mps = self._seen.state().extra["speed_mps"]
+        return [Twist(speed_mps, 0.0)]
+
+
+class TestSimulatedWithSomebodyAboard(TestSimulated):
+    def make_driver(self, clock: Clock) -> Driver:
+        local = LocalSettings(source="robot", pause_s=0.5)
+        robot = make_robot(RobotSettings(), clock, local=local)
+        self._seen = getattr(self, "_seen", None) or robot
+        return robot
+
+
+@pytest.mark.system
+class TestSerialFrames(Ours):
+    """Seen by what comes down the line, behind which the real firmware's core runs."""
+
+    dialect: ClassVar = "frames"
+    ttl_s: ClassVar[float | None] = 0.2
+
+    @pytest.fixture(autouse=True)
+    def _robot(self, board: Board) -> None:
+        self.board = board
+        self._taken = 0
+
+    @property
+    def settings(self) -> RobotSettings:
+        serial: dict[str, Any] = {"url": str(self.board.path), "dialect": self.dialect}
+        return RobotSettings.model_validate(
+            {"driver": "serial", "serial": serial | {"axes": ["pan"], "reopen_s": 0.05}}
+        )
+
+    def make_driver(self, clock: Clock) -> Driver:
+        return make_driver(self.settings, clock)
+
+    def commanded(self) -> Sequence[Twist]:
+        frames = self.board.frames()[self._taken :]
+        self._taken += len(frames)
+        return [twist for frame in frames if (twist := self._twist(frame.body)) is not None]
+
+    def cut(self) -> None:
+        self.board.unplug()
+
+    def mend(self) -> None:
+        self._taken = 0
+        self.board.plug()
+
+    def _twist(self, body: Body) -> Twist | None:
+        match body:
+            case DriveBody(left, right):
+                aside_mps = (right - left) / 2000.0
+                half_base_m = self.settings.wheel_base_m / 2.0
+                return Twist((left + right) / 2000.0, aside_mps / half_base_m)
+            case StopBody() | HelloBody():
+                return STANDSTILL
+        return None
+
+
+class TestSerialBytes(TestSerialFrames):
+    """The commands say no speed, so each counts as the fastest."""
+
+    dialect = "bytes"
+    ttl_s = None  # it holds for ever what it was told
+
+    def commanded(self) -> Sequence[Twist]:
+        heard = self.board.heard[self._taken :]
+        self._taken += len(heard)
+        told = [bytes([octet]) for octet in heard]
+        return [self._fastest(octet) for octet in told if octet == b"S" or octet in DIRECTIONS]
+
+    def _fastest(self, octet: bytes) -> Twist:
+        limits = Limits(self.settings.max_linear_mps, self.settings.max_angular_rps)
+        ahead, left = DIRECTIONS.get(octet, (0, 0))
+        return Twist(ahead * limits.linear_mps, left * limits.angular_rps)
+
+
+class TestSerialFramesInItsProcess(TestSerialFrames):
+    """The same robot in a process of its own, as the server has it."""
+
+    def make_driver(self, clock: Clock) -> Driver:
+        return make_robot(self.settings, clock)
+
+
+class TestSerialBytesInItsProcess(TestSerialBytes):
+    def make_driver(self, clock: Clock) -> Driver:
+        return make_robot(self.settings, clock)

@@ -1,0 +1,369 @@
+"""A robot in memory, a driver that keeps every promise, and one that breaks each."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from wax.driver.interface import STANDSTILL, Limits, RobotState
+from wax.robot.serial.setpoints import SetPoints
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.driver.interface import Twist
+
+LIMITS = Limits(0.6, 1.5, axes=("pan",))
+
+
+class Robot:
+    """The robot's end of a link that can be cut: it keeps what it is told."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._told: list[Twist] = []
+        self.is_cut = False
+        self.over = threading.Event()
+        """The test is over: who still waits may go."""
+
+    def tell(self, twist: Twist) -> None:
+        """Take a set-point; raises `OSError` while the link is cut."""
+        with self._lock:
+            if self.is_cut:
+                raise OSError("the link is cut")
+            self._told.append(twist)
+
+    def take(self) -> list[Twist]:
+        """Return what it was told since the last call."""
+        with self._lock:
+            told, self._told = self._told, []
+            return told
+
+
+class Right:
+    """A driver of a `Robot` that keeps every promise: a thread repeats what `SetPoints` allows."""
+
+    period_s: ClassVar = 0.01
+    ttl_s: ClassVar = 0.3
+
+    def __init__(self, robot: Robot, clock: Clock) -> None:
+        self.robot = robot
+        self.clock = clock
+        self.lock = threading.Lock()
+        self.setpoints = SetPoints(LIMITS, self.ttl_s)
+        self.answer = RobotState(connected=False)
+        self.closing = threading.Event()
+        self.thread: threading.Thread | None = None
+
+    @property
+    def kind(self) -> str:
+        return "in memory"
+
+    @property
+    def limits(self) -> Limits:
+        return LIMITS
+
+    def open(self) -> None:
+        if self.thread is None:
+            self.closing = threading.Event()
+            self.thread = threading.Thread(target=self.live, name="in memory", daemon=True)
+            self.thread.start()
+
+    def apply(self, twist: Twist, turn: int) -> None:
+        with self.lock:
+            self.setpoints.apply(twist, turn, self.clock.now_s())
+
+    def set_axis(self, name: str, position: float, turn: int) -> None:
+        with self.lock:
+            self.setpoints.set_axis(name, position, turn)
+
+    def stop(self, turn: int) -> None:
+        with self.lock:
+            self.setpoints.stop(turn)
+
+    def close(self) -> None:
+        thread, self.thread = self.thread, None
+        if thread is not None:
+            self.closing.set()
+            thread.join(1.0)
+            self.connect(to=False)
+
+    def state(self) -> RobotState:
+        return self.answer
+
+    def live(self) -> None:
+        while not self.closing.wait(self.period_s):
+            try:
+                self.say()
+            except OSError as error:
+                self.connect(to=False, problem=f"The robot does not answer: {error}.")
+            else:
+                self.connect(to=True)
+        self.farewell()
+
+    def say(self) -> None:
+        with self.lock:
+            order, _ = self.setpoints.order(self.clock.now_s())
+            self.robot.tell(order.twist)
+
+    def farewell(self) -> None:
+        if not self.robot.is_cut:
+            self.robot.tell(STANDSTILL)
+
+    def connect(self, *, to: bool, problem: str | None = None) -> None:
+        with self.lock:
+            if self.answer.connected != to:
+                (self.setpoints.connected if to else self.setpoints.lost)()
+            epoch = self.answer.epoch + (to and not self.answer.connected)
+            self.answer = RobotState(connected=to, problem=problem, epoch=epoch)
+
+
+class _Remembers(Right):
+    """Keeps the newest set-point beside the rules, to break one of them."""
+
+    wanted = STANDSTILL
+    turn = 0
+
+    def apply(self, twist: Twist, turn: int) -> None:
+        super().apply(twist, turn)
+        self.wanted, self.turn = twist, turn
+
+    def stop(self, turn: int) -> None:
+        super().stop(turn)
+        self.wanted = STANDSTILL
+
+
+class MovesWhenOpened(Right):
+    def connect(self, *, to: bool, problem: str | None = None) -> None:
+        if to and not self.answer.connected:
+            self.robot.tell(replace(STANDSTILL, linear_mps=0.1))
+        super().connect(to=to, problem=problem)
+
+
+class GoesTheWrongWay(Right):
+    def apply(self, twist: Twist, turn: int) -> None:
+        super().apply(replace(twist, linear_mps=abs(twist.linear_mps)), turn)
+
+
+class KnowsNoLimitsYet(Right):
+    @property
+    def limits(self) -> Limits:
+        return LIMITS if self.thread else replace(LIMITS, linear_mps=0.0)
+
+
+class HasNoEndOfItsSpeed(Right):
+    @property
+    def limits(self) -> Limits:
+        return replace(LIMITS, linear_mps=math.inf)
+
+
+class ConnectsWhenBuilt(Right):
+    def __init__(self, robot: Robot, clock: Clock) -> None:
+        super().__init__(robot, clock)
+        self.open()
+
+
+class DisturbsTheOther(Right):
+    """Two cannot be built at once, as where a constructor claims its pins."""
+
+    first: ClassVar[dict[Robot, Right]] = {}
+
+    def __init__(self, robot: Robot, clock: Clock) -> None:
+        super().__init__(robot, clock)
+        first = self.first.setdefault(robot, self)
+        if first.thread is not None:
+            first.close()
+
+
+class RaisesWhenClosed(Right):
+    def stop(self, turn: int) -> None:
+        if self.thread is None:
+            raise OSError("the port is closed")
+        super().stop(turn)
+
+
+class RaisesForAnUnknownAxis(Right):
+    def set_axis(self, name: str, position: float, turn: int) -> None:
+        dict.fromkeys(LIMITS.axes)[name]
+        super().set_axis(name, position, turn)
+
+
+class RefusesAnOldStop(Right):
+    highest = 0
+
+    def apply(self, twist: Twist, turn: int) -> None:
+        self.highest = max(self.highest, turn)
+        super().apply(twist, turn)
+
+    def stop(self, turn: int) -> None:
+        if turn >= self.highest:
+            super().stop(turn)
+
+
+class StopsLate(Right):
+    period_s = 0.25
+
+
+class StopsBySilence(Right):
+    """Says nothing more after a stop, and trusts in the robot's own watchdog."""
+
+    def say(self) -> None:
+        with self.lock:
+            order, _ = self.setpoints.order(self.clock.now_s())
+            if not order.twist.is_zero or not self.answer.connected:
+                self.robot.tell(order.twist)
+
+    def farewell(self) -> None:
+        """Say nothing."""
+
+
+class SaysAStopOnce(Right):
+    said: Twist | None = None
+
+    def say(self) -> None:
+        with self.lock:
+            order, _ = self.setpoints.order(self.clock.now_s())
+            if order.twist != self.said or not order.twist.is_zero:
+                self.robot.tell(order.twist)
+                self.said = order.twist
+
+
+class FollowsAnOldTurn(Right):
+    def apply(self, twist: Twist, turn: int) -> None:
+        super().apply(twist, 99)
+
+
+class IsKeptGoingByAnOldTurn(_Remembers):
+    """Does not follow an old turn, but takes it as a sign that somebody is there."""
+
+    def apply(self, twist: Twist, turn: int) -> None:
+        newest = turn >= self.turn
+        kept = self.wanted, self.turn
+        super().apply(*((twist, turn) if newest else kept))
+
+
+class HasNoWatchdog(Right):
+    ttl_s = math.inf
+
+
+class MovesByWhatIsNoNumber(_Remembers):
+    def say(self) -> None:
+        if self.answer.connected and not math.isfinite(self.wanted.linear_mps):
+            self.robot.tell(self.wanted)
+        else:
+            super().say()
+
+
+class IsKeptGoingByNoNumber(_Remembers):
+    def apply(self, twist: Twist, turn: int) -> None:
+        finite = math.isfinite(twist.linear_mps) and math.isfinite(twist.angular_rps)
+        super().apply(twist if finite else self.wanted, turn)
+
+
+class HasNoLimits(_Remembers):
+    def say(self) -> None:
+        with self.lock:
+            order, _ = self.setpoints.order(self.clock.now_s())
+            self.robot.tell(STANDSTILL if order.twist.is_zero else self.wanted)
+
+
+class BlocksWhileItWrites(Right):
+    def apply(self, twist: Twist, turn: int) -> None:
+        time.sleep(0.01)
+        super().apply(twist, turn)
+
+
+class BlocksWhileItOpens(Right):
+    def open(self) -> None:
+        time.sleep(0.6)
+        super().open()
+
+
+class HangsWhenAsked(Right):
+    def state(self) -> RobotState:
+        if threading.current_thread().name == "bounded call":
+            self.robot.over.wait()
+        return self.answer
+
+
+class WaitsForTheRobot(Right):
+    def open(self) -> None:
+        while self.robot.is_cut:
+            time.sleep(0.01)
+        super().open()
+
+
+class NeverEndsClosing(Right):
+    def close(self) -> None:
+        if self.thread is not None:
+            time.sleep(1.1)
+        super().close()
+
+
+class ClosesWithoutAStop(Right):
+    def farewell(self) -> None:
+        """Say nothing."""
+
+
+class StaysConnected(Right):
+    def close(self) -> None:
+        connected = self.answer
+        super().close()
+        self.answer = connected
+
+
+class OpensAgainByItself(Right):
+    was_open = False
+
+    def apply(self, twist: Twist, turn: int) -> None:
+        if self.was_open and self.thread is None:
+            self.open()
+        self.was_open = self.was_open or self.thread is not None
+        super().apply(twist, turn)
+
+
+class GoesOnWhereItWas(_Remembers):
+    """Sends what was wanted before as soon as it is connected again."""
+
+    def connect(self, *, to: bool, problem: str | None = None) -> None:
+        again = to and not self.answer.connected and self.answer.epoch > 0
+        super().connect(to=to, problem=problem)
+        if again:
+            self.robot.tell(self.wanted)
+
+
+class CountsNoConnections(Right):
+    def connect(self, *, to: bool, problem: str | None = None) -> None:
+        super().connect(to=to, problem=problem)
+        self.answer = replace(self.answer, epoch=1)
+
+
+class DoesNotNoticeTheCut(Right):
+    def connect(self, *, to: bool, problem: str | None = None) -> None:
+        super().connect(to=to or bool(problem), problem=None)
+
+
+class SaysNoProblem(Right):
+    def connect(self, *, to: bool, problem: str | None = None) -> None:
+        super().connect(to=to, problem=None)
+
+
+class ForgetsWhoseTurnItIs(FollowsAnOldTurn):
+    """Follows every thread that still asks."""
+
+
+class HasNoStateForAnother(Right):
+    """Breaks where another thread asks than the one that opened it."""
+
+    def state(self) -> RobotState:
+        if threading.current_thread().name == "asks for the state":
+            raise RuntimeError("dictionary changed size during iteration")
+        return self.answer
+
+
+class SaysWhatCannotBeSent(Right):
+    def state(self) -> RobotState:
+        broken: Any = object()
+        return replace(self.answer, extra={"driven_m": broken}) if self.thread else self.answer
