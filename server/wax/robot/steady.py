@@ -1,0 +1,259 @@
+"""The base of a driver whose own thread talks to the robot, so that it only says how.
+
+What keeps the robot safe is here: turns, limits, silence, standstill after each connection, stops
+that are repeated, and a thread that may wait so that no caller has to.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, ClassVar, Final
+
+import structlog
+
+from wax.driver.checks import NO_ANSWER
+from wax.driver.interface import STANDSTILL, Limits, RobotState
+from wax.robot.serial.setpoints import SetPoints
+from wax.sentence import Sentence
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.config.settings import RobotSettings
+    from wax.driver.interface import Pose, Twist
+    from wax.robot.serial.setpoints import Order
+
+_LOG = structlog.get_logger(__name__)
+
+TTL_S: Final = 0.3
+"""Without a set-point for this long the robot is told to stand."""
+RETRY_S: Final = 1.0
+HUNG_S: Final = 1.0
+CLOSE_S: Final = 0.8
+FAREWELLS: Final = 3
+FAREWELL_EVERY_S: Final = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What the robot answers, as far as it does; see `RobotState`."""
+
+    moving: bool | None = None
+    pose: Pose | None = None
+    bumpers: int = 0
+    battery_v: float | None = None
+    battery_fraction: float | None = None
+    extra: dict[str, float] = field(default_factory=dict)
+
+
+class SteadyRobot(ABC):
+    """A `Driver` for which a subclass has `connect`, `tell` and `disconnect`.
+
+    A thread calls these, so that each may wait, `tell` for a twentieth of a second at most: it is
+    called with each new set-point, and with the same one every `beat_s`. What they raise means that
+    the robot is lost, an `OSError` with the reason as its text; they are called again a second
+    later. The constructor of a subclass touches nothing.
+
+    `robot_ttl_s` is how long the robot itself goes on when it hears nothing, None where nobody
+    knows. Where it answers, `silent_s` is how long it may go without an answer until it is lost.
+    """
+
+    axes: ClassVar[tuple[str, ...]] = ()
+    robot_ttl_s: ClassVar[float | None] = None
+    silent_s: ClassVar[float | None] = None
+    beat_s: ClassVar[float] = 0.05
+
+    def __init__(self, settings: RobotSettings, clock: Clock) -> None:
+        self.settings = settings
+        self.clock = clock
+        self._limits = Limits(
+            settings.max_linear_mps,
+            settings.max_angular_rps,
+            axes=self.axes,
+            ttl_s=self.robot_ttl_s,
+        )
+        self._lock = threading.Lock()
+        self._setpoints = SetPoints(self._limits, TTL_S)
+        self._news = threading.Event()
+        self._closing = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._left: threading.Thread | None = None
+        self._calls_since_s: float | None = None
+        self._heard_s = 0.0
+        self._reading = Reading()
+        self._connected = False
+        self._problem: Sentence | None = None
+        self._epoch = 0
+        self._logged = ""
+
+    # --- what a subclass has ----------------------------------------------------------------
+
+    @abstractmethod
+    def connect(self) -> None:
+        """Reach for the robot."""
+
+    @abstractmethod
+    def tell(self, twist: Twist) -> Reading | None:
+        """Tell the robot to move like this, or to stand; return what it has answered, if it has."""
+
+    @abstractmethod
+    def disconnect(self) -> None:
+        """Let go of the robot, also where `connect` has failed half-way."""
+
+    def move_axis(self, name: str, position: float) -> None:  # noqa: B027 - many robots have none
+        """Move one of `axes` to a position in -1…1; called after each `tell`."""
+
+    # --- the driver -------------------------------------------------------------------------
+
+    @property
+    def kind(self) -> str:
+        return self.settings.driver
+
+    @property
+    def limits(self) -> Limits:
+        return self._limits
+
+    def open(self) -> None:
+        if self._thread is not None:
+            return
+        self._closing = threading.Event()
+        self._thread = threading.Thread(
+            target=self._keep, args=(self._closing, self._left), name=self.kind, daemon=True
+        )
+        self._thread.start()
+
+    def apply(self, twist: Twist, turn: int) -> None:
+        with self._lock:
+            self._setpoints.apply(twist, turn, self.clock.now_s())
+        self._news.set()
+
+    def set_axis(self, name: str, position: float, turn: int) -> None:
+        with self._lock:
+            self._setpoints.set_axis(name, position, turn)
+        self._news.set()
+
+    def stop(self, turn: int) -> None:
+        with self._lock:
+            self._setpoints.stop(turn)
+        self._news.set()
+
+    def close(self) -> None:
+        thread, self._thread = self._thread, None
+        if thread is None:
+            return
+        self._closing.set()
+        self._news.set()
+        thread.join(CLOSE_S)
+        self._left = thread  # if it hangs, the next one waits for it
+        self._lost(None)
+
+    def state(self) -> RobotState:
+        with self._lock:
+            since_s = self._calls_since_s
+            hangs = since_s is not None and self.clock.now_s() - since_s >= HUNG_S
+            connected = self._connected and not hangs
+            reading = self._reading if connected else Reading()
+            return RobotState(
+                connected=connected,
+                problem=NO_ANSWER if hangs and self._thread else self._problem,
+                epoch=self._epoch,
+                moving=reading.moving,
+                pose=reading.pose,
+                bumpers=reading.bumpers,
+                battery_v=reading.battery_v,
+                battery_fraction=reading.battery_fraction,
+                extra=reading.extra,
+            )
+
+    # --- the thread -------------------------------------------------------------------------
+
+    def _keep(self, closing: threading.Event, left: threading.Thread | None) -> None:
+        """Reach for the robot and talk to it, again and again until it is closed."""
+        if left is not None:
+            left.join()
+        while not closing.is_set():
+            try:
+                self._converse(closing)
+            except Exception as error:
+                self._lost(Sentence("robot.not_reached", {"why": self._why(error)}))
+            finally:
+                with contextlib.suppress(Exception):
+                    self.disconnect()
+            closing.wait(RETRY_S)
+
+    def _converse(self, closing: threading.Event) -> None:
+        """Connect, and tell the robot what is wanted until it is closed; raises what they raise."""
+        self.connect()
+        self._heard_s = self.clock.now_s()
+        said: Order | None = None
+        due_s = 0.0
+        try:
+            while not closing.is_set():
+                now_s = self.clock.now_s()
+                with self._lock:
+                    order, changes_s = self._setpoints.order(now_s)
+                if order != said or now_s >= due_s:
+                    reading = self._say(order, said)
+                    if not closing.is_set():
+                        self._hear(reading, now_s)
+                    said, due_s = order, now_s + self.beat_s
+                self._news.wait(max(0.0, min(due_s, changes_s) - self.clock.now_s()))
+                self._news.clear()
+        finally:
+            self._lost(None)
+            with contextlib.suppress(Exception):
+                for _ in range(FAREWELLS):  # one may be lost
+                    self.tell(STANDSTILL)
+                    time.sleep(FAREWELL_EVERY_S)
+
+    def _say(self, order: Order, said: Order | None) -> Reading | None:
+        """Tell one order and return the answer; raises `TimeoutError` if that took too long."""
+        start_s = self.clock.now_s()
+        with self._lock:
+            self._calls_since_s = start_s
+        try:
+            if said is not None and order.turn > said.turn and not order.twist.is_zero:
+                self.tell(STANDSTILL)  # a thread that was starved may have left it out
+            reading = self.tell(order.twist)
+            for name, position in order.axes:
+                self.move_axis(name, position)
+        finally:
+            with self._lock:
+                self._calls_since_s = None
+        if self.clock.now_s() - start_s >= HUNG_S:
+            raise TimeoutError("it took too long to answer")
+        return reading
+
+    def _hear(self, reading: Reading | None, now_s: float) -> None:
+        """Be connected as long as it answers, or without answers as long as nothing is raised."""
+        if reading is not None:
+            self._heard_s = now_s
+        if self.silent_s is not None and now_s - self._heard_s >= self.silent_s:
+            raise TimeoutError("it does not answer")
+        with self._lock:
+            if reading is not None:
+                self._reading = reading
+            if not self._connected and (reading is not None or self.silent_s is None):
+                self._setpoints.connected()
+                self._connected, self._problem, self._logged = True, None, ""
+                self._epoch += 1
+
+    def _lost(self, problem: Sentence | None) -> None:
+        with self._lock:
+            self._setpoints.lost()
+            self._connected = False
+            self._reading = Reading()
+            self._problem = problem
+
+    def _why(self, error: Exception) -> str:
+        """Say why the robot is lost, to the log as well if that is news."""
+        why = error.strerror if isinstance(error, OSError) else None
+        why = why or str(error) or type(error).__name__
+        if why != self._logged:
+            self._logged = why
+            expected = isinstance(error, OSError)
+            _LOG.warning("the robot is lost", problem=why, exc_info=None if expected else error)
+        return why
