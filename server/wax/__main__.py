@@ -61,6 +61,7 @@ def _parser() -> argparse.ArgumentParser:
     commands.add_parser("devices", help="list cameras, microphones, serial ports and drivers")
     _add_config(commands)
     _add_host_link(commands)
+    _add_new_driver(commands)
     _add_prove_stop(commands)
     _add_records(commands)
     _add_tape(commands)
@@ -97,6 +98,24 @@ def _add_host_link(commands: argparse._SubParsersAction[argparse.ArgumentParser]
 def _host_link(arguments: argparse.Namespace) -> int:
     settings = config.load(arguments.config)
     print("\n".join(host_link.ask(state_dir.find(settings.server.state_dir))))
+    return 0
+
+
+def _add_new_driver(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    new = commands.add_parser(
+        "new-driver",
+        help="write a package with a driver for your own robot, and its test",
+        description="Write a package into the folder NAME: a driver in which a few lines are yours,"
+        " its table of the configuration, the test that every driver passes, and a stand-in for the"
+        " robot.",
+    )
+    new.add_argument("name", metavar="NAME", help="of the package and driver, such as my_robot")
+
+
+def _new_driver(arguments: argparse.Namespace) -> int:
+    from wax.new_driver.command import new_driver
+
+    print("\n".join(new_driver(arguments.name, Path())))
     return 0
 
 
@@ -367,6 +386,7 @@ _COMMANDS: Final[dict[str, Callable[[argparse.Namespace], int]]] = {
     "devices": _devices,
     "doctor": _doctor,
     "host-link": _host_link,
+    "new-driver": _new_driver,
     "prove-stop": _prove_stop,
     "records": _records,
     "replay": _replay,
