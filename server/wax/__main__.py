@@ -124,7 +124,10 @@ def _add_prove_stop(commands: argparse._SubParsersAction[argparse.ArgumentParser
         "prove-stop",
         help="cut each link to the real robot, measure how fast it stops, write a record",
         description="Cut each link between operator and wheels in turn, on the real robot with its"
-        " wheels off the floor, and write a one-page record of how fast it stopped.",
+        " wheels off the floor, and write a one-page record of how fast it stopped. The exit status"
+        " is 0 if every stop is proved, 1 if one is late or missing, 2 for wrong usage or a robot"
+        " that does not report whether it moves, and 3 if all that could be cut on this robot is"
+        " proved, but a link could not be cut.",
     )
     # Also allowed after the command; a default here would override the value given before it.
     proof.add_argument(

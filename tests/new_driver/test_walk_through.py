@@ -20,6 +20,7 @@ from tests.new_driver.walk_through import (
 )
 
 from wax.proof.remote import RemoteOperator
+from wax.session.proof_runner import NOT_ALL
 
 if TYPE_CHECKING:
     import subprocess
@@ -178,3 +179,17 @@ async def test_the_hosts_own_robot_is_driven(
         assert rover.wheels[0] == rover.wheels[1] > 0
         operator.tell("stop")
         assert await until(lambda: not rover.moves, 2)
+
+
+def test_its_stop_is_proved(own: Environment, rover: JsonRover) -> None:
+    """The last command drives it and cuts its links; what no program can cut it names."""
+    line = DRIVE_IT[-1]
+    assert line.endswith(" prove-stop")
+    record = own.folder / "record.html"
+    with own.start(line, "--lifted", "--repeats", "1", "--record", str(record)) as proof:
+        said, _ = proof.communicate()
+    verdict = said.splitlines()[-1]
+    assert verdict.startswith("Each measurable link was cut once; the robot stood within ")
+    assert "Not proved: The driver process is killed; The link to the robot is cut." in verdict
+    assert proof.returncode == NOT_ALL
+    assert not rover.moves

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _TEXT: Final = (Path(wax.__file__).parent / "new_driver/README.md").read_text(encoding="utf-8")
 _BLOCK: Final = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+_AS_IT_IS: Final = re.compile(r"\Aclass .*\n    \.\.\..*\n\n")
 _TODO: Final = "    # TODO"
 _OFFLINE: Final = ("--no-deps", "--no-build-isolation", "--no-index")
 
@@ -29,7 +30,7 @@ def commands() -> list[list[str]]:
 
 def own_lines() -> list[str]:
     """Return the lines of the host's own: those of the table, those of the driver."""
-    return [text for language, text in _BLOCK.findall(_TEXT) if language == "python"]
+    return [_AS_IT_IS.sub("", text) for language, text in _BLOCK.findall(_TEXT) if language]
 
 
 class Environment:
@@ -108,8 +109,7 @@ def _below_todo(path: Path, lines: str) -> None:
     """Replace all that stands below the TODO."""
     above, todo, _ = path.read_text(encoding="utf-8").partition(_TODO)
     assert todo
-    gap = "" if path.name == "settings.py" else "\n"
-    path.write_text(f"{above.rstrip()}\n\n{lines}{gap}".rstrip() + "\n", encoding="utf-8")
+    path.write_text(f"{above.rstrip()}\n\n{lines.rstrip()}\n", encoding="utf-8")
 
 
 def python_lines(texts: Sequence[str]) -> int:

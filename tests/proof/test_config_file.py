@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import tomllib
+from typing import Any
 
 import pytest
+from tests.proof.robots import WheelSettings
 
-from wax.config.settings import Settings, parse
+from wax.config.settings import RobotSettings, Settings, parse
 from wax.errors import ConfigError
-from wax.proof.config_file import check, under_proof, write
+from wax.proof.config_file import check, observed, tapped, write
+from wax.proof.observed import ObservedSettings
 
-HOSTS = {
+HOSTS: dict[str, Any] = {
     "server": {"host": "0.0.0.0", "port": 80},
     "network": {"stun": ["stun:example.org"]},
     "relay": {"urls": ["turn:example.org"], "secret": "x"},
@@ -37,7 +40,7 @@ HOSTS = {
 
 
 def proved() -> Settings:
-    text = under_proof(parse(HOSTS, "the host"), '/dev/pts/7 "x"\x7f', "/tmp/state")
+    text = tapped(parse(HOSTS, "the host"), '/dev/pts/7 "x"\x7f', "/tmp/state")
     return parse(tomllib.loads(text), "the proof")
 
 
@@ -62,14 +65,25 @@ def test_nothing_else_of_the_hosts_is_used() -> None:
     assert used.turns.grace_s == 0.5
 
 
-@pytest.mark.parametrize(
-    ("driver", "says"),
-    [("simulated", "nothing to prove"), ("mine.robots:Robot", "serial line")],
-)
-def test_robots_without_a_line_are_refused_in_a_sentence(driver: str, says: str) -> None:
-    """Only a robot on a serial line can be proved; the others are told why not."""
-    with pytest.raises(ConfigError, match=says):
-        check(parse({"robot": {"driver": driver}}, "the host"))
+def test_a_robot_of_the_hosts_own_is_proved_as_it_is_configured() -> None:
+    """Its whole [robot], its own table too, is handed on; what the server needs is unchanged."""
+    own_table = {"driver": "tests.proof.robots:Moving", "wheels": {"bus": 5}}
+    hosts = parse(HOSTS | {"robot": HOSTS["robot"] | own_table}, "the host")
+    used = parse(tomllib.loads(observed(hosts, "/tmp/log", "/tmp/state")), "the proof")
+    own = used.robot.own(ObservedSettings)
+    handed_on = RobotSettings.model_validate_json(own.robot)
+    assert handed_on == hosts.robot
+    assert handed_on.own(WheelSettings).bus == 5
+    assert own.log == "/tmp/log"
+    assert used.robot.driver == "wax.proof.observed:ObservedRobot"
+    assert (used.robot.max_linear_mps, used.robot.silence_ms) == (0.4, 100)
+    assert used.drive == hosts.drive
+
+
+def test_the_simulated_robot_is_refused_in_a_sentence() -> None:
+    """Nothing is proved by a robot that is not there."""
+    with pytest.raises(ConfigError, match="nothing to prove"):
+        check(parse({"robot": {"driver": "simulated"}}, "the host"))
 
 
 def test_a_robot_with_somebody_aboard_is_not_driven_for_a_proof() -> None:
@@ -78,9 +92,10 @@ def test_a_robot_with_somebody_aboard_is_not_driven_for_a_proof() -> None:
         check(parse(HOSTS | {"local": {"source": "serial"}}, "the host"))
 
 
-def test_a_robot_on_a_serial_line_can_be_proved() -> None:
-    """It is what the proof is made for."""
-    check(parse(HOSTS, "the host"))
+@pytest.mark.parametrize("driver", ["serial", "mine.robots:Robot"])
+def test_a_real_robot_can_be_proved(driver: str) -> None:
+    """Whoever wrote its driver."""
+    check(parse({"robot": {"driver": driver}}, "the host"))
 
 
 def test_what_toml_cannot_say_is_not_written() -> None:

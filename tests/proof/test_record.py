@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
@@ -72,7 +73,7 @@ def test_it_does_not_claim_what_was_not_measured() -> None:
     some = findings(skip="cut")
     assert str(sentence(some)) == (
         "Each measurable link was cut 2 times; the robot stood within 251 ms,"
-        " its own braking included. Not measured: The serial line is cut."
+        " its own braking included. Not proved: The serial line is cut."
     )
     html = page(some, SETTINGS, HEADING)
     assert 'class="verdict passed"' in page(findings(), SETTINGS, HEADING)
@@ -80,7 +81,19 @@ def test_it_does_not_claim_what_was_not_measured() -> None:
     assert 'class="verdict failed"' in page(findings(GOOD, LATE), SETTINGS, HEADING)
     text = Reader(html).text
     assert "cut: there is none." in text
-    assert "not measured" in text
+    assert "not proved" in text
+    assert "Not proved" not in page(findings(), SETTINGS, HEADING)
+
+
+def test_a_stop_that_was_seen_in_the_drivers_process_is_no_frame() -> None:
+    """Where no line was tapped the record says where a stop was seen, and names the driver."""
+    seen = replace(findings(), sees="driver")
+    text = Reader(page(seen, SETTINGS, HEADING)).text
+    assert "stop called, ms" in text
+    assert "stop frame, ms" not in text
+    assert "the call of the driver's stop" in text
+    assert "Driver serial" in text
+    assert "/dev/<robot>" not in text
 
 
 def test_the_page_stands_alone() -> None:

@@ -98,7 +98,7 @@ PROOFS = {
         'robot.serial.dialect = "bytes"',
         "done",
         "Each measurable link was cut 5 times; the robot was told to stop within"
-        " 150 ms. Not measured: The driver process is killed;"
+        " 150 ms. Not proved: The driver process is killed;"
         " The serial line is cut.",
     ),
     "too late": (

@@ -17,6 +17,7 @@ from wax.proof import record
 from wax.proof.config_file import check
 from wax.proof.proof import Progress, Proof
 from wax.sentence import Sentence
+from wax.session.proof_runner import NOT_ALL
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -40,7 +41,8 @@ def prove_stop(
 ) -> int:
     """Prove the stop, write the record to `path` or the working directory, and report the verdict.
 
-    Returns 0 if each link that can be cut on this robot was, and each stop was in time, else 1.
+    Returns 0 if each link was cut and each stop was in time, `NOT_ALL` if that holds for the links
+    that can be cut on this robot, but not all can, else 1.
     With a parent process, the end of standard input means that the parent ended; it aborts the
     proof.
 
@@ -73,7 +75,9 @@ def prove_stop(
     cuts = sum(len(finding.samples) for finding in findings.findings)
     tell(Progress(Sentence("proof.record_at", {"path": str(path)}), cuts, cuts))
     tell(Progress(record.sentence(findings), cuts, cuts))
-    return 0 if findings.all_passed else 1
+    if not findings.all_passed:
+        return 1
+    return NOT_ALL if findings.skipped else 0
 
 
 async def _run(proof: Proof, *, has_parent: bool) -> Findings:

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 _TURN_S: Final = 86_400.0
 """No turn ends during the proof."""
+_OBSERVED: Final = "wax.proof.observed:ObservedRobot"
 
 
 def check(settings: Settings) -> None:
@@ -22,28 +23,32 @@ def check(settings: Settings) -> None:
             " control; prove the stop of the empty robot with a configuration that has source ="
             ' "none" in [local]'
         )
-    driver = settings.robot.driver
-    if driver == "simulated":
+    if settings.robot.driver == "simulated":
         raise ConfigError(
             "the robot is simulated, so there is nothing to prove;"
             " name the configuration of a real robot with --config FILE"
         )
-    if driver != "serial":
-        raise ConfigError(
-            f"robot.driver is {driver}, but the proof measures on a serial line;"
-            ' it needs driver = "serial"'
-        )
 
 
-def under_proof(settings: Settings, path: str, state: str) -> str:
-    """Return a configuration whose robot's port is `path`: [drive], [stop] and [robot] unchanged.
+def tapped(settings: Settings, port: str, state: str) -> str:
+    """Return a configuration whose robot is the host's, on another serial port."""
+    robot = _robot(settings)
+    return _under_proof(settings, robot | {"serial": robot["serial"] | {"url": port}}, state)
+
+
+def observed(settings: Settings, log: str, state: str) -> str:
+    """Return a configuration whose driver is the host's, with a log of what it is told."""
+    table = {"robot": settings.robot.model_dump_json(), "log": log}
+    robot = _robot(settings) | {"driver": _OBSERVED, "observed": table}
+    return _under_proof(settings, robot, state)
+
+
+def _under_proof(settings: Settings, robot: dict[str, Any], state: str) -> str:
+    """Return a configuration for `robot`, with [drive] and [stop] unchanged.
 
     `state` is its folder for what outlives it. It has no camera, since the real one may be in use,
     so it drives at slow speed; no ICE servers, and a UDP port of its own.
     """
-    serial = settings.robot.serial.model_dump() | {"url": path}
-    table = serial["bytes"]
-    serial["bytes"] = {key: "none" if value is None else value for key, value in table.items()}
     return write(
         {
             "server": {"state_dir": state},
@@ -54,9 +59,17 @@ def under_proof(settings: Settings, path: str, state: str) -> str:
             "turns": settings.turns.model_dump() | {"turn_s": _TURN_S},
             "drive": settings.drive.model_dump(),
             "stop": settings.stop.model_dump(),
-            "robot": settings.robot.model_dump() | {"serial": serial},
+            "robot": robot,
         }
     )
+
+
+def _robot(settings: Settings) -> dict[str, Any]:
+    """Return our own keys of [robot], as they are written."""
+    robot = settings.robot.model_dump(include=set(type(settings.robot).model_fields))
+    table = robot["serial"]["bytes"]
+    none = {key: "none" if value is None else value for key, value in table.items()}
+    return robot | {"serial": robot["serial"] | {"bytes": none}}
 
 
 def write(tree: dict[str, Any]) -> str:

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from wax.errors import StartError, WaxError
-from wax.proof.config_file import under_proof
+from wax.errors import ConfigError, StartError, WaxError
 from wax.proof.line_decoder import language_of
 from wax.proof.measure import measure
+from wax.proof.observer import Observer
 from wax.proof.remote import RemoteOperator
 from wax.proof.server import ServerUnderProof, kill
 from wax.proof.tap import Tap
-from wax.proof.verdict import FAULTS, Finding, Findings
+from wax.proof.verdict import Finding, Findings, faults_of
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from wax.config.settings import Settings
     from wax.proof.measure import Sample
     from wax.proof.verdict import Fault
+    from wax.proof.watch import Watch
 
 _SETTLE_S: Final = 0.5
 """Long enough to reach full speed, and for the gate to recover from the previous fault."""
@@ -37,10 +38,9 @@ _RECOVER_S: Final = 40.0
 _PRESS_S: Final = 2.0
 _NEUTRAL_S: Final = 0.4
 _LOOK_S: Final = 0.02
-_NO_WATCHDOG: Final = (
-    'robots with the dialect "bytes" have no known watchdog and do not report whether they move.'
-    " Expect this one to keep moving."
-)
+_CONNECT_S: Final = 30.0
+_REPORT_S: Final = 3.0
+_TAPPED: Final = ("frames", "bytes")
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +61,8 @@ class Proof:
         self._settings = settings
         self._repeats = repeats
         self._tell = tell
-        self._language = language_of(settings.robot.serial)
-        self._tap = Tap(settings.robot.serial, self._language)
+        self._watch = watch_of(settings)
+        self._faults = faults_of(self._watch.sees)
         self._done = 0
         self._found: list[Finding] = []
 
@@ -72,30 +72,45 @@ class Proof:
         If cancelled, or if something fails half-way, it returns the findings so far. Raises
         `WaxError` if it cannot begin.
         """
-        self._tap.open()
+        self._watch.open()
         broken: str | None = None
         try:
             with tempfile.TemporaryDirectory(prefix="wax-proof-") as folder:
                 async with contextlib.AsyncExitStack() as leaving:
                     self._server = ServerUnderProof(
-                        Path(folder), under_proof(self._settings, self._tap.path, f"{folder}/state")
+                        Path(folder), self._watch.configuration(self._settings, folder)
                     )
+                    leaving.push_async_callback(self._watch.ended)
                     leaving.push_async_callback(self._server.kill)
                     self._operator = RemoteOperator(Path(folder) / "operator.log")
                     leaving.push_async_callback(self._operator.kill)
-                    leaving.callback(self._tap.close)  # closed first: the robot stands
+                    leaving.callback(self._watch.close)  # closed first: the robot stands
                     self._say(Sentence("proof.server_starts"))
                     await self._server.start()
                     await self._operator.start(self._server.url)
+                    await self._look_at_the_robot()
                     broken = await self._cut_all()
         finally:
-            self._tap.close()
+            self._watch.close()
         return self._findings(broken)
+
+    async def _look_at_the_robot(self) -> None:
+        """Wait for the robot; raises `StartError` without one, `ConfigError` if it is not seen."""
+        end_s = time.monotonic() + _CONNECT_S
+        while not (robot := await self._server.robot() or {}).get("connected"):
+            if time.monotonic() >= end_s:
+                raise StartError(f"the robot is not connected. {robot.get('problem') or ''}")
+            await asyncio.sleep(_NEUTRAL_S)
+        end_s = time.monotonic() + _REPORT_S
+        while (missing := self._watch.missing()) is not None:
+            if time.monotonic() >= end_s:
+                raise ConfigError(missing)
+            await asyncio.sleep(_LOOK_S)
 
     async def _cut_all(self) -> str | None:
         """Cut each link in turn; return why the proof ended early, if it did."""
         try:
-            for fault in FAULTS:
+            for fault in self._faults:
                 await self._prove(fault)
         except asyncio.CancelledError:
             return "it was aborted."
@@ -104,8 +119,9 @@ class Proof:
         return None
 
     async def _prove(self, fault: Fault) -> None:
-        if fault.ends == "robot" and not self._language.reports:
-            self._found.append(Finding(fault, skipped=_NO_WATCHDOG))
+        skipped = self._watch.skips.get(fault.key)
+        if skipped is not None:
+            self._found.append(Finding(fault, skipped=skipped))
             self._done += self._repeats
             return
         samples: list[Sample] = []
@@ -125,12 +141,12 @@ class Proof:
         await self._drive()
         driver_pid = await self._server.driver_pid()
         await asyncio.sleep(_SETTLE_S + random.uniform(0.0, _PHASE_S))
-        if not self._tap.moves():
+        if not self._watch.moves():
             raise StartError(f"the robot has stopped by itself. {self._reason()}")
         fault_s = time.monotonic()
         await self._inject(fault, driver_pid)
         await asyncio.sleep(_OBSERVE_S)
-        sample = measure(self._tap.events(), fault_s)
+        sample = measure(self._watch.events(), fault_s)
         await self._mend(fault)
         return sample
 
@@ -151,7 +167,7 @@ class Proof:
             case "driver":
                 kill(driver_pid)
             case "cut":
-                self._tap.cut()
+                self._watch.cut()
 
     async def _mend(self, fault: Fault) -> None:
         self._operator.tell("neutral")
@@ -165,7 +181,7 @@ class Proof:
                 await self._server.start()
                 await self._operator.start(self._server.url)
             case "cut":
-                self._tap.mend()
+                self._watch.mend()
 
     async def _drive(self) -> None:
         """Get the robot moving, whatever state the last fault left; raises `StartError`."""
@@ -174,7 +190,7 @@ class Proof:
             if await self._may_drive():
                 self._operator.tell("neutral")
                 await asyncio.sleep(_NEUTRAL_S)
-                self._tap.forget()
+                self._watch.forget()
                 self._operator.tell("drive")
                 if await self._moves_within(_PRESS_S):
                     return
@@ -200,7 +216,7 @@ class Proof:
     async def _moves_within(self, within_s: float) -> bool:
         end_s = time.monotonic() + within_s
         while time.monotonic() < end_s:
-            if self._tap.moves():
+            if self._watch.moves():
                 return True
             await asyncio.sleep(_LOOK_S)
         return False
@@ -212,13 +228,22 @@ class Proof:
         return f"The server says: {state.reason}" if state.reason else "Is its power on?"
 
     def _say(self, line: Sentence) -> None:
-        self._tell(Progress(line, self._done, len(FAULTS) * self._repeats))
+        self._tell(Progress(line, self._done, len(self._faults) * self._repeats))
 
     def _findings(self, broken: str | None) -> Findings:
         return Findings(
             findings=tuple(self._found),
             repeats=self._repeats,
-            reports=self._language.reports,
+            reports=self._watch.reports,
+            sees=self._watch.sees,
             braking_mps2=self._settings.robot.braking_mps2,
             broken=broken,
         )
+
+
+def watch_of(settings: Settings) -> Watch:
+    """Return what can see this robot: a tap on a line whose language is known, or its driver."""
+    robot = settings.robot
+    if robot.driver == "serial" and robot.serial.dialect in _TAPPED:
+        return Tap(robot.serial, language_of(robot.serial))
+    return Observer(robot.driver)

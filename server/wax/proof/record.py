@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from wax.config.settings import Settings
     from wax.proof.verdict import Finding, Findings, Spread
+    from wax.proof.watch import Sees
 
 _STYLE: Final = """
 @page { size: A4; margin: 12mm 15mm }
@@ -36,6 +37,20 @@ ul { margin: 0; padding-left: 5mm }
 .sign span { flex: 1; border-top: 0.2mm solid #111; padding-top: 1mm }
 """
 
+_STOP: Final[dict[Sees, str]] = {"line": "stop frame, ms", "driver": "stop called, ms"}
+_MEASURED: Final[dict[Sees, str]] = {
+    "line": "A tap on the serial line measured the time from the cut to the stop frame",
+    "driver": "In the driver's process the time was measured from the cut to the call of the"
+    " driver's stop, not to what it then sent,",
+}
+
+_NOT_MEASURED: Final = (
+    "The delay of the Internet: the operator was on this machine. The page shows operators the"
+    " delay of their link.",
+    "The picture: there was none, and the robot drove at slow speed. Testing the rules for late"
+    " pictures needs a camera.",
+    "The weight of the robot on the floor: wheels in the air stop sooner.",
+)
 _ABOUT: Final = 0.9
 """Allows for the few milliseconds that the report itself takes."""
 
@@ -69,8 +84,8 @@ def page(findings: Findings, settings: Settings, heading: RecordHeading) -> str:
 {_table(findings)}
 <h2>How it was measured</h2>
 <p>{escape(_method(findings))}</p>
-<h2>Not measured</h2>
-{_list(_not_measured(findings))}
+{_not_proved(findings)}<h2>Not measured</h2>
+{_list(_NOT_MEASURED)}
 <h2>The robot's configuration</h2>
 {_list(_configuration(findings, settings))}
 <h2>What this is not</h2>
@@ -119,7 +134,7 @@ def _titles(findings: Sequence[Finding]) -> Sentence | None:
 
 
 def _table(findings: Findings) -> str:
-    groups = [("", 2), ("stop frame, ms", 3)]
+    groups = [("", 2), (_STOP[findings.sees], 3)]
     heads = ["median", "max", "limit"]
     if findings.reports:
         groups.append(("standing still, ms", 4))
@@ -136,7 +151,7 @@ def _row(findings: Findings, finding: Finding) -> str:
     if findings.reports:
         cells += _standing_cells(findings, finding)
     if finding.skipped is not None:
-        result = "not measured"
+        result = "not proved"
     elif len(finding.samples) < findings.repeats:
         result = "NOT FINISHED"
     else:
@@ -166,8 +181,8 @@ def _standing_cells(findings: Findings, finding: Finding) -> list[str]:
 def _method(findings: Findings) -> str:
     method = (
         "Wheels off the floor, the robot was driven forward at slow speed by an operator on"
-        " this machine, and each link was cut n times, at random moments. A tap on the serial line"
-        " measured the time from the cut to the stop frame after which no motion was requested"
+        " this machine, and each link was cut n times, at random moments."
+        f" {_MEASURED[findings.sees]} after which no motion was requested"
     )
     if not findings.reports:
         return f"{method}. The robot does not report when it stands."
@@ -179,22 +194,20 @@ def _method(findings: Findings) -> str:
     )
 
 
-def _not_measured(findings: Findings) -> list[str]:
-    return [
-        *(f"{finding.fault.title}: {finding.skipped}" for finding in findings.skipped),
-        "The delay of the Internet: the operator was on this machine. The page shows operators the"
-        " delay of their link.",
-        "The picture: there was none, and the robot drove at slow speed. Testing the rules for late"
-        " pictures needs a camera.",
-        "The weight of the robot on the floor: wheels in the air stop sooner.",
-    ]
+def _not_proved(findings: Findings) -> str:
+    """Return the part about the links that were not cut, empty if there are none."""
+    if not findings.skipped:
+        return ""
+    lines = [f"{finding.fault.title}: {finding.skipped}" for finding in findings.skipped]
+    return f"<h2>Not proved</h2>\n{_list(lines)}\n"
 
 
 def _configuration(findings: Findings, settings: Settings) -> list[str]:
     robot, drive = settings.robot, settings.drive
     serial = robot.serial
+    line = f"Serial line {serial.url}, {serial.baud} bit/s, dialect {serial.dialect}"
     lines = [
-        f"Serial line {serial.url}, {serial.baud} bit/s, dialect {serial.dialect}",
+        line if findings.sees == "line" else f"Driver {robot.driver}",
         f"At most {robot.max_linear_mps:g} m/s and {robot.max_angular_rps:g} rad/s, accelerating at"
         f" no more than {robot.max_linear_acceleration_mps2:g} m/s² and"
         f" {robot.max_angular_acceleration_rps2:g} rad/s²; slow speed is {drive.slow_fraction:g}"
@@ -203,7 +216,7 @@ def _configuration(findings: Findings, settings: Settings) -> list[str]:
         f" {drive.max_command_age_ms:g} ms",
         f"The driver process stops the robot after {robot.silence_ms} ms of silence",
     ]
-    if serial.dialect == "frames":
+    if findings.sees == "line" and serial.dialect == "frames":
         lines.append(f"The robot stops by itself {serial.ttl_ms} ms after the newest frame")
     return [*lines, _braking(findings)]
 

@@ -12,14 +12,15 @@ import select
 import threading
 import time
 import tty
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 import serial
 
 from wax.errors import DriverError
+from wax.proof.config_file import tapped
 
 if TYPE_CHECKING:
-    from wax.config.settings import SerialSettings
+    from wax.config.settings import SerialSettings, Settings
     from wax.proof.line_decoder import LineDecoder
     from wax.proof.measure import Event
 
@@ -28,10 +29,16 @@ _WRITE_S: Final = 0.25
 _MAX_BYTES: Final = 4096
 _LAST_WORDS: Final = 10
 _LAST_WORDS_EVERY_S: Final = 0.05
+_NO_WATCHDOG: Final = (
+    'robots with the dialect "bytes" have no known watchdog and do not report whether they move.'
+    " Expect this one to keep moving."
+)
 
 
 class Tap:
     """Forwards bytes from `open` to `close`, in two threads; `path` is the server's port."""
+
+    sees: Literal["line"] = "line"
 
     def __init__(self, settings: SerialSettings, language: LineDecoder) -> None:
         self._settings = settings
@@ -42,6 +49,23 @@ class Tap:
         self._carries = True
         self._is_open = False
         self._threads: list[threading.Thread] = []
+
+    @property
+    def reports(self) -> bool:
+        return self._language.reports
+
+    @property
+    def skips(self) -> dict[str, str]:
+        return {} if self.reports else {"driver": _NO_WATCHDOG, "cut": _NO_WATCHDOG}
+
+    def configuration(self, settings: Settings, folder: str) -> str:
+        return tapped(settings, self.path, f"{folder}/state")
+
+    def missing(self) -> None:
+        """Miss nothing: what is said on a line can be read."""
+
+    async def ended(self) -> None:
+        """Wait for nobody: the tap itself has stopped the robot and let go of it."""
 
     def open(self) -> None:
         """Open the robot's port; raises `DriverError`."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
 
 from wax.sentence import Sentence
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from wax.proof.measure import Sample
+    from wax.proof.watch import Sees
 
 FRAME_LIMIT_MS: Final = 200.0
 """From the fault to the stop frame on the robot's line."""
@@ -40,6 +41,14 @@ FAULTS: Final = (
 )
 
 
+def faults_of(sees: Sees) -> tuple[Fault, ...]:
+    """Return the links to cut; that of a robot that is not on a line of ours has no such name."""
+    if sees == "line":
+        return FAULTS
+    link = Sentence("fault.link")
+    return tuple(replace(one, title=link) if one.key == "cut" else one for one in FAULTS)
+
+
 @dataclass(frozen=True, slots=True)
 class Finding:
     """One fault's samples; `skipped` is a sentence that says why it was not measured."""
@@ -54,6 +63,7 @@ class Findings:
     """The findings of a proof. `reports` is whether the robot reports if it moves.
 
     `braking_mps2` is from the configuration. `broken` is a sentence that says why it ended early.
+    `sees` is where a stop counts as arrived.
     """
 
     findings: tuple[Finding, ...]
@@ -61,6 +71,7 @@ class Findings:
     reports: bool
     braking_mps2: float
     broken: str | None = None
+    sees: Sees = "line"
 
     @property
     def measured(self) -> tuple[Finding, ...]:

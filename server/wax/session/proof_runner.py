@@ -33,6 +33,9 @@ _LOOK_S: Final = 0.02
 _END_S: Final = 5.0
 """How long the proof may take to stop the robot; a server that is shutting down waits less."""
 
+NOT_ALL: Final = 3
+"""The proof's exit status where all that could be cut was in time, but not all could be cut."""
+
 State = Literal["never", "running", "done", "failed"]
 
 
@@ -135,7 +138,7 @@ class ProofRunner:
         elif self._record is None:
             self._state, self._line = "failed", complaint or Sentence("proof.no_result")
         else:
-            self._state, self._line = "done" if code == 0 else "failed", said
+            self._state, self._line = "done" if code in (0, NOT_ALL) else "failed", said
 
     async def _obey_stop(self, process: asyncio.subprocess.Process) -> None:
         """Abort the proof, which stops the robot, when anybody presses Stop."""

@@ -1,0 +1,73 @@
+"""What the proof needs of whatever sees the robot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from wax.config.settings import Settings
+    from wax.proof.measure import Event
+
+Sees = Literal["line", "driver"]
+"""Where a stop is seen: on the robot's line, or in the driver's process as it is called."""
+
+
+class Watch(Protocol):
+    """Sees what the robot is told, and whether it moves, from `open` to `close`."""
+
+    @property
+    def sees(self) -> Sees:
+        """Where it looks."""
+        ...
+
+    @property
+    def reports(self) -> bool:
+        """Whether the robot reports if it moves."""
+        ...
+
+    @property
+    def skips(self) -> Mapping[str, str]:
+        """Each fault that cannot be measured on this robot, with a sentence that says why."""
+        ...
+
+    def open(self) -> None:
+        """Begin; raises `DriverError`."""
+        ...
+
+    def configuration(self, settings: Settings, folder: str) -> str:
+        """Return the configuration of the server under proof, whose files are in `folder`."""
+        ...
+
+    def missing(self) -> str | None:
+        """Return why nothing can be measured on the robot that is connected now, None if it can."""
+        ...
+
+    def cut(self) -> None:
+        """Cut the robot's link."""
+        ...
+
+    def mend(self) -> None:
+        """Repair it."""
+        ...
+
+    def forget(self) -> None:
+        """Start a new list of events."""
+        ...
+
+    def events(self) -> list[Event]:
+        """Return the events since `forget`; raises `DriverError` if it is blind now."""
+        ...
+
+    def moves(self) -> bool:
+        """Whether the robot moves now, as far as it is known."""
+        ...
+
+    def close(self) -> None:
+        """Leave a robot that stands, if it can; never raises, safe to call twice."""
+        ...
+
+    async def ended(self) -> None:
+        """Wait until the robot is released, once its server has ended."""
+        ...

@@ -1,0 +1,101 @@
+"""`wax prove-stop` with drivers that are not ours, whole."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Final
+
+import pytest
+from tests.proof.robots import LEFT
+
+from wax.session.proof_runner import NOT_ALL
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]
+
+ROOT: Final = Path(__file__).parents[2]
+MEASURED: Final = 6
+
+
+def begin(folder: Path, name: str) -> subprocess.Popen[str]:
+    (folder / "wax.toml").write_text(f'robot.driver = "tests.proof.robots:{name}"\n')
+    command = [sys.executable, "-m", "wax", "--config", "wax.toml", "prove-stop", "--lifted"]
+    command += ["--repeats", "1", "--record", "record.html"]
+    return subprocess.Popen(
+        command,
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(ROOT), LEFT: str(folder / "left")},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def prove(folder: Path, name: str) -> tuple[int, str, str]:
+    """Run it whole; return its status, and what it says and complains of."""
+    with begin(folder, name) as process:
+        said, complaint = process.communicate()
+    return process.returncode, said, complaint
+
+
+@pytest.mark.parametrize("name", [pytest.param("Moving", marks=pytest.mark.full), "Posing"])
+def test_what_can_be_cut_is_proved_and_the_rest_is_named(tmp_path: Path, name: str) -> None:
+    """A robot that stops in time passes where it was cut; the status says that this is not all."""
+    status, said, complaint = prove(tmp_path, name)
+    record = (tmp_path / "record.html").read_text(encoding="utf-8")
+    assert status == NOT_ALL, f"{said}\n{complaint}"
+    assert record.count("<td>passed</td>") == MEASURED
+    assert record.count("<td>not proved</td>") == 2
+    last = said.splitlines()[-1]
+    assert last.startswith("Each measurable link was cut once; the robot stood within ")
+    assert last.endswith("Not proved: The driver process is killed; The link to the robot is cut.")
+    assert "the call of the driver" in record
+    assert f"Driver tests.proof.robots:{name}" in record
+    assert not complaint
+
+
+@pytest.mark.full
+def test_a_robot_that_rolls_on_is_not_proved(tmp_path: Path) -> None:
+    """It was told in time, and its own reports tell that it went on."""
+    status, said, complaint = prove(tmp_path, "Late")
+    record = (tmp_path / "record.html").read_text(encoding="utf-8")
+    assert status == 1, f"{said}\n{complaint}"
+    assert record.count("<td>FAILED</td>") == MEASURED
+    assert "Not proved: too late, or no stop at all: " in said
+
+
+def test_a_robot_that_reports_no_motion_is_refused(tmp_path: Path) -> None:
+    """The one line says what its driver lacks; nothing was moved, and there is no record."""
+    status, said, complaint = prove(tmp_path, "Blind")
+    assert status == 2, f"{said}\n{complaint}"
+    assert complaint.count("\n") == 1
+    assert "neither moving nor pose" in complaint
+    assert not (tmp_path / "record.html").exists()
+
+
+@pytest.mark.full
+def test_a_robot_that_is_not_there_is_named(tmp_path: Path) -> None:
+    """The driver's own sentence says why."""
+    status, said, complaint = prove(tmp_path, "Absent")
+    assert status == 1, f"{said}\n{complaint}"
+    assert "the robot is not connected. The robot cannot be reached (no route to it)" in complaint
+
+
+def test_broken_off_it_leaves_a_robot_that_stands(tmp_path: Path) -> None:
+    """A signal in the middle of driving stops the robot, whose driver lets go of it standing."""
+    with begin(tmp_path, "Moving") as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            if "vanishes" in line:
+                break
+        time.sleep(1.5)
+        process.send_signal(signal.SIGINT)
+        said, complaint = process.communicate()
+    assert process.returncode == 1, f"{said}\n{complaint}"
+    assert "Not proved: it was aborted." in said
+    assert (tmp_path / "left").read_text(encoding="utf-8") == "standing\n"
