@@ -2,6 +2,7 @@
 
 WaxError
  ├── ConfigError      the configuration cannot be used; the server does not start
+ │    └── PluginError    … because a plug-in fails while it is built; it may not, later
  ├── SourceError      a camera, microphone or file does not deliver; retried
  ├── SpeakerError     a speaker cannot be opened, or takes no more; retried
  ├── DriverError      the robot cannot be reached; retried, nothing moves meanwhile
@@ -51,6 +52,10 @@ class _LaterError(WaxError):
 
 class ConfigError(WaxError):
     """All problems of a configuration, one a line."""
+
+
+class PluginError(ConfigError):
+    """A plug-in raised, or does not keep to its interface, while it was built."""
 
 
 class SourceError(WaxError):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib import metadata
 from typing import TYPE_CHECKING, Any, Final
 
-from wax.errors import ConfigError
+from wax.errors import ConfigError, PluginError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -112,7 +112,7 @@ def is_plugin(name: str, group: str, key: str) -> bool:
 
 
 def load_class(name: str, group: str | None, key: str) -> type[Any]:
-    """Load the class; raises `ConfigError`, whatever its module raises.
+    """Load the class; raises `ConfigError`, whatever its module raises: `PluginError` if it fails.
 
     Without a `group` only ``package.module:Class`` is a name.
     """
@@ -125,7 +125,7 @@ def load_class(name: str, group: str | None, key: str) -> type[Any]:
     except ImportError as error:
         raise ConfigError(_missing(f"{key}: {name}", module_name, offer, error)) from error
     except Exception as error:
-        raise ConfigError(f"{key}: {name}: importing {module_name} failed: {error!r}") from error
+        raise PluginError(f"{key}: {name}: importing {module_name} failed: {error!r}") from error
     found = getattr(module, attribute, None)
     if not isinstance(found, type):
         raise ConfigError(f"{key}: {name}: {module_name} has no class {attribute}")
@@ -158,7 +158,7 @@ def make_plugin(
         offer = None if group is None else find_offer(name, group, key)
         raise ConfigError(_missing(f"{key}: {name}", name, offer, error)) from error
     except Exception as error:
-        raise ConfigError(f"{key}: {name}(settings, clock) failed: {error!r}") from error
+        raise PluginError(f"{key}: {name}(settings, clock) failed: {error!r}") from error
 
 
 def _offer(point: metadata.EntryPoint) -> Offer:

@@ -11,7 +11,7 @@ from structlog.testing import capture_logs
 from wax.config.settings import LocalSettings, RobotSettings
 from wax.driver.interface import HasCamera, HasMicrophone, HasSpeaker
 from wax.errors import ConfigError
-from wax.robot.find_driver import NO_WATCHDOG, make_driver, make_robot
+from wax.robot.find_driver import NO_WATCHDOG, NOT_BUILT, make_driver, make_robot
 from wax.robot.process.driver import ProcessDriver
 from wax.robot.simulated.chair import SimulatedChair
 from wax.robot.simulated.robot import SimulatedRobot
@@ -113,7 +113,7 @@ def test_a_plugin_that_cannot_be_used_says_so_in_a_sentence(
 ) -> None:
     """Whatever is wrong with somebody's class is one line naming key and class, no traceback."""
     with pytest.raises(ConfigError) as refused:
-        make_robot(RobotSettings(driver=plugin(text)), clock)
+        make_driver(RobotSettings(driver=plugin(text)), clock)
     said = str(refused.value)
     assert said.startswith("robot.driver: wooden_robot:Robot")
     assert sentence in said
@@ -130,16 +130,18 @@ EYE = "\n    def camera(self, settings, clock): pass"
 EAR = "\n    def microphone(self, clock): pass"
 
 
-@pytest.mark.parametrize(
-    ("text", "own_process"), [(GOOD, True), (GOOD + EYE, False), (GOOD + EAR, False)]
-)
-def test_a_robot_without_camera_and_microphone_gets_a_process(
-    plugin: Callable[[str], str], clock: FakeClock, text: str, own_process: bool
+@pytest.mark.system
+@pytest.mark.parametrize("text", [GOOD, GOOD + EYE, GOOD + EAR])
+def test_every_robot_of_somebody_elses_gets_a_process(
+    plugin: Callable[[str], str], clock: FakeClock, text: str
 ) -> None:
     """The server holds it by the process's driver, which says of itself what the robot would."""
     robot = make_robot(RobotSettings(driver=plugin(text)), clock)
-    assert isinstance(robot, ProcessDriver) == own_process
+    assert isinstance(robot, ProcessDriver)
     assert (robot.kind, robot.limits.linear_mps) == ("wooden", 1.0)
+    assert isinstance(robot, HasCamera) == (EYE in text)
+    assert isinstance(robot, HasMicrophone) == (EAR in text)
+    assert "wooden_robot" not in sys.modules
 
 
 def test_the_simulated_robot_stays_with_the_server(clock: FakeClock) -> None:
@@ -153,31 +155,34 @@ HAND = "\n    def hand(self): pass"
 WATCHDOG = GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, ttl_s=0.2)")
 
 
+@pytest.mark.system
+@pytest.mark.parametrize("senses", ["", EYE])
 def test_a_robot_with_a_hand_control_takes_somebody_aboard(
-    plugin: Callable[[str], str], clock: FakeClock
+    plugin: Callable[[str], str], clock: FakeClock, senses: str
 ) -> None:
-    """Its driver gets a process, as that of a robot with a control on a line of its own does."""
-    robot = make_robot(RobotSettings(driver=plugin(WATCHDOG + HAND)), clock, local=ABOARD)
+    """As that of a robot with a control on a line of its own does, and with whatever senses."""
+    text = WATCHDOG + HAND + senses
+    robot = make_robot(RobotSettings(driver=plugin(text)), clock, local=ABOARD)
     assert isinstance(robot, ProcessDriver)
     line = LocalSettings(source="serial")
     assert isinstance(make_robot(RobotSettings(driver="serial"), clock, local=line), ProcessDriver)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        (WATCHDOG, "has no hand control"),
-        (WATCHDOG + HAND + EYE, "must go on without it"),
-        (GOOD + HAND, "no watchdog of its own"),
+        (WATCHDOG, r"^local\.source: .* has no hand control"),
+        (GOOD + HAND, r"^local\.source: .* no watchdog of its own"),
+        ("raise OSError('no bus')", r"^robot\.driver: .*no bus"),
     ],
 )
 def test_nobody_sits_in_a_robot_that_they_could_not_stop(
     plugin: Callable[[str], str], clock: FakeClock, text: str, why: str
 ) -> None:
     """Without a control of theirs, or with one that dies with a process, WAX does not start."""
-    with pytest.raises(ConfigError, match=why) as refused:
+    with pytest.raises(ConfigError, match=why):
         make_robot(RobotSettings(driver=plugin(text)), clock, local=ABOARD)
-    assert str(refused.value).startswith("local.source: ")
 
 
 def test_somebody_may_sit_in_the_simulated_robot(clock: FakeClock) -> None:
@@ -190,14 +195,48 @@ def test_somebody_may_sit_in_the_simulated_robot(clock: FakeClock) -> None:
     assert robot.limits.silence_s == 0.12
 
 
-@pytest.mark.parametrize(
-    ("text", "warned"),
-    [(GOOD, False), (GOOD + EYE, True), (GOOD + EAR, True), (WATCHDOG + EYE, False)],
-)
-def test_a_robot_without_any_watchdog_but_the_server_is_warned_of(
+@pytest.mark.system
+@pytest.mark.parametrize(("text", "warned"), [(GOOD, True), (WATCHDOG + EYE, False)])
+def test_a_robot_without_a_watchdog_of_its_own_is_warned_of(
     plugin: Callable[[str], str], clock: FakeClock, text: str, warned: bool
 ) -> None:
-    """The host reads at the start that the robot keeps moving if the server hangs."""
+    """The host reads at the start that it keeps moving if its driver's process hangs."""
     with capture_logs() as logs:
         make_robot(RobotSettings(driver=plugin(text)), clock)
     assert [line["event"] for line in logs] == [NO_WATCHDOG] * warned
+
+
+@pytest.mark.system
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("raise OSError('no bus')", "importing wooden_robot failed: OSError('no bus')"),
+        ("raise SystemExit('no bus')", "ends the process that builds it (status 0)"),
+        ("import os\nos.abort()", "ends the process that builds it (signal 6)"),
+        (
+            GOOD.replace("clock): pass", "clock): raise RuntimeError('no bus')"),
+            "wooden_robot:Robot(settings, clock) failed: RuntimeError('no bus')",
+        ),
+        (GOOD.replace(LIMITS, "limits = Limits(1.0, 1.0, ttl_s='soon')"), "must have limits from"),
+    ],
+)
+def test_a_driver_that_fails_while_it_is_built_ends_no_server(
+    plugin: Callable[[str], str], clock: FakeClock, text: str, why: str
+) -> None:
+    """The host reads why; the server goes on with the limits that are configured, unmoved."""
+    settings = RobotSettings(driver=plugin(text), max_linear_mps=0.4)
+    with capture_logs() as logs:
+        robot = make_robot(settings, clock)
+    (told, _) = logs
+    assert told["event"] == NOT_BUILT
+    assert why in told["problem"]
+    assert (robot.limits.linear_mps, robot.limits.ttl_s) == (0.4, None)
+    assert not robot.state().connected
+    assert isinstance(robot, HasCamera)
+
+
+@pytest.mark.system
+def test_a_driver_that_is_not_there_ends_the_start(clock: FakeClock) -> None:
+    """A wrong name is a mistake in the configuration, and nothing is served."""
+    with pytest.raises(ConfigError, match=r"^robot\.driver: no\.such:Robot: cannot import no\.suc"):
+        make_robot(RobotSettings(driver="no.such:Robot"), clock)

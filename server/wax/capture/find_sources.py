@@ -52,7 +52,7 @@ def make_sources(
 def make_camera(settings: CameraSettings, clock: Clock, driver: Driver) -> VideoSource:
     """Build the source of a camera beside the driving view, as `make_sources` does."""
     unknown = next((axis for axis in settings.axes if axis not in driver.limits.axes), None)
-    if unknown is not None:
+    if unknown is not None and getattr(driver, "is_known", True):  # else nobody knows its axes
         there = ", ".join(driver.limits.axes) or "none"
         raise ConfigError(
             f"camera {settings.name}: axes: the {driver.kind} robot has no axis {unknown}; its axes"

@@ -7,8 +7,10 @@ clock)`` with the configuration's `RobotSettings`. A table of its own is a class
 
 Every method may be called from the event loop and must return at once: do slow input and output in
 a thread of your own. The constructor must not touch the hardware: the class is built once to read
-`kind` and `limits`, and again in the process that opens it (`wax.robot.process`). Import there what
-not everybody has installed: then a missing library is told with the line that installs it.
+`kind` and `limits`, again in the process that opens it (`wax.robot.process`), and a third time,
+never opened, in the process that reads from its camera and microphone (`wax.robot.media`), if it
+has any. Import in the constructor what not everybody has installed: then a missing library is told
+with the line that installs it.
 """
 
 from __future__ import annotations
@@ -46,7 +48,7 @@ class Limits:
 
     `ttl_s` is how long the robot follows a set-point before its own watchdog stops it; None if
     unknown. `silence_s` is how long a driver process waits for a silent server before it stops the
-    robot; None for a driver inside the server process.
+    robot; None for the simulated robot, which is inside the server's.
     """
 
     linear_mps: float
@@ -180,7 +182,11 @@ class HasCamera(Protocol):
     """A robot with its own camera: `[video] source = "robot"`."""
 
     def camera(self, settings: VideoSettings, clock: Clock) -> VideoSource:
-        """Make a source with the size and rate of `settings`; it may outlive a closed robot."""
+        """Make a source with the size and rate of `settings`.
+
+        It must not depend on `open`, nor on anything that the driver learns in it: the two are in
+        two processes. The same holds for the other senses.
+        """
         ...
 
 
@@ -208,7 +214,7 @@ class HasMicrophone(Protocol):
     """A robot with its own microphone: `[audio] source = "robot"`."""
 
     def microphone(self, clock: Clock) -> AudioSource:
-        """Make a source of the robot's sound; it may outlive a closed robot."""
+        """Make a source of the robot's sound."""
         ...
 
 
@@ -217,5 +223,5 @@ class HasSpeaker(Protocol):
     """A robot with its own speaker: `[voice] speaker = "robot"`."""
 
     def speaker(self, clock: Clock) -> Speaker:
-        """Make an output for voices; it may outlive a closed robot."""
+        """Make an output for voices."""
         ...

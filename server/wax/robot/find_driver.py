@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Final
 
 import structlog
 
-from wax.driver.interface import HasCamera, HasExternalView, HasMicrophone, HasSpeaker, Limits
-from wax.errors import ConfigError
-from wax.plugin import DRIVERS, make_plugin
-from wax.robot.hand.source import make_hand
-from wax.robot.process.driver import ProcessDriver
+from wax.errors import ConfigError, PluginError
+from wax.plugin import DRIVERS, find_offer, is_plugin_name
+from wax.robot.build_driver import KEY, make_driver
+from wax.robot.hand.source import no_hand
+from wax.robot.known import Known, look
+from wax.robot.media.process import MediaProcess
+from wax.robot.sensing_driver import SensingDriver
 
 if TYPE_CHECKING:
     from wax.clock import Clock
     from wax.config.settings import LocalSettings, LogSettings, RobotSettings
     from wax.driver.interface import Driver
 
+__all__ = ["make_driver", "make_robot"]
+
 _LOG = structlog.get_logger(__name__)
 
 NO_WATCHDOG: Final = (
-    "if this server hangs, the robot keeps moving: its driver runs in the server process, because"
-    " it has a camera, microphone or speaker, and declares no watchdog of its own (ttl_s)"
+    "if the driver's process hangs, or the link to the robot is cut, the robot keeps moving: its"
+    " driver declares no watchdog of the robot's own (ttl_s)"
 )
-_KEY: Final = "robot.driver"
-_CONTRACT: Final = "wax/driver/interface.py"
-_METHODS: Final = ("open", "apply", "set_axis", "stop", "close", "state")
+NOT_BUILT: Final = "the driver cannot be built; picture and sound are served without it"
 
 
 def make_robot(
@@ -38,78 +39,62 @@ def make_robot(
 ) -> Driver:
     """Build the driver that the server uses, not yet opened; raises `ConfigError`.
 
-    It runs in a driver process, which stops the robot when the server is silent or gone. Only a
-    robot with its own camera, microphone or speaker runs inside the server process, because it
-    shares memory with them. Either way the driver is built here, to read its kind and limits.
+    It runs in a driver process, which stops the robot when the server is silent or gone; its own
+    camera, microphone and speaker are in another, the media process. Only the simulated robot runs
+    inside the server process: its camera draws the state that its motion has there, and nobody is
+    hurt by a robot of pixels.
 
-    `local` is the hand control of a person aboard, who must not depend on the server: only the
-    simulated robot, in which nobody sits, may have one in the server's process. `claim` is the file
-    by which a driver process takes over from an older one.
+    A driver of somebody else is not built here, but looked at in a process of its own. If it fails
+    while it is built, the server goes on, and says so on the page until the driver can be built.
+
+    `local` is the hand control of a person aboard, who must not depend on the server. `claim` is
+    the file by which a driver process takes over from an older one.
     """
-    driver = make_driver(settings, clock)
-    if local is not None and local.is_on:
-        _check_passenger(driver, settings, local, clock)
-        if settings.driver == "simulated":
+    has_passenger = local is not None and local.is_on
+    if settings.driver == "simulated":
+        if local is not None and local.is_on:
             from wax.robot.simulated.chair import SimulatedChair  # noqa: PLC0415 - it draws
 
             return SimulatedChair(settings, local, clock)
-    elif isinstance(driver, HasCamera | HasExternalView | HasMicrophone | HasSpeaker):
-        if driver.limits.ttl_s is None:
-            _LOG.warning(NO_WATCHDOG, driver=settings.driver)
-        return driver
-    return ProcessDriver(
+        return make_driver(settings, clock)
+    try:
+        known = _look(settings, clock, log)
+    except PluginError as error:
+        if has_passenger:
+            raise
+        _LOG.error(NOT_BUILT, problem=str(error))
+        known = Known.guessed(settings)
+    if local is not None and local.is_on:
+        _check_passenger(known, settings, local)
+    elif known.limits.ttl_s is None:
+        _LOG.warning(NO_WATCHDOG, driver=settings.driver)
+    return SensingDriver(
         settings,
         clock,
-        kind=driver.kind,
-        limits=driver.limits,
+        known=known,
+        media=MediaProcess(settings, log),
         log=log,
         local=local,
         claim=claim,
     )
 
 
-def _check_passenger(
-    driver: Driver, settings: RobotSettings, local: LocalSettings, clock: Clock
-) -> None:
+def _look(settings: RobotSettings, clock: Clock, log: LogSettings | None) -> Known:
+    """Find out what the driver is; one of somebody else does not get into this process."""
+    name = settings.driver
+    offer = None if is_plugin_name(name) else find_offer(name, DRIVERS, KEY)
+    if offer is not None and offer.is_ours:
+        return Known.of(make_driver(settings, clock))
+    return look(settings, log)
+
+
+def _check_passenger(known: Known, settings: RobotSettings, local: LocalSettings) -> None:
     """Raise `ConfigError` where a person aboard would depend on one process, or has no control."""
-    if settings.driver == "simulated":
-        return
-    if isinstance(driver, HasCamera | HasExternalView | HasMicrophone | HasSpeaker):
-        raise ConfigError(
-            f"local.source: {settings.driver} has a camera, microphone or speaker, so it is driven"
-            " from the server's process; with somebody aboard it must go on without it: give"
-            " picture and sound a source of their own"
-        )
-    if driver.limits.ttl_s is None:
+    if known.limits.ttl_s is None:
         raise ConfigError(
             f"local.source: {settings.driver} declares no watchdog of its own (ttl_s), so nothing"
             " would stop it if its driver process hung, whoever sits in it; give it one, with the"
             ' serial driver by dialect = "frames"'
         )
-    make_hand(local, driver, clock)  # not opened
-
-
-def make_driver(settings: RobotSettings, clock: Clock) -> Driver:
-    """Build the driver of `[robot] driver` itself, not yet opened; raises `ConfigError`."""
-    name = settings.driver
-    driver: Driver = make_plugin(
-        name, _KEY, settings, clock, needs=_METHODS, contract=_CONTRACT, group=DRIVERS
-    )
-    _check_properties(name, driver)
-    return driver
-
-
-def _check_properties(name: str, driver: Driver) -> None:
-    """Check the properties that must be known before the robot is opened."""
-    try:
-        kind, limits = driver.kind, driver.limits
-    except Exception as error:
-        raise ConfigError(f"{_KEY}: {name} does not provide kind and limits: {error!r}") from error
-    if not isinstance(kind, str) or not isinstance(limits, Limits):
-        raise ConfigError(
-            f"{_KEY}: {name} must have a text as kind and Limits as limits; see {_CONTRACT}."
-        )
-    if not all(0.0 <= most < math.inf for most in (limits.linear_mps, limits.angular_rps)):
-        raise ConfigError(f"{_KEY}: {name} must have limits from 0 on; got {limits}.")
-    if not isinstance(limits.axes, tuple) or not all(isinstance(axis, str) for axis in limits.axes):
-        raise ConfigError(f"{_KEY}: {name} must name its axes in a tuple; got {limits.axes!r}.")
+    if local.source == "robot" and not known.has_hand:
+        raise no_hand()

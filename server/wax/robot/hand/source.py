@@ -94,7 +94,12 @@ def make_hand(local: LocalSettings, robot: object, clock: Clock) -> HandSource:
         return SerialHand(local, clock)
     if isinstance(robot, HasHand):
         return RobotsHand(robot)
-    raise ConfigError(
+    raise no_hand()
+
+
+def no_hand() -> ConfigError:
+    """Say that the robot has no control of its own."""
+    return ConfigError(
         f"local.source: got 'robot', but this robot has no hand control; give its driver a method"
         f" hand ({_CONTRACT}), or write 'serial'"
     )

@@ -15,6 +15,7 @@ from wax.driver.checks import NO_ANSWER
 from wax.driver.interface import RobotState
 from wax.errors import ProtocolError
 from wax.robot.hand.source import LOOK_S
+from wax.robot.process.child_start import READ_BYTES
 from wax.robot.process.driver_watchdog import Apply, SetAxis
 from wax.robot.process.pipe_messages import (
     Bye,
@@ -41,7 +42,6 @@ TELL_S: Final = 0.05
 HUNG_S: Final = 2.0
 OPEN_S: Final = 20.0
 END_S: Final = 1.0
-READ_BYTES: Final = 65_536
 STILL_DRIVEN: Final = Sentence("aboard.still_drives")
 
 

@@ -6,22 +6,30 @@ import os
 import select
 import subprocess
 import sys
-from typing import Final
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
 
 _READ_BYTES: Final = 65_536
 _END_S: Final = 0.5
-_COMMAND: Final = ("-P", "-m", "wax.robot.process")  # -P: not what lies in the working directory
+_DRIVER: Final = "wax.robot.process"
 
 
 class ChildProcess:
     """Starts the process and sends it `begin`; raises `OSError` if it cannot be started.
 
-    Do not call `send`, `hang_up` or `kill` after `end`.
+    It runs `module`, and inherits `descriptors`. Do not call `send`, `hang_up` or `kill` after
+    `end`.
     """
 
-    def __init__(self, begin: bytes) -> None:
+    def __init__(
+        self, begin: bytes, module: str = _DRIVER, descriptors: Collection[int] = ()
+    ) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, *_COMMAND],
+            # -P: not what lies in the working directory
+            [sys.executable, "-P", "-m", module],
+            pass_fds=descriptors,
             bufsize=0,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

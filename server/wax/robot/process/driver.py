@@ -13,6 +13,7 @@ from wax.config.settings import LocalSettings, LogSettings
 from wax.driver.checks import unit
 from wax.driver.interface import RobotState
 from wax.errors import ProtocolError
+from wax.robot.process.appetite import Appetite
 from wax.robot.process.child_process import ChildProcess
 from wax.robot.process.driver_watchdog import COUNTS
 from wax.robot.process.hand_watchdog import HAND_COUNTS
@@ -23,6 +24,7 @@ from wax.robot.process.pipe_messages import (
     Halt,
     LineBuffer,
     Move,
+    NotBuilt,
     Ready,
     StateReport,
     decode_answer,
@@ -41,6 +43,8 @@ _LOG = structlog.get_logger(__name__)
 START_S: Final = 20.0
 """A plug-in's libraries may take long to load on a small machine."""
 HUNG_S: Final = 1.0
+LOOK_S: Final = 0.5
+"""How often it is looked at what the process takes of the machine."""
 FIRST_PAUSE_S: Final = 0.3
 LAST_PAUSE_S: Final = 3.0
 STEADY_S: Final = 5.0
@@ -96,6 +100,7 @@ class ProcessDriver:
         hand_counts = HAND_COUNTS if local.is_on else ()
         self._past = Counter(dict.fromkeys((*COUNTS, *hand_counts, *_OURS), 0))
         self._counts: dict[str, int] = {}
+        self._appetite = Appetite()
 
     @property
     def kind(self) -> str:
@@ -241,25 +246,41 @@ class ProcessDriver:
         """Receive its states; return a sentence if it must be ended, None when it has ended."""
         lines = LineBuffer()
         deadline_s = self._clock.now_s() + START_S
+        look_s = 0.0
         while (data := child.receive(deadline_s - self._clock.now_s())) is not None:
             if self._is_abandoned:
                 return None
             for line in lines.feed(data):
-                try:
-                    answer = decode_answer(line)
-                except ProtocolError:
-                    with self._lock:
-                        self._past["driver_garbled"] += 1
-                    continue
-                if isinstance(answer, StateReport):
-                    self._take(answer)
-                elif not self._is_same(answer):
-                    return _CHANGED
-                deadline_s = self._clock.now_s() + HUNG_S
-            if not data and self._clock.now_s() >= deadline_s:
+                problem, is_valid = self._hear(line)
+                if problem is not None:
+                    return problem
+                if is_valid:
+                    deadline_s = self._clock.now_s() + HUNG_S
+            now_s = self._clock.now_s()
+            if now_s >= look_s:
+                look_s = now_s + LOOK_S
+                if (excess := self._appetite.excess(child.pid)) is not None:
+                    return Sentence("robot.driver_greedy", {"what": excess})
+            if not data and now_s >= deadline_s:
                 child.kill()
                 return Sentence("robot.driver_hangs")
         return None
+
+    def _hear(self, line: bytes) -> tuple[Sentence | None, bool]:
+        """Take what it says; return why it must be ended, if it must, and whether it was valid."""
+        try:
+            answer = decode_answer(line)
+        except ProtocolError:
+            with self._lock:
+                self._past["driver_garbled"] += 1
+            return None, False
+        if isinstance(answer, NotBuilt):
+            return Sentence("robot.driver_not_built", {"why": answer.why}), True
+        if isinstance(answer, StateReport):
+            self._take(answer)
+        elif not self._is_same(answer):
+            return _CHANGED, True
+        return None, True
 
     def _is_same(self, ready: Ready) -> bool:
         # The process does not know the silence after which it stops the robot as one of its limits.

@@ -86,6 +86,13 @@ class Ready(_PipeMessage):
     limits: Limits
 
 
+class NotBuilt(_PipeMessage):
+    """Process → server, instead of `Ready`: the driver cannot be built, and the process ends."""
+
+    say: Literal["not built"] = "not built"
+    why: str
+
+
 class StateReport(_PipeMessage):
     """Process → server: the robot's state, and the counts since the process began."""
 
@@ -98,9 +105,8 @@ Message = Move | Axis | Halt
 _MESSAGE: Final[TypeAdapter[Message | Bye]] = TypeAdapter(
     Annotated[Message | Bye, Field(discriminator="say")]
 )
-_ANSWER: Final[TypeAdapter[Ready | StateReport]] = TypeAdapter(
-    Annotated[Ready | StateReport, Field(discriminator="say")]
-)
+Report = Ready | NotBuilt | StateReport
+_ANSWER: Final[TypeAdapter[Report]] = TypeAdapter(Annotated[Report, Field(discriminator="say")])
 _BEGIN: Final = TypeAdapter(Begin)
 _T = TypeVar("_T")
 
@@ -120,7 +126,7 @@ def decode_message(line: bytes) -> Message | Bye:
     return _decode(_MESSAGE, line)
 
 
-def decode_answer(line: bytes) -> Ready | StateReport:
+def decode_answer(line: bytes) -> Report:
     """Read a line of the process; raises `ProtocolError`."""
     return _decode(_ANSWER, line)
 

@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 class SimulatedRobot:
     """A `Driver` with a camera, a microphone and a speaker.
 
+    It alone runs in the server's process: its camera draws where its motion has brought it, and a
+    second instance in another process would see a robot that stands.
+
     It has its own watchdog and stops when set-points stop coming. The three also work before `open`
     and after `close`; it just does not move then.
     """

@@ -1,0 +1,57 @@
+"""Build the driver that the configuration names.
+
+Apart from `find_driver`, because a driver's process is not to wait for the libraries of picture and
+sound when it is restarted.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from pydantic import TypeAdapter, ValidationError
+
+from wax.driver.interface import Limits
+from wax.errors import PluginError
+from wax.plugin import DRIVERS, make_plugin
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.config.settings import RobotSettings
+    from wax.driver.interface import Driver
+
+KEY: Final = "robot.driver"
+_CONTRACT: Final = "wax/driver/interface.py"
+_METHODS: Final = ("open", "apply", "set_axis", "stop", "close", "state")
+_LIMITS: Final = TypeAdapter(Limits)
+
+
+def make_driver(settings: RobotSettings, clock: Clock) -> Driver:
+    """Build the driver of `[robot] driver` itself, not yet opened; raises `ConfigError`."""
+    name = settings.driver
+    driver: Driver = make_plugin(
+        name, KEY, settings, clock, needs=_METHODS, contract=_CONTRACT, group=DRIVERS
+    )
+    _check_properties(name, driver)
+    return driver
+
+
+def _check_properties(name: str, driver: Driver) -> None:
+    """Check the properties that must be known before the robot is opened."""
+    try:
+        kind, limits = driver.kind, driver.limits
+    except Exception as error:
+        raise PluginError(f"{KEY}: {name} does not provide kind and limits: {error!r}") from error
+    if not isinstance(kind, str) or not isinstance(limits, Limits):
+        raise PluginError(
+            f"{KEY}: {name} must have a text as kind and Limits as limits; see {_CONTRACT}."
+        )
+    if not isinstance(limits.axes, tuple) or not all(isinstance(axis, str) for axis in limits.axes):
+        raise PluginError(f"{KEY}: {name} must name its axes in a tuple; got {limits.axes!r}.")
+    try:
+        _LIMITS.validate_json(_LIMITS.dump_json(limits, warnings=False), strict=True)
+        are_finite = all(0.0 <= most < math.inf for most in (limits.linear_mps, limits.angular_rps))
+    except (ValidationError, TypeError, ValueError):
+        are_finite = False
+    if not are_finite:
+        raise PluginError(f"{KEY}: {name} must have limits from 0 on; got {limits}.")

@@ -1,0 +1,53 @@
+"""The looking process: `python -m wax.robot.look`, started only by `wax.robot.known.look`.
+
+It builds a driver, tells what it is, and ends.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from typing import TYPE_CHECKING
+
+from wax.clock import SystemClock
+from wax.errors import ConfigError, PluginError
+from wax.robot.build_driver import make_driver
+from wax.robot.known import Known, Seen
+from wax.robot.process.child_start import first_line, log_as, own_pipes
+from wax.robot.process.pipe_messages import decode_begin
+
+if TYPE_CHECKING:
+    from wax.config.settings import RobotSettings
+
+
+def main() -> None:
+    """Look at one driver."""
+    reader, writer = own_pipes()
+    line = first_line(reader)
+    if line is None:
+        return
+    begin = decode_begin(line)
+    log_as(begin.log, "the robot's driver")
+    told = _seen(begin.robot).model_dump_json().encode()
+    while told:
+        told = told[os.write(writer, told) :]
+
+
+def _seen(settings: RobotSettings) -> Seen:
+    try:
+        driver = make_driver(settings, SystemClock())
+        return Seen(known=Known.of(driver))
+    except PluginError as error:
+        return Seen(failed=str(error))
+    except ConfigError as error:
+        return Seen(refused=str(error))
+    except Exception as error:  # a property may raise anything, and another thing each time
+        return Seen(failed=f"robot.driver: {settings.driver} cannot be looked at: {error!r}")
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    finally:
+        logging.shutdown()
+        os._exit(0)  # a thread that a plug-in left behind must not keep the process alive

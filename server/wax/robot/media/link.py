@@ -1,0 +1,112 @@
+"""The server's end of one sense: it asks, and waits for the answer, but never for ever."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import TYPE_CHECKING, Final
+
+from wax.errors import ProtocolError
+from wax.robot.media.messages import MAX_ANSWER_BYTES, Answer, decode
+from wax.robot.media.picture_memory import PictureMemory
+from wax.sentence import Sentence
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
+STARTING: Final = Sentence("media.starting")
+_LOOK_S: Final = 0.1
+_REASON_S: Final = 0.5
+
+
+class SenseError(Exception):
+    """No answer, or one that says why: `sentence`."""
+
+    def __init__(self, sentence: Sentence) -> None:
+        super().__init__(str(sentence))
+        self.sentence = sentence
+
+
+class Link:
+    """Asks whichever process is there now. `ask` is for one thread, the others for any.
+
+    `silent` is the problem where a process that has answered before does so no more.
+    """
+
+    def __init__(self, silent: Sentence) -> None:
+        self._silent = silent
+        self._news = threading.Condition()
+        self._connection: Connection | None = None
+        self._memory: PictureMemory | None = None
+        self._problem = STARTING
+        self._asked: bytes | None = None
+        self.answered_s = float("-inf")
+        """When something was last delivered, on the machine's own clock (`time.monotonic`)."""
+
+    def attach(self, connection: Connection, memory: int | None) -> None:
+        """Ask this process from now on."""
+        with self._news:
+            self._connection, self._asked = connection, None
+            self._memory = None if memory is None else PictureMemory(memory)
+            self._problem = STARTING
+            self._news.notify_all()
+
+    def detach(self, problem: Sentence) -> None:
+        """There is no process any more; the last reference to the connection closes it."""
+        with self._news:
+            self._connection, self._memory, self._asked = None, None, None
+            self._problem = problem
+            self._news.notify_all()
+
+    @property
+    def memory(self) -> PictureMemory | None:
+        return self._memory
+
+    def ask(self, question: bytes, within_s: float) -> tuple[Answer, bytes]:
+        """Return the answer and what follows it; raises `SenseError`.
+
+        A question that is not answered yet is not asked again; its answer is not another's.
+        """
+        end_s = time.monotonic() + within_s
+        connection = self._wait_for_process(end_s)
+        try:
+            if self._asked not in (None, question):
+                self._receive(connection, end_s)
+            if self._asked is None:
+                connection.send_bytes(question)
+                self._asked = question
+            answer, payload = self._receive(connection, end_s)
+        except (OSError, EOFError, ProtocolError):
+            # The supervisor says in a moment why it has ended.
+            self._wait_for_end(connection, end_s + _REASON_S)
+            raise SenseError(self._problem) from None
+        if answer.problem is not None:
+            raise SenseError(answer.problem)
+        self.answered_s = time.monotonic()
+        return answer, payload
+
+    def _wait_for_process(self, end_s: float) -> Connection:
+        with self._news:
+            self._news.wait_for(
+                lambda: self._connection is not None, max(0.0, end_s - time.monotonic())
+            )
+            if self._connection is None:
+                raise SenseError(self._problem)
+            return self._connection
+
+    def _wait_for_end(self, connection: Connection, end_s: float) -> None:
+        with self._news:
+            self._news.wait_for(
+                lambda: self._connection is not connection, max(0.0, end_s - time.monotonic())
+            )
+
+    def _receive(self, connection: Connection, end_s: float) -> tuple[Answer, bytes]:
+        while not connection.poll(_LOOK_S):
+            if self._connection is not connection:
+                raise EOFError
+            if time.monotonic() >= end_s:
+                raise SenseError(self._problem)
+        data = connection.recv_bytes(MAX_ANSWER_BYTES)
+        self._asked = None
+        self._problem = self._silent
+        return decode(data)

@@ -1,0 +1,207 @@
+"""The server's end of the media process: it hands out the robot's senses and keeps it alive."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import threading
+import time
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Any, Final
+
+import structlog
+
+from wax.config.settings import LogSettings
+from wax.robot.media.link import Link
+from wax.robot.media.messages import MediaBegin, Outlet
+from wax.robot.media.picture_memory import make_memory
+from wax.robot.media.senses import RemoteCamera, RemoteMicrophone, RemoteSpeaker
+from wax.robot.process.appetite import Appetite
+from wax.robot.process.child_process import ChildProcess
+from wax.sentence import Sentence
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.config.settings import RobotSettings, VideoSettings
+    from wax.robot.media.messages import Sense
+
+_LOG = structlog.get_logger(__name__)
+
+_MODULE: Final = "wax.robot.media"
+_NO_PICTURE: Final = Sentence("camera.silent")
+START_S: Final = 20.0
+"""A plug-in's libraries may take long to load on a small machine."""
+HUNG_S: Final = 3.0
+"""It beats twice a second, unless a plug-in keeps the interpreter to itself."""
+_LOOK_S: Final = 0.5
+FIRST_PAUSE_S: Final = 0.5
+LAST_PAUSE_S: Final = 10.0
+STEADY_S: Final = 10.0
+"""A process that has run this long did not fail at its start."""
+END_S: Final = 1.0
+"""How long a process that was told to end may take."""
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """One sense that the server uses, over however many processes."""
+
+    sense: Sense
+    link: Link
+    video: dict[str, Any] | None = None
+
+
+class MediaProcess:
+    """Camera, microphone and speaker of one robot, in a process that is restarted when it ends.
+
+    Make all of them before the first is opened: then the process starts, and ends by `close`.
+    Whatever happens to it, the robot's driver does not know: that is in another process.
+    """
+
+    def __init__(self, settings: RobotSettings, log: LogSettings | None = None) -> None:
+        self._settings = settings
+        self._log = log or LogSettings()
+        self._wanted: list[_Wanted] = []
+        self._lock = threading.Lock()
+        self._thread: threading.Thread | None = None
+        self._closing = threading.Event()
+        self._child: ChildProcess | None = None
+        self._appetite = Appetite()
+        self.restarts = 0
+
+    @property
+    def pid(self) -> int | None:
+        """The process there is now, None if there is none."""
+        child = self._child
+        return None if child is None else child.pid
+
+    def camera(self, settings: VideoSettings, _clock: Clock) -> RemoteCamera:
+        """Make a source, as `HasCamera.camera` does."""
+        return RemoteCamera(self._link("camera", _NO_PICTURE, settings), self._start)
+
+    def external_view(self, settings: VideoSettings, _clock: Clock) -> RemoteCamera:
+        """Make a source, as `HasExternalView.external_view` does."""
+        return RemoteCamera(self._link("external_view", _NO_PICTURE, settings), self._start)
+
+    def microphone(self, _clock: Clock) -> RemoteMicrophone:
+        """Make a source, as `HasMicrophone.microphone` does."""
+        return RemoteMicrophone(
+            self._link("microphone", Sentence("microphone.silent")), self._start
+        )
+
+    def speaker(self, _clock: Clock) -> RemoteSpeaker:
+        """Make an output, as `HasSpeaker.speaker` does."""
+        return RemoteSpeaker(self._link("speaker", Sentence("speaker.hangs")), self._start)
+
+    def close(self, within_s: float = END_S) -> None:
+        """Tell the process to end, and wait a moment for that; safe to call twice."""
+        with self._lock:
+            self._closing.set()
+            thread = self._thread
+            if self._child is not None:
+                self._child.hang_up()
+        if thread is not None:
+            thread.join(within_s)
+
+    def _link(self, sense: Sense, silent: Sentence, video: VideoSettings | None = None) -> Link:
+        dumped = None if video is None else video.model_dump(mode="json")
+        wanted = _Wanted(sense, Link(silent), dumped)
+        self._wanted.append(wanted)
+        return wanted.link
+
+    def _start(self) -> None:
+        """Begin to keep a process; no effect if one is kept already."""
+        with self._lock:
+            if self._thread is not None and not self._closing.is_set():
+                return
+            self._closing = threading.Event()
+            self._thread = threading.Thread(
+                target=self._keep, args=(self._closing,), name="media process", daemon=True
+            )
+            self._thread.start()
+
+    # --- the process's life, in a thread ----------------------------------------------------
+
+    def _keep(self, closing: threading.Event) -> None:
+        pause_s = FIRST_PAUSE_S
+        while not closing.is_set():
+            began_s = time.monotonic()
+            problem = self._attend(closing)
+            for wanted in self._wanted:
+                wanted.link.detach(problem)
+            if closing.is_set():
+                return
+            self.restarts += 1
+            _LOG.warning("restarting the media process", problem=str(problem))
+            if time.monotonic() - began_s >= STEADY_S:
+                pause_s = FIRST_PAUSE_S
+            closing.wait(pause_s)
+            pause_s = min(LAST_PAUSE_S, pause_s * 2.0)
+
+    def _attend(self, closing: threading.Event) -> Sentence:
+        """Start a process and wait for its end; return why it ended."""
+        try:
+            child = self._spawn()
+        except OSError as error:
+            return Sentence("media.not_started", {"why": error.strerror or str(error)})
+        with self._lock:
+            self._child = child
+            if closing.is_set():
+                child.hang_up()
+        problem = self._watch(child, closing)
+        with self._lock:
+            self._child = None
+        status = child.end()
+        if problem is not None:
+            return problem
+        if status < 0:
+            return Sentence("media.killed", {"signal": -status})
+        return Sentence("media.ended", {"status": status})
+
+    def _watch(self, child: ChildProcess, closing: threading.Event) -> Sentence | None:
+        """Wait for its end; return a sentence if it must be ended, None when it has ended."""
+        deadline_s = time.monotonic() + START_S
+        while (data := child.receive(_LOOK_S)) is not None:
+            if closing.is_set():
+                deadline_s = min(deadline_s, time.monotonic() + END_S)
+            elif data:
+                deadline_s = time.monotonic() + HUNG_S
+            if time.monotonic() >= deadline_s:
+                child.kill()
+                return Sentence("media.hangs")
+            if (excess := self._appetite.excess(child.pid)) is not None:
+                return Sentence("media.greedy", {"what": excess})
+        return None
+
+    def _spawn(self) -> ChildProcess:
+        """Start a process with a connection to each sense; raises `OSError`."""
+        with contextlib.ExitStack() as given:
+            outlets = []
+            for wanted in self._wanted:
+                ours, theirs = socket.socketpair()
+                given.callback(theirs.close)
+                connection = Connection(ours.detach())
+                memory = None
+                if wanted.video is not None:
+                    memory = make_memory()
+                    given.callback(os.close, memory)
+                wanted.link.attach(connection, memory)
+                outlets.append(
+                    Outlet(
+                        sense=wanted.sense,
+                        connection=theirs.fileno(),
+                        memory=memory,
+                        video=wanted.video,
+                    )
+                )
+            begin = MediaBegin(robot=self._settings, log=self._log, outlets=outlets)
+            descriptors = [
+                number
+                for one in outlets
+                for number in (one.connection, one.memory)
+                if number is not None
+            ]
+            line = begin.model_dump_json().encode() + b"\n"
+            return ChildProcess(line, _MODULE, descriptors)

@@ -1,0 +1,53 @@
+"""How a process of ours begins: what a terminal sends does not end it, its pipes are its own."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from typing import TYPE_CHECKING, Final
+
+import structlog
+
+from wax.log_handler import PrintedLines
+from wax.telemetry import configure_logs
+
+if TYPE_CHECKING:
+    from wax.config.settings import LogSettings
+
+_LOG = structlog.get_logger(__name__)
+
+READ_BYTES: Final = 65_536
+
+
+def outlive_signals() -> None:
+    """Ignore what a terminal or service manager sends to all processes of the server."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+
+
+def own_pipes() -> tuple[int, int]:
+    """Keep both pipes to ourselves: other output goes to the log, other input is empty."""
+    reader, writer = os.dup(0), os.dup(1)
+    nothing = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(nothing, 0)
+    os.dup2(2, 1)
+    return reader, writer
+
+
+def first_line(reader: int) -> bytes | None:
+    """Wait for the first line; None if the pipe ends before."""
+    line = b""
+    while not line.endswith(b"\n"):
+        data = os.read(reader, READ_BYTES)
+        if not data:
+            return None
+        line += data
+    return line
+
+
+def log_as(settings: LogSettings, who: str) -> None:
+    """Write the log as the server does, with all that is printed as lines of one kind."""
+    configure_logs(settings)
+    sys.stdout = sys.stderr = PrintedLines(lambda line: _LOG.info(f"{who} prints", line=line))

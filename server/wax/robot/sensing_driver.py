@@ -1,0 +1,63 @@
+"""The driver that the server holds: a driver process, and its senses in a media process."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from wax.robot.process.driver import ProcessDriver
+
+if TYPE_CHECKING:
+    from wax.clock import Clock
+    from wax.config.settings import LocalSettings, LogSettings, RobotSettings
+    from wax.driver.interface import RobotState
+    from wax.robot.known import Known
+    from wax.robot.media.process import MediaProcess
+
+
+class SensingDriver(ProcessDriver):
+    """A `ProcessDriver` that has the camera, microphone, … that `known` names, and no other."""
+
+    def __init__(
+        self,
+        settings: RobotSettings,
+        clock: Clock,
+        *,
+        known: Known,
+        media: MediaProcess,
+        log: LogSettings | None = None,
+        local: LocalSettings | None = None,
+        claim: str = "",
+    ) -> None:
+        super().__init__(
+            settings,
+            clock,
+            kind=known.kind,
+            limits=known.limits,
+            log=log,
+            local=local,
+            claim=claim,
+        )
+        self._media = media
+        self.is_known = not known.is_guess
+        # Whoever asks for a sense asks whether the driver has its method (`HasCamera` and others).
+        for sense in known.senses:
+            setattr(self, sense, getattr(media, sense))
+        if known.own_view is not None:
+            self.own_view = known.own_view
+
+    def close(self) -> None:
+        self._media.close(0.0)
+        super().close()
+        self._media.close(0.1)
+
+    def abandon(self) -> None:
+        self._media.close(0.0)
+        super().abandon()
+
+    def state(self) -> RobotState:
+        state, pid = super().state(), self._media.pid
+        extra = {"media_restarts": float(self._media.restarts)}
+        if pid is not None:
+            extra["media_pid"] = pid
+        return replace(state, extra=state.extra | extra) if pid or self._media.restarts else state

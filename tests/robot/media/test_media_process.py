@@ -1,0 +1,295 @@
+"""A robot's own camera, microphone and speaker, in a process beside that of its driver."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+import pytest
+from tests.robot.process.conftest import Log, is_alive, until
+
+from wax.clock import SystemClock
+from wax.config.settings import CameraSettings, RobotSettings, SerialSettings, VideoSettings
+from wax.driver.interface import (
+    STANDSTILL,
+    HasCamera,
+    HasExternalView,
+    HasMicrophone,
+    HasSpeaker,
+    KnowsItsView,
+)
+from wax.errors import SourceError, SpeakerError
+from wax.robot.find_driver import make_robot
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+    from wax.capture.source import AudioSource, Picture, VideoSource
+    from wax.robot.sensing_driver import SensingDriver
+    from wax.speaker.interface import Speaker
+
+pytestmark = pytest.mark.system
+
+SMALL = VideoSettings(width=64, height=48, fps=60)
+PATIENCE_S = 20.0
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Log:
+    return Log(tmp_path / "log")
+
+
+@pytest.fixture
+def made(log: Log) -> Iterator[Callable[[str], SensingDriver]]:
+    """Make the robot of this name; it is closed after the test."""
+    robots: list[SensingDriver] = []
+
+    def make(name: str) -> SensingDriver:
+        settings = RobotSettings(
+            driver=f"tests.robot.media.sighted:{name}",
+            serial=SerialSettings(url=str(log._path)),
+        )
+        robots.append(cast("SensingDriver", make_robot(settings, SystemClock())))
+        return robots[-1]
+
+    yield make
+    for robot in robots:
+        robot.close()
+        robot._media.close(3.0)
+
+
+@pytest.fixture
+def robot(made: Callable[[str], SensingDriver]) -> SensingDriver:
+    return made("Sighted")
+
+
+def camera(robot: SensingDriver) -> VideoSource:
+    assert isinstance(robot, HasCamera)
+    return robot.camera(SMALL, SystemClock())
+
+
+def microphone(robot: SensingDriver) -> AudioSource:
+    assert isinstance(robot, HasMicrophone)
+    return robot.microphone(SystemClock())
+
+
+def speaker(robot: SensingDriver) -> Speaker:
+    assert isinstance(robot, HasSpeaker)
+    return robot.speaker(SystemClock())
+
+
+def first(source: VideoSource) -> Picture:
+    """Open it and return the next picture; the process may need its time to start."""
+    source.open()
+    end_s = time.monotonic() + PATIENCE_S
+    while True:
+        try:
+            return source.read()
+        except SourceError:
+            assert time.monotonic() < end_s
+            time.sleep(0.02)
+
+
+def problem(source: VideoSource | AudioSource) -> str:
+    """Return the next sentence in place of pictures."""
+    end_s = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end_s:
+        try:
+            source.read()
+        except SourceError as error:
+            return str(error)
+    raise AssertionError("it delivers")
+
+
+def test_pictures_come_whole_new_and_with_their_times(robot: SensingDriver) -> None:
+    """Each is of one colour, later and newer than the one before, and fresh; it does not change."""
+    source = camera(robot)
+    kept = first(source)
+    number = int(kept.i420[0, 0])
+    pictures = [source.read() for _ in range(60)]
+    assert {picture.i420.shape for picture in pictures} == {(72, 64)}
+    assert all(np.ptp(picture.i420) == 0 for picture in pictures)
+    times = [picture.captured_s for picture in pictures]
+    assert times == sorted(set(times))
+    assert SystemClock().now_s() - times[-1] < 0.5
+    assert int(kept.i420[0, 0]) == number
+
+
+def test_a_slow_reader_gets_the_newest(robot: SensingDriver) -> None:
+    """What came meanwhile is left out."""
+    source = camera(robot)
+    before = first(source)
+    time.sleep(0.5)
+    after = source.read()
+    assert (int(after.i420[0, 0]) - int(before.i420[0, 0])) % 250 > 10
+    assert SystemClock().now_s() - after.captured_s < 0.2
+
+
+def test_it_has_the_senses_of_the_driver_and_no_other(
+    robot: SensingDriver, made: Callable[[str], SensingDriver]
+) -> None:
+    """The server asks it as it asks the driver itself."""
+    for sense in (HasCamera, HasExternalView, HasMicrophone, HasSpeaker, KnowsItsView):
+        assert isinstance(robot, sense)
+    assert robot.own_view.width_m == 0.4
+    assert not isinstance(made("Recorder"), HasCamera | HasMicrophone | HasSpeaker | KnowsItsView)
+
+
+def test_driver_and_camera_are_in_two_processes(robot: SensingDriver, log: Log) -> None:
+    """Both are none of the server's, and the camera's driver is never opened."""
+    source = camera(robot)
+    first(source)
+    robot.open()
+    until(lambda: robot.state().connected)
+    state = robot.state()
+    assert len({os.getpid(), state.extra["media_pid"], state.extra["driver_pid"]}) == 3
+    assert [entry.values for entry in log.entries() if entry.word == "open"] == [
+        (state.extra["driver_pid"],)
+    ]
+
+
+def test_sound_comes_in_order_on_its_channels(robot: SensingDriver) -> None:
+    """No block is missing or torn, and both ears get their own."""
+    source = microphone(robot)
+    source.open()
+    until(lambda: not _fails(source))
+    blocks = [source.read() for _ in range(50)]
+    numbers = [int(block.samples[0, 0]) for block in blocks]
+    assert numbers == list(range(numbers[0], numbers[0] + 50))
+    assert all(np.array_equal(block.samples[:, 0], -block.samples[:, 1]) for block in blocks)
+    assert {block.samples.shape for block in blocks} == {(480, 2)}
+
+
+def test_old_sound_is_left_out(robot: SensingDriver) -> None:
+    """A server that was busy hears what is now, not what was."""
+    source = microphone(robot)
+    source.open()
+    until(lambda: not _fails(source))
+    time.sleep(1.0)
+    assert SystemClock().now_s() - source.read().captured_s < 0.5
+
+
+def _opens(mouth: Speaker) -> bool:
+    try:
+        mouth.open()
+    except SpeakerError:
+        return False
+    return True
+
+
+def _fails(source: AudioSource) -> bool:
+    try:
+        source.read()
+    except SourceError:
+        return True
+    return False
+
+
+def test_a_voice_is_said(robot: SensingDriver, log: Log) -> None:
+    """All of it and in order; what the speaker refuses is told as it says it."""
+    mouth = speaker(robot)
+    until(lambda: _opens(mouth))
+    for number in range(5):
+        mouth.write(np.full(480, number, np.int16))
+    with pytest.raises(SpeakerError, match="an unlucky number"):
+        mouth.write(np.full(480, 13, np.int16))
+    mouth.write(np.full(5760, 6, np.int16))
+    mouth.close()
+    said = log._path.with_suffix(".said").read_text().splitlines()
+    assert said == [*(f"480 {number}" for number in range(5)), "5760 6"]
+
+
+def test_a_view_from_outside_is_a_camera_of_its_own(robot: SensingDriver) -> None:
+    """With the settings of its own table."""
+    assert isinstance(robot, HasExternalView)
+    view = robot.external_view(
+        CameraSettings(name="above", width=32, height=32, fps=60), SystemClock()
+    )
+    own = camera(robot)
+    assert first(view).i420.shape == (48, 32)
+    assert first(own).i420.shape == (72, 64)
+
+
+def test_a_killed_process_is_started_again(robot: SensingDriver) -> None:
+    """Meanwhile there is one sentence; the driver does not notice."""
+    source = camera(robot)
+    first(source)
+    robot.open()
+    until(lambda: robot.state().connected)
+    killed = int(robot.state().extra["media_pid"])
+    os.kill(killed, signal.SIGKILL)
+    assert problem(source) == (
+        "The process of the robot's camera and sound has ended (signal 9); restarting it."
+    )
+    first(source)
+    state = robot.state()
+    assert state.extra["media_pid"] != killed
+    assert state.extra["media_restarts"] == 1
+    assert (state.connected, state.extra["driver_restarts"]) == (True, 0)
+
+
+def test_a_frozen_process_is_replaced(robot: SensingDriver) -> None:
+    """One that does not beat is ended, and another begins."""
+    source = camera(robot)
+    first(source)
+    frozen = int(robot.state().extra["media_pid"])
+    os.kill(frozen, signal.SIGSTOP)
+    assert "delivers nothing" in problem(source)
+    until(lambda: robot.state().extra.get("media_restarts") == 1)
+    first(source)
+    assert not is_alive(frozen)
+
+
+def test_the_process_ends_with_the_robot(robot: SensingDriver) -> None:
+    """At once, and may begin again."""
+    source = camera(robot)
+    first(source)
+    pid = int(robot.state().extra["media_pid"])
+    start_s = time.monotonic()
+    robot.close()
+    assert time.monotonic() - start_s < 1.0
+    until(lambda: not is_alive(pid))
+    first(source)
+
+
+@pytest.mark.parametrize(
+    ("will", "says"),
+    [
+        ("raise", "The camera failed: no lens"),
+        ("odd", "The camera delivers 64 by 71 bytes; it must be a Picture"),
+        ("large", "The camera delivers 4096 by 4096 pixels; it must be a Picture"),
+        ("none", "The camera delivers a NoneType that is no Picture; it must be"),
+        ("hang", "The camera delivers nothing; check that it is connected."),
+        ("exit", "has ended (status 3, see the server's log); restarting it."),
+        ("die", "has ended (signal 9); restarting it."),
+    ],
+)
+def test_a_camera_that_fails_is_one_sentence_and_comes_back(
+    made: Callable[[str], SensingDriver], log: Log, will: str, says: str
+) -> None:
+    """Whatever it does, what is heard and driven goes on, or comes back with its process."""
+    robot = made("Wilful")
+    source, ear = camera(robot), microphone(robot)
+    first(source)
+    robot.open()
+    until(lambda: robot.state().connected)
+    log._path.with_suffix(".will").write_text(will)
+    until(lambda: says in problem(source))
+    for _ in range(20):
+        robot.apply(STANDSTILL, 1)
+        time.sleep(0.02)
+    state = robot.state()
+    assert (state.connected, state.problem) == (True, None)
+    if will in ("exit", "die"):
+        until(lambda: not _fails(ear))
+    else:
+        assert not _fails(ear)
+        assert state.extra["media_restarts"] == 0
+    if will == "hang":
+        return
+    log._path.with_suffix(".will").unlink()
+    first(source)
