@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from e2e.bench.cameras import cameras
+from e2e.bench.crossing import crossing
 from e2e.bench.crowded import crowded
 from e2e.bench.fan_out import fan_out
 from e2e.bench.first_picture import first_picture
@@ -12,7 +13,7 @@ from e2e.bench.key_to_byte import key_to_byte
 from e2e.bench.memory import memory
 from e2e.bench.recording import recording
 from e2e.bench.servers import JANUS, STOCK, WAX
-from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Suite, measured
+from e2e.measure.suite import FIRMWARE, PAGE, SERVER, Case, Suite, measured
 
 SUITE: Final = Suite(
     name="bench",
@@ -26,6 +27,13 @@ SUITE: Final = Suite(
         measured("key-to-byte", 220, key_to_byte, "key presses", 15),
         measured("memory", 200, memory, "joins and leaves", 20),
         measured("cameras", 5, cameras, "pairs of 10 s, a second camera off and large", 1),
+        Case(
+            "crossing",
+            "pictures of each size and place",
+            1500,
+            crossing,
+            150,
+        ),
         measured("recording", 10, recording, "pairs of 30 s, the tape off and on", 1),
     ),
     notes=(

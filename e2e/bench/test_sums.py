@@ -9,6 +9,8 @@ import pytest
 
 from e2e.bench import cameras
 from e2e.bench.cameras import Stretch
+from e2e.bench.crossing import Watch
+from e2e.bench.crossing import rows_of as crossing_rows
 from e2e.bench.key_to_byte import Change, Stroke, changes, delays
 from e2e.bench.recording import Drive, rows_of
 from e2e.faults.record import Record
@@ -81,3 +83,13 @@ def test_the_price_of_a_second_camera_is_the_pairs() -> None:
     age, rendition = cameras.rows_of(wide, thin)
     assert (age.values["WAX"], age.met, age.n) == (2.0, True, 3)
     assert (rendition.values["WAX"], rendition.met, rendition.n) == (1.0, False, 3)
+
+
+def test_what_the_crossing_adds_is_the_difference() -> None:
+    """Age by the slowest hundredth, CPU by the median round; more than the goal is not met."""
+    inside, across = Watch([1.0] * 200, [0.2, 0.3, 0.9]), Watch([1.5] * 200, [0.5, 0.7, 0.8])
+    age, cpu = crossing_rows((640, 480), inside, across)
+    assert (age.values, age.met, age.n) == ({"WAX": 0.5}, True, 200)
+    assert cpu.values["WAX"] == pytest.approx(0.4)
+    slow, _ = crossing_rows((1280, 720), inside, Watch([9.0] * 200, [0.5]))
+    assert slow.met is False
