@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import threading
 from collections import Counter
 from dataclasses import replace
@@ -306,6 +307,8 @@ class ProcessDriver:
 
 
 def _ended(status: int) -> Sentence:
+    if status == -signal.SIGALRM:  # by which the process ends itself when its driver hangs
+        return Sentence("robot.driver_hangs")
     if status < 0:
         return Sentence("robot.driver_killed", {"signal": -status})
     return Sentence("robot.driver_ended", {"status": status})

@@ -1,0 +1,3 @@
+"""A driver that cannot even be imported."""
+
+raise OSError("no bus")

@@ -1,0 +1,228 @@
+"""Whatever a plug-in does, the server goes on: picture, sound, other people's pages, its status."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from typing import TYPE_CHECKING, Any, Final
+
+import aiohttp
+import pytest
+
+from wax.client import Client
+from wax.client.host import become_host
+from wax.proof.server import ServerUnderProof
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator
+    from pathlib import Path
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
+
+_PATIENCE_S: Final = 45.0
+_WATCH_S: Final = 1.5
+
+_CONFIG: Final = """
+[server]
+state_dir = "{folder}/state"
+max_offers_per_address_hz = 100.0
+[network]
+udp_port = 0
+[records]
+enabled = false
+[video]
+source = "{video}"
+width = 160
+height = 120
+fps = 15.0
+renditions = [{{ width = 160, height = 120, fps = 15.0, bitrate_bps = 100000 }}]
+[audio]
+source = "testcard"
+[robot]
+driver = "tests.robot.plugins.{driver}"
+[[camera]]
+name = "beside"
+source = "testcard"
+width = 160
+height = 120
+fps = 5.0
+renditions = [{{ width = 160, height = 120, fps = 5.0, bitrate_bps = 50000 }}]
+"""
+
+
+class Server(ServerUnderProof):
+    """A real server with one plug-in, in a process of its own."""
+
+    def __init__(self, folder: Path, driver: str, video: str) -> None:
+        super().__init__(folder, _CONFIG.format(folder=folder, driver=driver, video=video))
+        self.folder = folder
+        self.http: aiohttp.ClientSession
+
+    async def robot(self) -> dict[str, Any] | None:
+        """Answer as soon as the server does, whatever its robot is."""
+        with contextlib.suppress(aiohttp.ClientError, OSError):
+            async with self.http.get(f"{self.url}/healthz") as response:
+                return {} if response.ok else None
+        return None
+
+    async def status(self) -> dict[str, Any]:
+        async with self.http.get(f"{self.url}/api/status") as response:
+            response.raise_for_status()
+            found: dict[str, Any] = await response.json()
+            return found
+
+    @property
+    def has_ended(self) -> bool:
+        assert self._process is not None
+        return self._process.returncode is not None
+
+    async def sentence(self, says: str, where: str) -> None:
+        """Wait until its status says that; `where` is ``robot`` or ``camera``."""
+        said: object = None
+        end_s = time.monotonic() + _PATIENCE_S
+        while time.monotonic() < end_s and not self.has_ended:
+            status = await self.status()
+            said = (status["robot"] if where == "robot" else status["streams"]["video"])["problem"]
+            if says in str(said):
+                return
+            await asyncio.sleep(0.05)
+        raise AssertionError(f"{said!r}, not {says!r}; {self.last_line()}")
+
+    async def end(self) -> int:
+        """Ask it to end, as a service manager does; return its status."""
+        assert self._process is not None
+        self._process.terminate()
+        return await asyncio.wait_for(self._process.wait(), 10.0)
+
+
+@contextlib.asynccontextmanager
+async def serving(folder: Path, driver: str, video: str = "testcard") -> AsyncIterator[Server]:
+    server = Server(folder, driver, video)
+    async with aiohttp.ClientSession(cookie_jar=aiohttp.CookieJar(unsafe=True)) as server.http:
+        await server.start()
+        try:
+            await become_host(server.http, server.url, folder / "state")
+            yield server
+        finally:
+            await server.kill()
+
+
+async def goes_on(server: Server, *, picture: bool = True) -> None:
+    """Somebody new comes, sees and hears; the page is served, and the other camera delivers."""
+    async with server.http.get(server.url) as page:
+        assert page.ok
+    async with Client(server.url) as viewer:
+        await asyncio.wait_for(viewer.media.arrived["audio"].wait(), 15.0)
+        before = {kind: viewer.media.counts(kind).frames for kind in ("audio", "video")}
+        await asyncio.sleep(_WATCH_S)
+        after = {kind: viewer.media.counts(kind).frames for kind in ("audio", "video")}
+        assert after["audio"] - before["audio"] > 10
+        if picture:
+            assert after["video"] - before["video"] > 5
+        assert await viewer.pongs(5.0)
+    status = await server.status()
+    assert status["cameras"][0]["problem"] is None
+    assert status["cameras"][0]["captured_fps"] > 1
+    assert not server.has_ended
+
+
+ENDED = "The driver process has ended ("
+BUILT = "The robot's driver cannot be built; retrying. robot.driver: "
+HANGS = "The driver process does not answer; restarting it."
+NO_ANSWER = "The robot does not answer."
+SLOW = pytest.mark.full
+"""It takes the 20 s that a plug-in may need to load."""
+
+
+@pytest.mark.parametrize(
+    ("driver", "says"),
+    [
+        pytest.param("raises_on_import:Robot", BUILT, id="raises on import"),
+        pytest.param("exits_on_import:Robot", ENDED + "status 3", id="exits on import"),
+        pytest.param("hangs_on_import:Robot", HANGS, id="hangs on import", marks=SLOW),
+        ("misbehaving:RaisesInConstructor", BUILT),
+        ("misbehaving:RubbishLimits", BUILT),
+        ("misbehaving:RubbishKind", BUILT),
+        ("misbehaving:RaisesInLimits", BUILT),
+        ("misbehaving:RaisesInOpen", ENDED + "status 1"),
+        pytest.param("misbehaving:HangsInOpen", HANGS, marks=SLOW),
+        ("misbehaving:RaisesInApply", NO_ANSWER),
+        ("misbehaving:HangsInApply", HANGS),
+        ("misbehaving:HangsWithInterpreter", HANGS),
+        ("misbehaving:RaisesInState", NO_ANSWER),
+        ("misbehaving:RubbishState", NO_ANSWER),
+        ("misbehaving:HangsInState", HANGS),
+        ("misbehaving:HangsInClose", HANGS),
+        ("misbehaving:LeaksThreads", "takes ever more of the machine ("),
+        ("misbehaving:LeaksFiles", NO_ANSWER),
+        ("misbehaving:Exits", ENDED + "status 3"),
+        ("misbehaving:KillsItself", ENDED + "signal 9"),
+        pytest.param("misbehaving:TakesSignals", HANGS, marks=SLOW),
+    ],
+)
+async def test_a_driver_spoils_nothing_but_itself(tmp_path: Path, driver: str, says: str) -> None:
+    """The page says in one sentence what it does; everything else goes on, and ends in order."""
+    async with serving(tmp_path, driver) as server:
+        await server.sentence(says, "robot")
+        await goes_on(server)
+        assert await server.end() == 0
+
+
+@pytest.mark.parametrize("driver", ["RaisesInStop", "HangsInStop"])
+async def test_a_driver_that_does_not_stop_is_held_or_ended(tmp_path: Path, driver: str) -> None:
+    """Stop is said again, or the process is replaced; everything else goes on."""
+    async with serving(tmp_path, f"misbehaving:{driver}") as server:
+        await server.sentence("None", "robot")
+        async with Client(server.url) as viewer:
+            await viewer.post("/api/stop", {})
+            end_s = time.monotonic() + _PATIENCE_S
+            counted = 0.0
+            while not counted and time.monotonic() < end_s:
+                robot = (await server.status())["robot"]
+                counted = robot["driver_failures"] + robot["driver_restarts"]
+                await asyncio.sleep(0.05)
+            assert counted
+        await goes_on(server)
+        assert await server.end() == 0
+
+
+async def test_a_driver_that_prints_without_end_fills_no_log(tmp_path: Path) -> None:
+    """It drives on; of what it prints the log has some lines."""
+    async with serving(tmp_path, "misbehaving:PrintsMegabytes") as server:
+        await server.sentence("None", "robot")
+        await goes_on(server)
+        assert await server.end() == 0
+    assert (tmp_path / "server.log").stat().st_size < 300_000
+
+
+@pytest.mark.parametrize(
+    ("driver", "says"),
+    [
+        ("CameraRaises", "The camera failed: no lens"),
+        ("CameraHangs", "The camera delivers nothing; check that it is connected."),
+        ("CameraIsNone", "The camera failed: "),
+        ("CameraIsOdd", "The camera delivers something other than a table of bytes; it must be"),
+        ("CameraExits", "The process of the robot's camera and sound has ended (status 5"),
+        ("CameraLocks", "The robot's camera and sound are starting."),
+        ("CameraLeaks", "takes ever more of the machine ("),
+    ],
+)
+async def test_a_robots_camera_spoils_nothing_but_its_picture(
+    tmp_path: Path, driver: str, says: str
+) -> None:
+    """The page says in one sentence what is wrong with it; the robot stays connected."""
+    async with serving(tmp_path, f"misbehaving:{driver}", "robot") as server:
+        await server.sentence(says, "camera")
+        await goes_on(server, picture=False)
+        robot = (await server.status())["robot"]
+        assert (robot["connected"], robot["problem"]) == (True, None)
+        assert robot["driver_restarts"] == 0
+        assert await server.end() == 0
+
+
+async def test_a_robots_camera_is_seen(tmp_path: Path) -> None:
+    """So that the tests above can fail."""
+    async with serving(tmp_path, "misbehaving:Sees", "robot") as server:
+        await goes_on(server)
+        assert await server.end() == 0
