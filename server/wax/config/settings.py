@@ -515,7 +515,12 @@ class RobotSettings(_Section):
 
     def own(self, model: type[OwnT]) -> OwnT:
         """Return a driver's own table, with its defaults where the configuration has none."""
-        return model.model_validate((self.__pydantic_extra__ or {}).get(model.TABLE, {}))
+        return model.model_validate(self.own_tables.get(model.TABLE, {}))
+
+    @property
+    def own_tables(self) -> dict[str, dict[str, Any]]:
+        """The tables of drivers, by their names, as they were written."""
+        return self.__pydantic_extra__ or {}
 
 
 Deflection = Annotated[float, Field(ge=-1, le=1)]

@@ -22,6 +22,7 @@ from wax.robot.process.child_start import first_line, log_as, outlive_signals, o
 from wax.robot.process.driver_watchdog import DriverWatchdog
 from wax.robot.process.passenger import make_passenger
 from wax.robot.process.pipe_messages import NotBuilt, decode_begin, encode
+from wax.robot.process.place import Place
 
 _LOG = structlog.get_logger(__name__)
 
@@ -52,7 +53,15 @@ def main() -> int:
         return 1
     os.set_blocking(reader, False)
     os.set_blocking(writer, False)
-    ChildLoop(driver, watchdog, clock, reader=reader, writer=writer, passenger=passenger).run()
+    ChildLoop(
+        driver,
+        watchdog,
+        clock,
+        reader=reader,
+        writer=writer,
+        passenger=passenger,
+        place=Place(begin.robot),
+    ).run()
     return 0
 
 

@@ -29,11 +29,14 @@ from wax.robot.process.pipe_messages import (
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from wax.clock import Clock
     from wax.driver.interface import Driver
     from wax.robot.process.driver_watchdog import Call, DriverWatchdog
     from wax.robot.process.hand_watchdog import HandWatchdog
     from wax.robot.process.passenger import Passenger
+    from wax.robot.process.place import Place
 
 _LOG = structlog.get_logger(__name__)
 
@@ -43,6 +46,7 @@ HUNG_S: Final = 2.0
 OPEN_S: Final = 20.0
 END_S: Final = 1.0
 STILL_DRIVEN: Final = Sentence("aboard.still_drives")
+TAKEN: Final = Sentence("robot.taken")
 
 
 class ChildLoop:
@@ -53,7 +57,8 @@ class ChildLoop:
     robot's own watchdog stops it.
 
     With a `passenger` their hand control comes before all messages, and where the pipe ends without
-    a goodbye, they drive on until another process claims the robot.
+    a goodbye, they drive on until another process claims the robot. While another server on this
+    machine has the `place` at the robot, it is not opened.
     """
 
     def __init__(
@@ -65,8 +70,10 @@ class ChildLoop:
         reader: int,
         writer: int,
         passenger: Passenger | None = None,
+        place: Place | None = None,
     ) -> None:
         self._driver = driver
+        self._place = place
         self._watchdog: DriverWatchdog | HandWatchdog = (
             watchdog if passenger is None else passenger.watchdog
         )
@@ -86,7 +93,7 @@ class ChildLoop:
 
     def run(self) -> None:
         """Open the driver, run until the end of the pipe, then stop and close it."""
-        if self._passenger is not None and not self._has_robot(self._passenger):
+        if not self._has_robot():
             return
         try:
             signal.setitimer(signal.ITIMER_REAL, OPEN_S)
@@ -104,12 +111,24 @@ class ChildLoop:
                 self._passenger.close()
             signal.setitimer(signal.ITIMER_REAL, 0.0)
 
-    def _has_robot(self, passenger: Passenger) -> bool:
-        """Wait until the person aboard has let go of an older process; False if the pipe ends."""
-        passenger.claim()
-        while not passenger.has_robot():
+    def _has_robot(self) -> bool:
+        """Wait until the robot is this process's; False if the pipe ends before.
+
+        A person aboard first lets go of an older process, which then ends; another server's process
+        keeps the robot for as long as it lives.
+        """
+        passenger, place = self._passenger, self._place
+        if passenger is not None:
+            passenger.claim()
+            if not self._waits(passenger.has_robot, STILL_DRIVEN):
+                return False
+        return place is None or self._waits(place.take, TAKEN)
+
+    def _waits(self, until: Callable[[], bool], problem: Sentence) -> bool:
+        """Wait, while the server is told why; False if the pipe ends before."""
+        while not until():
             signal.setitimer(signal.ITIMER_REAL, HUNG_S)
-            self._state = RobotState(connected=False, problem=STILL_DRIVEN)
+            self._state = RobotState(connected=False, problem=problem)
             readable, _, _ = select.select([self._reader], [], [], BEAT_S)
             if (readable and not os.read(self._reader, READ_BYTES)) or not self._tell():
                 return False
