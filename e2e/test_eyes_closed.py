@@ -71,19 +71,27 @@ def drive(start: Pose, within_s: float, form: SoundForm = THINNEST) -> tuple[flo
     return nearest_m, within_s
 
 
-@pytest.mark.parametrize("where", STARTS)
+@pytest.mark.parametrize(
+    "where",
+    [
+        pytest.param(where, marks=[] if where == "where it starts" else pytest.mark.full)
+        for where in STARTS
+    ],
+)
 def test_the_radio_is_found_with_eyes_closed(where: str) -> None:
     """Steered by the difference between the ears alone, the robot comes to the radio."""
     nearest_m, took_s = drive(STARTS[where], within_s=60.0)
     assert nearest_m < NEAR_M, f"{nearest_m:.2f} m after {took_s:.0f} s"
 
 
+@pytest.mark.full
 def test_in_mono_it_is_not_found() -> None:
     """With the same in both ears nothing says where to turn: it is by two that it is found."""
     nearest_m, _ = drive(STARTS["with its back to it"], 20.0, replace(THINNEST, channels=1))
     assert nearest_m > 2.0
 
 
+@pytest.mark.full
 def test_the_side_and_the_direction_are_heard() -> None:
     """In the thinnest stereo: the right side always, the direction to 20° in nine of ten."""
     errors_deg, wrong = errors(THINNEST, 20, seed=7)

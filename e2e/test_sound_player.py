@@ -90,6 +90,7 @@ async def age_ms(viewer: Viewer) -> float:
     return median(audio_probe.burst_ages_ms(viewer.heard()))
 
 
+@pytest.mark.full
 @pytest.mark.timeout(120)
 async def test_it_plays_by_itself_and_is_heard_sooner(
     server: Server, open_viewer: OpenViewer

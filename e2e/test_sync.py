@@ -119,6 +119,7 @@ async def ages_of(viewer: Viewer) -> Ages:
     )
 
 
+@pytest.mark.full
 @pytest.mark.timeout(120)
 async def test_by_default_the_delay_is_small(
     serve: Serve, tmp_path: Path, open_viewer: OpenViewer

@@ -69,6 +69,7 @@ async def _record(serve: Serve, folder: Path) -> Path:
     return shelf.folder
 
 
+@pytest.mark.full
 @pytest.mark.timeout(120)
 async def test_cameras_are_replayed_in_step(
     serve: Serve, tmp_path: Path, chromium: Browser, monkeypatch: pytest.MonkeyPatch

@@ -200,6 +200,7 @@ async def test_who_lives_in_the_flat_answers(
         await viewer.page.context.close()
 
 
+@pytest.mark.full
 async def test_who_speaks_does_not_hear_the_robot(
     talking: Browser, own_ear: Ear | None, open_viewer: OpenViewer, serve: Serve, tmp_path: Path
 ) -> None:

@@ -91,6 +91,7 @@ async def test_a_dead_browser_stops_the_robot(measure: Callable[..., Awaitable[R
     await keeps(measure(TRIALS, load=LIGHT))
 
 
+@pytest.mark.full
 async def test_a_line_that_becomes_long_stops_the_robot() -> None:
     """Late commands move nothing, although they keep arriving."""
     await keeps(delay_step(TRIALS, load=LIGHT))
@@ -177,7 +178,9 @@ async def test_a_dead_process_stops_the_robot(measure: Callable[..., Awaitable[R
     await keeps(measure(TRIALS, load=LIGHT))
 
 
-@pytest.mark.parametrize("measure", [hand_touched, hand_touched_server_stopped])
+@pytest.mark.parametrize(
+    "measure", [hand_touched, pytest.param(hand_touched_server_stopped, marks=pytest.mark.full)]
+)
 async def test_a_hand_aboard_takes_the_robot_from_its_operator(
     measure: Callable[..., Awaitable[list[Row]]],
 ) -> None:
@@ -190,6 +193,7 @@ async def test_an_unplugged_line_stops_the_robot() -> None:
     await keeps(serial_unplugged(1, load=LIGHT))
 
 
+@pytest.mark.full
 async def test_stop_is_heard_in_a_flood() -> None:
     """Stop gets through a flood in each way, pressed by operator, observer or the flooder.
 

@@ -64,6 +64,7 @@ async def reads(viewer: Viewer, sentence: str) -> None:
     await viewer.page.get_by_role("heading", name=sentence).wait_for(timeout=15_000)
 
 
+@pytest.mark.full
 @pytest.mark.timeout(90)
 async def test_a_hosts_day(tmp_path: Path) -> None:
     """Invited from elsewhere, a friend drives on, whatever the troll does whom the host removes."""
