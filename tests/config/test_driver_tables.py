@@ -83,6 +83,11 @@ def tank(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def problems(robot: dict[str, Any]) -> list[str]:
+    """Return what is wrong, without a process for it."""
+    return driver_tables.check_here(robot, ours=RobotSettings.model_fields)
+
+
+def told(robot: dict[str, Any]) -> list[str]:
     with pytest.raises(ConfigError) as refused:
         config.parse({"robot": robot}, "robot.toml")
     heading, *lines = str(refused.value).splitlines()
@@ -90,6 +95,7 @@ def problems(robot: dict[str, Any]) -> list[str]:
     return [line.strip() for line in lines]
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("driver", ["tank", "tank_drivers:Tank"])
 def test_a_driver_gets_its_own_table(driver: str) -> None:
     """However it is named, and also in a process of its own; the rest has its defaults."""
@@ -137,7 +143,6 @@ def test_a_drivers_table_is_checked_like_ours(table: dict[str, Any], sentence: s
             "robot.tnak: there is no such key; did you mean tank?",
         ),
         ({"serail": {}}, "robot.serail: there is no such key; did you mean serial?"),
-        ({"tank": 5}, "robot.tank: there is no such key"),
         ({"driver": "nowhere:Robot", "tank": {}}, "robot.driver: nowhere:Robot: cannot import no"),
         ({"driver": "tnak", "tank": {}}, "robot.driver: got 'tnak'; possible are 'serial'"),
         ({"driver": "tank_drivers:Odd", "odd": {}}, "robot.driver: tank_drivers:Odd: its Settings"),
@@ -153,9 +158,10 @@ def test_a_table_of_nobody_is_refused(robot: dict[str, Any], sentence: str) -> N
     assert line.startswith(sentence)
 
 
+@pytest.mark.system
 def test_their_problems_are_told_beside_ours() -> None:
     """One message has all of them."""
-    lines = problems({"driver": "tank", "tank": {"bus": 9}, "silence_ms": 1, "serial": {"baud": 1}})
+    lines = told({"driver": "tank", "tank": {"bus": 9}, "silence_ms": 1, "serial": {"baud": 1}})
     assert sorted(line.partition(":")[0] for line in lines) == [
         "robot.serial.baud",
         "robot.silence_ms",
@@ -163,6 +169,39 @@ def test_their_problems_are_told_beside_ours() -> None:
     ]
 
 
+def test_what_is_no_table_is_no_key() -> None:
+    """A value in place of a driver's table is told as any unknown key."""
+    assert told({"tank": 5}) == ["robot.tank: there is no such key"]
+
+
+ODD = {"driver": "odd_driver:Robot", "odd": {}}
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("text", ["raise OSError('no bus')", "import os\nos._exit(0)"])
+def test_a_class_that_fails_while_it_is_loaded_ends_nobody(text: str, tmp_path: Path) -> None:
+    """It is not in the process that loads the configuration, and it is told later that it fails."""
+    (tmp_path / "odd_driver.py").write_text(text)
+    assert config.parse({"robot": ODD}, "robot.toml").robot.own_tables == {"odd": {}}
+    assert "odd_driver" not in sys.modules
+
+
+@pytest.mark.system
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("print('[\"no\"]')", "odd_driver has no class Robot"),
+        ("import nothing", "cannot import odd_driver: No module named 'nothing'"),
+    ],
+)
+def test_a_class_that_is_not_there_is_a_mistake(text: str, sentence: str, tmp_path: Path) -> None:
+    """Whatever its module prints."""
+    (tmp_path / "odd_driver.py").write_text(text)
+    (line,) = told(ODD)
+    assert line == f"robot.driver: odd_driver:Robot: {sentence}"
+
+
+@pytest.mark.system
 def test_the_tables_are_shown_with_reasons_and_ranges(capsys: pytest.CaptureFixture[str]) -> None:
     """`wax config` writes TOML that loads, with each key's reason, range and default."""
     assert main(["config", "tank"]) == 0

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from wax.config import allowed, problems
 from wax.config.driver_settings import DriverSettings
-from wax.errors import ConfigError
+from wax.errors import ConfigError, PluginError
 from wax.plugin import DRIVERS, load_class, offers
 
 if TYPE_CHECKING:
@@ -20,26 +20,36 @@ _CONTRACT: Final = "wax/config/driver_settings.py"
 _WIDTH: Final = 100
 
 
-def check(robot: object, *, ours: Collection[str]) -> list[str]:
+def check_here(robot: dict[str, Any], *, ours: Collection[str]) -> list[str]:
     """Return a sentence for each wrong key of the drivers' tables in `[robot]`, as it was written.
 
     `ours` are the keys of `[robot]` itself. The tables of WAX's own drivers may always be there,
-    another's only while it is the configured one, because nobody else knows what it means.
+    another's only while it is the configured one, because nobody else knows what it means. Loads
+    the classes; one that fails while it is loaded is nobody's mistake in the table.
     """
-    if not isinstance(robot, dict):
-        return []
-    tables = {
-        name: table for name, table in robot.items() if name not in ours and isinstance(table, dict)
-    }
     lines = []
-    for name, table in tables.items():
+    for name, table in tables(robot, ours).items():
         try:
-            model = _model(name, str(robot.get("driver", "simulated")), ours)
+            model = _model(name, _driver(robot), ours)
+        except PluginError:
+            continue
         except ConfigError as error:
             lines.append(str(error))
         else:
             lines += _check(model, name, table)
     return list(dict.fromkeys(lines))
+
+
+def tables(robot: dict[str, Any], ours: Collection[str]) -> dict[str, dict[str, Any]]:
+    """Return the tables in `[robot]` that are not its own."""
+    return {
+        name: table for name, table in robot.items() if name not in ours and isinstance(table, dict)
+    }
+
+
+def is_ours(robot: dict[str, Any]) -> bool:
+    """Whether the driver comes with WAX, so that its class may be loaded anywhere."""
+    return _driver(robot) in {offer.name for offer in offers(DRIVERS) if offer.is_ours}
 
 
 def model_of(driver: type[Any], name: str, ours: Collection[str]) -> type[DriverSettings] | None:
@@ -95,6 +105,10 @@ def _table(model: type[DriverSettings]) -> list[str]:
             "",
         ]
     return lines
+
+
+def _driver(robot: dict[str, Any]) -> str:
+    return str(robot.get("driver", "simulated"))
 
 
 def _model(table: str, driver: str, ours: Collection[str]) -> type[DriverSettings]:

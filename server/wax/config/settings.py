@@ -20,7 +20,7 @@ from pydantic import (
     model_validator,
 )
 
-from wax.config import driver_tables, opening_hours, problems
+from wax.config import driver_tables, foreign_table, opening_hours, problems
 from wax.config.network import HostName, Network, PageUrl
 from wax.config.page import PageSettings
 from wax.config.publish import PublishSettings
@@ -667,11 +667,21 @@ def parse(tree: dict[str, Any], name: str) -> Settings:
         settings = Settings.model_validate(tree)
     except ValidationError as error:
         lines = problems.lines(error, _schema())
-    lines += driver_tables.check(tree.get("robot"), ours=RobotSettings.model_fields)
+    lines += _own_tables(tree.get("robot"))
     if settings is None or lines:
         count = f"{len(lines)} problem" + ("s" if len(lines) > 1 else "")
         raise ConfigError("\n  ".join([f"{name}: {count}:", *lines]))
     return settings
+
+
+def _own_tables(robot: object) -> list[str]:
+    """Check the tables that drivers bring."""
+    ours = RobotSettings.model_fields
+    if not isinstance(robot, dict) or not driver_tables.tables(robot, ours):
+        return []
+    if driver_tables.is_ours(robot):
+        return driver_tables.check_here(robot, ours=ours)
+    return foreign_table.check(robot, ours)
 
 
 def describe_drivers(names: Sequence[str]) -> list[str]:

@@ -1,0 +1,53 @@
+"""Check the table of somebody else's driver, in a process that ends then.
+
+The check loads the driver's class, and a class may do anything while it is loaded: print, hang, end
+the process. What cannot be loaded is not refused here: whoever drives with it is told why.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from typing import TYPE_CHECKING, Any, Final
+
+from wax.config import driver_tables
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+_LOAD_S: Final = 20.0
+
+
+def check(robot: dict[str, Any], ours: Collection[str]) -> list[str]:
+    """Return the sentences of `driver_tables.check_here`, none where the driver fails."""
+    asked = json.dumps({"robot": robot, "ours": sorted(ours)}, default=str)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-P", "-m", "wax.config.foreign_table"],
+            input=asked.encode(),
+            stdout=subprocess.PIPE,
+            timeout=_LOAD_S,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(p or "." for p in sys.path)},
+            start_new_session=True,
+            check=False,
+        )
+        lines = json.loads(done.stdout)
+    except (OSError, subprocess.TimeoutExpired, ValueError):
+        return []
+    return [str(line) for line in lines]
+
+
+def main() -> None:
+    """Read what to check, and tell; what the class prints goes to standard error."""
+    asked = json.load(sys.stdin.buffer)
+    writer = os.dup(1)
+    os.dup2(2, 1)
+    lines = driver_tables.check_here(asked["robot"], ours=asked["ours"])
+    os.write(writer, json.dumps(lines).encode())
+    os._exit(0)  # a thread that the class left behind must not keep the process alive
+
+
+if __name__ == "__main__":
+    main()
