@@ -111,9 +111,9 @@ def test_it_is_the_hosts_own_driver(watched: Callable[[str], Watched]) -> None:
 
 
 @pytest.mark.system
-@pytest.mark.parametrize("name", ["Moving", "Posing"])
+@pytest.mark.parametrize(("name", "least_ms"), [("Moving", 20.0), ("Posing", 0.0)])
 async def test_what_it_is_told_and_how_long_it_moves_is_seen(
-    watched: Callable[[str], Watched], name: str
+    watched: Callable[[str], Watched], name: str, least_ms: float
 ) -> None:
     """A stop, and the report after which it stood, are events at their times."""
     one = watched(name)
@@ -135,7 +135,7 @@ async def test_what_it_is_told_and_how_long_it_moves_is_seen(
     assert sample.frame_ms is not None
     assert sample.frame_ms < 50.0
     assert sample.standing_ms is not None
-    assert 20.0 < sample.standing_ms < 250.0
+    assert least_ms <= sample.standing_ms < 250.0  # this pose is new as often as it is told
     assert not one.observer.moves()
     robot.close()
     await one.observer.ended()
