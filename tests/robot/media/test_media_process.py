@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import time
@@ -23,6 +24,7 @@ from wax.driver.interface import (
 )
 from wax.errors import SourceError, SpeakerError
 from wax.robot.find_driver import make_robot
+from wax.robot.media.process import STUCK_S
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -293,3 +295,28 @@ def test_a_camera_that_fails_is_one_sentence_and_comes_back(
         return
     log._path.with_suffix(".will").unlink()
     first(source)
+
+
+@pytest.mark.parametrize("is_heard", [True, False])
+def test_a_camera_that_hangs_is_tried_anew_where_nobody_suffers(
+    made: Callable[[str], SensingDriver], log: Log, is_heard: bool
+) -> None:
+    """Its process is replaced, unless the microphone in it still delivers."""
+    robot = made("Wilful")
+    source, ear = camera(robot), microphone(robot)
+    first(source)
+    log._path.with_suffix(".will").write_text("hang")
+    until(lambda: "delivers nothing" in problem(source))
+    log._path.with_suffix(".will").unlink()
+    end_s = time.monotonic() + STUCK_S + 6.0
+    while time.monotonic() < end_s and "media_restarts" in robot.state().extra:
+        with contextlib.suppress(SourceError):
+            (ear if is_heard else source).read()
+        if is_heard:
+            with contextlib.suppress(SourceError):
+                source.read()
+        if robot.state().extra["media_restarts"]:
+            break
+    assert robot.state().extra["media_restarts"] == (not is_heard)
+    if not is_heard:
+        first(source)

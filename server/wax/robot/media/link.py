@@ -42,11 +42,13 @@ class Link:
         self._asked: bytes | None = None
         self.answered_s = float("-inf")
         """When something was last delivered, on the machine's own clock (`time.monotonic`)."""
+        self.silent_since_s: float | None = None
+        """Since when it was asked in vain, though its process lives; None while it is not so."""
 
     def attach(self, connection: Connection, memory: int | None) -> None:
         """Ask this process from now on."""
         with self._news:
-            self._connection, self._asked = connection, None
+            self._connection, self._asked, self.silent_since_s = connection, None, None
             self._memory = None if memory is None else PictureMemory(memory)
             self._problem = STARTING
             self._news.notify_all()
@@ -80,6 +82,10 @@ class Link:
             # The supervisor says in a moment why it has ended.
             self._wait_for_end(connection, end_s + _REASON_S)
             raise SenseError(self._problem) from None
+        if answer.problem is not None and answer.problem.code == self._silent.code:
+            self.silent_since_s = self.silent_since_s or time.monotonic()
+        else:
+            self.silent_since_s = None
         if answer.problem is not None:
             raise SenseError(answer.problem)
         self.answered_s = time.monotonic()

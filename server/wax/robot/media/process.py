@@ -35,6 +35,8 @@ START_S: Final = 20.0
 """A plug-in's libraries may take long to load on a small machine."""
 HUNG_S: Final = 3.0
 """It beats twice a second, unless a plug-in keeps the interpreter to itself."""
+STUCK_S: Final = 6.0
+"""A sense that says nothing for so long is tried anew, unless others would suffer from that."""
 _LOOK_S: Final = 0.5
 FIRST_PAUSE_S: Final = 0.5
 LAST_PAUSE_S: Final = 10.0
@@ -171,9 +173,19 @@ class MediaProcess:
             if time.monotonic() >= deadline_s:
                 child.kill()
                 return Sentence("media.hangs")
+            if self._is_stuck():
+                child.kill()
+                return Sentence("media.hangs")
             if (excess := self._appetite.excess(child.pid)) is not None:
                 return Sentence("media.greedy", {"what": excess})
         return None
+
+    def _is_stuck(self) -> bool:
+        """Whether a sense has hung for so long that a new process may help, and no other works."""
+        now_s = time.monotonic()
+        links = [wanted.link for wanted in self._wanted]
+        hangs = any(now_s - (link.silent_since_s or now_s) > STUCK_S for link in links)
+        return hangs and not any(now_s - link.answered_s < STUCK_S for link in links)
 
     def _spawn(self) -> ChildProcess:
         """Start a process with a connection to each sense; raises `OSError`."""

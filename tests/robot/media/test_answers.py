@@ -1,0 +1,245 @@
+"""What the media process answers, and what the server makes of it, without a process."""
+
+from __future__ import annotations
+
+import math
+import os
+import threading
+import time
+from multiprocessing.connection import Connection, Pipe
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wax.capture.source import Picture, Sound
+from wax.errors import ProtocolError, SourceError
+from wax.robot.media.link import STARTING, Link, SenseError
+from wax.robot.media.messages import NEXT, Answer, decode, encode
+from wax.robot.media.outlets import checked_picture, checked_sound
+from wax.robot.media.picture_memory import PictureMemory, make_memory
+from wax.robot.media.senses import RemoteCamera, RemoteMicrophone
+from wax.sentence import Sentence
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+SILENT = Sentence("camera.silent")
+GONE = Sentence("media.hangs")
+
+
+def nothing() -> None: ...
+
+
+@pytest.fixture
+def link() -> Link:
+    return Link(SILENT)
+
+
+@pytest.fixture
+def far(link: Link) -> Iterator[Connection]:
+    """Return the process's end of the link."""
+    ours, theirs = Pipe()
+    link.attach(ours, None)
+    yield theirs
+    theirs.close()
+    link.detach(GONE)
+    ours.close()
+
+
+def answers(far: Connection, *said: bytes) -> threading.Thread:
+    """Answer each of the next questions."""
+
+    def run() -> None:
+        for one in said:
+            far.recv_bytes()
+            far.send_bytes(one)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    return thread
+
+
+@given(
+    st.builds(
+        Answer,
+        captured_s=st.floats(allow_nan=False, allow_infinity=False),
+        width=st.integers(0, 100).map(lambda half: half * 2),
+        height=st.integers(0, 100).map(lambda half: half * 2),
+        channels=st.integers(1, 2),
+        problem=st.none() | st.just(SILENT),
+    ),
+    st.binary(max_size=64),
+)
+def test_an_answer_comes_as_it_was_sent(answer: Answer, payload: bytes) -> None:
+    """With whatever follows it, newlines included."""
+    assert decode(encode(answer, payload)) == (answer, payload)
+
+
+@given(st.binary(max_size=200))
+def test_no_bytes_are_too_strange(data: bytes) -> None:
+    """They are an answer within its ranges, or are refused."""
+    try:
+        answer, _ = decode(data)
+    except ProtocolError:
+        return
+    assert answer.width % 2 == answer.height % 2 == 0
+    assert math.isfinite(answer.captured_s)
+
+
+def test_an_answer_is_waited_for(link: Link, far: Connection) -> None:
+    """And a problem in it is the problem."""
+    thread = answers(far, encode(Answer(captured_s=1.5), b"x"), encode(Answer(problem=GONE)))
+    assert link.ask(NEXT, 2.0) == (Answer(captured_s=1.5), b"x")
+    with pytest.raises(SenseError) as failed:
+        link.ask(NEXT, 2.0)
+    assert failed.value.sentence == GONE
+    thread.join()
+
+
+def test_without_a_process_its_end_is_the_problem(link: Link) -> None:
+    """Until one has begun, that it is starting."""
+    for problem in (STARTING, GONE):
+        with pytest.raises(SenseError) as failed:
+            link.ask(NEXT, 0.01)
+        assert failed.value.sentence == problem
+        link.detach(GONE)
+
+
+def test_a_question_is_not_asked_twice(link: Link, far: Connection) -> None:
+    """What comes late is the answer to it, and to no other."""
+    with pytest.raises(SenseError):
+        link.ask(NEXT, 0.01)
+    assert far.recv_bytes() == NEXT
+    far.send_bytes(encode(Answer(captured_s=1.0)))
+    assert link.ask(NEXT, 2.0)[0].captured_s == 1.0
+    with pytest.raises(SenseError):
+        link.ask(NEXT, 0.01)
+    far.recv_bytes()
+    far.send_bytes(encode(Answer(captured_s=2.0)))
+    thread = answers(far, encode(Answer(captured_s=3.0)))
+    assert link.ask(b"other", 2.0)[0].captured_s == 3.0
+    thread.join()
+
+
+def test_one_that_has_answered_is_silent_then(link: Link, far: Connection) -> None:
+    """It is not said to be starting any more."""
+    thread = answers(far, encode(Answer()))
+    link.ask(NEXT, 2.0)
+    thread.join()
+    with pytest.raises(SenseError) as failed:
+        link.ask(NEXT, 0.01)
+    assert failed.value.sentence == SILENT
+
+
+@pytest.mark.parametrize("end", ["close", "garbage"])
+def test_why_a_process_has_ended_is_waited_for(link: Link, far: Connection, end: str) -> None:
+    """It is the supervisor that knows, in a moment."""
+    far.close() if end == "close" else far.send_bytes(b"{")
+    timer = threading.Timer(0.05, link.detach, (GONE,))
+    timer.start()
+    with pytest.raises(SenseError) as failed:
+        link.ask(NEXT, 2.0)
+    assert failed.value.sentence == GONE
+    timer.join()
+
+
+def test_a_new_process_is_asked_anew(link: Link, far: Connection) -> None:
+    """The question that the last one did not answer is not its business."""
+    with pytest.raises(SenseError):
+        link.ask(NEXT, 0.01)
+    ours, theirs = Pipe()
+    link.attach(ours, None)
+    thread = answers(theirs, encode(Answer(captured_s=7.0)))
+    assert link.ask(NEXT, 2.0)[0].captured_s == 7.0
+    thread.join()
+    theirs.close()
+    link.detach(GONE)
+    ours.close()
+
+
+def test_nobody_waits_for_ever(link: Link, far: Connection) -> None:
+    """However little comes."""
+    start_s = time.monotonic()
+    with pytest.raises(SenseError):
+        link.ask(NEXT, 0.2)
+    assert time.monotonic() - start_s < 1.0
+
+
+def test_a_picture_in_memory_is_copied_out() -> None:
+    """What is written later does not change it."""
+    descriptor = make_memory()
+    near, far = PictureMemory(descriptor), PictureMemory(descriptor)
+    first = np.arange(32 * 48, dtype=np.uint8).reshape(48, 32)
+    far.write(first)
+    picture = near.read(32, 32, 5.0)
+    far.write(np.zeros((48, 32), np.uint8))
+    assert np.array_equal(picture.i420, first)
+    assert (picture.width, picture.height, picture.captured_s) == (32, 32, 5.0)
+    os.close(descriptor)
+
+
+def test_an_answer_without_a_picture_is_no_picture(link: Link, far: Connection) -> None:
+    """A camera that says so is silent, and so is a microphone without sound."""
+    thread = answers(far, encode(Answer()), encode(Answer()))
+    with pytest.raises(SourceError, match="camera delivers nothing"):
+        RemoteCamera(link, nothing).read()
+    with pytest.raises(SourceError, match="microphone delivers nothing"):
+        RemoteMicrophone(link, nothing).read()
+    thread.join()
+
+
+def yuv(*shape: int) -> Any:
+    return np.zeros(shape, np.uint8)
+
+
+@pytest.mark.parametrize(
+    "picture",
+    [
+        None,
+        "a picture",
+        Picture(None, 1.0),  # type: ignore[arg-type]
+        Picture(yuv(48, 32).astype(np.float64), 1.0),
+        Picture(yuv(32, 32, 3), 1.0),
+        Picture(yuv(47, 32), 1.0),
+        Picture(yuv(48, 31), 1.0),
+        Picture(yuv(0, 0), 1.0),
+        Picture(yuv(3, 2), math.nan),
+        Picture(yuv(3, 2), None),  # type: ignore[arg-type]
+        Picture(np.broadcast_to(np.uint8(0), (48, 4000)), 1.0),
+    ],
+)
+def test_what_is_no_picture_does_not_cross(picture: object) -> None:
+    """The sentence says what it is instead."""
+    with pytest.raises(SourceError, match=r"^The camera delivers .*; it must be a Picture"):
+        checked_picture(picture)
+
+
+@pytest.mark.parametrize(
+    "sound",
+    [
+        None,
+        Sound(None, 1.0),  # type: ignore[arg-type]
+        Sound(np.zeros(480), 1.0),  # type: ignore[arg-type]
+        Sound(np.zeros((480, 3), np.int16), 1.0),
+        Sound(np.zeros((1, 480, 2), np.int16), 1.0),
+        Sound(np.zeros(0, np.int16), 1.0),
+        Sound(np.zeros(50_000, np.int16), 1.0),
+        Sound(np.zeros(480, np.int16), math.inf),
+    ],
+)
+def test_what_is_no_sound_does_not_cross(sound: object) -> None:
+    """The sentence says what it is instead."""
+    with pytest.raises(SourceError, match=r"^The microphone delivers .* samples of the shape"):
+        checked_sound(sound)
+
+
+def test_what_is_one_crosses() -> None:
+    """The checks let through what is right, whatever its size."""
+    for picture in (Picture(yuv(3, 2), 0.0), Picture(yuv(3240, 3840), 1)):
+        assert checked_picture(picture) is picture
+    for samples in (np.zeros(1, np.int16), np.zeros((480, 2), np.int16)):
+        sound = Sound(samples, 1.0)
+        assert checked_sound(sound) is sound
