@@ -1,6 +1,6 @@
 // @vitest-environment happy-dom
-import { afterEach, beforeEach, expect, it } from "vitest";
-import { returnFocusAfterPointer } from "./focus";
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { keepFocus, returnFocusAfterPointer } from "./focus";
 
 let aborting: AbortController;
 
@@ -39,4 +39,34 @@ it("lets the list of a select stay open after the click that opened it", () => {
 
 it("leaves the name to whoever clicked into it", () => {
   expect(operate("<input type='text'>", "pointerdown", "click")).toBe(true);
+});
+
+it.each([
+  ["a section that stays", "<section><p><button>Join</button></p></section>", "button", "section"],
+  [
+    "what follows a section that goes",
+    "<div><section><button>Got it</button></section><section id='b'></section></div>",
+    "section",
+    "#b",
+  ],
+])("lands the keyboard on %s", async (_where, html, goes, landing) => {
+  keepFocus(document, aborting.signal);
+  document.body.innerHTML = html;
+  const control = document.querySelector("button") as HTMLElement;
+  control.dispatchEvent(new Event("keydown", { bubbles: true }));
+  control.focus();
+  document.querySelector(goes)?.remove();
+  await vi.waitFor(() => expect(document.activeElement).toBe(document.querySelector(landing)));
+  expect(document.activeElement?.getAttribute("tabindex")).toBe("-1");
+});
+
+it("lands it nowhere after a pointer", async () => {
+  keepFocus(document, aborting.signal);
+  document.body.innerHTML = "<section><button>Join</button></section>";
+  const control = document.querySelector("button") as HTMLElement;
+  control.dispatchEvent(new Event("pointerdown", { bubbles: true }));
+  control.focus();
+  control.remove();
+  await new Promise((resolve) => setTimeout(resolve, 20));
+  expect(document.activeElement).toBe(document.body);
 });

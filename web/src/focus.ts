@@ -24,3 +24,52 @@ export function returnFocusAfterPointer(document: Document, signal: AbortSignal)
   document.addEventListener("click", giveBack, { signal });
   document.addEventListener("change", giveBack, { signal });
 }
+
+/** Where the keyboard may land: nothing that Space or Enter would press. */
+const LANDING = "section, fieldset, form, main";
+
+/**
+ * Leaves the keyboard where something was that has gone while it had the focus; otherwise a screen
+ * reader, and Tab in some browsers, would begin again at the top of the page.
+ */
+export function keepFocus(document: Document, signal: AbortSignal): void {
+  /** What has the focus, and all that it is in. */
+  let way: Element[] = [];
+  let byPointer = false;
+  const note = (event: Event) => {
+    way = [];
+    let at = !byPointer && event.target instanceof Element ? event.target : null;
+    for (; at; at = at.parentElement) way.push(at);
+  };
+  const pointed = () => {
+    byPointer = true;
+    way = [];
+  };
+  const typed = () => {
+    byPointer = false;
+  };
+  const gone = new MutationObserver(() => {
+    const [had, ...around] = way;
+    if (!had || had.isConnected) return;
+    way = [];
+    if (document.activeElement && document.activeElement !== document.body) return;
+    const place = around
+      .filter((one) => one.isConnected)
+      .map((one) => (one.matches(LANDING) ? one : one.querySelector(LANDING)))
+      .find((one) => one !== null);
+    if (place instanceof HTMLElement) land(place);
+  });
+  gone.observe(document, { childList: true, subtree: true });
+  const capture = { capture: true, signal };
+  document.addEventListener("focusin", note, capture);
+  document.addEventListener("pointerdown", pointed, capture);
+  document.addEventListener("keydown", typed, capture);
+  signal.addEventListener("abort", () => gone.disconnect());
+}
+
+function land(place: HTMLElement): void {
+  place.tabIndex = -1;
+  // Else a click in it would focus it, too.
+  place.addEventListener("blur", () => place.removeAttribute("tabindex"), { once: true });
+  place.focus({ preventScroll: true });
+}

@@ -11,7 +11,7 @@ import { FLOOR_HZ } from "./drive/rate";
 import { StopControl } from "./drive/stopControl";
 import type { Elsewhere } from "./elsewhere/elsewhere";
 import { type Entry, showEntry, takeEntry } from "./entry";
-import { returnFocusAfterPointer } from "./focus";
+import { keepFocus, returnFocusAfterPointer } from "./focus";
 import { freePicture } from "./freePicture";
 import { Identity, openIdentityChannel } from "./link/identity";
 import { Link } from "./link/link";
@@ -498,6 +498,7 @@ export function startSession(): Session {
   listenKey(window, actions.toggleMute, isKeyFor("mute"), signal);
   listenFirstDrive(state, prefer);
   returnFocusAfterPointer(document, signal);
+  keepFocus(document, signal);
   listenTurnOver(state);
   freePicture(window, state, signal);
   window.addEventListener("pagehide", () => {

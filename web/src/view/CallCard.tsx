@@ -2,6 +2,8 @@ import { useEffect, useRef } from "preact/hooks";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
 
+const OPERABLE = "input, select, textarea, button, a[href], summary";
+
 /** Asks the next in the queue whether they are there; any touch of it or key on it says so. */
 export function CallCard() {
   const { callSecondsLeft } = useState();
@@ -12,8 +14,8 @@ export function CallCard() {
   useEffect(() => {
     if (!isCalled) return;
     navigator.vibrate?.([200, 100, 200]);
-    // Nobody who is typing is interrupted.
-    if (document.activeElement === document.body) button.current?.focus();
+    // Nobody who is typing, or at another control, is interrupted.
+    if (!document.activeElement?.matches(OPERABLE)) button.current?.focus();
   }, [isCalled]);
   if (!isCalled) return null;
   return (

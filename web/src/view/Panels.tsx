@@ -29,6 +29,12 @@ export function Panels() {
   const { panel, isHost } = useState();
   const { open } = useActions();
   const shown = panel.value === "host" && !isHost.value ? null : panel.value;
+  const openTab = useRef<HTMLButtonElement>(null);
+  const close = (isByKey: boolean) => {
+    // With a keyboard one goes on from the tab; after a pointer the keys are for driving.
+    if (isByKey) openTab.current?.focus();
+    open(null);
+  };
   const tabs: Panel[] = ["people", "settings", "details", "rules", ...(isHost.value ? HOST : [])];
   return (
     <section class="panels" aria-label={t("panels.name")}>
@@ -36,6 +42,7 @@ export function Panels() {
         {tabs.map((tab) => (
           <button
             key={tab}
+            ref={shown === tab ? openTab : null}
             type="button"
             class="tab"
             aria-expanded={shown === tab}
@@ -46,12 +53,7 @@ export function Panels() {
         ))}
       </div>
       {shown && (
-        <Sheet
-          key={shown}
-          name={t(NAMES[shown][0])}
-          title={t(NAMES[shown][1])}
-          onClose={() => open(null)}
-        >
+        <Sheet key={shown} name={t(NAMES[shown][0])} title={t(NAMES[shown][1])} onClose={close}>
           {content(shown)}
         </Sheet>
       )}
@@ -89,7 +91,7 @@ function content(panel: Panel): ComponentChildren {
 interface SheetProps {
   name: string;
   title: string;
-  onClose: () => void;
+  onClose: (isByKey: boolean) => void;
   children: ComponentChildren;
 }
 
@@ -103,12 +105,17 @@ function Sheet({ name, title, onClose, children }: SheetProps) {
       class="sheet"
       aria-label={name}
       onKeyDown={(event) => {
-        if (event.key === "Escape") onClose();
+        if (event.key === "Escape") onClose(true);
       }}
     >
       <div class="sheet-head">
         <h2>{title}</h2>
-        <button type="button" class="sheet-close" aria-label={t("panels.close")} onClick={onClose}>
+        <button
+          type="button"
+          class="sheet-close"
+          aria-label={t("panels.close")}
+          onClick={(event) => onClose(event.detail === 0)}
+        >
           <CloseIcon />
         </button>
       </div>
