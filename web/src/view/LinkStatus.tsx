@@ -1,17 +1,28 @@
 import { useState } from "./context";
-import { connectionWords } from "./words";
+import { connectionWords, toldWords } from "./words";
 
 /** The connection: a dot while all is well, words as soon as it is not. */
 export function LinkStatus() {
-  const { link, pageMs } = useState();
+  const { link, pageMs, preferences } = useState();
   // Only these states change with time.
   const isTimed = link.value.is === "waiting" || link.value.is === "silent";
+  const told = toldWords(link.value, preferences.value.picture);
   const nowMs = isTimed ? pageMs.value : 0;
   return (
-    <p role="status" class={`link is-${link.value.is}`}>
-      <span class={link.value.is === "connected" ? "visually-hidden" : ""}>
-        {connectionWords(link.value, nowMs)}
+    <>
+      <p
+        role="status"
+        aria-live={isTimed || told ? "off" : "polite"}
+        class={`link is-${link.value.is}`}
+      >
+        <span class={link.value.is === "connected" ? "visually-hidden" : ""}>
+          {connectionWords(link.value, nowMs)}
+        </span>
+      </p>
+      {/* What counts seconds would be read out at each of them. */}
+      <span class="visually-hidden" aria-live="polite">
+        {told}
       </span>
-    </p>
+    </>
   );
 }

@@ -141,7 +141,11 @@ function Warnings() {
       {isBlind && <li>{t("stage.blind")}</li>}
       {isSlow && <li class="is-quiet">{t("stage.slow")}</li>}
       {isOld && problems.length === 0 && (
-        <li>{t("stage.old", { age: msWords(facts.value.pictureMs) })}</li>
+        <li>
+          <span aria-hidden="true">{t("stage.old", { age: msWords(facts.value.pictureMs) })}</span>
+          {/* Each new figure would be read out. */}
+          <span class="visually-hidden">{t("stage.not_live")}</span>
+        </li>
       )}
     </ul>
   );

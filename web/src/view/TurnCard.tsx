@@ -2,7 +2,7 @@ import { useEffect } from "preact/hooks";
 import { alertTab } from "../alertTab";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
-import { face } from "./face";
+import { ENDING_S, face } from "./face";
 import { HoldButton } from "./HoldButton";
 import { robotName } from "./robotName";
 
@@ -33,6 +33,10 @@ export function TurnCard() {
         <p class="headline">{now.headline}</p>
         <p class="next">{now.next}</p>
         {now.note && <p class="turn-note">{now.note}</p>}
+        {/* The timer is not read out, and its colour is not heard. */}
+        {now.tone === "ending" && (
+          <p class="visually-hidden">{t("face.ending", { n: ENDING_S })}</p>
+        )}
       </div>
       <div class="timer" role="timer" aria-label={t("face.time_left")}>
         {seconds !== null && t("face.left", { n: seconds })}

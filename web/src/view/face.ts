@@ -44,7 +44,7 @@ export interface Seen {
   isJustOver: boolean;
 }
 
-const ENDING_S = 10;
+export const ENDING_S = 10;
 
 export function face(seen: Seen): Face {
   if (!seen.isConnected) return unconnected(seen);

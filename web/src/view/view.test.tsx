@@ -181,6 +181,22 @@ describe("driving", () => {
     expect(getByText(body, "You are driving")).toBeTruthy();
   });
 
+  it("is said to be nearly over to who hears, once", () => {
+    show({ operator: 1 });
+    const ends = "10 seconds left.";
+    const endsMs = state.room.value?.turn.ends_server_ms ?? 0;
+    act(() => {
+      state.serverMs.value = endsMs - 10_500;
+    });
+    expect(queryByText(body, ends)).toBeNull();
+    for (const leftMs of [9900, 5000]) {
+      act(() => {
+        state.serverMs.value = endsMs - leftMs;
+      });
+      expect(getByText(body, ends).closest("[aria-live=assertive]")).toBeTruthy();
+    }
+  });
+
   it("ends with the connection", () => {
     show({ operator: 1 });
     act(() => {
@@ -665,6 +681,18 @@ describe("a call", () => {
     expect(document.title).toContain("You are driving");
   });
 
+  it("takes the keyboard from where one reads, not from a control", () => {
+    const turn = getByRole(body, "region", { name: "Turn" });
+    turn.tabIndex = -1;
+    turn.focus();
+    call();
+    expect(document.activeElement).toBe(button("I am ready"));
+    show({ operator: 1 });
+    button("Settings").focus();
+    call();
+    expect(document.activeElement).toBe(button("Settings"));
+  });
+
   it("is for nobody else", () => {
     call(3);
     expect(card()).toBeNull();
@@ -1023,6 +1051,26 @@ describe("a picture that is not live", () => {
     expect(getByText(body, "The picture is 1700 ms old.")).toBeTruthy();
   });
 
+  it("is not read out again with each new figure of its age, or second without an answer", () => {
+    show({ watching: [1] });
+    act(() => {
+      state.facts.value = { ...state.facts.value, pictureMs: 1700 };
+    });
+    expect(getByText(body, "The picture is 1700 ms old.").getAttribute("aria-hidden")).toBe("true");
+    expect(getByText(body, "The picture is not live.").closest("[aria-live=polite]")).toBeTruthy();
+    act(() => {
+      state.link.value = { is: "waiting", retryAtMs: 3000, reason: "The server is gone." };
+    });
+    expect(getByRole(body, "status").getAttribute("aria-live")).toBe("off");
+    const told = getByText(body, "Reconnecting… The server is gone.");
+    expect(told.getAttribute("aria-live")).toBe("polite");
+    act(() => {
+      state.link.value = { is: "connecting", reason: "The server is gone." };
+    });
+    expect(getByRole(body, "status").getAttribute("aria-live")).toBe("off");
+    expect(told.textContent).toBe("Reconnecting… The server is gone.");
+  });
+
   it("is spoken of once only", () => {
     show({ watching: [1] });
     act(() => {
@@ -1377,5 +1425,29 @@ describe("cameras beside the driving view", () => {
     show({ watching: [1] });
     open("Settings");
     expect(queryByRole(body, "switch", { name: "Other cameras" })).toBeNull();
+  });
+});
+
+describe("a panel", () => {
+  const close = () => button("Close the panel");
+
+  it("gives the keyboard back to its tab when it is closed with a key", () => {
+    for (const shut of [
+      () => close().click(),
+      () => close().dispatchEvent(new KeyboardEvent("keydown", { key: "Escape", bubbles: true })),
+    ]) {
+      act(() => button("Settings").click());
+      close().focus();
+      act(() => void shut());
+      expect(document.activeElement).toBe(button("Settings"));
+    }
+  });
+
+  it("leaves the keyboard to driving when it is closed by a pointer", () => {
+    act(() => button("Settings").click());
+    act(() => {
+      close().dispatchEvent(new MouseEvent("click", { detail: 1, bubbles: true }));
+    });
+    expect(document.activeElement).not.toBe(button("Settings"));
   });
 });

@@ -42,6 +42,14 @@ export function connectionWords(link: LinkState, nowMs: number): string {
   }
 }
 
+/** The connection, told once: without the seconds of the status line, which then is not read out. */
+export function toldWords(link: LinkState, saysPicture: boolean): string {
+  // Beside a picture it says that already.
+  if (link.is === "silent") return saysPicture ? "" : t("link.no_answer");
+  const reason = link.is === "waiting" || link.is === "connecting" ? link.reason : null;
+  return reason === null ? "" : t("link.reconnecting", { reason });
+}
+
 /** A rough waiting time: `about 40 s`, `about 2 min`. */
 export function waitWords(waitS: number | null): string {
   if (waitS === null) return "";
