@@ -8,6 +8,7 @@ import pytest
 import pytest_asyncio
 
 from e2e.harness import toml
+from wax.client import Operator
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
@@ -93,3 +94,21 @@ async def test_stop_is_in_sight_whatever_is_open(
         box = await _box(viewer.button("Stop"))
         assert box["y"] >= 0
         assert box["y"] + box["height"] <= height, panel
+
+
+@pytest.mark.timeout(60)
+async def test_who_waits_can_read_what_lies_over_the_picture(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """On a phone held across, the hint over the picture is as light as the buttons there."""
+    viewer = await open_viewer(server)
+    await viewer.page.set_viewport_size({"width": 844, "height": 390})
+    async with Operator(server.url, name="Ada") as operator:
+        await operator.join()
+        await viewer.join()
+        hint = viewer.page.get_by_text("You drive when it is your turn.", exact=True)
+        await hint.wait_for()
+        colour = "one => getComputedStyle(one).color"
+        button = await viewer.button("Safety").evaluate(colour)
+        assert await hint.evaluate(colour) == button
+        await viewer.leave()
