@@ -80,6 +80,6 @@ else
     stage "one cell of the lab" lab --only E3/wireless-1m/operator
 fi
 [ $status = 0 ] || say "something failed, see above; the tests in browsers follow"
-python_tests e2e "not alone$short" -n 3 --dist worksteal || status=1
+python_tests e2e "not alone$short" -n 2 --dist worksteal || status=1
 python_tests e2e "alone$short" || status=1
 exit $status

@@ -75,8 +75,8 @@ async def test_smooth_or_immediate(server: Server, open_viewer: OpenViewer) -> N
     await viewer.open("Settings")
     await viewer.choose_timing("Immediate")
     await viewer.open("Details")
-    policy = viewer.page.get_by_text("video-first", exact=True)
-    await expect(policy.last).to_be_visible()
+    details = viewer.page.get_by_role("region", name="Details", exact=True)
+    await expect(details.get_by_text("Immediate", exact=True)).to_be_visible()
 
 
 async def loudness(viewer: Viewer) -> float:
