@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Literal
 
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 from tests.control.rules import RULES
 
 from wax.control import speed
@@ -12,7 +15,7 @@ from wax.control.command import Command
 from wax.control.reasons import Limit
 from wax.control.stopping_distance import fastest_mps
 from wax.control.video_freshness import VideoFreshness
-from wax.driver.interface import STANDSTILL, Twist
+from wax.driver.interface import STANDSTILL, Limits, Twist
 
 TTL_S = 0.15
 FULL = Command(1, 1, 0.0, -1.0, 0.5, True, "fast")
@@ -40,6 +43,29 @@ def test_what_is_left_of_the_speed() -> None:
 def test_nothing_is_left_out_of_nothing(command: Command | None) -> None:
     """Who asks for no motion is not slowed."""
     assert speed.share(command, STANDSTILL, RULES) == 1.0
+
+
+@given(
+    linear=st.floats(-1, 1),
+    angular=st.floats(-1, 1),
+    pace=st.sampled_from(["slow", "fast"]),
+    most=st.tuples(st.sampled_from([0.0, 0.8]), st.sampled_from([0.0, 1.0])),
+    freshness=st.sampled_from(VideoFreshness),
+)
+@example(linear=5e-324, angular=1.0, pace="slow", most=(0.8, 1.0), freshness=VideoFreshness.LATE)
+@example(linear=1.0, angular=0.0, pace="fast", most=(0.0, 1.0), freshness=VideoFreshness.LATE)
+def test_what_is_left_is_a_share(
+    linear: float,
+    angular: float,
+    pace: Literal["slow", "fast"],
+    most: tuple[float, float],
+    freshness: VideoFreshness,
+) -> None:
+    """Whatever is asked of whatever robot, a part that is nothing included, it is from 0 to 1."""
+    command = replace(FULL, linear=linear, angular=angular, speed=pace)
+    rules = replace(RULES, limits=Limits(*most))
+    lowered, _ = speed.twist(command, freshness, TTL_S, rules, 0.5)
+    assert 0.0 <= speed.share(command, lowered, rules) <= 1.0
 
 
 def test_fine() -> None:

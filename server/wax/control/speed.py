@@ -53,12 +53,16 @@ def twist(
 
 def share(command: Command | None, lowered: Twist, rules: Rules) -> float:
     """Return what part of the speed that a command asks for is left, 1 where it asks for none."""
-    if command is None or not command.asks_for_motion:
+    if command is None:
         return 1.0
     own = rules.slow_fraction if command.speed == "slow" else 1.0
-    if command.linear != 0:
-        return lowered.linear_mps / (own * command.linear * rules.limits.linear_mps)
-    return lowered.angular_rps / (own * command.angular * rules.limits.angular_rps)
+    linear_mps = abs(own * command.linear * rules.limits.linear_mps)
+    angular_rps = abs(own * command.angular * rules.limits.angular_rps)
+    # Both parts are scaled alike; one may be nothing, by its limit or because it is so little.
+    asked, left = max(
+        (linear_mps, abs(lowered.linear_mps)), (angular_rps, abs(lowered.angular_rps))
+    )
+    return min(1.0, left / asked) if asked > 0 else 1.0
 
 
 def _stopping(wanted_mps: float, rules: Rules) -> Limit:
