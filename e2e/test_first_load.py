@@ -76,6 +76,21 @@ async def test_little_is_loaded_before_the_first_picture(chromium: Browser, serv
 
 
 @pytest.mark.timeout(60)
+async def test_the_worker_that_plays_comes_with_the_page(
+    server: Server, open_viewer: OpenViewer
+) -> None:
+    """What is fetched ahead is what is started: another one would be fetched for nothing."""
+    page = (await open_viewer(server)).page
+    ahead: list[str] = await page.evaluate(
+        "Array.from(document.querySelectorAll('link[rel=modulepreload]'), (link) => link.href)"
+    )
+    started = {worker.url for worker in page.workers}
+    assert started, "the page has started no worker"
+    assert started <= set(ahead), ahead
+    assert len([url for url in ahead if "orker" in url]) == 1, ahead
+
+
+@pytest.mark.timeout(60)
 async def test_everything_loaded_is_the_servers_own(
     server: Server, open_viewer: OpenViewer
 ) -> None:

@@ -6,8 +6,9 @@ function preloadWorker(): Plugin {
   return {
     name: "preload-worker",
     transformIndexHtml(_html, { bundle }) {
-      const worker = Object.keys(bundle ?? {}).find((name) => /\bworker-[^/]*\.js$/.test(name));
-      if (!worker) return [];
+      if (!bundle) return [];
+      const worker = Object.keys(bundle).find((name) => /\bplayerWorker-[^/]*\.js$/.test(name));
+      if (!worker) throw new Error("the player's worker is not among what was built");
       const attrs = { rel: "modulepreload", href: `/${worker}` };
       return [{ tag: "link", attrs, injectTo: "head" }];
     },

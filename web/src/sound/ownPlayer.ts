@@ -1,5 +1,5 @@
 import { t } from "../words/words";
-import type { FromWorker, Playing, ToWorker } from "./worker";
+import type { FromWorker, Playing, ToWorker } from "./playerWorker";
 import type { FromWorklet, ToWorklet } from "./worklet";
 import workletUrl from "./worklet.ts?worker&url";
 
@@ -89,7 +89,7 @@ export class OwnPlayer {
 
   /** Gets ready to watch receivers; resolves to false if that is not possible. */
   start(): Promise<boolean> {
-    const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
+    const worker = new Worker(new URL("./playerWorker.ts", import.meta.url), { type: "module" });
     return new Promise((resolve) => {
       worker.onerror = () => resolve(false);
       worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {

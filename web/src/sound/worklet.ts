@@ -2,8 +2,8 @@
 
 import { LevelMeter } from "./loudness";
 import { OPUS_HZ } from "./opus";
+import type { Decoded } from "./playerWorker";
 import { type Played, SoundPlayer } from "./soundPlayer";
-import type { Decoded } from "./worker";
 
 /** From the page: where the sound comes from, and its least delay. */
 export type ToWorklet = { sound: MessagePort } | { leastDelayMs: number | null };
