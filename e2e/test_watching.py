@@ -39,6 +39,8 @@ async def test_a_photo_is_what_is_seen(
 ) -> None:
     """A photo is the picture in its own size; without a picture there is none, but a reason."""
     viewer = await open_viewer(server)
+    # It begins small and grows, and photo and picture are to be of one size.
+    await viewer.page.wait_for_function("document.querySelector('video').videoWidth === 640")
     await viewer.open("Settings")
     async with viewer.page.expect_download() as saving:
         await viewer.button("Take a photo").click()
