@@ -173,10 +173,10 @@ def test_what_stops_a_moving_robot_is_told(
 ) -> None:
     """Once, with its operator; what the operator did is no stop."""
     rig.viewers.append(viewer(1, "Ada"))
-    rig.keeper.drive_status(1, False, Hold.TURN_STARTED.value)
-    rig.keeper.drive_status(1, True, None)
-    rig.keeper.drive_status(1, True, reason)
-    rig.keeper.drive_status(1, False, reason)
+    rig.keeper.drive_status(1, False, Hold.TURN_STARTED.value, 1.0)
+    rig.keeper.drive_status(1, True, None, 1.0)
+    rig.keeper.drive_status(1, True, reason, 1.0)
+    rig.keeper.drive_status(1, False, reason, 1.0)
     rows = rig.written("stops")
     assert [row["reason"] for row in rows] == ([] if told is None else [told])
     assert [(row["name"], row["number"]) for row in rows] == [("Ada", None)] * len(rows)
@@ -186,9 +186,9 @@ def test_what_stops_a_moving_robot_is_told(
 def test_a_pressed_stop_is_told_once(rig: Rig) -> None:
     """Not again as what the gate says while it lasts."""
     rig.viewers.append(viewer(1, "Ada"))
-    rig.keeper.drive_status(1, True, None)
+    rig.keeper.drive_status(1, True, None, 1.0)
     rig.keeper.stop_pressed(None, "somebody", 1)
-    rig.keeper.drive_status(1, False, stopped_by(says("somebody")))
+    rig.keeper.drive_status(1, False, stopped_by(says("somebody")), 1.0)
     assert len(rig.written("stops")) == 1
 
 
@@ -196,8 +196,8 @@ def test_a_bad_link_does_not_fill_the_file(rig: Rig) -> None:
     """Interruptions many times a second are all counted, and one a second is a row."""
     rig.viewers.append(viewer(1, "Ada"))
     for _ in range(30):
-        rig.keeper.drive_status(1, True, None)
-        rig.keeper.drive_status(1, False, Refusal.TOO_OLD.value)
+        rig.keeper.drive_status(1, True, None, 1.0)
+        rig.keeper.drive_status(1, False, Refusal.TOO_OLD.value, 1.0)
         rig.clock.time_s += 0.1
     assert rig.keeper.stops == {"too_old": 30}
     assert len(rig.written("stops")) == 3

@@ -255,16 +255,16 @@ def test_turns_are_written(rig: Rig) -> None:
 
 def test_a_fault_keeps_the_last_two_minutes(rig: Rig) -> None:
     """A robot that drove and is held by no one's wish; a pressed Stop or a finger is no fault."""
-    rig.keeper.drive_status(7, True, None)
-    rig.keeper.drive_status(7, False, NOT_HELD)
+    rig.keeper.drive_status(7, True, None, 1.0)
+    rig.keeper.drive_status(7, False, NOT_HELD, 1.0)
     assert rig.writing.kept == []
-    rig.keeper.drive_status(7, True, None)
+    rig.keeper.drive_status(7, True, None, 1.0)
     rig.latched = LatchedStop(1, says("Ada"), 2)
-    rig.keeper.drive_status(7, False, stopped_by(says("Ada")))
+    rig.keeper.drive_status(7, False, stopped_by(says("Ada")), 1.0)
     assert rig.writing.kept == []
     rig.latched = None
-    rig.keeper.drive_status(7, True, None)
-    rig.keeper.drive_status(7, True, Refusal.TOO_OLD.value)
+    rig.keeper.drive_status(7, True, None, 1.0)
+    rig.keeper.drive_status(7, True, Refusal.TOO_OLD.value, 1.0)
     assert rig.writing.kept == [(100.0 - KEPT_S, "fault")]
     assert rig.writing.of("faulted") == [{"type": "faulted", "operator": 7, "why": "too_old"}]
 

@@ -12,6 +12,7 @@ import subprocess
 import sys
 from typing import TYPE_CHECKING, Any, Final
 
+from wax import python_process
 from wax.config import driver_tables
 
 if TYPE_CHECKING:
@@ -24,15 +25,7 @@ def check(robot: dict[str, Any], ours: Collection[str]) -> list[str]:
     """Return the sentences of `driver_tables.check_here`, none where the driver fails."""
     asked = json.dumps({"robot": robot, "ours": sorted(ours)}, default=str)
     try:
-        done = subprocess.run(
-            [sys.executable, "-P", "-m", "wax.config.foreign_table"],
-            input=asked.encode(),
-            stdout=subprocess.PIPE,
-            timeout=_LOAD_S,
-            env=os.environ | {"PYTHONPATH": os.pathsep.join(p or "." for p in sys.path)},
-            start_new_session=True,
-            check=False,
-        )
+        done = python_process.ask("wax.config.foreign_table", asked.encode(), _LOAD_S)
         lines = json.loads(done.stdout)
     except (OSError, subprocess.TimeoutExpired, ValueError):
         return []

@@ -6,13 +6,12 @@ process. So it is built once in a process that only tells what it found (`wax.ro
 
 from __future__ import annotations
 
-import os
 import subprocess
-import sys
 from typing import TYPE_CHECKING, Final, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from wax import python_process
 from wax.config.settings import LogSettings
 from wax.driver.hand import HasHand
 from wax.driver.interface import KnowsItsView, Limits, OwnView
@@ -84,15 +83,7 @@ def look(settings: RobotSettings, log: LogSettings | None = None) -> Known:
     begin = encode(Begin(robot=settings, log=log or LogSettings()))
     name = settings.driver
     try:
-        done = subprocess.run(
-            [sys.executable, "-P", "-m", "wax.robot.look"],
-            input=begin,
-            stdout=subprocess.PIPE,
-            timeout=BUILD_S,
-            env=os.environ | {"PYTHONPATH": os.pathsep.join(p or "." for p in sys.path)},
-            start_new_session=True,
-            check=False,
-        )
+        done = python_process.ask("wax.robot.look", begin, BUILD_S)
     except subprocess.TimeoutExpired as error:
         raise PluginError(
             f"{KEY}: {name} hangs: building it takes longer than {BUILD_S:g} s"

@@ -148,7 +148,7 @@ class RecordKeeper:
                 self._stop = None
 
     def drive_status(
-        self, number: int, moving: bool, reason: Sentence | None, _share: float = 1.0
+        self, number: int, moving: bool, reason: Sentence | None, _share: float
     ) -> None:
         """Follow whether the robot moves, and what keeps it; see `ControlLoop`."""
         with self._contained():

@@ -156,7 +156,7 @@ class TapeKeeper:
                 self._recorder.event(turned, now_s, lasts_as="turned")
 
     def drive_status(
-        self, number: int, moving: bool, reason: Sentence | None, _share: float = 1.0
+        self, number: int, moving: bool, reason: Sentence | None, _share: float
     ) -> None:
         """Keep the last two minutes when the robot was stopped by a fault."""
         with self._contained():

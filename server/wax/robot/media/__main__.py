@@ -7,7 +7,6 @@ with the pipe, however the server ended.
 from __future__ import annotations
 
 import contextlib
-import logging
 import os
 import select
 import signal
@@ -25,7 +24,14 @@ from wax.robot.build_driver import make_driver
 from wax.robot.media.messages import MediaBegin
 from wax.robot.media.outlets import CameraOutlet, MicrophoneOutlet, SpeakerOutlet
 from wax.robot.media.picture_memory import PictureMemory
-from wax.robot.process.child_start import READ_BYTES, first_line, log_as, outlive_signals, own_pipes
+from wax.robot.process.child_start import (
+    READ_BYTES,
+    first_line,
+    log_as,
+    outlive_signals,
+    own_pipes,
+    run,
+)
 from wax.sentence import Sentence
 
 if TYPE_CHECKING:
@@ -124,11 +130,4 @@ def _outlet(one: OutletSettings, robot: _Robot, clock: Clock) -> Outlet:
 
 
 if __name__ == "__main__":
-    status = 1
-    try:
-        status = main()
-    except Exception:
-        _LOG.exception("the media process failed")
-    finally:
-        logging.shutdown()
-        os._exit(status)  # a thread that a plug-in left behind must not keep the process alive
+    run(main, "the media process")

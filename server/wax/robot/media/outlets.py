@@ -76,7 +76,24 @@ class _Made:
             self._source.close()
 
 
-class CameraOutlet:
+class _SourceOutlet:
+    """An outlet whose source and answers run in a thread each."""
+
+    _source: SourceThread[Any]
+    _answers: _Answers
+
+    def start(self) -> None:
+        self._source.start()
+        self._answers.start()
+
+    def request_stop(self) -> None:
+        self._source.request_stop()
+
+    def stop(self) -> None:
+        self._source.stop()
+
+
+class CameraOutlet(_SourceOutlet):
     """Writes the newest picture into memory when the server asks for one."""
 
     def __init__(
@@ -96,16 +113,6 @@ class CameraOutlet:
         self._source = SourceThread(source, self._slot.put, name=name, clock=clock, retry_s=retry_s)
         self._answers = _Answers(connection, self._next, name)
 
-    def start(self) -> None:
-        self._source.start()
-        self._answers.start()
-
-    def request_stop(self) -> None:
-        self._source.request_stop()
-
-    def stop(self) -> None:
-        self._source.stop()
-
     def _next(self, _question: bytes) -> bytes:
         while (found := self._slot.newer_than(self._seen, _LOOK_S)) is None:
             if (problem := self._source.problem) is not None:
@@ -117,7 +124,7 @@ class CameraOutlet:
         )
 
 
-class MicrophoneOutlet:
+class MicrophoneOutlet(_SourceOutlet):
     """Sends the sound, piece by piece, as the server asks for it."""
 
     def __init__(
@@ -138,16 +145,6 @@ class MicrophoneOutlet:
             retry_s=retry_s,
         )
         self._answers = _Answers(connection, self._next, "microphone")
-
-    def start(self) -> None:
-        self._source.start()
-        self._answers.start()
-
-    def request_stop(self) -> None:
-        self._source.request_stop()
-
-    def stop(self) -> None:
-        self._source.stop()
 
     def _put(self, sound: Sound) -> None:
         with self._news:

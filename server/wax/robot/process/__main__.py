@@ -8,7 +8,6 @@ all processes of the server do not end it, so that it can stop the robot.
 from __future__ import annotations
 
 import contextlib
-import logging
 import os
 from typing import Final
 
@@ -18,7 +17,7 @@ from wax.clock import SystemClock
 from wax.errors import ConfigError
 from wax.robot.build_driver import make_driver
 from wax.robot.process.child_loop import ChildLoop
-from wax.robot.process.child_start import first_line, log_as, outlive_signals, own_pipes
+from wax.robot.process.child_start import first_line, log_as, outlive_signals, own_pipes, run
 from wax.robot.process.driver_watchdog import DriverWatchdog
 from wax.robot.process.passenger import make_passenger
 from wax.robot.process.pipe_messages import NotBuilt, decode_begin, encode
@@ -66,11 +65,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    status = 1
-    try:
-        status = main()
-    except Exception:
-        _LOG.exception("the driver process failed")
-    finally:
-        logging.shutdown()
-        os._exit(status)  # a thread that a plug-in left behind must not keep the process alive
+    run(main, "the driver process")

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import select
 import subprocess
-import sys
 from typing import TYPE_CHECKING, Final
+
+from wax import python_process
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -27,14 +28,12 @@ class ChildProcess:
         self, begin: bytes, module: str = _DRIVER, descriptors: Collection[int] = ()
     ) -> None:
         self._process = subprocess.Popen(
-            # -P: not what lies in the working directory
-            [sys.executable, "-P", "-m", module],
+            python_process.command(module),
             pass_fds=descriptors,
             bufsize=0,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            # The process finds a driver where the server found it.
-            env=os.environ | {"PYTHONPATH": os.pathsep.join(p or "." for p in sys.path)},
+            env=python_process.environment(),
             # Ctrl-C reaches all processes of the terminal; this one must stop the robot first.
             start_new_session=True,
         )

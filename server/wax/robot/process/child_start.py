@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import sys
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NoReturn
 
 import structlog
 
@@ -13,6 +14,8 @@ from wax.log_handler import PrintedLines
 from wax.telemetry import configure_logs
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from wax.config.settings import LogSettings
 
 _LOG = structlog.get_logger(__name__)
@@ -45,6 +48,18 @@ def first_line(reader: int) -> bytes | None:
             return None
         line += data
     return line
+
+
+def run(main: Callable[[], int], name: str) -> NoReturn:
+    """End this process with what `main` returns, and with it all threads that a plug-in left."""
+    status = 1
+    try:
+        status = main()
+    except Exception:
+        _LOG.exception(f"{name} failed")
+    finally:
+        logging.shutdown()
+        os._exit(status)
 
 
 def log_as(settings: LogSettings, who: str) -> None:
