@@ -28,7 +28,7 @@ describe("a face for each state", () => {
     const first = face(
       seen({ link: { is: "connecting", reason: null }, isConnected: false, hello: null, me: null }),
     );
-    expect(first).toMatchObject({ tone: "calm", headline: "Connecting…", queue: null });
+    expect(first).toMatchObject({ tone: "connecting", headline: "Connecting…", queue: null });
   });
 
   it("lost: how long the place is kept", () => {

@@ -17,8 +17,8 @@ import {
   turnWords,
 } from "./words";
 
-/** How the card looks: nothing to do, driving, nearly over, stopped, or something in the way. */
-export type Tone = "calm" | "driving" | "ending" | "stopped" | "trouble";
+/** How the card looks: not connected yet, nothing to do, driving, nearly over, stopped, or something in the way. */
+export type Tone = "connecting" | "calm" | "driving" | "ending" | "stopped" | "trouble";
 
 export interface Face extends TurnWords {
   tone: Tone;
@@ -76,7 +76,13 @@ function unconnected({ link, hello, me }: Seen): Face {
   const words = isFirst
     ? { headline: t("face.connecting"), next: t("face.connecting_next") }
     : kept;
-  return { ...words, tone: isFirst ? "calm" : "trouble", note: null, releases: false, queue: null };
+  return {
+    ...words,
+    tone: isFirst ? "connecting" : "trouble",
+    note: null,
+    releases: false,
+    queue: null,
+  };
 }
 
 function queueing(hello: Hello | null, me: ViewerInfo | null): Face["queue"] {
