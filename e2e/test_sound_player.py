@@ -164,7 +164,7 @@ async def test_a_decoder_that_fails_is_hardly_heard(
         await route.fulfill(response=answer, body=broken)
 
     viewer = await open_viewer(server)
-    await viewer.page.context.route("**/assets/worker-*.js", failing)
+    await viewer.page.context.route("**/assets/playerWorker-*.js", failing)
     await viewer.page.reload()
     await viewer.sees_picture()
     await viewer.listen()

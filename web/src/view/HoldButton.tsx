@@ -47,11 +47,14 @@ export function HoldButton({ onHeld, children }: Props) {
       type="button"
       class={held ? "hold-button is-held" : "hold-button"}
       onPointerDown={(event) => {
-        if (event.button === 0) begin();
+        if (event.button !== 0) return;
+        // The page may move under a hand that keeps still: a banner that goes ends no hold.
+        event.currentTarget.setPointerCapture(event.pointerId);
+        begin();
       }}
       onPointerUp={end}
       onPointerCancel={end}
-      onPointerLeave={end}
+      onLostPointerCapture={end}
       onBlur={end}
       onKeyDown={(event) => {
         if (event.code === "Space" || HOLDING.has(event.code)) event.preventDefault();

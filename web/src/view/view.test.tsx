@@ -120,13 +120,16 @@ function open(tab: string): void {
   act(() => button(tab).click());
 }
 
-function pointer(element: Element, type: string, pointerId = 1): void {
-  element.setPointerCapture = () => {};
+/** What a pointer does to an element; its captures are returned. */
+function pointer(element: Element, type: string, pointerId = 1) {
+  const capture = vi.fn<(pointerId: number) => void>();
+  element.setPointerCapture = capture;
   act(() => {
     element.dispatchEvent(
       new PointerEvent(type, { bubbles: true, cancelable: true, pointerId, button: 0 }),
     );
   });
+  return capture;
 }
 
 function key(element: Element, type: string, code: string): void {
@@ -396,12 +399,18 @@ describe("a stop that is latched", () => {
     expect(actions.releaseStop).toHaveBeenCalledOnce();
   });
 
-  it.each(["pointercancel", "pointerleave", "blur"])("is not released after %s", (type) => {
+  it.each(["pointercancel", "lostpointercapture", "blur"])("is not released after %s", (type) => {
     show({ operator: 1, stop });
     pointer(button("Hold to release"), "pointerdown");
     pointer(button("Hold to release"), type);
     wait(2000);
     expect(actions.releaseStop).not.toHaveBeenCalled();
+  });
+
+  it("keeps a finger that holds it when the page moves under it", () => {
+    show({ operator: 1, stop });
+    const capture = pointer(button("Hold to release"), "pointerdown", 7);
+    expect(capture).toHaveBeenCalledExactlyOnceWith(7);
   });
 
   it("is not released when the window goes away meanwhile", () => {
