@@ -40,7 +40,8 @@ async def test_a_photo_is_what_is_seen(
     """A photo is the picture in its own size; without a picture there is none, but a reason."""
     viewer = await open_viewer(server)
     # It begins small and grows, and photo and picture are to be of one size.
-    await viewer.page.wait_for_function("document.querySelector('video').videoWidth === 640")
+    is_grown = "document.querySelector('video').videoWidth === 640"
+    await eventually(lambda: viewer.page.evaluate(is_grown), "the picture is as large as it gets")
     await viewer.open("Settings")
     async with viewer.page.expect_download() as saving:
         await viewer.button("Take a photo").click()
