@@ -45,7 +45,7 @@ async def test_every_control_has_its_role_and_name(server: Server, open_viewer: 
     assert await viewer.page.get_by_role("status").count() >= 1
     await viewer.join()
     await viewer.drives()
-    await viewer.button("Leave the queue").wait_for(state="visible")
+    await viewer.button("End my turn").wait_for(state="visible")
     for name in (*DRIVE_BUTTONS, "Stop"):
         assert await viewer.button(name).count() == 1, name
     for name in ("Slow", "Fast"):

@@ -23,7 +23,7 @@ before = psutil.Process().memory_info().rss
 large, small = [], []
 for _ in range(64):
     large.append(c.malloc(mib))
-    small.append(c.malloc(20_000))
+    small.append(c.malloc(200_000))  # no gap of an import holds all of these
     c.memset(large[-1], 1, mib)
 for one in large:
     c.free(one)

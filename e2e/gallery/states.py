@@ -100,7 +100,7 @@ STATES: Final = (
         "full",
         "No place",
         watching.full,
-        _any("no place", "full", "places are taken"),
+        _any("only place is taken"),
         has_stop=False,
     ),
     State("picture-off", "The picture is off", panels.picture_off, _any("picture is off")),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from e2e.measure.ear import Block, Ear, Tap
 
 HERE = Path(__file__).parent
+LEAVE = re.compile(r"^(Leave the queue|End my turn)$")
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +115,8 @@ class Viewer:
         await self.button("Join the queue").click()
 
     async def leave(self) -> None:
-        await self.button("Leave the queue").click()
+        """Give up the place in the queue, or the turn."""
+        await self.page.get_by_role("button", name=LEAVE).click()
 
     async def release_stop(self) -> None:
         """Hold the button that releases the stop for the time that it requires."""

@@ -61,7 +61,7 @@ it("shows the driving view large when a turn begins, and lets one swap after tha
   state.room.value = room({ operator: 1 });
   expect(state.large.value).toBeNull();
   cameras.choose(1);
-  state.room.value = room({ operator: 1, stop: { number: 3, by: says("Ada") } });
+  state.room.value = room({ operator: 1, stop: { number: 3, by: says("Ada"), viewer: null } });
   expect(state.large.value).toBe(1);
 });
 

@@ -22,7 +22,7 @@ it("adds who is new, in the order of arrival, and leaves out who is gone", () =>
 });
 
 it("takes everything else as it is now, a released stop too", () => {
-  const stopped = { ...before, stop: { number: 4, by: says("Bob") } };
+  const stopped = { ...before, stop: { number: 4, by: says("Bob"), viewer: null } };
   const turn = { number: 9, operator: 3, ends_server_ms: null, stands_left_ms: null, axes: {} };
   const after = changed(stopped, change({ turn, stop: null }));
   expect(after).toEqual({ ...before, turn, viewers: changed(before, change({})).viewers });

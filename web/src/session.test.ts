@@ -180,7 +180,7 @@ describe("input", () => {
   });
 
   it("are empty from the moment of a stop until the first press after its release", () => {
-    const stop = { number: 3, by: says("Bob") };
+    const stop = { number: 3, by: says("Bob"), viewer: null };
     session.actions.press("a", "forward");
     expect(said(() => receive(room({ operator: 1, number: 7, stop })))).toEqual([[false, 0]]);
     session.actions.press("a", "forward");

@@ -524,10 +524,14 @@ class VoiceInfo(_Outgoing):
 
 
 class StopInfo(_Outgoing):
-    """The stop in force: its rising number, and who pressed it, to be named after “by”."""
+    """The stop in force: its rising number, and who pressed it, to be named after “by”.
+
+    `viewer` is their number, null where it was nobody of those who are here.
+    """
 
     number: int
     by: Sentence
+    viewer: int | None
 
 
 class House(_Outgoing):

@@ -122,7 +122,9 @@ class Announcements:
                 axes=dict(first_axes or {}),
             ),
             call=self._call(),
-            stop=None if stop is None else messages.StopInfo(number=stop.number, by=stop.by),
+            stop=None
+            if stop is None
+            else messages.StopInfo(number=stop.number, by=stop.by, viewer=stop.viewer),
             house=messages.House(
                 held=self._turns.is_held,
                 locked=self._access.admission.is_locked,

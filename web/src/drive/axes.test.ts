@@ -12,7 +12,7 @@ interface Word {
   axes: Drive["axes"];
 }
 
-const STOP = { number: 3, by: says("Bob") };
+const STOP = { number: 3, by: says("Bob"), viewer: null };
 const NOTHING = { held: false, axes: {} };
 
 let state: State;

@@ -10,7 +10,7 @@ import { DriveController } from "./driveController";
 
 const ADA = 1;
 const BOB = 2;
-const STOP = { number: 7, by: says("Bob") };
+const STOP = { number: 7, by: says("Bob"), viewer: null };
 const stop = vi.fn();
 const releaseStop = vi.fn();
 const toggleSpeed = vi.fn();

@@ -134,7 +134,11 @@ const RELEASES: Record<string, () => void> = {
     state.room.value = room({ operator: ADA, number: 8 });
   },
   "a latched stop": () => {
-    state.room.value = room({ operator: ADA, number: 7, stop: { number: 1, by: says("Bob") } });
+    state.room.value = room({
+      operator: ADA,
+      number: 7,
+      stop: { number: 1, by: says("Bob"), viewer: null },
+    });
   },
   "a lost link": () => {
     state.link.value = { is: "connecting", reason: null };

@@ -50,7 +50,7 @@ it("tells who drives and for how long, who is next, and how many watch", () => {
   expect(getByRole(body, "timer", { name: "Time left" }).textContent).toBe("0:42");
   expect(getByText(body, "Next: Bob")).toBeTruthy();
   expect(getByText(body, "3 people watch")).toBeTruthy();
-  show({ watching: [9], stop: { number: 1, by: says("Cleo") } });
+  show({ watching: [9], stop: { number: 1, by: says("Cleo"), viewer: null } });
   expect(getByText(body, "Nobody is driving: the robot is free")).toBeTruthy();
   expect(queryByRole(body, "timer")).toBeNull();
   expect(getByText(body, "Nobody is waiting")).toBeTruthy();

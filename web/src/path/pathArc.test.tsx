@@ -227,7 +227,7 @@ describe("what is commanded", () => {
 
   it("is nothing while a stop is in force", () => {
     push("forward");
-    state.room.value = room({ operator: 1, stop: { number: 1, by: says("Ada") } });
+    state.room.value = room({ operator: 1, stop: { number: 1, by: says("Ada"), viewer: null } });
     expect(commanded(state)).toEqual({ linearMps: 0, angularRps: 0 });
   });
 });

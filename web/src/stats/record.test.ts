@@ -53,7 +53,11 @@ it("knows a picture that is not sent from one of which nothing is known", () => 
 it("marks what happens, once each, and nothing before it happens", () => {
   expect(marks()).toEqual([]);
   state.link.value = { is: "connected" };
-  state.room.value = room({ operator: 1, number: 4, stop: { number: 2, by: says("Bob") } });
+  state.room.value = room({
+    operator: 1,
+    number: 4,
+    stop: { number: 2, by: says("Bob"), viewer: null },
+  });
   state.room.value = room({ operator: 1, number: 4 });
   state.driveReason.value = says("Slow: the picture is late.");
   state.driveReason.value = null;
@@ -78,7 +82,7 @@ it("marks what happens, once each, and nothing before it happens", () => {
 });
 
 it("keeps nobody's name", () => {
-  const present = room({ stop: { number: 2, by: says("Ada from elsewhere") } });
+  const present = room({ stop: { number: 2, by: says("Ada from elsewhere"), viewer: null } });
   state.room.value = { ...present, viewers: [viewer(1, { name: "Ada" }), viewer(2, { name: "" })] };
   state.driveReason.value = says("Stopped by Ada. Release the stop, then drive again.");
   expect(marks().at(-1)).toBe("robot: Stopped by …. Release the stop, then drive again.");

@@ -2,7 +2,7 @@ import { useEffect } from "preact/hooks";
 import { alertTab } from "../alertTab";
 import { t } from "../words/words";
 import { useActions, useState } from "./context";
-import { ENDING_S, face } from "./face";
+import { ENDING_S, type Face, face } from "./face";
 import { HoldButton } from "./HoldButton";
 import { robotName } from "./robotName";
 
@@ -38,16 +38,24 @@ export function TurnCard() {
           <p class="visually-hidden">{t("face.ending", { n: ENDING_S })}</p>
         )}
       </div>
-      <div class="timer" role="timer" aria-label={t("face.time_left")}>
-        {seconds !== null && t("face.left", { n: seconds })}
-      </div>
+      <Clock wait={now.wait} secondsLeft={seconds} />
       {now.releases && <HoldButton onHeld={releaseStop}>{t("face.release")}</HoldButton>}
       <QueueButton does={now.queue} />
     </section>
   );
 }
 
-function QueueButton({ does }: { does: "join" | "leave" | null }) {
+/** A timer is not read out by itself: who waits would hear their estimate again and again. */
+function Clock({ wait, secondsLeft }: { wait: string | null; secondsLeft: number | null }) {
+  const left = secondsLeft === null ? "" : t("face.left", { n: secondsLeft });
+  return (
+    <div class="timer" role="timer" aria-label={t(wait === null ? "face.time_left" : "face.wait")}>
+      {wait ?? left}
+    </div>
+  );
+}
+
+function QueueButton({ does }: { does: Face["queue"] }) {
   const { join, leave } = useActions();
   if (does === null) return null;
   // Keys, or a reused button would keep the focus, and Space would leave.
@@ -63,8 +71,8 @@ function QueueButton({ does }: { does: "join" | "leave" | null }) {
     if (event.detail < 2) leave();
   };
   return (
-    <button key="leave" type="button" class="queue-button is-leave" onClick={onClick}>
-      {t("face.leave")}
+    <button key={does} type="button" class="queue-button is-leave" onClick={onClick}>
+      {t(does === "end" ? "face.end" : "face.leave")}
     </button>
   );
 }

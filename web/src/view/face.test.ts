@@ -21,7 +21,7 @@ function seen(change: Partial<Seen> = {}, people: Parameters<typeof room>[0] = {
   };
 }
 
-const stop = { number: 1, by: says("Cleo") };
+const stop = { number: 1, by: says("Cleo"), viewer: null };
 
 describe("a face for each state", () => {
   it("before there is a connection: what happens, and nothing to press", () => {
@@ -50,7 +50,8 @@ describe("a face for each state", () => {
 
   it("waiting: the place and what is ahead", () => {
     const words = face(seen({}, { operator: 2, waiting: [1], watching: [] }));
-    expect(words.headline).toContain("You are next");
+    expect(words.headline).toBe("You are next");
+    expect(words.wait).toBe("about 30 s");
     expect(words.queue).toBe("leave");
   });
 
@@ -64,7 +65,7 @@ describe("a face for each state", () => {
     const others = face(seen({}, { operator: 2, watching: [1], stop }));
     expect(others).toMatchObject({ tone: "stopped", headline: "Stopped by Cleo", releases: false });
     const mine = face(seen({ mayRelease: true }, { operator: 1, watching: [], stop }));
-    expect(mine).toMatchObject({ tone: "stopped", releases: true, queue: "leave" });
+    expect(mine).toMatchObject({ tone: "stopped", releases: true, queue: "end", wait: null });
   });
 
   it("a robot that does not answer is in the way of everybody", () => {

@@ -15,6 +15,7 @@ import {
   stoppedWords,
   type TurnWords,
   turnWords,
+  waitWords,
 } from "./words";
 
 /** How the card looks: not connected yet, nothing to do, driving, nearly over, stopped, or something in the way. */
@@ -23,10 +24,12 @@ export type Tone = "connecting" | "calm" | "driving" | "ending" | "stopped" | "t
 export interface Face extends TurnWords {
   tone: Tone;
   note: string | null;
+  /** Roughly how long until their turn, for who waits; it changes often and is not read out. */
+  wait: string | null;
   /** Whether this viewer can release the stop that is in force. */
   releases: boolean;
   /** What the large button does; null where there is nothing to press. */
-  queue: "join" | "leave" | null;
+  queue: "join" | "leave" | "end" | null;
 }
 
 /** What a face depends on. */
@@ -51,17 +54,18 @@ export function face(seen: Seen): Face {
   const { hello, room, me, isDriving, mayRelease } = seen;
   const queue = queueing(hello, me);
   const note = missedWords(seen.missedCall) ?? standingWords(room);
+  const wait = (me?.role === "queued" && waitWords(me.wait_s)) || null;
   if (room?.stop) {
     const words = stoppedWords(room, room.stop, me, mayRelease);
-    return { ...words, tone: "stopped", note, releases: mayRelease, queue };
+    return { ...words, tone: "stopped", note, wait, releases: mayRelease, queue };
   }
   const words = turnWords(room, me);
-  const common = { ...words, note, releases: false, queue };
+  const common = { ...words, note, wait, releases: false, queue };
   if (isDriving) return { ...common, tone: isEnding(seen) ? "ending" : "driving" };
   const isInTheWay = room !== null && (room.robot.problem !== null || !room.robot.connected);
   if (isInTheWay) return { ...common, tone: "trouble" };
   if (seen.isJustOver) {
-    // The wait that the headline tells is also when this viewer may drive again.
+    // The place in the queue, and the wait beside it, are also when this viewer may drive again.
     return { ...common, tone: "calm", headline: t("face.thanks"), next: words.headline };
   }
   if (queue === null && me?.role === "observer") {
@@ -80,6 +84,7 @@ function unconnected({ link, hello, me }: Seen): Face {
     ...words,
     tone: isFirst ? "connecting" : "trouble",
     note: null,
+    wait: null,
     releases: false,
     queue: null,
   };
@@ -87,7 +92,8 @@ function unconnected({ link, hello, me }: Seen): Face {
 
 function queueing(hello: Hello | null, me: ViewerInfo | null): Face["queue"] {
   if (!me) return null;
-  if (me.role !== "observer") return "leave";
+  if (me.role === "operator") return "end";
+  if (me.role === "queued") return "leave";
   return hello?.may_queue === false ? null : "join";
 }
 

@@ -160,7 +160,7 @@ describe("every control is found by its role and name", () => {
 
   it("switches, speed, size, name, queue, timer and status", () => {
     show({ operator: 1 });
-    expect(button("Leave the queue")).toBeTruthy();
+    expect(button("End my turn")).toBeTruthy();
     expect(getByRole(body, "switch", { name: "Sound" })).toBeTruthy();
     expect(getByRole(body, "textbox", { name: "Your name" })).toBeTruthy();
     expect(getByRole(body, "list", { name: "Queue" })).toBeTruthy();
@@ -346,7 +346,7 @@ describe("Stop", () => {
 });
 
 describe("a stop that is latched", () => {
-  const stop = { number: 7, by: says("Cleo") };
+  const stop = { number: 7, by: says("Cleo"), viewer: null };
   const release = () => queryByRole(body, "button", { name: "Hold to release" });
 
   beforeEach(() => {
@@ -874,12 +874,18 @@ describe("the queue", () => {
     expect(body.querySelector("img")).toBeNull();
   });
 
+  it("tells who waits how long, in the clock, which is not read out by itself", () => {
+    show({ operator: 2, waiting: [1] });
+    expect(getByRole(body, "timer", { name: "Until your turn" }).textContent).toBe("about 30 s");
+    expect(button("Leave the queue")).toBeTruthy();
+  });
+
   it("is joined and left by a click, but not both by a double click", () => {
     show({ watching: [1] });
     button("Join the queue").click();
     expect(actions.join).toHaveBeenCalledOnce();
     show({ operator: 1 });
-    const leave = button("Leave the queue");
+    const leave = button("End my turn");
     leave.dispatchEvent(new MouseEvent("click", { bubbles: true, detail: 2 }));
     expect(actions.leave).not.toHaveBeenCalled();
     leave.dispatchEvent(new MouseEvent("click", { bubbles: true, detail: 1 }));

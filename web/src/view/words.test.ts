@@ -85,12 +85,12 @@ describe("the turn", () => {
     expect(words({ operator: 1, watching: [2] }, 1).next).toBe("Nobody else is waiting.");
   });
 
-  it("tells who waits their place and an honest wait", () => {
+  it("tells who waits their place", () => {
     expect(words({ operator: 1, waiting: [2, 3] }, 3)).toEqual({
-      headline: "You are number 2 in the queue, about 2 min",
+      headline: "You are number 2",
       next: "Ada is driving.",
     });
-    expect(words({ operator: 1, waiting: [2] }, 2).headline).toBe("You are next, about 30 s");
+    expect(words({ operator: 1, waiting: [2] }, 2).headline).toBe("You are next");
   });
 
   it("tells who watches what they could do", () => {
@@ -147,7 +147,7 @@ it("names what has a problem", () => {
 });
 
 describe("a stop", () => {
-  const stop = { number: 3, by: says("Eve") };
+  const stop = { number: 3, by: says("Eve"), viewer: 9 };
   const words = (options: Parameters<typeof room>[0], me: number, mayRelease = false) => {
     const now = room(options);
     const viewer = now.viewers.find((one) => one.id === me) ?? null;
@@ -156,6 +156,7 @@ describe("a stop", () => {
 
   it("is told with who pressed it", () => {
     expect(words({ watching: [1] }, 1).headline).toBe("Stopped by Eve");
+    expect(words({ watching: [9] }, 9).headline).toBe("You stopped the robot");
   });
 
   it("does not say that nothing moves where somebody sits in the robot", () => {
@@ -196,7 +197,7 @@ describe("the turn's clock", () => {
 
   it("stands still for a reason that is told", () => {
     const { house, robot } = room({});
-    expect(stands({ stop: { number: 1, by: says("Eve") } })).toContain(
+    expect(stands({ stop: { number: 1, by: says("Eve"), viewer: null } })).toContain(
       "while the robot is stopped.",
     );
     expect(stands({ house: { ...house, blanked: true } })).toContain("picture and sound off");

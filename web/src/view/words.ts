@@ -193,13 +193,8 @@ export function turnWords(room: RoomState | null, me: ViewerInfo | null): TurnWo
   return { headline: driving, next: operator ? waitingWords(waiting) : t("turn.free") };
 }
 
-function ownPlaceWords({ place, wait_s }: ViewerInfo): string {
-  const wait = waitWords(wait_s);
-  if (place === 1) return wait ? t("turn.you_next_in", { wait }) : t("turn.you_next");
-  const number = place ?? "?";
-  return wait
-    ? t("turn.you_number_in", { place: number, wait })
-    : t("turn.you_number", { place: number });
+function ownPlaceWords({ place }: ViewerInfo): string {
+  return place === 1 ? t("turn.you_next") : t("turn.you_number", { place: place ?? "?" });
 }
 
 function waitingWords(count: number): string {
@@ -230,7 +225,10 @@ export function stoppedWords(
   // Who sits in the robot is left stranded by nobody.
   const until = (room?.aboard ? ABOARD_UNTIL : UNTIL)[who];
   return {
-    headline: t("stop.by", { name: said(stop.by) }),
+    headline:
+      stop.viewer !== null && stop.viewer === me?.id
+        ? t("stop.by_you")
+        : t("stop.by", { name: said(stop.by) }),
     next: t(until, { name: other ?? "" }),
   };
 }
