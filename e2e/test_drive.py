@@ -163,7 +163,9 @@ async def test_stop_latches_until_it_is_released(server: Server, driver: Viewer)
     await turn_by_key(server, driver)
     await driver.button("Stop").click()
     assert await stands_still(server)
-    await driver.page.get_by_text("Stopped by").first.wait_for(state="visible", timeout=2000)
+    await driver.page.get_by_text("You stopped the robot").first.wait_for(
+        state="visible", timeout=2000
+    )
     await driver.page.keyboard.up("ArrowLeft")
     await driver.page.keyboard.down("ArrowLeft")
     assert not await moves(server, during_s=0.8)
@@ -178,15 +180,15 @@ async def test_stop_latches_until_it_is_released(server: Server, driver: Viewer)
 async def test_everybody_stops_the_robot(
     server: Server, driver: Viewer, open_viewer: OpenViewer
 ) -> None:
-    """An observer stops the robot, and every page shows their name."""
+    """An observer stops the robot, and every page shows who it was."""
     watching = await open_viewer(server)
     await watching.name.fill("Wanda")
     await watching.name.press("Enter")
     await turn_by_key(server, driver)
     await watching.button("Stop").click()
     assert await stands_still(server)
-    for viewer in (driver, watching):
-        await viewer.page.get_by_text("Stopped by Wanda").first.wait_for(timeout=2000)
+    for viewer, says in ((driver, "Stopped by Wanda"), (watching, "You stopped the robot")):
+        await viewer.page.get_by_text(says).first.wait_for(timeout=2000)
     await driver.page.keyboard.up("ArrowLeft")
     await driver.release_stop()
 

@@ -83,7 +83,7 @@ async def test_the_address_chooses_the_language(server: Server, open_viewer: Ope
     await viewer.sees_picture()
     await _is_in(viewer.page, "de")
     await _button(viewer.page, "Stopp").click()
-    await expect(viewer.page.get_by_text("Gestoppt von")).to_be_visible()
+    await expect(viewer.page.get_by_text("Du hast den Roboter gestoppt")).to_be_visible()
 
 
 @pytest.mark.timeout(60)
