@@ -114,7 +114,13 @@ class App:
         )
         self._house = House()
         self._blanking = Blanking(lambda: self._house.is_blanked)
-        sources = find_sources.make_sources(settings.video, settings.audio, clock, self._driver)
+        sources = find_sources.make_sources(
+            settings.video,
+            settings.audio,
+            clock,
+            self._driver,
+            taken=[one.source for one in settings.camera],
+        )
         self._cameras = [
             Camera(
                 one,

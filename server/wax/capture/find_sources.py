@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Any, Final
 from wax.capture.camera import OpenCvCamera
 from wax.capture.file.address import is_network, open_container
 from wax.capture.file.media_file import MediaFile
+from wax.capture.first_found import FirstCamera, first_microphone
 from wax.capture.microphone import PortAudioMicrophone
 from wax.driver.interface import HasCamera, HasExternalView, HasMicrophone
 from wax.errors import ConfigError, SourceError
 from wax.plugin import CAMERAS, MICROPHONES, is_plugin, make_plugin
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from wax.capture.source import AudioSource, VideoSource
     from wax.clock import Clock
     from wax.config.settings import AudioSettings, CameraSettings, VideoSettings
@@ -34,9 +37,15 @@ class Sources:
 
 
 def make_sources(
-    video: VideoSettings, audio: AudioSettings, clock: Clock, driver: Driver
+    video: VideoSettings,
+    audio: AudioSettings,
+    clock: Clock,
+    driver: Driver,
+    taken: Iterable[str] = (),
 ) -> Sources:
     """Build both sources; no device or address is opened yet.
+
+    `taken` are the sources of further cameras, which "auto" leaves alone.
 
     Picture and sound from the same file or address share one demuxer. Raises `ConfigError` for what
     cannot work, such as a missing file; a missing device is not an error, because it may be plugged
@@ -44,7 +53,7 @@ def make_sources(
     """
     files = _Files(clock)
     return Sources(
-        video=_make_video(video, clock, driver, files),
+        video=_make_video(video, clock, driver, files, taken),
         audio=_make_audio(audio, clock, driver, files),
     )
 
@@ -70,11 +79,22 @@ def make_camera(settings: CameraSettings, clock: Clock, driver: Driver) -> Video
 
 
 def _make_video(
-    settings: VideoSettings, clock: Clock, driver: Driver, files: _Files
+    settings: VideoSettings,
+    clock: Clock,
+    driver: Driver,
+    files: _Files,
+    taken: Iterable[str],
 ) -> VideoSource | None:
     if settings.source == "none":
         return None
-    if settings.source == "robot":
+    if settings.source == "auto" and not isinstance(driver, HasCamera):
+
+        def named(name: str) -> VideoSource:
+            one = settings.model_copy(update={"source": name})
+            return _find_video(one, _VIDEO_KEY, clock, files)
+
+        return FirstCamera(named, taken=taken)
+    if settings.source in ("auto", "robot"):
         if not isinstance(driver, HasCamera):
             raise ConfigError(_no_sense(_VIDEO_KEY, driver.kind, "camera", "a camera's number"))
         return driver.camera(settings, clock)
@@ -95,6 +115,7 @@ def _find_video(settings: VideoSettings, key: str, clock: Clock, files: _Files) 
 def _make_audio(
     settings: AudioSettings, clock: Clock, driver: Driver, files: _Files
 ) -> AudioSource | None:
+    settings = _found_for(settings, driver)
     name = settings.source
     if name == "none":
         return None
@@ -109,6 +130,16 @@ def _make_audio(
         plugin: AudioSource = _make_plugin(name, _AUDIO_KEY, settings, clock, MICROPHONES)
         return plugin
     return files.find(name, _AUDIO_KEY).audio(settings)
+
+
+def _found_for(settings: AudioSettings, driver: Driver) -> AudioSettings:
+    """Return the settings with what "auto" stands for here."""
+    if settings.source != "auto":
+        return settings
+    if isinstance(driver, HasMicrophone):
+        return settings.model_copy(update={"source": "robot"})
+    found = first_microphone()
+    return settings.model_copy(update={"source": "none" if found is None else found.source})
 
 
 def _microphone(settings: AudioSettings, clock: Clock) -> AudioSource | None:
@@ -171,7 +202,7 @@ def _existing(name: str, key: str) -> Path:
     problem = "is not a file" if path.exists() else "does not exist"
     raise ConfigError(
         f"{key}: {name} {problem} (looked for {path.absolute()}); use a file, an address, "
-        "a device listed by 'wax devices', testcard, robot, none or package.module:Class."
+        "a device listed by 'wax devices', auto, testcard, robot, none or package.module:Class."
     )
 
 

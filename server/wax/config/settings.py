@@ -240,6 +240,7 @@ class VideoSettings(_Section):
 class DrivingViewSettings(VideoSettings):
     """`[video]`, whose camera looks where the robot drives."""
 
+    source: Annotated[str, Field(min_length=1)] = "auto"
     camera_height_m: Annotated[float, Field(ge=0, le=5)] = 0.0
     camera_tilt_deg: Annotated[float, Field(ge=-30, le=80)] = 0.0
     camera_fov_deg: Annotated[float, Field(ge=0, le=170)] = 0.0
@@ -303,6 +304,10 @@ class CameraSettings(VideoSettings):
     def _is_there(cls, source: str) -> str:
         if source == "none":
             raise ValueError("a further camera has a source; leave its table out instead")
+        if source == "auto":
+            raise ValueError(
+                "only [video] takes what it finds; name this camera, as wax devices does"
+            )
         return source
 
 
@@ -326,7 +331,7 @@ class SoundFormSettings(_Section):
 class AudioSettings(_Section):
     """`[audio]`."""
 
-    source: Annotated[str, Field(min_length=1)] = "robot"
+    source: Annotated[str, Field(min_length=1)] = "auto"
     channels: Literal[1, 2] = 2
     forms: Annotated[list[SoundFormSettings], Field(min_length=1, max_length=5)] = [
         SoundFormSettings(mu_ms=10, bitrate_bps=32_000, stereo_bitrate_bps=56_000),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import serial
 
+from wax.capture.file.address import is_network, shown_name
 from wax.capture.find_sources import Sources, make_camera, make_sources
 from wax.capture.source import Picture, Sound
 from wax.clock import SystemClock
@@ -25,7 +26,7 @@ _BUSY: Final = "Stop the server to check it here, or look at the page, which say
 
 def camera(settings: Settings, *, running: bool) -> Verdict:
     """Open the camera and wait for a picture."""
-    name = settings.video.source
+    name = _shown(settings.video.source)
     if name == "none":
         return ok("There is no camera, as configured.")
     if running:
@@ -54,7 +55,7 @@ def further_camera(settings: Settings, one: CameraSettings, *, running: bool) ->
 
 def microphone(settings: Settings, *, running: bool) -> Verdict:
     """Open the microphone and listen for a moment."""
-    name = settings.audio.source
+    name = _shown(settings.audio.source)
     if name == "none":
         return ok("There is no microphone, as configured.")
     if running:
@@ -67,11 +68,18 @@ def _delivers(settings: Settings, what: str, name: str) -> Verdict:
     try:
         sources = _sources(settings, what)
         source: Any = sources.video if what == "camera" else sources.audio
+        if source is None:
+            return warning(
+                "No microphone was found, so there is no sound.",
+                'Plug one in, or write [audio] source = "none" if there shall be none.',
+            )
         began_s = time.monotonic()
         try:
             source.open()
             first = source.read()
             took_s = time.monotonic() - began_s
+            if name == "auto":
+                name = str(getattr(source, "name", "of the robot"))
             if isinstance(first, Picture):
                 return ok(
                     f"The camera {name} gives pictures of {first.width}×{first.height};"
@@ -92,7 +100,13 @@ def _sources(settings: Settings, what: str) -> Sources:
     other = {"source": "none"}
     video = settings.video if what == "camera" else settings.video.model_copy(update=other)
     audio = settings.audio if what == "microphone" else settings.audio.model_copy(update=other)
-    return make_sources(video, audio, clock, make_driver(settings.robot, clock))
+    taken = [one.source for one in settings.camera]
+    return make_sources(video, audio, clock, make_driver(settings.robot, clock), taken)
+
+
+def _shown(source: str) -> str:
+    """Return a source's name without a password."""
+    return shown_name(source) if is_network(source) else source
 
 
 def _heard(name: str, first: Sound, source: Any) -> Verdict:

@@ -269,7 +269,7 @@ class Announcements:
                 axis_row=0.5,
             )
         own = self._own_view
-        if video.source != "robot" or own is None:
+        if video.source not in ("auto", "robot") or own is None:
             return None
         return messages.CameraGeometry(
             height_m=own.height_m,

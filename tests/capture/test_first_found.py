@@ -1,0 +1,176 @@
+"""`source = "auto"`: the first camera and microphone found, and never suddenly another camera."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from structlog.testing import capture_logs
+from tests.capture.test_find_sources import Robot, SeeingRobot
+
+from wax.capture import find_sources
+from wax.capture.file.media_file import FileVideo
+from wax.capture.find_sources import make_sources
+from wax.capture.first_found import FirstCamera, first_microphone
+from wax.capture.list_devices import Device
+from wax.capture.microphone import PortAudioMicrophone
+from wax.capture.testcard import TestCardAudio, TestCardVideo
+from wax.clock import SystemClock
+from wax.config import settings as config
+from wax.config.settings import AudioSettings, DrivingViewSettings, VideoSettings
+from wax.errors import ConfigError, SourceError
+
+if TYPE_CHECKING:
+    from wax.capture.source import VideoSource
+
+CARD = VideoSettings(source="testcard", width=160, height=120)
+
+
+def device(source: str, name: str) -> Device:
+    return Device("[video] source", source, name)
+
+
+class Rig:
+    """Cameras that are plugged in and pulled out, and what was made of them."""
+
+    def __init__(self, *plugged: Device, taken: tuple[str, ...] = ()) -> None:
+        self.plugged = list(plugged)
+        self.made: list[str] = []
+        self.broken = False
+        self.camera = FirstCamera(self._make, taken=taken, list_cameras=lambda: self.plugged)
+
+    def _make(self, name: str) -> VideoSource:
+        if self.broken:
+            raise SourceError("It is broken.")
+        self.made.append(name)
+        return TestCardVideo(CARD, SystemClock())
+
+
+def test_the_first_camera_is_taken_and_named() -> None:
+    """With two cameras the first is opened, and the log says what to write for it."""
+    rig = Rig(device("/dev/video0", "Front"), device("/dev/video2", "Rear"))
+    with capture_logs() as logs:
+        rig.camera.open()
+    assert rig.camera.read().width == 160
+    rig.camera.close()
+    assert rig.made == ["/dev/video0"]
+    assert [(one["camera"], one["write"]) for one in logs] == [
+        ("Front", '[video] source = "/dev/video0"')
+    ]
+
+
+def test_without_a_camera_it_keeps_looking() -> None:
+    """None is a sentence that says what to do; one that is plugged in later is taken."""
+    rig = Rig()
+    with pytest.raises(SourceError, match="No camera was found: plug one in"):
+        rig.camera.open()
+    rig.plugged = [device("/dev/video0", "Front")]
+    rig.camera.open()
+    assert rig.made == ["/dev/video0"]
+
+
+def test_nobody_suddenly_drives_by_another_camera() -> None:
+    """One that has gone is waited for, also under another number; others are left alone."""
+    front, rear = device("/dev/video0", "Front"), device("/dev/video2", "Rear")
+    rig = Rig(front, rear)
+    rig.camera.open()
+    rig.plugged = [rear]
+    with pytest.raises(SourceError, match="The camera Front has gone"):
+        rig.camera.open()
+    rig.plugged = [rear, device("/dev/video4", "Front")]
+    rig.camera.open()
+    assert rig.made == ["/dev/video0", "/dev/video4"]
+
+
+def test_of_two_alike_the_same_one_is_opened_again() -> None:
+    """Two cameras of one model are told apart by their numbers while both are there."""
+    rig = Rig(device("/dev/video0", "Acme"), device("/dev/video2", "Acme"))
+    rig.camera.open()
+    rig.plugged.reverse()
+    rig.camera.open()
+    assert rig.made == ["/dev/video0", "/dev/video0"]
+
+
+def test_one_that_never_opened_binds_to_nothing() -> None:
+    """A camera that could not be opened does not keep the others out when it has gone."""
+    rig = Rig(device("/dev/video0", "Broken"))
+    rig.broken = True
+    with pytest.raises(SourceError, match="broken"):
+        rig.camera.open()
+    rig.broken = False
+    rig.plugged = [device("/dev/video2", "Good")]
+    rig.camera.open()
+    assert rig.made == ["/dev/video2"]
+
+
+@pytest.mark.parametrize("name", ["/dev/video0", "camera:/dev/video0", "camera:0", "0"])
+def test_a_further_cameras_device_is_left_alone(name: str) -> None:
+    """What `[[camera]]` uses is no driving view, however it is written there."""
+    rig = Rig(device("/dev/video0", "Rear"), device("/dev/video2", "Front"), taken=(name,))
+    rig.camera.open()
+    assert rig.made == ["/dev/video2"]
+
+
+class Sounds:
+    """PortAudio with inputs, and a default one or none."""
+
+    def __init__(self, *names: str, default: str | None = None) -> None:
+        self._names, self._default = names, default
+
+    def query_devices(self, kind: str | None = None) -> Any:
+        if kind is None:
+            return [{"name": one, "max_input_channels": 1, "hostapi": 0} for one in self._names]
+        if self._default is None:
+            raise ValueError("Error querying device -1")
+        return {"name": self._default}
+
+    def query_hostapis(self, number: int) -> dict[str, str]:
+        return {"name": "ALSA"}
+
+
+@pytest.mark.parametrize(
+    ("sounds", "source"),
+    [
+        (Sounds("Webcam", "USB", default="USB"), "microphone"),
+        (Sounds("Webcam", "USB"), "microphone:0"),
+        (Sounds(), None),
+    ],
+)
+def test_the_default_microphone_else_the_first(sounds: Sounds, source: str | None) -> None:
+    """The system's choice, else the first, else none; each is told in the log."""
+    with capture_logs() as logs:
+        found = first_microphone(load_portaudio=lambda: sounds)
+    assert (None if found is None else found.source) == source
+    assert len(logs) == 1
+
+
+def auto(robot: Robot) -> find_sources.Sources:
+    return make_sources(DrivingViewSettings(), AudioSettings(), SystemClock(), robot)
+
+
+def test_what_nobody_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The defaults take the robot's own senses, and for a robot without them what is found."""
+    seeing = auto(SeeingRobot())
+    assert isinstance(seeing.video, TestCardVideo)
+    assert isinstance(seeing.audio, TestCardAudio)
+    monkeypatch.setattr(
+        find_sources, "first_microphone", lambda: device("microphone:3", "USB microphone")
+    )
+    blind = auto(Robot())
+    assert isinstance(blind.video, FirstCamera)
+    assert isinstance(blind.audio, PortAudioMicrophone)
+    monkeypatch.setattr(find_sources, "first_microphone", lambda: None)
+    assert auto(Robot()).audio is None
+
+
+def test_it_is_the_source_of_the_listed_name() -> None:
+    """What was listed is built as if it had been configured by that name."""
+    camera = auto(Robot()).video
+    assert isinstance(camera, FirstCamera)
+    assert isinstance(camera._make("rtsp://127.0.0.1:1/eye"), FileVideo)
+
+
+def test_a_further_camera_must_be_named() -> None:
+    """Only the driving view is looked for."""
+    with pytest.raises(ConfigError, match=r"only \[video\] takes what it finds"):
+        config.parse({"camera": [{"name": "Door", "source": "auto"}]}, "robot.toml")
