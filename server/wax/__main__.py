@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from wax.proof.proof import Progress
 
 
+_INTERRUPTED: Final = 130
+"""As shells have it after Ctrl-C."""
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; the exit status is 0 for success, 1 for failure, 2 for wrong usage."""
     arguments = _parser().parse_args(argv)
@@ -60,6 +64,7 @@ def _parser() -> argparse.ArgumentParser:
     commands.add_parser("run", help="serve (also without a command)")
     commands.add_parser("devices", help="list cameras, microphones, serial ports and drivers")
     _add_config(commands)
+    _add_init(commands)
     _add_host_link(commands)
     _add_new_driver(commands)
     _add_prove_stop(commands)
@@ -82,6 +87,40 @@ def _add_config(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="DRIVER",
         help="as in [robot] driver; all that are installed by default",
     )
+
+
+def _add_init(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    init = commands.add_parser(
+        "init",
+        help="look at what is plugged in, and write a configuration that starts",
+        description="Look at cameras, microphones, speakers and serial ports, ask at most five"
+        " questions, and write a commented configuration. Nothing is overwritten; nothing moves.",
+    )
+    init.add_argument(
+        "path", nargs="?", type=Path, default=Path("robot.toml"), metavar="FILE", help="robot.toml"
+    )
+    init.add_argument("--yes", action="store_true", help="ask nothing, take the defaults")
+    init.add_argument(
+        "--serial", metavar="URL", help="the robot's serial port, where it is not listed"
+    )
+
+
+def _init(arguments: argparse.Namespace) -> int:
+    from wax.init.command import init
+
+    if not arguments.yes and not sys.stdin.isatty():
+        raise ConfigError("no terminal to ask at; pass --yes to take the defaults")
+    try:
+        init(
+            arguments.path,
+            ask=None if arguments.yes else input,
+            tell=lambda text: print(text, flush=True),
+            port=arguments.serial,
+        )
+    except (KeyboardInterrupt, EOFError):
+        print("\nNothing was written.", file=sys.stderr)
+        return _INTERRUPTED
+    return 0
 
 
 def _add_host_link(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -390,6 +429,7 @@ _COMMANDS: Final[dict[str, Callable[[argparse.Namespace], int]]] = {
     "doctor": _doctor,
     "host-link": _host_link,
     "new-driver": _new_driver,
+    "init": _init,
     "prove-stop": _prove_stop,
     "records": _records,
     "replay": _replay,

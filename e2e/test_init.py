@@ -1,0 +1,80 @@
+"""`wax init` beside a real board, and the server that starts with what it wrote."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import pty
+from typing import TYPE_CHECKING
+
+from e2e.harness.board import Board
+from e2e.harness.server import COMMAND, Server
+from e2e.harness.wait import eventually
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+async def _at_a_terminal(folder: Path, *arguments: str) -> tuple[int, str]:
+    """Run `wax` with a terminal of its own; return its exit status and what it said."""
+    ours, theirs = pty.openpty()
+    try:
+        process = await asyncio.create_subprocess_exec(
+            str(COMMAND), *arguments, stdin=theirs, stdout=theirs, stderr=theirs, cwd=folder
+        )
+        code = await asyncio.wait_for(process.wait(), 40)
+        os.set_blocking(ours, False)
+        return code, os.read(ours, 65536).decode()
+    finally:
+        os.close(theirs)
+        os.close(ours)
+
+
+async def test_what_init_writes_drives_a_board(tmp_path: Path) -> None:
+    """With --yes and a board plugged in, the file that is written starts a server that has it.
+
+    This machine has no camera: the page says so, and the microphone's absence is no problem.
+    """
+    board = Board(tmp_path)
+    await board.start()
+    try:
+        path = tmp_path / "robot.toml"
+        code, said = await _at_a_terminal(
+            tmp_path, "init", "--yes", "--serial", str(board.path), "robot.toml"
+        )
+        assert code == 0, said
+        assert f"the board on {board.path}" in said
+        server = Server(tmp_path, path.read_text(encoding="utf-8"))
+        await server.start()
+        try:
+
+            async def connected() -> bool:
+                return bool((await server.status())["robot"]["connected"])
+
+            await eventually(connected, "the server talks to the board", within_s=10)
+            status = await server.status()
+            assert status["robot"]["kind"] == "serial"
+            video = status["streams"]["video"]
+            assert video["captured_fps"] or "No camera was found" in video["problem"]
+        finally:
+            await server.stop()
+        again, said = await _at_a_terminal(tmp_path, "init", "--yes", "robot.toml")
+        assert again == 2
+        assert "is there already" in said
+    finally:
+        await board.stop()
+
+
+async def test_a_serial_driver_alone_starts(tmp_path: Path) -> None:
+    """`driver = "serial"` and nothing else serves the page, which says what is missing."""
+    server = Server(tmp_path, f'[robot]\ndriver = "serial"\nserial.url = "{tmp_path}/none"\n')
+    await server.start()
+    try:
+
+        async def told() -> bool:
+            status = await server.status()
+            return "none" in str(status["robot"]["problem"])
+
+        await eventually(told, "the port's absence is said", within_s=10)
+    finally:
+        await server.stop()

@@ -1,0 +1,136 @@
+"""The text of a first configuration: what was chosen, why, and what else there is. Pure."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Final
+
+from wax.config.settings import DriveSettings, RobotSettings, SerialSettings
+from wax.init.questions import THIS_MACHINE
+from wax.printable import printable
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from wax.init.found import Found, Thing
+    from wax.init.questions import Answers
+
+_NAME_CHARS: Final = 80
+
+
+def render(answers: Answers, found: Found, name: str, day: str) -> str:
+    """Return the TOML; `name` is the file's and `day` today."""
+    parts = [
+        f"# Written by `wax init` on {day}. Start it with: wax --config {name}\n"
+        f"# Check it with: wax doctor --config {name}\n"
+        "# config/wax.toml is the manual of every other key, with its range and its reason.\n",
+        _server(answers),
+        _video(answers, found),
+        _audio(answers, found),
+        _voice(answers, found),
+        _robot(answers, found),
+    ]
+    return "\n".join(parts)
+
+
+def _server(answers: Answers) -> str:
+    if answers.host == THIS_MACHINE:
+        return (
+            "[server]\n"
+            '# Only this machine opens the page; "0.0.0.0" lets every device in your network in.\n'
+            f"host = {quoted(answers.host)}\n"
+        )
+    return (
+        "[server]\n"
+        '# Every device in your network opens the page; "localhost" lets only this machine in.\n'
+        f"host = {quoted(answers.host)}\n"
+        "# Browsers give their microphone to pages by HTTPS only. The certificate is made here:\n"
+        "# each browser asks once; compare its fingerprint with the one on the terminal.\n"
+        "https = true\n"
+    )
+
+
+def _video(answers: Answers, found: Found) -> str:
+    auto = (
+        '# No camera was there when this was written. "auto" takes the first one that is found;\n'
+        "# until then the page says that there is none, and nobody can drive.\n"
+        if answers.camera == "auto" and not found.cameras
+        else ""
+    )
+    return (
+        "[video]\n"
+        "# The camera that looks where the robot drives: nobody drives without its picture.\n"
+        f"{auto}"
+        f"source = {quoted(answers.camera)}{_about(answers.camera, found.cameras)}\n"
+        f"{_others('source', answers.camera, found.cameras)}"
+    )
+
+
+def _audio(answers: Answers, found: Found) -> str:
+    return (
+        "[audio]\n"
+        "# \"auto\" is the robot's own microphone, else the system's default, else the first.\n"
+        f"source = {quoted(answers.microphone)}{_about(answers.microphone, found.microphones)}\n"
+        f"{_others('source', answers.microphone, found.microphones)}"
+    )
+
+
+def _voice(answers: Answers, found: Found) -> str:
+    return (
+        "[voice]\n"
+        '# Where the operator\'s voice is played beside the robot; "none": nobody can speak.\n'
+        f"speaker = {quoted(answers.speaker)}{_about(answers.speaker, found.speakers)}\n"
+        f"{_others('speaker', answers.speaker, found.speakers)}"
+    )
+
+
+def _robot(answers: Answers, found: Found) -> str:
+    defaults, drive = RobotSettings(), DriveSettings()
+    text = (
+        "[robot]\n"
+        f"driver = {quoted(answers.driver)}\n"
+        "# The highest speeds. Begin low, and raise them once `wax prove-stop` has measured how\n"
+        "# fast it stops: after losing its operator it may travel"
+        f" {drive.max_stop_distance_m:g} m.\n"
+        f"max_linear_mps = {defaults.max_linear_mps!r}   # metres a second\n"
+        f"max_angular_rps = {defaults.max_angular_rps!r}   # radians a second\n"
+        "# How hard it brakes, in metres a second, per second: `wax prove-stop` tells.\n"
+        f"braking_mps2 = {defaults.braking_mps2!r}\n"
+    )
+    if answers.driver != "serial":
+        return text
+    serial = SerialSettings()
+    return (
+        f"{text}"
+        "# Metres between the two driven wheels: measure them, turns depend on it.\n"
+        f"wheel_base_m = {defaults.wheel_base_m!r}\n"
+        "\n"
+        "[robot.serial]\n"
+        f"url = {quoted(answers.port)}{_about(answers.port, found.ports)}\n"
+        f"{_others('url', answers.port, found.ports)}"
+        '# "frames" is spoken by the program in server/firmware, which stops by itself when it\n'
+        "# hears nothing; other dialects are for boards that have a program already.\n"
+        f"dialect = {quoted(serial.dialect)}\n"
+        "# Bits a second, as in the board's program.\n"
+        f"baud = {serial.baud}\n"
+    )
+
+
+def _about(chosen: str, things: Iterable[Thing]) -> str:
+    """Return a comment with the name of what was chosen."""
+    name = next((one.name for one in things if one.source == chosen), "")
+    return f"   # {printable(name, _NAME_CHARS)}" if name else ""
+
+
+def _others(key: str, chosen: str, things: Iterable[Thing]) -> str:
+    """Return, as comments, what else was there."""
+    others = [one for one in things if one.source != chosen]
+    if not others:
+        return ""
+    lines = [f"# {key} = {quoted(one.source)}{_about(one.source, [one])}\n" for one in others]
+    return "# Also found:\n" + "".join(lines)
+
+
+def quoted(text: str) -> str:
+    """Return a TOML string: JSON's, but for one character that TOML wants escaped."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,0 +1,121 @@
+"""What `wax init` asks, and what it writes: few questions, sensible defaults, valid TOML."""
+
+from __future__ import annotations
+
+import tomllib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.examples import examples
+
+from wax.config import settings as config
+from wax.init import questions
+from wax.init.found import Found, Thing
+from wax.init.questions import Answers, Key
+from wax.init.writing import render
+
+BENCH = Found(
+    cameras=(Thing("/dev/v4l/by-id/usb-Acme", "HD Webcam"), Thing("/dev/video2", "Infrared")),
+    microphones=(Thing("microphone:HD Webcam", "HD Webcam: USB Audio (hw:1,0)"),),
+    speakers=(Thing("speaker:Jabra", "Jabra: USB Audio (hw:2,0)"),),
+    ports=(Thing("/dev/serial/by-id/usb-Arduino", "Arduino Uno"), Thing("/dev/ttyS0", "")),
+    plugged=1,
+    drivers=("ros2",),
+)
+
+
+def defaults(found: Found, port: str | None = None) -> dict[Key, str]:
+    """Answer with Enter."""
+    first = questions.robot(found, port)
+    given: dict[Key, str] = {"robot": first.choices[0].value}
+    for question in questions.others(found, given["robot"].partition(" ")[0]):
+        given[question.key] = question.choices[0].value
+    return given
+
+
+def test_what_is_plugged_in_is_the_default() -> None:
+    """A board on USB is the robot, the first camera its eye, and nobody else gets in."""
+    assert questions.answers(defaults(BENCH)) == Answers(
+        driver="serial",
+        port="/dev/serial/by-id/usb-Arduino",
+        camera="/dev/v4l/by-id/usb-Acme",
+        microphone="auto",
+        speaker="none",
+        host="localhost",
+    )
+
+
+def test_with_nothing_there_it_is_the_simulated_robot() -> None:
+    """A port that nothing was plugged into is no robot, only one that can be chosen."""
+    bare = Found(ports=(Thing("/dev/ttyS0", ""),))
+    assert questions.answers(defaults(bare)) == Answers(
+        "simulated", "", "robot", "robot", "none", "localhost"
+    )
+    assert "serial /dev/ttyS0" in [one.value for one in questions.robot(bare, None).choices]
+
+
+def test_a_port_that_was_named_is_the_robot() -> None:
+    """`--serial` comes before what is listed."""
+    given = defaults(BENCH, "socket://10.0.0.7:4000")
+    assert questions.answers(given).port == "socket://10.0.0.7:4000"
+
+
+@pytest.mark.parametrize("driver", ["serial", "simulated", "ros2"])
+@pytest.mark.parametrize("found", [BENCH, Found()])
+def test_at_most_five_questions(found: Found, driver: str) -> None:
+    """Whatever is there and whatever the robot, each has a default and no answer is there twice."""
+    asked = [questions.robot(found, None), *questions.others(found, driver)]
+    assert len(asked) <= 5
+    for question in asked:
+        values = [one.value for one in question.choices]
+        assert values
+        assert len(set(values)) == len(values)
+
+
+def test_a_plug_in_may_have_a_camera_of_its_own() -> None:
+    """It is asked for it before another one is taken."""
+    camera = next(questions.others(BENCH, "ros2"))
+    assert camera.choices[0].value == "auto"
+    assert camera.choices[1].value == "/dev/v4l/by-id/usb-Acme"
+
+
+@pytest.mark.parametrize("found", [BENCH, Found()])
+def test_what_is_written_is_what_was_chosen(found: Found) -> None:
+    """It is loaded as the server does it, and says what else was found."""
+    chosen = questions.answers(defaults(found))
+    text = render(chosen, found, "robot.toml", "2026-11-24")
+    settings = config.parse(tomllib.loads(text), "robot.toml")
+    assert settings.video.source == chosen.camera
+    assert settings.audio.source == chosen.microphone
+    assert settings.voice.speaker == chosen.speaker
+    assert settings.robot.driver == chosen.driver
+    assert settings.server.host == "localhost"
+    assert not settings.server.https
+    if chosen.port:
+        assert settings.robot.serial.url == chosen.port
+        assert '# source = "/dev/video2"   # Infrared' in text
+        assert '# url = "/dev/ttyS0"' in text
+
+
+def test_a_network_gets_https() -> None:
+    """Others in the network come in by HTTPS, as their microphones need it."""
+    chosen = Answers("simulated", "", "robot", "robot", "robot", "0.0.0.0")
+    settings = config.parse(tomllib.loads(render(chosen, BENCH, "r.toml", "today")), "r.toml")
+    assert (settings.server.host, settings.server.https) == ("0.0.0.0", True)
+
+
+NAME = st.text(max_size=120)
+
+
+@examples(200)
+@given(source=NAME.filter(bool), name=NAME, other=NAME.filter(bool))
+def test_no_device_can_write_the_configuration(source: str, name: str, other: str) -> None:
+    """Whatever a device calls itself, it changes nothing but its own value."""
+    cameras = (Thing(source, name), Thing(other, name))
+    found = Found(cameras=cameras, ports=(Thing("/dev/ttyACM0", name),), plugged=1)
+    chosen = Answers("serial", "/dev/ttyACM0", source, "auto", "none", "localhost")
+    tree = tomllib.loads(render(chosen, found, "robot.toml", "today"))
+    assert tree["video"] == {"source": source}
+    assert tree["robot"]["serial"] == {"url": "/dev/ttyACM0", "dialect": "frames", "baud": 115_200}
+    assert set(tree) == {"server", "video", "audio", "voice", "robot"}
