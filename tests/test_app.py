@@ -112,6 +112,7 @@ async def test_it_serves_until_it_is_stopped(state_folder: Path) -> None:
     video = status["streams"]["video"]
     assert (video["problem"], video["dropped"], video["wanted"]) == (None, 0, [])
     assert 20 < video["captured_fps"] < 40
+    assert video["encoder"] == {"chosen": "libvpx", "ms": {}, "refused": {}, "failed": {}}
     audio = status["streams"]["audio"]
     assert audio["captured_hz"] > 40
     assert (audio["failures"], audio["cut_ms"]) == (0, 0)

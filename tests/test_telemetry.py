@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 import structlog
+from structlog.testing import capture_logs
 
 from wax.config.settings import LogSettings
-from wax.telemetry import Counters, Rates, configure_logs
+from wax.telemetry import Counters, Rates, configure_logs, quiet_logs
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -117,3 +118,18 @@ def test_rates_need_two_samples() -> None:
     rates.sample({"frames": 70}, 3.0)
     assert rates.hz("frames") == 30.0
     assert rates.hz("unknown") == 0.0
+
+
+def test_a_command_that_says_itself_what_it_finds(capsys: pytest.CaptureFixture[str]) -> None:
+    """Warnings stay out of what a command prints meanwhile, errors go beside it."""
+    log = structlog.get_logger("wax")
+    with quiet_logs():
+        log.warning("a warning")
+        log.error("an error")
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert "an error" in shown.err
+    assert "a warning" not in shown.err
+    with capture_logs() as logs:
+        log.warning("again")
+    assert len(logs) == 1

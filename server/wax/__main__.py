@@ -17,7 +17,7 @@ from wax.clock import SystemClock
 from wax.config import settings as config
 from wax.errors import ConfigError, WaxError
 from wax.records.schema import EXPORTED
-from wax.telemetry import configure_logs
+from wax.telemetry import configure_logs, quiet_logs
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -62,7 +62,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     commands.add_parser("run", help="serve (also without a command)")
-    commands.add_parser("devices", help="list cameras, microphones, serial ports and drivers")
+    commands.add_parser(
+        "devices", help="list cameras, microphones, serial ports, drivers and encoders"
+    )
     _add_config(commands)
     _add_init(commands)
     _add_host_link(commands)
@@ -111,12 +113,13 @@ def _init(arguments: argparse.Namespace) -> int:
     if not arguments.yes and not sys.stdin.isatty():
         raise ConfigError("no terminal to ask at; pass --yes to take the defaults")
     try:
-        init(
-            arguments.path,
-            ask=None if arguments.yes else input,
-            tell=lambda text: print(text, flush=True),
-            port=arguments.serial,
-        )
+        with quiet_logs():
+            init(
+                arguments.path,
+                ask=None if arguments.yes else input,
+                tell=lambda text: print(text, flush=True),
+                port=arguments.serial,
+            )
     except (KeyboardInterrupt, EOFError):
         print("\nNothing was written.", file=sys.stderr)
         return _INTERRUPTED
@@ -332,7 +335,7 @@ def _prove_stop(arguments: argparse.Namespace) -> int:
 def _doctor(arguments: argparse.Namespace) -> int:
     from wax.doctor.command import doctor
 
-    with _until_read():
+    with _until_read(), quiet_logs():
         return doctor(
             lambda: _settings(arguments),
             arguments.config,
@@ -406,10 +409,11 @@ def _until_read() -> Iterator[None]:
 
 def _devices(_: argparse.Namespace) -> int:
     from wax.capture.list_devices import list_devices
+    from wax.encode.list_encoders import list_encoders
     from wax.plugin import list_plugins
     from wax.robot.serial.list_ports import list_ports
 
-    print("\n".join([*list_devices(), *list_ports(), *list_plugins()]))
+    print("\n".join([*list_devices(), *list_ports(), *list_plugins(), *list_encoders()]))
     return 0
 
 

@@ -32,6 +32,7 @@ from wax.cluster.cluster import Cluster, Sources
 from wax.cluster.rooms import published, upload_left_bps
 from wax.control.loop import ControlLoop
 from wax.control.turns import Turns
+from wax.encode.choice import choose
 from wax.encode.video_encoder import IntraEncoder
 from wax.errors import StartError
 from wax.fanout.camera import Camera
@@ -79,6 +80,7 @@ if TYPE_CHECKING:
     from wax.config.settings import RoleSyncSettings, Settings, VoiceSettings
     from wax.control.turns import TurnEvent
     from wax.driver.interface import Driver
+    from wax.encode.choice import Encoders
     from wax.session.viewer import Viewer
     from wax.streams.interface import Service
 
@@ -114,21 +116,16 @@ class App:
         )
         self._house = House()
         self._blanking = Blanking(lambda: self._house.is_blanked)
-        sources = find_sources.make_sources(
-            settings.video,
-            settings.audio,
-            clock,
-            self._driver,
-            taken=[one.source for one in settings.camera],
-        )
+        encoders = _encoders(settings)
         self._cameras = [
             Camera(
                 one,
                 find_sources.make_camera(one, clock, self._driver),
                 clock=clock,
                 blank=self._blanking.picture,
+                make_encoder=makers.make,
             )
-            for one in settings.camera
+            for one, makers in zip(settings.camera, encoders[1:], strict=True)
         ]
         self._audio: SoundHub | UnitHub
         self._cluster = Cluster(clock=clock, counters=counters)
@@ -144,7 +141,9 @@ class App:
                 clock=clock, settings=settings.thesis, video=self._video, audio=self._audio
             )
         else:
-            self._video = VideoHub(settings=settings.video, clock=clock)
+            self._video = VideoHub(
+                settings=settings.video, clock=clock, make_encoder=encoders[0].make
+            )
             self._audio = SoundHub()
             service = LiveService(
                 clock=clock,
@@ -166,7 +165,15 @@ class App:
                     self._audio if settings.access.strangers_hear else None,
                 ),
             )
-        self._captures = self._make_captures(sources)
+        self._captures = self._make_captures(
+            find_sources.make_sources(
+                settings.video,
+                settings.audio,
+                clock,
+                self._driver,
+                taken=[one.source for one in settings.camera],
+            )
+        )
         self._capsules = Capsules(_tell_of_capsule, most=settings.audio.channels)
         self._blocks = Blocks()
         ice = IceServers(settings.network, settings.relay)
@@ -263,6 +270,7 @@ class App:
             rates=Rates(),
             speaker=self._speaker,
             cameras=self._cameras,
+            encoders=encoders,
         )
         self._proof_runner = ProofRunner(
             control=self._control,
@@ -497,6 +505,13 @@ class App:
         heard = self._capsules.push(self._blanking.sound(sound))
         for block in self._blocks.push(heard):
             self._audio.push(block)
+
+
+def _encoders(settings: Settings) -> list[Encoders]:
+    """Choose what encodes the driving view, and each further camera; none for 2004's system."""
+    if settings.sync.policy == "thesis":
+        return []
+    return choose([settings.video, *settings.camera])
 
 
 def _tell_of_capsule(problem: str | None) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import sys
 from collections import Counter
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
 import structlog
@@ -13,7 +14,7 @@ from wax import log_limits
 from wax.log_handler import QueuedHandler
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from structlog.typing import Processor
 
@@ -34,6 +35,20 @@ class Counters:
 
     def snapshot(self) -> dict[str, int]:
         return dict(sorted(self._counts.items()))
+
+
+@contextmanager
+def quiet_logs() -> Iterator[None]:
+    """Write errors alone meanwhile, to standard error: for commands that say what they find."""
+    before = structlog.get_config()
+    structlog.configure(
+        wrapper_class=structlog.make_filtering_bound_logger(logging.ERROR),
+        logger_factory=structlog.PrintLoggerFactory(sys.stderr),
+    )
+    try:
+        yield
+    finally:
+        structlog.configure(**before)
 
 
 def configure_logs(settings: LogSettings) -> None:

@@ -27,6 +27,7 @@ CHECKS = [
     "microphone",
     "serial port",
     "clock",
+    "encoder",
     "processor",
     "disk",
     "UDP buffer",

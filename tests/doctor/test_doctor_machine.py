@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import itertools
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from wax.config.settings import Settings
 from wax.doctor import machine
+from wax.encode.choice import Encoders
+from wax.encode.trial import Trial
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -55,6 +57,43 @@ def test_many_sizes_may_be_too_much() -> None:
     readings = itertools.count(0.0, 0.01)
     verdict = machine.processor(settings, seconds=0.2, cpu_s=lambda: next(readings), cores=1)
     assert (verdict.level, "all 6 renditions" in verdict.sentence) == ("warning", True), verdict
+
+
+H264 = {"codec": "h264", **SMALL}
+
+
+@pytest.mark.parametrize(
+    ("keys", "trial", "level", "says"),
+    [
+        ({}, None, "ok", "VP8 is encoded by the processor"),
+        ({**H264, "encoder": "software"}, None, "ok", "H.264 is encoded by libx264."),
+        (
+            H264,
+            Trial("h264_qsv", problem="it is not here"),
+            "ok",
+            "libx264; no hardware: h264_qsv: it is not here.",
+        ),
+        (
+            H264,
+            Trial("h264_qsv", ms={"160x120 at 50 kbit/s": 1.0}),
+            "ok",
+            "H.264 is encoded by h264_qsv.",
+        ),
+        (
+            {**H264, "encoder": "h264_qsv"},
+            Trial("h264_qsv", problem="it is not here"),
+            "warning",
+            "h264_qsv does not work here (it is not here)",
+        ),
+    ],
+)
+def test_what_encodes_is_told(
+    keys: dict[str, Any], trial: Trial | None, level: str, says: str
+) -> None:
+    """Hardware that works, hardware that does not and why, and one that was asked for by name."""
+    settings = Settings.model_validate({"video": keys}).video
+    verdict = machine.encoder(settings, Encoders(settings, [trial] if trial else []))
+    assert (verdict.level, says in verdict.sentence) == (level, True), verdict
 
 
 def test_a_folder_that_can_be_written_is_well(tmp_path: Path) -> None:

@@ -214,6 +214,9 @@ class VideoSettings(_Section):
     height: Annotated[int, Field(ge=32, le=2160, multiple_of=2)] = 480
     fps: Annotated[float, Field(ge=1, le=60)] = 30.0
     codec: Literal["vp8", "h264"] = "vp8"
+    encoder: Literal["auto", "software", "h264_nvenc", "h264_qsv", "h264_amf", "h264_v4l2m2m"] = (
+        "auto"
+    )
     keyframe_interval_s: Annotated[float, Field(ge=0.5, le=60)] = 10.0
     timestamp_overlay: bool = False
     retry_s: Annotated[float, Field(ge=0.1, le=60)] = 1.0
@@ -225,6 +228,14 @@ class VideoSettings(_Section):
         RenditionSettings(width=160, height=120, fps=15.0, bitrate_bps=50_000),
         RenditionSettings(width=160, height=120, fps=10.0, bitrate_bps=16_000),
     ]
+
+    @model_validator(mode="after")
+    def _encoder_makes_the_codec(self) -> Self:
+        if self.encoder.startswith("h264_") and self.codec != "h264":
+            raise ValueError(
+                f'encoder {self.encoder} makes H.264; set codec = "h264", or encoder = "auto"'
+            )
+        return self
 
     @field_validator("renditions")
     @classmethod

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
+from functools import cache
 from typing import TYPE_CHECKING, Final
 
 from wax import state_dir
@@ -11,6 +12,8 @@ from wax.config import settings as config
 from wax.doctor import addresses, certificate, devices, machine, ports, reach
 from wax.doctor.network import network_of
 from wax.doctor.verdict import Check, Verdict, bad, examine, ok
+from wax.encode.choice import choose
+from wax.encode.trials import LIMIT_S
 from wax.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -21,6 +24,8 @@ if TYPE_CHECKING:
 
 _DEVICE_S: Final = 15.0
 """OpenCV waits for a camera for 10 s, and gives up then."""
+_ENCODERS_S: Final = 2 * LIMIT_S + 4
+"""Trials of encoders that hang, and then a second of encoding."""
 
 
 def doctor(
@@ -65,6 +70,7 @@ def _here(read: Callable[[], Settings], path: Path | None, stun: str | None) -> 
     network = network_of(settings, stun)
     running = ports.is_running(network)
     own = addresses.own_addresses()
+    encoders = cache(lambda: choose([settings.video])[0])  # they are tried once
     return [
         Check("configuration", lambda: configuration),
         Check("TCP port", lambda: ports.tcp_port(network, running=running)),
@@ -78,7 +84,12 @@ def _here(read: Callable[[], Settings], path: Path | None, stun: str | None) -> 
         Check("microphone", lambda: devices.microphone(settings, running=running), _DEVICE_S),
         Check("serial port", lambda: devices.serial_port(settings, running=running), _DEVICE_S),
         Check("clock", machine.clock),
-        Check("processor", lambda: machine.processor(settings.video), _DEVICE_S),
+        Check("encoder", lambda: machine.encoder(settings.video, encoders()), _ENCODERS_S),
+        Check(
+            "processor",
+            lambda: machine.processor(settings.video, encoders=encoders()),
+            _ENCODERS_S,
+        ),
         Check("disk", lambda: machine.disk(state_dir.find(settings.server.state_dir))),
         Check("UDP buffer", machine.udp_buffer),
     ]

@@ -9,12 +9,12 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, cast
 
 from wax.capture.testcard import TestCardVideo
 from wax.clock import SystemClock
 from wax.doctor.verdict import Verdict, bad, ok, warning
-from wax.encode.video_encoder import VideoEncoder
+from wax.encode.choice import Encoders
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -74,9 +74,25 @@ def clock(read_status: Callable[[], int] = _clock_status) -> Verdict:
     return ok("The clock is kept right.")
 
 
+def encoder(settings: VideoSettings, encoders: Encoders) -> Verdict:
+    """Say what encodes the driving view, and why not hardware."""
+    status = encoders.status()
+    if settings.codec == "vp8":
+        return ok('VP8 is encoded by the processor; hardware is for [video] codec = "h264".')
+    if encoders.problem is not None:
+        return warning(encoders.problem, 'Write [video] encoder = "auto", or "software".')
+    names = {encoders.name_of(one) for one in settings.renditions}
+    told = f"H.264 is encoded by {' and '.join(sorted(names))}"
+    refused = cast("dict[str, object]", status["refused"])
+    if len(names) == 1 and refused and "libx264" in names:
+        told += f"; no hardware: {'; '.join(f'{name}: {why}' for name, why in refused.items())}"
+    return ok(f"{told}.")
+
+
 def processor(
     settings: VideoSettings,
     *,
+    encoders: Encoders | None = None,
     seconds: float = 1.0,
     cpu_s: Callable[[], float] = time.thread_time,
     cores: int | None = None,
@@ -84,17 +100,18 @@ def processor(
     """Encode the test card as configured for a second, and say which share of a core that takes."""
     cores = cores or os.cpu_count() or 1
     card = TestCardVideo(settings, SystemClock())
-    encoders = [VideoEncoder(codec=settings.codec, rendition=one) for one in settings.renditions]
-    spent_s = [0.0] * len(encoders)
+    makers = encoders or Encoders(settings)
+    made = [makers.make(one) for one in settings.renditions]
+    spent_s = [0.0] * len(made)
     pictures = 0
     card.open()
     end_s = time.monotonic() + seconds
     while time.monotonic() < end_s:
         picture = card.read()
         pictures += 1
-        for number, encoder in enumerate(encoders):
+        for number, one in enumerate(made):
             began_s = cpu_s()
-            encoder.encode(picture, keyframe=False)
+            one.encode(picture, keyframe=False)
             spent_s[number] += cpu_s() - began_s
     card.close()
     # By the picture: a machine that is too slow gets fewer of them into the time.

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
     from wax.capture.source import Picture, VideoSource
     from wax.clock import Clock
-    from wax.config.settings import CameraSettings
+    from wax.config.settings import CameraSettings, RenditionSettings
+    from wax.encode.video_encoder import PictureEncoder
 
 
 class Camera:
@@ -27,9 +28,10 @@ class Camera:
         *,
         clock: Clock,
         blank: Callable[[Picture], Picture],
+        make_encoder: Callable[[RenditionSettings], PictureEncoder] | None = None,
     ) -> None:
         self.settings = settings
-        self.hub = VideoHub(settings=settings, clock=clock)
+        self.hub = VideoHub(settings=settings, clock=clock, make_encoder=make_encoder)
         put: Callable[[Picture], None] = self.hub.slot.put
         if settings.timestamp_overlay:
             put = TimestampOverlay(clock, put)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from wax.control.loop import ControlLoop
     from wax.control.turns import Turns
     from wax.driver.interface import Driver
+    from wax.encode.choice import Encoders
     from wax.fanout.camera import Camera
     from wax.fanout.sound_hub import SoundHub
     from wax.fanout.video_hub import VideoHub
@@ -57,7 +58,9 @@ class Status:
         rates: Rates,
         speaker: SpeakerThread | None = None,
         cameras: Sequence[Camera] = (),
+        encoders: Sequence[Encoders] = (),
     ) -> None:
+        self._encoders = encoders
         self._cameras = cameras
         self._clock = clock
         self._room = room
@@ -114,6 +117,7 @@ class Status:
                     "encoded_fps": {n: self._rates.hz(f"video.{n}") for n in self._video.names},
                     "wanted": self._video.wanted,
                     "dropped": self._video.dropped,
+                    "encoder": self._encoder(0),
                 },
                 "audio": {
                     "problem": _text(snapshot.audio.problem),
@@ -128,7 +132,10 @@ class Status:
                     "cut_ms": self._blocks.dropped_ms,
                 },
             },
-            "cameras": [self._camera(camera) for camera in self._cameras],
+            "cameras": [
+                self._camera(camera) | {"encoder": self._encoder(number)}
+                for number, camera in enumerate(self._cameras, 1)
+            ],
             **self._voice(),
             "elsewhere": self._cluster.status(),
             "tape": _tape(self._tape),
@@ -150,6 +157,10 @@ class Status:
             "wanted": hub.wanted,
             "dropped": hub.dropped,
         }
+
+    def _encoder(self, number: int) -> dict[str, object] | None:
+        """Return what encodes the driving view, 0, or a further camera."""
+        return self._encoders[number].status() if self._encoders else None
 
     def _voice(self) -> dict[str, object]:
         """Return what is known of the robot's speaker, nothing where it has none."""

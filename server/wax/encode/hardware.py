@@ -1,0 +1,184 @@
+"""H.264 encoders in hardware, as PyAV has them: which there are, and one at work."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import TYPE_CHECKING, Final
+
+import av
+from av.codec.codec import UnknownCodecError
+from av.error import FFmpegError
+from av.video.frame import PictureType, VideoFrame
+
+from wax.encode.encoded import VIDEO_RATE_HZ, VIDEO_TIME_BASE, EncodedPicture
+from wax.encode.parameter_sets import ParameterSets
+from wax.encode.video_encoder import resize_i420
+
+if TYPE_CHECKING:
+    from wax.capture.source import Picture
+    from wax.config.settings import RenditionSettings
+
+_ERROR: Final = av.logging.ERROR
+_GOP: Final = 30_000
+"""As good as no automatic keyframes; Intel's encoders keep it in 16 bits."""
+
+
+class HardwareError(Exception):
+    """It does not encode as it must; the text says what is wrong."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hardware:
+    """An encoder by FFmpeg's name, the form of pictures that it takes, and its options.
+
+    The options make it give each picture out before it takes the next, in constrained baseline,
+    and make a requested keyframe one at which a decoder can begin.
+    """
+
+    name: str
+    pixels: str
+    options: dict[str, str] = field(default_factory=dict)
+
+
+HARDWARE: Final = (
+    Hardware(
+        "h264_nvenc",
+        "yuv420p",
+        {
+            "preset": "p2",
+            "tune": "ull",
+            "zerolatency": "1",
+            "delay": "0",
+            "rc": "cbr",
+            "profile": "baseline",
+            "forced-idr": "1",
+        },
+    ),
+    Hardware(
+        "h264_qsv",
+        "nv12",
+        {
+            "preset": "veryfast",
+            "async_depth": "1",
+            "look_ahead": "0",
+            "low_delay_brc": "1",
+            "profile": "baseline",
+            "forced_idr": "1",
+        },
+    ),
+    Hardware(
+        "h264_amf",
+        "yuv420p",
+        {
+            "usage": "ultralowlatency",
+            "quality": "speed",
+            "rc": "cbr",
+            "async_depth": "1",
+            "profile": "constrained_baseline",
+            "forced_idr": "1",
+        },
+    ),
+    Hardware(
+        "h264_v4l2m2m",
+        "yuv420p",
+        {"num_output_buffers": "4", "num_capture_buffers": "4"},
+    ),
+)
+"""All that may be tried, the fastest first; the last one is that of a Raspberry Pi up to the 4."""
+
+
+def is_built_in(name: str) -> bool:
+    """Whether PyAV's FFmpeg has it; whether this machine has, only a trial tells."""
+    try:
+        av.codec.Codec(name, "w")
+    except UnknownCodecError:
+        return False
+    return True
+
+
+class HardwareEncoder:
+    """Encodes one rendition; raises `HardwareError` where it does not keep what it must.
+
+    Not thread-safe. Keyframes may come without being requested: only what FFmpeg calls one is one.
+    """
+
+    def __init__(self, hardware: Hardware, rendition: RenditionSettings) -> None:
+        self._rendition = rendition
+        self._pixels = hardware.pixels
+        self._context = _open(hardware, rendition)
+        self._sets = ParameterSets(self._context.extradata or b"")
+        self._newest_pts = -1
+        self._is_fresh = True
+
+    def encode(self, picture: Picture, *, keyframe: bool) -> EncodedPicture | None:
+        """Encode one picture; None if its capture time is not newer than the previous one's."""
+        pts = round(picture.captured_s * VIDEO_RATE_HZ)
+        if pts <= self._newest_pts:
+            return None
+        self._newest_pts = pts
+        i420 = resize_i420(picture.i420, self._rendition.width, self._rendition.height)
+        frame = VideoFrame.from_ndarray(i420, format="yuv420p")
+        if self._pixels != "yuv420p":
+            frame = frame.reformat(format=self._pixels)
+        frame.pts = pts
+        frame.time_base = VIDEO_TIME_BASE
+        frame.pict_type = PictureType.I if keyframe or self._is_fresh else PictureType.NONE
+        try:
+            packets = self._context.encode(frame)
+        except (FFmpegError, OSError) as error:
+            raise HardwareError(why(error)) from error
+        if len(packets) != 1:
+            raise HardwareError(f"it gives {len(packets)} packets for one picture")
+        (packet,) = packets
+        if packet.pts != pts:
+            raise HardwareError("it gives another picture than it was given")
+        if self._is_fresh and not packet.is_keyframe:
+            raise HardwareError("its first picture is no keyframe")
+        self._is_fresh = False
+        data = self._sets.before(bytes(packet)) if packet.is_keyframe else bytes(packet)
+        return EncodedPicture(
+            data=data,
+            pts=pts,
+            rendition=self._rendition.name,
+            keyframe=packet.is_keyframe,
+            layer=0,
+            captured_s=picture.captured_s,
+        )
+
+
+def why(error: Exception) -> str:
+    """Return what FFmpeg's encoder itself says, if it says anything, without its code."""
+    log = getattr(error, "log", None)
+    told = log[2].strip().rstrip(".") if log else ""
+    return told or getattr(error, "strerror", None) or str(error) or type(error).__name__
+
+
+def _open(hardware: Hardware, rendition: RenditionSettings) -> av.VideoCodecContext:
+    """Open it; the first thing that FFmpeg says, where it says anything, is why it cannot."""
+    with av.logging.Capture() as said:
+        try:
+            return _opened(hardware, rendition)
+        except (FFmpegError, OSError, ValueError) as error:
+            reasons = [text.strip().rstrip(".") for level, _, text in said if level <= _ERROR]
+            raise HardwareError(next(iter(reasons), why(error))) from error
+
+
+def _opened(hardware: Hardware, rendition: RenditionSettings) -> av.VideoCodecContext:
+    context = av.CodecContext.create(hardware.name, "w")
+    assert isinstance(context, av.VideoCodecContext)
+    context.width = rendition.width
+    context.height = rendition.height
+    context.pix_fmt = hardware.pixels
+    context.time_base = VIDEO_TIME_BASE
+    context.framerate = Fraction(rendition.fps).limit_denominator(1001)
+    context.bit_rate = rendition.bitrate_bps
+    context.gop_size = _GOP
+    context.max_b_frames = 0
+    context.profile = "Constrained Baseline"
+    rate = str(rendition.bitrate_bps)
+    # A buffer of half a second: bursts are delay on a slow link.
+    steady = {"maxrate": rate, "bufsize": str(rendition.bitrate_bps // 2)}
+    context.options = steady | hardware.options
+    context.open()
+    return context

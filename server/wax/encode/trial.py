@@ -1,0 +1,170 @@
+"""Trials of hardware encoders, in a process of their own: a driver may hang, or end its process.
+
+All renditions are encoded at once, as the server does it, decoded again and compared. The process
+reads what to try as JSON, and writes a line of it for each encoder once it has been tried.
+"""
+
+from __future__ import annotations
+
+import json
+import statistics
+import sys
+import time
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import av
+import numpy as np
+from av.error import FFmpegError
+from av.packet import Packet
+from av.video.codeccontext import VideoCodecContext
+
+from wax.capture.source import Picture
+from wax.config.settings import RenditionSettings
+from wax.encode.hardware import Hardware, HardwareEncoder, HardwareError
+from wax.encode.parameter_sets import can_begin, profile
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+PICTURES: Final = 30
+_KEYFRAMES: Final = frozenset({0, 20})
+_BASELINE: Final = 66
+_ALIKE: Final = 0.8
+_SETTLED: Final = 10
+"""Any encoder keeps more of such soft pictures, even at 16 kbit/s, once its rate has settled."""
+_LATEST_PICTURES: Final = 3
+"""So many of all may take longer than a picture lasts: the first ones, and a busy machine."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """What came of it: milliseconds a picture of each rendition that works, by its name.
+
+    `refused` says of each other why not; `problem` is a sentence when all was in vain.
+    """
+
+    encoder: str
+    ms: dict[str, float] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)
+    problem: str | None = None
+
+
+class _Subject:
+    """One rendition on trial; `refused` says why it failed, None so far."""
+
+    def __init__(self, hardware: Hardware, rendition: RenditionSettings) -> None:
+        self.rendition = rendition
+        self.refused: str | None = None
+        self.took_s: list[float] = []
+        self._encoder: HardwareEncoder | None = None
+        decoder = av.CodecContext.create("h264", "r")
+        assert isinstance(decoder, VideoCodecContext)
+        decoder.thread_count = 1
+        self._decoder = decoder
+        try:
+            self._encoder = HardwareEncoder(hardware, rendition)
+        except HardwareError as error:
+            self.refused = str(error)
+
+    def show(self, number: int, i420: NDArray[np.uint8]) -> None:
+        """Encode the picture of this number, and look whether it comes back."""
+        if self._encoder is None or self.refused is not None:
+            return
+        try:
+            self._show(self._encoder, number, i420)
+        except HardwareError as error:
+            self.refused = str(error)
+        except FFmpegError as error:
+            self.refused = f"what it gives cannot be decoded ({error.strerror})"
+
+    def judge(self) -> None:
+        """Refuse it where it is too slow."""
+        if self.refused is not None:
+            return
+        late = sum(one > 1 / self.rendition.fps for one in self.took_s)
+        if late > _LATEST_PICTURES:
+            self.refused = f"it is too slow: {self.ms:.0f} ms a picture"
+
+    @property
+    def ms(self) -> float:
+        return statistics.median(self.took_s) * 1000 if self.took_s else 0.0
+
+    def _show(self, encoder: HardwareEncoder, number: int, i420: NDArray[np.uint8]) -> None:
+        wanted = number in _KEYFRAMES
+        began_s = time.perf_counter()
+        encoded = encoder.encode(Picture(i420, 1000 + number / self.rendition.fps), keyframe=wanted)
+        self.took_s.append(time.perf_counter() - began_s)
+        assert encoded is not None, "each picture is newer than the one before"
+        if wanted and not (encoded.keyframe and can_begin(encoded.data)):
+            raise HardwareError("nobody could begin at a keyframe that was requested")
+        if wanted and profile(encoded.data) != _BASELINE:
+            raise HardwareError(f"it makes profile {profile(encoded.data)} instead of baseline")
+        frames = self._decoder.decode(Packet(encoded.data))
+        if len(frames) != 1:
+            raise HardwareError(f"a picture is {len(frames)} when it is decoded")
+        if (frames[0].width, frames[0].height) != (self.rendition.width, self.rendition.height):
+            raise HardwareError(f"its pictures have {frames[0].width}×{frames[0].height}")
+        seen = frames[0].to_ndarray(format="yuv420p")
+        if number >= _SETTLED and likeness(i420, seen, self.rendition.height) < _ALIKE:
+            raise HardwareError("its pictures do not look like what they show")
+
+
+def run(hardware: Hardware, renditions: Sequence[RenditionSettings]) -> Trial:
+    """Try it with these renditions together, in this process."""
+    subjects = [_Subject(hardware, one) for one in renditions]
+    for number in range(PICTURES):
+        pictures: dict[tuple[int, int], NDArray[np.uint8]] = {}
+        for subject in (one for one in subjects if one.refused is None):
+            size = (subject.rendition.width, subject.rendition.height)
+            if size not in pictures:
+                pictures[size] = waves(*size, number)
+            subject.show(number, pictures[size])
+    for subject in subjects:
+        subject.judge()
+    refused = {one.rendition.name: one.refused for one in subjects if one.refused is not None}
+    return Trial(
+        encoder=hardware.name,
+        ms={one.rendition.name: round(one.ms, 2) for one in subjects if one.refused is None},
+        refused=refused,
+        problem=next(iter(refused.values())) if len(refused) == len(subjects) else None,
+    )
+
+
+def waves(width: int, height: int, number: int) -> NDArray[np.uint8]:
+    """Return soft waves of full contrast that move: every encoder keeps them, at any rate."""
+    across = np.arange(width) / width + number / 300
+    down = np.arange(height)[:, None] / height
+    luma = 126 + 90 * np.sin(2 * np.pi * across) * np.cos(2 * np.pi * down)
+    blue = 128 + 60 * np.sin(2 * np.pi * across[::2]) + 0 * down[::2]
+    red = 128 + 60 * np.cos(2 * np.pi * down[::2]) + 0 * across[::2]
+    planes = [luma.reshape(-1, width), blue.reshape(-1, width), red.reshape(-1, width)]
+    return np.concatenate(planes).round().astype(np.uint8)
+
+
+def likeness(shown: NDArray[Any], seen: NDArray[Any], height: int) -> float:
+    """Return the lowest correlation of the three planes: 1 is alike, 0 grey, green or noise."""
+    planes = [(0, height), (height, height * 5 // 4), (height * 5 // 4, height * 3 // 2)]
+    return min(_correlation(shown[top:end], seen[top:end]) for top, end in planes)
+
+
+def _correlation(one: NDArray[Any], other: NDArray[Any]) -> float:
+    first, second = one - one.mean(), other - other.mean()
+    scale = float(np.sqrt((first**2).sum() * (second**2).sum()))
+    return float((first * second).sum()) / scale if scale else 0.0
+
+
+def main() -> None:
+    av.logging.set_level(av.logging.ERROR)  # what an encoder says is why it does not work
+    av.logging.set_skip_repeated(False)
+    asked = json.load(sys.stdin)
+    renditions = [RenditionSettings.model_validate(one) for one in asked["renditions"]]
+    for candidate in asked["candidates"]:
+        trial = run(Hardware(**candidate), renditions)
+        print(json.dumps(asdict(trial)), flush=True)  # noqa: T201  # to the process that asked
+
+
+if __name__ == "__main__":
+    main()

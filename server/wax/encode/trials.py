@@ -1,0 +1,98 @@
+"""Ask another process to try hardware encoders, one after the other, for a limited time."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Final
+
+from wax.encode.hardware import Hardware, is_built_in
+from wax.encode.trial import Trial
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from wax.config.settings import RenditionSettings
+
+LIMIT_S: Final = 8.0
+"""Less than a second on most machines, a few on a small one that has just started."""
+_COMMAND: Final = ("-P", "-m", "wax.encode.trial")  # -P: not what lies in the working directory
+
+
+def try_all(
+    candidates: Sequence[Hardware],
+    renditions: Sequence[RenditionSettings],
+    *,
+    limit_s: float = LIMIT_S,
+    command: Sequence[str] = _COMMAND,
+) -> list[Trial]:
+    """Try each candidate, in the order given; one that hangs or crashes has a problem.
+
+    It ends its process, and the others go on in a new one, for at most twice `limit_s` in all.
+    """
+    there = [one for one in candidates if is_built_in(one.name)]
+    end_s = time.monotonic() + 2 * limit_s
+    found: dict[str, Trial] = {}
+    while left := [one for one in there if one.name not in found]:
+        within_s = min(limit_s, end_s - time.monotonic())
+        if within_s <= 0:
+            found |= {one.name: Trial(one.name, problem="it was not tried in time") for one in left}
+            break
+        trials, end = _run(left, renditions, within_s, command)
+        found |= {one.encoder: one for one in trials}
+        if len(trials) < len(left):  # the next one is what ended it
+            guilty = left[len(trials)].name
+            found[guilty] = Trial(guilty, problem=end)
+    absent = "PyAV is built without it here"
+    return [found.get(one.name) or Trial(one.name, problem=absent) for one in candidates]
+
+
+def _run(
+    candidates: Sequence[Hardware],
+    renditions: Sequence[RenditionSettings],
+    within_s: float,
+    command: Sequence[str],
+) -> tuple[list[Trial], str]:
+    """Return the trials that ended, in order, and how the process did."""
+    asked = {
+        "candidates": [asdict(one) for one in candidates],
+        "renditions": [one.model_dump() for one in renditions],
+    }
+    try:
+        process = subprocess.Popen(
+            [sys.executable, *command],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(p or "." for p in sys.path)},
+            start_new_session=True,
+        )
+    except OSError as error:
+        return [], f"its trial could not be started ({error})"
+    with process:
+        try:
+            told, _ = process.communicate(json.dumps(asked).encode(), timeout=within_s)
+            end = f"its trial ended early ({_how(process.returncode)})"
+        except subprocess.TimeoutExpired:
+            process.kill()
+            told, _ = process.communicate()
+            end = "its trial did not end in time"
+        except BaseException:
+            process.kill()
+            raise
+    return [one for line in told.splitlines() if (one := _trial(line)) is not None], end
+
+
+def _how(code: int) -> str:
+    return f"signal {-code}" if code < 0 else f"status {code}"
+
+
+def _trial(line: bytes) -> Trial | None:
+    try:
+        return Trial(**json.loads(line))
+    except (ValueError, TypeError):  # something else that was printed, or half a line
+        return None

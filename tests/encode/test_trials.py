@@ -1,0 +1,161 @@
+"""Trials of encoders: what must be kept is looked at, and no trial hangs or ends the server."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from tests.encode.encoders import GOOD, HIGH, LARGE, LATE, SMALL
+
+from wax.capture.source import Picture
+from wax.config.settings import VideoSettings
+from wax.encode.hardware import HARDWARE, Hardware, HardwareEncoder, HardwareError
+from wax.encode.trial import likeness, run, waves
+from wax.encode.trials import try_all
+
+BOTH = [LARGE, SMALL]
+
+
+@pytest.mark.system
+def test_a_good_one_passes_in_a_process_of_its_own() -> None:
+    """Each rendition of the default ladder is encoded, decoded, compared and timed."""
+    ladder = VideoSettings().renditions
+    (trial,) = try_all([GOOD], ladder, limit_s=30)
+    assert trial.problem is None
+    assert not trial.refused
+    assert set(trial.ms) == {one.name for one in ladder}
+    assert all(0 < ms < 1000 for ms in trial.ms.values())
+
+
+@pytest.mark.parametrize(
+    ("hardware", "why"),
+    [(LATE, "0 packets for one picture"), (HIGH, "profile 100 instead of baseline")],
+)
+def test_one_that_does_not_keep_it_is_refused(hardware: Hardware, why: str) -> None:
+    """One that delays pictures, and one of another profile, fail with a reason."""
+    trial = run(hardware, BOTH)
+    assert trial.problem is not None
+    assert why in trial.problem
+    assert not trial.ms
+
+
+def test_a_slow_one_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that takes longer than a picture lasts is none, though it does everything else right."""
+    ticks = iter(range(10_000))
+    monkeypatch.setattr("wax.encode.trial.time.perf_counter", lambda: next(ticks) / 10)
+    trial = run(GOOD, [SMALL])
+    assert trial.problem == "it is too slow: 100 ms a picture"
+
+
+def test_a_wrong_picture_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What does not show what was put in is found out, though it decodes."""
+    size = (SMALL.width, SMALL.height)
+    green = np.zeros((size[1] * 3 // 2, size[0]), np.uint8)
+    encode = HardwareEncoder.encode
+    monkeypatch.setattr(
+        HardwareEncoder,
+        "encode",
+        lambda self, picture, *, keyframe: encode(
+            self, Picture(green, picture.captured_s), keyframe=keyframe
+        ),
+    )
+    assert run(GOOD, [SMALL]).problem == "its pictures do not look like what they show"
+
+
+def test_likeness_sees_what_is_wrong() -> None:
+    """Alike is 1; grey, upside down, and colours exchanged are not alike."""
+    shown = waves(160, 120, 3)
+    assert likeness(shown, shown, 120) == pytest.approx(1.0)
+    assert likeness(shown, np.full_like(shown, 128), 120) == 0.0
+    exchanged = np.concatenate([shown[:120], shown[150:], shown[120:150]])
+    assert likeness(shown, exchanged, 120) < 0.5
+    assert likeness(shown, shown[::-1], 120) < 0.5
+
+
+def test_one_rendition_may_fail_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What fails in one size works in the others, with the reason for that one."""
+    encode = HardwareEncoder.encode
+
+    def too_small(self: HardwareEncoder, picture: Picture, *, keyframe: bool) -> object:
+        if picture.width == SMALL.width:
+            raise HardwareError("it takes no pictures so small")
+        return encode(self, picture, keyframe=keyframe)
+
+    monkeypatch.setattr(HardwareEncoder, "encode", too_small)
+    trial = run(GOOD, BOTH)
+    assert trial.problem is None
+    assert set(trial.ms) == {LARGE.name}
+    assert trial.refused == {SMALL.name: "it takes no pictures so small"}
+
+
+@pytest.mark.system
+def test_what_is_not_here_says_why() -> None:
+    """The real candidates of a machine without them fail with their own words, in time."""
+    began_s = time.monotonic()
+    found = try_all(HARDWARE, BOTH, limit_s=30)
+    assert [one.encoder for one in found] == [one.name for one in HARDWARE]
+    assert all(one.problem or one.ms for one in found)
+    assert time.monotonic() - began_s < 30
+
+
+def test_what_pyav_lacks_is_not_started() -> None:
+    """A name that is no encoder here is said, without a process."""
+    (trial,) = try_all([Hardware("h264_nonsense", "yuv420p")], BOTH, command=["-c", "1/0"])
+    assert trial.problem == "PyAV is built without it here"
+
+
+HANGS = "import sys, time; sys.stdin.read(); print('{', flush=True); time.sleep(60)"
+CRASHES = "import os, sys; sys.stdin.read(); os.kill(os.getpid(), 11)"
+LEAVES = "import sys; sys.stdin.read(); print('{}'); sys.exit(3)"
+FIRST_THEN_CRASHES = """
+import json, os, sys
+names = [one["name"] for one in json.load(sys.stdin)["candidates"]]
+if len(names) == 2:
+    print(json.dumps({"encoder": names[0], "ms": {"a": 1.0}}), flush=True)
+    os.kill(os.getpid(), 9)
+"""
+
+
+@pytest.mark.system
+@pytest.mark.parametrize(
+    ("program", "why"),
+    [
+        (HANGS, "its trial did not end in time"),
+        (CRASHES, "its trial ended early (signal 11)"),
+        (LEAVES, "its trial ended early (status 3)"),
+    ],
+)
+def test_a_driver_that_hangs_or_crashes_is_a_reason(program: str, why: str) -> None:
+    """Whatever becomes of the process, the server gets an answer in time."""
+    began_s = time.monotonic()
+    (trial,) = try_all([GOOD], BOTH, limit_s=1.0, command=["-c", program])
+    assert trial.problem == why
+    assert time.monotonic() - began_s < 5
+
+
+@pytest.mark.system
+def test_what_was_tried_before_a_crash_counts() -> None:
+    """The one before the crash has its result, and the crash belongs to the one that did it."""
+    other = Hardware("mpeg4", "yuv420p")
+    first, second = try_all([GOOD, other], BOTH, command=["-c", FIRST_THEN_CRASHES])
+    assert first.ms == {"a": 1.0}
+    assert second.problem == "its trial ended early (signal 9)"
+
+
+@pytest.mark.system
+def test_all_that_hang_take_no_longer_together() -> None:
+    """Two limits are the most that a start waits, however many there are."""
+    many = [Hardware(name, "yuv420p") for name in ("libx264", "mpeg4", "mjpeg", "ffv1")]
+    began_s = time.monotonic()
+    found = try_all(many, BOTH, limit_s=0.5, command=["-c", HANGS])
+    assert time.monotonic() - began_s < 4
+    assert [one.problem for one in found][-1] == "it was not tried in time"
+
+
+def test_a_process_that_cannot_be_started_is_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without Python to run, there is no hardware, and a sentence."""
+    monkeypatch.setattr("sys.executable", "/nowhere/python")
+    (trial,) = try_all([GOOD], BOTH)
+    assert trial.problem is not None
+    assert "could not be started" in trial.problem
