@@ -19,6 +19,7 @@ from wax.plugin import CAMERAS, MICROPHONES, is_plugin, make_plugin
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from wax.capture.file.address import Transport
     from wax.capture.source import AudioSource, VideoSource
     from wax.clock import Clock
     from wax.config.settings import AudioSettings, CameraSettings, VideoSettings
@@ -109,7 +110,7 @@ def _find_video(settings: VideoSettings, key: str, clock: Clock, files: _Files) 
     if not is_network(name) and is_plugin(name, CAMERAS, key):
         plugin: VideoSource = _make_plugin(name, key, settings, clock, CAMERAS)
         return plugin
-    return files.find(name, key).video(settings)
+    return files.find(name, key, settings.rtsp_transport).video(settings)
 
 
 def _make_audio(
@@ -174,9 +175,10 @@ class _Files:
         self._clock = clock
         self._files: dict[str, MediaFile] = {}
 
-    def find(self, name: str, key: str) -> MediaFile:
+    def find(self, name: str, key: str, transport: Transport = "auto") -> MediaFile:
         address = name if is_network(name) else str(_existing(name, key))
-        return self._files.setdefault(address, MediaFile(address, self._clock))
+        made = MediaFile(address, self._clock, transport=transport)
+        return self._files.setdefault(address, made)
 
 
 def _camera_device(name: str) -> int | str | None:

@@ -213,6 +213,7 @@ class VideoSettings(_Section):
     width: Annotated[int, Field(ge=32, le=3840, multiple_of=2)] = 640
     height: Annotated[int, Field(ge=32, le=2160, multiple_of=2)] = 480
     fps: Annotated[float, Field(ge=1, le=60)] = 30.0
+    rtsp_transport: Literal["auto", "tcp", "udp"] = "auto"
     codec: Literal["vp8", "h264"] = "vp8"
     encoder: Literal["auto", "software", "h264_nvenc", "h264_qsv", "h264_amf", "h264_v4l2m2m"] = (
         "auto"

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Final, Literal
 from urllib.parse import urlsplit
 
 import av
-from av.error import FFmpegError, InvalidDataError
+from av.error import (
+    FFmpegError,
+    HTTPForbiddenError,
+    HTTPNotFoundError,
+    HTTPUnauthorizedError,
+    InvalidDataError,
+)
 from av.stream import Disposition
 
 from wax.errors import SourceError
@@ -24,9 +30,26 @@ Kind = Literal["video", "audio"]
 _TIMEOUT_S: Final = (5.0, 2.0)
 """For connecting, and between packets: a stream that pauses for longer is opened again."""
 
+Transport = Literal["auto", "tcp", "udp"]
+
+_RTSP: Final = frozenset({"rtsp", "rtsps"})
+_TRANSPORT: Final[dict[Transport, dict[str, str]]] = {
+    # UDP loses packets of keyframes, and with them pictures; TCP costs one round trip.
+    "auto": {"rtsp_flags": "prefer_tcp"},
+    "tcp": {"rtsp_transport": "tcp"},
+    # A packet out of order is waited for as long as people do not notice.
+    "udp": {"rtsp_transport": "udp", "max_delay": "50000"},
+}
+_AT_ONCE: Final = {"fflags": "nobuffer", "flags": "low_delay", "analyzeduration": "1000000"}
+"""Nothing is kept back, and a stream is looked at for at most a second before it is shown."""
+
 _LIVE_SCHEMES: Final = frozenset({"rtsp", "rtsps", "rtp", "rtmp", "rtmps", "udp", "srt", "tcp"})
 _SEGMENTED: Final = frozenset({"hls", "dash"})
 _DEFAULT_PERIOD_S: Final = {"video": 0.04, "audio": 0.02}
+
+
+class RefusedError(SourceError):
+    """The user name or the password is wrong, or missing."""
 
 
 @dataclass(slots=True)
@@ -57,21 +80,38 @@ def shown_name(address: str) -> str:
     return f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}{parts.path}"
 
 
-def open_container(address: str) -> InputContainer:
-    """Open for reading; raises `SourceError`. A network address gives up after 5 s."""
+def is_rtsp(address: str) -> bool:
+    """Whether it is a camera's stream by RTSP."""
+    return urlsplit(address).scheme in _RTSP
+
+
+def open_container(address: str, transport: Transport = "auto") -> InputContainer:
+    """Open for reading; raises `SourceError`. A network address gives up after 5 s.
+
+    FFmpeg's errors have the whole address, with its password, so none of them is passed on.
+    """
     name = shown_name(address)
     try:
+        if is_rtsp(address):
+            options = _TRANSPORT[transport] | _AT_ONCE
+            return av.open(address, timeout=_TIMEOUT_S, options=options)
         if is_network(address):
-            # RTSP over UDP would lose packets of keyframes silently; TCP costs one round trip.
-            return av.open(address, timeout=_TIMEOUT_S, options={"rtsp_flags": "prefer_tcp"})
+            return av.open(address, timeout=_TIMEOUT_S)
         return av.open(f"file:{address}")
-    except InvalidDataError as error:
-        raise SourceError(Sentence("file.unplayable", {"name": name})) from error
-    except FileNotFoundError as error:
-        raise SourceError(Sentence("file.missing", {"name": name})) from error
+    except InvalidDataError:
+        # By RTSP it is also what FFmpeg calls an answer that never came.
+        raise SourceError(
+            Sentence("file.unreachable" if is_rtsp(address) else "file.unplayable", {"name": name})
+        ) from None
+    except FileNotFoundError:
+        raise SourceError(Sentence("file.missing", {"name": name})) from None
+    except (HTTPUnauthorizedError, HTTPForbiddenError):
+        raise RefusedError(Sentence("file.refused", {"name": name})) from None
+    except HTTPNotFoundError:
+        raise SourceError(Sentence("file.not_there", {"name": name})) from None
     except (FFmpegError, OSError) as error:
-        reason = error.strerror or str(error)
-        raise SourceError(Sentence("file.not_open", {"name": name, "why": reason})) from error
+        reason = error.strerror or type(error).__name__
+        raise SourceError(Sentence("file.not_open", {"name": name, "why": reason})) from None
 
 
 def is_live(address: str, container: InputContainer) -> bool:

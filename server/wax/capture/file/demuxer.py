@@ -22,7 +22,9 @@ from av.error import FFmpegError
 
 from wax.capture.file.address import (
     Kind,
+    RefusedError,
     Track,
+    Transport,
     find_tracks,
     is_live,
     is_network,
@@ -98,8 +100,17 @@ class Demuxer:
     `wanted` are the streams that will be read.
     """
 
-    def __init__(self, address: str, clock: Clock, wanted: frozenset[Kind]) -> None:
+    def __init__(
+        self,
+        address: str,
+        clock: Clock,
+        wanted: frozenset[Kind],
+        transport: Transport = "auto",
+    ) -> None:
         self._address = address
+        self._transport = transport
+        self.delivered = False
+        """Whether a packet has ever come."""
         self.name = shown_name(address)
         self.live = False
         self._network = is_network(address)
@@ -116,6 +127,16 @@ class Demuxer:
     @property
     def failed(self) -> bool:
         return self._failure is not None
+
+    @property
+    def failure(self) -> SourceError | None:
+        """Why it has ended, if it has."""
+        return self._failure
+
+    @property
+    def refused(self) -> bool:
+        """Whether it ended because of its password."""
+        return isinstance(self._failure, RefusedError)
 
     def start(self) -> None:
         self._thread.start()
@@ -182,18 +203,23 @@ class Demuxer:
             failure = error
         except FFmpegError as error:
             failure = SourceError(
-                Sentence("file.stopped", {"name": self.name, "why": error.strerror or str(error)})
+                Sentence(
+                    "file.stopped",
+                    {"name": self.name, "why": error.strerror or type(error).__name__},
+                )
             )
         except Exception as error:
-            _LOG.exception("demuxer failed", address=self.name)
-            failure = SourceError(Sentence("file.failed", {"name": self.name, "why": str(error)}))
+            # An error's own text may have the address with its password.
+            why = type(error).__name__ if self._network else str(error)
+            _LOG.error("demuxer failed", address=self.name, why=why)
+            failure = SourceError(Sentence("file.failed", {"name": self.name, "why": why}))
         with self._condition:
             self._failure = failure
             self._condition.notify_all()
 
     def _play(self, start_s: float | None) -> float:
         """Play the address once; return when the next pass begins."""
-        with open_container(self._address) as container:
+        with open_container(self._address, self._transport) as container:
             found = find_tracks(container)
             self.live = is_live(self._address, container)
             with self._condition:
@@ -264,6 +290,7 @@ class Demuxer:
         ends_s[track.index] = max(ends_s[track.index], time_s + length_s)
         now_s = self._clock.now_s()
         with self._condition:
+            self.delivered = True
             zero_s = self._follow(time_s, now_s)
             due_s = now_s if self.live else zero_s + time_s
             longest_s = _KEPT_S + (0 if self.live else _AHEAD_STARVED_S)

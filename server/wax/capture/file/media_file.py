@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from wax.capture.channels import with_channels
+from wax.capture.file.address import is_network
+from wax.capture.file.back_off import BackOff
 from wax.capture.file.demuxer import Demuxer
 from wax.capture.file.stream_decoder import StreamDecoder
 from wax.capture.letterbox import black, fit_frame
@@ -23,10 +25,11 @@ if TYPE_CHECKING:
     from av.video.frame import VideoFrame
     from numpy.typing import NDArray
 
-    from wax.capture.file.address import Kind, Track
+    from wax.capture.file.address import Kind, Track, Transport
     from wax.capture.file.demuxer import Coded
     from wax.clock import Clock
     from wax.config.settings import AudioSettings, VideoSettings
+    from wax.errors import SourceError
 
 
 _PAUSE_S: Final = 0.25
@@ -52,9 +55,17 @@ class MediaFile:
     """
 
     def __init__(
-        self, address: str, clock: Clock, *, sleep: Callable[[float], None] = time.sleep
+        self,
+        address: str,
+        clock: Clock,
+        *,
+        transport: Transport = "auto",
+        sleep: Callable[[float], None] = time.sleep,
     ) -> None:
         self._address = address
+        self._transport = transport
+        self._back_off = BackOff()
+        self._failure: SourceError | None = None
         self._clock = clock
         self._sleep = sleep
         self._lock = threading.Lock()
@@ -74,10 +85,19 @@ class MediaFile:
         return FileAudio(settings.channels, self._join, self._leave, self._clock, self._sleep)
 
     def _join(self) -> Demuxer:
-        """Return the running demuxer, or a new one if none works."""
+        """Return the running demuxer, or a new one if none works; raises `SourceError`.
+
+        While an address is not to be opened again yet, it is why it could not be opened.
+        """
         with self._lock:
             if self._demuxer is None or self._demuxer.failed:
-                self._demuxer = Demuxer(self._address, self._clock, frozenset(self._wanted))
+                self._learn(self._demuxer)
+                if self._failure is not None and self._clock.now_s() < self._back_off.until_s:
+                    raise self._failure
+                self._failure = None
+                self._demuxer = Demuxer(
+                    self._address, self._clock, frozenset(self._wanted), self._transport
+                )
                 self._demuxer.start()
             self._users.append(self._demuxer)
             return self._demuxer
@@ -87,10 +107,19 @@ class MediaFile:
         with self._lock:
             self._users.remove(demuxer)
             unused = demuxer not in self._users
-            if unused and self._demuxer is demuxer:
+            if self._demuxer is demuxer and (unused or demuxer.failed):
+                self._learn(demuxer)
                 self._demuxer = None
         if unused:
             demuxer.stop()
+
+    def _learn(self, demuxer: Demuxer | None) -> None:
+        """Note how a demuxer of an address has ended; the lock is held."""
+        if demuxer is not None and demuxer.failure is not None and is_network(self._address):
+            self._failure = demuxer.failure
+            self._back_off.failed(
+                self._clock.now_s(), delivered=demuxer.delivered, refused=demuxer.refused
+            )
 
 
 class FileVideo(StreamDecoder):
