@@ -12,6 +12,7 @@ from wax.capture.file.address import is_network, open_container
 from wax.capture.file.media_file import MediaFile
 from wax.capture.first_found import FirstCamera, first_microphone
 from wax.capture.microphone import PortAudioMicrophone
+from wax.capture.picamera import PiCamera
 from wax.driver.interface import HasCamera, HasExternalView, HasMicrophone
 from wax.errors import ConfigError, SourceError
 from wax.plugin import CAMERAS, MICROPHONES, is_plugin, make_plugin
@@ -107,6 +108,8 @@ def _find_video(settings: VideoSettings, key: str, clock: Clock, files: _Files) 
     device = _camera_device(name)
     if device is not None:
         return OpenCvCamera(settings, clock, device=device)
+    if name.startswith("picamera:"):
+        return PiCamera(settings, clock)
     if not is_network(name) and is_plugin(name, CAMERAS, key):
         plugin: VideoSource = _make_plugin(name, key, settings, clock, CAMERAS)
         return plugin

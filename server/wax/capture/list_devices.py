@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from wax.capture.camera import VideoDevice, open_device
+from wax.capture.picamera import load_picamera2
 from wax.capture.portaudio import load_portaudio
 from wax.errors import SourceError
 
@@ -21,6 +22,9 @@ _QUERYCAP_BYTES: Final = 104
 _DEVICE_CAPS_OFFSET: Final = 88
 _CAN_CAPTURE: Final = 0x1
 """V4L2_CAP_VIDEO_CAPTURE (linux/videodev2.h)."""
+
+_NOT_PICTURES: Final = (b"unicam", b"bcm2835-isp", b"rp1-cfe", b"pispbe")
+"""What a Raspberry Pi's camera module is made of, for libcamera alone: its drivers' names."""
 
 _PROBED: Final = 5
 
@@ -58,7 +62,7 @@ def list_cameras(
 ) -> list[Device]:
     """List V4L2's cameras, or on other systems the numbers from 0 to 4 that open."""
     if sys.platform.startswith("linux") and probe is None:
-        return _v4l2_cameras(sysfs, dev)
+        return [*list_modules(), *_v4l2_cameras(sysfs, dev)]
     found = []
     for number in range(_PROBED):
         device = (probe or open_device)(number)
@@ -66,6 +70,22 @@ def list_cameras(
             found.append(Device("[video] source", str(number), f"camera {number}"))
         device.release()
     return found
+
+
+def list_modules(load: Callable[[], Any] = load_picamera2) -> list[Device]:
+    """List the camera modules that libcamera finds, none where picamera2 is missing.
+
+    It finds USB cameras, too, which V4L2 has already.
+    """
+    try:
+        there = load().global_camera_info()
+    except Exception:  # it is missing, or its library, or the system's
+        return []
+    return [
+        Device("[video] source", f"picamera:{number}", str(one.get("Model", "camera module")))
+        for number, one in enumerate(there)
+        if "usb" not in str(one.get("Id", ""))
+    ]
 
 
 def _v4l2_cameras(sysfs: Path, dev: Path) -> list[Device]:
@@ -88,6 +108,8 @@ def _captures(path: Path) -> bool:
             fcntl.ioctl(node, _VIDIOC_QUERYCAP, answer)
     except OSError as error:
         return not isinstance(error, FileNotFoundError)
+    if bytes(answer[:16]).rstrip(b"\0") in _NOT_PICTURES:
+        return False
     (capabilities,) = struct.unpack_from("=I", answer, _DEVICE_CAPS_OFFSET)
     return bool(capabilities & _CAN_CAPTURE)
 

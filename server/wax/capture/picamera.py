@@ -1,0 +1,151 @@
+"""A Raspberry Pi's camera module, or whatever else libcamera reaches, by picamera2.
+
+Debian's package brings it (`python3-picamera2`), for Debian's Python: it is imported only where it
+is used. Written after its documentation; it has not yet met a real camera module here.
+"""
+
+from __future__ import annotations
+
+import importlib
+import time
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+import structlog
+
+from wax.capture.source import Picture
+from wax.errors import SourceError
+from wax.sentence import Sentence
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from wax.clock import Clock
+    from wax.config.settings import VideoSettings
+
+_LOG = structlog.get_logger(__name__)
+
+_SILENT_S: Final = 1.8
+_BUFFERS: Final = 4
+"""One is being filled, one is being read, and two keep a short pause from costing a picture."""
+
+
+def load_picamera2() -> Any:
+    """Import it; raises `SourceError` with the line that installs it."""
+    try:
+        return importlib.import_module("picamera2").Picamera2
+    except ImportError as error:
+        raise SourceError(Sentence("picamera.missing")) from error
+    except Exception as error:  # libcamera's library is of another version, or not at all
+        raise SourceError(Sentence("picamera.broken", {"why": str(error)})) from error
+
+
+class PiCamera:
+    """The camera that `source` names: ``picamera`` is the first, ``picamera:1`` the second.
+
+    Pictures are planar already and of the configured size: the camera's own processor scales.
+    `captured_s` is when the sensor began to expose the first row, as libcamera tells it.
+    """
+
+    def __init__(
+        self,
+        settings: VideoSettings,
+        clock: Clock,
+        *,
+        load: Callable[[], Any] = load_picamera2,
+        boot_s: Callable[[], float] = lambda: time.clock_gettime(time.CLOCK_BOOTTIME),
+    ) -> None:
+        self._settings = settings
+        self._clock = clock
+        self._load = load
+        self._boot_s = boot_s
+        number = settings.source.partition(":")[2]
+        self._number = int(number) if number.isdecimal() else 0
+        self._camera: Any = None
+
+    @property
+    def name(self) -> str:
+        return f"picamera:{self._number}"
+
+    def open(self) -> None:
+        self.close()
+        kind = self._load()
+        there = kind.global_camera_info()
+        if not there:
+            raise SourceError(Sentence("picamera.none"))
+        if self._number >= len(there):
+            raise SourceError(Sentence("picamera.no_such", {"camera": self._number}))
+        try:
+            self._camera = kind(self._number)
+            self._camera.configure(
+                self._camera.create_video_configuration(
+                    main={
+                        "size": (self._settings.width, self._settings.height),
+                        "format": "YUV420",
+                    },
+                    controls={"FrameRate": self._settings.fps},
+                    buffer_count=_BUFFERS,
+                    queue=False,  # the next picture, not the last one
+                )
+            )
+            self._camera.start()
+        except Exception as error:  # libcamera's errors are of many kinds
+            self.close()
+            raise SourceError(
+                Sentence("picamera.not_open", {"camera": self._number, "why": _words(error)})
+            ) from error
+
+    def read(self) -> Picture:
+        if self._camera is None:
+            raise SourceError("The camera was read before it was opened.")
+        try:
+            request = self._camera.wait(self._camera.capture_request(wait=False), _SILENT_S)
+        except TimeoutError:
+            raise SourceError(Sentence("picamera.silent", {"camera": self._number})) from None
+        except Exception as error:
+            raise SourceError(
+                Sentence("picamera.stopped", {"camera": self._number, "why": _words(error)})
+            ) from error
+        try:
+            width, height = request.config["main"]["size"]
+            i420 = planar(request.make_array("main"), width, height)
+            taken_ns = request.get_metadata().get("SensorTimestamp")
+        finally:
+            request.release()  # else the camera soon has no buffer left
+        return Picture(i420, self._captured_s(taken_ns))
+
+    def close(self) -> None:
+        camera, self._camera = self._camera, None
+        if camera is None:
+            return
+        for end in (camera.stop, camera.close):
+            try:
+                end()
+            except Exception as error:
+                _LOG.warning("a camera does not close", camera=self.name, why=_words(error))
+
+    def _captured_s(self, taken_ns: int | None) -> float:
+        """Turn libcamera's time, which also runs while the machine sleeps, into the server's."""
+        now_s = self._clock.now_s()
+        if taken_ns is None:
+            return now_s
+        age_s = self._boot_s() - taken_ns / 1e9
+        return now_s - age_s if 0 <= age_s < _SILENT_S else now_s
+
+
+def planar(array: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:
+    """Return I420 without the bytes that pad each row to the hardware's measure.
+
+    `array` has the rows of luma, then those of both chroma planes, two of them in each row.
+    """
+    padded = array.shape[1]
+    if padded == width:
+        return array[: height * 3 // 2]
+    chroma = array[height : height * 3 // 2].reshape(height, padded // 2)[:, : width // 2]
+    return np.concatenate([array[:height, :width], chroma.reshape(height // 2, width)])
+
+
+def _words(error: Exception) -> str:
+    return str(error) or type(error).__name__
