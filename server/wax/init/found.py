@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from wax.capture.list_devices import list_cameras, list_microphones, list_speakers
+from wax.plugin import DRIVERS, offers
 from wax.robot.serial.list_ports import find_ports
 
 if TYPE_CHECKING:
     from wax.capture.list_devices import Device
 
-_OWN_DRIVERS: Final = frozenset({"serial", "simulated"})
+_ASKED: Final = frozenset({"serial", "simulated"})
+"""Drivers that are choices of their own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +29,8 @@ class Thing:
 class Found:
     """All that is there; `ports` has those first that something was plugged into.
 
-    `plugged` says how many these are. `drivers` are plug-ins by their names.
+    `plugged` says how many these are. `drivers` are plug-ins by their names, those that have
+    all they need.
     """
 
     cameras: tuple[Thing, ...] = ()
@@ -53,9 +55,7 @@ def look() -> Found:
             Thing(lasting.get(one.path, one.path), one.about) for one in (*plugged, *others)
         ),
         plugged=len(plugged),
-        drivers=tuple(
-            sorted({one.name for one in entry_points(group="wax.drivers")} - _OWN_DRIVERS)
-        ),
+        drivers=tuple(sorted({one.name for one in offers(DRIVERS) if not one.lacks} - _ASKED)),
     )
 
 
