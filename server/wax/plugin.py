@@ -154,6 +154,8 @@ def make_plugin(
             raise ConfigError(f"{key}: {name} has no method {method}; see {contract}.")
     try:
         return found(settings, clock)
+    except ConfigError:
+        raise
     except ImportError as error:
         offer = None if group is None else find_offer(name, group, key)
         raise ConfigError(_missing(f"{key}: {name}", name, offer, error)) from error
